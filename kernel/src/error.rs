@@ -1,0 +1,168 @@
+//! What can be wrong with geometry: one variant a defect, with the indices and values that show it.
+
+/// The result of a geometric computation.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// The largest polynomial degree that a spline may have.
+pub const MAX_DEGREE: usize = 25;
+
+/// What is wrong with a shape, a location or a request. Every message says what was found and what to do.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A degree outside `1 ..= 25` (or `0 ..= 25` where a space of piecewise constants makes sense).
+    #[error("degree {degree} is not supported: choose a degree from 1 to {MAX_DEGREE}")]
+    Degree {
+        /// The degree that was asked for.
+        degree: usize,
+    },
+    /// The number of knots does not fit the number of control vertices and the degree.
+    #[error(
+        "{knots} knots do not fit {vertices} control vertices of degree {degree}: {kind} shape needs {expected}"
+    )]
+    KnotCount {
+        /// Knots found.
+        knots: usize,
+        /// Control vertices found.
+        vertices: usize,
+        /// The degree.
+        degree: usize,
+        /// `"an open"` or `"a periodic"`.
+        kind: &'static str,
+        /// Knots needed.
+        expected: usize,
+    },
+    /// Too few control vertices (or knots) for the degree.
+    #[error("{vertices} control vertices are too few for degree {degree}: at least {needed} are needed")]
+    TooFewVertices {
+        /// Control vertices found.
+        vertices: usize,
+        /// The degree.
+        degree: usize,
+        /// Control vertices needed.
+        needed: usize,
+    },
+    /// A knot is NaN or infinite.
+    #[error("knot {index} is {value}: every knot must be a finite number")]
+    KnotNotFinite {
+        /// Its index.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// The knots decrease somewhere.
+    #[error("knot {index} is {value}, less than the knot before it ({before}): knots must not decrease")]
+    KnotOrder {
+        /// The index of the smaller knot.
+        index: usize,
+        /// The knot before it.
+        before: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// A knot is repeated more often than continuity allows.
+    #[error(
+        "knot {value} is repeated {multiplicity} times: degree {degree} allows {allowed} there, more would tear the shape"
+    )]
+    Multiplicity {
+        /// The knot's value.
+        value: f64,
+        /// How often it occurs.
+        multiplicity: usize,
+        /// The degree.
+        degree: usize,
+        /// The largest multiplicity allowed.
+        allowed: usize,
+    },
+    /// The domain has no length, or one that overflows.
+    #[error("the domain from {start} to {end} has no usable length: spread the knots")]
+    EmptyDomain {
+        /// Where the domain starts.
+        start: f64,
+        /// Where it ends.
+        end: f64,
+    },
+    /// A control vertex has a coordinate that is NaN or infinite.
+    #[error("control vertex {index} is ({x}, {y}, {z}): every coordinate must be a finite number")]
+    VertexNotFinite {
+        /// Its index.
+        index: usize,
+        /// Its x coordinate.
+        x: f64,
+        /// Its y coordinate.
+        y: f64,
+        /// Its z coordinate.
+        z: f64,
+    },
+    /// A weight is not a positive finite number.
+    #[error("weight {index} is {value}: every weight must be positive and finite")]
+    Weight {
+        /// Its index.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// The number of weights differs from the number of control vertices.
+    #[error("{weights} weights do not fit {vertices} control vertices: give one weight a vertex, or none")]
+    WeightCount {
+        /// Weights found.
+        weights: usize,
+        /// Control vertices found.
+        vertices: usize,
+    },
+    /// The control net is not a full grid.
+    #[error(
+        "row {row} of the control net has {found} vertices, not {expected}: every row must be equally long"
+    )]
+    Grid {
+        /// The row.
+        row: usize,
+        /// Its length.
+        found: usize,
+        /// The length it should have.
+        expected: usize,
+    },
+    /// A parameter outside the domain of an open shape.
+    #[error("{value} is outside the domain [{start}, {end}]: choose a location within it")]
+    Outside {
+        /// The parameter.
+        value: f64,
+        /// Where the domain starts.
+        start: f64,
+        /// Where the domain ends.
+        end: f64,
+    },
+    /// A location with one parameter for a surface, or with two for a curve.
+    #[error("a location of {found} parameter(s) was given for a shape that has {expected}")]
+    LocationKind {
+        /// Parameters given.
+        found: usize,
+        /// Parameters that the shape has.
+        expected: usize,
+    },
+    /// A derivative order that the shape cannot be asked for.
+    #[error("a derivative of order {order} is beyond what can be asked ({MAX_DEGREE})")]
+    DerivativeOrder {
+        /// The order asked for.
+        order: usize,
+    },
+    /// A control vertex that does not exist.
+    #[error("there is no control vertex {index}: the shape has {count}, numbered 0 to {last} (or -1 to -{count} from the end)", last = count.saturating_sub(1))]
+    NoVertex {
+        /// The index asked for.
+        index: i64,
+        /// Vertices that there are.
+        count: usize,
+    },
+    /// A mesh face that cannot be.
+    #[error("face {face} {problem}")]
+    Face {
+        /// Its index.
+        face: usize,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// Something that is well formed and still cannot be done; the text says why and what to do.
+    #[error("{0}")]
+    Invalid(String),
+}

@@ -1,0 +1,26 @@
+//! The kernel of Loftsman: the vocabulary (splines, meshes, scenes), the interfaces (shapes, functionals,
+//! solvers, formats, operations) and the classical solvers.
+//!
+//! One sentence holds it together: everything that depends linearly on its control vertices is a
+//! [`Shape`](shape::Shape); everything we may ask of a shape is a [`Functional`](functional::Functional); a
+//! problem is shapes and functionals; a [`Solver`](solve::Solver) turns it into the least adjustment; a
+//! [`Format`](plugin::Format) brings shapes in and takes them out.
+//!
+//! Most users want the facade crate `loftsman`, which re-exports all of this with a short prelude.
+
+pub mod error;
+pub mod functional;
+pub mod mesh;
+pub mod plugin;
+pub mod scene;
+pub mod shape;
+pub mod solve;
+pub mod spline;
+
+pub use error::{Error, Result};
+
+/// A position in space. A planar shape has `z = 0`.
+pub type Point = nalgebra::Point3<f64>;
+
+/// A displacement, a derivative or a direction in space.
+pub type Vector = nalgebra::Vector3<f64>;

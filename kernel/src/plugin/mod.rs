@@ -1,0 +1,25 @@
+//! The interfaces that other crates fill, and the registry that holds what they bring.
+//!
+//! A [`Plugin`] registers [`Format`]s, [`Operation`]s, kinds of functional and solvers with a [`Registry`];
+//! there is no link-time magic. Each comes with a [`Declaration`] of its fields, from which help, checks of
+//! unknown fields and `loftsman plugins` are made.
+
+mod declaration;
+mod format;
+mod operation;
+mod parameters;
+mod registry;
+mod tessellator;
+
+pub use declaration::{Declaration, Field, nearest};
+pub use format::{
+    Fate, Format, FormatDeclaration, FormatError, Memory, Place, ReadOptions, ReadReport, Sink, Source,
+    UpChoice, WriteOptions, WriteReport, Written,
+};
+pub use operation::{
+    Clock, ConstraintReport, Context, Mark, MarkKind, NoClock, Observer, Operation, OperationError, Quiet,
+    StepReport,
+};
+pub use parameters::{ParameterError, Parameters};
+pub use registry::{Plugin, Registry};
+pub use tessellator::{Chord, Fineness, Tessellator};

@@ -1,0 +1,192 @@
+//! What a recipe step runs.
+
+use super::declaration::Declaration;
+use super::parameters::{ParameterError, Parameters};
+use super::registry::Registry;
+use crate::error::Error;
+use crate::scene::Scene;
+use crate::{Point, Vector};
+
+/// Watches long work; every method does nothing by default.
+pub trait Observer {
+    /// `done` of `total` units of the current work are finished.
+    fn progress(&self, work: &str, done: u64, total: u64) {
+        let _ = (work, done, total);
+    }
+
+    /// Whether to stop as soon as possible.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// An observer that watches nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Quiet;
+
+impl Observer for Quiet {}
+
+/// Tells the time, in seconds from any start. The kernel itself never reads a clock.
+pub trait Clock {
+    /// Seconds since some fixed moment.
+    fn seconds(&self) -> f64;
+}
+
+/// A clock that stands still, for results that must not depend on time.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoClock;
+
+impl Clock for NoClock {
+    fn seconds(&self) -> f64 {
+        0.0
+    }
+}
+
+/// What travels along with an operation.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// Everything that is registered: functionals and solvers by name, the tessellator.
+    pub registry: &'a Registry,
+    /// Who watches.
+    pub observer: &'a dyn Observer,
+    /// The clock for the times in reports.
+    pub clock: &'a dyn Clock,
+}
+
+impl<'a> Context<'a> {
+    /// A context that nobody watches and where time stands still.
+    pub fn quiet(registry: &'a Registry) -> Self {
+        Self { registry, observer: &Quiet, clock: &NoClock }
+    }
+}
+
+/// Why an operation could not be done.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OperationError {
+    /// A field is missing, unknown or wrong.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The geometry does not allow it.
+    #[error(transparent)]
+    Geometry(#[from] Error),
+    /// The constraints cannot be met.
+    #[error(transparent)]
+    Solve(#[from] crate::solve::SolveError),
+    /// The observer stopped it.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// What a step did. Fields that do not apply are left out when it is serialised.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+#[serde(default)]
+pub struct StepReport {
+    /// The operation.
+    pub op: String,
+    /// The object it worked on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// The solver that was used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solver: Option<String>,
+    /// Scalar equations in the system.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equations: Option<usize>,
+    /// Independent ones among them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rank: Option<usize>,
+    /// Constraints that were dropped because the others imply them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub redundant: Vec<String>,
+    /// Largest constraint error after the step, in document units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
+    /// Estimate of the condition number of the system.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+    /// `(Σ‖dᵢ‖²)^½` over all control vertices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adjustment: Option<f64>,
+    /// Solves that were needed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<usize>,
+    /// Time to prepare, in seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prepare_seconds: Option<f64>,
+    /// Median time of one event, in seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub event_seconds: Option<f64>,
+    /// Each constraint: its name, its error after the step and its multiplier.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub constraints: Vec<ConstraintReport>,
+    /// Anything else worth saying.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// What a picture of the step should mark.
+    #[serde(skip)]
+    pub marks: Vec<Mark>,
+}
+
+/// A mark in a picture: where something was asked of a shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// The object.
+    pub object: String,
+    /// What was asked there.
+    pub kind: MarkKind,
+    /// Where it is after the step, in the object's coordinates.
+    pub position: Point,
+    /// Where it was before.
+    pub before: Point,
+    /// The tangent, direction or curvature vector after the step, for kinds that have one.
+    pub vector: Option<Vector>,
+    /// A few words: `position at 0.25`.
+    pub label: String,
+}
+
+/// What was asked where a mark is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A point that was moved.
+    Moved,
+    /// A point that was kept.
+    Kept,
+    /// A derivative or direction.
+    Direction,
+    /// A curvature.
+    Curvature,
+    /// A control vertex that could not move.
+    Locked,
+    /// Anything else.
+    Other,
+}
+
+/// What became of one constraint.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct ConstraintReport {
+    /// Its name: `position at 0.25`.
+    pub name: String,
+    /// Largest error of its equations after the step.
+    pub residual: f64,
+    /// Lagrange multipliers, one an equation: how much `½ dᵀWd` would change with its value.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub multipliers: Vec<f64>,
+}
+
+/// A step of a recipe: takes a scene and parameters, changes the scene and says what it did.
+pub trait Operation: Send + Sync {
+    /// Its name, help and fields. `op` is not among the fields; `object` is where it takes one.
+    fn declaration(&self) -> Declaration;
+
+    /// Does it. The scene is left as it was where this fails.
+    ///
+    /// # Errors
+    /// When a parameter is wrong, the geometry does not allow it or the constraints cannot be met.
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError>;
+}

@@ -1,0 +1,45 @@
+//! Splines as segments and triangles: the interface that formats ask for.
+
+use crate::error::Result;
+use crate::mesh::{Mesh, Polyline};
+use crate::spline::{Curve, Surface};
+
+/// How far a chord may be from the shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Chord {
+    /// A length, in the scene's unit.
+    Absolute(f64),
+    /// A fraction of the diagonal of the shape's bounding box.
+    Relative(f64),
+}
+
+/// How fine a tessellation is: both bounds hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fineness {
+    /// The largest distance between the shape and its segments or triangles.
+    pub chord: Chord,
+    /// The largest angle between neighbouring segments, in radians.
+    pub angle: f64,
+}
+
+impl Default for Fineness {
+    /// A thousandth of the diagonal, and 15 degrees.
+    fn default() -> Self {
+        Self { chord: Chord::Relative(1e-3), angle: 15_f64.to_radians() }
+    }
+}
+
+/// Turns curves into polylines and surfaces into meshes.
+pub trait Tessellator: Send + Sync {
+    /// Points of the curve, in order, so that no point of it is further from the segments than the chord.
+    ///
+    /// # Errors
+    /// When the fineness is not positive, or so small that the result would be beyond reason.
+    fn curve(&self, curve: &Curve, fineness: &Fineness) -> Result<Polyline>;
+
+    /// Triangles of the surface with unit normals and `uvs` (its parameters scaled to `[0, 1]²`).
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve).
+    fn surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Mesh>;
+}

@@ -1,0 +1,425 @@
+//! A scene: named objects with units, an up axis, colours, layers and a hierarchy.
+
+use std::collections::HashMap;
+
+use nalgebra::Matrix4;
+
+use crate::Point;
+use crate::error::{Error, Result};
+use crate::mesh::{Cloud, Mesh, Polyline};
+use crate::spline::{Curve, Surface};
+
+/// A unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Micrometre.
+    #[serde(rename = "um")]
+    Micrometre,
+    /// Millimetre.
+    #[serde(rename = "mm")]
+    Millimetre,
+    /// Centimetre.
+    #[serde(rename = "cm")]
+    Centimetre,
+    /// Metre, the default.
+    #[default]
+    #[serde(rename = "m")]
+    Metre,
+    /// Kilometre.
+    #[serde(rename = "km")]
+    Kilometre,
+    /// International inch (25.4 mm).
+    #[serde(rename = "in")]
+    Inch,
+    /// International foot (12 in).
+    #[serde(rename = "ft")]
+    Foot,
+    /// International yard (3 ft).
+    #[serde(rename = "yd")]
+    Yard,
+    /// International mile (1760 yd).
+    #[serde(rename = "mi")]
+    Mile,
+}
+
+impl Unit {
+    /// Every unit, by its name in documents.
+    pub const ALL: [(&'static str, Self); 9] = [
+        ("um", Self::Micrometre),
+        ("mm", Self::Millimetre),
+        ("cm", Self::Centimetre),
+        ("m", Self::Metre),
+        ("km", Self::Kilometre),
+        ("in", Self::Inch),
+        ("ft", Self::Foot),
+        ("yd", Self::Yard),
+        ("mi", Self::Mile),
+    ];
+
+    /// How many metres one unit is.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Micrometre => 1e-6,
+            Self::Millimetre => 1e-3,
+            Self::Centimetre => 1e-2,
+            Self::Metre => 1.0,
+            Self::Kilometre => 1e3,
+            Self::Inch => 0.0254,
+            Self::Foot => 0.3048,
+            Self::Yard => 0.9144,
+            Self::Mile => 1609.344,
+        }
+    }
+
+    /// The name in documents: `"mm"`, `"m"`, `"in"`, …
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, unit)| *unit == self).map_or("m", |(name, _)| name)
+    }
+
+    /// The unit of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, unit)| *unit)
+    }
+}
+
+/// Which axis points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Up {
+    /// The x axis.
+    X,
+    /// The y axis (glTF, OBJ).
+    Y,
+    /// The z axis (STEP, STL, PLY, Blender), the default.
+    #[default]
+    Z,
+}
+
+/// What an object is.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq)]
+pub enum Geometry {
+    /// Nothing of its own: a group that others hang under.
+    Group,
+    /// A spline curve.
+    Curve(Curve),
+    /// A spline surface.
+    Surface(Surface),
+    /// A polygon mesh.
+    Mesh(Mesh),
+    /// A chain of straight segments.
+    Polyline(Polyline),
+    /// Loose points.
+    Cloud(Cloud),
+}
+
+impl Geometry {
+    /// What it is called in documents: `"curve"`, `"surface"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Group => "group",
+            Self::Curve(_) => "curve",
+            Self::Surface(_) => "surface",
+            Self::Mesh(_) => "mesh",
+            Self::Polyline(_) => "polyline",
+            Self::Cloud(_) => "cloud",
+        }
+    }
+
+    /// The points it is kept as: control vertices, mesh points, polyline or cloud points.
+    pub fn points(&self) -> &[Point] {
+        match self {
+            Self::Group => &[],
+            Self::Curve(curve) => curve.points(),
+            Self::Surface(surface) => surface.points(),
+            Self::Mesh(mesh) => mesh.points(),
+            Self::Polyline(line) => &line.points,
+            Self::Cloud(cloud) => &cloud.points,
+        }
+    }
+}
+
+/// Frames of an animation: the object's points ([`Geometry::points`]) at each frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Animation {
+    /// Frames a second.
+    pub rate: f64,
+    /// The points of each frame, as many as the object has.
+    pub frames: Vec<Vec<Point>>,
+}
+
+/// A named thing in a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    name: String,
+    /// What it is.
+    pub geometry: Geometry,
+    /// Red, green, blue, alpha, each 0 to 1.
+    pub color: Option<[f64; 4]>,
+    /// The layer it is on.
+    pub layer: Option<String>,
+    /// The name of the object it hangs under.
+    pub parent: Option<String>,
+    /// From its own coordinates to its parent's (or the scene's); affine.
+    pub transform: Option<Matrix4<f64>>,
+    /// Its frames, where it moves.
+    pub animation: Option<Animation>,
+}
+
+impl Object {
+    /// An object with a name and a geometry and nothing else.
+    pub fn new(name: impl Into<String>, geometry: Geometry) -> Self {
+        Self {
+            name: name.into(),
+            geometry,
+            color: None,
+            layer: None,
+            parent: None,
+            transform: None,
+            animation: None,
+        }
+    }
+
+    /// Its name, unique in its scene, never empty there. [`Scene::rename`] changes it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// Named objects, their unit and their up axis.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scene {
+    /// The unit of all lengths.
+    pub unit: Unit,
+    /// The axis that points up.
+    pub up: Up,
+    objects: Vec<Object>,
+    index: HashMap<String, usize>,
+}
+
+impl Scene {
+    /// An empty scene in metres, z up.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The objects, in their order.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// The object of a name, if there is one.
+    pub fn get(&self, name: &str) -> Option<&Object> {
+        self.index.get(name).map(|&i| &self.objects[i])
+    }
+
+    /// The object of a name.
+    ///
+    /// # Errors
+    /// When there is none; the error lists the nearest name that there is.
+    pub fn object(&self, name: &str) -> Result<&Object> {
+        self.get(name).ok_or_else(|| self.missing(name))
+    }
+
+    /// The object of a name, to be changed.
+    ///
+    /// # Errors
+    /// As for [`object`](Self::object).
+    pub fn object_mut(&mut self, name: &str) -> Result<&mut Object> {
+        match self.index.get(name) {
+            Some(&i) => Ok(&mut self.objects[i]),
+            None => Err(self.missing(name)),
+        }
+    }
+
+    /// The curve of a name.
+    ///
+    /// # Errors
+    /// When there is no such object or it is not a curve.
+    pub fn curve(&self, name: &str) -> Result<&Curve> {
+        match &self.object(name)?.geometry {
+            Geometry::Curve(curve) => Ok(curve),
+            other => Err(Error::Invalid(format!("\"{name}\" is a {}, not a curve", other.kind()))),
+        }
+    }
+
+    /// The surface of a name.
+    ///
+    /// # Errors
+    /// When there is no such object or it is not a surface.
+    pub fn surface(&self, name: &str) -> Result<&Surface> {
+        match &self.object(name)?.geometry {
+            Geometry::Surface(surface) => Ok(surface),
+            other => Err(Error::Invalid(format!("\"{name}\" is a {}, not a surface", other.kind()))),
+        }
+    }
+
+    /// Adds an object at the end.
+    ///
+    /// # Errors
+    /// When its name is empty or taken; use [`unique_name`](Self::unique_name) for names from elsewhere.
+    pub fn add(&mut self, object: Object) -> Result<()> {
+        if object.name.is_empty() {
+            return Err(Error::Invalid("an object has an empty name: give it one".into()));
+        }
+        if self.index.contains_key(&object.name) {
+            let name = &object.name;
+            return Err(Error::Invalid(format!("two objects are named \"{name}\": rename one")));
+        }
+        self.index.insert(object.name.clone(), self.objects.len());
+        self.objects.push(object);
+        Ok(())
+    }
+
+    /// Gives an object another name; what hangs under it follows.
+    ///
+    /// # Errors
+    /// When there is no such object, or the new name is empty or taken.
+    pub fn rename(&mut self, name: &str, new: &str) -> Result<()> {
+        let Some(&at) = self.index.get(name) else { return Err(self.missing(name)) };
+        if name == new {
+            return Ok(());
+        }
+        if new.is_empty() {
+            return Err(Error::Invalid(format!("\"{name}\" cannot be renamed to an empty name")));
+        }
+        if self.index.contains_key(new) {
+            return Err(Error::Invalid(format!("\"{name}\" cannot be renamed: \"{new}\" is taken")));
+        }
+        self.index.remove(name);
+        self.index.insert(new.to_owned(), at);
+        new.clone_into(&mut self.objects[at].name);
+        for object in &mut self.objects {
+            if object.parent.as_deref() == Some(name) {
+                object.parent = Some(new.to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts a new geometry in the place of an object's old one; everything else of the object stays, its frames
+    /// go where they no longer fit.
+    ///
+    /// # Errors
+    /// When there is no such object.
+    pub fn replace(&mut self, name: &str, geometry: impl Into<Geometry>) -> Result<()> {
+        let object = self.object_mut(name)?;
+        object.geometry = geometry.into();
+        let count = object.geometry.points().len();
+        if object.animation.as_ref().is_some_and(|a| a.frames.iter().any(|f| f.len() != count)) {
+            object.animation = None;
+        }
+        Ok(())
+    }
+
+    /// Takes an object out. What hung under it hangs under its parent then.
+    ///
+    /// # Errors
+    /// When there is no such object.
+    pub fn remove(&mut self, name: &str) -> Result<Object> {
+        let Some(&at) = self.index.get(name) else { return Err(self.missing(name)) };
+        let gone = self.objects.remove(at);
+        self.index = self.objects.iter().enumerate().map(|(i, o)| (o.name.clone(), i)).collect();
+        for object in &mut self.objects {
+            if object.parent.as_deref() == Some(name) {
+                object.parent.clone_from(&gone.parent);
+            }
+        }
+        Ok(gone)
+    }
+
+    /// `wanted` itself if it is free, or with `.001`, `.002`, … behind it; `"object"` for an empty one.
+    pub fn unique_name(&self, wanted: &str) -> String {
+        let base = if wanted.is_empty() { "object" } else { wanted };
+        if !self.index.contains_key(base) {
+            return base.to_owned();
+        }
+        // Doubling, then halving: a file with 100,000 equal names must not cost their square.
+        let taken = |number: u64| self.index.contains_key(&format!("{base}.{number:03}"));
+        let mut high = 1_u64;
+        while taken(high) {
+            high *= 2;
+        }
+        let mut low = high / 2;
+        while low + 1 < high {
+            let middle = low + (high - low) / 2;
+            if taken(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        format!("{base}.{high:03}")
+    }
+
+    /// The corners of the axis-parallel box around all points that objects are kept as (control vertices
+    /// included), in each object's own coordinates; `None` for an empty scene.
+    pub fn bounds(&self) -> Option<(Point, Point)> {
+        let mut points = self.objects.iter().flat_map(|o| o.geometry.points());
+        let first = *points.next()?;
+        Some(points.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
+    }
+
+    /// Checks the hierarchy: every parent exists and no object hangs under itself, however far up.
+    ///
+    /// # Errors
+    /// With the names of the objects at fault.
+    pub fn check(&self) -> Result<()> {
+        // 0: not seen, 1: on the way up from where we started, 2: known to reach a root.
+        let mut state = vec![0_u8; self.objects.len()];
+        for start in 0..self.objects.len() {
+            let mut path = Vec::new();
+            let mut at = start;
+            while state[at] != 2 {
+                if state[at] == 1 {
+                    let name = &self.objects[at].name;
+                    return Err(Error::Invalid(format!(
+                        "the hierarchy is cyclic: \"{name}\" hangs under itself; take one parent away"
+                    )));
+                }
+                state[at] = 1;
+                path.push(at);
+                let Some(parent) = &self.objects[at].parent else { break };
+                at = *self.index.get(parent).ok_or_else(|| {
+                    let name = &self.objects[at].name;
+                    Error::Invalid(format!("the parent \"{parent}\" of \"{name}\" does not exist"))
+                })?;
+            }
+            for i in path {
+                state[i] = 2;
+            }
+        }
+        Ok(())
+    }
+
+    fn missing(&self, name: &str) -> Error {
+        let names = self.objects.iter().map(|o| o.name.as_str());
+        let hint = match crate::plugin::nearest(name, names) {
+            Some(near) => format!("; did you mean \"{near}\"?"),
+            None if self.objects.is_empty() => "; the scene is empty".to_owned(),
+            None => {
+                let some: Vec<_> = self.objects.iter().take(8).map(|o| format!("\"{}\"", o.name)).collect();
+                let more = if self.objects.len() > 8 { ", …" } else { "" };
+                format!("; there are {}{more}", some.join(", "))
+            }
+        };
+        Error::Invalid(format!("there is no object \"{name}\"{hint}"))
+    }
+}
+
+macro_rules! into_geometry {
+    ($($kind:ident),*) => {$(
+        impl From<$kind> for Geometry {
+            fn from(value: $kind) -> Self {
+                Self::$kind(value)
+            }
+        }
+        impl From<&$kind> for Geometry {
+            fn from(value: &$kind) -> Self {
+                Self::$kind(value.clone())
+            }
+        }
+    )*};
+}
+into_geometry!(Curve, Surface, Mesh, Polyline, Cloud);

@@ -1,0 +1,288 @@
+//! B-spline curves: polynomial and rational, open and periodic.
+
+use smallvec::smallvec;
+
+use super::binomial;
+use super::space::{MAX_ORDER, Space};
+use crate::error::{Error, MAX_DEGREE, Result};
+use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Stencil};
+use crate::{Point, Vector};
+
+/// A B-spline curve `C(u) = Σ N_i(u) P_i`, or, with weights, `C(u) = Σ w_i N_i(u) P_i / Σ w_i N_i(u)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    space: Space,
+    points: Vec<Point>,
+    weights: Option<Vec<f64>>,
+}
+
+impl Curve {
+    /// The polynomial curve with these control vertices.
+    ///
+    /// # Errors
+    /// When the space has another number of vertices, degree 0, or a knot that would tear the curve (interior
+    /// multiplicity above the degree), or a coordinate is not finite.
+    pub fn new(space: Space, points: Vec<Point>) -> Result<Self> {
+        Self::build(space, points, None)
+    }
+
+    /// The rational curve with these control vertices and weights.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); also when the weights are not as many, or one is not positive and finite.
+    pub fn rational(space: Space, points: Vec<Point>, weights: Vec<f64>) -> Result<Self> {
+        Self::build(space, points, Some(weights))
+    }
+
+    /// A curve with or without weights.
+    ///
+    /// # Errors
+    /// As for [`rational`](Self::rational).
+    pub fn build(space: Space, points: Vec<Point>, weights: Option<Vec<f64>>) -> Result<Self> {
+        check_curve_space(&space)?;
+        if points.len() != space.len() {
+            return Err(knot_count(&space, points.len()));
+        }
+        check_net(&points, weights.as_deref())?;
+        Ok(Self { space, points, weights })
+    }
+
+    /// The Bézier curve of degree `points.len() - 1` over `[0, 1]`.
+    ///
+    /// # Errors
+    /// When there are fewer than 2 or more than 26 points, or a coordinate is not finite.
+    pub fn bezier(points: Vec<Point>) -> Result<Self> {
+        let degree = points.len().saturating_sub(1);
+        if degree == 0 {
+            return Err(Error::TooFewVertices { vertices: points.len(), degree: 1, needed: 2 });
+        }
+        Self::new(Space::clamped(degree, &[0.0, 1.0])?, points)
+    }
+
+    /// The space of functions the curve is made of.
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// The degree `p`.
+    pub fn degree(&self) -> usize {
+        self.space.degree()
+    }
+
+    /// The control vertices.
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// The weights of a rational curve.
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_deref()
+    }
+
+    /// Start and end of the domain.
+    pub fn domain(&self) -> (f64, f64) {
+        self.space.domain()
+    }
+
+    /// Whether the curve is periodic.
+    pub fn is_periodic(&self) -> bool {
+        self.space.is_periodic()
+    }
+
+    /// The curve's parts: space, control vertices, weights.
+    pub fn into_parts(self) -> (Space, Vec<Point>, Option<Vec<f64>>) {
+        (self.space, self.points, self.weights)
+    }
+
+    /// The point at `u`. `O(p² + log n)`.
+    ///
+    /// # Errors
+    /// When `u` is outside the domain (a periodic curve wraps it).
+    pub fn point(&self, u: f64) -> Result<Point> {
+        Ok(self.derivative(u, 0)?.into())
+    }
+
+    /// The derivative of the given order at `u`.
+    ///
+    /// # Errors
+    /// When `u` is outside the domain or the order is beyond 25.
+    pub fn derivative(&self, u: f64, order: usize) -> Result<Vector> {
+        let mut out = [Vector::zeros(); MAX_ORDER];
+        self.derivatives_into(u, out.get_mut(..=order).ok_or(Error::DerivativeOrder { order })?)?;
+        Ok(out[order])
+    }
+
+    /// The point and the derivatives `C, C', C'', …` at `u`, as many as `out` has room for. `O(p² · orders)`,
+    /// no allocation.
+    ///
+    /// A rational curve's come from the quotient rule `C^(k) = (A^(k) - Σ_j C(k,j) W^(j) C^(k-j)) / W`.
+    ///
+    /// # Errors
+    /// When `u` is outside the domain or there is room for more than 26 of them.
+    pub fn derivatives_into(&self, u: f64, out: &mut [Vector]) -> Result<()> {
+        if out.len() > MAX_ORDER {
+            return Err(Error::DerivativeOrder { order: out.len() - 1 });
+        }
+        let u = self.space.locate(u)?;
+        let span = self.space.span(u);
+        let first = span - self.degree();
+        let mut row = [0.0; MAX_ORDER];
+        let mut denominators = [0.0; MAX_ORDER];
+        for order in 0..out.len() {
+            self.space.basis_into(span, u, order, &mut row);
+            let mut sum = Vector::zeros();
+            let mut weight = 0.0;
+            for (j, &value) in row[..=self.degree()].iter().enumerate() {
+                let i = self.space.vertex(first + j);
+                let value = self.weights.as_ref().map_or(value, |w| value * w[i]);
+                sum += self.points[i].coords * value;
+                weight += value;
+            }
+            if self.weights.is_some() {
+                denominators[order] = weight;
+                for j in 1..=order {
+                    sum -= out[order - j] * (binomial(order, j) * denominators[j]);
+                }
+                sum /= denominators[0];
+            }
+            out[order] = sum;
+        }
+        Ok(())
+    }
+}
+
+impl Shape for Curve {
+    fn control_vertices(&self) -> &[Point] {
+        &self.points
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        &mut self.points
+    }
+
+    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
+        let u = self.space.locate(at.on_curve()?)?;
+        let order = derivative.u;
+        if derivative.v > 0 {
+            return Err(Error::LocationKind { found: 2, expected: 1 });
+        }
+        if order > MAX_DEGREE {
+            return Err(Error::DerivativeOrder { order });
+        }
+        let (p, span) = (self.degree(), self.space.span(u));
+        let vertex = |j: usize| self.space.vertex(span - p + j);
+        let mut row = [0.0; MAX_ORDER];
+        let Some(weights) = &self.weights else {
+            self.space.basis_into(span, u, order, &mut row);
+            return Ok((0..=p).map(|j| (vertex(j), row[j])).collect());
+        };
+        // Rational basis functions R_i = w_i N_i / W, differentiated by the quotient rule.
+        let mut rational = vec![[0.0; MAX_ORDER]; order + 1];
+        let mut denominators = [0.0; MAX_ORDER];
+        for k in 0..=order {
+            self.space.basis_into(span, u, k, &mut row);
+            for j in 0..=p {
+                row[j] *= weights[vertex(j)];
+                denominators[k] += row[j];
+            }
+            for i in 1..=k {
+                let factor = binomial(k, i) * denominators[i];
+                for j in 0..=p {
+                    row[j] -= factor * rational[k - i][j];
+                }
+            }
+            for j in 0..=p {
+                rational[k][j] = row[j] / denominators[0];
+            }
+        }
+        Ok((0..=p).map(|j| (vertex(j), rational[order][j])).collect())
+    }
+
+    fn domain(&self) -> Domain {
+        let (start, end) = self.space.domain();
+        smallvec![Interval { start, end, periodic: self.space.is_periodic() }]
+    }
+
+    fn boxed(&self) -> Box<dyn Shape> {
+        Box::new(self.clone())
+    }
+
+    fn grid(&self) -> Grid {
+        Grid { rows: 1, columns: self.points.len(), rows_wrap: false, columns_wrap: self.space.is_periodic() }
+    }
+}
+
+/// A space that a curve or one direction of a surface can have: degree at least 1, no interior knot that tears.
+pub(super) fn check_curve_space(space: &Space) -> Result<()> {
+    let degree = space.degree();
+    if degree == 0 {
+        return Err(Error::Degree { degree });
+    }
+    let (a, b) = space.domain();
+    let flat = space.flat();
+    let mut index = 0;
+    while index < flat.len() {
+        let value = flat[index];
+        let run = flat[index..].iter().take_while(|&&k| k == value).count();
+        if run > degree && value > a && value < b {
+            return Err(Error::Multiplicity { value, multiplicity: run, degree, allowed: degree });
+        }
+        index += run;
+    }
+    Ok(())
+}
+
+/// Finite control vertices, and weights that fit them.
+pub(super) fn check_net(points: &[Point], weights: Option<&[f64]>) -> Result<()> {
+    if let Some((index, p)) = points.iter().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
+        return Err(Error::VertexNotFinite { index, x: p.x, y: p.y, z: p.z });
+    }
+    let Some(weights) = weights else { return Ok(()) };
+    if weights.len() != points.len() {
+        return Err(Error::WeightCount { weights: weights.len(), vertices: points.len() });
+    }
+    match weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w > 0.0)) {
+        Some((index, &value)) => Err(Error::Weight { index, value }),
+        None => Ok(()),
+    }
+}
+
+/// The error for a number of control vertices that does not fit the knots.
+pub(super) fn knot_count(space: &Space, vertices: usize) -> Error {
+    let degree = space.degree();
+    let (kind, expected) =
+        if space.is_periodic() { ("a periodic", vertices + 1) } else { ("an open", vertices + degree + 1) };
+    Error::KnotCount { knots: space.knots().len(), vertices, degree, kind, expected }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quarter_circle() -> Curve {
+        let space = Space::clamped(2, &[0.0, 1.0]).unwrap();
+        let points = vec![Point::new(1.0, 0.0, 0.0), Point::new(1.0, 1.0, 0.0), Point::new(0.0, 1.0, 0.0)];
+        Curve::rational(space, points, vec![1.0, 0.5_f64.sqrt(), 1.0]).unwrap()
+    }
+
+    #[test]
+    fn rational_quarter_circle_stays_on_the_circle() {
+        let arc = quarter_circle();
+        for i in 0..=16 {
+            let u = f64::from(i) / 16.0;
+            let p = arc.point(u).unwrap().coords;
+            let d = arc.derivative(u, 1).unwrap();
+            assert!((p.norm() - 1.0).abs() < 1e-15 && p.dot(&d).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn stencil_and_evaluation_agree_on_every_order() {
+        let arc = quarter_circle();
+        for order in 0..6 {
+            let by_stencil = Shape::value(&arc, 0.3.into(), order.into()).unwrap();
+            let direct = arc.derivative(0.3, order).unwrap();
+            assert!((by_stencil - direct).norm() <= 1e-13 * direct.norm().max(1.0), "order {order}");
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! Splines: the space of functions a shape is made of, and the shapes.
+//!
+//! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
+//! * [`curve`]: B-spline curves, polynomial and rational, open and periodic.
+//! * [`surface`]: tensor-product surfaces of the same kinds.
+
+pub mod curve;
+pub mod space;
+pub mod surface;
+
+pub use curve::Curve;
+pub use space::Space;
+pub use surface::Surface;
+
+/// Binomial coefficient `C(n, k)` as a float; exact for the degrees in use (`n ≤ 50`).
+pub(crate) fn binomial(n: usize, k: usize) -> f64 {
+    let k = k.min(n - k.min(n));
+    let mut result = 1.0;
+    for i in 0..k {
+        result = result * (n - i) as f64 / (i + 1) as f64;
+    }
+    result.round()
+}

@@ -1,0 +1,192 @@
+//! Tensor-product B-spline surfaces: polynomial and rational, open and periodic in either direction.
+
+use smallvec::smallvec;
+
+use super::binomial;
+use super::curve::{check_curve_space, check_net, knot_count};
+use super::space::{MAX_ORDER, Space};
+use crate::error::{Error, MAX_DEGREE, Result};
+use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Stencil};
+use crate::{Point, Vector};
+
+/// A tensor-product surface `S(u, v) = Σ_i Σ_j N_i(u) M_j(v) P_ij`, or its rational form with weights.
+///
+/// The control net is kept row after row: `P_ij` is `points()[i * v().len() + j]`, `i` along `u`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    u: Space,
+    v: Space,
+    points: Vec<Point>,
+    weights: Option<Vec<f64>>,
+}
+
+impl Surface {
+    /// The polynomial surface with this control net.
+    ///
+    /// # Errors
+    /// When the net is not `u.len() × v.len()`, a space cannot be a curve's, or a coordinate is not finite.
+    pub fn new(u: Space, v: Space, points: Vec<Point>) -> Result<Self> {
+        Self::build(u, v, points, None)
+    }
+
+    /// The rational surface with this control net and weights.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); also when the weights are not as many, or one is not positive and finite.
+    pub fn rational(u: Space, v: Space, points: Vec<Point>, weights: Vec<f64>) -> Result<Self> {
+        Self::build(u, v, points, Some(weights))
+    }
+
+    /// A surface with or without weights.
+    ///
+    /// # Errors
+    /// As for [`rational`](Self::rational).
+    pub fn build(u: Space, v: Space, points: Vec<Point>, weights: Option<Vec<f64>>) -> Result<Self> {
+        check_curve_space(&u)?;
+        check_curve_space(&v)?;
+        if Some(points.len()) != u.len().checked_mul(v.len()) {
+            let rows = points.len() / v.len();
+            return Err(if rows * v.len() == points.len() {
+                knot_count(&u, rows)
+            } else {
+                Error::Grid { row: rows, found: points.len() - rows * v.len(), expected: v.len() }
+            });
+        }
+        check_net(&points, weights.as_deref())?;
+        Ok(Self { u, v, points, weights })
+    }
+
+    /// The space along `u`.
+    pub fn u(&self) -> &Space {
+        &self.u
+    }
+
+    /// The space along `v`.
+    pub fn v(&self) -> &Space {
+        &self.v
+    }
+
+    /// The control net, row after row (`i * v().len() + j`).
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// The weights of a rational surface, in the order of the points.
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_deref()
+    }
+
+    /// The surface's parts: both spaces, control net, weights.
+    pub fn into_parts(self) -> (Space, Space, Vec<Point>, Option<Vec<f64>>) {
+        (self.u, self.v, self.points, self.weights)
+    }
+
+    /// The point at `(u, v)`. `O(pq + log n)`.
+    ///
+    /// # Errors
+    /// When a parameter is outside the domain (a periodic direction wraps it).
+    pub fn point(&self, u: f64, v: f64) -> Result<Point> {
+        Ok(self.derivative(u, v, 0, 0)?.into())
+    }
+
+    /// The mixed derivative `∂^(a+b) S / ∂u^a ∂v^b`.
+    ///
+    /// # Errors
+    /// When a parameter is outside the domain or an order is beyond 25.
+    pub fn derivative(&self, u: f64, v: f64, a: usize, b: usize) -> Result<Vector> {
+        let stencil = self.stencil(Location::Surface(u, v), Derivative { u: a, v: b })?;
+        Ok(stencil.apply(&self.points))
+    }
+}
+
+impl Shape for Surface {
+    fn control_vertices(&self) -> &[Point] {
+        &self.points
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        &mut self.points
+    }
+
+    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
+        let (u, v) = at.on_surface()?;
+        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
+        let (a, b) = (derivative.u, derivative.v);
+        if a.max(b) > MAX_DEGREE {
+            return Err(Error::DerivativeOrder { order: a.max(b) });
+        }
+        let (p, q) = (self.u.degree(), self.v.degree());
+        let (su, sv) = (self.u.span(u), self.v.span(v));
+        let index = |i: usize, j: usize| self.u.vertex(su - p + i) * self.v.len() + self.v.vertex(sv - q + j);
+        let (mut row_u, mut row_v) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
+        let Some(weights) = &self.weights else {
+            self.u.basis_into(su, u, a, &mut row_u);
+            self.v.basis_into(sv, v, b, &mut row_v);
+            return Ok((0..=p)
+                .flat_map(|i| (0..=q).map(move |j| (i, j)))
+                .map(|(i, j)| (index(i, j), row_u[i] * row_v[j]))
+                .collect());
+        };
+        // R^(k,l) = (n^(k,l) - Σ_{(i,j) ≠ 0} C(k,i) C(l,j) W^(i,j) R^(k-i,l-j)) / W, with n_ij = w_ij N_i M_j.
+        let cells = (p + 1) * (q + 1);
+        let mut rational = vec![0.0; cells * (a + 1) * (b + 1)];
+        let mut denominators = vec![0.0; (a + 1) * (b + 1)];
+        for k in 0..=a {
+            self.u.basis_into(su, u, k, &mut row_u);
+            for l in 0..=b {
+                self.v.basis_into(sv, v, l, &mut row_v);
+                let here = k * (b + 1) + l;
+                let (before, rest) = rational.split_at_mut(here * cells);
+                let row = &mut rest[..cells];
+                for i in 0..=p {
+                    for j in 0..=q {
+                        let value = row_u[i] * row_v[j] * weights[index(i, j)];
+                        row[i * (q + 1) + j] = value;
+                        denominators[here] += value;
+                    }
+                }
+                for i in 0..=k {
+                    for j in 0..=l {
+                        if i + j == 0 {
+                            continue;
+                        }
+                        let factor = binomial(k, i) * binomial(l, j) * denominators[i * (b + 1) + j];
+                        let lower = ((k - i) * (b + 1) + l - j) * cells;
+                        for (value, r) in row.iter_mut().zip(&before[lower..lower + cells]) {
+                            *value -= factor * r;
+                        }
+                    }
+                }
+                for value in row {
+                    *value /= denominators[0];
+                }
+            }
+        }
+        let row = &rational[rational.len() - cells..];
+        Ok((0..=p)
+            .flat_map(|i| (0..=q).map(move |j| (i, j)))
+            .map(|(i, j)| (index(i, j), row[i * (q + 1) + j]))
+            .collect())
+    }
+
+    fn domain(&self) -> Domain {
+        let interval = |space: &Space| {
+            let (start, end) = space.domain();
+            Interval { start, end, periodic: space.is_periodic() }
+        };
+        smallvec![interval(&self.u), interval(&self.v)]
+    }
+
+    fn boxed(&self) -> Box<dyn Shape> {
+        Box::new(self.clone())
+    }
+
+    fn grid(&self) -> Grid {
+        Grid {
+            rows: self.u.len(),
+            columns: self.v.len(),
+            rows_wrap: self.u.is_periodic(),
+            columns_wrap: self.v.is_periodic(),
+        }
+    }
+}
