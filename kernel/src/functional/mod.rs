@@ -3,16 +3,58 @@
 //! A functional is a number, or several, that a shape has: where it passes, how it is directed, how much area
 //! it encloses. It is written once and works on every [`Shape`](crate::shape::Shape).
 
+mod curvature;
+mod derivative;
+mod join;
+mod linear;
+mod magnitude;
+mod normal;
+mod on;
+mod orthogonal;
+mod position;
 mod rows;
 mod shapes;
+mod symmetry;
+mod tangent;
+mod vertex;
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
+pub use curvature::{Curvature, curvature};
+pub use derivative::{DerivativeAt, derivative};
+pub use join::{Edge, Join, Place, join};
+pub use linear::{Linear, linear};
+pub use magnitude::{Magnitude, magnitude};
+pub use normal::{Normal, normal};
+pub use on::On;
+pub use orthogonal::{Orthogonal, orthogonal};
+pub use position::{Position, position};
+pub(crate) use rows::Store;
 pub use rows::{Equation, Rows};
 pub use shapes::Shapes;
+pub use symmetry::{Symmetry, symmetry};
+pub use tangent::{Tangent, tangent};
+pub use vertex::{VertexAt, vertex};
 
 use crate::error::Result;
-use crate::plugin::{Declaration, ParameterError, Parameters};
+use crate::plugin::{Declaration, ParameterError, Parameters, Registry};
+use crate::shape::Location;
+
+/// Registers all functionals of the kernel.
+pub fn register(registry: &mut Registry) {
+    registry.functional::<Position>();
+    registry.functional::<DerivativeAt>();
+    registry.functional::<Tangent>();
+    registry.functional::<Magnitude>();
+    registry.functional::<Orthogonal>();
+    registry.functional::<Normal>();
+    registry.functional::<Curvature>();
+    registry.functional::<VertexAt>();
+    registry.functional::<Symmetry>();
+    registry.functional::<Join>();
+    registry.functional::<Linear>();
+}
 
 /// How a functional depends on the control vertices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +89,7 @@ pub trait Functional: Debug + Send + Sync {
     /// # Errors
     /// As for [`rows`](Self::rows).
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
-        let mut store = rows::Store::default();
+        let mut store = Store::default();
         self.rows(shapes, &mut store.rows(shapes))?;
         store.evaluate(shapes, out);
         Ok(())
@@ -58,8 +100,29 @@ pub trait Functional: Debug + Send + Sync {
 
     /// Functionals that must stand still for this one to mean what it says; each is kept unless the edit asks
     /// for the same thing (equal [`describe`](Self::describe)) itself. None by default.
-    fn companions(&self) -> Vec<std::sync::Arc<dyn Functional>> {
+    fn companions(&self) -> Vec<Arc<dyn Functional>> {
         Vec::new()
+    }
+
+    /// The functional with everything that it takes from the shapes' state at the start of an edit made fixed
+    /// (a direction to keep, vertices paired by position); `None` where there is nothing to fix.
+    ///
+    /// # Errors
+    /// As for [`rows`](Self::rows).
+    fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
+        let _ = shapes;
+        Ok(None)
+    }
+
+    /// Where on which shape it looks, where it is one place.
+    fn location(&self) -> Option<(usize, Location)> {
+        None
+    }
+
+    /// Whether it is a condition, which holds where its value is zero, so that nothing more need be said
+    /// (parallel to a direction, symmetric, joined).
+    fn is_condition(&self) -> bool {
+        false
     }
 
     /// Whether its equations are one vector's x, y and z, so that it can be narrowed to an axis and be given a

@@ -54,13 +54,6 @@ impl Store {
         Rows { store: self, offsets: (0..=shapes.len()).map(|i| shapes.offset(i)).collect() }
     }
 
-    pub(crate) fn clear(&mut self) {
-        self.heads.clear();
-        self.vertices.clear();
-        self.coefficients.clear();
-        self.vectors.clear();
-    }
-
     /// The number of blocks.
     pub(crate) fn blocks(&self) -> usize {
         self.heads.len()

@@ -1,18 +1,123 @@
 //! Solvers: the least adjustment that meets linear equations.
+//!
+//! `F d = b` with `dᵀ W d` least has the answer `d = W⁻¹Fᵀ (F W⁻¹ Fᵀ)⁻¹ b` (paper 1, equation (5); with `W` the
+//! metric). A [`System`] holds the sparse rows of `F` and the metric; a [`Solver`] factors it once, at mouse
+//! down; the [`Factored`] answer is then good for any number of right-hand sides.
+//!
+//! | solver | for | condition |
+//! |---|---|---|
+//! | [`Adjoint`] | one to six equations; closed forms for 1, 2, 3 | squared |
+//! | [`Sparse`] | many equations; work proportional to what they touch | squared, then corrected |
+//! | [`HouseholderQr`] | ill-conditioned systems; shows rank | as it is |
+//! | [`DenseLu`] | small systems with any metric; an independent check of the others | as the bordered system |
+//! | [`Automatic`] | picks the first that is fast and safe | |
 
-use thiserror::Error;
+mod adjoint;
+mod automatic;
+mod envelope;
+mod householder_qr;
+mod lu;
+mod metric;
+mod rank;
+mod sparse;
+mod symmetric;
+mod system;
+
+pub use adjoint::Adjoint;
+pub use automatic::Automatic;
+pub use envelope::EnvelopeCholesky;
+pub use householder_qr::HouseholderQr;
+pub use lu::DenseLu;
+pub use metric::SystemMetric;
+pub use rank::{Dependency, Diagnosis};
+pub use sparse::Sparse;
+pub use symmetric::Symmetric;
+pub use system::{SparseRows, System};
 
 /// Turns a system into something that can be solved again and again.
 pub trait Solver: Send + Sync {
     /// Its name in recipes.
     fn name(&self) -> &str;
+
+    /// Does all the work that does not depend on the right-hand side. Dependent rows are found and left out; the
+    /// answer's [`diagnosis`](Factored::diagnosis) names them.
+    ///
+    /// # Errors
+    /// When the system is too large or too ill-conditioned for this solver; the error names a better one.
+    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError>;
+}
+
+/// A factored system.
+///
+/// Vectors with several sides are kept row after row: entry `row * sides + side`.
+pub trait Factored: Send {
+    /// The name of the solver that did the work.
+    fn solver(&self) -> &str;
+
+    /// Rank, condition and the rows that the others imply. Cheap, but not free: not for every event.
+    fn diagnosis(&self) -> Diagnosis;
+
+    /// The least adjustment for a right-hand side: `rhs` has `rows × sides` entries, `d` gets
+    /// `touched × sides`. Entries of `rhs` at dependent rows are not looked at (whether they agree is for the
+    /// caller to see, with [`Diagnosis::dependencies`]). Allocates nothing.
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]);
+
+    /// The Lagrange multipliers `λ` of a right-hand side (`d = W⁻¹Fᵀλ`): `rows × sides`, zero at dependent rows.
+    fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]);
 }
 
 /// Why a system could not be solved.
 #[non_exhaustive]
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SolveError {
-    /// Placeholder of the text.
+    /// More equations or unknowns than this solver is for.
+    #[error(
+        "{equations} equations with {unknowns} unknowns are too many for the solver \"{solver}\": use \"{better}\""
+    )]
+    TooLarge {
+        /// The solver's name.
+        solver: String,
+        /// Rows of the system.
+        equations: usize,
+        /// Columns that the rows touch.
+        unknowns: usize,
+        /// The name of a solver that can.
+        better: &'static str,
+    },
+    /// The system is so ill-conditioned that this solver would lose the answer.
+    #[error(
+        "the constraints are nearly dependent (condition {condition:.1e}), too much so for the solver \"{solver}\": use \"{better}\""
+    )]
+    IllConditioned {
+        /// The solver's name.
+        solver: String,
+        /// Estimate of the condition number.
+        condition: f64,
+        /// The name of a solver that can.
+        better: &'static str,
+    },
+    /// The metric is not positive definite.
+    #[error("the metric is not positive definite (at vertex {vertex}): every weight must be positive")]
+    Metric {
+        /// The control vertex where it fails.
+        vertex: usize,
+    },
+    /// Constraints that cannot all hold; the text names them and says what could be done.
     #[error("{0}")]
-    Invalid(String),
+    Conflict(String),
+    /// The constraints need something that the solver does not do.
+    #[error("{0}")]
+    Unsupported(String),
+    /// A nonlinear problem whose iterations did not arrive.
+    #[error(
+        "not solved after {iterations} iterations: the largest constraint error is still {residual:.3e} (in \"{worst}\"); ask for less at once"
+    )]
+    NotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// The largest constraint error that is left.
+        residual: f64,
+        /// The constraint that has it.
+        worst: String,
+    },
 }

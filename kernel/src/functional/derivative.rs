@@ -1,0 +1,101 @@
+//! The derivative vectors of a shape.
+
+use super::position::{AT, OBJECT};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use crate::error::Result;
+use crate::plugin::{Declaration, Field, ParameterError, Parameters};
+use crate::shape::{Derivative, Location};
+
+/// The derivative vector of any order at a location, `Σ S_i^(k) P_i`: three linear equations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DerivativeAt {
+    on: On,
+    at: Location,
+    order: Derivative,
+}
+
+/// The derivative of an order (`k` on a curve, `[i, j]` on a surface) at a location.
+pub fn derivative(at: impl Into<Location>, order: impl Into<Derivative>) -> DerivativeAt {
+    DerivativeAt { on: On::default(), at: at.into(), order: order.into() }
+}
+
+impl DerivativeAt {
+    /// The same on another shape of the problem.
+    #[must_use]
+    pub fn on(mut self, shape: impl Into<On>) -> Self {
+        self.on = shape.into();
+        self
+    }
+}
+
+impl Functional for DerivativeAt {
+    fn equations(&self) -> usize {
+        3
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        rows.alike(self.on.shape, &shapes.get(self.on.shape)?.stencil(self.at, self.order)?);
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        let Self { on, at, order } = self;
+        match at {
+            Location::Curve(_) => format!("derivative {} at {at}{on}", order.u),
+            Location::Surface(..) => format!("derivative [{}, {}] at {at}{on}", order.u, order.v),
+        }
+    }
+
+    fn is_vector(&self) -> bool {
+        true
+    }
+
+    fn location(&self) -> Option<(usize, Location)> {
+        Some((self.on.shape, self.at))
+    }
+}
+
+impl DeclaredFunctional for DerivativeAt {
+    const DECLARATION: Declaration = Declaration {
+        name: "derivative",
+        help: "the derivative vector there",
+        fields: &[
+            AT,
+            Field::optional(
+                "order",
+                "whole number, or [i, j] on a surface",
+                "1",
+                "how often by u (and by v)",
+            ),
+            OBJECT,
+        ],
+    };
+
+    fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
+        let at = parameters.location("at")?;
+        let order = match (parameters.value("order"), at) {
+            (None, Location::Curve(_)) => Derivative { u: 1, v: 0 },
+            (Some(value), Location::Curve(_)) if !value.is_array() => parameters.count("order")?.into(),
+            (Some(value), Location::Surface(..)) if value.is_array() => {
+                let pair = parameters.integers("order")?;
+                match pair[..] {
+                    [i, j] if i >= 0 && j >= 0 => Derivative { u: i as usize, v: j as usize },
+                    _ => return Err(parameters.error("order", "two counts [i, j] are needed")),
+                }
+            }
+            (_, Location::Surface(..)) => {
+                return Err(
+                    parameters.error("order", "on a surface the order is [i, j]: how often by u and by v")
+                );
+            }
+            (Some(_), Location::Curve(_)) => {
+                return Err(parameters.error("order", "on a curve the order is one whole number"));
+            }
+        };
+        Ok(Self { on: On::from_parameters(parameters, names)?, at, order })
+    }
+}

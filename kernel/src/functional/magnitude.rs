@@ -1,0 +1,80 @@
+//! The length of a curve's first derivative.
+
+use super::on::unit;
+use super::position::{AT, OBJECT};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use crate::error::{Error, Result};
+use crate::plugin::{Declaration, ParameterError, Parameters};
+use crate::shape::Location;
+
+/// `|C'(u)|`, the speed of the parametrisation: one nonlinear equation with gradient `S'_i C'/|C'|`. Keeping it and
+/// the position while the direction turns is figure 2 (a) of paper 1; scaling it, figure 2 (b).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Magnitude {
+    on: On,
+    at: f64,
+}
+
+/// The magnitude of the tangent vector at `u`.
+pub fn magnitude(at: f64) -> Magnitude {
+    Magnitude { on: On::default(), at }
+}
+
+impl Magnitude {
+    /// The same on another shape of the problem.
+    #[must_use]
+    pub fn on(mut self, shape: impl Into<On>) -> Self {
+        self.on = shape.into();
+        self
+    }
+}
+
+impl Functional for Magnitude {
+    fn equations(&self) -> usize {
+        1
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Nonlinear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        let shape = shapes.get(self.on.shape)?;
+        let stencil = shape.stencil(Location::Curve(self.at), 1.into())?;
+        let tangent = stencil.apply(shape.control_vertices());
+        let direction = unit(&tangent).ok_or_else(|| {
+            let what = self.describe();
+            Error::Invalid(format!(
+                "{what}: C' vanishes there and has no direction to grow in; ask elsewhere"
+            ))
+        })?;
+        rows.equation().along(self.on.shape, &stencil, direction);
+        Ok(())
+    }
+
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        let tangent = shapes.get(self.on.shape)?.value(Location::Curve(self.at), 1.into())?;
+        if let Some(out) = out.first_mut() {
+            *out = tangent.norm();
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("tangent magnitude at {}{}", self.at, self.on)
+    }
+
+    fn location(&self) -> Option<(usize, Location)> {
+        Some((self.on.shape, Location::Curve(self.at)))
+    }
+}
+
+impl DeclaredFunctional for Magnitude {
+    const DECLARATION: Declaration =
+        Declaration { name: "magnitude", help: "the length of the tangent vector C'", fields: &[AT, OBJECT] };
+
+    fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
+        let at = parameters.location("at")?.on_curve().map_err(|e| parameters.error("at", e.to_string()))?;
+        Ok(Self { on: On::from_parameters(parameters, names)?, at })
+    }
+}

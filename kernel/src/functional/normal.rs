@@ -1,0 +1,79 @@
+//! The normal of a surface.
+
+use super::on::unit;
+use super::position::{AT, OBJECT};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use crate::Vector;
+use crate::error::{Error, Result};
+use crate::plugin::{Declaration, Field, ParameterError, Parameters};
+use crate::shape::{Derivative, Location};
+
+/// `S_u·n = S_v·n = 0`: two linear equations that couple the axes; zero where they hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Normal {
+    on: On,
+    at: [f64; 2],
+    to: Vector,
+}
+
+/// The surface normal at `(u, v)` parallel to a direction.
+pub fn normal(at: [f64; 2], to: impl Into<Vector>) -> Normal {
+    Normal { on: On::default(), at, to: to.into() }
+}
+
+impl Normal {
+    /// The same on another shape of the problem.
+    #[must_use]
+    pub fn on(mut self, shape: impl Into<On>) -> Self {
+        self.on = shape.into();
+        self
+    }
+}
+
+impl Functional for Normal {
+    fn equations(&self) -> usize {
+        2
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        let shape = shapes.get(self.on.shape)?;
+        let direction = unit(&self.to).ok_or_else(|| {
+            Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
+        })?;
+        for order in [Derivative { u: 1, v: 0 }, Derivative { u: 0, v: 1 }] {
+            let stencil = shape.stencil(self.at.into(), order)?;
+            rows.equation().along(self.on.shape, &stencil, direction);
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("normal at {}{}", Location::from(self.at), self.on)
+    }
+
+    fn location(&self) -> Option<(usize, Location)> {
+        Some((self.on.shape, self.at.into()))
+    }
+
+    fn is_condition(&self) -> bool {
+        true
+    }
+}
+
+impl DeclaredFunctional for Normal {
+    const DECLARATION: Declaration = Declaration {
+        name: "normal",
+        help: "the surface normal parallel to a direction",
+        fields: &[AT, Field::required("to", "[x, y, z]", "the direction"), OBJECT],
+    };
+
+    fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
+        let (u, v) =
+            parameters.location("at")?.on_surface().map_err(|e| parameters.error("at", e.to_string()))?;
+        Ok(Self { on: On::from_parameters(parameters, names)?, at: [u, v], to: parameters.vector("to")? })
+    }
+}

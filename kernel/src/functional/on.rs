@@ -1,0 +1,79 @@
+//! Which shape of a problem a functional looks at.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::ShapeNames;
+use crate::plugin::{ParameterError, Parameters};
+
+/// A shape of a problem: its number, and its name where it has one. The default is the first shape.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct On {
+    /// The number of the shape.
+    pub shape: usize,
+    /// The name that messages give it.
+    pub name: Option<Arc<str>>,
+}
+
+impl On {
+    /// The shape that the field `object` names, or the first one where the field is left out.
+    ///
+    /// # Errors
+    /// When there is no such object or it cannot be edited.
+    pub fn from_parameters(
+        parameters: &Parameters,
+        names: &mut dyn ShapeNames,
+    ) -> Result<Self, ParameterError> {
+        if !parameters.has("object") {
+            return Ok(Self::default());
+        }
+        let name = parameters.text("object")?;
+        let shape = names.shape(name).map_err(|e| parameters.error("object", e.to_string()))?;
+        Ok(Self { shape, name: Some(name.into()) })
+    }
+}
+
+impl From<usize> for On {
+    fn from(shape: usize) -> Self {
+        Self { shape, name: None }
+    }
+}
+
+impl fmt::Display for On {
+    /// Nothing for the first shape, else ` of "name"` or ` of shape 1`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.name, self.shape) {
+            (Some(name), _) => write!(f, " of \"{name}\""),
+            (None, 0) => Ok(()),
+            (None, shape) => write!(f, " of shape {shape}"),
+        }
+    }
+}
+
+/// Two unit vectors that are perpendicular to `axis` and to each other, right-handed with it; `None` where `axis`
+/// has no direction. The first is as near as can be to `prefer`, where that is not parallel.
+pub(super) fn perpendiculars(axis: &crate::Vector, prefer: &crate::Vector) -> Option<[crate::Vector; 2]> {
+    let axis = unit(axis)?;
+    let rest = |v: &crate::Vector| {
+        let v = unit(v)?;
+        // Twice, so that what is left is perpendicular to rounding even where v is nearly parallel.
+        let once = v - axis * axis.dot(&v);
+        let twice = once - axis * axis.dot(&once);
+        (once.norm() > 1e-6).then(|| unit(&twice)).flatten()
+    };
+    // The coordinate axis that is least parallel: never fails.
+    let least = crate::Vector::ith(axis.iamin(), 1.0);
+    let first = rest(prefer).or_else(|| rest(&least))?;
+    Some([first, axis.cross(&first)])
+}
+
+/// A vector over its length, safe for any size; `None` for zero, NaN or infinity.
+pub(super) fn unit(v: &crate::Vector) -> Option<crate::Vector> {
+    let largest = v.amax();
+    if !(largest > 0.0 && largest.is_finite()) {
+        return None;
+    }
+    let scaled = v / largest;
+    // Dividing by a subnormal overflows: no direction can be told there.
+    scaled.iter().all(|c| c.is_finite()).then(|| scaled / scaled.norm())
+}

@@ -1,0 +1,72 @@
+//! Where a shape passes.
+
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use crate::error::Result;
+use crate::plugin::{Declaration, Field, ParameterError, Parameters};
+use crate::shape::{Derivative, Location};
+
+/// The point of a shape at a location, `Σ S_i P_i`: three linear equations that share the stencil (paper 4,
+/// equation (e 7)).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Position {
+    on: On,
+    at: Location,
+}
+
+/// The position at a location: `u` on a curve, `[u, v]` on a surface.
+pub fn position(at: impl Into<Location>) -> Position {
+    Position { on: On::default(), at: at.into() }
+}
+
+impl Position {
+    /// The same on another shape of the problem.
+    #[must_use]
+    pub fn on(mut self, shape: impl Into<On>) -> Self {
+        self.on = shape.into();
+        self
+    }
+}
+
+impl Functional for Position {
+    fn equations(&self) -> usize {
+        3
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        rows.alike(self.on.shape, &shapes.get(self.on.shape)?.stencil(self.at, Derivative::POSITION)?);
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("position at {}{}", self.at, self.on)
+    }
+
+    fn is_vector(&self) -> bool {
+        true
+    }
+
+    fn location(&self) -> Option<(usize, Location)> {
+        Some((self.on.shape, self.at))
+    }
+}
+
+/// The field that every kind with a location has.
+pub(super) const AT: Field =
+    Field::required("at", "number, or [u, v] on a surface", "the location, in the shape's own parameters");
+
+/// The field that every kind has.
+pub(super) const OBJECT: Field =
+    Field::optional("object", "text", "the step's object", "another object of the scene to ask this of");
+
+impl DeclaredFunctional for Position {
+    const DECLARATION: Declaration =
+        Declaration { name: "position", help: "where the shape passes", fields: &[AT, OBJECT] };
+
+    fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
+        Ok(Self { on: On::from_parameters(parameters, names)?, at: parameters.location("at")? })
+    }
+}

@@ -1,0 +1,204 @@
+//! Dense LU with partial pivoting of the bordered system.
+
+use std::sync::Arc;
+
+use super::metric::SystemMetric;
+use super::rank::{Dependency, Diagnosis, Reflections};
+use super::system::{SparseRows, System};
+use super::{Factored, SolveError, Solver};
+
+/// Gaussian elimination with partial pivoting of `[W Fᵀ; F 0] [d; -λ] = [0; b]`, which takes any metric as it is.
+/// Work: `O((m + c)³)` for `c` rows over `m` touched columns; systems above 3000 are refused.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DenseLu;
+
+impl DenseLu {
+    /// The largest bordered system it takes.
+    pub const LIMIT: usize = 3000;
+}
+
+struct FactoredLu {
+    rows: Arc<SparseRows>,
+    sides: usize,
+    kept: Vec<usize>,
+    scale: Vec<f64>,
+    /// The metric was divided by this.
+    mean: f64,
+    columns: usize,
+    /// The factors, row after row, rows in pivot order.
+    lu: Vec<f64>,
+    pivots: Vec<usize>,
+    dependencies: Vec<Dependency>,
+    work: Vec<f64>,
+}
+
+impl Solver for DenseLu {
+    fn name(&self) -> &'static str {
+        "lu"
+    }
+
+    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        let rows = system.rows();
+        let (equations, unknowns) = (rows.len(), rows.width());
+        // Dependent rows make the bordered matrix singular, and elimination alone does not show which they are.
+        if equations + unknowns > Self::LIMIT {
+            return Err(SolveError::TooLarge {
+                solver: self.name().into(),
+                equations,
+                unknowns,
+                better: "sparse",
+            });
+        }
+        let whitened = system.whitened()?;
+        let reflections = Reflections::new(&whitened.rows, self.name())?;
+        let dependencies = reflections.diagnosis().dependencies;
+        let kept = reflections.independent();
+        let n = unknowns + kept.len();
+        let mut matrix = vec![0.0; n * n];
+        // The metric's block: W, or, where its inverse K is what is known, d - K Fᵀλ = 0 instead of W d - Fᵀλ = 0.
+        // Rows are scaled to unit length and W by its mean diagonal, so that pivots compare.
+        let scale: Vec<f64> = kept.iter().map(|&r| 1.0 / rows.norm(r)).collect();
+        let mut transposed = vec![0.0; unknowns * kept.len()];
+        for (k, &row) in kept.iter().enumerate() {
+            for (column, value) in rows.iter_row(row) {
+                matrix[(unknowns + k) * n + column] = value * scale[k];
+                transposed[column * kept.len() + k] = value * scale[k];
+            }
+        }
+        let mut mean = 1.0;
+        match system.metric() {
+            SystemMetric::Least => (0..unknowns).for_each(|i| matrix[i * n + i] = 1.0),
+            SystemMetric::Weights(weights) => {
+                mean = weights.iter().sum::<f64>() / unknowns.max(1) as f64;
+                (0..unknowns).for_each(|i| matrix[i * n + i] = weights[i] / mean);
+            }
+            SystemMetric::Matrix(w) => {
+                mean = (0..unknowns).map(|i| w.entry(i, i)).sum::<f64>() / unknowns.max(1) as f64;
+                for i in 0..unknowns {
+                    for (j, value) in w.row(i) {
+                        matrix[i * n + j] = value / mean;
+                    }
+                }
+            }
+            SystemMetric::Inverse(k) => {
+                (0..unknowns).for_each(|i| matrix[i * n + i] = 1.0);
+                let plain = transposed.clone();
+                k.multiply(&plain, kept.len().max(1), &mut transposed);
+            }
+        }
+        for column in 0..unknowns {
+            for k in 0..kept.len() {
+                matrix[column * n + unknowns + k] = transposed[column * kept.len() + k];
+            }
+        }
+        let pivots = eliminate(&mut matrix, n).ok_or_else(|| SolveError::IllConditioned {
+            solver: self.name().into(),
+            condition: f64::INFINITY,
+            better: "householder-qr",
+        })?;
+        Ok(Box::new(FactoredLu {
+            rows: Arc::clone(rows),
+            sides: system.sides(),
+            kept,
+            scale,
+            mean,
+            columns: unknowns,
+            lu: matrix,
+            pivots,
+            dependencies,
+            work: vec![0.0; n],
+        }))
+    }
+}
+
+/// `P A = L U` in place; the row exchanged with row `k` at step `k`. `None` where a pivot vanishes.
+fn eliminate(a: &mut [f64], n: usize) -> Option<Vec<usize>> {
+    let mut pivots = Vec::with_capacity(n);
+    for k in 0..n {
+        let mut pick = k;
+        for i in k + 1..n {
+            if a[i * n + k].abs() > a[pick * n + k].abs() {
+                pick = i;
+            }
+        }
+        pivots.push(pick);
+        if pick != k {
+            let (upper, lower) = a.split_at_mut(pick * n);
+            upper[k * n..(k + 1) * n].swap_with_slice(&mut lower[..n]);
+        }
+        let pivot = a[k * n + k];
+        if !(pivot.abs() > 0.0 && pivot.is_finite()) {
+            return None;
+        }
+        let (upper, lower) = a.split_at_mut((k + 1) * n);
+        let row = &upper[k * n + k + 1..];
+        for other in lower.chunks_exact_mut(n) {
+            let factor = other[k] / pivot;
+            other[k] = factor;
+            if factor != 0.0 {
+                for (o, r) in other[k + 1..].iter_mut().zip(row) {
+                    *o -= factor * r;
+                }
+            }
+        }
+    }
+    Some(pivots)
+}
+
+impl FactoredLu {
+    /// Solves for one side; `work` holds `d` and then `-λ` (of scaled rows).
+    fn solve_side(&mut self, rhs: &[f64], side: usize) {
+        let n = self.work.len();
+        self.work[..self.columns].fill(0.0);
+        for (k, &row) in self.kept.iter().enumerate() {
+            self.work[self.columns + k] = rhs[row * self.sides + side] * self.scale[k];
+        }
+        for (k, &pick) in self.pivots.iter().enumerate() {
+            self.work.swap(k, pick);
+        }
+        for i in 0..n {
+            let sum: f64 = self.lu[i * n..i * n + i].iter().zip(&self.work).map(|(l, x)| l * x).sum();
+            self.work[i] -= sum;
+        }
+        for i in (0..n).rev() {
+            let row = &self.lu[i * n + i..(i + 1) * n];
+            let sum: f64 = row[1..].iter().zip(&self.work[i + 1..]).map(|(u, x)| u * x).sum();
+            self.work[i] = (self.work[i] - sum) / row[0];
+        }
+    }
+}
+
+impl Factored for FactoredLu {
+    fn solver(&self) -> &'static str {
+        "lu"
+    }
+
+    fn diagnosis(&self) -> Diagnosis {
+        let mut rows = SparseRows::new(self.rows.width());
+        for &row in &self.kept {
+            rows.push(self.rows.iter_row(row));
+        }
+        let condition = Reflections::new(&rows, "lu").map_or(f64::INFINITY, |r| r.diagnosis().condition);
+        Diagnosis { rank: self.kept.len(), condition, dependencies: self.dependencies.clone() }
+    }
+
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        for side in 0..self.sides {
+            self.solve_side(rhs, side);
+            for (d, value) in d.chunks_exact_mut(self.sides).zip(&self.work[..self.columns]) {
+                d[side] = *value;
+            }
+        }
+    }
+
+    fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
+        multipliers.fill(0.0);
+        for side in 0..self.sides {
+            self.solve_side(rhs, side);
+            for (k, &row) in self.kept.iter().enumerate() {
+                multipliers[row * self.sides + side] =
+                    -self.work[self.columns + k] * self.scale[k] * self.mean;
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! The metric of the least adjustment, and the coordinates in which it is the Euclidean one.
+
+use std::sync::Arc;
+
+use super::SolveError;
+use super::envelope::EnvelopeCholesky;
+use super::symmetric::Symmetric;
+use super::system::{SparseRows, System};
+
+/// `W` in `dᵀWd`, over the touched columns of a system.
+#[derive(Debug, Clone, Default)]
+pub enum SystemMetric {
+    /// The identity: least adjustment (paper 1, equation (1)).
+    #[default]
+    Least,
+    /// A diagonal: one positive weight a column. Heavy vertices move less.
+    Weights(Arc<Vec<f64>>),
+    /// A sparse symmetric positive definite matrix `W`.
+    Matrix(Arc<Symmetric>),
+    /// The inverse `W⁻¹` as a sparse symmetric positive definite matrix (falloff: how a vertex takes others along).
+    Inverse(Arc<Symmetric>),
+}
+
+/// The rows in coordinates `e` with `‖e‖² = dᵀWd`, and the way back `d = T e`.
+#[derive(Debug, Clone)]
+pub(crate) struct Whitened {
+    pub(crate) rows: Arc<SparseRows>,
+    back: Back,
+}
+
+#[derive(Debug, Clone)]
+enum Back {
+    Same,
+    Scale(Vec<f64>),
+    Triangular { factor: Arc<EnvelopeCholesky>, order: Arc<Vec<usize>>, inverse: bool, work: Vec<f64> },
+}
+
+impl System {
+    /// The rows in the coordinates of the metric.
+    pub(crate) fn whitened(&self) -> Result<Whitened, SolveError> {
+        let rows = self.rows();
+        match self.metric() {
+            SystemMetric::Least => Ok(Whitened { rows: Arc::clone(rows), back: Back::Same }),
+            SystemMetric::Weights(weights) => {
+                if let Some(at) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
+                    return Err(self.bad_metric(at));
+                }
+                let scale: Vec<f64> = weights.iter().map(|w| 1.0 / w.sqrt()).collect();
+                let mut scaled = SparseRows::with_capacity(rows.width(), rows.len(), rows.entries());
+                for row in 0..rows.len() {
+                    scaled.push(rows.iter_row(row).map(|(c, v)| (c, v * scale[c])));
+                }
+                Ok(Whitened { rows: Arc::new(scaled), back: Back::Scale(scale) })
+            }
+            // W = R Rᵀ: e = Rᵀd, so a row f becomes R⁻¹f and d = R⁻ᵀe.
+            SystemMetric::Matrix(matrix) => self.triangular(matrix, false),
+            // W⁻¹ = L Lᵀ: d = L e, so a row f becomes Lᵀf.
+            SystemMetric::Inverse(matrix) => self.triangular(matrix, true),
+        }
+    }
+
+    fn triangular(&self, matrix: &Symmetric, inverse: bool) -> Result<Whitened, SolveError> {
+        let (factor, order) = factor_symmetric(matrix).map_err(|row| self.bad_metric(row))?;
+        let n = matrix.size();
+        let mut place = vec![0; n];
+        for (position, &row) in order.iter().enumerate() {
+            place[row] = position;
+        }
+        let rows = self.rows();
+        let mut whitened = SparseRows::new(n);
+        let mut dense = vec![0.0; n];
+        for row in 0..rows.len() {
+            dense.fill(0.0);
+            for (column, value) in rows.iter_row(row) {
+                dense[place[column]] += value;
+            }
+            if inverse {
+                factor.multiply_upper(&mut dense, 1);
+            } else {
+                factor.forward(&mut dense, 1);
+            }
+            whitened.push(dense.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(c, v)| (c, *v)));
+        }
+        let work = vec![0.0; n * self.sides()];
+        let back = Back::Triangular { factor: Arc::new(factor), order: Arc::new(order), inverse, work };
+        Ok(Whitened { rows: Arc::new(whitened), back })
+    }
+
+    fn bad_metric(&self, column: usize) -> SolveError {
+        let column = self.touched().get(column).copied().unwrap_or(column);
+        SolveError::Metric { vertex: if self.sides() == 3 { column } else { column / 3 } }
+    }
+}
+
+impl Whitened {
+    /// `d = T e`, in place.
+    pub(crate) fn finish(&mut self, d: &mut [f64], sides: usize) {
+        match &mut self.back {
+            Back::Same => {}
+            Back::Scale(scale) => {
+                for (entry, s) in d.chunks_exact_mut(sides).zip(scale) {
+                    entry.iter_mut().for_each(|v| *v *= *s);
+                }
+            }
+            Back::Triangular { factor, order, inverse, work } => {
+                let work = &mut work[..d.len()];
+                work.copy_from_slice(d);
+                if *inverse {
+                    factor.multiply_lower(work, sides);
+                } else {
+                    factor.backward(work, sides);
+                }
+                for (value, &row) in work.chunks_exact(sides).zip(order.iter()) {
+                    d[row * sides..(row + 1) * sides].copy_from_slice(value);
+                }
+            }
+        }
+    }
+}
+
+/// The Cholesky factor of a sparse symmetric matrix in an order that keeps its envelope small, and that order.
+///
+/// # Errors
+/// The row where the matrix is not positive definite.
+fn factor_symmetric(matrix: &Symmetric) -> Result<(EnvelopeCholesky, Vec<usize>), usize> {
+    let n = matrix.size();
+    let envelope = |order: &[usize]| {
+        let mut place = vec![0; n];
+        for (position, &row) in order.iter().enumerate() {
+            place[row] = position;
+        }
+        let first: Vec<u32> = order
+            .iter()
+            .enumerate()
+            .map(|(position, &row)| {
+                matrix.row(row).map(|(c, _)| place[c]).min().unwrap_or(position).min(position) as u32
+            })
+            .collect();
+        let size: usize = first.iter().enumerate().map(|(i, &f)| i + 1 - f as usize).sum();
+        (first, size)
+    };
+    let natural: Vec<usize> = (0..n).collect();
+    let (first, size) = envelope(&natural);
+    let narrow = matrix.narrow_order();
+    let (narrow_first, narrow_size) = envelope(&narrow);
+    let (order, first) = if narrow_size < size { (narrow, narrow_first) } else { (natural, first) };
+    let factor = EnvelopeCholesky::factor(first, f64::EPSILON * 4.0, |i, j| matrix.entry(order[i], order[j]))
+        .map_err(|i| order[i])?;
+    Ok((factor, order))
+}

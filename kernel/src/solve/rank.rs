@@ -1,0 +1,345 @@
+//! Householder reflections from the right with row pivoting: rank, and which rows the others imply.
+
+use super::SolveError;
+use super::metric::Whitened;
+use super::system::SparseRows;
+
+/// Rank and condition of a system, and the rows that were left out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Diagnosis {
+    /// Independent rows.
+    pub rank: usize,
+    /// Estimate of the condition number of the independent rows, each scaled to unit length.
+    pub condition: f64,
+    /// Every dependent row, and how the others imply it.
+    pub dependencies: Vec<Dependency>,
+}
+
+/// A row that is a combination of others: `row = Σ factor · other`. With no others, the row is zero: no vertex
+/// that may move touches it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dependency {
+    /// The dependent row.
+    pub row: usize,
+    /// The independent rows it is made of, ascending, with their factors.
+    pub combination: Vec<(usize, f64)>,
+}
+
+/// A row whose part outside the span of the rows before it is shorter than this (of its own length) depends on
+/// them. Householder reflections are backward stable, so rounding leaves some `10 ε`, whatever the condition.
+const DEPENDENT: f64 = 1e-12;
+
+/// The most numbers a dense block may have: 1.6 GB.
+const BLOCK_LIMIT: usize = 200_000_000;
+
+/// `S P A = [L 0] Q`: the rows `A`, scaled to unit length (`S`) and reordered (`P`), reflected from the right into
+/// a lower triangle (paper 4, §4), one dense block for each set of rows connected by shared columns.
+#[derive(Debug, Clone)]
+pub(crate) struct Reflections {
+    blocks: Vec<Block>,
+    /// Rows without any entry.
+    empty: Vec<usize>,
+}
+
+#[derive(Debug, Clone)]
+struct Block {
+    /// Original rows in pivot order: the first `rank` are independent.
+    rows: Vec<usize>,
+    /// Reciprocal length of each, in that order.
+    scale: Vec<f64>,
+    columns: Vec<u32>,
+    rank: usize,
+    /// Row `k`: before the diagonal `L`, from the diagonal on the reflection vector `v_k` (for `k < rank`).
+    work: Vec<f64>,
+    diagonal: Vec<f64>,
+    /// `2 / vᵀv` of each reflection.
+    beta: Vec<f64>,
+}
+
+impl Reflections {
+    pub(crate) fn new(rows: &SparseRows, solver: &str) -> Result<Self, SolveError> {
+        let mut empty = Vec::new();
+        let mut blocks = Vec::new();
+        for (members, columns) in components(rows, &mut empty) {
+            if members.len().saturating_mul(columns.len()) > BLOCK_LIMIT {
+                let (equations, unknowns) = (members.len(), columns.len());
+                return Err(SolveError::TooLarge {
+                    solver: solver.into(),
+                    equations,
+                    unknowns,
+                    better: "sparse",
+                });
+            }
+            blocks.push(Block::new(rows, members, columns));
+        }
+        Ok(Self { blocks, empty })
+    }
+
+    pub(crate) fn diagnosis(&self) -> Diagnosis {
+        let rank = self.blocks.iter().map(|b| b.rank).sum();
+        let mut dependencies: Vec<Dependency> =
+            self.empty.iter().map(|&row| Dependency { row, combination: Vec::new() }).collect();
+        for block in &self.blocks {
+            dependencies.extend((block.rank..block.rows.len()).map(|i| block.dependency(i)));
+        }
+        dependencies.sort_by_key(|d| d.row);
+        // Blocks share nothing: the condition is that of the largest and smallest singular values of all.
+        let extremes = self.blocks.iter().map(Block::singular_values);
+        let (high, low) = extremes.fold((0.0_f64, f64::INFINITY), |(h, l), (a, b)| (h.max(a), l.min(b)));
+        Diagnosis { rank, condition: if rank == 0 { 1.0 } else { (high / low).max(1.0) }, dependencies }
+    }
+
+    /// The independent rows, ascending.
+    pub(crate) fn independent(&self) -> Vec<usize> {
+        let mut rows: Vec<usize> =
+            self.blocks.iter().flat_map(|b| b.rows[..b.rank].iter().copied()).collect();
+        rows.sort_unstable();
+        rows
+    }
+
+    /// The shortest `e` with `A e = b` on the independent rows.
+    pub(crate) fn solve_into(&self, b: &[f64], sides: usize, e: &mut [f64], work: &mut [f64]) {
+        e.fill(0.0);
+        for block in &self.blocks {
+            for side in 0..sides {
+                let x = &mut work[..block.columns.len()];
+                x.fill(0.0);
+                block.lower(b, sides, side, x);
+                block.reflect_back(x);
+                for (&column, value) in block.columns.iter().zip(&*x) {
+                    e[column as usize * sides + side] = *value;
+                }
+            }
+        }
+    }
+
+    /// `λ` with `A Aᵀ λ = b`: `Lᵀ S⁻¹ λ = y`, `L y = S b`.
+    pub(crate) fn multipliers_into(
+        &self,
+        b: &[f64],
+        sides: usize,
+        multipliers: &mut [f64],
+        work: &mut [f64],
+    ) {
+        multipliers.fill(0.0);
+        for block in &self.blocks {
+            for side in 0..sides {
+                let y = &mut work[..block.columns.len()];
+                block.lower(b, sides, side, y);
+                block.upper(block.rank, y);
+                for k in 0..block.rank {
+                    multipliers[block.rows[k] * sides + side] = y[k] * block.scale[k];
+                }
+            }
+        }
+    }
+
+    /// Numbers of scratch that the solves need.
+    pub(crate) fn scratch(&self) -> usize {
+        self.blocks.iter().map(|b| b.columns.len()).max().unwrap_or(0)
+    }
+}
+
+impl Block {
+    fn new(rows: &SparseRows, mut members: Vec<usize>, columns: Vec<u32>) -> Self {
+        let (count, m) = (members.len(), columns.len());
+        let mut work = vec![0.0; count * m];
+        let mut scale = Vec::with_capacity(count);
+        for (i, &row) in members.iter().enumerate() {
+            let norm = rows.norm(row);
+            let reciprocal = if norm > 0.0 { 1.0 / norm } else { 1.0 };
+            for (column, value) in rows.iter_row(row) {
+                let at = columns.binary_search(&(column as u32)).unwrap_or(0);
+                // Divide rather than multiply: the reciprocal of a subnormal overflows.
+                work[i * m + at] += if norm > 0.0 { value / norm } else { 0.0 };
+            }
+            scale.push(reciprocal);
+        }
+        let mut diagonal = Vec::new();
+        let mut beta = Vec::new();
+        let mut rank = 0;
+        while rank < count.min(m) {
+            let k = rank;
+            let rest = |i: usize| work[i * m + k..(i + 1) * m].iter().map(|v| v * v).sum::<f64>();
+            let norms: Vec<f64> = (k..count).map(rest).collect();
+            let largest = norms.iter().fold(0.0_f64, |a, b| a.max(*b));
+            if largest.sqrt() <= DEPENDENT {
+                break;
+            }
+            // The first row that is within a factor two of the longest: rows keep their order where they can, so
+            // that of two equal constraints the later one is called redundant.
+            let pick = k + norms.iter().position(|&n| n >= 0.25 * largest).unwrap_or(0);
+            rotate_row(&mut work, m, k, pick);
+            members[k..=pick].rotate_right(1);
+            scale[k..=pick].rotate_right(1);
+            let (head, tail) = work.split_at_mut((k + 1) * m);
+            let v = &mut head[k * m + k..];
+            let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            // σ has the sign of v₀, so that v₀ + σ does not cancel (paper 4, §3).
+            let sigma = if v[0] < 0.0 { -length } else { length };
+            v[0] += sigma;
+            let factor = 1.0 / (sigma * v[0]);
+            for row in tail.chunks_exact_mut(m) {
+                let row = &mut row[k..];
+                let dot: f64 = row.iter().zip(&*v).map(|(a, b)| a * b).sum::<f64>() * factor;
+                for (a, b) in row.iter_mut().zip(&*v) {
+                    *a -= dot * b;
+                }
+            }
+            diagonal.push(-sigma);
+            beta.push(factor);
+            rank += 1;
+        }
+        Self { rows: members, scale, columns, rank, work, diagonal, beta }
+    }
+
+    fn m(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// `y = L⁻¹ S b`, into the first `rank` entries of `y`.
+    fn lower(&self, b: &[f64], sides: usize, side: usize, y: &mut [f64]) {
+        for k in 0..self.rank {
+            let row = &self.work[k * self.m()..k * self.m() + k];
+            let sum: f64 = row.iter().zip(&*y).map(|(l, y)| l * y).sum();
+            y[k] = (b[self.rows[k] * sides + side] * self.scale[k] - sum) / self.diagonal[k];
+        }
+    }
+
+    /// `y ← L⁻ᵀ y` on the leading `k` entries.
+    fn upper(&self, k: usize, y: &mut [f64]) {
+        for i in (0..k).rev() {
+            y[i] /= self.diagonal[i];
+            let value = y[i];
+            for (j, l) in self.work[i * self.m()..i * self.m() + i].iter().enumerate() {
+                y[j] -= l * value;
+            }
+        }
+    }
+
+    /// Undoes the reflections, the last first.
+    fn reflect_back(&self, x: &mut [f64]) {
+        for k in (0..self.rank).rev() {
+            let v = &self.work[k * self.m() + k..(k + 1) * self.m()];
+            let x = &mut x[k..];
+            let dot: f64 = x.iter().zip(v).map(|(a, b)| a * b).sum::<f64>() * self.beta[k];
+            for (a, b) in x.iter_mut().zip(v) {
+                *a -= dot * b;
+            }
+        }
+    }
+
+    /// How pivot row `i` (beyond the rank) is made of the independent ones: `Lᵀ c = l_i`, in unscaled rows.
+    fn dependency(&self, i: usize) -> Dependency {
+        let mut c = self.work[i * self.m()..i * self.m() + self.rank].to_vec();
+        self.upper(self.rank, &mut c);
+        let largest = c.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let mut combination: Vec<(usize, f64)> = c
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| c.abs() > 1e-9 * largest)
+            .map(|(j, c)| (self.rows[j], c * self.scale[j] / self.scale[i]))
+            .collect();
+        combination.sort_by_key(|&(row, _)| row);
+        Dependency { row: self.rows[i], combination }
+    }
+
+    /// Estimates of the largest and the smallest singular value of `L`, by power iteration.
+    fn singular_values(&self) -> (f64, f64) {
+        let n = self.rank;
+        if n == 0 {
+            return (0.0, f64::INFINITY);
+        }
+        if n == 1 {
+            return (self.diagonal[0].abs(), self.diagonal[0].abs());
+        }
+        let norm = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let start: Vec<f64> =
+            (0..n).map(|i| 1.0 + ((i * 7 + 3) % 11) as f64 / 11.0 - 2.0 * (i % 2) as f64).collect();
+        let l = |i: usize, j: usize| if i == j { self.diagonal[i] } else { self.work[i * self.m() + j] };
+        let grow = |inverse: bool| {
+            let mut x = start.clone();
+            let mut growth = 0.0;
+            for _ in 0..12 {
+                let before = norm(&x);
+                x.iter_mut().for_each(|v| *v /= before);
+                if inverse {
+                    for i in 0..n {
+                        let sum: f64 = (0..i).map(|j| l(i, j) * x[j]).sum();
+                        x[i] = (x[i] - sum) / self.diagonal[i];
+                    }
+                    self.upper(n, &mut x);
+                } else {
+                    for j in 0..n {
+                        x[j] = (j..n).map(|i| l(i, j) * x[i]).sum();
+                    }
+                    for i in (0..n).rev() {
+                        x[i] = (0..=i).map(|j| l(i, j) * x[j]).sum();
+                    }
+                }
+                growth = norm(&x);
+            }
+            growth
+        };
+        (grow(false).sqrt(), 1.0 / grow(true).sqrt())
+    }
+}
+
+/// Moves row `from` up to place `to`, the rows between one down.
+fn rotate_row(work: &mut [f64], m: usize, to: usize, from: usize) {
+    if from > to {
+        work[to * m..(from + 1) * m].rotate_right(m);
+    }
+}
+
+/// The connected sets of rows (sharing columns), each with its columns; rows without entries go to `empty`.
+fn components(rows: &SparseRows, empty: &mut Vec<usize>) -> Vec<(Vec<usize>, Vec<u32>)> {
+    let mut parent: Vec<u32> = (0..rows.width() as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    for row in 0..rows.len() {
+        let (columns, _) = rows.row(row);
+        if let Some((&first, rest)) = columns.split_first() {
+            for &column in rest {
+                let (a, b) = (root(&mut parent, first), root(&mut parent, column));
+                // The smaller number becomes the root: the outcome does not depend on the order of unions.
+                let (low, high) = (a.min(b), a.max(b));
+                parent[high as usize] = low;
+            }
+        }
+    }
+    let mut number = vec![u32::MAX; rows.width()];
+    let mut sets: Vec<(Vec<usize>, Vec<u32>)> = Vec::new();
+    for row in 0..rows.len() {
+        let (columns, values) = rows.row(row);
+        let Some(&first) = columns.first().filter(|_| values.iter().any(|v| *v != 0.0)) else {
+            empty.push(row);
+            continue;
+        };
+        let r = root(&mut parent, first) as usize;
+        if number[r] == u32::MAX {
+            number[r] = sets.len() as u32;
+            sets.push((Vec::new(), Vec::new()));
+        }
+        sets[number[r] as usize].0.push(row);
+    }
+    for column in 0..rows.width() as u32 {
+        let r = root(&mut parent, column) as usize;
+        if number[r] != u32::MAX {
+            sets[number[r] as usize].1.push(column);
+        }
+    }
+    sets
+}
+
+/// The whitened rows without the dependent ones, and what was left out. For solvers that find a pivot they
+/// do not trust.
+pub(crate) fn reduce(whitened: &Whitened, solver: &str) -> Result<(Vec<usize>, Diagnosis), SolveError> {
+    let reflections = Reflections::new(&whitened.rows, solver)?;
+    Ok((reflections.independent(), reflections.diagnosis()))
+}

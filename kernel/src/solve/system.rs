@@ -1,0 +1,203 @@
+//! A linear system as solvers see it: sparse rows over the columns that matter, and a metric.
+
+use std::sync::Arc;
+
+use super::metric::SystemMetric;
+
+/// Sparse rows. Columns ascend within a row and do not repeat.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SparseRows {
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    width: usize,
+}
+
+impl SparseRows {
+    /// No rows yet, over `width` columns.
+    pub fn new(width: usize) -> Self {
+        Self { starts: vec![0], columns: Vec::new(), values: Vec::new(), width }
+    }
+
+    /// Room for `rows` rows of `entries` entries in all.
+    pub fn with_capacity(width: usize, rows: usize, entries: usize) -> Self {
+        let mut starts = Vec::with_capacity(rows + 1);
+        starts.push(0);
+        Self { starts, columns: Vec::with_capacity(entries), values: Vec::with_capacity(entries), width }
+    }
+
+    /// Appends a row. Terms at the same column are added; zero coefficients stay. Columns beyond the width are
+    /// left out.
+    pub fn push(&mut self, terms: impl IntoIterator<Item = (usize, f64)>) {
+        let start = self.columns.len();
+        let mut ascending = true;
+        for (column, value) in terms {
+            if column >= self.width {
+                continue;
+            }
+            let column = column as u32;
+            ascending &= self.columns.len() == start || self.columns.last().is_some_and(|&c| c < column);
+            self.columns.push(column);
+            self.values.push(value);
+        }
+        if !ascending {
+            let mut row: Vec<(u32, f64)> =
+                self.columns.drain(start..).zip(self.values.drain(start..)).collect();
+            row.sort_by_key(|&(column, _)| column);
+            for (column, value) in row {
+                if self.columns.len() > start && self.columns.last() == Some(&column) {
+                    if let Some(last) = self.values.last_mut() {
+                        *last += value;
+                    }
+                } else {
+                    self.columns.push(column);
+                    self.values.push(value);
+                }
+            }
+        }
+        self.starts.push(self.columns.len());
+    }
+
+    /// The number of rows.
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The number of columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The entries in all rows.
+    pub fn entries(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Columns and values of a row.
+    pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
+        let range = self.starts[row]..self.starts[row + 1];
+        (&self.columns[range.clone()], &self.values[range])
+    }
+
+    /// `(column, value)` pairs of a row.
+    pub fn iter_row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let (columns, values) = self.row(row);
+        columns.iter().map(|&c| c as usize).zip(values.iter().copied())
+    }
+
+    /// The Euclidean norm of a row, safe from overflow.
+    pub fn norm(&self, row: usize) -> f64 {
+        let (_, values) = self.row(row);
+        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        if largest > 1e-140 && largest < 1e140 {
+            return values.iter().map(|v| v * v).sum::<f64>().sqrt();
+        }
+        if largest == 0.0 || !largest.is_finite() {
+            return largest;
+        }
+        largest * values.iter().map(|v| (v / largest) * (v / largest)).sum::<f64>().sqrt()
+    }
+
+    /// The inner product of two rows.
+    #[inline]
+    pub fn dot(&self, i: usize, j: usize) -> f64 {
+        let ((ci, vi), (cj, vj)) = (self.row(i), self.row(j));
+        let (Some(&fi), Some(&fj)) = (ci.first(), cj.first()) else { return 0.0 };
+        let contiguous = |c: &[u32], first: u32| (c[c.len() - 1] - first) as usize + 1 == c.len();
+        if contiguous(ci, fi) && contiguous(cj, fj) {
+            // Stencils of curves: two runs of columns that overlap by a shift.
+            let low = fi.max(fj);
+            let (a, b) = (vi.get((low - fi) as usize..), vj.get((low - fj) as usize..));
+            return match (a, b) {
+                (Some(a), Some(b)) => a.iter().zip(b).map(|(x, y)| x * y).sum(),
+                _ => 0.0,
+            };
+        }
+        let (mut a, mut b, mut sum) = (0, 0, 0.0);
+        while a < ci.len() && b < cj.len() {
+            match ci[a].cmp(&cj[b]) {
+                std::cmp::Ordering::Less => a += 1,
+                std::cmp::Ordering::Greater => b += 1,
+                std::cmp::Ordering::Equal => {
+                    sum += vi[a] * vj[b];
+                    a += 1;
+                    b += 1;
+                }
+            }
+        }
+        sum
+    }
+
+    /// `out = F x`, each with `sides` entries a row.
+    pub fn multiply(&self, x: &[f64], sides: usize, out: &mut [f64]) {
+        for (row, out) in out.chunks_exact_mut(sides).enumerate().take(self.len()) {
+            out.fill(0.0);
+            for (column, value) in self.iter_row(row) {
+                for (o, x) in out.iter_mut().zip(&x[column * sides..(column + 1) * sides]) {
+                    *o += value * x;
+                }
+            }
+        }
+    }
+}
+
+/// `F d = b` with `dᵀWd` least: sparse rows over the columns that the constraints touch, and a metric.
+///
+/// `sides` is the number of right-hand sides that share the rows: 3 where all constraints treat x, y and z alike
+/// (a column is a control vertex), 1 where some couple the axes (a column is one coordinate of a vertex,
+/// `3 · vertex + axis`). The rows are shared, so that what is factored can keep them without a copy.
+#[derive(Debug, Clone)]
+pub struct System {
+    rows: Arc<SparseRows>,
+    touched: Arc<Vec<usize>>,
+    sides: usize,
+    metric: SystemMetric,
+}
+
+impl System {
+    /// A system. `touched` are the global columns behind the rows' own, ascending, as many as the rows are wide.
+    pub fn new(rows: SparseRows, touched: Vec<usize>, sides: usize, metric: SystemMetric) -> Self {
+        debug_assert_eq!(rows.width(), touched.len());
+        Self { rows: Arc::new(rows), touched: Arc::new(touched), sides: sides.max(1), metric }
+    }
+
+    /// The rows of `F`, over [`touched`](Self::touched) columns.
+    pub fn rows(&self) -> &Arc<SparseRows> {
+        &self.rows
+    }
+
+    /// The global columns that matter: those that a row touches, and those that the metric moves along.
+    pub fn touched(&self) -> &[usize] {
+        &self.touched
+    }
+
+    /// Right-hand sides that share the rows: 3 or 1.
+    pub fn sides(&self) -> usize {
+        self.sides
+    }
+
+    /// The metric over the touched columns.
+    pub fn metric(&self) -> &SystemMetric {
+        &self.metric
+    }
+
+    /// The same system with only some of its rows, in the given order.
+    #[must_use]
+    pub fn select(&self, kept: &[usize]) -> Self {
+        let mut rows = SparseRows::with_capacity(self.rows.width(), kept.len(), self.rows.entries());
+        for &row in kept {
+            rows.push(self.rows.iter_row(row));
+        }
+        Self {
+            rows: Arc::new(rows),
+            touched: Arc::clone(&self.touched),
+            sides: self.sides,
+            metric: self.metric.clone(),
+        }
+    }
+}
