@@ -11,6 +11,7 @@
 pub mod error;
 pub mod functional;
 pub mod mesh;
+pub mod placement;
 pub mod plugin;
 pub mod scene;
 pub mod shape;

@@ -214,6 +214,11 @@ impl Scene {
         self.index.get(name).map(|&i| &self.objects[i])
     }
 
+    /// Where among the [`objects`](Self::objects) the one of a name is.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
+    }
+
     /// The object of a name.
     ///
     /// # Errors

@@ -1,0 +1,252 @@
+//! Where things are: transforms of geometry, the way up a hierarchy, and scenes in another unit or up axis.
+
+use std::borrow::Cow;
+
+use nalgebra::{Matrix3, Matrix4};
+
+use crate::error::{Error, Result};
+use crate::mesh::{Cloud, Mesh, Polyline};
+use crate::scene::{Geometry, Object, Scene, Unit, Up};
+use crate::spline::{Curve, Surface};
+use crate::{Point, Vector};
+
+impl Up {
+    /// The rotation that turns this axis up into `to`: a signed permutation, exact on every number.
+    ///
+    /// From z to y it is `(x, y, z) → (x, z, -y)`, as glTF and OBJ programs have it, from z to x
+    /// `(x, y, z) → (z, y, -x)`; all others follow from these, so that a turn by way of a third axis is the same
+    /// turn.
+    pub fn turn(self, to: Self) -> Matrix3<f64> {
+        from_z(to) * from_z(self).transpose()
+    }
+}
+
+#[rustfmt::skip]
+fn from_z(to: Up) -> Matrix3<f64> {
+    match to {
+        Up::X => Matrix3::new(0.0, 0.0, 1.0,  0.0, 1.0, 0.0,  -1.0, 0.0, 0.0),
+        Up::Y => Matrix3::new(1.0, 0.0, 0.0,  0.0, 0.0, 1.0,  0.0, -1.0, 0.0),
+        Up::Z => Matrix3::identity(),
+    }
+}
+
+impl Geometry {
+    /// The geometry moved by an affine map (the last row is taken as `0 0 0 1`).
+    ///
+    /// Splines follow their control vertices; their weights stay. Normals follow the cofactor matrix and come
+    /// out with unit length; a map that mirrors reverses the faces, so that outside stays outside. `O(points)`.
+    ///
+    /// # Errors
+    /// When a coordinate overflows.
+    pub fn transformed(&self, map: &Matrix4<f64>) -> Result<Self> {
+        let moved = |points: &[Point]| points.iter().map(|p| transform_point(map, p)).collect::<Vec<_>>();
+        Ok(match self {
+            Self::Group => Self::Group,
+            Self::Curve(curve) => Self::Curve(Curve::build(
+                curve.space().clone(),
+                moved(curve.points()),
+                curve.weights().map(<[f64]>::to_vec),
+            )?),
+            Self::Surface(surface) => Self::Surface(Surface::build(
+                surface.u().clone(),
+                surface.v().clone(),
+                moved(surface.points()),
+                surface.weights().map(<[f64]>::to_vec),
+            )?),
+            Self::Mesh(mesh) => Self::Mesh(transform_mesh(mesh, moved(mesh.points()), map)?),
+            Self::Polyline(line) => {
+                Self::Polyline(Polyline { points: finite(moved(&line.points))?, closed: line.closed })
+            }
+            Self::Cloud(cloud) => Self::Cloud(Cloud { points: finite(moved(&cloud.points))? }),
+        })
+    }
+}
+
+/// An affine map on a point: `A p + t`.
+pub fn transform_point(map: &Matrix4<f64>, p: &Point) -> Point {
+    let row = |i: usize| map[(i, 0)] * p.x + map[(i, 1)] * p.y + map[(i, 2)] * p.z + map[(i, 3)];
+    Point::new(row(0), row(1), row(2))
+}
+
+fn finite(points: Vec<Point>) -> Result<Vec<Point>> {
+    match points.iter().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
+        Some((index, p)) => Err(Error::VertexNotFinite { index, x: p.x, y: p.y, z: p.z }),
+        None => Ok(points),
+    }
+}
+
+fn transform_mesh(mesh: &Mesh, points: Vec<Point>, map: &Matrix4<f64>) -> Result<Mesh> {
+    let linear = map.fixed_view::<3, 3>(0, 0).into_owned();
+    let largest = linear.amax();
+    // Only the direction of normals counts: scaled to 1, the cofactors cannot overflow or vanish by size.
+    let a = if largest > 0.0 { linear / largest } else { linear };
+    let mirrors = a.determinant() < 0.0;
+    let corners = if mirrors {
+        // Each face keeps its first corner and runs the other way round.
+        mesh.faces().flat_map(|face| face.iter().take(1).chain(face.iter().skip(1).rev())).copied().collect()
+    } else {
+        mesh.corners().to_vec()
+    };
+    let mut moved = Mesh::from_parts(points, corners, mesh.starts().to_vec())?;
+    let (x, y, z) = (a.column(0), a.column(1), a.column(2));
+    let cofactors = Matrix3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]);
+    let sign = if mirrors { -1.0 } else { 1.0 };
+    moved.normals = mesh
+        .normals
+        .iter()
+        .map(|n| {
+            let turned: Vector = cofactors * n * sign;
+            turned.try_normalize(0.0).unwrap_or(turned)
+        })
+        .collect();
+    moved.uvs.clone_from(&mesh.uvs);
+    moved.colors.clone_from(&mesh.colors);
+    Ok(moved)
+}
+
+impl Scene {
+    /// Each object's map into the scene's coordinates: the product of the transforms from it up to its root;
+    /// `None` where no object on that way has one. `O(objects)`, however deep the hierarchy.
+    ///
+    /// # Errors
+    /// When the hierarchy is broken ([`check`](Self::check)).
+    pub fn world_transforms(&self) -> Result<Vec<Option<Matrix4<f64>>>> {
+        self.check()?;
+        let objects = self.objects();
+        let mut world: Vec<Option<Option<Matrix4<f64>>>> = vec![None; objects.len()];
+        for start in 0..objects.len() {
+            let mut way = Vec::new();
+            let mut at = Some(start);
+            while let Some(i) = at.filter(|&i| world[i].is_none()) {
+                way.push(i);
+                at = objects[i].parent.as_deref().and_then(|parent| self.position(parent));
+            }
+            let mut above = at.and_then(|i| world[i]).flatten();
+            for i in way.into_iter().rev() {
+                above = match (above, objects[i].transform) {
+                    (Some(above), Some(own)) => Some(above * own),
+                    (above, own) => above.or(own),
+                };
+                world[i] = Some(above);
+            }
+        }
+        Ok(world.into_iter().map(Option::flatten).collect())
+    }
+
+    /// The same scene with its numbers in another unit and another axis up: itself where both already hold.
+    ///
+    /// Every point becomes `s R p`; transforms become `M T M⁻¹` with `M = s R`, frames go along, normals turn.
+    /// `O(points)`.
+    ///
+    /// # Errors
+    /// When a coordinate overflows; the message names the object.
+    pub fn converted(&self, unit: Unit, up: Up) -> Result<Cow<'_, Self>> {
+        if unit == self.unit && up == self.up {
+            return Ok(Cow::Borrowed(self));
+        }
+        let scale = if unit == self.unit { 1.0 } else { self.unit.metres() / unit.metres() };
+        let turn = self.up.turn(up);
+        let mut map = Matrix4::identity();
+        map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn * scale));
+        let mut scene = Self::new();
+        (scene.unit, scene.up) = (unit, up);
+        for object in self.objects() {
+            let named = |e: Error| Error::Invalid(format!("\"{}\" in {}: {e}", object.name(), unit.name()));
+            let mut new = Object::new(object.name(), object.geometry.transformed(&map).map_err(named)?);
+            new.color = object.color;
+            new.layer.clone_from(&object.layer);
+            new.parent.clone_from(&object.parent);
+            new.transform = object.transform.map(|own| {
+                let linear = turn * own.fixed_view::<3, 3>(0, 0) * turn.transpose();
+                let shift = turn * own.fixed_view::<3, 1>(0, 3) * scale;
+                let mut changed = own;
+                changed.fixed_view_mut::<3, 3>(0, 0).copy_from(&linear);
+                changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
+                changed
+            });
+            new.animation.clone_from(&object.animation);
+            for frame in new.animation.iter_mut().flat_map(|a| &mut a.frames) {
+                frame.iter_mut().for_each(|p| *p = transform_point(&map, p));
+            }
+            scene.add(new)?;
+        }
+        Ok(Cow::Owned(scene))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AXES: [Up; 3] = [Up::X, Up::Y, Up::Z];
+
+    #[test]
+    fn turns_bring_one_axis_to_the_other_and_agree_by_any_way() {
+        let axis = |up| match up {
+            Up::X => Vector::x(),
+            Up::Y => Vector::y(),
+            Up::Z => Vector::z(),
+        };
+        for from in AXES {
+            for to in AXES {
+                assert_eq!(from.turn(to) * axis(from), axis(to));
+                assert_eq!(from.turn(to).determinant(), 1.0);
+                for by in AXES {
+                    assert_eq!(by.turn(to) * from.turn(by), from.turn(to));
+                }
+            }
+        }
+        assert_eq!(Up::Z.turn(Up::Y) * Vector::new(1.0, 2.0, 3.0), Vector::new(1.0, 3.0, -2.0));
+    }
+
+    #[test]
+    fn world_transforms_follow_the_hierarchy_and_refuse_a_cycle() {
+        let mut scene = Scene::new();
+        let shift = |x: f64| Some(Matrix4::new_translation(&Vector::new(x, 0.0, 0.0)));
+        // A chain of 20,000, listed from the leaf up.
+        for i in 0..20_000 {
+            let mut object = Object::new(format!("{i}"), Geometry::Group);
+            object.parent = (i < 19_999).then(|| format!("{}", i + 1));
+            object.transform = if i % 2 == 0 { shift(1.0) } else { None };
+            scene.add(object).unwrap();
+        }
+        let world = scene.world_transforms().unwrap();
+        assert_eq!(world[0].unwrap()[(0, 3)], 10_000.0);
+        assert_eq!(world[19_999], None);
+        scene.object_mut("19999").unwrap().parent = Some("0".into());
+        assert!(scene.world_transforms().is_err());
+    }
+
+    #[test]
+    fn a_mirrored_mesh_keeps_its_outside() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+        let mut mesh = Mesh::new(points, &[[0, 1, 2]]).unwrap();
+        mesh.normals = vec![Vector::z(); 3];
+        let mirror = Matrix4::new_nonuniform_scaling(&Vector::new(-1e-200, 1e-200, 1e-200));
+        let Geometry::Mesh(moved) = Geometry::Mesh(mesh).transformed(&mirror).unwrap() else {
+            unreachable!()
+        };
+        assert_eq!(moved.corners(), [0, 2, 1]);
+        assert_eq!(moved.normals, vec![Vector::z(); 3]);
+    }
+
+    #[test]
+    fn a_scene_in_another_unit_has_the_same_world_points() {
+        let mut scene = Scene::new();
+        scene.unit = Unit::Millimetre;
+        let mut object = Object::new("p", Cloud { points: vec![Point::new(1.0, 2.0, 3.0)] }.into());
+        let axis = nalgebra::Vector3::z_axis();
+        object.transform = Some(
+            Matrix4::new_translation(&Vector::new(1000.0, 0.0, 0.0)) * Matrix4::from_axis_angle(&axis, 1.0),
+        );
+        scene.add(object).unwrap();
+        let place = |s: &Scene| {
+            transform_point(&s.world_transforms().unwrap()[0].unwrap(), &s.objects()[0].geometry.points()[0])
+        };
+        let before = place(&scene);
+        let turned = scene.converted(Unit::Metre, Up::Y).unwrap();
+        let expected = Point::new(before.x, before.z, -before.y) / 1000.0;
+        assert!((place(&turned) - expected).norm() < 1e-15);
+        assert!(matches!(scene.converted(Unit::Millimetre, Up::Z).unwrap(), Cow::Borrowed(_)));
+    }
+}
