@@ -1,13 +1,24 @@
 //! Splines: the space of functions a shape is made of, and the shapes.
 //!
 //! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
+//! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
+//! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
 //! * [`curve`]: B-spline curves, polynomial and rational, open and periodic.
+//! * [`elevate`]: degree elevation.
+//! * [`insert`]: knot insertion.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 
+pub mod bezier;
+pub mod conversion;
 pub mod curve;
+pub mod elevate;
+pub mod insert;
 pub mod space;
 pub mod surface;
+#[cfg(test)]
+pub(crate) mod testing;
 
+pub use conversion::{Conversion, Direction};
 pub use curve::Curve;
 pub use space::Space;
 pub use surface::Surface;

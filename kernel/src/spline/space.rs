@@ -73,21 +73,8 @@ impl Space {
             let allowed = degree.max(1);
             return Err(Error::Multiplicity { value: start, multiplicity: around, degree, allowed });
         }
-        let period = end - start;
-        let at = |k: isize| {
-            let turns = k.div_euclid(n as isize);
-            let knot = knots[k.rem_euclid(n as isize) as usize];
-            // Within the period the knots are kept as given, to the last bit.
-            if turns == 0 {
-                knot
-            } else if k == n as isize {
-                end
-            } else {
-                knot + turns as f64 * period
-            }
-        };
         let p = degree as isize;
-        let flat: Arc<[f64]> = (-p..=n as isize + p).map(at).collect();
+        let flat: Arc<[f64]> = (-p..=n as isize + p).map(|k| periodic_knot(&knots, k)).collect();
         Ok(Self { degree, periodic: true, len: n, flat })
     }
 
@@ -323,6 +310,21 @@ impl Space {
     }
 }
 
+/// Knot `k` of the closed line whose one period is `knots` (first and last are the same knot), for any `k`.
+///
+/// Within the period the knots are kept as given, to the last bit; outside they are measured from the nearer end,
+/// so that copies of a multiple knot at the seam stay equal and rounding never makes the knots decrease.
+pub(super) fn periodic_knot(knots: &[f64], k: isize) -> f64 {
+    let n = knots.len() - 1;
+    let (start, end) = (knots[0], knots[n]);
+    let (turns, knot) = (k.div_euclid(n as isize), knots[k.rem_euclid(n as isize) as usize]);
+    match turns {
+        0 => knot,
+        1.. => end + (turns - 1) as f64 * (end - start) + (knot - start),
+        _ => start - (-turns - 1) as f64 * (end - start) - (end - knot),
+    }
+}
+
 fn check_degree(degree: usize) -> Result<()> {
     if degree > MAX_DEGREE { Err(Error::Degree { degree }) } else { Ok(()) }
 }
@@ -398,5 +400,17 @@ mod tests {
         assert_eq!(space.knots(), knots);
         assert_eq!(space.domain(), (0.1, 3.3));
         assert_eq!(space.flat().len(), 4 + 3 + 3 + 1);
+    }
+
+    #[test]
+    fn a_multiple_knot_at_the_seam_has_equal_copies_at_both_ends() {
+        // 0.1 + (3.3 - 0.1) is not 3.3 in floating point, nor is 3.3 - (3.3 - 0.1) the number 0.1.
+        for knots in [vec![0.1, 0.1, 1.3, 2.9, 3.3], vec![0.1, 0.7, 1.3, 3.3, 3.3]] {
+            let space = Space::periodic(3, knots).unwrap();
+            let flat = space.flat();
+            assert!(flat.windows(2).all(|w| w[0] <= w[1]));
+            assert_eq!(flat.iter().filter(|&&k| k == 0.1).count(), 2);
+            assert_eq!(flat.iter().filter(|&&k| k == 3.3).count(), 2);
+        }
     }
 }
