@@ -1,0 +1,387 @@
+//! Geometries: their tables become the kernel's shapes, and what the kernel refuses gets the path of the field.
+
+use loftsman_kernel::error::{Error as Defect, MAX_DEGREE};
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use serde::de::{Error, MapAccess};
+
+use super::lists::{Count, Faces, FacesSeed, Fixed, Grid, GridSeed, List, Number, PointSeed};
+use super::table::{Table, TableSeed, need};
+use super::trail::Trail;
+
+/// The knots of one direction: what a curve has among its own fields and a surface has twice.
+#[derive(Default)]
+struct Knots {
+    degree: Option<u64>,
+    periodic: bool,
+    knots: Option<Vec<f64>>,
+}
+
+impl Knots {
+    /// Reads one of its fields; false where the field is none of them.
+    fn field<'de, A: MapAccess<'de>>(
+        &mut self,
+        name: &str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<bool, A::Error> {
+        match name {
+            "degree" => self.degree = Some(map.next_value_seed(Count)?),
+            "periodic" => self.periodic = map.next_value()?,
+            "knots" => self.knots = Some(map.next_value_seed(List::numbers(trail))?),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The space for a number of vertices; `table` is who asks, `points` where the vertices are, from there.
+    fn space<'de, T: Table<'de>, E: Error>(
+        self,
+        vertices: usize,
+        above: &str,
+        points: &str,
+        trail: &Trail,
+    ) -> Result<Space, E> {
+        let path = |field: &str| match field {
+            "points" => points.to_owned(),
+            field => format!("{above}{field}"),
+        };
+        let degree = need::<T, _, _>(self.degree, "degree", trail)?;
+        let knots = need::<T, _, _>(self.knots, "knots", trail)?;
+        let degree = usize::try_from(degree).unwrap_or(usize::MAX);
+        let (kind, needed, expected) = if self.periodic {
+            ("a periodic", 2, vertices.checked_add(1))
+        } else {
+            // Beyond MAX_DEGREE the degree itself is refused below.
+            let order = degree.min(MAX_DEGREE) + 1;
+            ("an open", order, vertices.checked_add(order))
+        };
+        let defect = if degree == 0 || degree > MAX_DEGREE {
+            Some(Defect::Degree { degree })
+        } else if vertices < needed {
+            Some(Defect::TooFewVertices { vertices, degree, needed })
+        } else {
+            expected.filter(|&expected| knots.len() != expected).map(|expected| Defect::KnotCount {
+                knots: knots.len(),
+                vertices,
+                degree,
+                kind,
+                expected,
+            })
+        };
+        let space = match defect {
+            Some(defect) => Err(defect),
+            None if self.periodic => Space::periodic(degree, knots),
+            None => Space::open(degree, knots),
+        };
+        space.map_err(|defect| trail.refuse_table(path(&field_of(&defect, 0)), defect.to_string()))
+    }
+}
+
+/// The field of a geometry's table that a defect belongs to; rows of `columns` vertices where that is not 0.
+fn field_of(defect: &Defect, columns: usize) -> String {
+    let entry = |list: &str, index: usize| match index.checked_div(columns) {
+        Some(row) => format!("{list}[{row}][{}]", index % columns),
+        None => format!("{list}[{index}]"),
+    };
+    match defect {
+        Defect::Degree { .. } => "degree".to_owned(),
+        Defect::KnotNotFinite { index, .. } | Defect::KnotOrder { index, .. } => format!("knots[{index}]"),
+        Defect::KnotCount { .. } | Defect::Multiplicity { .. } | Defect::EmptyDomain { .. } => {
+            "knots".to_owned()
+        }
+        Defect::TooFewVertices { .. } | Defect::Grid { .. } => "points".to_owned(),
+        Defect::VertexNotFinite { index, .. } => entry("points", *index),
+        Defect::Weight { index, .. } => entry("weights", *index),
+        Defect::WeightCount { .. } => "weights".to_owned(),
+        Defect::Face { face, .. } => format!("faces[{face}]"),
+        _ => String::new(),
+    }
+}
+
+fn refuse<E: Error>(defect: &Defect, columns: usize, trail: &Trail) -> E {
+    trail.refuse_table(field_of(defect, columns), defect.to_string())
+}
+
+/// `"curve"`.
+#[derive(Default)]
+pub(super) struct CurveTable {
+    knots: Knots,
+    points: Option<Vec<Point>>,
+    weights: Option<Vec<f64>>,
+}
+
+impl<'de> Table<'de> for CurveTable {
+    type Out = Curve;
+    const WHAT: &'static str = "a curve";
+    const FIELDS: &'static [&'static str] = &["degree", "periodic", "knots", "points", "weights"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        if self.knots.field(name, map, trail)? {
+            return Ok(());
+        }
+        match name {
+            "points" => self.points = Some(map.next_value_seed(List::points(trail))?),
+            _ => self.weights = Some(map.next_value_seed(List::numbers(trail))?),
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Curve, E> {
+        let points = need::<Self, _, _>(self.points, "points", trail)?;
+        let space = self.knots.space::<Self, E>(points.len(), "", "points", trail)?;
+        Curve::build(space, points, self.weights).map_err(|defect| refuse(&defect, 0, trail))
+    }
+}
+
+/// `"u"` and `"v"` of a surface.
+#[derive(Default)]
+struct DirectionTable(Knots);
+
+impl<'de> Table<'de> for DirectionTable {
+    type Out = Knots;
+    const WHAT: &'static str = "a direction of a surface";
+    const FIELDS: &'static [&'static str] = &["degree", "periodic", "knots"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        self.0.field(name, map, trail).map(|_| ())
+    }
+
+    fn finish<E: Error>(self, _: &Trail) -> Result<Knots, E> {
+        Ok(self.0)
+    }
+}
+
+/// `"surface"`.
+#[derive(Default)]
+pub(super) struct SurfaceTable {
+    u: Option<Knots>,
+    v: Option<Knots>,
+    points: Option<Grid<Point>>,
+    weights: Option<Grid<f64>>,
+}
+
+impl<'de> Table<'de> for SurfaceTable {
+    type Out = Surface;
+    const WHAT: &'static str = "a surface";
+    const FIELDS: &'static [&'static str] = &["u", "v", "points", "weights"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        let direction = TableSeed { trail, table: DirectionTable::default() };
+        match name {
+            "u" => self.u = Some(map.next_value_seed(direction)?),
+            "v" => self.v = Some(map.next_value_seed(direction)?),
+            "points" => self.points = Some(map.next_value_seed(GridSeed(List::points(trail)))?),
+            _ => self.weights = Some(map.next_value_seed(GridSeed(List::numbers(trail)))?),
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Surface, E> {
+        let u = need::<Self, _, _>(self.u, "u", trail)?;
+        let v = need::<Self, _, _>(self.v, "v", trail)?;
+        let points = need::<Self, _, _>(self.points, "points", trail)?;
+        let u = u.space::<DirectionTable, E>(points.rows, "u.", "points", trail)?;
+        let v = v.space::<DirectionTable, E>(points.columns, "v.", "points[0]", trail)?;
+        if let Some(weights) = &self.weights
+            && (weights.rows, weights.columns) != (points.rows, points.columns)
+        {
+            let problem = format!(
+                "{} rows of {} weights do not fit {} rows of {} points: give one weight a point, or none",
+                weights.rows, weights.columns, points.rows, points.columns
+            );
+            return Err(trail.refuse_table("weights", problem));
+        }
+        Surface::build(u, v, points.items, self.weights.map(|w| w.items))
+            .map_err(|defect| refuse(&defect, points.columns, trail))
+    }
+}
+
+/// `"mesh"`.
+#[derive(Default)]
+pub(super) struct MeshTable {
+    points: Option<Vec<Point>>,
+    faces: Option<Faces>,
+    normals: Vec<Point>,
+    uvs: Vec<[f64; 2]>,
+    colors: Vec<[f64; 4]>,
+}
+
+impl<'de> Table<'de> for MeshTable {
+    type Out = Mesh;
+    const WHAT: &'static str = "a mesh";
+    const FIELDS: &'static [&'static str] = &["points", "faces", "normals", "uvs", "colors"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        match name {
+            "points" => self.points = Some(map.next_value_seed(List::points(trail))?),
+            "faces" => self.faces = Some(map.next_value_seed(FacesSeed(trail))?),
+            "normals" => {
+                let what = "normals [x, y, z]";
+                self.normals = map.next_value_seed(List { trail, what, item: PointSeed(trail) })?;
+            }
+            "uvs" => {
+                let item = Fixed::<2> { trail, what: "[u, v]" };
+                self.uvs = map.next_value_seed(List { trail, what: "texture coordinates [u, v]", item })?;
+            }
+            _ => {
+                let item = Fixed::<4> { trail, what: "[red, green, blue, alpha]" };
+                self.colors = map.next_value_seed(List { trail, what: "colours", item })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Mesh, E> {
+        let points = need::<Self, _, _>(self.points, "points", trail)?;
+        let faces = need::<Self, _, _>(self.faces, "faces", trail)?;
+        let count = points.len();
+        for (field, found) in
+            [("normals", self.normals.len()), ("uvs", self.uvs.len()), ("colors", self.colors.len())]
+        {
+            if found != 0 && found != count {
+                let problem = format!("{found} {field} for {count} points: give one a point, or none");
+                return Err(trail.refuse_table(field, problem));
+            }
+        }
+        let mut mesh = Mesh::from_parts(points, faces.corners, faces.starts)
+            .map_err(|defect| refuse(&defect, 0, trail))?;
+        mesh.normals = self.normals.into_iter().map(|n| n.coords).collect::<Vec<Vector>>();
+        mesh.uvs = self.uvs;
+        mesh.colors = self.colors;
+        Ok(mesh)
+    }
+}
+
+/// `"polyline"`.
+#[derive(Default)]
+pub(super) struct PolylineTable {
+    points: Option<Vec<Point>>,
+    closed: bool,
+}
+
+impl<'de> Table<'de> for PolylineTable {
+    type Out = Polyline;
+    const WHAT: &'static str = "a polyline";
+    const FIELDS: &'static [&'static str] = &["points", "closed"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        match name {
+            "points" => self.points = Some(map.next_value_seed(List::points(trail))?),
+            _ => self.closed = map.next_value()?,
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Polyline, E> {
+        Ok(Polyline { points: need::<Self, _, _>(self.points, "points", trail)?, closed: self.closed })
+    }
+}
+
+/// `"cloud"`.
+#[derive(Default)]
+pub(super) struct CloudTable {
+    points: Option<Vec<Point>>,
+}
+
+impl<'de> Table<'de> for CloudTable {
+    type Out = Cloud;
+    const WHAT: &'static str = "a cloud";
+    const FIELDS: &'static [&'static str] = &["points"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        _: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        self.points = Some(map.next_value_seed(List::points(trail))?);
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Cloud, E> {
+        Ok(Cloud { points: need::<Self, _, _>(self.points, "points", trail)? })
+    }
+}
+
+/// `"group"`.
+#[derive(Default)]
+pub(super) struct GroupTable;
+
+impl<'de> Table<'de> for GroupTable {
+    type Out = ();
+    const WHAT: &'static str = "a group";
+    const FIELDS: &'static [&'static str] = &[];
+
+    fn field<A: MapAccess<'de>>(&mut self, _: &'static str, _: &mut A, _: &Trail) -> Result<(), A::Error> {
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, _: &Trail) -> Result<(), E> {
+        Ok(())
+    }
+}
+
+/// `"animation"` of an object.
+#[derive(Default)]
+pub(super) struct AnimationTable {
+    rate: Option<f64>,
+    frames: Option<Vec<Vec<Point>>>,
+}
+
+impl<'de> Table<'de> for AnimationTable {
+    type Out = loftsman_kernel::scene::Animation;
+    const WHAT: &'static str = "an animation";
+    const FIELDS: &'static [&'static str] = &["rate", "frames"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        match name {
+            "rate" => self.rate = Some(map.next_value_seed(Number)?),
+            _ => {
+                let item = List::points(trail);
+                self.frames = Some(map.next_value_seed(List { trail, what: "frames", item })?);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Self::Out, E> {
+        let rate = need::<Self, _, _>(self.rate, "rate", trail)?;
+        if rate <= 0.0 {
+            let problem = format!("{rate} frames a second: the rate must be positive");
+            return Err(trail.refuse_table("rate", problem));
+        }
+        Ok(Self::Out { rate, frames: need::<Self, _, _>(self.frames, "frames", trail)? })
+    }
+}

@@ -1,0 +1,278 @@
+//! Objects and the document around them.
+
+use loftsman_kernel::plugin::{Observer, nearest};
+use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
+use nalgebra::Matrix4;
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+
+use super::geometry::{
+    AnimationTable, CloudTable, CurveTable, GroupTable, MeshTable, PolylineTable, SurfaceTable,
+};
+use super::lists::{Count, Fixed, List};
+use super::table::{Table, TableSeed, clip, need};
+use super::trail::Trail;
+use crate::VERSION;
+
+/// An object.
+#[derive(Default)]
+struct ObjectTable {
+    name: Option<String>,
+    geometry: Option<(&'static str, Geometry)>,
+    color: Option<[f64; 4]>,
+    layer: Option<String>,
+    parent: Option<String>,
+    transform: Option<Matrix4<f64>>,
+    animation: Option<Animation>,
+}
+
+impl<'de> Table<'de> for ObjectTable {
+    type Out = Object;
+    const WHAT: &'static str = "an object";
+    const FIELDS: &'static [&'static str] = &[
+        "name",
+        "curve",
+        "surface",
+        "mesh",
+        "polyline",
+        "cloud",
+        "group",
+        "color",
+        "layer",
+        "parent",
+        "transform",
+        "animation",
+    ];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        match name {
+            "name" => {
+                let name: String = map.next_value()?;
+                trail.set_object(Some(&clip(&name)));
+                self.name = Some(name);
+            }
+            "color" => {
+                self.color = Some(map.next_value_seed(Fixed { trail, what: "[red, green, blue, alpha]" })?);
+            }
+            "layer" => self.layer = Some(map.next_value()?),
+            "parent" => self.parent = Some(map.next_value()?),
+            "transform" => self.transform = Some(map.next_value_seed(TransformSeed(trail))?),
+            "animation" => {
+                let seed = TableSeed { trail, table: AnimationTable::default() };
+                self.animation = Some(map.next_value_seed(seed)?);
+            }
+            geometry => {
+                if let Some((other, _)) = self.geometry {
+                    let problem = format!(
+                        "the object has a \"{other}\" and a \"{geometry}\": give each geometry an object of its own"
+                    );
+                    return Err(trail.refuse(problem));
+                }
+                self.geometry = Some((geometry, read_geometry(geometry, map, trail)?));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Object, E> {
+        let name = need::<Self, _, _>(self.name, "name", trail)?;
+        let Some((_, geometry)) = self.geometry else {
+            let problem = "the object has no geometry: give it a \"curve\", \"surface\", \"mesh\", \"polyline\", \
+                           \"cloud\", or \"group\": {} if others only hang under it";
+            return Err(trail.refuse_table("", problem));
+        };
+        let count = geometry.points().len();
+        if let Some((frame, points)) =
+            self.animation.iter().flat_map(|a| a.frames.iter().enumerate()).find(|(_, f)| f.len() != count)
+        {
+            let problem = format!(
+                "the frame has {} points, the object {count}: a frame moves every point",
+                points.len()
+            );
+            return Err(trail.refuse_table(format!("animation.frames[{frame}]"), problem));
+        }
+        let mut object = Object::new(name, geometry);
+        object.color = self.color;
+        object.layer = self.layer;
+        object.parent = self.parent;
+        object.transform = self.transform;
+        object.animation = self.animation;
+        Ok(object)
+    }
+}
+
+fn read_geometry<'de, A: MapAccess<'de>>(
+    kind: &str,
+    map: &mut A,
+    trail: &Trail,
+) -> Result<Geometry, A::Error> {
+    Ok(match kind {
+        "curve" => map.next_value_seed(TableSeed { trail, table: CurveTable::default() })?.into(),
+        "surface" => map.next_value_seed(TableSeed { trail, table: SurfaceTable::default() })?.into(),
+        "mesh" => map.next_value_seed(TableSeed { trail, table: MeshTable::default() })?.into(),
+        "polyline" => map.next_value_seed(TableSeed { trail, table: PolylineTable::default() })?.into(),
+        "cloud" => map.next_value_seed(TableSeed { trail, table: CloudTable::default() })?.into(),
+        _ => {
+            map.next_value_seed(TableSeed { trail, table: GroupTable })?;
+            Geometry::Group
+        }
+    })
+}
+
+/// Four rows of four numbers, the last `[0, 0, 0, 1]`.
+struct TransformSeed<'t>(&'t Trail);
+
+impl<'de> DeserializeSeed<'de> for TransformSeed<'_> {
+    type Value = Matrix4<f64>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Matrix4<f64>, D::Error> {
+        let trail = self.0;
+        let item = Fixed::<4> { trail, what: "a row of four numbers" };
+        let rows = List { trail, what: "four rows of four numbers", item }.deserialize(deserializer)?;
+        let Ok(rows) = <[[f64; 4]; 4]>::try_from(rows.as_slice()) else {
+            return Err(trail.refuse(format!("{} rows where a transform has 4", rows.len())));
+        };
+        let matrix = Matrix4::from_fn(|i, j| rows[i][j]);
+        if rows[3] != [0.0, 0.0, 0.0, 1.0] {
+            let problem = "the last row of a transform must be [0, 0, 0, 1]; \
+                           if the translation stands there, write the matrix the other way round (rows first)";
+            return Err(trail.refuse(problem));
+        }
+        Ok(matrix)
+    }
+}
+
+/// The document: fills a scene.
+pub(super) struct DocumentTable<'s> {
+    scene: &'s mut Scene,
+    observer: &'s dyn Observer,
+    version: bool,
+    objects: bool,
+}
+
+impl<'s> DocumentTable<'s> {
+    /// The table that fills `scene`.
+    pub(super) fn new(scene: &'s mut Scene, observer: &'s dyn Observer) -> Self {
+        Self { scene, observer, version: false, objects: false }
+    }
+}
+
+impl<'de> Table<'de> for DocumentTable<'_> {
+    type Out = ();
+    const WHAT: &'static str = "a document";
+    const FIELDS: &'static [&'static str] = &["loftsman", "unit", "up", "objects"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        match name {
+            "loftsman" => {
+                let version = map.next_value_seed(Count)?;
+                if version != VERSION {
+                    return Err(trail.refuse(format!(
+                        "version {version} of the format; this program reads version {VERSION}: \
+                         {}",
+                        if version > VERSION { "get a newer program" } else { "there is no such version" }
+                    )));
+                }
+                self.version = true;
+            }
+            "unit" => {
+                let name: String = map.next_value()?;
+                self.scene.unit = Unit::from_name(&name)
+                    .ok_or_else(|| unknown("unit", &name, &Unit::ALL.map(|(name, _)| name), trail))?;
+            }
+            "up" => {
+                let name: String = map.next_value()?;
+                self.scene.up = match name.as_str() {
+                    "x" => Up::X,
+                    "y" => Up::Y,
+                    "z" => Up::Z,
+                    other => return Err(unknown("up axis", other, &["x", "y", "z"], trail)),
+                };
+            }
+            _ => {
+                self.objects = true;
+                let seed = ObjectsSeed { trail, scene: self.scene, observer: self.observer };
+                map.next_value_seed(seed)?;
+                trail.set_object(None);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<(), E> {
+        need::<Self, _, _>(self.version.then_some(()), "loftsman", trail)?;
+        need::<Self, _, _>(self.objects.then_some(()), "objects", trail)?;
+        check_hierarchy(self.scene, trail)
+    }
+}
+
+fn unknown<E: Error>(what: &str, name: &str, known: &[&'static str], trail: &Trail) -> E {
+    let hint = match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean \"{near}\"?"),
+        None => format!("known are {}", known.join(", ")),
+    };
+    trail.refuse(format!("unknown {what} \"{}\"; {hint}", clip(name)))
+}
+
+/// Every parent exists, and nothing hangs under itself.
+fn check_hierarchy<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
+    for (i, object) in scene.objects().iter().enumerate() {
+        if let Some(parent) = object.parent.as_deref().filter(|parent| scene.get(parent).is_none()) {
+            trail.set_object(Some(&clip(object.name())));
+            let hint = match nearest(parent, scene.objects().iter().map(Object::name)) {
+                Some(near) => format!("did you mean \"{near}\"?"),
+                None => "add it, or take the field away".to_owned(),
+            };
+            let problem = format!("there is no object \"{}\" to hang under; {hint}", clip(parent));
+            return Err(trail.refuse_table(format!("objects[{i}].parent"), problem));
+        }
+    }
+    scene.check().map_err(|defect| trail.refuse_table("objects", defect.to_string()))
+}
+
+/// The list of objects: each goes into the scene as soon as it is read.
+struct ObjectsSeed<'s, 't> {
+    trail: &'t Trail,
+    scene: &'s mut Scene,
+    observer: &'s dyn Observer,
+}
+
+impl<'de> DeserializeSeed<'de> for ObjectsSeed<'_, '_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for ObjectsSeed<'_, '_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "a list of objects")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
+        let Self { trail, scene, observer } = self;
+        for index in 0.. {
+            if observer.cancelled() {
+                return Err(trail.refuse("cancelled"));
+            }
+            trail.set_object(None);
+            let seed = TableSeed { trail, table: ObjectTable::default() };
+            let Some(object) = trail.index(index, list.next_element_seed(seed))? else { break };
+            let added = scene.add(object).map_err(|defect| trail.refuse_table("name", defect.to_string()));
+            trail.index(index, added)?;
+        }
+        Ok(())
+    }
+}

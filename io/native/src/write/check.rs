@@ -1,0 +1,89 @@
+//! What a document cannot hold is refused before the first byte is written.
+
+use loftsman_kernel::plugin::{FormatError, Place};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::{Point, Vector};
+
+/// Checks a whole scene: what is written can be read again.
+pub(super) fn scene(file: &str, scene: &Scene) -> Result<(), FormatError> {
+    scene.check().map_err(|defect| FormatError::new(file, Place::File, defect.to_string()))?;
+    for object in scene.objects() {
+        check_object(object)
+            .map_err(|problem| FormatError::new(file, Place::File, problem).of(object.name()))?;
+    }
+    Ok(())
+}
+
+fn check_object(object: &Object) -> Result<(), String> {
+    if let Some(color) = &object.color {
+        finite("its colour", color)?;
+    }
+    if let Some(transform) = &object.transform {
+        finite("its transform", transform.as_slice())?;
+        if [0, 1, 2, 3].map(|j| transform[(3, j)]) != [0.0, 0.0, 0.0, 1.0] {
+            return Err("its transform is not affine: the last row must be 0 0 0 1".to_owned());
+        }
+    }
+    let count = object.geometry.points().len();
+    match &object.geometry {
+        Geometry::Group | Geometry::Curve(_) | Geometry::Surface(_) => {}
+        Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", object.geometry.points())?,
+        Geometry::Mesh(mesh) => {
+            points("point", mesh.points())?;
+            as_many("normals", mesh.normals.len(), count)?;
+            as_many("texture coordinates", mesh.uvs.len(), count)?;
+            as_many("colours", mesh.colors.len(), count)?;
+            each("normal", mesh.normals.iter().map(Vector::as_slice))?;
+            each("texture coordinate", mesh.uvs.iter().map(<[f64; 2]>::as_slice))?;
+            each("colour", mesh.colors.iter().map(<[f64; 4]>::as_slice))?;
+        }
+        other => {
+            return Err(format!(
+                "a {} cannot be written as a document: delete it or convert it",
+                other.kind()
+            ));
+        }
+    }
+    if let Some(animation) = &object.animation {
+        if !(animation.rate.is_finite() && animation.rate > 0.0) {
+            let rate = animation.rate;
+            return Err(format!("its animation has {rate} frames a second: the rate must be positive"));
+        }
+        for (i, frame) in animation.frames.iter().enumerate() {
+            if frame.len() != count {
+                return Err(format!("frame {i} has {} points, the object {count}", frame.len()));
+            }
+            points(&format!("frame {i}, point"), frame)?;
+        }
+    }
+    Ok(())
+}
+
+fn points(what: &str, points: &[Point]) -> Result<(), String> {
+    each(what, points.iter().map(|p| p.coords.as_slice()))
+}
+
+fn each<'a>(what: &str, rows: impl Iterator<Item = &'a [f64]>) -> Result<(), String> {
+    for (i, row) in rows.enumerate() {
+        if row.iter().any(|x| !x.is_finite()) {
+            return Err(not_finite(&format!("{what} {i}"), row));
+        }
+    }
+    Ok(())
+}
+
+fn finite(what: &str, numbers: &[f64]) -> Result<(), String> {
+    if numbers.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(not_finite(what, numbers)) }
+}
+
+fn not_finite(what: &str, numbers: &[f64]) -> String {
+    format!("{what} is {numbers:?}: JSON holds finite numbers only")
+}
+
+fn as_many(what: &str, found: usize, count: usize) -> Result<(), String> {
+    if found == 0 || found == count {
+        Ok(())
+    } else {
+        Err(format!("{found} {what} for {count} points: there must be one a point, or none"))
+    }
+}

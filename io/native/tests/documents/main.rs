@@ -1,0 +1,8 @@
+//! The native format from outside: round trips, and bytes that are no document.
+
+#[cfg(test)]
+mod common;
+#[cfg(test)]
+mod hostile;
+#[cfg(test)]
+mod round_trip;

@@ -1,0 +1,146 @@
+//! Every number comes back to the last bit, and the same scene gives the same bytes.
+
+use super::common::{bits, everything, read, write};
+use loftsman_kernel::mesh::{Cloud, Polyline};
+use loftsman_kernel::plugin::{Format, Memory, ReadOptions, UpChoice, WriteOptions};
+use loftsman_kernel::scene::{Object, Scene, Unit, Up};
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
+use loftsman_native::Native;
+use proptest::prelude::*;
+
+#[test]
+fn everything_a_scene_holds_comes_back() {
+    let scene = everything();
+    let bytes = write(&scene);
+    let (back, report) = read(bytes.clone()).unwrap();
+    assert_eq!(bits(&back), bits(&scene));
+    assert_eq!(write(&back), bytes);
+    assert!(report.adds_up() && report.entities == 7 && report.kept == 7);
+    assert!(Native.recognises(&bytes[..40]));
+}
+
+#[test]
+fn the_text_is_what_people_can_read() {
+    let mut scene = Scene::new();
+    let points = vec![Point::new(0.0, -0.0, 5e-324), Point::new(1e23, 0.1, -3.0)];
+    scene
+        .add(Object::new("a", Curve::new(Space::clamped_uniform(1, 2).unwrap(), points).unwrap().into()))
+        .unwrap();
+    let expected = r#"{
+  "loftsman": 1,
+  "unit": "m",
+  "up": "z",
+  "objects": [
+    {
+      "name": "a",
+      "curve": {
+        "degree": 1,
+        "periodic": false,
+        "knots": [0, 0, 1, 1],
+        "points": [
+          [0, -0.0, 5e-324],
+          [1e+23, 0.1, -3]
+        ]
+      }
+    }
+  ]
+}
+"#;
+    assert_eq!(String::from_utf8(write(&scene)).unwrap(), expected);
+}
+
+#[test]
+fn numbers_may_be_written_in_any_way_that_json_has() {
+    let text = r#"{ "objects": [ { "curve": { "points": [[0.0, 1E2, 1.0e+2], [-0, 18446744073709551616, 1e-400]],
+        "weights": [1, 1.0], "knots": [0, 0.0, 1, 1e0], "degree": 1.0 }, "name": "a" } ], "loftsman": 1.0 }"#;
+    let (scene, _) = read(text).unwrap();
+    let points = scene.curve("a").unwrap().points();
+    assert_eq!(points[0], Point::new(0.0, 100.0, 100.0));
+    assert!(points[1].x == 0.0 && points[1].x.is_sign_negative());
+    assert_eq!((points[1].y, points[1].z), (18_446_744_073_709_551_616.0, 0.0));
+    assert_eq!((scene.unit, scene.up), (Unit::Metre, Up::Z));
+}
+
+#[test]
+fn another_unit_and_axis_on_the_way_out() {
+    let mut scene = Scene::new();
+    scene.add(Object::new("p", Cloud { points: vec![Point::new(1.0, 2.0, 3.0)] }.into())).unwrap();
+    let mut sink = Memory::new("p.loft.json", "");
+    let options =
+        WriteOptions { unit: Some(Unit::Millimetre), up: UpChoice::To(Up::Y), ..WriteOptions::default() };
+    Native.write(&scene, &mut sink, &options).unwrap();
+    let (back, _) = Native.read(&sink, &ReadOptions::default()).unwrap();
+    assert_eq!((back.unit, back.up), (Unit::Millimetre, Up::Y));
+    assert_eq!(back.objects()[0].geometry.points()[0], Point::new(1000.0, 3000.0, -2000.0));
+    // Noted otherwise on the way in: the numbers stay.
+    let options = ReadOptions { unit: Some(Unit::Inch), ..ReadOptions::default() };
+    let (noted, report) = Native.read(&sink, &options).unwrap();
+    assert_eq!((noted.unit, report.notes.len()), (Unit::Inch, 1));
+    assert_eq!(noted.objects()[0].geometry.points()[0], Point::new(1000.0, 3000.0, -2000.0));
+}
+
+/// Any finite number, small ones and zeros of both signs often.
+fn number() -> impl Strategy<Value = f64> {
+    use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+    prop_oneof![
+        POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO,
+        -1.0..1.0,
+        (-1_000_000..1_000_000_i64).prop_map(|i| i as f64),
+        Just(9_007_199_254_740_993.0),
+        Just(f64::MAX),
+    ]
+}
+
+fn point() -> impl Strategy<Value = Point> {
+    (number(), number(), number()).prop_map(|(x, y, z)| Point::new(x, y, z))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn any_points_come_back_to_the_bit(
+        points in prop::collection::vec(point(), 0..40), closed: bool, name in "\\PC{1,20}") {
+        let mut scene = Scene::new();
+        scene.add(Object::new(name, Polyline { points, closed }.into())).unwrap();
+        let bytes = write(&scene);
+        let (back, _) = read(bytes.clone()).unwrap();
+        prop_assert_eq!(bits(&back), bits(&scene));
+        prop_assert_eq!(write(&back), bytes);
+    }
+
+    #[test]
+    fn any_spline_comes_back_to_the_bit(
+        degree in 1..6_usize,
+        periodic: bool,
+        mut knots in prop::collection::vec(-1e3..1e3_f64, 12..30),
+        scale in prop_oneof![Just(1e-300), Just(1.0), Just(1e300)],
+        seed in prop::collection::vec((point(), 1e-9..1e9_f64), 30),
+    ) {
+        knots.sort_by(f64::total_cmp);
+        knots.iter_mut().for_each(|k| *k *= scale);
+        let space = if periodic { Space::periodic(degree, knots) } else { Space::open(degree, knots) }.unwrap();
+        let (points, weights) = seed.into_iter().take(space.len()).unzip();
+        let mut scene = Scene::new();
+        scene.add(Object::new("c", Curve::rational(space, points, weights).unwrap().into())).unwrap();
+        let (back, _) = read(write(&scene)).unwrap();
+        prop_assert_eq!(bits(&back), bits(&scene));
+    }
+}
+
+#[test]
+fn a_large_document_keeps_its_size_in_hand() {
+    let mut scene = Scene::new();
+    let points: Vec<Point> = (0..100_000)
+        .map(|i| {
+            let t = f64::from(i) * 1e-3;
+            Point::from(Vector::new(t.cos(), t.sin(), t))
+        })
+        .collect();
+    let space = Space::clamped_uniform(3, points.len()).unwrap();
+    scene.add(Object::new("long", Curve::new(space, points).unwrap().into())).unwrap();
+    let bytes = write(&scene);
+    let (back, _) = read(bytes).unwrap();
+    assert!(back == scene);
+}
