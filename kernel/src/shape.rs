@@ -6,6 +6,7 @@ use std::fmt::{self, Debug};
 use smallvec::SmallVec;
 
 use crate::error::{Error, Result};
+use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
 /// Where on a shape: `u` on a curve, `(u, v)` on a surface.
@@ -212,6 +213,14 @@ pub trait Shape: Any + Debug + Send + Sync {
     /// As for [`stencil`](Self::stencil).
     fn value(&self, at: Location, derivative: Derivative) -> Result<Vector> {
         Ok(self.stencil(at, derivative)?.apply(self.control_vertices()))
+    }
+
+    /// The matrix of `(1/L) ∫ |f|² + L^(2k) |f^(k)|²` over the basis functions, for `k = order` (1 stretch, 2 bend),
+    /// `L` the length of the domain; positive definite, and independent of how the domain is scaled. `None` where the
+    /// shape does not know one.
+    fn smoothness(&self, order: usize) -> Option<Symmetric> {
+        let _ = order;
+        None
     }
 
     /// How the control vertices neighbour one another: a grid of `rows × columns`, row after row, each

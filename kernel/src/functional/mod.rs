@@ -18,6 +18,7 @@ mod symmetry;
 mod tangent;
 mod vertex;
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -68,7 +69,7 @@ pub enum Linearity {
 }
 
 /// Something that may be asked of shapes: `f(P)`, one number or several.
-pub trait Functional: Debug + Send + Sync {
+pub trait Functional: Any + Debug + Send + Sync {
     /// How many numbers it is.
     fn equations(&self) -> usize;
 

@@ -178,6 +178,11 @@ impl Rows<'_> {
         self
     }
 
+    /// The number of blocks so far.
+    pub(crate) fn blocks(&self) -> usize {
+        self.store.blocks()
+    }
+
     fn open_alike(&mut self) {
         let (start, first) = (self.store.vertices.len(), self.store.coefficients.len());
         self.store.heads.push(Head::Alike { start, first, constant: Vector::zeros() });

@@ -32,6 +32,12 @@ impl Tangent {
         self
     }
 
+    /// `C'·direction`: negative where the tangent points against the direction it should be parallel to.
+    pub(crate) fn sense(&self, shapes: &Shapes<'_>) -> Option<f64> {
+        let present = shapes.get(self.on.shape).ok()?.value(Location::Curve(self.at), 1.into()).ok()?;
+        Some(present.dot(&self.direction?))
+    }
+
     /// The same on another shape of the problem.
     #[must_use]
     pub fn on(mut self, shape: impl Into<On>) -> Self {

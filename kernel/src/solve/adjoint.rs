@@ -184,6 +184,10 @@ impl Factored for FactoredAdjoint {
         "adjoint"
     }
 
+    fn rank(&self) -> usize {
+        self.kept.len()
+    }
+
     fn diagnosis(&self) -> Diagnosis {
         let whitened_rows = &self.whitened.rows;
         let condition = match self.kept.len() {

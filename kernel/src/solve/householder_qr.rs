@@ -36,6 +36,10 @@ impl Factored for FactoredQr {
         "householder-qr"
     }
 
+    fn rank(&self) -> usize {
+        self.reflections.rank()
+    }
+
     fn diagnosis(&self) -> Diagnosis {
         self.reflections.diagnosis()
     }

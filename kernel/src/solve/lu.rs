@@ -173,6 +173,10 @@ impl Factored for FactoredLu {
         "lu"
     }
 
+    fn rank(&self) -> usize {
+        self.kept.len()
+    }
+
     fn diagnosis(&self) -> Diagnosis {
         let mut rows = SparseRows::new(self.rows.width());
         for &row in &self.kept {

@@ -47,12 +47,25 @@ pub trait Solver: Send + Sync {
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError>;
 }
 
+impl Solver for std::sync::Arc<dyn Solver> {
+    fn name(&self) -> &str {
+        self.as_ref().name()
+    }
+
+    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        self.as_ref().factor(system)
+    }
+}
+
 /// A factored system.
 ///
 /// Vectors with several sides are kept row after row: entry `row * sides + side`.
 pub trait Factored: Send {
     /// The name of the solver that did the work.
     fn solver(&self) -> &str;
+
+    /// The number of independent rows. Known without work.
+    fn rank(&self) -> usize;
 
     /// Rank, condition and the rows that the others imply. Cheap, but not free: not for every event.
     fn diagnosis(&self) -> Diagnosis;

@@ -75,8 +75,12 @@ impl Reflections {
         Ok(Self { blocks, empty })
     }
 
+    pub(crate) fn rank(&self) -> usize {
+        self.blocks.iter().map(|b| b.rank).sum()
+    }
+
     pub(crate) fn diagnosis(&self) -> Diagnosis {
-        let rank = self.blocks.iter().map(|b| b.rank).sum();
+        let rank = self.rank();
         let mut dependencies: Vec<Dependency> =
             self.empty.iter().map(|&row| Dependency { row, combination: Vec::new() }).collect();
         for block in &self.blocks {

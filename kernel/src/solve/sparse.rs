@@ -270,6 +270,10 @@ impl Factored for FactoredSparse {
         "sparse"
     }
 
+    fn rank(&self) -> usize {
+        self.order.len()
+    }
+
     fn diagnosis(&self) -> Diagnosis {
         let condition = self.factor.condition().sqrt();
         Diagnosis { rank: self.order.len(), condition, dependencies: self.dependencies.clone() }

@@ -6,6 +6,7 @@ use super::binomial;
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
 use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Stencil};
+use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
 /// A B-spline curve `C(u) = Σ N_i(u) P_i`, or, with weights, `C(u) = Σ w_i N_i(u) P_i / Σ w_i N_i(u)`.
@@ -20,8 +21,7 @@ impl Curve {
     /// The polynomial curve with these control vertices.
     ///
     /// # Errors
-    /// When the space has another number of vertices, degree 0, or a knot that would tear the curve (interior
-    /// multiplicity above the degree), or a coordinate is not finite.
+    /// When the space has another number of vertices or degree 0, or a coordinate is not finite.
     pub fn new(space: Space, points: Vec<Point>) -> Result<Self> {
         Self::build(space, points, None)
     }
@@ -207,29 +207,22 @@ impl Shape for Curve {
         Box::new(self.clone())
     }
 
+    fn smoothness(&self, order: usize) -> Option<Symmetric> {
+        Some(super::gram::smoothness(&self.space, order))
+    }
+
     fn grid(&self) -> Grid {
         Grid { rows: 1, columns: self.points.len(), rows_wrap: false, columns_wrap: self.space.is_periodic() }
     }
 }
 
-/// A space that a curve or one direction of a surface can have: degree at least 1, no interior knot that tears.
+/// A space that a curve or one direction of a surface can have: degree at least 1. (An interior knot of multiplicity
+/// `p + 1` tears the shape in two there; that is allowed, as in the formats that shapes come from.)
 pub(super) fn check_curve_space(space: &Space) -> Result<()> {
-    let degree = space.degree();
-    if degree == 0 {
-        return Err(Error::Degree { degree });
+    match space.degree() {
+        0 => Err(Error::Degree { degree: 0 }),
+        _ => Ok(()),
     }
-    let (a, b) = space.domain();
-    let flat = space.flat();
-    let mut index = 0;
-    while index < flat.len() {
-        let value = flat[index];
-        let run = flat[index..].iter().take_while(|&&k| k == value).count();
-        if run > degree && value > a && value < b {
-            return Err(Error::Multiplicity { value, multiplicity: run, degree, allowed: degree });
-        }
-        index += run;
-    }
-    Ok(())
 }
 
 /// Finite control vertices, and weights that fit them.

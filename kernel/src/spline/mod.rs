@@ -5,6 +5,7 @@
 //! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
 //! * [`curve`]: B-spline curves, polynomial and rational, open and periodic.
 //! * [`elevate`]: degree elevation.
+//! * [`gram`]: Gram matrices of basis functions.
 //! * [`insert`]: knot insertion.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 
@@ -12,6 +13,7 @@ pub mod bezier;
 pub mod conversion;
 pub mod curve;
 pub mod elevate;
+pub mod gram;
 pub mod insert;
 pub mod space;
 pub mod surface;

@@ -7,6 +7,7 @@ use super::curve::{check_curve_space, check_net, knot_count};
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
 use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Stencil};
+use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
 /// A tensor-product surface `S(u, v) = Σ_i Σ_j N_i(u) M_j(v) P_ij`, or its rational form with weights.
@@ -179,6 +180,10 @@ impl Shape for Surface {
 
     fn boxed(&self) -> Box<dyn Shape> {
         Box::new(self.clone())
+    }
+
+    fn smoothness(&self, order: usize) -> Option<Symmetric> {
+        Some(super::gram::smoothness_of_product(&self.u, &self.v, order))
     }
 
     fn grid(&self) -> Grid {

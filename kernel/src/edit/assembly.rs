@@ -1,0 +1,170 @@
+//! From constraints to a linear system: which columns matter, and which equation is where.
+
+use crate::error::Result;
+use crate::functional::{Equation, Shapes, Store};
+use crate::solve::{SparseRows, System};
+
+use super::ask::Constraint;
+use super::metric::Metric;
+
+/// Which vertices may move: global numbers, ascending.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Freedom {
+    pub(super) locked: Vec<usize>,
+    pub(super) only: Option<Vec<usize>>,
+}
+
+impl Freedom {
+    pub(super) fn may_move(&self, vertex: usize) -> bool {
+        self.locked.binary_search(&vertex).is_err()
+            && self.only.as_ref().is_none_or(|only| only.binary_search(&vertex).is_ok())
+    }
+}
+
+/// Where one scalar equation of a constraint is in the system, and how large the numbers in it are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slot {
+    pub(super) row: u32,
+    pub(super) side: u32,
+    /// Which of the functional's numbers it is.
+    pub(super) equation: u32,
+    /// `Σ |coefficient · coordinate|`: rounding errors of its value are of this size times ε.
+    pub(super) magnitude: f64,
+}
+
+/// The system of a set of constraints.
+#[derive(Debug)]
+pub(super) struct Assembly {
+    pub(super) system: System,
+    /// All slots, constraint after constraint.
+    pub(super) slots: Vec<Slot>,
+    /// Where the slots of each constraint start; one more entry than constraints.
+    pub(super) starts: Vec<usize>,
+}
+
+impl Assembly {
+    /// The slots of constraint `k`.
+    pub(super) fn slots(&self, k: usize) -> &[Slot] {
+        &self.slots[self.starts[k]..self.starts[k + 1]]
+    }
+
+    /// The constraint that a row belongs to.
+    pub(super) fn constraint_of(&self, row: usize) -> usize {
+        let slot = self.slots.partition_point(|s| (s.row as usize) < row);
+        self.starts.partition_point(|&s| s <= slot).saturating_sub(1)
+    }
+
+    /// The index of a slot's entry in right-hand sides.
+    pub(super) fn entry(&self, slot: &Slot) -> usize {
+        slot.row as usize * self.system.sides() + slot.side as usize
+    }
+
+    pub(super) fn new(
+        shapes: &Shapes<'_>,
+        constraints: &[&Constraint],
+        freedom: &Freedom,
+        metric: &Metric,
+    ) -> Result<Self> {
+        let mut store = Store::default();
+        let mut blocks = Vec::with_capacity(constraints.len() + 1);
+        blocks.push(0);
+        {
+            let mut rows = store.rows(shapes);
+            for constraint in constraints {
+                constraint.functional.rows(shapes, &mut rows)?;
+                blocks.push(rows.blocks());
+            }
+        }
+        let alike = constraints.iter().all(|c| c.axis.is_none())
+            && (0..store.blocks()).all(|i| matches!(store.block(i), Equation::Alike { .. }));
+        let sides = if alike { 3 } else { 1 };
+
+        // The vertices that move: touched ones that may, and those that the metric takes along.
+        let mut touched: Vec<usize> = (0..store.blocks())
+            .flat_map(|i| match store.block(i) {
+                Equation::Alike { vertices, .. } | Equation::Coupled { vertices, .. } => vertices,
+            })
+            .copied()
+            .filter(|&v| freedom.may_move(v))
+            .collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let moving = metric.widen(shapes, touched, &|v| freedom.may_move(v))?;
+        let local = |vertex: usize| moving.binary_search(&vertex).ok();
+
+        let entries: usize = (0..store.blocks())
+            .map(|i| match store.block(i) {
+                Equation::Alike { vertices, .. } => vertices.len() * if alike { 1 } else { 3 },
+                Equation::Coupled { vertices, .. } => vertices.len() * 3,
+            })
+            .sum();
+        let width = if alike { moving.len() } else { moving.len() * 3 };
+        let mut rows = SparseRows::with_capacity(width, store.blocks(), entries);
+        let mut slots = Vec::new();
+        let mut starts = vec![0];
+        for (k, constraint) in constraints.iter().enumerate() {
+            let mut equation = 0;
+            for i in blocks[k]..blocks[k + 1] {
+                match store.block(i) {
+                    Equation::Alike { vertices, coefficients, .. } => {
+                        let magnitude = |axis: usize| -> f64 {
+                            vertices
+                                .iter()
+                                .zip(coefficients)
+                                .map(|(&v, c)| (shapes.vertex(v)[axis] * c).abs())
+                                .sum()
+                        };
+                        if alike {
+                            let row = rows.len() as u32;
+                            rows.push(
+                                vertices.iter().zip(coefficients).filter_map(|(&v, &c)| Some((local(v)?, c))),
+                            );
+                            for side in 0..3 {
+                                let magnitude = magnitude(side as usize);
+                                slots.push(Slot { row, side, equation: equation + side, magnitude });
+                            }
+                        } else {
+                            for axis in 0..3 {
+                                if !constraint.asks(axis) {
+                                    continue;
+                                }
+                                let row = rows.len() as u32;
+                                let terms = vertices.iter().zip(coefficients);
+                                rows.push(terms.filter_map(|(&v, &c)| Some((3 * local(v)? + axis, c))));
+                                let magnitude = magnitude(axis);
+                                slots.push(Slot {
+                                    row,
+                                    side: 0,
+                                    equation: equation + axis as u32,
+                                    magnitude,
+                                });
+                            }
+                        }
+                        equation += 3;
+                    }
+                    Equation::Coupled { vertices, vectors, .. } => {
+                        let row = rows.len() as u32;
+                        rows.push(
+                            vertices.iter().zip(vectors).filter_map(|(&v, a)| Some((local(v)?, a))).flat_map(
+                                |(v, a)| {
+                                    (0..3).map(move |axis| (3 * v + axis, a[axis])).filter(|(_, c)| *c != 0.0)
+                                },
+                            ),
+                        );
+                        let size = |(&v, a): (&usize, &crate::Vector)| {
+                            shapes.vertex(v).coords.component_mul(a).lp_norm(1)
+                        };
+                        let magnitude = vertices.iter().zip(vectors).map(size).sum();
+                        slots.push(Slot { row, side: 0, equation, magnitude });
+                        equation += 1;
+                    }
+                }
+            }
+            starts.push(slots.len());
+        }
+        let metric = metric.resolve(shapes, &moving, !alike)?;
+        let touched =
+            if alike { moving } else { moving.iter().flat_map(|&v| [3 * v, 3 * v + 1, 3 * v + 2]).collect() };
+        Ok(Self { system: System::new(rows, touched, sides, metric), slots, starts })
+    }
+}

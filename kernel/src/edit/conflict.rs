@@ -1,0 +1,85 @@
+//! Constraints that cannot all hold: which, and what could be done.
+
+use std::collections::BTreeSet;
+
+use super::ask::Constraint;
+use super::assembly::{Assembly, Freedom};
+use super::knots::knot_that_helps;
+use crate::functional::Shapes;
+use crate::shape::Shape;
+use crate::solve::{Dependency, SolveError};
+
+/// Wanted changes that agree to this, relative to the numbers they come from, agree.
+const AGREE: f64 = 1e-10;
+
+/// Whether the right-hand side of a dependent row is what the others imply, on every side.
+pub(super) fn agrees(assembly: &Assembly, dependency: &Dependency, rhs: &[f64], size: &[f64]) -> bool {
+    let sides = assembly.system.sides();
+    (0..sides).all(|side| {
+        let at = dependency.row * sides + side;
+        let (mut implied, mut scale) = (0.0, size[at] + rhs[at].abs());
+        for &(row, factor) in &dependency.combination {
+            let other = row * sides + side;
+            implied += factor * rhs[other];
+            scale += factor.abs() * (size[other] + rhs[other].abs());
+        }
+        (rhs[at] - implied).abs() <= AGREE * scale
+    })
+}
+
+/// The constraints of a dependency: those of the rows it is made of, and its own, ascending.
+pub(super) fn involved(assembly: &Assembly, dependency: &Dependency) -> Vec<usize> {
+    let mut set: BTreeSet<usize> =
+        dependency.combination.iter().map(|&(row, _)| assembly.constraint_of(row)).collect();
+    set.insert(assembly.constraint_of(dependency.row));
+    set.into_iter().collect()
+}
+
+/// The error for a dependency whose right-hand sides disagree.
+pub(super) fn explain(
+    boxes: &[Box<dyn Shape>],
+    constraints: &[&Constraint],
+    freedom: &Freedom,
+    assembly: &Assembly,
+    dependency: &Dependency,
+) -> SolveError {
+    let all = involved(assembly, dependency);
+    let quoted = |k: &usize| format!("\"{}\"", constraints[*k].describe());
+    let own = constraints[assembly.constraint_of(dependency.row)].describe();
+    if dependency.combination.is_empty() {
+        return SolveError::Conflict(format!(
+            "\"{own}\" cannot be met: no control vertex that may move has any influence there; \
+             unlock one, or widen the locality"
+        ));
+    }
+    let names: Vec<String> = all.iter().map(quoted).collect();
+    // Distinct vertices behind the rows: fewer than the equations means that refinement can help.
+    let rows = assembly.system.rows();
+    let columns: BTreeSet<u32> = dependency
+        .combination
+        .iter()
+        .map(|&(row, _)| row)
+        .chain([dependency.row])
+        .flat_map(|row| rows.row(row).0.iter().copied())
+        .collect();
+    let per_vertex = if assembly.system.sides() == 3 { 1 } else { 3 };
+    let vertices = columns.iter().map(|c| *c as usize / per_vertex).collect::<BTreeSet<_>>().len();
+    let equations = dependency.combination.len() + 1;
+    let release = match names.len() {
+        1 => format!("{} contradicts itself", names[0]),
+        _ => format!("{} cannot all hold; release one of them", names.join(", ")),
+    };
+    if equations <= columns.len() {
+        return SolveError::Conflict(release);
+    }
+    let shapes = Shapes::new(boxes.iter().map(AsRef::as_ref));
+    let involved: Vec<&Constraint> = all.iter().map(|&k| constraints[k]).collect();
+    let knot = match knot_that_helps(&shapes, &involved, freedom) {
+        Some(knot) => format!(", or insert a knot at {knot}"),
+        None => String::new(),
+    };
+    let what = if per_vertex == 1 { "things a coordinate" } else { "things" };
+    SolveError::Conflict(format!(
+        "{release}{knot}: they ask {equations} {what} of {vertices} control vertices that may move"
+    ))
+}

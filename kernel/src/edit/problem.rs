@@ -1,0 +1,245 @@
+//! An edit being said: shapes, what is asked of them, what may move.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use super::ask::{Constraint, Wanted};
+use super::assembly::Freedom;
+use super::error::EditError;
+use super::locality::{localise, most_influential};
+use super::metric::Metric;
+use super::session::{Edited, Session};
+use crate::error::{Error, Result};
+use crate::functional::{Functional, Shapes};
+use crate::shape::{Location, Shape, vertex_index};
+use crate::solve::{Automatic, Solver};
+use crate::spline::Curve;
+
+/// Says an edit: what is asked of a shape (and perhaps others with it), what may move and what "least" means.
+#[derive(Debug)]
+pub struct Edit<S> {
+    pub(super) shapes: Vec<Box<dyn Shape>>,
+    pub(super) constraints: Vec<Constraint>,
+    pub(super) handle: Option<Arc<dyn Functional>>,
+    pub(super) sliding: bool,
+    pub(super) best_effort: bool,
+    locks: Vec<(usize, i64)>,
+    locality: Option<usize>,
+    window: Option<(f64, f64)>,
+    metric: Metric,
+    kind: PhantomData<fn() -> S>,
+}
+
+impl<S: Shape + Clone> Edit<S> {
+    /// An edit of a copy of a shape.
+    pub fn new(shape: &S) -> Self {
+        Self::of(shape.clone())
+    }
+}
+
+impl<S: Shape> Edit<S> {
+    /// An edit of a shape that is given away, so that nothing is copied.
+    pub fn of(shape: S) -> Self {
+        Self {
+            shapes: vec![Box::new(shape)],
+            constraints: Vec::new(),
+            handle: None,
+            sliding: false,
+            best_effort: false,
+            locks: Vec::new(),
+            locality: None,
+            window: None,
+            metric: Metric::Least,
+            kind: PhantomData,
+        }
+    }
+
+    /// Adds another shape to the problem: the next number (1, 2, …) for functionals' `on`.
+    #[must_use]
+    pub fn with(mut self, shape: Box<dyn Shape>) -> Self {
+        self.shapes.push(shape);
+        self
+    }
+
+    /// Asks something.
+    #[must_use]
+    pub fn ask(mut self, constraint: Constraint) -> Self {
+        self.constraints.push(constraint);
+        self
+    }
+
+    /// Locks control vertices of the first shape: they may not move. Negative numbers count from the end.
+    #[must_use]
+    pub fn lock(self, vertices: impl IntoIterator<Item = i64>) -> Self {
+        self.lock_on(0, vertices)
+    }
+
+    /// Locks control vertices of shape `shape`.
+    #[must_use]
+    pub fn lock_on(mut self, shape: usize, vertices: impl IntoIterator<Item = i64>) -> Self {
+        self.locks.extend(vertices.into_iter().map(|v| (shape, v)));
+        self
+    }
+
+    /// Lets only this many vertices move: those with the largest influence at the handle, or at the first location
+    /// where something is to change (paper 4, §2).
+    #[must_use]
+    pub fn locality(mut self, vertices: usize) -> Self {
+        self.locality = Some(vertices);
+        self
+    }
+
+    /// What "least" means.
+    #[must_use]
+    pub fn metric(mut self, metric: Metric) -> Self {
+        self.metric = metric;
+        self
+    }
+
+    /// What [`Session::to`] drags.
+    #[must_use]
+    pub fn handle(mut self, functional: impl Functional + 'static) -> Self {
+        self.handle = Some(Arc::new(functional));
+        self
+    }
+
+    /// The same, for a functional that is shared.
+    #[must_use]
+    pub fn shared_handle(mut self, functional: Arc<dyn Functional>) -> Self {
+        self.handle = Some(functional);
+        self
+    }
+
+    /// Lets the handle's parameter slide along with the tangential part of the motion (paper 4, §5): only the part
+    /// across the curve moves it. For a position on a curve. Each event then prepares anew at its parameter.
+    #[must_use]
+    pub fn sliding(mut self) -> Self {
+        self.sliding = true;
+        self
+    }
+
+    /// Accepts the nearest thing to a solution (least squares, each equation scaled to unit length) where the
+    /// constraints conflict; the report says so.
+    #[must_use]
+    pub fn best_effort(mut self) -> Self {
+        self.best_effort = true;
+        self
+    }
+
+    /// Solves with the default solver.
+    ///
+    /// # Errors
+    /// When something cannot be asked of the shapes, or the constraints cannot all hold.
+    pub fn solve(self) -> Result<Edited<S>, EditError> {
+        self.solve_with(Automatic)
+    }
+
+    /// Solves with a solver.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve); also when the solver refuses the system.
+    pub fn solve_with(self, solver: impl Solver + 'static) -> Result<Edited<S>, EditError> {
+        let mut session = self.prepare(solver)?;
+        session.apply()?;
+        Ok(session.commit())
+    }
+
+    /// Does all the work that can be done once. The cost depends on what the constraints touch, not on the size of
+    /// the shape (beyond the copy that [`new`](Self::new) made).
+    ///
+    /// # Errors
+    /// As for [`solve_with`](Self::solve_with).
+    pub fn prepare(mut self, solver: impl Solver + 'static) -> Result<Session<S>, EditError> {
+        if let Some((start, end)) = self.window {
+            self.localise_window(start, end)?;
+        }
+        let freedom = self.freedom()?;
+        let metric = std::mem::take(&mut self.metric);
+        Session::new(self, Box::new(solver), freedom, metric)
+    }
+
+    /// The location that the edit is about: the handle's, else that of the first constraint that changes something.
+    fn focus(&self) -> Option<(usize, Location)> {
+        let changing = |c: &&Constraint| !matches!(c.wanted, Wanted::Keep | Wanted::Hold);
+        self.handle
+            .as_ref()
+            .and_then(|h| h.location())
+            .or_else(|| self.constraints.iter().filter(changing).find_map(|c| c.functional.location()))
+    }
+
+    fn freedom(&self) -> Result<Freedom> {
+        let shapes = Shapes::new(self.shapes.iter().map(AsRef::as_ref));
+        let mut locked = Vec::with_capacity(self.locks.len());
+        for &(shape, vertex) in &self.locks {
+            let count = shapes.get(shape)?.control_vertices().len();
+            locked.push(shapes.offset(shape) + vertex_index(vertex, count)?);
+        }
+        locked.sort_unstable();
+        locked.dedup();
+        let only = match (self.locality, self.window) {
+            (Some(count), None) => {
+                let (shape, at) = self.focus().ok_or_else(|| {
+                    Error::Invalid(
+                        "a locality needs a place: ask for a change at a location, or give a handle".into(),
+                    )
+                })?;
+                Some(most_influential(&shapes, shape, at, count)?)
+            }
+            (_, Some((start, end))) => {
+                let curve = first_curve(&self.shapes)?;
+                let flat = curve.space().flat();
+                let p = curve.degree();
+                let inside = |k: &usize| flat[*k] >= start && flat[*k + p + 1] <= end;
+                let mut only: Vec<usize> = (0..curve.space().unrolled_len())
+                    .filter(inside)
+                    .map(|k| curve.space().vertex(k))
+                    .collect();
+                only.sort_unstable();
+                only.dedup();
+                Some(only)
+            }
+            (None, None) => None,
+        };
+        Ok(Freedom { locked, only })
+    }
+
+    /// Refines the first shape so that the edit fits into the interval, and moves locks along with their vertices.
+    fn localise_window(&mut self, start: f64, end: f64) -> Result<()> {
+        let at = self.focus();
+        let curve = first_curve(&self.shapes)?;
+        let Some((0, Location::Curve(u))) = at else {
+            return Err(Error::Invalid(
+                "an edit within an interval needs a place in it: ask for a change at a location, or give a handle".into(),
+            ));
+        };
+        if self.locks.iter().any(|&(shape, _)| shape == 0) {
+            return Err(Error::Invalid(
+                "an edit within an interval inserts knots, which renumbers control vertices: lock none of them \
+                 (nothing outside the interval moves), or refine first"
+                    .into(),
+            ));
+        }
+        let vertices = self.locality.unwrap_or_else(|| (self.constraints.len() + 1).min(curve.degree() + 1));
+        let (refined, _) = localise(curve, start, end, u, vertices)?;
+        self.shapes[0] = Box::new(refined);
+        Ok(())
+    }
+}
+
+impl Edit<Curve> {
+    /// Keeps the edit within an interval of the curve: knots are inserted around the location until as many vertices
+    /// as [`locality`](Self::locality) says (by default one more than there are constraints, up to `p + 1`) can move
+    /// without changing anything outside (paper 4, §5).
+    #[must_use]
+    pub fn within(mut self, start: f64, end: f64) -> Self {
+        self.window = Some((start, end));
+        self
+    }
+}
+
+fn first_curve(shapes: &[Box<dyn Shape>]) -> Result<&Curve> {
+    let first: Option<&dyn std::any::Any> = shapes.first().map(|s| s.as_ref() as _);
+    first.and_then(|s| s.downcast_ref()).ok_or_else(|| {
+        Error::Invalid("only an edit of a B-spline curve can be kept within an interval".into())
+    })
+}

@@ -1,0 +1,63 @@
+//! What an edit did, as a value.
+
+use std::fmt;
+
+pub use crate::plugin::ConstraintReport;
+
+/// What solving an edit gave: printed by `Display`, kept by serde.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Report {
+    /// The solver that did the work.
+    pub solver: String,
+    /// Scalar equations.
+    pub equations: usize,
+    /// Independent ones among them.
+    pub rank: usize,
+    /// Constraints (or parts of them) that the others imply: they were dropped, and hold.
+    pub redundant: Vec<String>,
+    /// Largest error of any constraint after the edit, in document units.
+    pub residual: f64,
+    /// Estimate of the condition number of the equations, each scaled to unit length.
+    pub condition: f64,
+    /// `(Σ‖dᵢ‖²)^½`.
+    pub adjustment: f64,
+    /// Linear solves that were needed: 1 unless something is not linear.
+    pub iterations: usize,
+    /// Whether some constraints are missed because only a best effort was asked for.
+    pub best_effort: bool,
+    /// Every constraint with its error and its multipliers.
+    pub constraints: Vec<ConstraintReport>,
+    /// Anything else worth saying.
+    pub notes: Vec<String>,
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { solver, equations, rank, residual, adjustment, .. } = self;
+        write!(f, "rank {rank} of {equations} · residual {residual:.1e} · ‖d‖ {adjustment:.4} · {solver}")?;
+        if self.iterations > 1 {
+            write!(f, " · {} iterations", self.iterations)?;
+        }
+        if !self.redundant.is_empty() {
+            let count = self.redundant.len();
+            let plural = if count == 1 { "" } else { "s" };
+            write!(f, " · {count} redundant constraint{plural} dropped: {}", self.redundant.join(", "))?;
+        }
+        if self.best_effort {
+            let missed: Vec<_> = self.constraints.iter().filter(|c| c.residual > self.tolerance()).collect();
+            let names: Vec<_> = missed.iter().map(|c| format!("{} by {:.3e}", c.name, c.residual)).collect();
+            write!(f, " · BEST EFFORT, missed: {}", names.join(", "))?;
+        }
+        for note in &self.notes {
+            write!(f, " · {note}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Report {
+    /// Errors below this are rounding.
+    fn tolerance(&self) -> f64 {
+        1e-9 * self.constraints.iter().fold(self.residual, |m, c| m.max(c.residual))
+    }
+}
