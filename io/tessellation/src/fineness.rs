@@ -1,0 +1,98 @@
+//! A fineness as two numbers, checked against what the shape's coordinates can resolve.
+
+use loftsman_kernel::plugin::{Chord, Fineness};
+use loftsman_kernel::{Error, Point, Result};
+
+/// A shape's own frame: control points are taken about `centre` and divided by `size`, so that no square of a
+/// coordinate overflows or vanishes and 1 is the size of everything.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frame {
+    pub(crate) centre: Point,
+    pub(crate) size: f64,
+    /// The largest absolute coordinate: what rounding is relative to.
+    largest: f64,
+}
+
+/// What a piece must meet, in the units of the shape's [`Frame`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Target {
+    /// Chord tolerance.
+    pub(crate) chord: f64,
+    /// Angle, in radians.
+    pub(crate) angle: f64,
+}
+
+impl Frame {
+    /// The frame of a control net: the middle and the diagonal of its box.
+    pub(crate) fn of(points: &[Point]) -> Result<Self> {
+        let Some(&first) = points.first() else {
+            return Err(Error::Invalid("a shape without control vertices cannot be tessellated".into()));
+        };
+        let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+        let size = diagonal(&low, &high);
+        if !size.is_finite() {
+            return Err(Error::Invalid("the shape is too large to be tessellated: scale it down".into()));
+        }
+        if size == 0.0 {
+            return Err(Error::Invalid(
+                "all control vertices coincide: there is nothing to tessellate".into(),
+            ));
+        }
+        let largest = low.coords.amax().max(high.coords.amax());
+        Ok(Self { centre: low + (high - low) * 0.5, size, largest })
+    }
+
+    /// What a fineness asks in this frame; `samples` are points of the shape itself, whose box is never larger
+    /// than the shape's own, so that a relative tolerance is never wider than promised.
+    pub(crate) fn target(
+        &self,
+        fineness: &Fineness,
+        samples: impl IntoIterator<Item = Point>,
+    ) -> Result<Target> {
+        let Fineness { chord, angle } = *fineness;
+        let refuse = |what: &str, value: f64| {
+            Err(Error::Invalid(format!("a {what} of {value} cannot be met: give a positive number")))
+        };
+        if !(angle.is_finite() && angle > 0.0) {
+            return refuse("tessellation angle", angle);
+        }
+        let length = match chord {
+            Chord::Absolute(length) if length.is_finite() && length > 0.0 => length,
+            Chord::Relative(fraction) if fraction.is_finite() && fraction > 0.0 => {
+                let (mut low, mut high) = (Point::from([f64::MAX; 3]), Point::from([f64::MIN; 3]));
+                for p in samples {
+                    (low, high) = (low.inf(&p), high.sup(&p));
+                }
+                fraction * diagonal(&low, &high)
+            }
+            Chord::Absolute(value) | Chord::Relative(value) => return refuse("chord tolerance", value),
+        };
+        // Below a few units in the last place of the coordinates a chord cannot be told from its curve.
+        let resolved = 8.0 * f64::EPSILON * self.largest;
+        if length < resolved {
+            return Err(Error::Invalid(format!(
+                "a chord tolerance of {length:e} is less than the coordinates resolve ({resolved:e}): choose a coarser one"
+            )));
+        }
+        Ok(Target { chord: length / self.size, angle })
+    }
+}
+
+/// The error for a tolerance that needs more than the budget of segments or triangles.
+pub(crate) fn over_budget(fineness: &Fineness, needed: f64, what: &str, budget: usize) -> Error {
+    let (tolerance, of) = match fineness.chord {
+        Chord::Absolute(length) => (length, ""),
+        Chord::Relative(fraction) => (fraction, " of the diagonal"),
+    };
+    let degrees = fineness.angle.to_degrees();
+    Error::Invalid(format!(
+        "a chord tolerance of {tolerance:e}{of} with an angle of {degrees} degrees needs about {needed:.0} {what}, more than {budget}: choose a coarser one"
+    ))
+}
+
+/// The distance between two corners, without overflow in between.
+fn diagonal(low: &Point, high: &Point) -> f64 {
+    let d = high - low;
+    let largest = d.amax();
+    if largest > 0.0 && largest.is_finite() { largest * (d / largest).norm() } else { largest }
+}
