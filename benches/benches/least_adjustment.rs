@@ -1,0 +1,175 @@
+//! W4: the least adjustment `d = Fᵀ(F Fᵀ)⁻¹ b` of a cubic under `c` constraints, of `n` vertices: mouse down
+//! (`prepare`) and mouse move (`event`), for our solvers, nalgebra and faer.
+//!
+//! Aims: prepare within 3 × the floor, an event within 2 ×, neither dependent on `n`. Peers keep dense matrices
+//! and are left out above a million numbers; they give the whole `n × 3` answer, because they know no other.
+
+use std::hint::black_box;
+
+use criterion::measurement::Measurement;
+use criterion::{BenchmarkId, Criterion};
+use faer::linalg::solvers::Solve;
+use loftsman_benches::floor::BandCholesky;
+use loftsman_benches::inputs::Rows;
+use loftsman_benches::measure::{self, Case};
+use loftsman_kernel::solve::{
+    Adjoint, Automatic, HouseholderQr, Solver, Sparse, SparseRows, System, SystemMetric,
+};
+use nalgebra::DMatrix;
+
+const SIZES: [usize; 5] = [12, 100, 1000, 10_000, 1_000_000];
+const CONSTRAINTS: [usize; 5] = [1, 2, 3, 10, 100];
+/// The most numbers that a peer's dense matrix gets to have.
+const DENSE: usize = 1_000_000;
+
+const SOLVERS: [(&str, &dyn Solver); 4] = [
+    ("automatic", &Automatic),
+    ("adjoint", &Adjoint),
+    ("sparse", &Sparse),
+    ("householder-qr", &HouseholderQr),
+];
+
+fn pairs() -> impl Iterator<Item = (usize, usize)> {
+    CONSTRAINTS.into_iter().flat_map(|c| SIZES.into_iter().filter(move |&n| c < n).map(move |n| (n, c)))
+}
+
+fn name(n: usize, c: usize) -> String {
+    format!("n={n},c={c}")
+}
+
+/// The rows over the columns that they touch.
+fn system(rows: &Rows) -> System {
+    let mut touched: Vec<usize> = rows.first.iter().flat_map(|&f| f..f + 4).collect();
+    touched.sort_unstable();
+    touched.dedup();
+    let mut sparse = SparseRows::with_capacity(touched.len(), rows.count(), 4 * rows.count());
+    for (&first, values) in rows.first.iter().zip(&rows.values) {
+        let local = touched.partition_point(|&t| t < first);
+        sparse.push(values.iter().enumerate().map(|(k, &v)| (local + k, v)));
+    }
+    System::new(sparse, touched, 3, SystemMetric::Least)
+}
+
+fn ours<M: Measurement>(criterion: &mut Criterion<M>) {
+    for (n, c) in pairs() {
+        let rows = Rows::new(n, c);
+        let system = system(&rows);
+        let wanted = rows.wanted(0).concat();
+        let mut reference = vec![[0.0; 3]; n];
+        let mut floor = BandCholesky::new(&rows);
+        floor.factor(&rows);
+        floor.solve(&rows, &rows.wanted(0), &mut reference);
+        for (solver, factors) in SOLVERS {
+            let Ok(mut factored) = factors.factor(&system) else { continue };
+            let mut d = vec![0.0; 3 * system.touched().len()];
+            factored.solve_into(&wanted, &mut d);
+            let expected = system.touched().iter().flat_map(|&t| reference[t]);
+            assert!(d.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{solver} {}", name(n, c));
+            criterion
+                .benchmark_group("W4 prepare")
+                .bench_function(BenchmarkId::new(solver, name(n, c)), |b| {
+                    b.iter(|| factors.factor(black_box(&system)))
+                });
+            criterion.benchmark_group("W4 event").bench_function(BenchmarkId::new(solver, name(n, c)), |b| {
+                b.iter(|| {
+                    factored.solve_into(black_box(&wanted), &mut d);
+                    black_box(&mut d);
+                });
+            });
+        }
+    }
+}
+
+fn floor<M: Measurement>(criterion: &mut Criterion<M>) {
+    for (n, c) in pairs() {
+        let rows = Rows::new(n, c);
+        let mut floor = BandCholesky::new(&rows);
+        criterion.benchmark_group("W4 prepare").bench_function(BenchmarkId::new("floor", name(n, c)), |b| {
+            b.iter(|| {
+                floor.factor(black_box(&rows));
+                black_box(&mut floor);
+            });
+        });
+        let (wanted, mut d) = (rows.wanted(0), vec![[0.0; 3]; n]);
+        criterion.benchmark_group("W4 event").bench_function(BenchmarkId::new("floor", name(n, c)), |b| {
+            b.iter(|| {
+                floor.solve(&rows, black_box(&wanted), &mut d);
+                black_box(&mut d);
+            });
+        });
+    }
+}
+
+fn peers<M: Measurement>(criterion: &mut Criterion<M>) {
+    faer::set_global_parallelism(faer::Par::Seq);
+    for (n, c) in pairs().filter(|(n, c)| n * c <= DENSE) {
+        let rows = Rows::new(n, c);
+        let case = name(n, c);
+        let mut f = DMatrix::<f64>::zeros(c, n);
+        for (k, values) in rows.values.iter().enumerate() {
+            for (a, &value) in values.iter().enumerate() {
+                f[(k, rows.first[k] + a)] = value;
+            }
+        }
+        let b = DMatrix::from_row_slice(c, 3, &rows.wanted(0).concat());
+        let ft = f.transpose();
+
+        let mut prepare = criterion.benchmark_group("W4 prepare");
+        prepare.bench_function(BenchmarkId::new("nalgebra Cholesky", &case), |t| {
+            t.iter(|| (&f * &ft).cholesky())
+        });
+        prepare.bench_function(BenchmarkId::new("nalgebra QR", &case), |t| t.iter(|| ft.clone().qr()));
+        let ff = faer::Mat::from_fn(c, n, |i, j| f[(i, j)]);
+        let fft = ff.transpose().to_owned();
+        let fb = faer::Mat::from_fn(c, 3, |i, j| b[(i, j)]);
+        prepare.bench_function(BenchmarkId::new("faer LLT", &case), |t| {
+            t.iter(|| (&ff * &fft).llt(faer::Side::Lower));
+        });
+        prepare.bench_function(BenchmarkId::new("faer QR", &case), |t| t.iter(|| fft.qr()));
+        prepare.finish();
+
+        let mut event = criterion.benchmark_group("W4 event");
+        if let Some(cholesky) = (&f * &ft).cholesky() {
+            event.bench_function(BenchmarkId::new("nalgebra Cholesky", &case), |t| {
+                t.iter(|| &ft * cholesky.solve(black_box(&b)));
+            });
+        }
+        let qr = ft.clone().qr();
+        let (q, rt) = (qr.q(), qr.r().transpose());
+        event.bench_function(BenchmarkId::new("nalgebra QR", &case), |t| {
+            t.iter(|| rt.solve_lower_triangular(black_box(&b)).map(|y| &q * y));
+        });
+        if let Ok(llt) = (&ff * &fft).llt(faer::Side::Lower) {
+            event.bench_function(BenchmarkId::new("faer LLT", &case), |t| {
+                t.iter(|| &fft * llt.solve(black_box(&fb)));
+            });
+        }
+        let qr = fft.qr();
+        let (q, rt) = (qr.compute_thin_Q(), qr.thin_R().transpose().to_owned());
+        event.bench_function(BenchmarkId::new("faer QR", &case), |t| {
+            t.iter(|| {
+                let mut y = black_box(&fb).clone();
+                let (l, y_) = (rt.as_ref(), y.as_mut());
+                faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, y_, faer::Par::Seq);
+                &q * &y
+            });
+        });
+        event.finish();
+    }
+}
+
+fn main() {
+    let mut criterion = measure::criterion();
+    floor(&mut criterion);
+    ours(&mut criterion);
+    peers(&mut criterion);
+    criterion.final_summary();
+    let cases: Vec<Case> =
+        pairs().map(|(n, c)| Case { name: name(n, c), size: n as f64, row: c.to_string() }).collect();
+    let mine: Vec<&str> = SOLVERS.iter().map(|(name, _)| *name).collect();
+    let contestants =
+        [&["floor"], &mine[..], &["nalgebra Cholesky", "nalgebra QR", "faer LLT", "faer QR"]].concat();
+    for group in ["W4 prepare", "W4 event"] {
+        measure::summary(group, &contestants, "automatic", &mine, &cases);
+    }
+}
