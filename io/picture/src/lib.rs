@@ -1,1 +1,42 @@
-//! Part of Loftsman: picture.
+//! Pictures of scenes for people: curves with control polygons, curvature combs and knots, surfaces, meshes,
+//! polylines and clouds, what an edit was asked, before and after, as SVG and as PNG.
+//!
+//! ```
+//! use loftsman_kernel::scene::{Object, Scene};
+//! use loftsman_kernel::{Point, spline::Curve};
+//! use loftsman_picture::{Combs, Picture};
+//!
+//! let arch = Curve::bezier(vec![Point::new(0.0, 0.0, 0.0), Point::new(1.0, 2.0, 0.0), Point::new(2.0, 0.0, 0.0)])?;
+//! let mut scene = Scene::new();
+//! scene.add(Object::new("arch", (&arch).into()))?;
+//!
+//! let picture = Picture::of(&scene).title("An arch").combs(Combs::Automatic);
+//! let svg: String = picture.to_svg()?;
+//! let png: Vec<u8> = picture.to_png(800)?;
+//! # assert!(svg.contains("An arch") && png.starts_with(b"\x89PNG"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The way through the crate, each step in its own module: `stage` brings scenes into the coordinates of a view
+//! (x right, y up, z towards the viewer, about one unit large); `layout` finds where they go on the page; the
+//! modules of `draw` put one kind of thing each on a `sheet`; `svg` writes it and `png` renders it. Nothing
+//! reads fonts, files or clocks: the same scene gives the same bytes everywhere.
+
+mod draw;
+mod error;
+mod labels;
+mod layout;
+mod path;
+mod picture;
+mod png;
+mod sheet;
+mod stage;
+mod svg;
+mod text;
+mod theme;
+mod view;
+
+pub use error::PictureError;
+pub use picture::{Beads, Combs, Picture};
+pub use theme::Theme;
+pub use view::View;

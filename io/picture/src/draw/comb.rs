@@ -1,0 +1,211 @@
+//! Curvature combs: teeth `−s κN` on the outer side of a curve, and the envelope of their tips.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::scene::Unit;
+
+use crate::draw::color;
+use crate::path::Path;
+use crate::picture::{Choices, Combs};
+use crate::sheet::{Layer, Sample, Sheet, Stroke};
+use crate::stage::Stage;
+use crate::stage::body::Form;
+use crate::stage::piece::Piece;
+use crate::text;
+
+/// Teeth are about this far apart along the curve, in units of the stage (which is two of them large).
+const GAP: f64 = 0.016;
+
+/// Steps of the envelope from tooth to tooth.
+const FINE: usize = 4;
+
+/// Pieces with teeth; of more, every k-th has some.
+const PIECES: usize = 2000;
+
+/// How long the usual tooth of an automatic comb is, and where it cuts long ones.
+const USUAL: f64 = 0.16;
+const LONGEST: f64 = 0.5;
+
+/// A comb's samples along one curve, in order.
+#[derive(Debug)]
+struct Comb {
+    /// Index of its body among the new ones, or the old ones.
+    body: usize,
+    old: bool,
+    samples: Vec<Sampled>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sampled {
+    foot: Vector,
+    /// The curvature vector, in stage units; zero where the curve stands still.
+    curvature: Vector,
+    /// Whether there is a tooth here, or only a point of the envelope.
+    tooth: bool,
+}
+
+/// The combs of all curves, to one scale.
+#[derive(Debug, Default)]
+pub(crate) struct Combing {
+    combs: Vec<Comb>,
+    /// Length of a tooth over curvature, in stage units.
+    scale: f64,
+    /// Teeth are no longer than this.
+    longest: f64,
+    /// The largest curvature, in stage units.
+    most: f64,
+}
+
+impl Combing {
+    /// Samples the curvature of all curves and finds the scale.
+    pub(crate) fn of(stage: &Stage<'_>, choices: &Choices) -> Self {
+        if choices.combs == Combs::Off {
+            return Self::default();
+        }
+        let mut combs = Vec::new();
+        for (old, bodies) in [(true, &stage.old), (false, &stage.new)] {
+            for (body, form) in bodies.iter().map(|b| &b.form).enumerate() {
+                if let Form::Curve { pieces, .. } = form {
+                    combs.push(Comb { body, old, samples: sample(pieces) });
+                }
+            }
+        }
+        let mut values: Vec<f64> =
+            combs.iter().flat_map(|c| &c.samples).map(|s| s.curvature.norm()).collect();
+        values.sort_by(f64::total_cmp);
+        let most = values.last().copied().unwrap_or(0.0);
+        // Radii of a billion times the scene are rounding on a straight line.
+        if most < 1e-9 {
+            return Self { combs: Vec::new(), ..Self::default() };
+        }
+        let (scale, longest) = match choices.combs {
+            Combs::Scale(scale) => (scale / stage.projection.size / stage.projection.size, 4.0),
+            _ => {
+                // Samples are about even along the curve: four fifths of its length have less than this.
+                let usual = values[values.len() * 4 / 5];
+                let by_usual = USUAL / usual.max(most * 1e-3);
+                (
+                    if most * by_usual <= 1.5 * LONGEST { by_usual.min(LONGEST / most) } else { by_usual },
+                    LONGEST,
+                )
+            }
+        };
+        Self { combs, scale, longest, most }
+    }
+
+    fn tip(&self, sample: &Sampled) -> (Vector, bool) {
+        let tooth = sample.curvature * -self.scale;
+        let length = tooth.norm();
+        if length <= self.longest * (1.0 + 1e-9) {
+            (sample.foot + tooth, false)
+        } else {
+            // A direction first: a scale of 1e300 overflows the length.
+            let direction = sample.curvature.normalize();
+            (sample.foot - direction * self.longest, true)
+        }
+    }
+
+    /// The tips of all teeth, which the page must hold.
+    pub(crate) fn tips(&self) -> impl Iterator<Item = Vector> {
+        self.combs.iter().flat_map(|comb| comb.samples.iter().map(|s| self.tip(s).0))
+    }
+
+    /// Draws teeth and envelopes; of the state before only the envelopes.
+    pub(crate) fn draw(&self, sheet: &mut Sheet, stage: &Stage<'_>, unit: Unit) {
+        let mut any_cut = false;
+        for comb in &self.combs {
+            let body = if comb.old { &stage.old[comb.body] } else { &stage.new[comb.body] };
+            let base = color(sheet, body, comb.old);
+            let paper = sheet.theme.paper();
+            let mut teeth = Path::default();
+            let (mut envelope, mut dashed) = (Path::default(), Path::default());
+            let mut last: Option<(_, bool)> = None;
+            for sample in &comb.samples {
+                let (tip, cut) = self.tip(sample);
+                let (foot, tip) = (sheet.spot(&sample.foot), sheet.spot(&tip));
+                any_cut |= cut;
+                if sample.tooth && !comb.old {
+                    teeth.move_to(foot);
+                    teeth.line_to(tip);
+                    sheet.ink.segment(foot, tip, 1);
+                }
+                // What joins cut teeth is no envelope and therefore dashed.
+                if let Some((from, was_cut)) = last {
+                    let path = if was_cut || cut { &mut dashed } else { &mut envelope };
+                    if path.pen() != Some(from) {
+                        path.move_to(from);
+                    }
+                    path.line_to(tip);
+                    sheet.ink.segment(from, tip, 2);
+                }
+                last = Some((tip, cut));
+            }
+            let tone = base.mixed(paper, 0.5);
+            if !comb.old {
+                sheet.put(Layer::Combs, &Stroke::plain(tone, 0.1).path("comb", teeth.finish()).empty());
+            }
+            let stroke = Stroke::plain(if comb.old { base } else { base.mixed(paper, 0.25) }, 0.2);
+            let layer = if comb.old { Layer::Old } else { Layer::Combs };
+            let dashed = dashed.finish();
+            if !dashed.is_empty() {
+                sheet.put(layer, &stroke.dashed().path("envelope-cut", dashed).empty());
+            }
+            sheet.put(layer, &stroke.path("envelope", envelope.finish()).empty());
+        }
+        if let Some(comb) = self.combs.iter().find(|comb| !comb.old).or(self.combs.first()) {
+            let body = if comb.old { &stage.old[comb.body] } else { &stage.new[comb.body] };
+            let color = color(sheet, body, comb.old);
+            let size = stage.projection.size;
+            let most = text::number(self.most / size);
+            let unit = unit.name();
+            let per = text::number(1.0 / (self.scale * sheet.layout.scale * size));
+            sheet.explain(
+                Sample::Comb(color),
+                format!("curvature, 1 mm for {per}/{unit} (at most {most}/{unit})"),
+            );
+            if any_cut {
+                sheet
+                    .notes
+                    .push("the longest teeth of the curvature comb are cut (dashed envelope)".to_owned());
+            }
+        }
+    }
+}
+
+/// Samples every piece at even steps, ends included, so that jumps of curvature at knots show.
+fn sample(pieces: &[Piece]) -> Vec<Sampled> {
+    let step = pieces.len().div_ceil(PIECES).max(1);
+    let mut samples = Vec::new();
+    for piece in pieces.iter().step_by(step) {
+        let length: f64 = (0..8)
+            .map(|i| (piece.point(f64::from(i + 1) / 8.0) - piece.point(f64::from(i) / 8.0)).norm())
+            .sum();
+        let teeth = if step > 1 { 1 } else { (length / GAP).ceil().clamp(1.0, 64.0) as usize };
+        for i in 0..=teeth * FINE {
+            let jet = piece.jet(i as f64 / (teeth * FINE) as f64);
+            let curvature = jet.curvature().unwrap_or_else(Vector::zeros);
+            samples.push(Sampled { foot: jet.point, curvature, tooth: i % FINE == 0 });
+        }
+    }
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector4;
+
+    #[test]
+    fn the_comb_of_a_circle_is_a_larger_circle() {
+        let w = 0.5_f64.sqrt();
+        let control = vec![
+            Vector4::new(1.0, 0.0, 0.0, 1.0),
+            Vector4::new(w, w, 0.0, w),
+            Vector4::new(0.0, 1.0, 0.0, 1.0),
+        ];
+        let samples = sample(&[Piece { control, rational: true }]);
+        let combs = vec![Comb { body: 0, old: false, samples }];
+        let combing = Combing { combs, scale: 0.25, longest: LONGEST, most: 1.0 };
+        assert!(combing.tips().count() > 100);
+        assert!(combing.tips().all(|tip| (tip.norm() - 1.25).abs() < 1e-12));
+    }
+}

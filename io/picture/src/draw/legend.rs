@@ -1,0 +1,212 @@
+//! Under the drawing: axes, scale bar, what is what, and what was left out.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::scene::Unit;
+
+use crate::draw::{dots, mark};
+use crate::sheet::{Sample, Sheet, Stroke};
+use crate::stage::Stage;
+use crate::svg::{Element, length};
+use crate::text;
+use crate::theme::Color;
+
+/// Sizes, in millimetres: of the words, from row to row, of the samples, and from entry to entry.
+const SIZE: f64 = 2.9;
+const ROW: f64 = 5.0;
+const SAMPLE: f64 = 8.0;
+const GAP: f64 = 6.0;
+
+/// Room for axes and scale bar at the left.
+const LEFT: f64 = 46.0;
+
+/// The most notes.
+const NOTES: usize = 6;
+
+/// The legend's elements, and where on the page it ends.
+pub(crate) fn draw(sheet: &Sheet, stage: &Stage<'_>, width: f64, margin: f64, unit: Unit) -> (String, f64) {
+    let top = sheet.layout.area.high[1] + margin;
+    let mut out = axes(sheet, stage, [margin + 4.0, top + 6.0]);
+    out.push_str(&scale_bar(sheet, stage, [margin + 15.0, top + 6.0], unit));
+
+    // Entries flow in rows of the width that is left.
+    let (start, end) = (margin + LEFT, width - margin);
+    let (mut x, mut y) = (start, top + 1.5);
+    for (sample, words) in &sheet.legend {
+        let wide = SAMPLE + 1.5 + text::width(words) * SIZE;
+        if x > start && x + wide > end {
+            (x, y) = (start, y + ROW);
+        }
+        out.push_str(&draw_sample(sheet, *sample, x, y));
+        out.push_str(&words_at(sheet, words, x + SAMPLE + 1.5, y + 0.35 * SIZE, sheet.theme.ink()));
+        x += wide + GAP;
+    }
+    let mut bottom = y.max(top + 6.0) + 2.0;
+    for note in sheet.notes.iter().take(NOTES) {
+        bottom += ROW * 0.85;
+        out.push_str(&words_at(sheet, note, start, bottom, sheet.theme.faint()));
+    }
+    (Element::new("g").attribute("id", "legend").around(&out), bottom)
+}
+
+fn words_at(_sheet: &Sheet, words: &str, x: f64, y: f64, color: Color) -> String {
+    let text = Element::new("text").length("x", x).length("y", y).length("font-size", SIZE);
+    text.attribute("fill", &color.hex()).text(words)
+}
+
+fn draw_sample(sheet: &Sheet, sample: Sample, x: f64, y: f64) -> String {
+    let theme = sheet.theme;
+    let line = |stroke: Stroke| {
+        stroke.path("sample", format!("M{} {}h{}", length(x), length(y), length(SAMPLE))).empty()
+    };
+    match sample {
+        Sample::Line(stroke) => line(stroke),
+        Sample::Net(stroke) => {
+            let square = |x: f64| format!("M{} {}h1.2v1.2h-1.2z", length(x - 0.6), length(y - 0.6));
+            let squares = Element::new("path")
+                .attribute("d", &(square(x + 0.6) + &square(x + SAMPLE - 0.6)))
+                .attribute("fill", &theme.paper().hex())
+                .attribute("stroke", &stroke.color.hex())
+                .length("stroke-width", 0.22);
+            line(stroke) + &squares.empty()
+        }
+        Sample::Comb(color) => {
+            let teeth: String = (0..=8)
+                .map(|i| f64::from(i) / 8.0)
+                .map(|t| {
+                    let tall = 1.2 + 1.3 * (t * std::f64::consts::PI).sin();
+                    format!("M{} {}v-{}", length(x + t * SAMPLE), length(y + 1.3), length(tall))
+                })
+                .collect();
+            let tone = color.mixed(theme.paper(), 0.5);
+            let base = format!("M{} {}h{}", length(x), length(y + 1.3), length(SAMPLE));
+            Stroke::plain(tone, 0.1).path("sample", teeth).empty()
+                + &Stroke::plain(color, 0.3).path("sample", base).empty()
+        }
+        Sample::Bead(color) => {
+            let data = dots(&[[x + SAMPLE / 2.0, y]]);
+            line(Stroke::plain(color, 0.5))
+                + &Stroke::plain(color, 1.4).path("sample", data.clone()).empty()
+                + &Stroke::plain(theme.paper(), 0.7).path("sample", data).empty()
+        }
+        Sample::Dot(color) => {
+            let spots = [0.25, 0.5, 0.75].map(|t| [x + t * SAMPLE, y]);
+            Stroke::plain(color, 0.7).path("sample", dots(&spots)).empty()
+        }
+        Sample::Face(color) => Element::new("rect")
+            .length("x", x)
+            .length("y", y - 1.5)
+            .length("width", SAMPLE)
+            .length("height", 3.0)
+            .attribute("fill", &theme.lit(color, 0.7).hex())
+            .attribute("stroke", &color.mixed(theme.ink(), 0.25).hex())
+            .length("stroke-width", 0.2)
+            .empty(),
+        Sample::Mark(kind) => {
+            use loftsman_kernel::plugin::MarkKind;
+            let (middle, end) = ([x + SAMPLE / 2.0, y], [x + SAMPLE, y]);
+            match kind {
+                MarkKind::Moved => {
+                    mark::arrow([x, y], end, theme.accent().hex(), 0.45) + &mark::point(theme, kind, end)
+                }
+                MarkKind::Direction => {
+                    mark::arrow([x, y], end, theme.ink().hex(), 0.3) + &mark::point(theme, kind, [x, y])
+                }
+                MarkKind::Curvature => {
+                    let data = format!(
+                        "M{} {}q{} -2.4 {} 0",
+                        length(x),
+                        length(y + 0.6),
+                        length(SAMPLE / 2.0),
+                        length(SAMPLE)
+                    );
+                    Stroke::plain(theme.ink(), 0.25).dashed().path("sample", data).empty()
+                        + &mark::point(theme, kind, [x + SAMPLE / 2.0, y - 0.6])
+                }
+                _ => mark::point(theme, kind, middle),
+            }
+        }
+    }
+}
+
+/// Small arrows along the axes of the scene, as the view shows them; an axis that points at the viewer is left
+/// out.
+fn axes(sheet: &Sheet, stage: &Stage<'_>, corner: [f64; 2]) -> String {
+    let mut out = String::new();
+    let long = 6.0;
+    let turned = [("x", Vector::x()), ("y", Vector::y()), ("z", Vector::z())]
+        .map(|(name, axis)| (name, stage.projection.direction(&axis)));
+    // Where arrows go left or down, the origin moves right or up.
+    let reach = |i: usize| turned.iter().map(|(_, d)| d[i]).fold(0.0, f64::min) * -long;
+    let origin = [corner[0] - 3.0 + reach(0), corner[1] - reach(1)];
+    let color = sheet.theme.faint();
+    for (name, d) in turned {
+        let along = [d.x, -d.y];
+        if along[0].hypot(along[1]) < 0.2 {
+            continue;
+        }
+        let tip = [0, 1].map(|i| origin[i] + along[i] * long);
+        out.push_str(&mark::arrow(origin, tip, color.hex(), 0.25));
+        let at = [0, 1].map(|i| origin[i] + along[i] * (long + 1.6));
+        let text = Element::new("text")
+            .length("x", at[0])
+            .length("y", at[1] + 0.9)
+            .length("font-size", 2.6)
+            .attribute("text-anchor", "middle")
+            .attribute("fill", &color.hex());
+        out.push_str(&text.text(name));
+    }
+    out
+}
+
+/// A bar as long as 1, 2 or 5 times a power of ten of the scene's unit.
+fn scale_bar(sheet: &Sheet, stage: &Stage<'_>, [x, y]: [f64; 2], unit: Unit) -> String {
+    let millimetres = sheet.layout.scale / stage.projection.size;
+    let (value, bar) = round_bar(millimetres, LEFT - 20.0);
+    let color = sheet.theme.faint();
+    let data = format!(
+        "M{} {}v1.6M{} {}h{}m0 -0.8v1.6",
+        length(x),
+        length(y - 0.8),
+        length(x),
+        length(y),
+        length(bar)
+    );
+    let bar_path = Stroke::plain(color, 0.3).path("scale-bar", data).empty();
+    let words = format!("{} {}", text::number(value), unit.name());
+    let text = Element::new("text")
+        .length("x", x + bar / 2.0)
+        .length("y", y - 1.4)
+        .length("font-size", 2.6)
+        .attribute("text-anchor", "middle")
+        .attribute("fill", &color.hex());
+    bar_path + &text.text(&words)
+}
+
+/// The largest 1, 2 or 5 · 10ᵏ units that is at most `most` millimetres, and how many millimetres it is.
+fn round_bar(millimetres: f64, most: f64) -> (f64, f64) {
+    let longest = most / millimetres;
+    let power = longest.log10().floor();
+    let mut best = (0.0, 0.0);
+    for digit in [1.0, 2.0, 5.0, 10.0] {
+        // In two steps where the power itself would underflow.
+        let value = digit * 10_f64.powf(power);
+        if value <= longest * (1.0 + 1e-9) {
+            best = (value, value * millimetres);
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scale_bars_are_round_and_fit() {
+        for (millimetres, value) in [(162.0, 0.1), (3.0, 5.0), (26.0, 1.0), (1.3e10, 2e-9), (8e-8, 2e8)] {
+            let (found, bar) = round_bar(millimetres, 26.0);
+            assert!((found / value - 1.0).abs() < 1e-9, "{found} {value}");
+            assert!(bar <= 26.001 && bar > 10.0);
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Marks: where something was asked of a shape, and what.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::plugin::MarkKind;
+
+use crate::labels::Label;
+use crate::path::{Path, Spot};
+use crate::sheet::{Layer, Sample, Sheet, Stroke};
+use crate::stage::{Spotlight, Stage};
+use crate::svg::{Element, escaped, length};
+use crate::text;
+use crate::theme::Theme;
+
+/// Length of arrows for directions, of arrow heads, and of an osculating arc to each side, in millimetres.
+const ARROW: f64 = 13.0;
+const HEAD: f64 = 2.2;
+const ARC: f64 = 11.0;
+
+/// Labels that are drawn; more would hide the drawing.
+const LABELLED: usize = 40;
+
+/// Marks that are drawn.
+const MOST: usize = 5000;
+
+/// Draws all marks and asks for their labels; marks at one place share one label.
+pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
+    let mut groups: Vec<Label> = Vec::new();
+    for light in stage.marks.iter().take(MOST) {
+        let spot = sheet.spot(&light.position);
+        let glyph = glyph(sheet, stage, light, spot);
+        let group = format!(
+            "<g class=\"mark {}\">\n<title>{}</title>\n{glyph}</g>\n",
+            class(light.mark.kind),
+            escaped(&light.mark.label)
+        );
+        sheet.put(Layer::Marks, &group);
+        sheet.explain(Sample::Mark(light.mark.kind), words(light.mark.kind));
+        let line = text::clipped(&light.mark.label, 48);
+        // Locked vertices are explained by the legend: a label each would say nothing more.
+        if !labels || line.is_empty() || light.mark.kind == MarkKind::Locked {
+            continue;
+        }
+        let near = |g: &Label| (g.anchor[0] - spot[0]).hypot(g.anchor[1] - spot[1]) < 1.0;
+        match groups.iter().position(near) {
+            Some(i) if groups[i].lines.len() < 5 => groups[i].lines.push(line),
+            None if groups.len() < LABELLED => {
+                groups.push(Label { anchor: spot, lines: vec![line], color: sheet.theme.ink() });
+            }
+            _ => {}
+        }
+    }
+    if stage.marks.len() > MOST {
+        sheet.notes.push(format!("{MOST} of {} marks are drawn", stage.marks.len()));
+    }
+    sheet.labels.extend(groups);
+}
+
+fn class(kind: MarkKind) -> &'static str {
+    match kind {
+        MarkKind::Moved => "moved",
+        MarkKind::Kept => "kept",
+        MarkKind::Direction => "direction",
+        MarkKind::Curvature => "curvature",
+        MarkKind::Locked => "locked",
+        _ => "other",
+    }
+}
+
+fn words(kind: MarkKind) -> &'static str {
+    match kind {
+        MarkKind::Moved => "moved point",
+        MarkKind::Kept => "kept point",
+        MarkKind::Direction => "derivative or direction",
+        MarkKind::Curvature => "curvature (osculating circle)",
+        MarkKind::Locked => "locked vertex",
+        _ => "constraint",
+    }
+}
+
+fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot) -> String {
+    let theme = sheet.theme;
+    let mut out = String::new();
+    match light.mark.kind {
+        MarkKind::Moved => {
+            let from = sheet.spot(&light.before);
+            sheet.ink.segment(from, spot, 6);
+            out.push_str(&arrow(from, spot, theme.accent().hex(), 0.45));
+        }
+        MarkKind::Direction => {
+            if let Some(direction) = light.vector.and_then(|v| unit(sheet.layout.shift(&v))) {
+                let to = [0, 1].map(|i| spot[i] + direction[i] * ARROW);
+                sheet.ink.segment(spot, to, 5);
+                out.push_str(&arrow(spot, to, theme.ink().hex(), 0.3));
+            }
+        }
+        MarkKind::Curvature => out.push_str(&osculating(sheet, stage, light)),
+        _ => {}
+    }
+    out.push_str(&point(theme, light.mark.kind, spot));
+    sheet.ink.segment(spot, spot, 8);
+    out
+}
+
+/// The glyph at the place itself.
+pub(crate) fn point(theme: Theme, kind: MarkKind, [x, y]: Spot) -> String {
+    let circle = |radius: f64| Element::new("circle").length("cx", x).length("cy", y).length("r", radius);
+    let (ink, paper, accent) = (theme.ink().hex(), theme.paper().hex(), theme.accent().hex());
+    match kind {
+        MarkKind::Moved => {
+            circle(0.95).attribute("fill", &accent).attribute("stroke", &paper).length("stroke-width", 0.2)
+        }
+        MarkKind::Kept => {
+            circle(0.85).attribute("fill", &ink).attribute("stroke", &paper).length("stroke-width", 0.2)
+        }
+        MarkKind::Direction | MarkKind::Curvature => {
+            circle(0.5).attribute("fill", &ink).attribute("stroke", "none")
+        }
+        MarkKind::Locked => {
+            let r = 0.9;
+            let data = format!(
+                "M{a} {b}L{c} {d}M{a} {d}L{c} {b}",
+                a = length(x - r),
+                b = length(y - r),
+                c = length(x + r),
+                d = length(y + r)
+            );
+            Element::new("path")
+                .attribute("d", &data)
+                .attribute("fill", "none")
+                .attribute("stroke", &ink)
+                .length("stroke-width", 0.3)
+        }
+        _ => circle(0.8).attribute("fill", &paper).attribute("stroke", &ink).length("stroke-width", 0.3),
+    }
+    .empty()
+}
+
+/// A displacement of the page, a millimetre long; `None` where it has no direction.
+fn unit([x, y]: Spot) -> Option<Spot> {
+    // Scaled first: lengths of vectors of the scene may be anything.
+    let size = x.abs().max(y.abs());
+    let (x, y) = (x / size, y / size);
+    let norm = x.hypot(y);
+    norm.is_finite().then(|| [x / norm, y / norm])
+}
+
+/// An arrow; one too short for its head is a line.
+pub(crate) fn arrow(from: Spot, to: Spot, color: String, width: f64) -> String {
+    let distance = (to[0] - from[0]).hypot(to[1] - from[1]);
+    let Some(along) = unit([to[0] - from[0], to[1] - from[1]]) else { return String::new() };
+    let head = HEAD.min(0.6 * distance);
+    let neck = [0, 1].map(|i| to[i] - along[i] * head);
+    let mut shaft = Path::default();
+    shaft.move_to(from);
+    shaft.line_to(neck);
+    let wing = |side: f64| {
+        let across = [-along[1] * side, along[0] * side];
+        [0, 1].map(|i| neck[i] - along[i] * 0.12 * head + across[i] * 0.36 * head)
+    };
+    let mut triangle = Path::default();
+    for spot in [to, wing(1.0), neck, wing(-1.0)] {
+        triangle.line_to(spot);
+    }
+    triangle.close();
+    let shaft = Element::new("path")
+        .attribute("class", "arrow")
+        .attribute("d", &shaft.finish())
+        .attribute("fill", "none")
+        .attribute("stroke", &color)
+        .length("stroke-width", width);
+    let triangle = Element::new("path").attribute("d", &triangle.finish()).attribute("fill", &color);
+    shaft.empty() + &triangle.empty()
+}
+
+/// An arc of the osculating circle about the mark, seen as the view sees it. The mark's vector is the curvature
+/// vector `κN`: the centre is at `N/κ`. Nothing where the curve is straight.
+fn osculating(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>) -> String {
+    let size = stage.projection.size;
+    let Some(normal) = light.vector.map(|v| v * size) else { return String::new() };
+    let curvature = normal.norm();
+    if !(curvature > 1e-6 && curvature.is_finite()) {
+        return String::new();
+    }
+    let (radius, normal) = (1.0 / curvature, normal / curvature);
+    let centre = light.position + normal * radius;
+    // The tangent is not known here; in a planar view it is across the normal.
+    let Some(tangent) = Vector::new(-normal.y, normal.x, 0.0).try_normalize(1e-9) else {
+        return String::new();
+    };
+    let half = (ARC / (radius * sheet.layout.scale)).min(std::f64::consts::PI);
+    let mut path = Path::default();
+    let mut last: Option<Spot> = None;
+    for i in -24..=24 {
+        let (s, c) = (half * f64::from(i) / 24.0).sin_cos();
+        let spot = sheet.spot(&(centre + (tangent * s - normal * c) * radius));
+        if let Some(from) = last {
+            sheet.ink.segment(from, spot, 3);
+        }
+        last = Some(spot);
+        path.line_to(spot);
+    }
+    Stroke::plain(sheet.theme.ink(), 0.25).dashed().path("osculating", path.finish()).empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrows_point_where_they_go() {
+        let text = arrow([0.0, 0.0], [10.0, 0.0], "#000".into(), 0.3);
+        assert!(text.contains("d=\"M0 0L7.8 0\"") && text.contains("M10 0L7.536 0.792"), "{text}");
+        assert_eq!(arrow([1.0, 1.0], [1.0, 1.0], "#000".into(), 0.3), "");
+    }
+
+    #[test]
+    fn directions_of_any_length_are_directions() {
+        for size in [1e-300, 1e-9, 1.0, 1e300] {
+            let [x, y] = unit([3.0 * size, -4.0 * size]).unwrap();
+            assert!((x - 0.6).abs() < 1e-15 && (y + 0.8).abs() < 1e-15);
+        }
+        assert_eq!(unit([0.0, 0.0]), None);
+    }
+}

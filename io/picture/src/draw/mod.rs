@@ -1,0 +1,170 @@
+//! What is drawn, one kind of thing a module.
+
+pub(crate) mod bead;
+pub(crate) mod comb;
+pub(crate) mod curve;
+pub(crate) mod face;
+pub(crate) mod legend;
+pub(crate) mod mark;
+pub(crate) mod net;
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::scene::Unit;
+
+use crate::layout::Rect;
+use crate::picture::Choices;
+use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
+use crate::stage::Stage;
+use crate::stage::body::{Body, Form};
+use crate::svg::Element;
+use crate::text;
+use crate::theme::Color;
+use comb::Combing;
+
+/// Objects that the legend names; more are counted.
+const NAMED: usize = 8;
+
+/// What all that will be drawn takes up on the stage.
+pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> Rect {
+    let mut rect = Rect::NONE;
+    let mut take = |p: &Vector| rect.take([p.x, p.y]);
+    for body in stage.bodies() {
+        match &body.form {
+            Form::Empty => {}
+            Form::Curve { pieces, net, .. } => {
+                let steps = (4096 / pieces.len().max(1)).clamp(2, 32);
+                for piece in pieces {
+                    for i in 0..=steps {
+                        take(&piece.point(i as f64 / steps as f64));
+                    }
+                }
+                if choices.control_polygons {
+                    net.iter().for_each(&mut take);
+                }
+            }
+            Form::Surface { surface, net, .. } => {
+                face::samples(surface).points.iter().for_each(&mut take);
+                if choices.control_polygons {
+                    net.iter().for_each(&mut take);
+                }
+            }
+            Form::Polyline { points, .. } | Form::Mesh { points, .. } | Form::Cloud(points) => {
+                points.iter().for_each(&mut take);
+            }
+        }
+    }
+    for light in &stage.marks {
+        take(&light.position);
+        take(&light.before);
+    }
+    combs.tips().for_each(|tip| take(&tip));
+    rect
+}
+
+/// Draws everything but labels and legend.
+pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, combs: &Combing, choices: &Choices, unit: Unit) {
+    for body in &stage.new {
+        object(sheet, body, false);
+    }
+    for body in &stage.old {
+        object(sheet, body, true);
+    }
+    if stage.new.len() > NAMED {
+        let more = stage.new.iter().filter(|b| !matches!(b.form, Form::Empty)).count().saturating_sub(NAMED);
+        if more > 0 {
+            sheet.notes.push(format!("and {more} more objects"));
+        }
+    }
+    face::draw(sheet, stage);
+    combs.draw(sheet, stage, unit);
+    if choices.control_polygons {
+        for body in &stage.old {
+            net::draw(sheet, body, true);
+        }
+        for body in &stage.new {
+            net::draw(sheet, body, false);
+        }
+    }
+    for body in &stage.new {
+        bead::draw(sheet, body, choices.beads);
+    }
+    mark::draw(sheet, stage, choices.labels);
+}
+
+/// The colour of a body.
+pub(crate) fn color(sheet: &Sheet, body: &Body<'_>, old: bool) -> Color {
+    let color = sheet.theme.object(body.index, body.object.color);
+    if old { sheet.theme.old(color) } else { color }
+}
+
+/// Draws the lines and dots of an object and enters it in the legend.
+fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
+    let color = color(sheet, body, old);
+    let layer = if old { Layer::Old } else { Layer::Curves };
+    let stroke = Stroke::plain(color, if old { 0.4 } else { 0.5 });
+    let (element, sample) = match &body.form {
+        Form::Empty => return,
+        Form::Curve { pieces, closed, .. } => {
+            let data = curve::trace(pieces, *closed, &sheet.layout, &mut sheet.ink);
+            (stroke.path("curve", data), Sample::Line(stroke))
+        }
+        Form::Polyline { points, closed } => {
+            let thin = Stroke { width: 0.3, ..stroke };
+            let path = sheet.chain(points, *closed, 4);
+            (thin.path("polyline", path.finish()), Sample::Line(thin))
+        }
+        Form::Cloud(points) => {
+            let places = points.iter().map(|p| sheet.layout.spot(p));
+            let kept = spread(places, &sheet.layout.area, 0.25, 20_000);
+            kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
+            if kept.len() < points.len() {
+                let name = text::clipped(body.object.name(), 30);
+                let (shown, all) = (kept.len(), points.len());
+                sheet.notes.push(format!("{name}: {shown} dots stand for {all} points"));
+            }
+            let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
+            if !old {
+                named(sheet, body, old, Sample::Dot(color));
+                sheet.put(Layer::Clouds, &titled(element, body.object.name()));
+                return;
+            }
+            (element, Sample::Dot(color))
+        }
+        Form::Surface { surface, .. } if old => {
+            let data = face::wires(sheet, surface);
+            let thin = Stroke { width: 0.2, ..stroke };
+            (thin.path("surface", data), Sample::Line(thin))
+        }
+        Form::Mesh { points, corners, starts } if old => {
+            let thin = Stroke { width: 0.12, ..stroke };
+            let data = face::outlines(sheet, points, corners, starts);
+            (thin.path("mesh", data), Sample::Line(thin))
+        }
+        // The faces of all objects hide one another, so they are drawn together.
+        Form::Surface { .. } | Form::Mesh { .. } => {
+            named(sheet, body, old, Sample::Face(color));
+            return;
+        }
+    };
+    named(sheet, body, old, sample);
+    sheet.put(layer, &titled(element, body.object.name()));
+}
+
+/// An element with a name that browsers show under the pointer.
+fn titled(element: Element, name: &str) -> String {
+    element.around(&Element::new("title").text(name))
+}
+
+/// Enters an object in the legend.
+fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sample) {
+    if body.index < NAMED {
+        let name = text::clipped(body.object.name(), 40);
+        sheet.explain(sample, if old { format!("{name}, before") } else { name });
+    }
+}
+
+/// Path data of dots: segments too short to see, whose round caps are the dots.
+pub(crate) fn dots(spots: &[[f64; 2]]) -> String {
+    use crate::svg::length;
+    spots.iter().map(|[x, y]| format!("M{} {}h.001", length(*x), length(*y))).collect()
+}

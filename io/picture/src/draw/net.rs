@@ -1,0 +1,71 @@
+//! Control polygons and nets: thin lines with small squares at the control vertices.
+
+use loftsman_kernel::Vector;
+
+use crate::draw::color;
+use crate::path::Path;
+use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
+use crate::stage::body::{Body, Form};
+use crate::svg::{Element, length};
+use crate::text;
+
+/// The side of a square, in millimetres.
+const SIDE: f64 = 1.2;
+
+/// The most squares of an object.
+const MOST: usize = 2000;
+
+/// Draws the control polygon or net of a curve or surface.
+pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
+    let (points, paths): (&[Vector], Vec<Path>) = match &body.form {
+        Form::Curve { net, closed, .. } => (net, vec![sheet.chain(net, *closed, 2)]),
+        Form::Surface { net, grid, .. } => {
+            let mut paths = Vec::new();
+            for row in net.chunks(grid.columns.max(1)) {
+                paths.push(sheet.chain(row, grid.columns_wrap, 1));
+            }
+            for column in 0..grid.columns {
+                let along = net.iter().skip(column).step_by(grid.columns.max(1));
+                paths.push(sheet.chain(along, grid.rows_wrap, 1));
+            }
+            (net, paths)
+        }
+        _ => return,
+    };
+    let theme = sheet.theme;
+    let base = color(sheet, body, old);
+    let tone = if old { base.mixed(theme.paper(), 0.3) } else { base.mixed(theme.ink(), 0.35) };
+    let (layer, width) = if old { (Layer::Old, 0.14) } else { (Layer::Nets, 0.16) };
+    let stroke = Stroke::plain(tone, width);
+    let data: String = paths.into_iter().map(Path::finish).collect();
+    sheet.put(layer, &stroke.path("control-polygon", data).empty());
+
+    let half = SIDE / 2.0;
+    let places = points.iter().map(|p| sheet.layout.spot(p));
+    let kept = spread(places, &sheet.layout.area, SIDE * 0.75, MOST);
+    let squares: String = kept
+        .iter()
+        .map(|[x, y]| format!("M{} {}h{SIDE}v{SIDE}h-{SIDE}z", length(x - half), length(y - half)))
+        .collect();
+    let element = Element::new("path")
+        .attribute("class", "control-vertices")
+        .attribute("d", &squares)
+        .attribute("fill", &theme.paper().hex())
+        .attribute("stroke", &tone.hex())
+        .length("stroke-width", if old { 0.16 } else { 0.22 });
+    sheet.put(layer, &element.empty());
+    for &spot in &kept {
+        sheet.ink.segment(spot, spot, 4);
+    }
+    if kept.len() < points.len() {
+        let name = text::clipped(body.object.name(), 30);
+        let (shown, all) = (kept.len(), points.len());
+        sheet.notes.push(format!("{name}: {shown} squares stand for {all} control vertices"));
+    }
+    if !old {
+        let what = if matches!(body.form, Form::Curve { .. }) { "control polygon" } else { "control net" };
+        if !sheet.legend.iter().any(|(_, words)| words == what) {
+            sheet.explain(Sample::Net(stroke), what);
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Why a picture could not be made.
+
+/// What is wrong with a scene or a request for a picture.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PictureError {
+    /// The hierarchy of a scene is cyclic or names parents that do not exist.
+    #[error(transparent)]
+    Scene(#[from] loftsman_kernel::Error),
+    /// An object or a mark is where no number goes: a transform overflows, or a mark is not finite.
+    #[error(
+        "\"{object}\" or a mark on it has a coordinate that is not finite in the scene: correct its transform"
+    )]
+    Place {
+        /// The object.
+        object: String,
+    },
+    /// A page or an image of a size that cannot be.
+    #[error("a picture cannot be {value} {unit} {what}: choose from {least} to {most}")]
+    Size {
+        /// `"wide"` or `"high"`.
+        what: &'static str,
+        /// `"mm"` or `"pixels"`.
+        unit: &'static str,
+        /// What was asked for.
+        value: f64,
+        /// The least possible.
+        least: f64,
+        /// The most possible.
+        most: f64,
+    },
+    /// A comb scale or a viewing direction that is not a usable number.
+    #[error("{what} {found} cannot be used: give {needed}")]
+    Option {
+        /// Which option.
+        what: &'static str,
+        /// What was given.
+        found: String,
+        /// What it should be.
+        needed: &'static str,
+    },
+    /// The renderer refused the drawing.
+    #[error("the picture could not be rendered: {0}")]
+    Render(String),
+}

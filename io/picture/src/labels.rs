@@ -1,0 +1,205 @@
+//! Labels that keep away from lines and from one another.
+
+use crate::layout::Rect;
+use crate::path::Spot;
+use crate::svg::Element;
+use crate::text;
+use crate::theme::{Color, Theme};
+
+/// The size of labels, in millimetres.
+pub(crate) const SIZE: f64 = 2.9;
+
+/// From line to line, in millimetres.
+const LEADING: f64 = 3.6;
+
+/// The side of the cells that ink is counted in, in millimetres.
+const CELL: f64 = 0.8;
+
+/// How much is drawn where on the page, by cells.
+#[derive(Debug)]
+pub(crate) struct Ink {
+    area: Rect,
+    columns: usize,
+    rows: usize,
+    cells: Vec<u16>,
+}
+
+impl Ink {
+    /// A clean area.
+    pub(crate) fn new(area: Rect) -> Self {
+        let [width, height] = area.size();
+        let (columns, rows) = ((width / CELL).ceil() as usize + 1, (height / CELL).ceil() as usize + 1);
+        Self { area, columns, rows, cells: vec![0; columns * rows] }
+    }
+
+    /// Inks a segment; `weight` says how bad it is to cover it. Cells keep the heaviest.
+    pub(crate) fn segment(&mut self, from: Spot, to: Spot, weight: u16) {
+        let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+        let steps = (dx.hypot(dy) / (0.7 * CELL)).ceil().clamp(1.0, 4096.0) as usize;
+        for i in 0..=steps {
+            let t = i as f64 / steps as f64;
+            if let Some(cell) = self.cell([from[0] + dx * t, from[1] + dy * t]) {
+                self.cells[cell] = self.cells[cell].max(weight);
+            }
+        }
+    }
+
+    fn cell(&self, [x, y]: Spot) -> Option<usize> {
+        let (column, row) = ((x - self.area.low[0]) / CELL, (y - self.area.low[1]) / CELL);
+        let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
+        inside.then(|| row as usize * self.columns + column as usize)
+    }
+
+    /// The weight of all ink in a rectangle.
+    fn covered(&self, rect: &Rect) -> f64 {
+        let index = |c: f64, low: f64, count: usize| (((c - low) / CELL) as usize).min(count - 1);
+        let columns = index(rect.low[0], self.area.low[0], self.columns)
+            ..=index(rect.high[0], self.area.low[0], self.columns);
+        let rows = index(rect.low[1], self.area.low[1], self.rows)
+            ..=index(rect.high[1], self.area.low[1], self.rows);
+        rows.flat_map(|row| columns.clone().map(move |column| (row, column)))
+            .map(|(row, column)| f64::from(self.cells[row * self.columns + column]))
+            .sum()
+    }
+}
+
+/// Lines of text that belong to a spot.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Label {
+    pub(crate) anchor: Spot,
+    pub(crate) lines: Vec<String>,
+    pub(crate) color: Color,
+}
+
+impl Label {
+    fn size(&self) -> [f64; 2] {
+        let width = self.lines.iter().map(|line| text::width(line)).fold(0.0, f64::max);
+        [width * SIZE, self.lines.len() as f64 * LEADING]
+    }
+}
+
+/// Places labels one after another, each in the best of some places around its anchor, and draws them: least
+/// ink covered, no other label touched, near the anchor, inside the drawing. Far ones get a leader.
+pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme) -> String {
+    let mut placed: Vec<Rect> = Vec::new();
+    let mut out = String::new();
+    for label in labels {
+        let candidates = candidates(label);
+        let cost = |(rect, radius): &(Rect, f64)| {
+            let outside = (0..2)
+                .map(|i| {
+                    (ink.area.low[i] - rect.low[i]).max(0.0) + (rect.high[i] - ink.area.high[i]).max(0.0)
+                })
+                .sum::<f64>();
+            let collisions = placed.iter().filter(|other| other.overlaps(rect)).count() as f64;
+            let covered = ink.covered(rect);
+            1000.0 * collisions + 100.0 * outside + 2.0 * covered + 1.5 * radius
+        };
+        let Some((rect, radius)) = candidates.iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).copied()
+        else {
+            continue;
+        };
+        placed.push(rect.grown(0.4));
+        out.push_str(&draw(label, &rect, radius, theme));
+    }
+    out
+}
+
+/// Rectangles for the label in 16 directions and several distances; right and above come first, so that they
+/// win among equals.
+fn candidates(label: &Label) -> Vec<(Rect, f64)> {
+    let [w, h] = label.size();
+    let mut list = Vec::new();
+    for radius in [2.0, 3.5, 6.0, 9.0, 13.0, 18.0, 24.0] {
+        for turn in [0, 2, -2, 8, 6, -6, 4, -4, 1, -1, 7, -7, 3, 5, -3, -5] {
+            let (s, c) = (f64::from(turn) * std::f64::consts::TAU / 16.0).sin_cos();
+            let x = label.anchor[0] + c * (radius + w / 2.0);
+            let y = label.anchor[1] - s * (radius + h / 2.0);
+            let rect = Rect { low: [x - w / 2.0, y - h / 2.0], high: [x + w / 2.0, y + h / 2.0] };
+            list.push((rect, radius));
+        }
+    }
+    list
+}
+
+fn draw(label: &Label, rect: &Rect, radius: f64, theme: Theme) -> String {
+    let mut out = String::new();
+    if radius > 3.0 {
+        let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]));
+        let d = [near[0] - label.anchor[0], near[1] - label.anchor[1]];
+        let distance = d[0].hypot(d[1]);
+        if distance > 2.5 {
+            let start = [0, 1].map(|i| label.anchor[i] + d[i] * 1.4 / distance);
+            let end = [0, 1].map(|i| near[i] - d[i] * 0.4 / distance);
+            let leader = Element::new("line")
+                .attribute("class", "leader")
+                .length("x1", start[0])
+                .length("y1", start[1])
+                .length("x2", end[0])
+                .length("y2", end[1])
+                .attribute("stroke", &theme.faint().hex())
+                .length("stroke-width", 0.15);
+            out.push_str(&leader.empty());
+        }
+    }
+    // Beside its anchor a text is flush with it; above or below it is centred.
+    let (anchor, x) = if rect.low[0] >= label.anchor[0] {
+        ("start", rect.low[0])
+    } else if rect.high[0] <= label.anchor[0] {
+        ("end", rect.high[0])
+    } else {
+        ("middle", (rect.low[0] + rect.high[0]) / 2.0)
+    };
+    for (i, line) in label.lines.iter().enumerate() {
+        let text = Element::new("text")
+            .attribute("class", "label")
+            .length("x", x)
+            .length("y", rect.low[1] + LEADING * (i as f64 + 0.78))
+            .length("font-size", SIZE)
+            .attribute("text-anchor", anchor)
+            .attribute("fill", &label.color.hex())
+            .attribute("stroke", &theme.paper().hex())
+            .length("stroke-width", 0.7)
+            .attribute("stroke-linejoin", "round")
+            .attribute("paint-order", "stroke");
+        out.push_str(&text.text(line));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn label(anchor: Spot, words: &str) -> Label {
+        Label { anchor, lines: vec![words.into()], color: Color([0; 3]) }
+    }
+
+    #[test]
+    fn labels_of_one_spot_do_not_overlap_and_keep_off_the_line() {
+        let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        ink.segment([0.0, 30.0], [100.0, 30.0], 4);
+        let labels: Vec<Label> = (0..6).map(|_| label([50.0, 30.0], "position at 0.25")).collect();
+        let text = place(&labels, &ink, Theme::Light);
+        let mut lines: Vec<(f64, String)> = Vec::new();
+        for part in text.split("<text").skip(1) {
+            let value = |name: &str| {
+                let from = part.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+                part[from..].split('"').next().unwrap().to_owned()
+            };
+            let y: f64 = value("y").parse().unwrap();
+            assert!(!(29.0..33.0).contains(&y), "{y} is on the line");
+            lines.push((y, format!("{} {}", value("x"), value("text-anchor"))));
+        }
+        assert_eq!(lines.len(), 6);
+        lines.dedup();
+        assert_eq!(lines.len(), 6);
+    }
+
+    #[test]
+    fn a_label_in_the_corner_stays_inside() {
+        let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        let text = place(&[label([99.0, 1.0], "a long label here")], &ink, Theme::Light);
+        assert!(text.contains("text-anchor=\"end\""), "{text}");
+    }
+}

@@ -1,0 +1,143 @@
+//! An object on the stage.
+
+use loftsman_kernel::scene::{Geometry, Object};
+use loftsman_kernel::shape::Grid;
+use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::{Point, Vector};
+use nalgebra::Vector4;
+
+use super::piece::Piece;
+use super::{Place, Projection, at};
+use crate::error::PictureError;
+
+/// An object in stage coordinates.
+#[derive(Debug)]
+pub(crate) struct Body<'a> {
+    pub(crate) object: &'a Object,
+    /// Which colour of the palette it has: an object and its state before have the same.
+    pub(crate) index: usize,
+    pub(crate) form: Form,
+}
+
+/// What there is to draw of an object.
+#[derive(Debug)]
+pub(crate) enum Form {
+    /// Nothing.
+    Empty,
+    /// A curve: its Bézier pieces, one a knot span, and its control vertices.
+    Curve { pieces: Vec<Piece>, net: Vec<Vector>, closed: bool },
+    /// A surface in stage coordinates, with its control net.
+    Surface { surface: Box<Surface>, net: Vec<Vector>, grid: Grid },
+    /// A polyline.
+    Polyline { points: Vec<Vector>, closed: bool },
+    /// A mesh: points, corners, face starts.
+    Mesh { points: Vec<Vector>, corners: Vec<u32>, starts: Vec<usize> },
+    /// Loose points.
+    Cloud(Vec<Vector>),
+}
+
+impl<'a> Body<'a> {
+    /// Brings an object onto the stage.
+    pub(super) fn new(
+        object: &'a Object,
+        place: &Place,
+        projection: &Projection,
+        index: usize,
+    ) -> Result<Self, PictureError> {
+        let points: Vec<Vector> = object
+            .geometry
+            .points()
+            .iter()
+            .map(|p| Ok(projection.point(&at(place, p, object.name())?)))
+            .collect::<Result<_, PictureError>>()?;
+        let form = match &object.geometry {
+            Geometry::Curve(curve) => {
+                Form::Curve { pieces: pieces(curve, &points), closed: curve.is_periodic(), net: points }
+            }
+            Geometry::Surface(surface) => {
+                let staged = points.iter().map(|p| Point::from(*p)).collect();
+                let (u, v, _, weights) = surface.clone().into_parts();
+                let grid = loftsman_kernel::shape::Shape::grid(surface);
+                let surface = Box::new(Surface::build(u, v, staged, weights)?);
+                Form::Surface { surface, net: points, grid }
+            }
+            Geometry::Mesh(mesh) => {
+                Form::Mesh { points, corners: mesh.corners().to_vec(), starts: mesh.starts().to_vec() }
+            }
+            Geometry::Polyline(line) => Form::Polyline { points, closed: line.closed },
+            Geometry::Cloud(_) => Form::Cloud(points),
+            _ => Form::Empty,
+        };
+        Ok(Self { object, index, form })
+    }
+}
+
+/// The Bézier pieces of a curve whose control vertices are replaced by `points`, one a non-empty knot span.
+///
+/// By blossoming: control point `k` of the piece over `[a, b]` is the polar form at `p - k` times `a` and `k`
+/// times `b` (Ramshaw 1989). `O(p³)` a span.
+pub(crate) fn pieces(curve: &Curve, points: &[Vector]) -> Vec<Piece> {
+    let (space, weights) = (curve.space(), curve.weights());
+    let (p, flat) = (space.degree(), space.flat());
+    let homogeneous = |i: usize| {
+        let w = weights.map_or(1.0, |w| w[i]);
+        (points[i] * w).push(w)
+    };
+    space
+        .spans()
+        .map(|span| {
+            let local: Vec<Vector4<f64>> = (0..=p).map(|j| homogeneous(space.vertex(span - p + j))).collect();
+            let (a, b) = (flat[span], flat[span + 1]);
+            let control: Vec<Vector4<f64>> = (0..=p)
+                .map(|k| {
+                    let mut d = local.clone();
+                    for r in 1..=p {
+                        let x = if r <= p - k { a } else { b };
+                        for j in (r..=p).rev() {
+                            let (low, high) = (flat[span - p + j], flat[span + 1 + j - r]);
+                            let share = (x - low) / (high - low);
+                            d[j] = d[j - 1] * (1.0 - share) + d[j] * share;
+                        }
+                    }
+                    d[p]
+                })
+                .collect();
+            let rational = control.iter().any(|c| (c.w - control[0].w).abs() > 1e-14 * control[0].w.abs());
+            Piece { control, rational }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use loftsman_kernel::spline::Space;
+
+    #[test]
+    fn pieces_are_the_curve() {
+        for (space, rational) in [
+            (Space::clamped(3, &[0.0, 1.0, 2.5, 3.0]).unwrap(), true),
+            (Space::periodic(2, vec![0.0, 0.4, 1.0, 1.5, 2.0]).unwrap(), false),
+            (Space::floating_uniform(4, 7).unwrap(), true),
+        ] {
+            let n = space.len();
+            let net: Vec<Vector> =
+                (0..n).map(|i| Vector::new((i * i) as f64 % 5.0, i as f64, (i * 7 % 3) as f64)).collect();
+            let weights = rational.then(|| (0..n).map(|i| 1.0 + i as f64 / 3.0).collect());
+            let points = net.iter().map(|p| Point::from(*p)).collect();
+            let curve = Curve::build(space, points, weights).unwrap();
+            let breaks = curve.space().breakpoints();
+            let pieces = pieces(&curve, &net);
+            assert_eq!(pieces.len() + 1, breaks.len());
+            for (piece, span) in pieces.iter().zip(breaks.windows(2)) {
+                let h = span[1] - span[0];
+                let jet = piece.jet(0.25);
+                let u = span[0] + 0.25 * h;
+                for (order, value) in [jet.point, jet.first / h, jet.second / (h * h)].iter().enumerate() {
+                    let expected = curve.derivative(u, order).unwrap();
+                    assert!((value - expected).norm() < 1e-11 * (1.0 + expected.norm()), "{order}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! The font of all pictures, and how wide a text is in it.
+
+use skrifa::instance::{LocationRef, Size};
+use skrifa::{FontRef, MetadataProvider};
+
+/// DejaVu Sans, reduced to Latin, Greek, Cyrillic and some signs.
+pub(crate) const FONT: &[u8] = include_bytes!("../font/DejaVuSans-subset.ttf");
+
+/// The family of [`FONT`], and what a browser may take instead: fonts of the same widths first.
+pub(crate) const FAMILY: &str = "'DejaVu Sans', Verdana, sans-serif";
+
+/// The width of a text in units of the font size. Characters that the font lacks count as an em.
+pub(crate) fn width(text: &str) -> f64 {
+    let Ok(font) = FontRef::new(FONT) else { return text.chars().count() as f64 };
+    let characters = font.charmap();
+    let glyphs = font.glyph_metrics(Size::new(1.0), LocationRef::default());
+    text.chars()
+        .map(|c| characters.map(c).and_then(|glyph| glyphs.advance_width(glyph)).map_or(1.0, f64::from))
+        .sum()
+}
+
+/// A text of at most `most` characters: a longer one loses its middle, which tells names apart best.
+pub(crate) fn clipped(text: &str, most: usize) -> String {
+    let count = text.chars().count();
+    if count <= most {
+        return text.to_owned();
+    }
+    let (head, tail) = (most * 2 / 3, most - most * 2 / 3 - 1);
+    text.chars().take(head).chain(['…']).chain(text.chars().skip(count - tail)).collect()
+}
+
+/// A number as people write it: up to four significant digits, powers of ten for the very large and small.
+pub(crate) fn number(value: f64) -> String {
+    let magnitude = value.abs();
+    if magnitude == 0.0 || (1e-3..1e5).contains(&magnitude) {
+        let digits = (3 - magnitude.max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
+        let text = format!("{value:.digits$}");
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        return text.replace('-', "−");
+    }
+    let text = format!("{value:.2e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+    let raised: String = exponent.chars().map(superscript).collect();
+    if mantissa == "1" {
+        format!("10{raised}")
+    } else {
+        format!("{mantissa}·10{raised}").replace('-', "−")
+    }
+}
+
+fn superscript(c: char) -> char {
+    match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32(0x2070 + c as u32 - '0' as u32).unwrap_or(c),
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn widths_are_the_fonts() {
+        // DejaVu Sans: 2048 units an em; "m" is 1995 wide, "i" 569 (font's hmtx table).
+        assert!((width("mi") - (1995.0 + 569.0) / 2048.0).abs() < 1e-6);
+        assert_eq!(width("船"), 1.0);
+    }
+
+    #[test]
+    fn numbers_read_well() {
+        let texts = [0.0, 0.25, -1.5, 20.0, 12345.0, 2e-9, 1e9, -2.5e12].map(number);
+        assert_eq!(texts, ["0", "0.25", "−1.5", "20", "12345", "2·10⁻⁹", "10⁹", "−2.5·10¹²"]);
+    }
+
+    #[test]
+    fn long_names_lose_their_middle() {
+        assert_eq!(clipped("section", 7), "section");
+        assert_eq!(clipped("wing-section-root-17", 10), "wing-s…-17");
+    }
+}

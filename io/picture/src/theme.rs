@@ -1,0 +1,115 @@
+//! Colours: a palette that colour-blind readers can tell apart, on light or dark paper.
+
+/// The colours of a picture.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Theme {
+    /// Dark lines on white paper, for print. The default.
+    #[default]
+    Light,
+    /// Light lines on dark paper, for screens.
+    Dark,
+}
+
+/// Red, green and blue, each 0 to 255.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Color(pub(crate) [u8; 3]);
+
+impl Color {
+    /// `#rrggbb`.
+    pub(crate) fn hex(self) -> String {
+        let [r, g, b] = self.0;
+        format!("#{r:02x}{g:02x}{b:02x}")
+    }
+
+    /// This colour with `share` of another in it: 0 leaves it, 1 gives the other.
+    pub(crate) fn mixed(self, other: Self, share: f64) -> Self {
+        let mix = |i: usize| {
+            let (a, b) = (f64::from(self.0[i]), f64::from(other.0[i]));
+            (a + (b - a) * share).round().clamp(0.0, 255.0) as u8
+        };
+        Self([mix(0), mix(1), mix(2)])
+    }
+
+    /// Lightness as the eye weighs the three (Rec. 709), 0 to 1.
+    fn lightness(self) -> f64 {
+        let [r, g, b] = self.0.map(f64::from);
+        (0.2126 * r + 0.7152 * g + 0.0722 * b) / 255.0
+    }
+}
+
+/// Okabe and Ito (2008), "Color universal design", without the yellow (too light for thin lines on paper).
+const PALETTE: [Color; 6] = [
+    Color([0x00, 0x72, 0xb2]),
+    Color([0x00, 0x9e, 0x73]),
+    Color([0xcc, 0x79, 0xa7]),
+    Color([0xe6, 0x9f, 0x00]),
+    Color([0x56, 0xb4, 0xe9]),
+    Color([0x8c, 0x6d, 0x46]),
+];
+
+impl Theme {
+    /// The background.
+    pub(crate) fn paper(self) -> Color {
+        match self {
+            Self::Light => Color([255, 255, 255]),
+            Self::Dark => Color([24, 26, 31]),
+        }
+    }
+
+    /// Text and kept marks.
+    pub(crate) fn ink(self) -> Color {
+        match self {
+            Self::Light => Color([34, 34, 34]),
+            Self::Dark => Color([230, 230, 230]),
+        }
+    }
+
+    /// Frames, scale bars, control polygons.
+    pub(crate) fn faint(self) -> Color {
+        self.ink().mixed(self.paper(), 0.45)
+    }
+
+    /// What was moved or asked for: Okabe and Ito's vermilion, which no object gets.
+    pub(crate) fn accent(self) -> Color {
+        Color([0xd5, 0x5e, 0x00])
+    }
+
+    /// The colour of the `index`-th object, or its own where it has one. A colour that could not be seen on the
+    /// paper is mixed with ink until it can.
+    pub(crate) fn object(self, index: usize, own: Option<[f64; 4]>) -> Color {
+        let Some(own) = own else { return PALETTE[index % PALETTE.len()] };
+        let byte = |c: f64| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let mut color = Color([byte(own[0]), byte(own[1]), byte(own[2])]);
+        for _ in 0..8 {
+            if (color.lightness() - self.paper().lightness()).abs() >= 0.25 {
+                break;
+            }
+            color = color.mixed(self.ink(), 0.25);
+        }
+        color
+    }
+
+    /// The colour of an object's state before the step: the same, much lighter.
+    pub(crate) fn old(self, color: Color) -> Color {
+        color.mixed(Color([128, 128, 128]), 0.6).mixed(self.paper(), 0.45)
+    }
+
+    /// A face of a colour, lit with `light` from 0 (edge on) to 1 (facing the light).
+    pub(crate) fn lit(self, color: Color, light: f64) -> Color {
+        color.mixed(self.paper(), 0.45 + 0.45 * light.clamp(0.0, 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_objects_can_be_seen_on_white_paper() {
+        let color = Theme::Light.object(0, Some([1.0; 4]));
+        assert!(color.lightness() < 0.75, "{}", color.hex());
+        assert_eq!(Theme::Light.object(0, Some([0.0, 0.0, 1.0, 1.0])).hex(), "#0000ff");
+        assert_eq!(Theme::Light.object(0, Some([f64::NAN; 4])), Theme::Light.object(0, Some([0.0; 4])));
+    }
+}
