@@ -40,7 +40,23 @@ pub struct Conversion {
 impl Conversion {
     /// The conversion to a space of the same degree whose knots contain those of `from` that lie within its domain.
     pub(super) fn refining(from: &Space, to: Space) -> Result<Self> {
-        Self::build(from, to, |line, arguments, row| line.add_blossom(arguments, 1.0, row))
+        Self::build(from, &Line::new(from, 0), to, |line, arguments, row| {
+            line.add_blossom(arguments, 1.0, row)
+        })
+    }
+
+    /// The conversion to the clamped space over the part `[c, d]` of the domain, which may go on into the next
+    /// period where `from` is periodic.
+    pub(super) fn restricting(from: &Space, c: f64, d: f64) -> Result<Self> {
+        let ahead = if from.is_periodic() { from.len() } else { 0 };
+        let (line, p) = (Line::new(from, ahead), from.degree());
+        let first = line.knots.partition_point(|&k| k <= c);
+        let last = line.knots.partition_point(|&k| k < d);
+        let mut knots = vec![c; p + 1];
+        knots.extend_from_slice(line.knots.get(first..last).unwrap_or_default());
+        knots.extend(std::iter::repeat_n(d, p + 1));
+        let to = Space::open(p, knots)?;
+        Self::build(from, &line, to, |line, arguments, row| line.add_blossom(arguments, 1.0, row))
     }
 
     /// The conversion to the space of the next degree in which every knot is repeated once more.
@@ -50,7 +66,7 @@ impl Conversion {
     /// polar forms*, §4); every `f` here is one that knot insertion also computes, a convex combination.
     pub(super) fn elevating(from: &Space, to: Space) -> Result<Self> {
         let p = from.degree();
-        Self::build(from, to, |line, arguments, row| {
+        Self::build(from, &Line::new(from, 0), to, |line, arguments, row| {
             let mut kept = [0.0; MAX_ORDER];
             let mut j = 0;
             while j <= p {
@@ -64,8 +80,26 @@ impl Conversion {
         })
     }
 
+    /// The conversion to a space with the same vertices in another order: new vertex `k` is old `vertex(k)`.
+    pub(super) fn reordering(from: &Space, to: Space, vertex: impl Fn(usize) -> usize) -> Result<Self> {
+        check_curve_space(from)?;
+        let n = from.len();
+        Ok(Self {
+            from: from.clone(),
+            to,
+            firsts: (0..n).map(|k| vertex(k) % n).collect(),
+            offsets: (0..=n).collect(),
+            coefficients: vec![1.0; n],
+        })
+    }
+
     /// Rows from the arguments of each vertex's blossom value: the knots inside the support of its function.
-    fn build(from: &Space, to: Space, fill: impl Fn(&Line, &[f64], &mut Row) -> Result<()>) -> Result<Self> {
+    fn build(
+        from: &Space,
+        line: &Line,
+        to: Space,
+        fill: impl Fn(&Line, &[f64], &mut Row) -> Result<()>,
+    ) -> Result<Self> {
         check_curve_space(from)?;
         let degree = to.degree();
         let shift = if to.is_periodic() { degree } else { 0 };
@@ -73,10 +107,9 @@ impl Conversion {
         let mut offsets = Vec::with_capacity(to.len() + 1);
         let mut coefficients = Vec::with_capacity(to.len() * 2);
         offsets.push(0);
-        let line = Line::new(from);
         for k in shift..shift + to.len() {
             let mut row = Row::default();
-            fill(&line, &to.flat()[k + 1..=k + degree], &mut row)?;
+            fill(line, &to.flat()[k + 1..=k + degree], &mut row)?;
             firsts.push(line.vertex(row.first));
             coefficients.extend_from_slice(&row.values[..row.len]);
             offsets.push(coefficients.len());
@@ -273,7 +306,8 @@ struct Line {
 }
 
 impl Line {
-    fn new(space: &Space) -> Self {
+    /// The line of a space; that of a periodic space goes on for `ahead` more knots.
+    fn new(space: &Space, ahead: usize) -> Self {
         let (degree, len) = (space.degree(), space.len());
         let (_, end) = space.domain();
         if !space.is_periodic() {
@@ -282,7 +316,7 @@ impl Line {
         // A function of the next degree that starts within the period reaches p + 2 knots beyond its end, and so do
         // the functions it is made of, p + 1 more.
         let before = 2 * degree + 2;
-        let knots = (-(before as isize)..=(len + 2 * before) as isize)
+        let knots = (-(before as isize)..=(len + 2 * before + ahead) as isize)
             .map(|k| periodic_knot(space.knots(), k))
             .collect();
         Self { degree, end, knots, before, len }

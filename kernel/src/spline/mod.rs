@@ -2,20 +2,28 @@
 //!
 //! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
+//! * [`common`]: one space for two shapes.
 //! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
 //! * [`curve`]: B-spline curves, polynomial and rational, open and periodic.
 //! * [`elevate`]: degree elevation.
 //! * [`gram`]: Gram matrices of basis functions.
 //! * [`insert`]: knot insertion.
+//! * [`join`]: two shapes end to end.
+//! * [`reverse`]: backwards, or over another domain.
+//! * [`split`]: parts of splines, opening what is periodic.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 
 pub mod bezier;
+pub mod common;
 pub mod conversion;
 pub mod curve;
 pub mod elevate;
 pub mod gram;
 pub mod insert;
+pub mod join;
+pub mod reverse;
 pub mod space;
+pub mod split;
 pub mod surface;
 #[cfg(test)]
 pub(crate) mod testing;

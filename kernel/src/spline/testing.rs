@@ -23,14 +23,22 @@ pub(crate) fn any_space(degrees: impl Strategy<Value = usize>) -> impl Strategy<
                     knots.extend(vec![t + 1.0; degree + 1]);
                     Space::open(degree, knots).unwrap()
                 }
+                1 if knots[0] == -1.0 => {
+                    // Floating, with a knot that may be repeated where the domain starts.
+                    knots.splice(0..0, (0..degree).map(|i| -2.0 - (degree - 1 - i) as f64 / 2.0));
+                    knots.extend((0..=degree).map(|i| t + 0.5 + 0.3 * i as f64));
+                    Space::open(degree, knots).unwrap()
+                }
                 1 => {
                     knots.splice(0..0, (0..=degree).map(|i| -2.0 - 0.7 * (degree - i) as f64));
                     knots.extend((0..=degree).map(|i| t + 0.5 + 0.3 * i as f64));
                     Space::open(degree, knots).unwrap()
                 }
                 _ => {
-                    knots.insert(0, -2.0);
-                    knots.push(t + 0.75);
+                    // At times the seam is a knot repeated p times, some copies at the start and some at the end.
+                    let extra = if knots[0] == -1.0 { degree - 1 } else { 0 };
+                    knots.splice(0..0, vec![-2.0; 1 + extra / 2]);
+                    knots.extend(vec![t + 0.75; 1 + extra - extra / 2]);
                     Space::periodic(degree, knots).unwrap()
                 }
             }
