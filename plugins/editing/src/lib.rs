@@ -1,1 +1,48 @@
-//! Part of Loftsman: editing.
+//! The operations that edit: `edit` and `drag` under constraints, and the small ones that change how a shape is
+//! represented or where it is (`refine`, `elevate`, `reverse`, `split`, `transform`, `tessellate`, `delete`, `rename`).
+//!
+//! [`Editing`] registers them, with the kernel's functionals and solvers.
+
+mod constraints;
+mod drag;
+mod edit;
+mod problem;
+mod representation;
+mod scene;
+mod tessellate;
+mod transform;
+
+use loftsman_kernel::functional;
+use loftsman_kernel::plugin::{Plugin, Registry};
+use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Sparse};
+
+pub use constraints::{constraint_from, functional_from};
+pub use drag::Drag;
+pub use edit::EditOperation;
+pub use representation::{Elevate, Refine};
+pub use scene::{Delete, Rename};
+pub use tessellate::Tessellate;
+pub use transform::Transform;
+
+/// The plug-in: the operations of this crate, the functionals and the solvers of the kernel.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Editing;
+
+impl Plugin for Editing {
+    fn register(&self, registry: &mut Registry) {
+        functional::register(registry);
+        registry.solver(Automatic);
+        registry.solver(Adjoint);
+        registry.solver(Sparse);
+        registry.solver(HouseholderQr);
+        registry.solver(DenseLu);
+        registry.operation(EditOperation);
+        registry.operation(Drag);
+        registry.operation(Refine);
+        registry.operation(Elevate);
+        registry.operation(Transform);
+        registry.operation(Tessellate);
+        registry.operation(Delete);
+        registry.operation(Rename);
+    }
+}

@@ -1,0 +1,149 @@
+//! `drag`: an edit with a handle that follows a path, prepared once.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::edit::Edit;
+use loftsman_kernel::error::Error;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+};
+use loftsman_kernel::scene::{Animation, Scene};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::{Curve, Surface};
+
+use crate::edit::failed;
+use crate::problem::{Problem, SHARED, put_back, step_report};
+
+/// The operation `drag`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Drag;
+
+const FIELDS: [Field; 13] = {
+    let own = [
+        Field::required(
+            "handle",
+            "{ kind, …, pick = length }",
+            "what is dragged; with `pick`, a place that near to an end of the curve picks the end",
+        ),
+        Field::required("path", "[[x, y, z], …]", "the values it takes, one event each"),
+        Field::optional(
+            "sliding",
+            "true | false",
+            "false",
+            "let the handle slide along with the tangential motion",
+        ),
+        Field::optional("frames", "true | false", "false", "keep every event as a frame of an animation"),
+        Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
+    ];
+    let mut all = [own[0]; 13];
+    let mut i = 0;
+    while i < 8 {
+        all[i] = SHARED[i];
+        i += 1;
+    }
+    while i < 13 {
+        all[i] = own[i - 8];
+        i += 1;
+    }
+    all
+};
+
+impl Operation for Drag {
+    fn declaration(&self) -> Declaration {
+        Declaration { name: "drag", help: "an edit with a handle that follows a path", fields: &FIELDS }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let problem = Problem::new(scene, parameters, context, true)?;
+        let path = parameters.points("path")?;
+        if path.is_empty() {
+            return Err(parameters.error("path", "the path is empty: give at least one point").into());
+        }
+        let rate = parameters.number_or("frames_per_second", 24.0)?;
+        if rate <= 0.0 {
+            return Err(parameters
+                .error("frames_per_second", format!("{rate} is not a rate: give more than 0"))
+                .into());
+        }
+        let sliding = parameters.flag("sliding")?;
+        let keep = parameters.flag("frames")?;
+        let any: &dyn std::any::Any = problem.shapes[0].as_ref();
+        let dragged = if let Some(curve) = any.downcast_ref::<Curve>() {
+            let mut edit = problem.edit(curve);
+            if let Some((a, b)) = problem.within {
+                edit = edit.within(a, b);
+            }
+            run(&problem, if sliding { edit.sliding() } else { edit }, &path, keep, context)?
+        } else if let Some(surface) = any.downcast_ref::<Surface>() {
+            if problem.within.is_some() || sliding {
+                let field = if sliding { "sliding" } else { "within" };
+                return Err(parameters.error(field, "this is for curves only").into());
+            }
+            run(&problem, problem.edit(surface), &path, keep, context)?
+        } else {
+            return Err(Error::Invalid("only curves and surfaces can be dragged".into()).into());
+        };
+        let after: Vec<&dyn Shape> = dragged.shapes.iter().map(AsRef::as_ref).collect();
+        let mut report = dragged.report;
+        report.marks = problem.marks(&after);
+        let mut edited = scene.clone();
+        for ((name, shape), frames) in problem.names.iter().zip(after).zip(dragged.frames) {
+            put_back(&mut edited, name, shape)?;
+            if keep {
+                edited.object_mut(name)?.animation = Some(Animation { rate, frames });
+            }
+        }
+        *scene = edited;
+        Ok(report)
+    }
+}
+
+struct Dragged {
+    shapes: Vec<Box<dyn Shape>>,
+    /// The frames of each shape.
+    frames: Vec<Vec<Vec<Point>>>,
+    report: StepReport,
+}
+
+fn run<S: Shape + Clone>(
+    problem: &Problem,
+    edit: Edit<S>,
+    path: &[Point],
+    keep: bool,
+    context: &Context<'_>,
+) -> Result<Dragged, OperationError> {
+    let count = problem.names.len();
+    let start = context.clock.seconds();
+    let mut session = edit.prepare(std::sync::Arc::clone(&problem.solver)).map_err(failed)?;
+    let prepare_seconds = context.clock.seconds() - start;
+    let mut frames = vec![Vec::new(); count];
+    let mut events = Vec::with_capacity(path.len());
+    for (done, &point) in path.iter().enumerate() {
+        let before = context.clock.seconds();
+        session.to_point(point).map_err(failed)?;
+        events.push(context.clock.seconds() - before);
+        if keep {
+            for (index, frames) in frames.iter_mut().enumerate() {
+                frames.push(session.shape_at(index)?.control_vertices().to_vec());
+            }
+        }
+        context.observer.progress("drag", done as u64 + 1, path.len() as u64);
+        if context.observer.cancelled() {
+            return Err(OperationError::Cancelled);
+        }
+    }
+    events.sort_by(f64::total_cmp);
+    let edited = session.commit();
+    let mut report = step_report("drag", &problem.names[0], edited.report());
+    report.prepare_seconds = Some(prepare_seconds);
+    report.event_seconds = Some(events[events.len() / 2]);
+    let mut shapes = Vec::with_capacity(count);
+    for index in 0..count {
+        shapes.push(edited.shape_at(index)?.boxed());
+    }
+    Ok(Dragged { shapes, frames, report })
+}

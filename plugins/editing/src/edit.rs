@@ -1,0 +1,87 @@
+//! `edit`: the least adjustment that meets the constraints.
+
+use loftsman_kernel::edit::{Edit, EditError, Report};
+use loftsman_kernel::error::Error;
+use loftsman_kernel::plugin::{Context, Declaration, Operation, OperationError, Parameters, StepReport};
+use loftsman_kernel::scene::Scene;
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::{Curve, Surface};
+
+use crate::problem::{Problem, SHARED, put_back, step_report};
+
+/// The operation `edit`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EditOperation;
+
+impl Operation for EditOperation {
+    fn declaration(&self) -> Declaration {
+        Declaration { name: "edit", help: "the least adjustment that meets the constraints", fields: &SHARED }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let problem = Problem::new(scene, parameters, context, false)?;
+        let any: &dyn std::any::Any = problem.shapes[0].as_ref();
+        let solved = if let Some(curve) = any.downcast_ref::<Curve>() {
+            let edit = problem.edit(curve);
+            run(&problem, problem.within.map_or(edit, |(a, b)| problem.edit(curve).within(a, b)), context)?
+        } else if let Some(surface) = any.downcast_ref::<Surface>() {
+            if problem.within.is_some() {
+                return Err(parameters
+                    .error("within", "only curves can be edited within an interval")
+                    .into());
+            }
+            run(&problem, problem.edit(surface), context)?
+        } else {
+            return Err(Error::Invalid("only curves and surfaces can be edited".into()).into());
+        };
+        let after: Vec<&dyn Shape> = solved.shapes.iter().map(AsRef::as_ref).collect();
+        let mut report = step_report("edit", &problem.names[0], &solved.report);
+        report.prepare_seconds = Some(solved.prepare_seconds);
+        report.event_seconds = Some(solved.event_seconds);
+        report.marks = problem.marks(&after);
+        let mut edited = scene.clone();
+        for (name, shape) in problem.names.iter().zip(after) {
+            put_back(&mut edited, name, shape)?;
+        }
+        *scene = edited;
+        Ok(report)
+    }
+}
+
+struct Solved {
+    shapes: Vec<Box<dyn Shape>>,
+    report: Report,
+    prepare_seconds: f64,
+    event_seconds: f64,
+}
+
+fn run<S: Shape + Clone>(
+    problem: &Problem,
+    edit: Edit<S>,
+    context: &Context<'_>,
+) -> Result<Solved, OperationError> {
+    let start = context.clock.seconds();
+    let mut session = edit.prepare(std::sync::Arc::clone(&problem.solver)).map_err(failed)?;
+    let prepared = context.clock.seconds();
+    session.apply().map_err(failed)?;
+    let event_seconds = context.clock.seconds() - prepared;
+    let edited = session.commit();
+    let mut shapes = Vec::with_capacity(problem.names.len());
+    for index in 0..problem.names.len() {
+        shapes.push(edited.shape_at(index)?.boxed());
+    }
+    Ok(Solved { shapes, report: edited.report().clone(), prepare_seconds: prepared - start, event_seconds })
+}
+
+pub(crate) fn failed(error: EditError) -> OperationError {
+    match error {
+        EditError::Geometry(error) => error.into(),
+        EditError::Solve(error) => error.into(),
+        other => Error::Invalid(other.to_string()).into(),
+    }
+}

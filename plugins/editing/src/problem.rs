@@ -1,0 +1,301 @@
+//! What `edit` and `drag` share: the problem of a recipe step.
+
+use std::sync::Arc;
+
+use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, Wanted, pick};
+use loftsman_kernel::error::Error;
+use loftsman_kernel::functional::{Curvature, DerivativeAt, Functional, Position, ShapeNames, Tangent};
+use loftsman_kernel::plugin::{
+    Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, StepReport, nearest,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::{Derivative, Location, Shape, vertex_index};
+use loftsman_kernel::solve::Solver;
+use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::{Point, Vector};
+
+use crate::constraints::{constraint_from, functional_from};
+
+pub(crate) const OBJECT: Field =
+    Field::optional("object", "text", "the only curve or surface", "the object to edit");
+pub(crate) const SHARED: [Field; 8] = [
+    OBJECT,
+    Field::optional("constraints", "[{ kind, …, to | by | scale | keep }, …]", "none", "what is asked"),
+    Field::optional("solver", "name", "automatic", "the solver; `loftsman plugins` lists them"),
+    Field::optional(
+        "metric",
+        "\"least\" | \"bend\" | \"stretch\" | { falloff = vertices } | { weights = […] }",
+        "least",
+        "what the least adjustment is least in",
+    ),
+    Field::optional("lock", "[index, …]", "none", "control vertices that may not move; -1 is the last"),
+    Field::optional("locality", "count", "all", "only so many control vertices may move"),
+    Field::optional("within", "[from, to]", "everywhere", "keep the edit in an interval, inserting knots"),
+    Field::optional(
+        "best_effort",
+        "true | false",
+        "false",
+        "accept least squares where constraints conflict",
+    ),
+];
+
+/// The shapes of a step's problem: the step's object first, others as constraints name them.
+pub(crate) struct Problem {
+    pub(crate) names: Vec<String>,
+    pub(crate) shapes: Vec<Box<dyn Shape>>,
+    pub(crate) constraints: Vec<Constraint>,
+    pub(crate) handle: Option<Arc<dyn Functional>>,
+    pub(crate) metric: Metric,
+    pub(crate) lock: Vec<i64>,
+    pub(crate) locality: Option<usize>,
+    pub(crate) within: Option<(f64, f64)>,
+    pub(crate) best_effort: bool,
+    pub(crate) solver: Arc<dyn Solver>,
+}
+
+/// Finds shapes by name, adding those that the problem does not have yet.
+struct Names<'a> {
+    scene: &'a Scene,
+    names: Vec<String>,
+    shapes: Vec<Box<dyn Shape>>,
+}
+
+impl ShapeNames for Names<'_> {
+    fn shape(&mut self, object: &str) -> Result<usize, Error> {
+        if let Some(known) = self.names.iter().position(|n| n == object) {
+            return Ok(known);
+        }
+        self.shapes.push(shape_of(self.scene, object)?);
+        self.names.push(object.to_owned());
+        Ok(self.names.len() - 1)
+    }
+}
+
+pub(crate) fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>, Error> {
+    match &scene.object(object)?.geometry {
+        Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
+        Geometry::Surface(surface) => Ok(Box::new(surface.clone())),
+        other => Err(Error::Invalid(format!(
+            "\"{object}\" is a {}, not a curve or surface: fit one to it first",
+            other.kind()
+        ))),
+    }
+}
+
+/// The object that a step is about: the one it names, or the only one that `fits`.
+pub(crate) fn object_name(
+    scene: &Scene,
+    parameters: &Parameters,
+    fits: impl Fn(&Geometry) -> bool,
+    what: &str,
+) -> Result<String, ParameterError> {
+    if parameters.has("object") {
+        let name = parameters.text("object")?;
+        scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
+        return Ok(name.to_owned());
+    }
+    let mut fitting = scene.objects().iter().filter(|o| fits(&o.geometry)).map(|o| o.name());
+    match (fitting.next(), fitting.next()) {
+        (Some(only), None) => Ok(only.to_owned()),
+        (None, _) => Err(parameters.error("", format!("the scene has no {what}"))),
+        (Some(a), Some(b)) => {
+            Err(parameters.error("", format!("say which object: \"{a}\", \"{b}\", … are all {what}s")))
+        }
+    }
+}
+
+impl Problem {
+    pub(crate) fn new(
+        scene: &Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+        with_handle: bool,
+    ) -> Result<Self, OperationError> {
+        let editable = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let object = object_name(scene, parameters, editable, "curve or surface")?;
+        let mut names = Names { scene, names: vec![object.clone()], shapes: vec![shape_of(scene, &object)?] };
+        let mut constraints = Vec::new();
+        for table in parameters.tables("constraints")? {
+            constraints.push(constraint_from(context.registry, &table, &mut names)?);
+        }
+        let mut handle = None;
+        if with_handle {
+            let table = picked(&parameters.table("handle")?, names.shapes[0].as_ref())?;
+            handle = Some(functional_from(context.registry, &table, &mut names)?);
+        }
+        let solver = parameters.text_or("solver", "automatic")?;
+        let solver =
+            Arc::clone(context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?);
+        let Names { names, shapes, .. } = names;
+        Ok(Self {
+            names,
+            shapes,
+            constraints,
+            handle,
+            metric: metric(parameters)?,
+            lock: if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() },
+            locality: if parameters.has("locality") { Some(parameters.count("locality")?) } else { None },
+            within: within(parameters)?,
+            best_effort: parameters.flag("best_effort")?,
+            solver,
+        })
+    }
+
+    /// The edit, its first shape taken out of the box as what it is.
+    pub(crate) fn edit<S: Shape + Clone>(&self, first: &S) -> Edit<S> {
+        let mut edit = Edit::new(first).metric(self.metric.clone()).lock(self.lock.iter().copied());
+        for other in &self.shapes[1..] {
+            edit = edit.with(other.boxed());
+        }
+        for constraint in &self.constraints {
+            edit = edit.ask(constraint.clone());
+        }
+        if let Some(count) = self.locality {
+            edit = edit.locality(count);
+        }
+        if let Some(handle) = &self.handle {
+            edit = edit.shared_handle(Arc::clone(handle));
+        }
+        if self.best_effort { edit.best_effort() } else { edit }
+    }
+
+    /// What a picture of the edit should mark.
+    pub(crate) fn marks(&self, after: &[&dyn Shape]) -> Vec<Mark> {
+        let mut marks = Vec::new();
+        let asked = self
+            .constraints
+            .iter()
+            .map(|c| (c.functional(), matches!(c.wanted(), Wanted::Keep | Wanted::Hold), c.describe()));
+        let handle = self.handle.iter().map(|h| (h, false, h.describe()));
+        for (functional, kept, label) in asked.chain(handle) {
+            let Some((shape, at)) = functional.location() else { continue };
+            let (Some(before), Some(after), Some(name)) =
+                (self.shapes.get(shape), after.get(shape), self.names.get(shape))
+            else {
+                continue;
+            };
+            let value = |s: &dyn Shape, order: usize| s.value(at, Derivative { u: order, v: 0 }).ok();
+            let (Some(old), Some(new)) = (value(before.as_ref(), 0), value(*after, 0)) else { continue };
+            let any: &dyn std::any::Any = functional.as_ref();
+            let (kind, vector) = if any.is::<Position>() {
+                (if kept { MarkKind::Kept } else { MarkKind::Moved }, None)
+            } else if any.is::<Curvature>() {
+                (MarkKind::Curvature, value(*after, 2))
+            } else if any.is::<Tangent>() || any.is::<DerivativeAt>() {
+                (MarkKind::Direction, value(*after, 1))
+            } else {
+                (MarkKind::Other, None)
+            };
+            marks.push(Mark {
+                object: name.clone(),
+                kind,
+                position: Point::from(new),
+                before: Point::from(old),
+                vector: vector.filter(|v: &Vector| v.norm() > 0.0),
+                label,
+            });
+        }
+        if let (Some(shape), Some(name)) = (after.first(), self.names.first()) {
+            for &index in &self.lock {
+                let vertices = shape.control_vertices();
+                if let Ok(i) = vertex_index(index, vertices.len()) {
+                    let position = vertices[i];
+                    let label = format!("vertex {index} locked");
+                    let (object, kind) = (name.clone(), MarkKind::Locked);
+                    marks.push(Mark { object, kind, position, before: position, vector: None, label });
+                }
+            }
+        }
+        marks
+    }
+}
+
+/// The handle's table with its location moved to the end of the curve where it is picked near enough (paper 4, §2).
+fn picked(handle: &Parameters, shape: &dyn Shape) -> Result<Parameters, OperationError> {
+    if !handle.has("pick") {
+        return Ok(handle.clone());
+    }
+    let tolerance = handle.number("pick")?;
+    let any: &dyn std::any::Any = shape;
+    let (Some(curve), Location::Curve(u)) = (any.downcast_ref::<Curve>(), handle.location("at")?) else {
+        return Err(handle.error("pick", "only a location on a curve can be picked").into());
+    };
+    let u = pick(curve, u, tolerance)?;
+    let mut table = serde_json::Map::new();
+    for name in handle.names().filter(|n| *n != "pick") {
+        if let Some(value) = handle.value(name) {
+            table.insert(name.to_owned(), value.clone());
+        }
+    }
+    table.insert("at".into(), u.into());
+    Ok(Parameters::new(table.into(), handle.path())?)
+}
+
+fn within(parameters: &Parameters) -> Result<Option<(f64, f64)>, ParameterError> {
+    if !parameters.has("within") {
+        return Ok(None);
+    }
+    match parameters.numbers("within")?[..] {
+        [start, end] => Ok(Some((start, end))),
+        _ => Err(parameters.error("within", "two parameters [from, to] are needed")),
+    }
+}
+
+fn metric(parameters: &Parameters) -> Result<Metric, ParameterError> {
+    let Some(value) = parameters.value("metric") else { return Ok(Metric::Least) };
+    if !value.is_object() {
+        const WORDS: [(&str, u8); 3] = [("least", 0), ("bend", 1), ("stretch", 2)];
+        return Ok(match parameters.choice("metric", &WORDS)? {
+            1 => Metric::Bend,
+            2 => Metric::Stretch,
+            _ => Metric::Least,
+        });
+    }
+    let table = parameters.table("metric")?;
+    let names: Vec<&str> = table.names().collect();
+    match names[..] {
+        ["falloff"] => table.number("falloff").map(Metric::Falloff),
+        ["weights"] => table.numbers("weights").map(Metric::Weights),
+        [other] => {
+            let hint = nearest(other, ["falloff", "weights"]).unwrap_or("falloff");
+            Err(table.error("", format!("unknown metric \"{other}\"; did you mean \"{hint}\"?")))
+        }
+        _ => Err(table.error("", "give one of falloff or weights")),
+    }
+}
+
+/// A step's report from an edit's.
+pub(crate) fn step_report(op: &str, object: &str, report: &Report) -> StepReport {
+    let mut notes = report.notes.clone();
+    if report.best_effort {
+        notes
+            .push("best effort: the constraints conflict and are met in the least-squares sense only".into());
+    }
+    StepReport {
+        op: op.into(),
+        object: Some(object.into()),
+        solver: Some(report.solver.clone()),
+        equations: Some(report.equations),
+        rank: Some(report.rank),
+        redundant: report.redundant.clone(),
+        residual: Some(report.residual),
+        condition: Some(report.condition),
+        adjustment: Some(report.adjustment),
+        iterations: Some(report.iterations),
+        constraints: report.constraints.clone(),
+        notes,
+        ..StepReport::default()
+    }
+}
+
+/// Puts an edited shape back into the scene.
+pub(crate) fn put_back(scene: &mut Scene, name: &str, shape: &dyn Shape) -> Result<(), Error> {
+    let any: &dyn std::any::Any = shape;
+    if let Some(curve) = any.downcast_ref::<Curve>() {
+        return scene.replace(name, curve);
+    }
+    match any.downcast_ref::<Surface>() {
+        Some(surface) => scene.replace(name, surface),
+        None => Err(Error::Invalid(format!("\"{name}\" became something that a scene cannot hold"))),
+    }
+}

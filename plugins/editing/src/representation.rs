@@ -1,0 +1,111 @@
+//! Operations that change how a spline is represented, not its shape: `refine`, `elevate`.
+
+use loftsman_kernel::error::Error;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::spline::Direction;
+
+use crate::problem::{OBJECT, object_name};
+
+pub(crate) const DIRECTION: Field =
+    Field::optional("direction", "\"u\" | \"v\"", "u", "the direction, on a surface");
+
+pub(crate) fn spline(scene: &Scene, parameters: &Parameters) -> Result<String, ParameterError> {
+    let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+    object_name(scene, parameters, fits, "curve or surface")
+}
+
+pub(crate) fn direction(parameters: &Parameters) -> Result<Direction, ParameterError> {
+    if !parameters.has("direction") {
+        return Ok(Direction::U);
+    }
+    parameters.choice("direction", &[("u", Direction::U), ("v", Direction::V)])
+}
+
+pub(crate) fn not_a_spline(name: &str, geometry: &Geometry) -> Error {
+    Error::Invalid(format!("\"{name}\" is a {}, not a curve or surface", geometry.kind()))
+}
+
+pub(crate) fn done(op: &str, object: String, note: String) -> StepReport {
+    StepReport { op: op.into(), object: Some(object), notes: vec![note], ..StepReport::default() }
+}
+
+/// The operation `refine`: knots are inserted.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Refine;
+
+impl Operation for Refine {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            OBJECT,
+            Field::required("knots", "[number, …]", "the knots to insert; repeat one to raise it"),
+            DIRECTION,
+        ];
+        Declaration { name: "refine", help: "insert knots; the shape does not change", fields: FIELDS }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let name = spline(scene, p)?;
+        let (knots, direction) = (p.numbers("knots")?, direction(p)?);
+        let refined: Geometry = match &scene.object(&name)?.geometry {
+            Geometry::Curve(curve) => curve.insert_knots(&knots)?.into(),
+            Geometry::Surface(surface) => surface.insert_knots(direction, &knots)?.into(),
+            other => return Err(not_a_spline(&name, other).into()),
+        };
+        let note = format!("{} control vertices", refined.points().len());
+        scene.replace(&name, refined)?;
+        Ok(done("refine", name, note))
+    }
+}
+
+/// The operation `elevate`: the degree is raised.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Elevate;
+
+impl Operation for Elevate {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            OBJECT,
+            Field::optional("by", "count", "1", "how many degrees"),
+            Field::optional("direction", "\"u\" | \"v\"", "both", "the direction, on a surface"),
+        ];
+        Declaration { name: "elevate", help: "raise the degree; the shape does not change", fields: FIELDS }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let name = spline(scene, p)?;
+        let by = p.count_or("by", 1)?;
+        let (elevated, degree): (Geometry, String) = match &scene.object(&name)?.geometry {
+            Geometry::Curve(curve) => {
+                let curve = curve.elevate(by)?;
+                let degree = curve.degree().to_string();
+                (curve.into(), degree)
+            }
+            Geometry::Surface(surface) => {
+                let mut surface = surface.clone();
+                let directions =
+                    if p.has("direction") { vec![direction(p)?] } else { vec![Direction::U, Direction::V] };
+                for direction in directions {
+                    surface = surface.elevate(direction, by)?;
+                }
+                let degree = format!("{} × {}", surface.u().degree(), surface.v().degree());
+                (surface.into(), degree)
+            }
+            other => return Err(not_a_spline(&name, other).into()),
+        };
+        scene.replace(&name, elevated)?;
+        Ok(done("elevate", name, format!("degree {degree}")))
+    }
+}

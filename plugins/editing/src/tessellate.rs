@@ -1,0 +1,70 @@
+//! `tessellate`: a spline becomes segments or triangles.
+
+use loftsman_kernel::error::Error;
+use loftsman_kernel::plugin::{
+    Chord, Context, Declaration, Field, Fineness, Operation, OperationError, Parameters, StepReport,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+
+use crate::problem::object_name;
+
+/// The operation `tessellate`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Tessellate;
+
+impl Operation for Tessellate {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only curve or surface", "the object"),
+            Field::optional("tolerance", "length", "1/1000 of its size", "largest distance from the shape"),
+            Field::optional("angle", "degrees", "15", "largest angle between neighbouring pieces"),
+        ];
+        Declaration {
+            name: "tessellate",
+            help: "a curve becomes a polyline, a surface a mesh",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let name = object_name(scene, p, fits, "curve or surface")?;
+        let mut fineness = Fineness::default();
+        if p.has("tolerance") {
+            fineness.chord = Chord::Absolute(p.number("tolerance")?);
+        }
+        if p.has("angle") {
+            fineness.angle = p.number("angle")?.to_radians();
+        }
+        let Some(tessellator) = context.registry.tessellator() else {
+            return Err(Error::Invalid("no tessellator is registered".into()).into());
+        };
+        let (pieces, note): (Geometry, String) = match &scene.object(&name)?.geometry {
+            Geometry::Curve(curve) => {
+                let line = tessellator.curve(curve, &fineness)?;
+                let note = format!("{} points", line.points.len());
+                (line.into(), note)
+            }
+            Geometry::Surface(surface) => {
+                let mesh = tessellator.surface(surface, &fineness)?;
+                let note = format!("{} triangles", mesh.triangle_count());
+                (mesh.into(), note)
+            }
+            other => {
+                return Err(Error::Invalid(format!("\"{name}\" is a {} already", other.kind())).into());
+            }
+        };
+        scene.replace(&name, pieces)?;
+        Ok(StepReport {
+            op: "tessellate".into(),
+            object: Some(name),
+            notes: vec![note],
+            ..StepReport::default()
+        })
+    }
+}
