@@ -1,0 +1,5 @@
+//! The library against numbers that other programs computed, and against its own promises of cost.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
+
+mod allocations;
+mod edits;
