@@ -15,6 +15,9 @@ use crate::weld::Welds;
 /// of two edges that coincide is a hundred times smaller.
 const ONE_POINT: f64 = 1e-12;
 
+/// Normals of one vertex that differ by less than this are one normal.
+const AGREE: f64 = 1e-6;
+
 /// The mesh of a surface.
 pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<Mesh> {
     let frame = Frame::of(surface.points())?;
@@ -210,10 +213,12 @@ impl Net {
         corners
     }
 
-    /// Gives every set of welded points one normal: the sum of what its points have, or of their limits where
-    /// the surface is singular.
+    /// Gives every set of welded points one normal: what its points have, or their limits where the surface is
+    /// singular. Where they do not agree (the apex of a cone, a seam with a crease) it has none, and
+    /// [`fill_normals`] takes the faces around it: how many grid points a direction has is no measure of it.
     fn settle_normals(&mut self, surface: &Surface, welds: &mut Welds) -> Result<()> {
         let (rows, columns) = (self.u.len(), self.v.len());
+        let mut agree = vec![true; self.normals.len()];
         for i in 0..rows {
             for j in 0..columns {
                 let here = i * columns + j;
@@ -223,14 +228,12 @@ impl Net {
                 };
                 self.normals[here] = Some(normal);
                 let root = welds.root(here);
-                if root != here {
-                    let sum = self.normals[root].unwrap_or_default() + normal;
-                    self.normals[root] = Some(sum);
-                }
+                let first = self.normals[root].unwrap_or_default();
+                agree[root] &= (first - normal).norm() <= AGREE;
             }
         }
-        for normal in &mut self.normals {
-            *normal = normal.and_then(|n| n.try_normalize(1e-6));
+        for (normal, agree) in self.normals.iter_mut().zip(agree) {
+            *normal = normal.filter(|_| agree).and_then(|n| n.try_normalize(1e-6));
         }
         Ok(())
     }
@@ -250,18 +253,21 @@ impl Net {
     }
 }
 
-/// Where no limit exists, the sum of the faces around; where there is none either, z.
+/// Where no limit exists, the sum of the faces around by their angles there; where there is none either, z.
 fn fill_normals(normals: Vec<Option<Vector>>, points: &[Point], corners: &[u32]) -> Vec<Vector> {
     let mut sums: Vec<Vector> = Vec::new();
     if normals.iter().any(Option::is_none) {
         sums.resize(points.len(), Vector::zeros());
         for face in corners.chunks_exact(3) {
-            let [a, b, c] = [face[0], face[1], face[2]].map(|k| points[k as usize]);
-            let (s, t) = (b - a, c - a);
-            let size = s.amax().max(t.amax());
-            let normal = if size > 0.0 { (s / size).cross(&(t / size)) } else { Vector::zeros() };
-            for &k in face {
-                sums[k as usize] += normal;
+            let corner = |k: usize| points[face[k % 3] as usize];
+            for k in 0..3 {
+                let (s, t) = (corner(k + 1) - corner(k), corner(k + 2) - corner(k));
+                let size = s.amax().max(t.amax());
+                if size > 0.0 {
+                    let (s, t) = (s / size, t / size);
+                    let normal = s.cross(&t).try_normalize(0.0).unwrap_or_default();
+                    sums[face[k] as usize] += normal * s.angle(&t);
+                }
             }
         }
     }
