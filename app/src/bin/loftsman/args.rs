@@ -1,0 +1,273 @@
+//! The command line as it is typed. What it means is in [`crate::commands`].
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use loftsman::convert::{self, Conversion, UPS};
+use loftsman::kernel::plugin::{Chord, Fineness, UpChoice, nearest};
+use loftsman::kernel::scene::{Unit, Up};
+use loftsman::picture::{PIXELS, View};
+
+/// Edits splines under constraints and hands them to Blender, MeshLab and CAD.
+#[derive(Debug, Parser)]
+#[command(name = "loftsman", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(after_help = "Exit status: 0 done; 1 the input or the problem is at fault; 2 the command line is.")]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Apply a recipe and write all of its outputs, or none.
+    Run(RunArgs),
+    /// Convert from any readable format to any writable one.
+    Convert(ConvertArgs),
+    /// Say what is in a file.
+    Info(InfoArgs),
+    /// Fit a spline through points.
+    Fit(FitArgs),
+    /// Draw curves with their control polygons and curvature combs.
+    Plot(PlotArgs),
+    /// Run a recipe with every solver and compare what they make of it; writes nothing.
+    Compare(CompareArgs),
+    /// List formats, operations, constraints and solvers with all their fields.
+    Plugins(PluginsArgs),
+    /// Print completions for a shell.
+    Completions(CompletionsArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    /// The recipe, TOML or JSON; - for the standard input.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) recipe: PathBuf,
+    /// Write this file instead of the recipe's outputs; may be repeated.
+    #[arg(short, long = "output", value_name = "OUT", value_hint = ValueHint::FilePath)]
+    pub(crate) outputs: Vec<PathBuf>,
+    /// Use this solver in every step that takes one.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) solver: Option<String>,
+    #[command(flatten)]
+    pub(crate) json: Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    /// IN and OUT; with --into, only inputs. - is the standard input or output.
+    #[arg(required = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) files: Vec<PathBuf>,
+    /// The format to write, by its extension; needed with --into and where OUT is -.
+    #[arg(long, value_name = "EXT")]
+    pub(crate) to: Option<String>,
+    /// The format to read, by its extension, whatever the input is called.
+    #[arg(long, value_name = "EXT")]
+    pub(crate) from: Option<String>,
+    /// Write every input into this folder; one that fails does not stop the rest.
+    #[arg(long, value_name = "DIR", requires = "to", value_hint = ValueHint::DirPath)]
+    pub(crate) into: Option<PathBuf>,
+    /// Conversions at once with --into; as many as the machine has cores unless given.
+    #[arg(long, value_name = "N", requires = "into", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+    #[command(flatten)]
+    pub(crate) how: ConversionArgs,
+    #[command(flatten)]
+    pub(crate) json: Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ConversionArgs {
+    /// Chord tolerance where splines must be tessellated: a length in the scene's unit (0.01) or a part of each
+    /// shape's diagonal (0.1%).
+    #[arg(long, value_name = "T", value_parser = convert::chord)]
+    tolerance: Option<Chord>,
+    /// Largest angle between neighbouring segments of a tessellation, in degrees [default: 15].
+    #[arg(long, value_name = "DEGREES", value_parser = angle)]
+    angle: Option<f64>,
+    /// The unit (um, mm, cm, m, km, in, ft, yd, mi): of the input's numbers where its format has none (OBJ, point
+    /// files), else of the output's.
+    #[arg(long, value_name = "U", value_parser = unit)]
+    unit: Option<Unit>,
+    /// The unit of the input's numbers, whatever the file says; --unit is the output's then.
+    #[arg(long, value_name = "U", value_parser = unit)]
+    from_unit: Option<Unit>,
+    /// The up axis of the output: x, y, z, or keep (turn nothing) [default: the format's own].
+    #[arg(long, value_name = "AXIS", value_parser = up)]
+    up: Option<UpChoice>,
+    /// The up axis of the input: x, y or z [default: what the file or its format says].
+    #[arg(long, value_name = "AXIS", value_parser = from_up)]
+    from_up: Option<Up>,
+}
+
+impl ConversionArgs {
+    pub(crate) fn conversion(&self) -> Conversion {
+        let usual = Fineness::default();
+        Conversion {
+            unit: self.unit,
+            from_unit: self.from_unit,
+            up: self.up.unwrap_or_default(),
+            from_up: self.from_up,
+            fineness: Fineness {
+                chord: self.tolerance.unwrap_or(usual.chord),
+                angle: self.angle.unwrap_or(usual.angle),
+            },
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// The file; - for the standard input.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) json: Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct FitArgs {
+    /// A file with points: Selig, Lednicer or AeroDyn sections, csv, xyz, or any readable cloud or polyline.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) points: PathBuf,
+    /// The file to write; .svg and .png make a picture.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) out: PathBuf,
+    /// The object to fit, where the file has several.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) object: Option<String>,
+    /// The degree of the curve.
+    #[arg(long, value_name = "P", default_value_t = 3)]
+    pub(crate) degree: usize,
+    /// How far the points may be from the curve, in the file's unit; control vertices are added until they are.
+    #[arg(long, value_name = "T", value_parser = positive)]
+    pub(crate) tolerance: Option<f64>,
+    /// Join the end to the start smoothly: a periodic curve.
+    #[arg(long)]
+    pub(crate) closed: bool,
+    /// Use exactly this many control vertices.
+    #[arg(long, value_name = "N", conflicts_with = "tolerance")]
+    pub(crate) vertices: Option<usize>,
+    #[command(flatten)]
+    pub(crate) json: Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlotArgs {
+    /// The file to draw; - for the standard input.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// The picture: .svg or .png.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) out: PathBuf,
+    /// From where the scene is seen [default: square on where it is planar, else isometric].
+    #[arg(long, value_enum)]
+    pub(crate) view: Option<Seen>,
+    /// Light on dark.
+    #[arg(long)]
+    pub(crate) dark: bool,
+    /// Leave out the curvature combs.
+    #[arg(long)]
+    pub(crate) no_combs: bool,
+    /// Leave out the beads at the knots.
+    #[arg(long)]
+    pub(crate) no_knots: bool,
+    /// Leave out the control polygons.
+    #[arg(long)]
+    pub(crate) no_polygons: bool,
+    /// The width of a PNG.
+    #[arg(long, value_name = "N", default_value_t = PIXELS)]
+    pub(crate) pixels: u32,
+}
+
+/// From where a scene is seen.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Seen {
+    Front,
+    Top,
+    Right,
+    Isometric,
+}
+
+impl From<Seen> for View {
+    fn from(seen: Seen) -> Self {
+        match seen {
+            Seen::Front => Self::Front,
+            Seen::Top => Self::Top,
+            Seen::Right => Self::Right,
+            Seen::Isometric => Self::Isometric,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    /// The recipe; its outputs are not written.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) recipe: PathBuf,
+    #[command(flatten)]
+    pub(crate) json: Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PluginsArgs {
+    /// Only the entry of this name.
+    pub(crate) name: Option<String>,
+    #[command(flatten)]
+    pub(crate) json: Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell.
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Json {
+    /// Print one JSON object on the standard output, and nothing else there.
+    #[arg(long = "json")]
+    pub(crate) wanted: bool,
+}
+
+fn unit(text: &str) -> Result<Unit, String> {
+    Unit::from_name(text).ok_or_else(|| choose("unit", text, Unit::ALL.map(|(name, _)| name)))
+}
+
+fn up(text: &str) -> Result<UpChoice, String> {
+    let found = UPS.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
+    found.ok_or_else(|| choose("axis", text, UPS.map(|(name, _)| name)))
+}
+
+fn from_up(text: &str) -> Result<Up, String> {
+    match up(text) {
+        Ok(UpChoice::To(axis)) => Ok(axis),
+        _ => Err("choose one of x, y, z".to_owned()),
+    }
+}
+
+fn choose<const N: usize>(what: &str, text: &str, names: [&'static str; N]) -> String {
+    let hint = nearest(text, names).map(|near| format!("; did you mean {near}?")).unwrap_or_default();
+    format!("there is no {what} \"{text}\"{hint}; choose one of {}", names.join(", "))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        Ok(_) => Err("must be positive and finite".to_owned()),
+        Err(_) => Err("is not a number".to_owned()),
+    }
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    positive(text).map(f64::to_radians)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,167 @@
+//! `convert IN OUT`, and with `--into` many inputs at once ([`super::convert_many`]).
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use loftsman::convert::Conversion;
+use loftsman::file::{Input, Outputs, output};
+use loftsman::kernel::plugin::{Format, Observer, ReadOptions, ReadReport, Source, WriteOptions, Written};
+
+use super::report;
+use crate::Usage;
+use crate::args::ConvertArgs;
+use crate::console::{self, BOLD, bytes, styled};
+use crate::progress::Progress;
+
+/// What a conversion read and wrote.
+#[derive(serde::Serialize)]
+pub(super) struct Converted {
+    pub(super) input: String,
+    pub(super) format: &'static str,
+    pub(super) output: String,
+    pub(super) bytes: u64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    siblings: Vec<loftsman::file::Produced>,
+    report: ReadReport,
+    objects: Vec<Written>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
+}
+
+pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
+    if let Some(folder) = &args.into {
+        return super::convert_many::run(args, folder);
+    }
+    let [input, output] = args.files.as_slice() else {
+        let text = "convert takes IN and OUT; for many inputs give --to EXT and --into DIR";
+        return Err(Usage(text.to_owned()).into());
+    };
+    let to_stdout = output.as_os_str() == "-";
+    let format = target(output, args.to.as_deref(), to_stdout)?;
+    if to_stdout && args.json.wanted {
+        return Err(Usage("--json and an output to - cannot share the standard output".to_owned()).into());
+    }
+    let input = open(input, args.from.as_deref())?;
+    let progress = Progress::start();
+    let conversion = args.how.conversion();
+    if to_stdout {
+        let (memory, _) = encode(&input, "output", format.as_ref(), &conversion, &progress)?;
+        drop(progress);
+        console::print_bytes(&memory.bytes)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let converted = convert(&input, output, format.as_ref(), &conversion, &progress)?;
+    drop(progress);
+    if args.json.wanted {
+        console::print_json(&converted)?;
+    } else {
+        console::print(&text(&converted))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The input, read as `from` where that is given.
+pub(super) fn open(path: &Path, from: Option<&str>) -> anyhow::Result<Input> {
+    let registry = loftsman::registry();
+    if let Some(extension) = from {
+        let known = registry.format_of(&format!("x.{extension}")).is_some_and(|f| f.declaration().reads);
+        if !known {
+            return Err(Usage(format!("--from {extension}: no readable format has this extension")).into());
+        }
+    }
+    let input = Input::open(path)?;
+    Ok(match from {
+        Some(extension) => input.with_extension(extension),
+        None => input,
+    })
+}
+
+/// Reads, converts and writes one file.
+pub(super) fn convert(
+    input: &Input,
+    output: &Path,
+    format: &dyn Format,
+    conversion: &Conversion,
+    observer: &dyn Observer,
+) -> anyhow::Result<Converted> {
+    let mut outputs = Outputs::new();
+    outputs.protect(Source::name(input));
+    outputs.claim(output)?;
+    let name = output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let (memory, mut converted) = encode(input, &name, format, conversion, observer)?;
+    outputs.add(output, memory.bytes, memory.siblings)?;
+    for produced in outputs.commit()? {
+        converted.output = produced.path;
+        converted.siblings = produced.siblings;
+    }
+    Ok(converted)
+}
+
+fn encode(
+    input: &Input,
+    name: &str,
+    format: &dyn Format,
+    conversion: &Conversion,
+    observer: &dyn Observer,
+) -> anyhow::Result<(loftsman::kernel::plugin::Memory, Converted)> {
+    let registry = loftsman::registry();
+    let reader = input.format(registry)?;
+    let kind = reader.declaration().name;
+    let options = ReadOptions { observer, ..conversion.read_options(kind) };
+    let (scene, report) = reader.read(input, &options)?;
+    let options = WriteOptions { observer, ..conversion.write_options(kind) };
+    let (memory, written) = output::encode(&scene, name, format, &options, registry)?;
+    let converted = Converted {
+        input: Source::name(input).to_owned(),
+        format: kind,
+        output: name.to_owned(),
+        bytes: memory.bytes.len() as u64,
+        siblings: Vec::new(),
+        report,
+        objects: written.objects,
+        notes: written.notes,
+    };
+    Ok((memory, converted))
+}
+
+/// The format to write: `to`, or what the output's name says.
+fn target(output: &Path, to: Option<&str>, to_stdout: bool) -> anyhow::Result<Arc<dyn Format>> {
+    let format = match to {
+        Some(extension) => format_of(extension)?,
+        None if to_stdout => {
+            return Err(Usage("an output to - needs --to EXT, which says in which format".to_owned()).into());
+        }
+        None => {
+            check_output(output)?;
+            format_of(&output.file_name().unwrap_or_default().to_string_lossy())?
+        }
+    };
+    if to_stdout && !format.declaration().plain {
+        let name = format.declaration().name;
+        return Err(Usage(format!("{name} is not plain text, and may be several files: name a file")).into());
+    }
+    Ok(format)
+}
+
+/// The writable format of an extension.
+pub(super) fn format_of(extension: &str) -> anyhow::Result<Arc<dyn Format>> {
+    let extension = extension.trim_start_matches('.');
+    let file = format!("x.{extension}");
+    let format = output::format_for(Path::new(&file), loftsman::registry());
+    format.cloned().map_err(|e| Usage(e.to_string().replacen(&file, extension, 1)).into())
+}
+
+/// Refuses an output of the command line whose format is unknown.
+pub(super) fn check_output(output: &Path) -> anyhow::Result<()> {
+    if !loftsman::picture::is_picture(output) {
+        output::format_for(output, loftsman::registry()).map_err(|e| Usage(e.to_string()))?;
+    }
+    Ok(())
+}
+
+fn text(converted: &Converted) -> String {
+    let head = format!("{} → {}", converted.input, styled(BOLD, &converted.output));
+    let objects = report::written(&converted.objects, &converted.notes);
+    format!("{head}, {}\n{}{objects}", bytes(converted.bytes), report::read(&converted.report))
+}

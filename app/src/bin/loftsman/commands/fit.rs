@@ -1,0 +1,109 @@
+//! `fit POINTS OUT`: the operation `fit` from options instead of a recipe.
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use loftsman::file::{Input, Outputs};
+use loftsman::kernel::plugin::{
+    Context, OperationError, Parameters, ReadOptions, Source, StepReport, WriteOptions,
+};
+use loftsman::kernel::scene::{Geometry, Scene};
+use loftsman::picture::{self, Picture};
+use loftsman::recipe::{InputReport, OutputReport, RunReport};
+use serde_json::{Map, Value};
+
+use super::report;
+use crate::Usage;
+use crate::args::FitArgs;
+use crate::console;
+use crate::progress::Progress;
+
+pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
+    let registry = loftsman::registry();
+    super::convert::check_output(&args.out)?;
+    let mut outputs = Outputs::new();
+    outputs.protect(&args.points);
+    outputs.claim(&args.out)?;
+    let input = Input::open(&args.points)?;
+    let format = input.format(registry)?;
+    let progress = Progress::start();
+    let options = ReadOptions { observer: &progress, ..ReadOptions::default() };
+    let (mut scene, read) = format.read(&input, &options)?;
+    let object = object(&scene, args, Source::name(&input))?;
+    let step = fit(&mut scene, &object, args, &progress)?;
+    let mut written = OutputReport { path: args.out.display().to_string(), ..OutputReport::default() };
+    if picture::is_picture(&args.out) {
+        let picture = Picture::of(&scene).marks(&step.marks);
+        let bytes = picture::encode(&args.out, &picture, picture::PIXELS)?;
+        outputs.add(&args.out, bytes, BTreeMap::new())?;
+    } else {
+        let options = WriteOptions { observer: &progress, ..WriteOptions::default() };
+        let report = outputs.scene(&scene, &args.out, &options, registry)?;
+        (written.objects, written.notes) = (report.objects, report.notes);
+    }
+    for produced in outputs.commit()? {
+        (written.bytes, written.siblings) = (produced.bytes, produced.siblings);
+    }
+    drop(progress);
+    let input = InputReport {
+        path: Source::name(&input).to_owned(),
+        format: format.declaration().name,
+        report: read,
+    };
+    let report = RunReport { input: Some(input), steps: vec![step], outputs: vec![written] };
+    if args.json.wanted {
+        console::print_json(&report)?;
+    } else {
+        console::print(&report::run(&report))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The object to fit: the one that was named, or the only one that is points.
+fn object(scene: &Scene, args: &FitArgs, file: &str) -> anyhow::Result<String> {
+    if let Some(name) = &args.object {
+        scene.object(name).map_err(|e| anyhow::anyhow!("{file}: {e}"))?;
+        return Ok(name.clone());
+    }
+    let fits = |g: &Geometry| matches!(g, Geometry::Polyline(_) | Geometry::Cloud(_));
+    let names: Vec<&str> = scene.objects().iter().filter(|o| fits(&o.geometry)).map(|o| o.name()).collect();
+    match names.as_slice() {
+        [only] => Ok((*only).to_owned()),
+        [] => {
+            anyhow::bail!("{file}: there are no points in it, only shapes; fit takes a cloud or a polyline")
+        }
+        several => {
+            let some: Vec<String> = several.iter().take(8).map(|n| format!("\"{n}\"")).collect();
+            let more = if several.len() > 8 { ", …" } else { "" };
+            let known = some.join(", ");
+            anyhow::bail!(
+                "{file}: it holds {} sets of points; name one with --object: {known}{more}",
+                several.len()
+            )
+        }
+    }
+}
+
+fn fit(scene: &mut Scene, object: &str, args: &FitArgs, progress: &Progress) -> anyhow::Result<StepReport> {
+    let registry = loftsman::registry();
+    let mut fields = Map::new();
+    fields.insert("object".to_owned(), object.into());
+    fields.insert("degree".to_owned(), args.degree.into());
+    if let Some(tolerance) = args.tolerance {
+        fields.insert("tolerance".to_owned(), tolerance.into());
+    }
+    if let Some(vertices) = args.vertices {
+        fields.insert("vertices".to_owned(), vertices.into());
+    }
+    if args.closed {
+        fields.insert("closed".to_owned(), true.into());
+    }
+    let parameters = Parameters::new(Value::Object(fields), "")?;
+    let context = Context { registry, observer: progress, clock: progress };
+    let operation = registry.find_operation("fit", "fit")?;
+    operation.apply(scene, &parameters, &context).map_err(|error| match error {
+        // The fields are the options: an error in one is an error of the command line.
+        OperationError::Parameter(e) => Usage(format!("--{}: {}", e.path, e.problem)).into(),
+        other => anyhow::anyhow!("{}, object \"{object}\": {other}", args.points.display()),
+    })
+}

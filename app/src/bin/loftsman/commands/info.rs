@@ -1,0 +1,93 @@
+//! `info FILE [--json]`
+
+use std::fmt::Write;
+use std::process::ExitCode;
+
+use loftsman::describe::{Degree, ObjectFacts, SceneFacts, describe};
+use loftsman::file::Input;
+use loftsman::kernel::plugin::{ReadOptions, ReadReport, Source};
+
+use super::report;
+use crate::args::InfoArgs;
+use crate::console::{self, BOLD, DIM, count, figure, styled};
+use crate::progress::Progress;
+
+#[derive(serde::Serialize)]
+struct Info {
+    file: String,
+    bytes: usize,
+    format: &'static str,
+    #[serde(flatten)]
+    scene: SceneFacts,
+    report: ReadReport,
+}
+
+pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
+    let input = Input::open(&args.file)?;
+    let format = input.format(loftsman::registry())?;
+    let progress = Progress::start();
+    let options = ReadOptions { observer: &progress, ..ReadOptions::default() };
+    let (scene, report) = format.read(&input, &options)?;
+    let info = Info {
+        file: Source::name(&input).to_owned(),
+        bytes: input.bytes().len(),
+        format: format.declaration().name,
+        scene: describe(&scene),
+        report,
+    };
+    if args.json.wanted {
+        console::print_json(&info)?;
+    } else {
+        console::print(&text(&info))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn text(info: &Info) -> String {
+    let scene = &info.scene;
+    let up = format!("{:?} up", scene.up).to_lowercase();
+    let objects = count(scene.objects.len(), "object");
+    let facts = format!("{} · {} · {up} · {objects}", info.format, scene.unit.name());
+    let mut text = format!("{} · {facts}\n", styled(BOLD, &info.file));
+    let width = scene.objects.iter().map(|o| o.name.chars().count()).max().unwrap_or(0).min(32);
+    for object in &scene.objects {
+        let _ = writeln!(text, "  {:width$}  {:8}  {}", object.name, object.kind, self::object(object));
+    }
+    text + &report::read(&info.report)
+}
+
+fn object(object: &ObjectFacts) -> String {
+    let mut facts = Vec::new();
+    match object.degree {
+        Some(Degree::Curve(p)) => facts.push(format!("degree {p}")),
+        Some(Degree::Surface([p, q])) => facts.push(format!("degree {p}×{q}")),
+        None => {}
+    }
+    match (object.net, object.vertices) {
+        (Some([u, v]), _) => facts.push(format!("{u}×{v} vertices")),
+        (None, Some(n)) if object.degree.is_some() => facts.push(count(n, "vertex")),
+        (None, Some(n)) => facts.push(count(n, "point")),
+        (None, None) => {}
+    }
+    if let Some(faces) = object.faces {
+        facts.push(count(faces, "face"));
+    }
+    if object.rational == Some(true) {
+        facts.push("rational".to_owned());
+    }
+    if object.periodic.contains(&true) {
+        facts.push("periodic".to_owned());
+    } else if object.closed == Some(true) {
+        facts.push("closed".to_owned());
+    }
+    facts.extend(object.domain.iter().map(|[a, b]| format!("domain {} to {}", figure(*a), figure(*b))));
+    facts.extend(object.length.map(|l| format!("length {}", figure(l))));
+    if let Some([low, high]) = object.bounds {
+        let size: Vec<String> = (0..3).map(|i| figure(high[i] - low[i])).collect();
+        facts.push(format!("size {}", size.join(" × ")));
+    }
+    facts.extend(object.frames.map(|n| count(n, "frame")));
+    facts.extend(object.layer.as_ref().map(|l| format!("layer {l}")));
+    facts.extend(object.parent.as_ref().map(|p| format!("under {p}")));
+    styled(DIM, &facts.join(" · "))
+}

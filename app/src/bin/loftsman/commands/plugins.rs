@@ -1,0 +1,108 @@
+//! `plugins [NAME] [--json]`: everything that is known by name, with all fields.
+
+use std::fmt::Write;
+use std::process::ExitCode;
+
+use loftsman::kernel::plugin::{Declaration, Field, FormatDeclaration, nearest};
+use loftsman::recipe;
+
+use crate::Usage;
+use crate::args::PluginsArgs;
+use crate::console::{self, BOLD, DIM, styled};
+
+#[derive(serde::Serialize)]
+struct Known {
+    formats: Vec<FormatDeclaration>,
+    operations: Vec<Declaration>,
+    constraints: Vec<Declaration>,
+    solvers: Vec<String>,
+    recipe: Vec<Field>,
+}
+
+pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
+    let registry = loftsman::registry();
+    let mut known = Known {
+        formats: registry.formats().iter().map(|f| f.declaration()).collect(),
+        operations: registry.operations().iter().map(|o| o.declaration()).collect(),
+        constraints: registry.functionals().collect(),
+        solvers: registry.solvers().iter().map(|s| s.name().to_owned()).collect(),
+        recipe: recipe::FIELDS.to_vec(),
+    };
+    if let Some(name) = &args.name {
+        let near = {
+            let names = known.formats.iter().map(|f| f.name).chain(known.operations.iter().map(|o| o.name));
+            let names = names.chain(known.constraints.iter().map(|c| c.name));
+            nearest(name, names.chain(known.solvers.iter().map(String::as_str))).map(str::to_owned)
+        };
+        known.formats.retain(|f| f.name == name);
+        known.operations.retain(|o| o.name == name);
+        known.constraints.retain(|c| c.name == name);
+        known.solvers.retain(|s| s == name);
+        known.recipe.clear();
+        let found =
+            known.formats.len() + known.operations.len() + known.constraints.len() + known.solvers.len();
+        if found == 0 {
+            let hint = near.map(|n| format!("; did you mean {n}?")).unwrap_or_default();
+            return Err(Usage(format!("nothing is called {name}{hint}")).into());
+        }
+    }
+    if args.json.wanted {
+        console::print_json(&known)?;
+    } else {
+        console::print(&text(&known))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn text(known: &Known) -> String {
+    let mut text = String::new();
+    let heading = |text: &mut String, title: &str, some: bool| {
+        if some {
+            let gap = if text.is_empty() { "" } else { "\n" };
+            let _ = writeln!(text, "{gap}{}", styled(BOLD, title));
+        }
+    };
+    heading(&mut text, "Formats", !known.formats.is_empty());
+    for format in &known.formats {
+        let way = match (format.reads, format.writes) {
+            (true, true) => "reads, writes",
+            (true, false) => "reads",
+            (false, true) => "writes",
+            (false, false) => "",
+        };
+        let extensions: Vec<String> = format.extensions.iter().map(|e| format!(".{e}")).collect();
+        let _ = writeln!(
+            text,
+            "  {}  {} ({way}): {}",
+            styled(BOLD, format.name),
+            format.help,
+            extensions.join(" ")
+        );
+        fields(&mut text, format.options);
+    }
+    for (title, entries) in [("Operations", &known.operations), ("Constraints", &known.constraints)] {
+        heading(&mut text, title, !entries.is_empty());
+        for entry in entries {
+            let _ = writeln!(text, "  {}  {}", styled(BOLD, entry.name), entry.help);
+            fields(&mut text, entry.fields);
+        }
+    }
+    heading(&mut text, "Solvers", !known.solvers.is_empty());
+    for solver in &known.solvers {
+        let _ = writeln!(text, "  {}", styled(BOLD, solver));
+    }
+    heading(&mut text, "A recipe's own fields", !known.recipe.is_empty());
+    fields(&mut text, &known.recipe);
+    text
+}
+
+fn fields(text: &mut String, fields: &[Field]) {
+    for field in fields {
+        let default = match field.default {
+            Some(default) => format!(" [default: {default}]"),
+            None => " [needed]".to_owned(),
+        };
+        let _ =
+            writeln!(text, "    {} = {}: {}{}", field.name, field.takes, field.help, styled(DIM, &default));
+    }
+}

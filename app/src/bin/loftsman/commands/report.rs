@@ -1,0 +1,113 @@
+//! Reports in words: what was read, what a step did, how each object went out.
+
+use std::fmt::Write;
+
+use loftsman::kernel::plugin::{Fate, ReadReport, StepReport, Written};
+use loftsman::recipe::{InputReport, OutputReport, RunReport};
+
+use crate::console::{BOLD, DIM, bytes, count, figure, seconds, styled};
+
+/// A whole run.
+pub(crate) fn run(report: &RunReport) -> String {
+    let mut text = String::new();
+    if let Some(input) = &report.input {
+        text += &self::input(input);
+    }
+    for step in &report.steps {
+        text += &self::step(step);
+    }
+    for output in &report.outputs {
+        text += &self::output(output);
+    }
+    if report.outputs.is_empty() {
+        text += "nothing was written: the recipe has no output, and no -o was given\n";
+    }
+    text
+}
+
+fn input(input: &InputReport) -> String {
+    format!("read {} {}\n{}", styled(BOLD, &input.path), styled(DIM, input.format), read(&input.report))
+}
+
+/// What was not kept as it was, indented.
+pub(crate) fn read(report: &ReadReport) -> String {
+    let mut text = String::new();
+    for (what, reasons) in [("approximated", &report.approximated), ("left out", &report.left_out)] {
+        for (reason, number) in reasons {
+            let _ = writeln!(text, "  {number} of {} {what}: {reason}", report.entities);
+        }
+    }
+    for note in &report.notes {
+        let _ = writeln!(text, "  {}", styled(DIM, note));
+    }
+    text
+}
+
+/// One step, on a line: `edit "section"  rank 5 of 5 · residual 3e-16 · ‖d‖ 0.21`.
+fn step(step: &StepReport) -> String {
+    let object = step.object.as_ref().map(|o| format!(" \"{o}\"")).unwrap_or_default();
+    let head = styled(BOLD, &format!("{}{object}", step.op));
+    let facts = facts(step).join(" · ");
+    let mut text = format!("{head}  {facts}\n");
+    for name in &step.redundant {
+        let _ = writeln!(text, "  redundant, dropped: {name}");
+    }
+    for note in &step.notes {
+        let _ = writeln!(text, "  {}", styled(DIM, note));
+    }
+    text
+}
+
+/// The figures of a step that has them.
+pub(crate) fn facts(step: &StepReport) -> Vec<String> {
+    let rank = match (step.rank, step.equations) {
+        (Some(rank), Some(equations)) => Some(format!("rank {rank} of {equations}")),
+        (None, Some(equations)) => Some(count(equations, "equation")),
+        (Some(rank), None) => Some(format!("rank {rank}")),
+        (None, None) => None,
+    };
+    let all = [
+        step.solver.clone(),
+        rank,
+        step.residual.map(|r| format!("residual {}", figure(r))),
+        step.adjustment.map(|d| format!("‖d‖ {}", figure(d))),
+        step.iterations.filter(|&n| n > 1).map(|n| count(n, "iteration")),
+        step.prepare_seconds.filter(|&t| t > 0.0).map(|t| format!("prepared in {}", seconds(t))),
+        step.event_seconds.filter(|&t| t > 0.0).map(|t| format!("{} an event", seconds(t))),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+fn output(output: &OutputReport) -> String {
+    let mut text = format!("wrote {}, {}\n", styled(BOLD, &output.path), bytes(output.bytes));
+    for sibling in &output.siblings {
+        let _ = writeln!(text, "  with {}, {}", sibling.path, bytes(sibling.bytes));
+    }
+    text + &written(&output.objects, &output.notes)
+}
+
+/// How each object went out, indented; a long list is cut.
+pub(crate) fn written(objects: &[Written], notes: &[String]) -> String {
+    const SHOWN: usize = 12;
+    let mut text = String::new();
+    for object in objects.iter().take(SHOWN) {
+        let how = match object.fate {
+            Fate::Kept => "exact".to_owned(),
+            Fate::Approximated => match object.tolerance {
+                Some(tolerance) => format!("within {}", figure(tolerance)),
+                None => "approximated".to_owned(),
+            },
+            Fate::LeftOut => "left out".to_owned(),
+        };
+        let reason = object.reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default();
+        let form = if object.form.is_empty() { String::new() } else { format!("{}, ", object.form) };
+        let _ = writeln!(text, "  {}  {form}{how}{reason}", object.object);
+    }
+    if objects.len() > SHOWN {
+        let _ = writeln!(text, "  … and {} more", objects.len() - SHOWN);
+    }
+    for note in notes {
+        let _ = writeln!(text, "  {}", styled(DIM, note));
+    }
+    text
+}

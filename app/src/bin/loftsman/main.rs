@@ -1,0 +1,52 @@
+//! The program `loftsman`: recipes, conversions and facts from the command line.
+//!
+//! [`args`] is what was typed; each of [`commands`] is what it means. Everything it can do, the library can.
+
+mod args;
+mod commands;
+mod console;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::args::{Arguments, Command};
+
+/// The command line is at fault: exit status 2.
+#[derive(Debug)]
+struct Usage(String);
+
+impl std::fmt::Display for Usage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Usage {}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Run(args) => commands::run::run(&args),
+        Command::Convert(args) => commands::convert::run(&args),
+        Command::Info(args) => commands::info::run(&args),
+        Command::Fit(args) => commands::fit::run(&args),
+        Command::Plot(args) => commands::plot::run(&args),
+        Command::Compare(args) => commands::compare::run(&args),
+        Command::Plugins(args) => commands::plugins::run(&args),
+        Command::Completions(args) => commands::completions::run(&args),
+    };
+    match result {
+        Ok(code) => code,
+        // Whoever read our output has seen enough (`| head`).
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            console::error(&error.to_string());
+            ExitCode::from(if error.is::<Usage>() { 2 } else { 1 })
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+}

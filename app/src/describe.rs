@@ -1,0 +1,164 @@
+//! What is in a scene: for each object its type and the facts that people ask first.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::spline::{Curve, Surface};
+
+/// The facts about a scene.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SceneFacts {
+    /// The unit of all lengths.
+    pub unit: Unit,
+    /// The axis that points up.
+    pub up: Up,
+    /// Each object.
+    pub objects: Vec<ObjectFacts>,
+}
+
+/// The facts about an object. What does not apply is left out when it is serialised.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct ObjectFacts {
+    /// Its name.
+    pub name: String,
+    /// `"curve"`, `"surface"`, `"mesh"`, `"polyline"`, `"cloud"` or `"group"`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// The object it hangs under.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parent: Option<String>,
+    /// Its layer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<String>,
+    /// Red, green, blue, alpha.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub color: Option<[f64; 4]>,
+    /// Whether it has a transform of its own; all other facts are in its own coordinates.
+    #[serde(skip_serializing_if = "is_false")]
+    pub transformed: bool,
+    /// Degree of a curve, or degrees along `u` and `v` of a surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub degree: Option<Degree>,
+    /// Control vertices, mesh points, polyline or cloud points: their number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertices: Option<usize>,
+    /// Control vertices along `u` and `v`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub net: Option<[usize; 2]>,
+    /// Whether it has weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rational: Option<bool>,
+    /// Whether its parameters wrap, a direction each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub periodic: Vec<bool>,
+    /// Whether its end meets its start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub closed: Option<bool>,
+    /// The interval of its parameter, a direction each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub domain: Vec<[f64; 2]>,
+    /// Faces of a mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faces: Option<usize>,
+    /// The triangles that they make.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub triangles: Option<usize>,
+    /// Frames of its animation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<usize>,
+    /// The length of a curve or polyline.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// The corners of its axis-parallel bounding box, the lower first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[[f64; 3]; 2]>,
+}
+
+/// One degree, or two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Degree {
+    /// Of a curve.
+    Curve(usize),
+    /// Of a surface, along `u` and `v`.
+    Surface([usize; 2]),
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+/// The facts about a scene and each of its objects.
+pub fn describe(scene: &Scene) -> SceneFacts {
+    SceneFacts { unit: scene.unit, up: scene.up, objects: scene.objects().iter().map(object).collect() }
+}
+
+fn object(object: &Object) -> ObjectFacts {
+    let points = object.geometry.points();
+    let facts = ObjectFacts {
+        name: object.name().to_owned(),
+        kind: object.geometry.kind(),
+        parent: object.parent.clone(),
+        layer: object.layer.clone(),
+        color: object.color,
+        transformed: object.transform.is_some(),
+        vertices: (!matches!(object.geometry, Geometry::Group)).then_some(points.len()),
+        frames: object.animation.as_ref().map(|a| a.frames.len()),
+        bounds: bounds(points),
+        ..ObjectFacts::default()
+    };
+    match &object.geometry {
+        Geometry::Curve(c) => curve(c, facts),
+        Geometry::Surface(s) => surface(s, facts),
+        Geometry::Mesh(m) => {
+            ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), ..facts }
+        }
+        Geometry::Polyline(line) => {
+            let open: f64 = line.points.windows(2).map(|p| (p[1] - p[0]).norm()).sum();
+            let back = match (line.closed, line.points.first(), line.points.last()) {
+                (true, Some(first), Some(last)) => (first - last).norm(),
+                _ => 0.0,
+            };
+            ObjectFacts { closed: Some(line.closed), length: Some(open + back), ..facts }
+        }
+        _ => facts,
+    }
+}
+
+fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
+    let (start, end) = curve.domain();
+    ObjectFacts {
+        degree: Some(Degree::Curve(curve.degree())),
+        rational: Some(curve.weights().is_some()),
+        periodic: vec![curve.is_periodic()],
+        closed: Some(closed(curve)),
+        domain: vec![[start, end]],
+        ..facts
+    }
+}
+
+/// Whether a curve's end meets its start, to rounding of its size.
+fn closed(curve: &Curve) -> bool {
+    let (start, end) = curve.domain();
+    let size = bounds(curve.points())
+        .map_or(0.0, |[low, high]| (0..3).map(|i| (high[i] - low[i]).abs()).fold(0.0, f64::max));
+    let gap = curve.point(start).and_then(|a| Ok((curve.point(end)? - a).norm()));
+    curve.is_periodic() || gap.is_ok_and(|gap| gap <= 1e-12 * size)
+}
+
+fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {
+    let (u, v) = (surface.u(), surface.v());
+    ObjectFacts {
+        degree: Some(Degree::Surface([u.degree(), v.degree()])),
+        net: Some([u.len(), v.len()]),
+        rational: Some(surface.weights().is_some()),
+        periodic: vec![u.is_periodic(), v.is_periodic()],
+        domain: [u, v].map(|s| <[f64; 2]>::from(s.domain())).to_vec(),
+        ..facts
+    }
+}
+
+fn bounds(points: &[Point]) -> Option<[[f64; 3]; 2]> {
+    let first = *points.first()?;
+    let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+    Some([low.coords.into(), high.coords.into()])
+}

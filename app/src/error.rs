@@ -1,0 +1,57 @@
+//! What can go wrong between files, recipes and the kernel.
+
+use loftsman_kernel::plugin::FormatError;
+
+use crate::recipe::RecipeError;
+
+/// The result of reading, writing or running a recipe.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Why something could not be read, written or run. Every message names the file and says what to do.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The system will not give or take a file: it is missing, a directory, protected, …
+    #[error("{path}: {problem}")]
+    File {
+        /// The file, as it was given.
+        path: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// No format is known for a file.
+    #[error("{file}: {problem}")]
+    UnknownFormat {
+        /// The file, as it was given.
+        file: String,
+        /// What was looked for, and what is known.
+        problem: String,
+    },
+    /// A file breaks the rules of its format, or a format cannot hold a scene.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// A recipe is malformed, or one of its steps cannot be done.
+    #[error(transparent)]
+    Recipe(#[from] Box<RecipeError>),
+    /// The geometry does not allow what was asked.
+    #[error(transparent)]
+    Geometry(#[from] loftsman_kernel::Error),
+}
+
+impl Error {
+    pub(crate) fn file(path: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self::File { path: path.into(), problem: problem.into() }
+    }
+
+    /// The system's error, in words that say what to do.
+    pub(crate) fn system(path: impl Into<String>, doing: &str, error: &std::io::Error) -> Self {
+        use std::io::ErrorKind;
+        let problem = match error.kind() {
+            ErrorKind::NotFound => "there is no such file; check the name and the folder".to_owned(),
+            ErrorKind::PermissionDenied => format!("may not be {doing}: permission denied"),
+            ErrorKind::StorageFull => format!("cannot be {doing}: the disk is full"),
+            _ => format!("cannot be {doing}: {error}"),
+        };
+        Self::file(path, problem)
+    }
+}

@@ -1,0 +1,199 @@
+//! A file to be read, and its siblings: never outside its folder, whatever names or links a file contains.
+
+use std::borrow::Cow;
+use std::fs;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use loftsman_kernel::plugin::{Format, FormatError, Place, Registry, Source};
+
+use crate::error::{Error, Result};
+
+/// A file's bytes and the folder that its siblings are in.
+#[derive(Debug, Clone)]
+pub struct Input {
+    name: String,
+    bytes: Vec<u8>,
+    folder: Option<PathBuf>,
+    extension: String,
+}
+
+impl Input {
+    /// Reads a file. `-` is the standard input, which has no siblings.
+    ///
+    /// # Errors
+    /// When there is no such file, it is a directory or a device, or it may not be read.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        if name == "-" {
+            let mut bytes = Vec::new();
+            std::io::stdin()
+                .lock()
+                .read_to_end(&mut bytes)
+                .map_err(|e| Error::system("standard input", "read", &e))?;
+            return Ok(Self::from_bytes("standard input", bytes));
+        }
+        let bytes = read_file(path).map_err(|problem| match problem {
+            Problem::System(e) => Error::system(&name, "read", &e),
+            Problem::NotAFile(what) => Error::file(&name, what),
+        })?;
+        // A bare name has the empty path as its parent, which the system does not know.
+        let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
+        let extension = path.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(Self { name, bytes, folder: folder.map(Path::to_path_buf), extension })
+    }
+
+    /// Bytes from elsewhere under a name; without siblings.
+    pub fn from_bytes(name: impl Into<String>, bytes: Vec<u8>) -> Self {
+        Self { name: name.into(), bytes, folder: None, extension: String::new() }
+    }
+
+    /// The same file, to be read as the format of this extension.
+    #[must_use]
+    pub fn with_extension(mut self, extension: &str) -> Self {
+        self.extension = format!("x.{}", extension.trim_start_matches('.'));
+        self
+    }
+
+    /// The format of the file: by its extension where that is known, else by its content.
+    ///
+    /// # Errors
+    /// [`Error::UnknownFormat`], with the extensions that can be read.
+    pub fn format<'r>(&self, registry: &'r Registry) -> Result<&'r Arc<dyn Format>> {
+        let by_extension = registry.format_of(&self.extension).filter(|f| f.declaration().reads);
+        by_extension
+            .or_else(|| registry.format_of_bytes(&self.bytes).filter(|f| f.declaration().reads))
+            .ok_or_else(|| {
+                let known = extensions(registry, |f| f.declaration().reads);
+                let problem = if let Some(format) = registry.format_of(&self.extension) {
+                    format!(
+                        "{} can be written, but not read; readable are {known}",
+                        format.declaration().name
+                    )
+                } else {
+                    format!(
+                        "neither its name nor its content belongs to a known format; readable are {known}"
+                    )
+                };
+                Error::UnknownFormat { file: self.name.clone(), problem }
+            })
+    }
+}
+
+/// The extensions of formats, for messages.
+pub(crate) fn extensions(registry: &Registry, wanted: impl Fn(&dyn Format) -> bool) -> String {
+    let all: Vec<String> = registry
+        .formats()
+        .iter()
+        .filter(|f| wanted(f.as_ref()))
+        .flat_map(|f| f.declaration().extensions.iter().map(|e| format!(".{e}")))
+        .collect();
+    if all.is_empty() { "none".to_owned() } else { all.join(", ") }
+}
+
+enum Problem {
+    System(std::io::Error),
+    NotAFile(&'static str),
+}
+
+fn read_file(path: &Path) -> std::result::Result<Vec<u8>, Problem> {
+    let kind = fs::metadata(path).map_err(Problem::System)?.file_type();
+    if kind.is_dir() {
+        return Err(Problem::NotAFile("this is a directory; name a file in it"));
+    }
+    // A pipe (as of a shell's process substitution) ends; a device such as /dev/zero may not.
+    if !kind.is_file() && !is_pipe(kind) {
+        return Err(Problem::NotAFile(
+            "this is a device, not a file; name a file, or - for the standard input",
+        ));
+    }
+    fs::read(path).map_err(Problem::System)
+}
+
+#[cfg(unix)]
+fn is_pipe(kind: fs::FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    kind.is_fifo()
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: fs::FileType) -> bool {
+    false
+}
+
+impl Source for Input {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    fn sibling(&self, name: &str) -> std::result::Result<Cow<'_, [u8]>, FormatError> {
+        let fail = |problem: String| FormatError::new(&self.name, Place::File, problem);
+        let shown: String = name.chars().take(80).flat_map(char::escape_debug).collect();
+        let Some(folder) = &self.folder else {
+            return Err(fail(format!("it refers to the file \"{shown}\", but has no folder to find it in")));
+        };
+        let inside =
+            Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+        if name.is_empty() || name.contains(['\0', '\\']) || !inside {
+            return Err(fail(format!(
+                "it refers to the file \"{shown}\", which is not in its folder; copy that file beside it"
+            )));
+        }
+        // Links are resolved before the comparison, so that none leads out.
+        let missing = |_| fail(format!("the file \"{shown}\" beside it is missing"));
+        let root = folder.canonicalize().map_err(missing)?;
+        let path = root.join(name).canonicalize().map_err(missing)?;
+        if !path.starts_with(&root) {
+            return Err(fail(format!(
+                "the file \"{shown}\" beside it is a link that leads out of the folder"
+            )));
+        }
+        match fs::metadata(&path) {
+            Ok(facts) if facts.is_file() => {}
+            _ => return Err(fail(format!("\"{shown}\" beside it is not a file"))),
+        }
+        fs::read(&path)
+            .map(Cow::Owned)
+            .map_err(|e| fail(format!("the file \"{shown}\" beside it cannot be read: {e}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn siblings_stay_in_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("inner");
+        fs::create_dir(&inner).unwrap();
+        fs::write(folder.path().join("secret"), "no").unwrap();
+        fs::write(inner.join("a.obj"), "x").unwrap();
+        fs::write(inner.join("a.mtl"), "yes").unwrap();
+        let input = Input::open(inner.join("a.obj")).unwrap();
+        assert_eq!(input.sibling("a.mtl").unwrap().as_ref(), b"yes");
+        let absolute = folder.path().join("secret").display().to_string();
+        for name in ["../secret", &absolute, "", "\0", "..", ".", "missing", "..\\secret", "./../secret"] {
+            assert!(input.sibling(name).is_err(), "{name}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("../secret", inner.join("link")).unwrap();
+            let error = input.sibling("link").unwrap_err();
+            assert!(error.problem.contains("leads out"), "{error}");
+        }
+    }
+
+    #[test]
+    fn directories_and_missing_files_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(Input::open(folder.path()).unwrap_err().to_string().contains("directory"));
+        assert!(Input::open(folder.path().join("no")).unwrap_err().to_string().contains("no such file"));
+    }
+}

@@ -1,0 +1,302 @@
+//! Output files: checked before the work, made in memory, put in place together.
+//!
+//! A run with five outputs either leaves all five, or none and whatever was there before. So everything that can
+//! be refused (a missing folder, a directory, a protected file, the input itself, the same file twice) is refused
+//! by [`Outputs::claim`], before any work; and everything that is written goes through [`Outputs::commit`].
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use loftsman_kernel::plugin::{Format, Memory, Registry, WriteOptions, WriteReport};
+use loftsman_kernel::scene::Scene;
+
+use super::commit::{Pending, commit};
+use super::input::extensions;
+use crate::error::{Error, Result};
+
+/// Files that are to appear together.
+#[derive(Debug, Default)]
+pub struct Outputs {
+    pending: Vec<Pending>,
+    claimed: BTreeMap<PathBuf, String>,
+    inputs: BTreeMap<PathBuf, String>,
+    create_folders: bool,
+}
+
+/// A file that was written.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Produced {
+    /// Where it is, as it was asked for.
+    pub path: String,
+    /// Its size.
+    pub bytes: u64,
+    /// Files that came along (`.mtl`, `.bin`).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub siblings: Vec<Self>,
+}
+
+impl Outputs {
+    /// No files yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Lets missing folders be made at the [`commit`](Self::commit).
+    #[must_use]
+    pub fn create_folders(mut self, create: bool) -> Self {
+        self.create_folders = create;
+        self
+    }
+
+    /// Protects a file from being written over: an input.
+    pub fn protect(&mut self, input: impl AsRef<Path>) {
+        let input = input.as_ref();
+        if let Ok(real) = input.canonicalize() {
+            self.inputs.insert(real, input.display().to_string());
+        }
+    }
+
+    /// Checks that a file could be written, and keeps its place. Claiming it again is an error.
+    ///
+    /// # Errors
+    /// When its folder is missing, it is a directory, protected, an input, or claimed already.
+    pub fn claim(&mut self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        let shown = path.display().to_string();
+        let real = self.resolve(path)?;
+        if self.inputs.contains_key(&real) {
+            return Err(Error::file(shown, "this is the input itself; give the output another name"));
+        }
+        if let Some(other) = self.claimed.get(&real) {
+            let problem = if *other == shown {
+                "this output is asked for twice; leave one out".to_owned()
+            } else {
+                format!("this is the same file as the output {other}; give one of them another name")
+            };
+            return Err(Error::file(shown, problem));
+        }
+        self.claimed.insert(real, shown);
+        Ok(())
+    }
+
+    /// Makes the file of a scene in memory, in the format of the file's extension; returns how each object goes
+    /// out. Claims the file unless it was claimed before.
+    ///
+    /// # Errors
+    /// When the file cannot be claimed, the format is unknown, or it cannot hold the scene.
+    pub fn scene(
+        &mut self,
+        scene: &Scene,
+        path: impl AsRef<Path>,
+        options: &WriteOptions<'_>,
+        registry: &Registry,
+    ) -> Result<WriteReport> {
+        let path = path.as_ref();
+        let format = format_for(path, registry)?;
+        let (memory, report) = encode(scene, &file_name(path), format.as_ref(), options, registry)?;
+        self.add(path, memory.bytes, memory.siblings)?;
+        Ok(report)
+    }
+
+    /// Takes bytes that are to become a file, and its siblings by name.
+    ///
+    /// # Errors
+    /// When the file cannot be claimed and was not before, or a sibling cannot.
+    pub fn add(
+        &mut self,
+        path: impl AsRef<Path>,
+        bytes: Vec<u8>,
+        siblings: BTreeMap<String, Vec<u8>>,
+    ) -> Result<()> {
+        let path = path.as_ref();
+        let shown = path.display().to_string();
+        let real = self.resolve(path)?;
+        if self.claimed.get(&real) != Some(&shown) {
+            self.claim(path)?;
+        }
+        let mut beside = Vec::new();
+        for (name, bytes) in siblings {
+            let sibling = path.with_file_name(name);
+            self.claim(&sibling)?;
+            beside.push(Pending::new(&sibling, self.resolve(&sibling)?, bytes));
+        }
+        self.pending.push(Pending::new(path, real, bytes).with_siblings(beside));
+        Ok(())
+    }
+
+    /// Puts all files in place: each is written beside its place under another name, then all are renamed. Where
+    /// one cannot be, those before it are put back.
+    ///
+    /// # Errors
+    /// When a file cannot be written; nothing has changed then.
+    pub fn commit(self) -> Result<Vec<Produced>> {
+        commit(&self.pending, self.create_folders)
+    }
+
+    /// The place that a path leads to: links followed, the folder in its canonical form.
+    fn resolve(&self, path: &Path) -> Result<PathBuf> {
+        let shown = || path.display().to_string();
+        let Some(name) = path.file_name() else {
+            return Err(Error::file(shown(), "this names no file; put a file name at its end"));
+        };
+        if let Ok(facts) = fs::symlink_metadata(path) {
+            let real = path.canonicalize().map_err(|_| {
+                Error::file(
+                    shown(),
+                    "this is a link to a file that does not exist; remove it or name another",
+                )
+            })?;
+            let facts = if facts.is_symlink() { fs::metadata(&real).ok() } else { Some(facts) };
+            if facts.as_ref().is_some_and(fs::Metadata::is_dir) {
+                return Err(Error::file(shown(), "this is a directory; name a file in it"));
+            }
+            if facts.is_some_and(|f| f.is_file() && f.permissions().readonly()) {
+                return Err(Error::file(shown(), "this file is read-only; allow writing or name another"));
+            }
+            return Ok(real);
+        }
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+        match folder.canonicalize() {
+            Ok(real) if real.is_dir() => Ok(real.join(name)),
+            Ok(_) => Err(Error::file(shown(), format!("{} is not a directory", folder.display()))),
+            Err(_) if self.create_folders => Ok(folder.join(name)),
+            Err(_) => {
+                let problem = format!("the folder {} does not exist; create it first", folder.display());
+                Err(Error::file(shown(), problem))
+            }
+        }
+    }
+}
+
+/// The bytes of a scene in a format, and how each object went out. Where the options name no tessellator, the
+/// registry's is used.
+///
+/// # Errors
+/// When the format cannot hold the scene.
+pub fn encode(
+    scene: &Scene,
+    name: &str,
+    format: &dyn Format,
+    options: &WriteOptions<'_>,
+    registry: &Registry,
+) -> Result<(Memory, WriteReport)> {
+    let mut memory = Memory::new(name, Vec::new());
+    let tessellator = options.tessellator.or_else(|| registry.tessellator());
+    let report = format.write(scene, &mut memory, &WriteOptions { tessellator, ..options.clone() })?;
+    Ok((memory, report))
+}
+
+/// The format that a file is to be written in, by its extension.
+///
+/// # Errors
+/// [`Error::UnknownFormat`], with the extensions that can be written.
+pub fn format_for<'r>(path: &Path, registry: &'r Registry) -> Result<&'r Arc<dyn Format>> {
+    let name = file_name(path);
+    let known = || extensions(registry, |f| f.declaration().writes);
+    match registry.format_of(&name) {
+        Some(format) if format.declaration().writes => Ok(format),
+        Some(format) => {
+            let problem = format!(
+                "{} can be read, but not written; writable are {}",
+                format.declaration().name,
+                known()
+            );
+            Err(Error::UnknownFormat { file: path.display().to_string(), problem })
+        }
+        None => {
+            let problem = format!("the format of this name is unknown; writable are {}", known());
+            Err(Error::UnknownFormat { file: path.display().to_string(), problem })
+        }
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut all: Vec<_> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        all.sort();
+        all
+    }
+
+    #[test]
+    fn all_files_appear_together() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (folder.path().join("a.obj"), folder.path().join("b.obj"));
+        fs::write(&a, "old").unwrap();
+        let mut outputs = Outputs::new();
+        outputs.add(&a, b"new".to_vec(), BTreeMap::from([("a.mtl".to_owned(), b"m".to_vec())])).unwrap();
+        outputs.add(&b, b"other".to_vec(), BTreeMap::new()).unwrap();
+        assert_eq!(names(folder.path()), ["a.obj"]);
+        let produced = outputs.commit().unwrap();
+        assert_eq!(produced[0].siblings[0].bytes, 1);
+        assert_eq!(names(folder.path()), ["a.mtl", "a.obj", "b.obj"]);
+        assert_eq!(fs::read(&a).unwrap(), b"new");
+    }
+
+    #[test]
+    fn a_failure_leaves_everything_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (folder.path().join("a.obj"), folder.path().join("b.obj"));
+        fs::write(&a, "old").unwrap();
+        let mut outputs = Outputs::new();
+        outputs.add(&a, b"new".to_vec(), BTreeMap::new()).unwrap();
+        outputs.add(folder.path().join("c.obj"), b"c".to_vec(), BTreeMap::new()).unwrap();
+        outputs.add(&b, b"other".to_vec(), BTreeMap::new()).unwrap();
+        // A directory takes the place of the last file after it was claimed: its rename must fail.
+        fs::create_dir(&b).unwrap();
+        assert!(outputs.commit().is_err());
+        assert_eq!(fs::read(&a).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a.obj", "b.obj"]);
+    }
+
+    #[test]
+    fn claims_that_cannot_be_met_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("input.obj"), "x").unwrap();
+        fs::write(at("locked.obj"), "x").unwrap();
+        let mut permissions = fs::metadata(at("locked.obj")).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(at("locked.obj"), permissions).unwrap();
+        let mut outputs = Outputs::new();
+        outputs.protect(at("input.obj"));
+        outputs.claim(at("a.obj")).unwrap();
+        let problem = |outputs: &mut Outputs, path: PathBuf| outputs.claim(path).unwrap_err().to_string();
+        assert!(problem(&mut outputs, at("a.obj")).contains("twice"));
+        assert!(
+            problem(&mut outputs, folder.path().join(".").join("a.obj")).contains("same file")
+                || cfg!(windows)
+        );
+        assert!(problem(&mut outputs, at("input.obj")).contains("input itself"));
+        assert!(problem(&mut outputs, at("locked.obj")).contains("read-only"));
+        assert!(problem(&mut outputs, folder.path().into()).contains("directory"));
+        assert!(problem(&mut outputs, at("no/a.obj")).contains("does not exist"));
+        assert!(problem(&mut outputs, at("input.obj/a.obj")).contains("not a directory") || cfg!(windows));
+    }
+
+    #[test]
+    fn folders_are_made_when_allowed_and_taken_away_after_a_failure() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut outputs = Outputs::new().create_folders(true);
+        outputs.add(folder.path().join("x/y/a.obj"), b"new".to_vec(), BTreeMap::new()).unwrap();
+        outputs.commit().unwrap();
+        assert_eq!(fs::read(folder.path().join("x/y/a.obj")).unwrap(), b"new");
+
+        let mut outputs = Outputs::new().create_folders(true);
+        let last = folder.path().join("b.obj");
+        outputs.add(folder.path().join("z/a.obj"), b"new".to_vec(), BTreeMap::new()).unwrap();
+        outputs.add(&last, b"new".to_vec(), BTreeMap::new()).unwrap();
+        fs::create_dir(&last).unwrap();
+        assert!(outputs.commit().is_err());
+        assert_eq!(names(folder.path()), ["b.obj", "x"]);
+    }
+}

@@ -1,0 +1,148 @@
+//! Recipes: an input, steps, outputs; written in TOML or JSON with the same fields.
+//!
+//! ```toml
+//! input  = "section.obj"                     # any readable format; relative to the recipe
+//! output = ["section.glb", "section.svg"]    # any writable format, or a picture of before and after
+//!
+//! [[step]]
+//! op = "edit"
+//! object = "section"
+//! constraints = [{ kind = "position", at = 0.25, by = [0.0, 0.2, 0.0] }]
+//! ```
+
+mod error;
+mod parse;
+mod place;
+mod report;
+mod run;
+
+use std::path::{Path, PathBuf};
+
+use loftsman_kernel::plugin::{Field, Parameters};
+use serde_json::Value;
+
+pub use error::RecipeError;
+pub use report::{InputReport, OutputReport, RunReport};
+pub use run::{Applied, Runner};
+
+use crate::error::{Error, Result};
+use crate::file::Input;
+use loftsman_kernel::plugin::Source;
+
+/// The fields of a recipe, beside its steps' own.
+pub const FIELDS: &[Field] = &[
+    Field::optional("input", "file", "an empty scene", "any readable format; relative to the recipe"),
+    Field::optional("output", "file or [file, …]", "[]", "any writable format, .svg and .png for pictures"),
+    Field::optional("step", "[step, …]", "[]", "what to do, in this order; `op` names the operation"),
+    Field::optional(
+        "create_folders",
+        "true | false",
+        "false",
+        "make the folders of the outputs where missing",
+    ),
+    Field::optional(
+        "unit",
+        "unit",
+        "what the files say",
+        "of the input's numbers where its format has none (OBJ, points), else of the outputs'",
+    ),
+    Field::optional("up", "\"x\" | \"y\" | \"z\" | \"keep\"", "the format's", "the up axis of the outputs"),
+    Field::optional("tolerance", "length or \"percent%\"", "\"0.1%\"", "of tessellated splines"),
+];
+
+/// A recipe: what to read, what to do, what to write.
+#[derive(Debug, Clone)]
+pub struct Recipe {
+    /// The file it came from, as messages name it.
+    name: String,
+    /// The folder that its paths are relative to.
+    folder: PathBuf,
+    text: parse::Text,
+    /// The file to read, as it was written; an empty scene where there is none.
+    pub input: Option<String>,
+    /// The files to write, as they were written.
+    pub outputs: Vec<String>,
+    /// Whether missing folders of outputs are made.
+    pub create_folders: bool,
+    /// Everything that is asked of reading and writing.
+    pub conversion: crate::convert::Conversion,
+    /// The steps' tables, each with its `op`.
+    pub steps: Vec<Value>,
+}
+
+impl Recipe {
+    /// Reads a recipe; `-` is the standard input.
+    ///
+    /// # Errors
+    /// When it cannot be read or is malformed; the error has line, column and path.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let input = Input::open(path)?;
+        let folder = path.parent().unwrap_or_else(|| Path::new(""));
+        Self::parse(Source::name(&input), input.bytes(), folder)
+    }
+
+    /// The recipe of some text: JSON where the name ends so or the text starts with a brace, else TOML. Its paths
+    /// are relative to `folder`.
+    ///
+    /// # Errors
+    /// When it is malformed; the error has line, column and path.
+    pub fn parse(name: &str, bytes: &[u8], folder: impl AsRef<Path>) -> Result<Self> {
+        let text = parse::Text::new(name, bytes)?;
+        let table = text.table()?;
+        let recipe = Self::from_table(name, folder.as_ref(), &text, table)
+            .map_err(|e| text.locate(RecipeError::at(name, e.path, e.problem)))?;
+        Ok(recipe)
+    }
+
+    fn from_table(
+        name: &str,
+        folder: &Path,
+        text: &parse::Text,
+        table: Value,
+    ) -> std::result::Result<Self, loftsman_kernel::plugin::ParameterError> {
+        let fields = Parameters::new(table, "")?;
+        fields.check(FIELDS)?;
+        let outputs = match fields.value("output") {
+            None => Vec::new(),
+            Some(Value::Array(list)) => list
+                .iter()
+                .enumerate()
+                .map(|(i, file)| match file {
+                    Value::String(file) => Ok(file.clone()),
+                    _ => Err(fields.error(&format!("output[{i}]"), "a file name is needed here")),
+                })
+                .collect::<std::result::Result<_, _>>()?,
+            Some(_) => vec![fields.text("output")?.to_owned()],
+        };
+        let mut steps = Vec::new();
+        for step in fields.tables("step")? {
+            step.text("op")?;
+            steps.push(step.names().filter_map(|n| Some((n.to_owned(), step.value(n)?.clone()))).collect());
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            folder: folder.to_path_buf(),
+            text: text.clone(),
+            input: if fields.has("input") { Some(fields.text("input")?.to_owned()) } else { None },
+            outputs,
+            create_folders: fields.flag("create_folders")?,
+            conversion: crate::convert::Conversion::from_parameters(&fields)?,
+            steps,
+        })
+    }
+
+    /// The file it came from, as messages name it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where a file that it names is: relative paths are relative to the recipe's folder.
+    pub fn resolve(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    fn error(&self, path: impl Into<String>, problem: impl Into<String>) -> Error {
+        self.text.locate(RecipeError::at(&self.name, path, problem)).into()
+    }
+}

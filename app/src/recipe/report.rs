@@ -1,0 +1,44 @@
+//! What a run did, as a value.
+
+use loftsman_kernel::plugin::{ReadReport, StepReport, Written};
+
+/// What a recipe's run read, did and wrote.
+#[derive(Debug, Clone, Default, serde::Serialize)]
+pub struct RunReport {
+    /// What was read; `None` where the recipe has no input.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input: Option<InputReport>,
+    /// Each step.
+    pub steps: Vec<StepReport>,
+    /// Each output.
+    pub outputs: Vec<OutputReport>,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct InputReport {
+    /// The file.
+    pub path: String,
+    /// Its format.
+    pub format: &'static str,
+    /// What was kept and what was left out.
+    pub report: ReadReport,
+}
+
+/// A file that was written.
+#[derive(Debug, Clone, Default, serde::Serialize)]
+pub struct OutputReport {
+    /// The file.
+    pub path: String,
+    /// Its size, without its siblings'.
+    pub bytes: u64,
+    /// Files that came along (`.mtl`, `.bin`).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub siblings: Vec<crate::file::Produced>,
+    /// How each object went out; empty for a picture.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<Written>,
+    /// Anything else worth saying.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}

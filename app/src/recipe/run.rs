@@ -1,0 +1,231 @@
+//! Running a recipe: read, apply every step, write everything or nothing.
+
+use std::path::PathBuf;
+
+use loftsman_kernel::plugin::{
+    Clock, Context, NoClock, Observer, OperationError, Parameters, Quiet, ReadOptions, Registry, Source,
+    StepReport, WriteOptions,
+};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use serde_json::Value;
+
+use super::Recipe;
+use super::error::RecipeError;
+use super::report::{InputReport, OutputReport, RunReport};
+use crate::error::{Error, Result};
+use crate::file::{Input, Outputs};
+use crate::picture::{self, Picture};
+
+/// Runs recipes: with which registry, watched by whom, with which clock and solver.
+#[derive(Clone)]
+pub struct Runner<'a> {
+    registry: &'a Registry,
+    observer: &'a dyn Observer,
+    clock: &'a dyn Clock,
+    solver: Option<String>,
+    outputs: Option<Vec<PathBuf>>,
+}
+
+/// What the steps of a recipe made.
+#[derive(Debug, Clone)]
+pub struct Applied {
+    /// The scene after all steps.
+    pub scene: Scene,
+    /// Each object as it was when it first was what it is now: the fitted curve before it was edited.
+    pub before: Scene,
+    /// The input, where there was one.
+    pub input: Option<InputReport>,
+    /// Each step.
+    pub steps: Vec<StepReport>,
+    /// The format of the input.
+    format: &'static str,
+}
+
+impl<'a> Runner<'a> {
+    /// A runner that nobody watches and where time stands still.
+    pub fn new(registry: &'a Registry) -> Self {
+        Self { registry, observer: &Quiet, clock: &NoClock, solver: None, outputs: None }
+    }
+
+    /// The same, watched.
+    #[must_use]
+    pub fn watched(self, observer: &'a dyn Observer, clock: &'a dyn Clock) -> Self {
+        Self { observer, clock, ..self }
+    }
+
+    /// The same, with this solver in every step that takes one.
+    #[must_use]
+    pub fn with_solver(self, name: impl Into<String>) -> Self {
+        Self { solver: Some(name.into()), ..self }
+    }
+
+    /// The same, writing these files instead of the recipe's own outputs.
+    #[must_use]
+    pub fn with_outputs(self, files: Vec<PathBuf>) -> Self {
+        Self { outputs: Some(files), ..self }
+    }
+
+    /// Reads the input, applies every step and writes every output, all of them or none.
+    ///
+    /// # Errors
+    /// When the input cannot be read, a step fails or an output cannot be written; nothing is written then.
+    pub fn run(&self, recipe: &Recipe) -> Result<RunReport> {
+        let files = self
+            .outputs
+            .clone()
+            .unwrap_or_else(|| recipe.outputs.iter().map(|o| recipe.resolve(o)).collect());
+        let mut outputs = Outputs::new().create_folders(recipe.create_folders);
+        outputs.protect(&recipe.name);
+        if let Some(input) = &recipe.input {
+            outputs.protect(recipe.resolve(input));
+        }
+        // Whatever can be refused is refused before the work.
+        for file in &files {
+            if !picture::is_picture(file) {
+                crate::file::output::format_for(file, self.registry)?;
+            }
+            outputs.claim(file)?;
+        }
+        let applied = self.apply(recipe)?;
+        let mut reports = Vec::with_capacity(files.len());
+        for file in &files {
+            let mut report = OutputReport { path: file.display().to_string(), ..OutputReport::default() };
+            if picture::is_picture(file) {
+                let marks: Vec<_> = applied.steps.iter().flat_map(|s| s.marks.iter().cloned()).collect();
+                let picture = Picture::of(&applied.scene).before(&applied.before).marks(&marks);
+                outputs.add(
+                    file,
+                    picture::encode(file, &picture, picture::PIXELS)?,
+                    std::collections::BTreeMap::new(),
+                )?;
+            } else {
+                let options = WriteOptions {
+                    observer: self.observer,
+                    ..recipe.conversion.write_options(applied.format)
+                };
+                let written = outputs.scene(&applied.scene, file, &options, self.registry)?;
+                (report.objects, report.notes) = (written.objects, written.notes);
+            }
+            reports.push(report);
+        }
+        for (report, produced) in reports.iter_mut().zip(outputs.commit()?) {
+            (report.bytes, report.siblings) = (produced.bytes, produced.siblings);
+        }
+        Ok(RunReport { input: applied.input, steps: applied.steps, outputs: reports })
+    }
+
+    /// Reads the input and applies every step; writes nothing.
+    ///
+    /// # Errors
+    /// When the input cannot be read or a step fails.
+    pub fn apply(&self, recipe: &Recipe) -> Result<Applied> {
+        let steps = self.prepare(recipe)?;
+        let mut applied = self.read(recipe)?;
+        let context = Context { registry: self.registry, observer: self.observer, clock: self.clock };
+        for (number, (op, parameters)) in steps.iter().enumerate() {
+            self.observer.progress(op, number as u64, steps.len() as u64);
+            let operation = self.operation(recipe, op, number)?;
+            let mut report = operation
+                .apply(&mut applied.scene, parameters, &context)
+                .map_err(|e| step_error(recipe, number, op, parameters, e))?;
+            if report.op.is_empty() {
+                report.op.clone_from(op);
+            }
+            applied.steps.push(report);
+            remember(&mut applied.before, &applied.scene)?;
+        }
+        Ok(applied)
+    }
+
+    /// The operation and the fields of each step, checked as far as their declarations allow.
+    fn prepare(&self, recipe: &Recipe) -> Result<Vec<(String, Parameters)>> {
+        let locate = |e: loftsman_kernel::plugin::ParameterError| recipe.error(e.path, e.problem);
+        let mut steps = Vec::with_capacity(recipe.steps.len());
+        for (number, step) in recipe.steps.iter().enumerate() {
+            let path = format!("step[{number}]");
+            let all = Parameters::new(step.clone(), &path).map_err(locate)?;
+            let op = all.text("op").map_err(locate)?.to_owned();
+            let fields = self.operation(recipe, &op, number)?.declaration().fields;
+            let mut parameters = all.without(&["op"]);
+            if let Some(solver) = self.solver.as_ref().filter(|_| fields.iter().any(|f| f.name == "solver")) {
+                let mut table = step.clone();
+                if let Value::Object(map) = &mut table {
+                    map.shift_remove("op");
+                    map.insert("solver".to_owned(), Value::String(solver.clone()));
+                }
+                parameters = Parameters::new(table, &path).map_err(locate)?;
+            }
+            parameters.check(fields).map_err(locate)?;
+            steps.push((op, parameters));
+        }
+        Ok(steps)
+    }
+
+    fn operation(
+        &self,
+        recipe: &Recipe,
+        op: &str,
+        number: usize,
+    ) -> Result<&'a std::sync::Arc<dyn loftsman_kernel::plugin::Operation>> {
+        self.registry
+            .find_operation(op, &format!("step[{number}].op"))
+            .map_err(|e| recipe.error(e.path, e.problem))
+    }
+
+    fn read(&self, recipe: &Recipe) -> Result<Applied> {
+        let Some(name) = &recipe.input else {
+            let (scene, before, steps) = (Scene::new(), Scene::new(), Vec::new());
+            return Ok(Applied { scene, before, input: None, steps, format: "" });
+        };
+        let input = Input::open(recipe.resolve(name)).map_err(|e| match e {
+            Error::File { path, problem } => recipe.error("input", format!("{path}: {problem}")),
+            other => other,
+        })?;
+        let format = input.format(self.registry)?;
+        let kind = format.declaration().name;
+        let options = ReadOptions { observer: self.observer, ..recipe.conversion.read_options(kind) };
+        let (scene, report) = format.read(&input, &options)?;
+        let path = Source::name(&input).to_owned();
+        let input = Some(InputReport { path, format: kind, report });
+        Ok(Applied { before: scene.clone(), scene, input, steps: Vec::new(), format: kind })
+    }
+}
+
+/// Keeps the first state of each object in which it was of its present kind.
+fn remember(before: &mut Scene, scene: &Scene) -> Result<()> {
+    for object in scene.objects() {
+        match before.get(object.name()) {
+            Some(old) if old.geometry.kind() == object.geometry.kind() => {}
+            Some(_) => before.replace(object.name(), object.geometry.clone())?,
+            None => before.add(Object::new(object.name(), object.geometry.clone()))?,
+        }
+    }
+    let gone: Vec<String> = before
+        .objects()
+        .iter()
+        .filter(|o| scene.get(o.name()).is_none() && !matches!(o.geometry, Geometry::Group))
+        .map(|o| o.name().to_owned())
+        .collect();
+    for name in gone {
+        before.remove(&name)?;
+    }
+    Ok(())
+}
+
+fn step_error(
+    recipe: &Recipe,
+    number: usize,
+    op: &str,
+    parameters: &Parameters,
+    error: OperationError,
+) -> Error {
+    let mut located = match &error {
+        OperationError::Parameter(e) => RecipeError::at(&recipe.name, &e.path, &e.problem),
+        other => {
+            let object = parameters.text("object").map(|o| format!(" of \"{o}\"")).unwrap_or_default();
+            RecipeError::at(&recipe.name, format!("step[{number}]"), format!("{op}{object}: {other}"))
+        }
+    };
+    located.cause = Some(error);
+    recipe.text.locate(located).into()
+}

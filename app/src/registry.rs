@@ -1,0 +1,35 @@
+//! Everything that comes with Loftsman, registered.
+
+use std::sync::OnceLock;
+
+use loftsman_kernel::plugin::{Plugin, Registry};
+
+/// Everything that comes with Loftsman. To have more, register it in a copy:
+///
+/// ```
+/// use loftsman::kernel::plugin::{Plugin, Registry};
+///
+/// let mut registry = loftsman::registry().clone();
+/// registry.add(&loftsman::native::Plugin);        // or a plug-in of your own
+/// assert_eq!(registry.formats().len(), loftsman::registry().formats().len());
+/// ```
+#[derive(Debug, Clone, Copy, Default)]
+pub struct BuiltIn;
+
+impl Plugin for BuiltIn {
+    fn register(&self, registry: &mut Registry) {
+        registry.add(&loftsman_editing::Editing);
+        registry.add(&loftsman_tessellation::Tessellation);
+        registry.add(&loftsman_native::Plugin);
+    }
+}
+
+/// All built-in formats, operations, kinds of constraint and solvers, and the tessellator.
+pub fn registry() -> &'static Registry {
+    static REGISTRY: OnceLock<Registry> = OnceLock::new();
+    REGISTRY.get_or_init(|| {
+        let mut registry = Registry::new();
+        registry.add(&BuiltIn);
+        registry
+    })
+}
