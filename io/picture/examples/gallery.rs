@@ -176,7 +176,7 @@ fn mixed(folder: &Path) -> Result<(), Box<dyn Error>> {
         .collect();
     scene.add(Object::new("star", Polyline { points: star, closed: true }.into()))?;
     let scan = (0..400)
-        .map(|i| f64::from(i))
+        .map(f64::from)
         .map(|i| {
             Point::new(-1.2 + 0.5 * (i * 0.61).sin(), -1.2 + 0.5 * (i * 1.7).cos(), 0.4 * (i * 2.9).sin())
         })

@@ -175,8 +175,8 @@ impl<'a> Picture<'a> {
         self
     }
 
-    /// The greatest height of the drawing in millimetres (title and legend come on top), 10 to 2000. Three
-    /// quarters of the width at first.
+    /// The greatest height of the drawing in millimetres (title and legend come on top), 10 to 2000. Two
+    /// thirds of the width or so at first.
     #[must_use]
     pub fn height(mut self, millimetres: f64) -> Self {
         self.height = Some(millimetres);
@@ -204,7 +204,7 @@ impl<'a> Picture<'a> {
         let combs = draw::comb::Combing::of(&stage, &choices);
         let bounds = draw::bounds(&stage, &combs, &choices);
         let top = if self.title.is_some() { MARGIN + 7.0 } else { MARGIN };
-        let highest = self.height.unwrap_or(0.75 * self.width);
+        let highest = self.height.unwrap_or(0.65 * self.width);
         let layout = Layout::fit(&bounds, self.width, MARGIN, top, highest);
         let mut sheet = Sheet::new(self.theme, layout);
         draw::draw(&mut sheet, &stage, &combs, &choices, unit);

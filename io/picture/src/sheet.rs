@@ -1,11 +1,14 @@
 //! The page under construction: layers of elements, where ink is, what the legend and the notes say.
 
+use std::collections::HashSet;
+
 use loftsman_kernel::Vector;
 
 use crate::labels::{Ink, Label};
 use crate::layout::{Layout, Rect};
 use crate::path::{Path, Spot};
 use crate::svg::Element;
+use crate::text;
 use crate::theme::{Color, Theme};
 
 /// What covers what: later ones are drawn over earlier ones.
@@ -114,7 +117,9 @@ pub(crate) struct Sheet {
 impl Sheet {
     /// An empty sheet.
     pub(crate) fn new(theme: Theme, layout: Layout) -> Self {
-        let ink = Ink::new(layout.area.grown(6.0));
+        // Labels may stand a little beside the drawing, but not in the title above it.
+        let area = layout.area;
+        let ink = Ink::new(Rect { low: [area.low[0] - 5.0, area.low[1]], high: area.high.map(|c| c + 5.0) });
         Self {
             theme,
             layout,
@@ -139,6 +144,15 @@ impl Sheet {
         let words = words.into();
         if !self.legend.iter().any(|(s, w)| *s == sample && *w == words) {
             self.legend.push((sample, words));
+        }
+    }
+
+    /// Notes that only `shown` of `all` things of an object are drawn, unless what is missing hardly counts:
+    /// things that cover one another.
+    pub(crate) fn note_thinned(&mut self, object: &str, shown: usize, all: usize, what: &str) {
+        if shown * 4 < all * 3 {
+            let name = text::clipped(object, 30);
+            self.notes.push(format!("{name}: {shown} {what} stand for {all}"));
         }
     }
 
@@ -184,25 +198,15 @@ impl Sheet {
     }
 }
 
-/// Dots at these places as one path: round line caps do the rest. `gap` keeps dots that would cover one another
-/// from being drawn twice; at most `most` are drawn. Gives the places that were kept.
-pub(crate) fn spread(places: impl Iterator<Item = Spot>, area: &Rect, gap: f64, most: usize) -> Vec<Spot> {
-    let [width, height] = area.size();
-    let (columns, rows) = ((width / gap).ceil() as usize + 1, (height / gap).ceil() as usize + 1);
-    let mut taken = vec![false; columns * rows];
-    let mut kept: Vec<Spot> = places
-        .filter(|[x, y]| {
-            // The cast saturates, so that what is beyond the area counts to its border.
-            let column = (((x - area.low[0]) / gap) as usize).min(columns - 1);
-            let row = (((y - area.low[1]) / gap) as usize).min(rows - 1);
-            !std::mem::replace(&mut taken[row * columns + column], true)
-        })
-        .collect();
-    if kept.len() > most {
-        let step = kept.len().div_ceil(most);
-        kept = kept.into_iter().step_by(step).collect();
-    }
-    kept
+/// Places that are worth drawing: of those that share a square of side `gap` the first, and of what is left at
+/// most `most`, evenly along the list.
+pub(crate) fn spread(places: impl Iterator<Item = Spot>, gap: f64, most: usize) -> Vec<Spot> {
+    // The casts saturate; what is that far off the page coincides.
+    let square = |[x, y]: Spot| ((x / gap).floor() as i64, (y / gap).floor() as i64);
+    let mut taken = HashSet::new();
+    let kept: Vec<Spot> = places.filter(|&place| taken.insert(square(place))).collect();
+    let step = kept.len().div_ceil(most).max(1);
+    kept.into_iter().step_by(step).collect()
 }
 
 #[cfg(test)]
@@ -211,10 +215,9 @@ mod tests {
 
     #[test]
     fn spread_places_are_apart_and_few() {
-        let area = Rect { low: [0.0, 0.0], high: [100.0, 10.0] };
         let places = (0..100_000).map(|i| [f64::from(i) * 1e-3, 5.0]);
-        assert_eq!(spread(places.clone(), &area, 1.0, 1000).len(), 100);
-        assert!(spread(places, &area, 0.1, 300).len() <= 300);
-        assert_eq!(spread([[-5.0, 1e9]].into_iter(), &area, 1.0, 9).len(), 1);
+        assert_eq!(spread(places.clone(), 1.0, 1000).len(), 100);
+        assert!(spread(places, 0.1, 300).len() <= 300);
+        assert_eq!(spread([[-5.0, 1e300]].into_iter(), 1.0, 9).len(), 1);
     }
 }

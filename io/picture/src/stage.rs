@@ -77,15 +77,13 @@ impl<'a> Stage<'a> {
         view: View,
     ) -> Result<Self, PictureError> {
         let new = placed(scene)?;
-        let mut old = Vec::new();
-        for (object, place, index) in before.map(placed).transpose()?.unwrap_or_default() {
-            let now = scene.position(object.name()).map(|i| (&new[i], i));
-            let same = now
-                .is_some_and(|((other, there, _), _)| other.geometry == object.geometry && *there == place);
-            if !same {
-                old.push((object, place, now.map_or(index, |(_, i)| i)));
-            }
-        }
+        let old: Vec<(&Object, Place, usize)> = before
+            .map(placed)
+            .transpose()?
+            .unwrap_or_default()
+            .into_iter()
+            .map(|(object, place, i)| (object, place, scene.position(object.name()).unwrap_or(i)))
+            .collect();
         let place = |object: &str| scene.position(object).and_then(|i| new[i].1);
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
 
@@ -111,15 +109,22 @@ impl<'a> Stage<'a> {
                 .map(|(object, place, index)| Body::new(object, &place, &projection, index))
                 .collect::<Result<Vec<_>, PictureError>>()
         };
-        Ok(Self {
-            old: bodies(old)?,
-            new: bodies(new)?,
-            marks: marks
-                .into_iter()
-                .map(|(mark, place)| spotlight(mark, &place, &projection))
-                .collect::<Result<_, _>>()?,
-            projection,
-        })
+        let new = bodies(new)?;
+        let mut old = bodies(old)?;
+        old.retain(|body| {
+            let now = scene.position(body.object.name()).map(|i| &new[i]);
+            !now.is_some_and(|now| now.form.alike(&body.form))
+        });
+        let marks = marks
+            .into_iter()
+            .map(|(mark, place)| spotlight(mark, &place, &projection))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { old, new, marks, projection })
+    }
+
+    /// How many surfaces there are, before and after.
+    pub(crate) fn surfaces(&self) -> usize {
+        self.bodies().filter(|body| matches!(body.form, body::Form::Surface { .. })).count()
     }
 
     /// All bodies, the old ones first.

@@ -29,11 +29,12 @@ pub(crate) fn clipped(text: &str, most: usize) -> String {
     text.chars().take(head).chain(['…']).chain(text.chars().skip(count - tail)).collect()
 }
 
-/// A number as people write it: up to four significant digits, powers of ten for the very large and small.
+/// A number as people write it: up to three significant digits (all of them before the point), powers of ten
+/// for the very large and small.
 pub(crate) fn number(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude == 0.0 || (1e-3..1e5).contains(&magnitude) {
-        let digits = (3 - magnitude.max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
+        let digits = (2 - magnitude.max(1e-3).log10().floor() as i32).clamp(0, 5) as usize;
         let text = format!("{value:.digits$}");
         let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
         return text.replace('-', "−");

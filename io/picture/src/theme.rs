@@ -78,7 +78,11 @@ impl Theme {
     /// The colour of the `index`-th object, or its own where it has one. A colour that could not be seen on the
     /// paper is mixed with ink until it can.
     pub(crate) fn object(self, index: usize, own: Option<[f64; 4]>) -> Color {
-        let Some(own) = own else { return PALETTE[index % PALETTE.len()] };
+        let Some(own) = own else {
+            let color = PALETTE[index % PALETTE.len()];
+            // The palette is made for print; on a dark screen it needs more light.
+            return if self == Self::Dark { color.mixed(self.ink(), 0.2) } else { color };
+        };
         let byte = |c: f64| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
         let mut color = Color([byte(own[0]), byte(own[1]), byte(own[2])]);
         for _ in 0..8 {

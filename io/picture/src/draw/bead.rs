@@ -6,7 +6,6 @@ use crate::draw::{color, dots};
 use crate::picture::Beads;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::body::{Body, Form};
-use crate::text;
 
 /// The most beads of a curve.
 const MOST: usize = 2000;
@@ -31,7 +30,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
         all += 1;
     }
     let spots = places.iter().map(|p| sheet.layout.spot(p));
-    let kept = spread(spots, &sheet.layout.area, 0.8, MOST);
+    let kept = spread(spots, 0.8, MOST);
     let color = color(sheet, body, false);
     let data = dots(&kept);
     sheet.put(Layer::Beads, &Stroke::plain(color, 1.4).path("beads", data.clone()).empty());
@@ -40,10 +39,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 6);
     }
-    if kept.len() < all {
-        let name = text::clipped(body.object.name(), 30);
-        sheet.notes.push(format!("{name}: {} beads stand for {all}", kept.len()));
-    }
+    sheet.note_thinned(body.object.name(), kept.len(), all, "beads");
     let words = match beads {
         Beads::Uniform(count) => format!("{count} beads a knot span, uniform in the parameter"),
         _ => "knot".to_owned(),

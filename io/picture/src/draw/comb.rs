@@ -160,7 +160,7 @@ impl Combing {
             let per = text::number(1.0 / (self.scale * sheet.layout.scale * size));
             sheet.explain(
                 Sample::Comb(color),
-                format!("curvature, 1 mm for {per}/{unit} (at most {most}/{unit})"),
+                format!("curvature: 1 mm of tooth is {per}/{unit}, the largest {most}/{unit}"),
             );
             if any_cut {
                 sheet

@@ -7,6 +7,8 @@ pub(crate) mod face;
 pub(crate) mod legend;
 pub(crate) mod mark;
 pub(crate) mod net;
+pub(crate) mod raster;
+pub(crate) mod surface;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
@@ -27,6 +29,7 @@ const NAMED: usize = 8;
 /// What all that will be drawn takes up on the stage.
 pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> Rect {
     let mut rect = Rect::NONE;
+    let surfaces = stage.surfaces();
     let mut take = |p: &Vector| rect.take([p.x, p.y]);
     for body in stage.bodies() {
         match &body.form {
@@ -43,7 +46,7 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
                 }
             }
             Form::Surface { surface, net, .. } => {
-                face::samples(surface).points.iter().for_each(&mut take);
+                surface::samples(surface, surfaces).points.iter().for_each(&mut take);
                 if choices.control_polygons {
                     net.iter().for_each(&mut take);
                 }
@@ -63,11 +66,12 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
 
 /// Draws everything but labels and legend.
 pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, combs: &Combing, choices: &Choices, unit: Unit) {
+    let surfaces = stage.surfaces();
     for body in &stage.new {
-        object(sheet, body, false);
+        object(sheet, body, false, surfaces);
     }
     for body in &stage.old {
-        object(sheet, body, true);
+        object(sheet, body, true, surfaces);
     }
     if stage.new.len() > NAMED {
         let more = stage.new.iter().filter(|b| !matches!(b.form, Form::Empty)).count().saturating_sub(NAMED);
@@ -98,7 +102,7 @@ pub(crate) fn color(sheet: &Sheet, body: &Body<'_>, old: bool) -> Color {
 }
 
 /// Draws the lines and dots of an object and enters it in the legend.
-fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
+fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize) {
     let color = color(sheet, body, old);
     let layer = if old { Layer::Old } else { Layer::Curves };
     let stroke = Stroke::plain(color, if old { 0.4 } else { 0.5 });
@@ -115,13 +119,9 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
         }
         Form::Cloud(points) => {
             let places = points.iter().map(|p| sheet.layout.spot(p));
-            let kept = spread(places, &sheet.layout.area, 0.25, 20_000);
+            let kept = spread(places, 0.25, 20_000);
             kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
-            if kept.len() < points.len() {
-                let name = text::clipped(body.object.name(), 30);
-                let (shown, all) = (kept.len(), points.len());
-                sheet.notes.push(format!("{name}: {shown} dots stand for {all} points"));
-            }
+            sheet.note_thinned(body.object.name(), kept.len(), points.len(), "dots");
             let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
             if !old {
                 named(sheet, body, old, Sample::Dot(color));
@@ -131,14 +131,20 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
             (element, Sample::Dot(color))
         }
         Form::Surface { surface, .. } if old => {
-            let data = face::wires(sheet, surface);
+            let data = surface::wires(sheet, surface, surfaces);
             let thin = Stroke { width: 0.2, ..stroke };
             (thin.path("surface", data), Sample::Line(thin))
         }
         Form::Mesh { points, corners, starts } if old => {
             let thin = Stroke { width: 0.12, ..stroke };
-            let data = face::outlines(sheet, points, corners, starts);
-            (thin.path("mesh", data), Sample::Line(thin))
+            match face::outlines(sheet, points, corners, starts) {
+                Some(data) => (thin.path("mesh", data), Sample::Line(thin)),
+                None => {
+                    let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 20_000);
+                    sheet.note_thinned(body.object.name(), kept.len(), points.len(), "dots");
+                    (Stroke::plain(color, 0.3).path("mesh", dots(&kept)), Sample::Dot(color))
+                }
+            }
         }
         // The faces of all objects hide one another, so they are drawn together.
         Form::Surface { .. } | Form::Mesh { .. } => {

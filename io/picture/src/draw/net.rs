@@ -7,7 +7,6 @@ use crate::path::Path;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::body::{Body, Form};
 use crate::svg::{Element, length};
-use crate::text;
 
 /// The side of a square, in millimetres.
 const SIDE: f64 = 1.2;
@@ -42,7 +41,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
 
     let half = SIDE / 2.0;
     let places = points.iter().map(|p| sheet.layout.spot(p));
-    let kept = spread(places, &sheet.layout.area, SIDE * 0.75, MOST);
+    let kept = spread(places, SIDE * 0.75, MOST);
     let squares: String = kept
         .iter()
         .map(|[x, y]| format!("M{} {}h{SIDE}v{SIDE}h-{SIDE}z", length(x - half), length(y - half)))
@@ -57,11 +56,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 4);
     }
-    if kept.len() < points.len() {
-        let name = text::clipped(body.object.name(), 30);
-        let (shown, all) = (kept.len(), points.len());
-        sheet.notes.push(format!("{name}: {shown} squares stand for {all} control vertices"));
-    }
+    sheet.note_thinned(body.object.name(), kept.len(), points.len(), "squares");
     if !old {
         let what = if matches!(body.form, Form::Curve { .. }) { "control polygon" } else { "control net" };
         if !sheet.legend.iter().any(|(_, words)| words == what) {

@@ -52,7 +52,7 @@ impl<'a> Body<'a> {
             .collect::<Result<_, PictureError>>()?;
         let form = match &object.geometry {
             Geometry::Curve(curve) => {
-                Form::Curve { pieces: pieces(curve, &points), closed: curve.is_periodic(), net: points }
+                Form::Curve { pieces: pieces(curve, &points)?, closed: curve.is_periodic(), net: points }
             }
             Geometry::Surface(surface) => {
                 let staged = points.iter().map(|p| Point::from(*p)).collect();
@@ -72,40 +72,73 @@ impl<'a> Body<'a> {
     }
 }
 
+/// What cannot be told apart on paper, in units of the stage: a micrometre of a page of usual size.
+const ALIKE: f64 = 1e-5;
+
+impl Form {
+    /// Whether two forms look alike: the same to rounding, as by a change of units and back.
+    pub(crate) fn alike(&self, other: &Self) -> bool {
+        let near = |a: &[Vector], b: &[Vector]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).amax() <= ALIKE)
+        };
+        match (self, other) {
+            (Self::Empty, Self::Empty) => true,
+            (
+                Self::Curve { pieces, net, closed },
+                Self::Curve { pieces: others, net: other, closed: other_closed },
+            ) => {
+                let same = |a: &Piece, b: &Piece| {
+                    a.control.len() == b.control.len()
+                        && (0..a.control.len()).all(|i| (a.vertex(i) - b.vertex(i)).amax() <= ALIKE)
+                        && (!(a.rational || b.rational) || (a.point(0.5) - b.point(0.5)).amax() <= ALIKE)
+                };
+                closed == other_closed
+                    && near(net, other)
+                    && pieces.len() == others.len()
+                    && pieces.iter().zip(others).all(|(a, b)| same(a, b))
+            }
+            (Self::Surface { surface, net, .. }, Self::Surface { surface: other, net: others, .. }) => {
+                near(net, others)
+                    && (surface.u(), surface.v(), surface.weights())
+                        == (other.u(), other.v(), other.weights())
+            }
+            (Self::Polyline { points, closed }, Self::Polyline { points: others, closed: other_closed }) => {
+                closed == other_closed && near(points, others)
+            }
+            (
+                Self::Mesh { points, corners, starts },
+                Self::Mesh { points: others, corners: other_corners, starts: other_starts },
+            ) => corners == other_corners && starts == other_starts && near(points, others),
+            (Self::Cloud(points), Self::Cloud(others)) => near(points, others),
+            _ => false,
+        }
+    }
+}
+
 /// The Bézier pieces of a curve whose control vertices are replaced by `points`, one a non-empty knot span.
 ///
-/// By blossoming: control point `k` of the piece over `[a, b]` is the polar form at `p - k` times `a` and `k`
-/// times `b` (Ramshaw 1989). `O(p³)` a span.
-pub(crate) fn pieces(curve: &Curve, points: &[Vector]) -> Vec<Piece> {
-    let (space, weights) = (curve.space(), curve.weights());
-    let (p, flat) = (space.degree(), space.flat());
-    let homogeneous = |i: usize| {
-        let w = weights.map_or(1.0, |w| w[i]);
-        (points[i] * w).push(w)
-    };
-    space
-        .spans()
-        .map(|span| {
-            let local: Vec<Vector4<f64>> = (0..=p).map(|j| homogeneous(space.vertex(span - p + j))).collect();
-            let (a, b) = (flat[span], flat[span + 1]);
-            let control: Vec<Vector4<f64>> = (0..=p)
-                .map(|k| {
-                    let mut d = local.clone();
-                    for r in 1..=p {
-                        let x = if r <= p - k { a } else { b };
-                        for j in (r..=p).rev() {
-                            let (low, high) = (flat[span - p + j], flat[span + 1 + j - r]);
-                            let share = (x - low) / (high - low);
-                            d[j] = d[j - 1] * (1.0 - share) + d[j] * share;
-                        }
-                    }
-                    d[p]
-                })
-                .collect();
-            let rational = control.iter().any(|c| (c.w - control[0].w).abs() > 1e-14 * control[0].w.abs());
-            Piece { control, rational }
+/// # Errors
+/// Only when numbers overflow.
+fn pieces(curve: &Curve, points: &[Vector]) -> Result<Vec<Piece>, PictureError> {
+    let staged = points.iter().map(|p| Point::from(*p)).collect();
+    let weights = curve.weights().map(<[f64]>::to_vec);
+    let form = Curve::build(curve.space().clone(), staged, weights)?.bezier_form()?;
+    let p = form.degree();
+    let homogeneous: Vec<Vector4<f64>> = form
+        .points()
+        .iter()
+        .enumerate()
+        .map(|(i, point)| {
+            let w = form.weights().map_or(1.0, |w| w[i]);
+            (point.coords * w).push(w)
         })
-        .collect()
+        .collect();
+    let piece = |first: usize| {
+        let control = homogeneous[first..=first + p].to_vec();
+        let rational = control.iter().any(|c| (c.w - control[0].w).abs() > 1e-14 * control[0].w.abs());
+        Piece { control, rational }
+    };
+    Ok((0..homogeneous.len() - 1).step_by(p).map(piece).collect())
 }
 
 #[cfg(test)]
@@ -127,7 +160,7 @@ mod tests {
             let points = net.iter().map(|p| Point::from(*p)).collect();
             let curve = Curve::build(space, points, weights).unwrap();
             let breaks = curve.space().breakpoints();
-            let pieces = pieces(&curve, &net);
+            let pieces = pieces(&curve, &net).unwrap();
             assert_eq!(pieces.len() + 1, breaks.len());
             for (piece, span) in pieces.iter().zip(breaks.windows(2)) {
                 let h = span[1] - span[0];

@@ -1,0 +1,127 @@
+//! Surfaces on a grid of cells whose every few rows and columns are isoparametric lines.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::spline::{Space, Surface};
+
+use crate::sheet::Sheet;
+
+/// At least about this many isoparametric lines each way, and at most twice as many.
+const LINES: usize = 8;
+
+/// Cells from one isoparametric line to the next, so that lines look round.
+const CELLS: usize = 6;
+
+/// What a row or column of the grid is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Line {
+    /// A row between lines.
+    None,
+    /// An isoparametric line.
+    Inner,
+    /// A border of the surface.
+    Border,
+}
+
+/// A surface sampled on a grid.
+#[derive(Debug)]
+pub(crate) struct Samples {
+    /// Row after row.
+    pub(crate) points: Vec<Vector>,
+    /// What each row and each column is; as many as there are.
+    pub(crate) rows: Vec<Line>,
+    pub(crate) columns: Vec<Line>,
+}
+
+/// Samples a surface, one of `among`: the more there are, the fewer cells each has.
+pub(crate) fn samples(surface: &Surface, among: usize) -> Samples {
+    let cells = match among {
+        0..=8 => CELLS,
+        9..=32 => 3,
+        _ => 1,
+    };
+    let (u, rows) = parameters(surface.u(), cells);
+    let (v, columns) = parameters(surface.v(), cells);
+    let mut points = Vec::with_capacity(u.len() * v.len());
+    for &u in &u {
+        for &v in &v {
+            // The parameters are in the domain; a failure could only repeat the point before.
+            let last = points.last().copied().unwrap_or_else(Vector::zeros);
+            points.push(surface.point(u, v).map_or(last, |p| p.coords));
+        }
+    }
+    Samples { points, rows, columns }
+}
+
+/// Parameters of a grid in one direction: lines at knots where their number is right, more between few knots,
+/// fewer of many.
+fn parameters(space: &Space, cells: usize) -> (Vec<f64>, Vec<Line>) {
+    let breaks = space.breakpoints();
+    let spans = breaks.len() - 1;
+    let lines: Vec<f64> = if spans > 2 * LINES {
+        let step = spans.div_ceil(2 * LINES);
+        let mut lines: Vec<f64> = breaks.iter().copied().step_by(step).collect();
+        if !spans.is_multiple_of(step) {
+            lines.push(breaks[spans]);
+        }
+        lines
+    } else {
+        subdivided(&breaks, LINES.div_ceil(spans))
+    };
+    let all = subdivided(&lines, cells);
+    let last = all.len() - 1;
+    let end = if space.is_periodic() { Line::Inner } else { Line::Border };
+    let kind = |i: usize| match i {
+        _ if i == 0 || i == last => end,
+        _ if i.is_multiple_of(cells) => Line::Inner,
+        _ => Line::None,
+    };
+    let kinds = (0..=last).map(kind).collect();
+    (all, kinds)
+}
+
+/// The values with `parts - 1` even steps between each two.
+fn subdivided(values: &[f64], parts: usize) -> Vec<f64> {
+    let between = |pair: &[f64]| {
+        let (a, b) = (pair[0], pair[1]);
+        (0..parts).map(move |i| a + (b - a) * (i as f64 / parts as f64)).collect::<Vec<_>>()
+    };
+    let mut all: Vec<f64> = values.windows(2).flat_map(between).collect();
+    all.extend(values.last());
+    all
+}
+
+/// The isoparametric lines of a surface that hides nothing, as path data.
+pub(crate) fn wires(sheet: &mut Sheet, surface: &Surface, among: usize) -> String {
+    let grid = samples(surface, among);
+    let columns = grid.columns.len();
+    let mut data = String::new();
+    for row in (0..grid.rows.len()).filter(|&r| grid.rows[r] != Line::None) {
+        let line = &grid.points[row * columns..(row + 1) * columns];
+        data.push_str(&sheet.chain(line, false, 1).finish());
+    }
+    for column in (0..columns).filter(|&c| grid.columns[c] != Line::None) {
+        let line = grid.points.iter().skip(column).step_by(columns);
+        data.push_str(&sheet.chain(line, false, 1).finish());
+    }
+    data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_neither_few_nor_many() {
+        for spans in [1, 2, 7, 16, 17, 40, 1000] {
+            let breaks: Vec<f64> = (0..=spans).map(f64::from).collect();
+            for cells in [1, 3, 6] {
+                let (all, kinds) = parameters(&Space::clamped(3, &breaks).unwrap(), cells);
+                let lines = kinds.iter().filter(|k| **k != Line::None).count();
+                assert!((LINES..=2 * LINES + 2).contains(&lines), "{spans}: {lines}");
+                assert_eq!((all[0], all[all.len() - 1]), (0.0, f64::from(spans)));
+                assert!(all.windows(2).all(|w| w[0] < w[1]));
+                assert_eq!(all.len(), kinds.len());
+            }
+        }
+    }
+}

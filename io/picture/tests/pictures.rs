@@ -1,0 +1,299 @@
+//! Whole pictures: they parse, show what they should where it should be, and have the same bytes every time.
+#![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
+
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::plugin::{Mark, MarkKind};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use loftsman_picture::{Beads, Combs, Picture, PictureError, Theme, View};
+use proptest::prelude::*;
+use resvg::usvg::{self, roxmltree::Document};
+
+fn scene(objects: impl IntoIterator<Item = (&'static str, Geometry)>) -> Scene {
+    let mut scene = Scene::new();
+    for (name, geometry) in objects {
+        scene.add(Object::new(name, geometry)).unwrap();
+    }
+    scene
+}
+
+fn points(list: &[[f64; 2]], scale: f64) -> Vec<Point> {
+    list.iter().map(|[x, y]| Point::new(x * scale, y * scale, 0.0)).collect()
+}
+
+/// Twelve vertices, uniform clamped cubic.
+fn cubic(scale: f64) -> Curve {
+    let heights = [0.0, 1.0, 0.5, -0.5, 0.8, 1.2, 0.2, -0.6, 0.0, 1.0, 0.7, 0.0];
+    let net: Vec<[f64; 2]> = heights.iter().enumerate().map(|(i, h)| [i as f64, *h]).collect();
+    Curve::new(Space::clamped_uniform(3, 12).unwrap(), points(&net, scale)).unwrap()
+}
+
+fn mark(kind: MarkKind, before: Point, position: Point, vector: Option<Vector>) -> Mark {
+    Mark { object: "c".into(), kind, position, before, vector, label: "position at 0.25".into() }
+}
+
+/// Parses with the renderer's own parser, and gives the elements.
+fn elements(svg: &str) -> Vec<(String, Vec<(String, String)>)> {
+    usvg::Tree::from_str(svg, &usvg::Options::default()).unwrap();
+    Document::parse(svg)
+        .unwrap()
+        .descendants()
+        .filter(|node| node.is_element())
+        .map(|node| {
+            let attributes = node.attributes().map(|a| (a.name().to_owned(), a.value().to_owned()));
+            (node.tag_name().name().to_owned(), attributes.collect())
+        })
+        .collect()
+}
+
+/// An attribute of the elements of a class.
+fn of_class(svg: &str, class: &str, attribute: &str) -> Vec<String> {
+    elements(svg)
+        .into_iter()
+        .map(|(_, attributes)| attributes)
+        .filter(|list| list.iter().any(|(name, value)| name == "class" && value == class))
+        .filter_map(|list| list.into_iter().find(|(name, _)| name == attribute))
+        .map(|(_, value)| value)
+        .collect()
+}
+
+fn numbers(data: &str) -> Vec<f64> {
+    let separated: String = data.chars().map(|c| if c.is_ascii_alphabetic() { ' ' } else { c }).collect();
+    separated.split_whitespace().map(|n| n.parse().unwrap()).collect()
+}
+
+#[test]
+fn a_cubic_is_nine_exact_segments_with_twelve_squares_and_ten_knots() {
+    let scene = scene([("c", cubic(1.0).into())]);
+    let svg = Picture::of(&scene).beads(Beads::Knots).to_svg().unwrap();
+    let [curve] = &of_class(&svg, "curve", "d")[..] else { panic!("one curve") };
+    assert_eq!((curve.matches('M').count(), curve.matches('C').count()), (1, 9));
+    let [squares] = &of_class(&svg, "control-vertices", "d")[..] else { panic!("one net") };
+    assert_eq!(squares.matches('z').count(), 12);
+    let [beads] = &of_class(&svg, "beads", "d")[..] else { panic!("beads") };
+    assert_eq!(beads.matches('M').count(), 10);
+    // The map from scene to page is a similarity with y turned over: ends and a knot fit one scale.
+    let d = numbers(curve);
+    let (start, end) = ([d[0], d[1]], [d[d.len() - 2], d[d.len() - 1]]);
+    let scale = (end[0] - start[0]) / 11.0;
+    assert!((start[1] - end[1]).abs() < 2e-3);
+    let knot = cubic(1.0).point(1.0).unwrap();
+    let page = [start[0] + scale * knot.x, start[1] - scale * knot.y];
+    assert!((d[6] - page[0]).abs() < 2e-3 && (d[7] - page[1]).abs() < 2e-3, "{d:?} {page:?}");
+}
+
+#[test]
+fn marks_are_where_they_should_be() {
+    let mut child = Object::new("c", cubic(1.0).into());
+    let shift = nalgebra::Matrix4::new_translation(&Vector::new(100.0, 0.0, 0.0));
+    child.transform = Some(shift);
+    let mut scene = Scene::new();
+    scene.add(child).unwrap();
+    let (old, new) = (cubic(1.0).point(0.0).unwrap(), cubic(1.0).point(9.0).unwrap());
+    let marks = [mark(MarkKind::Moved, old, new, None)];
+    let svg = Picture::of(&scene).marks(&marks).to_svg().unwrap();
+    // From the curve's start to its end, in the page's coordinates, though the object is moved.
+    let curve = numbers(&of_class(&svg, "curve", "d")[0]);
+    let arrow = numbers(&of_class(&svg, "arrow", "d")[0]);
+    assert!((arrow[0] - curve[0]).abs() < 2e-3 && (arrow[1] - curve[1]).abs() < 2e-3);
+    let circle = elements(&svg).into_iter().find(|(name, _)| name == "circle").unwrap();
+    let value = |name: &str| -> f64 { circle.1.iter().find(|a| a.0 == name).unwrap().1.parse().unwrap() };
+    assert!((value("cx") - curve[curve.len() - 2]).abs() < 2e-3);
+    assert!((value("cy") - curve[curve.len() - 1]).abs() < 2e-3);
+}
+
+#[test]
+fn the_osculating_circle_of_a_circle_is_itself() {
+    let w = 0.5_f64.sqrt();
+    let net = points(&[[2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], 1.0);
+    let arc = Curve::rational(Space::clamped(2, &[0.0, 1.0]).unwrap(), net, vec![1.0, w, 1.0]).unwrap();
+    let at = arc.point(0.5).unwrap();
+    let curvature = -at.coords.normalize() / 2.0;
+    let marks = [mark(MarkKind::Curvature, at, at, Some(curvature))];
+    let scene = scene([("c", (&arc).into())]);
+    let svg = Picture::of(&scene).marks(&marks).control_polygons(false).to_svg().unwrap();
+    let curve = numbers(&of_class(&svg, "curve", "d")[0]);
+    // (2, 0) and (0, 2) give the page's scale and the centre.
+    let (start, end) = ([curve[0], curve[1]], [curve[curve.len() - 2], curve[curve.len() - 1]]);
+    let (centre, radius) = ([end[0], start[1]], start[0] - end[0]);
+    let circle = numbers(&of_class(&svg, "osculating", "d")[0]);
+    assert!(circle.len() > 20);
+    for spot in circle.chunks(2) {
+        let distance = (spot[0] - centre[0]).hypot(spot[1] - centre[1]);
+        assert!((distance - radius).abs() < 0.01, "{distance} {radius}");
+    }
+}
+
+#[test]
+fn the_size_of_a_scene_changes_its_scale_bar_and_nothing_else() {
+    let drawing = |scale: f64| {
+        let scene = scene([("c", cubic(scale).into())]);
+        let before = self::scene([(
+            "c",
+            Curve::bezier(points(&[[0.0, 0.0], [5.0, 3.0], [11.0, 0.0]], scale)).unwrap().into(),
+        )]);
+        let marks = [mark(MarkKind::Moved, Point::origin(), Point::new(5.0 * scale, scale, 0.0), None)];
+        let picture = Picture::of(&scene).before(&before).marks(&marks).combs(Combs::Automatic);
+        let svg = picture.to_svg().unwrap();
+        svg.split("id=\"legend\"").next().unwrap().to_owned()
+    };
+    let expected = drawing(1.0);
+    for scale in [2_f64.powi(-30), 2_f64.powi(30), 2_f64.powi(-900), 2_f64.powi(900)] {
+        assert_eq!(drawing(scale), expected, "{scale}");
+    }
+    for scale in [1e-9, 1e9, 1e-300, 1e300] {
+        assert_eq!(drawing(scale).len(), expected.len(), "{scale}");
+    }
+}
+
+#[test]
+fn what_has_not_changed_is_not_drawn_twice() {
+    let now = scene([("c", cubic(1.0).into()), ("d", cubic(2.0).into())]);
+    let then = scene([("c", cubic(1.5).into()), ("d", cubic(2.0).into())]);
+    let svg = Picture::of(&now).before(&then).to_svg().unwrap();
+    assert_eq!(of_class(&svg, "curve", "d").len(), 3);
+    assert!(svg.contains("c, before") && !svg.contains("d, before"));
+    // The same scene in another unit is the same scene.
+    let converted = now.converted(Unit::Millimetre, Up::Z).unwrap();
+    let svg = Picture::of(&now).before(&converted).to_svg().unwrap();
+    assert_eq!(of_class(&svg, "curve", "d").len(), 2);
+}
+
+#[test]
+fn degenerate_scenes_have_pictures() {
+    let line = Curve::bezier(points(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0]], 1.0)).unwrap();
+    let spot = Curve::bezier(vec![Point::new(1e9, 1.0, 1.0); 4]).unwrap();
+    let (u, v) = (Space::clamped_uniform(1, 2).unwrap(), Space::clamped_uniform(1, 2).unwrap());
+    let flat = Surface::new(u, v, vec![Point::origin(); 4]).unwrap();
+    let sliver = Mesh::new(points(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], 1.0), &[[0, 1, 2]]).unwrap();
+    let huge = Polyline { points: points(&[[-1.0, -1.0], [1.0, 1.0]], f64::MAX), closed: true };
+    let tiny = Polyline { points: points(&[[0.0, 0.0], [1.0, 1.0]], f64::from_bits(1)), closed: false };
+    let scenes = [
+        scene([]),
+        scene([("group", Geometry::Group)]),
+        scene([("line", line.into())]),
+        scene([("spot", spot.into())]),
+        scene([("flat", flat.into())]),
+        scene([("sliver", sliver.into())]),
+        scene([("huge", huge.into())]),
+        scene([("tiny", tiny.into())]),
+        scene([("nothing", Cloud::default().into())]),
+        scene([("one", Cloud { points: vec![Point::new(3.0, 4.0, 5.0)] }.into())]),
+        scene([("none", Polyline { points: vec![], closed: true }.into())]),
+    ];
+    for scene in &scenes {
+        for view in [View::Automatic, View::Front, View::Top, View::Right, View::Isometric] {
+            let picture = Picture::of(scene).view(view).combs(Combs::Automatic).beads(Beads::Uniform(3));
+            let svg = picture.before(&scenes[2]).to_svg().unwrap();
+            elements(&svg);
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
+    }
+}
+
+#[test]
+fn options_that_cannot_be_are_refused_with_reasons() {
+    let scene = scene([("c", cubic(1.0).into())]);
+    let picture = || Picture::of(&scene);
+    for wrong in [
+        picture().width(f64::NAN).to_svg().map(|_| ()),
+        picture().width(3.0).to_svg().map(|_| ()),
+        picture().height(-1.0).to_svg().map(|_| ()),
+        picture().to_png(0).map(|_| ()),
+        picture().to_png(u32::MAX).map(|_| ()),
+    ] {
+        assert!(matches!(wrong, Err(PictureError::Size { .. })), "{wrong:?}");
+    }
+    for wrong in [picture().combs(Combs::Scale(-1.0)), picture().view(View::From(Vector::zeros()))] {
+        assert!(matches!(wrong.to_svg(), Err(PictureError::Option { .. })));
+    }
+    let marks = [mark(MarkKind::Kept, Point::new(f64::NAN, 0.0, 0.0), Point::origin(), None)];
+    assert!(matches!(picture().marks(&marks).to_svg(), Err(PictureError::Place { .. })));
+}
+
+#[test]
+fn pictures_have_their_size_and_the_same_bytes_every_time() {
+    let scene = scene([("c", cubic(1.0).into())]);
+    let picture = Picture::of(&scene).title("Ünïcode <&> \u{1}").combs(Combs::Automatic).theme(Theme::Dark);
+    let (svg, png) = (picture.to_svg().unwrap(), picture.to_png(640).unwrap());
+    assert_eq!(svg, picture.to_svg().unwrap());
+    assert_eq!(png, picture.clone().to_png(640).unwrap());
+    assert!(svg.contains("Ünïcode &lt;&amp;&gt; \u{fffd}"));
+    let size = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
+    let page: Vec<f64> = {
+        let root = elements(&svg).swap_remove(0).1;
+        root.iter().find(|a| a.0 == "viewBox").unwrap().1.split(' ').map(|n| n.parse().unwrap()).collect()
+    };
+    assert_eq!(size(16), 640);
+    assert_eq!(f64::from(size(20)), (640.0 * page[3] / page[2]).round());
+}
+
+#[test]
+fn texts_are_drawn_without_any_font_installed() {
+    // A scene without lines: whatever is dark in the image is text, scale bar or axes; the title is at the top.
+    let scene = scene([]);
+    let picture = Picture::of(&scene).title("MMMMMMMM").legend(false);
+    let without = Picture::of(&scene).legend(false);
+    assert!(picture.to_png(400).unwrap().len() > without.to_png(400).unwrap().len() + 100);
+}
+
+#[test]
+fn very_many_vertices_points_and_faces_stay_small() {
+    let n = 100_000;
+    let turn = |i: usize| i as f64 * 0.7;
+    let net = (0..n).map(|i| Point::new(i as f64, 3e4 * turn(i).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, n).unwrap(), net).unwrap();
+    let cloud = (0..n).map(|i| Point::new(turn(i).sin(), (turn(i) * 1.3).cos(), 0.0)).collect();
+    let side = 300;
+    let height = |i: usize, j: usize| (i as f64 * 0.05).sin() * (j as f64 * 0.04).cos() * 20.0;
+    let grid = (0..side * side)
+        .map(|k| Point::new((k % side) as f64, (k / side) as f64, height(k % side, k / side)));
+    let faces: Vec<[usize; 4]> = (0..side * side)
+        .filter(|k| k % side + 1 < side && k / side + 1 < side)
+        .map(|k| [k, k + 1, k + side + 1, k + side])
+        .collect();
+    let mesh = Mesh::new(grid.collect(), &faces).unwrap();
+    for (geometry, most) in [
+        (Geometry::from(curve), 9_000_000),
+        (Cloud { points: cloud }.into(), 600_000),
+        (mesh.into(), 1_500_000),
+    ] {
+        let scene = scene([("many", geometry)]);
+        let picture = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots);
+        let svg = picture.to_svg().unwrap();
+        assert!(svg.len() < most, "{}", svg.len());
+        assert!(svg.contains(" stand for ") || svg.contains("shaded raster"));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn names_and_labels_never_break_the_document(name in "\\PC{1,40}|.{1,40}", label in ".{0,60}") {
+        let mut scene = Scene::new();
+        scene.add(Object::new(name.clone(), cubic(1.0).into())).unwrap();
+        let marks = [Mark { object: name, label: label.clone(), ..mark(MarkKind::Kept, Point::origin(), Point::origin(), None) }];
+        elements(&Picture::of(&scene).marks(&marks).title(label).to_svg().unwrap());
+    }
+
+    #[test]
+    fn any_curve_has_a_picture(
+        net in prop::collection::vec([-1e3..1e3_f64, -1e3..1e3, -1e3..1e3], 6..20),
+        weights in prop::collection::vec(1e-3..1e3_f64, 20),
+        degree in 1_usize..6,
+        periodic: bool,
+        exponent in -12..12_i32,
+    ) {
+        let scale = 10_f64.powi(exponent);
+        let points: Vec<Point> = net.iter().map(|c| Point::from(Vector::from(*c) * scale)).collect();
+        let space = if periodic { Space::periodic_uniform(degree, points.len()) } else { Space::clamped_uniform(degree, points.len()) };
+        let weights = weights[..points.len()].to_vec();
+        let curve = Curve::rational(space.unwrap(), points, weights).unwrap();
+        let scene = scene([("c", curve.into())]);
+        let svg = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots).to_svg().unwrap();
+        elements(&svg);
+        prop_assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+}
