@@ -55,7 +55,7 @@ impl Space {
         let missing = (missing(&first.space, &second.space), missing(&second.space, &first.space));
         for (way, missing) in way.iter_mut().zip([missing.0, missing.1]) {
             if !missing.is_empty() {
-                way.step(way.space.inserting(&missing)?);
+                way.step(way.space.inserting_up_to(degree + 1, &missing)?);
             }
         }
         let [first, second] = way;
@@ -134,11 +134,12 @@ impl Curve {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::testing::{any_curve, assert_same_curve};
+    use super::super::testing::{any_curve, assert_same_curve, is_torn};
 
     proptest! {
         #[test]
         fn two_curves_in_one_space(first in any_curve(), second in any_curve()) {
+            prop_assume!(!is_torn(second.space()));
             let (a, b) = first.in_common_space(&second).unwrap();
             prop_assert_eq!(a.space(), b.space());
             prop_assert_eq!(a.domain(), first.domain());

@@ -40,8 +40,8 @@ pub struct Conversion {
 impl Conversion {
     /// The conversion to a space of the same degree whose knots contain those of `from` that lie within its domain.
     pub(super) fn refining(from: &Space, to: Space) -> Result<Self> {
-        Self::build(from, &Line::new(from, 0), to, |line, arguments, row| {
-            line.add_blossom(arguments, 1.0, row)
+        Self::build(from, &Line::new(from, 0), to, |line, start, arguments, row| {
+            line.add_blossom(start, arguments, 1.0, row)
         })
     }
 
@@ -56,7 +56,9 @@ impl Conversion {
         knots.extend_from_slice(line.knots.get(first..last).unwrap_or_default());
         knots.extend(std::iter::repeat_n(d, p + 1));
         let to = Space::open(p, knots)?;
-        Self::build(from, &line, to, |line, arguments, row| line.add_blossom(arguments, 1.0, row))
+        Self::build(from, &line, to, |line, start, arguments, row| {
+            line.add_blossom(start, arguments, 1.0, row)
+        })
     }
 
     /// The conversion to the space of the next degree in which every knot is repeated once more.
@@ -66,14 +68,14 @@ impl Conversion {
     /// polar forms*, §4); every `f` here is one that knot insertion also computes, a convex combination.
     pub(super) fn elevating(from: &Space, to: Space) -> Result<Self> {
         let p = from.degree();
-        Self::build(from, &Line::new(from, 0), to, |line, arguments, row| {
+        Self::build(from, &Line::new(from, 0), to, |line, start, arguments, row| {
             let mut kept = [0.0; MAX_ORDER];
             let mut j = 0;
             while j <= p {
                 let copies = arguments[j..=p].iter().take_while(|&&a| a == arguments[j]).count();
                 kept[..j].copy_from_slice(&arguments[..j]);
                 kept[j..p].copy_from_slice(&arguments[j + 1..=p]);
-                line.add_blossom(&kept[..p], copies as f64 / (p + 1) as f64, row)?;
+                line.add_blossom(start, &kept[..p], copies as f64 / (p + 1) as f64, row)?;
                 j += copies;
             }
             Ok(())
@@ -98,7 +100,7 @@ impl Conversion {
         from: &Space,
         line: &Line,
         to: Space,
-        fill: impl Fn(&Line, &[f64], &mut Row) -> Result<()>,
+        fill: impl Fn(&Line, f64, &[f64], &mut Row) -> Result<()>,
     ) -> Result<Self> {
         check_curve_space(from)?;
         let degree = to.degree();
@@ -109,7 +111,7 @@ impl Conversion {
         offsets.push(0);
         for k in shift..shift + to.len() {
             let mut row = Row::default();
-            fill(line, &to.flat()[k + 1..=k + degree], &mut row)?;
+            fill(line, to.flat()[k], &to.flat()[k + 1..=k + degree], &mut row)?;
             firsts.push(line.vertex(row.first));
             coefficients.extend_from_slice(&row.values[..row.len]);
             offsets.push(coefficients.len());
@@ -298,7 +300,6 @@ impl Row {
 /// The knots of a space as one open line, those of a periodic space continued far enough beyond both ends.
 struct Line {
     degree: usize,
-    end: f64,
     knots: Vec<f64>,
     /// Function 0 of the line is function `-before` of the period.
     before: usize,
@@ -309,9 +310,8 @@ impl Line {
     /// The line of a space; that of a periodic space goes on for `ahead` more knots.
     fn new(space: &Space, ahead: usize) -> Self {
         let (degree, len) = (space.degree(), space.len());
-        let (_, end) = space.domain();
         if !space.is_periodic() {
-            return Self { degree, end, knots: space.flat().to_vec(), before: 0, len };
+            return Self { degree, knots: space.flat().to_vec(), before: 0, len };
         }
         // A function of the next degree that starts within the period reaches p + 2 knots beyond its end, and so do
         // the functions it is made of, p + 1 more.
@@ -319,7 +319,7 @@ impl Line {
         let knots = (-(before as isize)..=(len + 2 * before + ahead) as isize)
             .map(|k| periodic_knot(space.knots(), k))
             .collect();
-        Self { degree, end, knots, before, len }
+        Self { degree, knots, before, len }
     }
 
     /// The control vertex of a function of the line.
@@ -329,14 +329,15 @@ impl Line {
     }
 
     /// Adds to `row`, times `factor`, the coefficients of the blossom value `f(arguments)` of the piecewise
-    /// polynomial in terms of the line's vertices `f(t_{i+1}, …, t_{i+p})`.
+    /// polynomial in terms of the line's vertices `f(t_{i+1}, …, t_{i+p})`; `start` is where the support of the new
+    /// function starts.
     ///
     /// The arguments ascend, and hold every knot strictly between the first and the last of them. So they are a run
     /// of consecutive knots `t_q …` and `r` others, which lie between the neighbours of the run (inclusive); then
     /// `r` steps of de Boor's algorithm lead there from the `r + 1` vertices whose knots contain the run, each step
     /// a convex combination (Boehm 1980; Goldman 1990 for the blossoming view). The steps are taken backwards here,
     /// from the value to the weights of the vertices. `O(r² + log n)`.
-    fn add_blossom(&self, arguments: &[f64], factor: f64, row: &mut Row) -> Result<()> {
+    fn add_blossom(&self, start: f64, arguments: &[f64], factor: f64, row: &mut Row) -> Result<()> {
         let (t, p) = (&self.knots, self.degree);
         let (first, last) = (arguments[0], arguments[p - 1]);
         let (low, low_end) = equal_range(t, first);
@@ -349,8 +350,8 @@ impl Line {
         let (run, run_end);
         if first == last {
             let used = p.min(low_end - low);
-            // A knot repeated p + 1 times has two vertices: at the end of the domain the one on its left counts.
-            run = if first < self.end { low_end - used } else { low };
+            // A knot repeated p + 1 times has two vertices: a function that comes from the left has the first.
+            run = if start < first { low } else { low_end - used };
             run_end = run + used;
             push(first, p - used);
         } else {

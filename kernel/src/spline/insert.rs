@@ -15,6 +15,12 @@ impl Space {
     /// # Errors
     /// When a knot is not finite or outside the domain, or would then be repeated more than `p` times.
     pub fn inserting(&self, knots: &[f64]) -> Result<Conversion> {
+        self.inserting_up_to(self.degree(), knots)
+    }
+
+    /// As [`inserting`](Self::inserting), up to `allowed` copies of a knot: `p + 1` only prepare an open space for
+    /// shapes that are torn there.
+    pub(super) fn inserting_up_to(&self, allowed: usize, knots: &[f64]) -> Result<Conversion> {
         let mut new = knots.iter().map(|&u| self.locate(u)).collect::<Result<Vec<f64>>>()?;
         new.sort_by(f64::total_cmp);
         let p = self.degree();
@@ -35,8 +41,8 @@ impl Space {
         let to = if self.is_periodic() { Self::periodic(p, merged)? } else { Self::open(p, merged)? };
         for u in new {
             let multiplicity = to.multiplicity(u);
-            if multiplicity > p {
-                return Err(Error::Multiplicity { value: u, multiplicity, degree: p, allowed: p });
+            if multiplicity > allowed {
+                return Err(Error::Multiplicity { value: u, multiplicity, degree: p, allowed });
             }
         }
         Conversion::refining(self, to)

@@ -3,25 +3,33 @@
 //! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
 //! * [`common`]: one space for two shapes.
+//! * [`conic`]: lines, circles, ellipses and arcs.
 //! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
 //! * [`curve`]: B-spline curves, polynomial and rational, open and periodic.
 //! * [`elevate`]: degree elevation.
+//! * [`extrude`]: extrusions and ruled surfaces.
 //! * [`gram`]: Gram matrices of basis functions.
+//! * [`hodograph`]: the derivative as a spline.
 //! * [`insert`]: knot insertion.
 //! * [`join`]: two shapes end to end.
 //! * [`reverse`]: backwards, or over another domain.
+//! * [`revolve`]: surfaces of revolution.
 //! * [`split`]: parts of splines, opening what is periodic.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 
 pub mod bezier;
 pub mod common;
+pub mod conic;
 pub mod conversion;
 pub mod curve;
 pub mod elevate;
+pub mod extrude;
 pub mod gram;
+pub mod hodograph;
 pub mod insert;
 pub mod join;
 pub mod reverse;
+pub mod revolve;
 pub mod space;
 pub mod split;
 pub mod surface;

@@ -145,7 +145,7 @@ mod tests {
         fn parts_are_the_same_curve(curve in any_curve(), s in 0.02..0.95_f64, whole in any::<bool>()) {
             let (a, b) = curve.domain();
             let u = if whole { (a + s * (b - a)).round() } else { a + s * (b - a) };
-            prop_assume!(u > a && u < b);
+            prop_assume!(u > a && u < b && curve.space().multiplicity(u) <= curve.degree());
             let parts = curve.split(u).unwrap();
             for part in &parts {
                 prop_assert!(part.space().is_clamped());
@@ -188,6 +188,20 @@ mod tests {
     fn clamped_curves_stay_as_they_are() {
         let curve = line_of(3, 9);
         assert_eq!(curve.to_clamped().unwrap(), curve);
+    }
+
+    #[test]
+    fn torn_curves_come_apart_at_the_tear() {
+        let space = Space::open(2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0]).unwrap();
+        let points: Vec<Point> = (0..6).map(|i| Point::new(f64::from(i), f64::from(i * i), 0.0)).collect();
+        let torn = Curve::new(space, points.clone()).unwrap();
+        for curve in [torn.clone(), torn.bezier_form().unwrap()] {
+            let parts = curve.split(1.0).unwrap();
+            assert_eq!((parts[0].points(), parts[1].points()), (&points[..3], &points[3..]));
+        }
+        let raised = torn.elevate(2).unwrap().split(1.0).unwrap();
+        assert_eq!(raised[0].points().last(), Some(&points[2]));
+        assert_eq!(raised[1].points().first(), Some(&points[3]));
     }
 
     #[test]

@@ -8,14 +8,16 @@ use crate::Point;
 /// A space of a degree: clamped, floating or periodic, knots repeated here and there, breakpoints mostly integers.
 pub(crate) fn any_space(degrees: impl Strategy<Value = usize>) -> impl Strategy<Value = Space> {
     (degrees, 0..3_u8).prop_flat_map(|(degree, kind)| {
-        let gaps = prop::collection::vec((prop_oneof![Just(1.0), 0.05..3.0_f64], 1..=degree), 2..9);
+        let gaps = prop::collection::vec((prop_oneof![Just(1.0), 0.05..3.0_f64], 1..=degree + 1), 2..9);
         gaps.prop_map(move |gaps| {
+            // A knot repeated p + 1 times tears a shape; periodic ones cannot be torn.
+            let most = if kind == 2 { degree } else { degree + 1 };
             let mut t = -2.0;
             let mut knots = Vec::new();
             for (gap, times) in gaps {
                 t += gap;
                 // Half of the knots stay simple.
-                knots.extend(std::iter::repeat_n(t, if gap == 1.0 { times } else { 1 }));
+                knots.extend(std::iter::repeat_n(t, if gap == 1.0 { times.min(most) } else { 1 }));
             }
             match kind {
                 0 => {
@@ -67,6 +69,12 @@ pub(crate) fn any_surface() -> impl Strategy<Value = Surface> {
         any_net(u.len() * v.len())
             .prop_map(move |(points, weights)| Surface::build(u.clone(), v.clone(), points, weights).unwrap())
     })
+}
+
+/// Whether a space is torn: at such a knot a rounded parameter may belong to either side.
+pub(crate) fn is_torn(space: &Space) -> bool {
+    let (a, b) = space.domain();
+    space.breakpoints().iter().any(|&t| t > a && t < b && space.multiplicity(t) > space.degree())
 }
 
 /// A clamped uniform curve of some wiggly shape.
