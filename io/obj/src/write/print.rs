@@ -1,0 +1,65 @@
+//! Numbers and names as OBJ has them.
+
+use std::fmt::Write;
+
+use loftsman_kernel::Point;
+
+/// Appends a blank and the shortest text that reads back as the same number.
+pub(crate) fn number(out: &mut String, value: f64) {
+    // Writing to a string cannot fail.
+    _ = if value.fract() == 0.0 && value.abs() < 1e15 && !(value == 0.0 && value.is_sign_negative()) {
+        write!(out, " {}", value as i64)
+    } else {
+        // Debug, unlike Display, has exponents: 1e300 stays short.
+        write!(out, " {value:?}")
+    };
+}
+
+/// Appends the coordinates of a point.
+pub(crate) fn point(out: &mut String, p: &Point) {
+    p.iter().for_each(|&c| number(out, c));
+}
+
+/// A name that stays on its line and means the same to every reader.
+pub(crate) fn name(name: &str) -> String {
+    let mut clean: String = name.chars().map(|c| if c.is_control() { '_' } else { c }).collect();
+    clean = clean.trim().to_owned();
+    if clean.ends_with('\\') {
+        clean.pop();
+        clean.push('_');
+    }
+    if clean.starts_with('#') {
+        clean.insert(0, '_');
+    }
+    if clean.contains(" #") {
+        clean = clean.replace(" #", " _#");
+    }
+    if clean.is_empty() { "object".to_owned() } else { clean }
+}
+
+/// A linear colour value as sRGB (IEC 61966-2-1), which is what vertex colours of OBJ files are taken for.
+pub(crate) fn srgb(value: f64) -> f64 {
+    if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_to_the_bit() {
+        for value in [0.0, -0.0, 1.0, -3.0, 0.1, 1.0 / 3.0, 1e300, -5e-324, 1e15, 123_456_789.123_456_79] {
+            let mut text = String::new();
+            number(&mut text, value);
+            let back: f64 = text.trim().parse().unwrap();
+            assert_eq!(back.to_bits(), value.to_bits(), "{text}");
+        }
+    }
+
+    #[test]
+    fn names_cannot_break_lines_or_start_comments() {
+        assert_eq!(name("a\nb"), "a_b");
+        assert_eq!(name(" x #y\\"), "x _#y_");
+        assert_eq!(name("\t"), "_");
+    }
+}
