@@ -35,7 +35,7 @@ enum Head {
 
 /// Keeps rows; reused between linearizations without allocating anew.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Store {
+pub struct Store {
     heads: Vec<Head>,
     vertices: Vec<usize>,
     coefficients: Vec<f64>,
@@ -50,8 +50,14 @@ pub struct Rows<'a> {
 }
 
 impl Store {
-    pub(crate) fn rows(&mut self, shapes: &Shapes<'_>) -> Rows<'_> {
+    /// Where a functional of these shapes puts its rows; they come after those that are here already.
+    pub fn rows(&mut self, shapes: &Shapes<'_>) -> Rows<'_> {
         Rows { store: self, offsets: (0..=shapes.len()).map(|i| shapes.offset(i)).collect() }
+    }
+
+    /// All blocks, in the order in which they were put here.
+    pub fn equations(&self) -> impl Iterator<Item = Equation<'_>> {
+        (0..self.blocks()).map(|i| self.block(i))
     }
 
     /// The number of blocks.
@@ -89,7 +95,7 @@ impl Store {
     }
 
     /// Rows times vertices plus constants, into `out`; what does not fit is left.
-    pub(crate) fn evaluate(&self, shapes: &Shapes<'_>, out: &mut [f64]) {
+    pub fn evaluate(&self, shapes: &Shapes<'_>, out: &mut [f64]) {
         let mut slots = out.iter_mut();
         for i in 0..self.blocks() {
             match self.block(i) {

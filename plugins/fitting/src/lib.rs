@@ -1,1 +1,51 @@
-//! Part of Loftsman: fitting.
+//! Interpolation and least-squares fitting of B-spline curves: from points to curves and surfaces.
+//!
+//! | question | answer |
+//! |---|---|
+//! | a curve through these points | [`Interpolation`] |
+//! | the nearest curve with these knots | [`LeastSquares`] |
+//! | a curve within a tolerance, knots where they are needed | [`Fit`] |
+//! | which parameters the points get | [`Parametrization`] |
+//! | what must hold exactly | [`Constraint`], any linear functional |
+//! | the same in a recipe | the operation `fit`: [`FitPoints`], brought by the plug-in [`Fitting`] |
+//!
+//! All equations are banded (around a circle for closed curves) and solved by orthogonal rotations, in time linear
+//! in the number of points. Every answer comes with its residual and the condition of its equations; where these
+//! are singular, or the tolerance is not met, there is an error that says what to do, and no curve.
+
+mod banded;
+mod constraint;
+pub mod error;
+pub mod fit;
+mod foot;
+mod frame;
+mod grading;
+pub mod interpolation;
+mod knots;
+pub mod least_squares;
+pub mod operation;
+pub mod parameters;
+mod refine;
+mod search;
+mod smoothing;
+mod solve;
+
+use loftsman_kernel::plugin::{Plugin, Registry};
+
+pub use constraint::{Constraint, Kept};
+pub use error::FitError;
+pub use fit::{Fit, FittedCurve, Target};
+pub use interpolation::{Duplicates, Ends, Interpolated, Interpolation};
+pub use least_squares::{Fitted, LeastSquares};
+pub use operation::FitPoints;
+pub use parameters::Parametrization;
+
+/// The plug-in: registers the operation `fit`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Fitting;
+
+impl Plugin for Fitting {
+    fn register(&self, registry: &mut Registry) {
+        registry.operation(FitPoints);
+    }
+}

@@ -1,0 +1,170 @@
+//! What can keep points from becoming a curve: one variant a reason, with the numbers that show it.
+
+use loftsman_kernel::plugin::OperationError;
+
+/// The result of a fit.
+pub type Result<T, E = FitError> = std::result::Result<T, E>;
+
+/// Why points could not be fitted. Every message says what was found and what to do.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// A coordinate is NaN or infinite.
+    #[error("point {index} is ({x}, {y}, {z}): every coordinate must be a finite number")]
+    PointNotFinite {
+        /// Its index.
+        index: usize,
+        /// Its x.
+        x: f64,
+        /// Its y.
+        y: f64,
+        /// Its z.
+        z: f64,
+    },
+    /// Fewer points than the degree needs.
+    #[error(
+        "{found} distinct points are too few for degree {degree} ({needed} are needed): give more points, or a degree of at most {possible}"
+    )]
+    TooFewPoints {
+        /// Points found.
+        found: usize,
+        /// Points needed.
+        needed: usize,
+        /// The degree asked for.
+        degree: usize,
+        /// The highest degree that would do.
+        possible: usize,
+    },
+    /// All points are one point.
+    #[error("all {count} points are the same point: a curve needs at least two places to go through")]
+    AllEqual {
+        /// How many there are.
+        count: usize,
+    },
+    /// Neighbouring points that no parametrization can tell apart.
+    #[error(
+        "{count} points coincide with the point before them (first: {}): remove them, or ask for them to be merged",
+        list(.indices)
+    )]
+    Coincident {
+        /// The indices of the later point of each pair, at most eight.
+        indices: Vec<usize>,
+        /// How many there are.
+        count: usize,
+    },
+    /// Another number of parameters than of points.
+    #[error("{parameters} parameters do not fit {points} points: give one parameter a point")]
+    ParameterCount {
+        /// Parameters found.
+        parameters: usize,
+        /// Points found.
+        points: usize,
+    },
+    /// A parameter that is not finite, leaves the domain, or decreases (or stands still where it must not).
+    #[error(
+        "parameter {index} is {value}: parameters must be finite, increase, and stay within [{start}, {end}]"
+    )]
+    Parameter {
+        /// Its index.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// Where the domain starts.
+        start: f64,
+        /// Where the domain ends.
+        end: f64,
+    },
+    /// Weights that do not fit or are not positive.
+    #[error("weight {index} is {value}: give one positive, finite weight a point")]
+    Weight {
+        /// Its index (or how many there are, where the count is wrong).
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// The data do not reach one of the basis functions (the Schoenberg–Whitney conditions fail).
+    #[error(
+        "no data determine control vertex {vertex}, which acts between {start} and {end}: remove the knot {knot}, give more points there, or ask for regularization"
+    )]
+    NoData {
+        /// The vertex.
+        vertex: usize,
+        /// Where its influence starts.
+        start: f64,
+        /// Where it ends.
+        end: f64,
+        /// A knot whose removal helps.
+        knot: f64,
+    },
+    /// The equations are so nearly dependent that their solution would be noise.
+    #[error(
+        "the equations are singular to working precision (condition {condition:.1e}, near parameter {near}): {advice}"
+    )]
+    IllConditioned {
+        /// Estimate of the condition number; infinite where exactly singular.
+        condition: f64,
+        /// The parameter where the weakest pivot is.
+        near: f64,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The tolerance could not be met.
+    #[error(
+        "the tolerance {tolerance:e} is not met: the largest error is {error:.3e}, at point {worst}, with {vertices} control vertices; {advice}"
+    )]
+    NotMet {
+        /// What was asked for, in document units.
+        tolerance: f64,
+        /// The largest distance of a point from the curve.
+        error: f64,
+        /// The point that has it.
+        worst: usize,
+        /// Control vertices used.
+        vertices: usize,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A request that cannot be; the text says why and what to do.
+    #[error("{0}")]
+    Request(String),
+    /// A constraint that contradicts others.
+    #[error("the constraint \"{name}\" contradicts {}: release one of them", quote(.with))]
+    Conflict {
+        /// Its name.
+        name: String,
+        /// The names of those it contradicts.
+        with: Vec<String>,
+    },
+    /// A constraint that a fit cannot hold.
+    #[error("the constraint \"{name}\" cannot be held by a fit: {reason}")]
+    Constraint {
+        /// Its name.
+        name: String,
+        /// Why not, and what to do.
+        reason: String,
+    },
+    /// Something of the geometry.
+    #[error(transparent)]
+    Geometry(#[from] loftsman_kernel::Error),
+    /// The observer stopped it.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl From<FitError> for OperationError {
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::Geometry(error) => Self::Geometry(error),
+            FitError::Cancelled => Self::Cancelled,
+            other => Self::Geometry(loftsman_kernel::Error::Invalid(other.to_string())),
+        }
+    }
+}
+
+fn list(indices: &[usize]) -> String {
+    indices.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn quote(names: &[String]) -> String {
+    names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ")
+}

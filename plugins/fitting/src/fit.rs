@@ -1,0 +1,192 @@
+//! The whole way from points to a curve: parameters, knots where they are needed, a tolerance that holds.
+
+use loftsman_kernel::functional::{Functional, position};
+use loftsman_kernel::plugin::{Observer, Quiet};
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Point, Vector};
+
+use crate::constraint::{Constraint, Kept};
+use crate::error::{FitError, Result};
+use crate::frame::Frame;
+use crate::least_squares::check_weights;
+use crate::parameters::Parametrization;
+use crate::search::{Goal, Search};
+
+/// How a fit decides that it is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// No point farther from the curve than this, in document units.
+    Tolerance(f64),
+    /// No point farther from the curve than this share of the diagonal of the box around the points.
+    Relative(f64),
+    /// This many control vertices, whatever the error.
+    Vertices(usize),
+    /// A tolerance in document units, with at most so many control vertices.
+    AtMost {
+        /// The tolerance.
+        tolerance: f64,
+        /// The most control vertices.
+        vertices: usize,
+    },
+}
+
+/// Fits a B-spline curve to points, given in order.
+///
+/// Least squares with parameters by chord length; then parameters are corrected ([Hoschek 1988]) and knots added
+/// in the spans where the error is largest, until every point is within the tolerance: measured, not assumed.
+///
+/// ```
+/// # use loftsman_fitting::{Fit, Target};
+/// # use loftsman_kernel::Point;
+/// let points: Vec<Point> = (0..=200).map(|i| 0.03 * f64::from(i)).map(|x| Point::new(x, x.sin(), 0.0)).collect();
+/// let fitted = Fit::new(3, Target::Tolerance(1e-4)).curve(&points)?;
+/// assert!(fitted.max_error <= 1e-4 && fitted.curve.points().len() < 25);
+/// # Ok::<(), loftsman_fitting::FitError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The degree `p`, 1 to 25.
+    pub degree: usize,
+    /// When it is done.
+    pub target: Target,
+    /// Whether the curve closes smoothly (periodic). A last point that repeats the first is left out then.
+    pub closed: bool,
+    /// The parameters to start from.
+    pub parameters: Parametrization,
+    /// The most parameter corrections between two additions of knots; 0 keeps the parameters.
+    pub corrections: usize,
+    /// Whether an open curve starts in the first point and ends in the last one exactly (the default).
+    pub keep_ends: bool,
+    /// A positive weight a point; all 1 where left out.
+    pub weights: Option<Vec<f64>>,
+    /// What must hold exactly, on the domain of the parameters (0 to 1 but for given ones).
+    pub constraints: Vec<Constraint>,
+    /// As in [`LeastSquares::regularization`](crate::LeastSquares::regularization).
+    pub regularization: f64,
+    /// Whether to spend what the tolerance leaves over on a curve that is as smooth as can be (the default): of
+    /// small `∫ |C'''|²`, so that its curvature does not swing where the points are uneven.
+    pub smooth: bool,
+    /// Whether to return the best curve found, with `met = false`, where the tolerance cannot be met. Otherwise
+    /// that is an error.
+    pub best_effort: bool,
+}
+
+/// A fitted curve and how near it comes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedCurve {
+    /// The curve: clamped, or periodic.
+    pub curve: Curve,
+    /// The parameter of each point.
+    pub parameters: Vec<f64>,
+    /// The largest distance of a point from the curve (at its parameter, so never too small), in document units.
+    pub max_error: f64,
+    /// The point that has it.
+    pub worst: usize,
+    /// The root of the mean square of the distances.
+    pub rms_error: f64,
+    /// The tolerance in document units, where there was one.
+    pub tolerance: Option<f64>,
+    /// Whether the tolerance holds (or the number of vertices is the one asked for).
+    pub met: bool,
+    /// Least-squares problems solved on the way.
+    pub iterations: usize,
+    /// Estimate of the condition number of the last one.
+    pub condition: f64,
+    /// Whether the points ended up interpolated, because nothing less met the tolerance.
+    pub interpolated: bool,
+    /// Whether the last point was left out because it repeats the first.
+    pub closing_point_dropped: bool,
+    /// What became of the constraints (the kept ends included).
+    pub kept: Kept,
+}
+
+impl Fit {
+    /// An open fit by chord length with up to four corrections a round and its ends kept.
+    pub fn new(degree: usize, target: Target) -> Self {
+        Self {
+            degree,
+            target,
+            closed: false,
+            parameters: Parametrization::default(),
+            corrections: 4,
+            keep_ends: true,
+            weights: None,
+            constraints: Vec::new(),
+            regularization: 0.0,
+            smooth: true,
+            best_effort: false,
+        }
+    }
+
+    /// Fits the points. `O(m p²)` a solve; the number of solves grows with the logarithm of the vertices.
+    ///
+    /// # Errors
+    /// When points, weights or the target are unusable; there are too few points for the degree; constraints
+    /// conflict; or the tolerance is not met and `best_effort` is not set.
+    pub fn curve(&self, points: &[Point]) -> Result<FittedCurve> {
+        self.watched(points, &Quiet)
+    }
+
+    /// As [`curve`](Self::curve), watched: told of each round, and cancelled between two solves.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve); also [`FitError::Cancelled`].
+    pub fn watched(&self, points: &[Point], observer: &dyn Observer) -> Result<FittedCurve> {
+        if self.degree == 0 || self.degree > loftsman_kernel::error::MAX_DEGREE {
+            return Err(loftsman_kernel::Error::Degree { degree: self.degree }.into());
+        }
+        let frame = Frame::of(points)?;
+        let mut local: Vec<Vector> = points.iter().map(|&p| frame.enter(p)).collect();
+        let closing_point_dropped = self.closed && local.first() == local.last();
+        if closing_point_dropped {
+            local.pop();
+        }
+        let weights = match &self.weights {
+            None => None,
+            Some(weights) => {
+                check_weights(weights, points.len())?;
+                Some(&weights[..local.len()])
+            }
+        };
+        let sites = self.parameters.of_local(&local, self.closed)?;
+        let mut search = Search {
+            fit: self,
+            frame: &frame,
+            points: &local,
+            weights,
+            constraints: self.all_constraints(points, &sites),
+            goal: Goal::new(self, &frame, &local)?,
+            iterations: 0,
+            observer,
+        };
+        let best = search.run(points, &sites)?;
+        let met = best.met || self.best_effort;
+        let result = search.finish(best, points, closing_point_dropped)?;
+        if met {
+            return Ok(result);
+        }
+        Err(FitError::NotMet {
+            tolerance: result.tolerance.unwrap_or(0.0),
+            error: result.max_error,
+            worst: result.worst,
+            vertices: result.curve.points().len(),
+            advice: "allow a larger tolerance or more vertices, hold fewer constraints, or ask for a best effort",
+        })
+    }
+
+    /// The constraints, and the ends of an open curve where they are to be kept and not asked for anyway.
+    fn all_constraints(&self, points: &[Point], sites: &[f64]) -> Vec<Constraint> {
+        let mut all = self.constraints.clone();
+        if self.closed || !self.keep_ends {
+            return all;
+        }
+        let ends = [sites.first().zip(points.first()), sites.last().zip(points.last())];
+        for (&u, point) in ends.into_iter().flatten() {
+            let end = position(u);
+            if all.iter().all(|c| c.name() != end.describe()) {
+                all.push(Constraint::new(end, <[f64; 3]>::from(point.coords)));
+            }
+        }
+        all
+    }
+}

@@ -1,0 +1,361 @@
+//! The operation `fit`: points become a curve.
+
+use loftsman_kernel::functional::ShapeNames;
+use loftsman_kernel::plugin::{
+    ConstraintReport, Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters,
+    StepReport,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::{Error, Point};
+
+use crate::constraint::Constraint;
+use crate::fit::{Fit, FittedCurve, Target};
+use crate::interpolation::{Duplicates, Ends, Interpolation};
+use crate::parameters::Parametrization;
+
+/// The tolerance where none is given, as a share of the points' size.
+const DEFAULT_RELATIVE: f64 = 1e-4;
+
+/// The operation `fit`: a polyline, cloud or mesh (its points in their order) becomes a B-spline curve, by least
+/// squares to a tolerance, with a given number of vertices, or by interpolation.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FitPoints;
+
+const DECLARATION: Declaration = Declaration {
+    name: "fit",
+    help: "a polyline, a cloud or a mesh's points, in their order, become a B-spline curve",
+    fields: &[
+        Field::required("object", "text", "the object whose points are fitted; the curve takes its place"),
+        Field::optional("degree", "1 to 25", "3", "the degree of the curve"),
+        Field::optional(
+            "tolerance",
+            "number",
+            "none",
+            "no point farther from the curve than this, in document units",
+        ),
+        Field::optional(
+            "relative_tolerance",
+            "number",
+            "1e-4 where nothing else is asked for",
+            "the same as a share of the diagonal of the points' box",
+        ),
+        Field::optional(
+            "vertices",
+            "whole number",
+            "as many as the tolerance needs",
+            "how many control vertices; with a tolerance, at most how many",
+        ),
+        Field::optional("interpolate", "true | false", "false", "pass through every point exactly"),
+        Field::optional(
+            "closed",
+            "true | false",
+            "as the polyline; false for others",
+            "close the curve smoothly (periodic)",
+        ),
+        Field::optional(
+            "parameters",
+            "\"chord\" | \"centripetal\" | \"uniform\" | [numbers]",
+            "\"chord\"",
+            "the parameters to start from; a list has one number a point, and one more for a closed curve",
+        ),
+        Field::optional(
+            "corrections",
+            "whole number",
+            "4",
+            "the most parameter corrections between two additions of knots; 0 keeps the parameters",
+        ),
+        Field::optional(
+            "ends",
+            "\"keep\" | \"free\"; interpolating: \"averaged\" | \"not-a-knot\" | \"natural\"",
+            "\"keep\"; \"averaged\"",
+            "what an open curve does at its ends",
+        ),
+        Field::optional(
+            "merge",
+            "true | false",
+            "false",
+            "leave out points that coincide with the one before, when interpolating",
+        ),
+        Field::optional("weights", "[numbers]", "all 1", "a positive weight a point"),
+        Field::optional(
+            "constraints",
+            "[{ kind, …, to }, …]",
+            "none",
+            "what must hold exactly, at locations from 0 to 1",
+        ),
+        Field::optional(
+            "regularization",
+            "number",
+            "0",
+            "how strongly to straighten vertices that the points leave open (1e-6 is little)",
+        ),
+        Field::optional(
+            "smooth",
+            "true | false",
+            "true",
+            "spend what the tolerance leaves over on an even curvature",
+        ),
+        Field::optional(
+            "best_effort",
+            "true | false",
+            "false",
+            "take the best curve found where the tolerance cannot be met",
+        ),
+    ],
+};
+
+impl Operation for FitPoints {
+    fn declaration(&self) -> Declaration {
+        DECLARATION
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        parameters.check(DECLARATION.fields)?;
+        let name = parameters.text("object")?;
+        let object = scene.object(name)?;
+        let (points, chain) = match &object.geometry {
+            Geometry::Polyline(line) => (line.points.as_slice(), line.closed),
+            Geometry::Cloud(cloud) => (cloud.points.as_slice(), false),
+            Geometry::Mesh(mesh) => (mesh.points(), false),
+            other => {
+                let kind = other.kind();
+                return Err(Error::Invalid(format!(
+                    "\"{name}\" is a {kind}: points are fitted, so give a polyline, a cloud or a mesh"
+                ))
+                .into());
+            }
+        };
+        let closed = if parameters.has("closed") { parameters.flag("closed")? } else { chain };
+        let (curve, report) = if parameters.flag("interpolate")? {
+            interpolate(points, closed, parameters)?
+        } else {
+            let fit = fit_of(closed, name, parameters, context)?;
+            let fitted = fit.watched(points, context.observer)?;
+            let report = report_of(&fitted, points);
+            (fitted.curve, report)
+        };
+        let report = StepReport { op: DECLARATION.name.into(), object: Some(name.to_owned()), ..report };
+        scene.replace(name, curve)?;
+        Ok(report)
+    }
+}
+
+fn degree_of(parameters: &Parameters) -> Result<usize, ParameterError> {
+    parameters.count_or("degree", 3)
+}
+
+fn parametrization(parameters: &Parameters) -> Result<Parametrization, ParameterError> {
+    if !parameters.has("parameters") {
+        return Ok(Parametrization::default());
+    }
+    if parameters.text("parameters").is_err() {
+        return Ok(Parametrization::Given(parameters.numbers("parameters")?));
+    }
+    let known = [("chord", 0_u8), ("centripetal", 1), ("uniform", 2)];
+    Ok(match parameters.choice("parameters", &known)? {
+        1 => Parametrization::Centripetal,
+        2 => Parametrization::Uniform,
+        _ => Parametrization::ChordLength,
+    })
+}
+
+/// Interpolation, and what there is to say about it.
+fn interpolate(
+    points: &[Point],
+    closed: bool,
+    parameters: &Parameters,
+) -> Result<(loftsman_kernel::spline::Curve, StepReport), OperationError> {
+    const LEAST_SQUARES: [&str; 9] = [
+        "tolerance",
+        "relative_tolerance",
+        "vertices",
+        "corrections",
+        "weights",
+        "constraints",
+        "regularization",
+        "smooth",
+        "best_effort",
+    ];
+    if let Some(field) = LEAST_SQUARES.into_iter().find(|f| parameters.has(f)) {
+        let problem = "has no meaning where every point is interpolated; leave it or \"interpolate\" out";
+        return Err(parameters.error(field, problem).into());
+    }
+    let ends = if parameters.has("ends") {
+        let words =
+            [("averaged", Ends::Averaged), ("not-a-knot", Ends::NotAKnot), ("natural", Ends::Natural)];
+        let choices: Vec<(&str, usize)> = words.iter().enumerate().map(|(i, (word, _))| (*word, i)).collect();
+        let choice = parameters.choice("ends", &choices)?;
+        words.into_iter().nth(choice).map(|(_, ends)| ends).unwrap_or_default()
+    } else {
+        Ends::default()
+    };
+    let through = Interpolation {
+        degree: degree_of(parameters)?,
+        closed,
+        parameters: parametrization(parameters)?,
+        ends,
+        duplicates: if parameters.flag("merge")? { Duplicates::Merge } else { Duplicates::Refuse },
+    }
+    .curve(points)?;
+    let mut notes = vec![format!(
+        "{} control vertices through {} points",
+        through.curve.points().len(),
+        points.len() - through.merged.len()
+    )];
+    if !through.merged.is_empty() {
+        notes.push(format!(
+            "{} coincident points merged (first: {})",
+            through.merged.len(),
+            through.merged[0]
+        ));
+    }
+    let report = StepReport {
+        residual: Some(through.residual),
+        condition: Some(through.condition),
+        iterations: Some(1),
+        notes,
+        ..StepReport::default()
+    };
+    Ok((through.curve, report))
+}
+
+/// The fit that the fields ask for.
+fn fit_of(
+    closed: bool,
+    object: &str,
+    parameters: &Parameters,
+    context: &Context<'_>,
+) -> Result<Fit, OperationError> {
+    if parameters.has("merge") {
+        let problem = "is for interpolation only: least squares takes coincident points as they are";
+        return Err(parameters.error("merge", problem).into());
+    }
+    let mut fit = Fit::new(degree_of(parameters)?, target_of(parameters)?);
+    fit.closed = closed;
+    fit.parameters = parametrization(parameters)?;
+    fit.corrections = parameters.count_or("corrections", fit.corrections)?;
+    if parameters.has("ends") {
+        fit.keep_ends = parameters.choice("ends", &[("keep", true), ("free", false)])?;
+    }
+    if parameters.has("weights") {
+        fit.weights = Some(parameters.numbers("weights")?);
+    }
+    fit.regularization = parameters.number_or("regularization", 0.0)?;
+    if parameters.has("smooth") {
+        fit.smooth = parameters.flag("smooth")?;
+    }
+    fit.best_effort = parameters.flag("best_effort")?;
+    for table in parameters.tables("constraints")? {
+        fit.constraints.push(constraint_of(&table, object, context)?);
+    }
+    Ok(fit)
+}
+
+fn target_of(parameters: &Parameters) -> Result<Target, OperationError> {
+    let vertices = if parameters.has("vertices") { Some(parameters.count("vertices")?) } else { None };
+    let absolute = if parameters.has("tolerance") { Some(parameters.number("tolerance")?) } else { None };
+    if absolute.is_some() && parameters.has("relative_tolerance") {
+        let problem = "stands beside \"tolerance\"; give one of them";
+        return Err(parameters.error("relative_tolerance", problem).into());
+    }
+    let relative = parameters.number_or("relative_tolerance", DEFAULT_RELATIVE)?;
+    Ok(match (absolute, vertices) {
+        (Some(tolerance), Some(vertices)) => Target::AtMost { tolerance, vertices },
+        (Some(tolerance), None) => Target::Tolerance(tolerance),
+        (None, Some(_)) if parameters.has("relative_tolerance") => {
+            let problem = "limits a \"tolerance\" in document units; give that one, or no vertices";
+            return Err(parameters.error("vertices", problem).into());
+        }
+        (None, Some(vertices)) => Target::Vertices(vertices),
+        (None, None) => Target::Relative(relative),
+    })
+}
+
+/// A constraint of the recipe: the functional's own fields, and the value it must have.
+fn constraint_of(
+    table: &Parameters,
+    object: &str,
+    context: &Context<'_>,
+) -> Result<Constraint, OperationError> {
+    let kind = table.text("kind")?;
+    let declaration = context.registry.find_functional(kind, table.path())?;
+    for word in ["by", "scale", "keep", "at_least", "at_most"] {
+        if table.has(word) {
+            let problem = "needs a shape that is there already; a fit can only be told a value, with \"to\"";
+            return Err(table.error(word, problem).into());
+        }
+    }
+    // Some kinds have a field `to` of their own (a direction): they are conditions.
+    let own = declaration.fields.iter().any(|f| f.name == "to");
+    let to = if own || !table.has("to") {
+        None
+    } else if table.list("to").is_ok() {
+        Some(table.numbers("to")?)
+    } else {
+        Some(vec![table.number("to")?])
+    };
+    let fields = if own { table.without(&["kind"]) } else { table.without(&["kind", "to"]) };
+    let functional = context.registry.build_functional(kind, &fields, &mut OnlyItself { object })?;
+    Ok(Constraint::shared(functional, to))
+}
+
+/// A fit has one shape: the curve that it makes.
+struct OnlyItself<'a> {
+    object: &'a str,
+}
+
+impl ShapeNames for OnlyItself<'_> {
+    fn shape(&mut self, object: &str) -> loftsman_kernel::Result<usize> {
+        if object == self.object {
+            return Ok(0);
+        }
+        Err(Error::Invalid(format!(
+            "a fit holds constraints on \"{}\" only, not on \"{object}\"",
+            self.object
+        )))
+    }
+}
+
+fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
+    let vertices = fitted.curve.points().len();
+    let mut notes = vec![format!(
+        "{vertices} control vertices for {} points: largest error {:.3e} (point {}), root mean square {:.3e}",
+        points.len(),
+        fitted.max_error,
+        fitted.worst,
+        fitted.rms_error
+    )];
+    match fitted.tolerance {
+        Some(tolerance) if !fitted.met => {
+            notes.push(format!("best effort: the tolerance {tolerance:e} is not met"));
+        }
+        Some(tolerance) => notes.push(format!("the tolerance {tolerance:e} is met")),
+        None => {}
+    }
+    if fitted.interpolated {
+        notes.push("nothing less than interpolation met the tolerance".into());
+    }
+    if fitted.closing_point_dropped {
+        notes.push("the last point repeats the first and was left out of the closed curve".into());
+    }
+    let kept = &fitted.kept;
+    let constraint = |(name, residual): &(String, f64)| ConstraintReport {
+        name: name.clone(),
+        residual: *residual,
+        ..ConstraintReport::default()
+    };
+    StepReport {
+        residual: Some(kept.residuals.iter().fold(0.0, |m, (_, r)| r.max(m))),
+        condition: Some(fitted.condition),
+        iterations: Some(fitted.iterations),
+        redundant: kept.redundant.clone(),
+        constraints: kept.residuals.iter().map(constraint).collect(),
+        notes,
+        ..StepReport::default()
+    }
+}

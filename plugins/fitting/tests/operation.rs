@@ -1,0 +1,122 @@
+//! The operation `fit` in recipes.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+use loftsman_fitting::Fitting;
+use loftsman_kernel::Point;
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use serde_json::{Value, json};
+
+fn scene() -> Scene {
+    let points: Vec<Point> = (0..80)
+        .map(|i| std::f64::consts::TAU * f64::from(i) / 80.0)
+        .map(|a| Point::new(3.0 * a.cos(), 2.0 * a.sin(), 0.0))
+        .collect();
+    let mesh = Mesh::new(points[..4].to_vec(), &[[0, 1, 2, 3]]).unwrap();
+    let mut scene = Scene::new();
+    let ring = Polyline { points: points.clone(), closed: true };
+    scene.add(Object::new("ring", Geometry::Polyline(ring))).unwrap();
+    scene.add(Object::new("scan", Geometry::Cloud(Cloud { points }))).unwrap();
+    scene.add(Object::new("panel", Geometry::Mesh(mesh))).unwrap();
+    scene.add(Object::new("group", Geometry::Group)).unwrap();
+    scene
+}
+
+fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
+    let mut registry = Registry::new();
+    registry.add(&Fitting);
+    loftsman_kernel::functional::register(&mut registry);
+    let operation = registry.find_operation("fit", "step[0]").unwrap();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    operation.apply(scene, &parameters, &Context::quiet(&registry))
+}
+
+fn fails(fields: Value) -> String {
+    let mut scene = scene();
+    let error = run(&mut scene, fields).unwrap_err().to_string();
+    assert_eq!(scene, self::scene(), "a failed step leaves the scene alone");
+    error
+}
+
+#[test]
+fn a_closed_polyline_becomes_a_periodic_curve() {
+    let mut scene = scene();
+    let report = run(&mut scene, json!({ "object": "ring", "tolerance": 1e-3 })).unwrap();
+    let curve = scene.curve("ring").unwrap();
+    assert!(curve.is_periodic() && curve.degree() == 3 && curve.points().len() < 20);
+    assert_eq!(report.op, "fit");
+    assert!(report.notes[0].contains("largest error"), "{:?}", report.notes);
+    assert!(report.iterations.unwrap() > 1 && report.condition.unwrap() >= 1.0);
+}
+
+#[test]
+fn a_cloud_becomes_an_open_curve_with_constraints() {
+    let mut scene = scene();
+    let fields = json!({
+        "object": "scan", "degree": 4, "vertices": 12,
+        "constraints": [
+            { "kind": "position", "at": 0.5, "to": [-3.1, 0.0, 0.2] },
+            { "kind": "tangent", "at": 0.0, "direction": [0, 1, 0] },
+            { "kind": "orthogonal", "at": 0.25, "to": [0, 1, 0], "object": "scan" },
+        ],
+    });
+    let report = run(&mut scene, fields).unwrap();
+    let curve = scene.curve("scan").unwrap();
+    assert_eq!(curve.points().len(), 12);
+    assert!((curve.point(0.5).unwrap() - Point::new(-3.1, 0.0, 0.2)).norm() < 1e-13);
+    assert!(curve.derivative(0.0, 1).unwrap().x.abs() < 1e-11);
+    assert!(curve.derivative(0.25, 1).unwrap().y.abs() < 1e-11);
+    assert_eq!(report.constraints.len(), 5);
+    assert!(report.residual.unwrap() < 1e-11);
+}
+
+#[test]
+fn interpolation_and_meshes() {
+    let mut scene = scene();
+    let fields =
+        json!({ "object": "scan", "interpolate": true, "ends": "natural", "parameters": "centripetal" });
+    let report = run(&mut scene, fields).unwrap();
+    assert!(report.residual.unwrap() < 1e-14);
+    assert_eq!(scene.curve("scan").unwrap().points().len(), 82);
+    run(&mut scene, json!({ "object": "panel" })).unwrap();
+    assert_eq!(scene.curve("panel").unwrap().points().len(), 4);
+    let given: Vec<f64> = (0..=80).map(f64::from).collect();
+    run(&mut scene, json!({ "object": "ring", "interpolate": true, "parameters": given })).unwrap();
+    assert_eq!(scene.curve("ring").unwrap().domain(), (0.0, 80.0));
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    for (fields, words) in [
+        (json!({ "tolerance": 1.0 }), "\"object\" is missing"),
+        (json!({ "object": "rign" }), "did you mean \"ring\"?"),
+        (json!({ "object": "group" }), "\"group\" is a group"),
+        (json!({ "object": "ring", "tolerence": 1.0 }), "did you mean \"tolerance\"?"),
+        (json!({ "object": "ring", "tolerance": -1.0 }), "give a positive length"),
+        (json!({ "object": "ring", "tolerance": 1.0, "relative_tolerance": 1.0 }), "give one of them"),
+        (json!({ "object": "ring", "degree": 1_000_000_000 }), "degree from 1 to 25"),
+        (json!({ "object": "ring", "vertices": 1_000_000 }), "cannot be fitted: choose from 3"),
+        (json!({ "object": "ring", "tolerance": 1e-12, "vertices": 5 }), "is not met"),
+        (json!({ "object": "ring", "parameters": "cord" }), "did you mean \"chord\"?"),
+        (json!({ "object": "ring", "interpolate": true, "tolerance": 1.0 }), "no meaning"),
+        (json!({ "object": "ring", "weights": [1.0] }), "one positive, finite weight a point"),
+        (
+            json!({ "object": "ring", "constraints": [{ "kind": "position", "at": 0.5, "keep": true }] }),
+            "step[0].constraints[0].keep",
+        ),
+        (
+            json!({ "object": "ring", "constraints": [{ "kind": "positoin", "at": 0.5 }] }),
+            "did you mean \"position\"?",
+        ),
+        (json!({ "object": "ring", "constraints": [{ "kind": "position", "at": 0.5 }] }), "`to`"),
+        (
+            json!({ "object": "ring", "constraints": [{ "kind": "position", "at": 0.5, "object": "scan", "to": [0, 0, 0] }] }),
+            "on \"ring\" only",
+        ),
+    ] {
+        let message = fails(fields.clone());
+        assert!(message.contains(words), "{fields}\n{message}");
+    }
+}
