@@ -1,0 +1,122 @@
+//! The conventions of airfoil collections.
+
+use loftsman_kernel::Point;
+
+use super::scan::Block;
+
+/// The row counts that a Lednicer file starts with, if this one does: two whole numbers that add up to the rows
+/// behind them and cannot be a point of the outline, because they lie outside it or blank lines set them apart.
+pub(super) fn lednicer_counts(block: &Block) -> Option<(usize, usize)> {
+    let (first, rest) = block.points.split_first()?;
+    let count = |x: f64| (x >= 2.0 && x.fract() == 0.0 && x <= rest.len() as f64).then_some(x as usize);
+    let (upper, lower) = (count(first.x)?, count(first.y)?);
+    if upper.checked_add(lower) != Some(rest.len()) || rest.iter().any(|p| p.z != 0.0) {
+        return None;
+    }
+    let apart = block.gaps.contains(&1) && block.gaps.contains(&(1 + upper));
+    let outside = rest.iter().all(|p| p.x < first.x && p.y.abs() < first.y);
+    (apart || outside).then_some((upper, lower))
+}
+
+/// A counts row that does not fit the rows behind it: two whole numbers, set apart by a blank line, far outside
+/// the unit chord that all other rows keep to.
+pub(super) fn wrong_counts(block: &Block) -> Option<(f64, f64, usize)> {
+    let (first, rest) = block.points.split_first()?;
+    let whole = |x: f64| x >= 2.0 && x.fract() == 0.0;
+    let unit = |p: &Point| p.x >= -0.5 && p.x <= 1.5 && p.y.abs() <= 1.0;
+    let counts = whole(first.x) && whole(first.y) && block.gaps.contains(&1);
+    (counts && !rest.is_empty() && rest.iter().all(unit)).then_some((first.x, first.y, rest.len()))
+}
+
+/// What came of two surfaces.
+pub(super) struct Outline {
+    /// From the trailing edge over the upper side and the nose to the lower trailing edge.
+    pub(super) points: Vec<Point>,
+    /// Whether both surfaces had the same first point, which is kept once.
+    pub(super) shared_nose: bool,
+    /// What was not as the convention has it.
+    pub(super) notes: Vec<&'static str>,
+}
+
+/// One outline of the two surfaces of a Lednicer file, each from the leading edge to the trailing edge.
+pub(super) fn lednicer_outline(rows: &[Point], upper: usize) -> Outline {
+    let (first, second) = rows.split_at(upper);
+    let (mut first, mut second) = (first.to_vec(), second.to_vec());
+    let mut notes = Vec::new();
+    for surface in [&mut first, &mut second] {
+        let backwards = surface.first().zip(surface.last()).is_some_and(|(a, b)| a.x > b.x);
+        if backwards {
+            surface.reverse();
+            notes.push("a surface ran from the trailing edge to the leading edge and was turned round");
+        }
+    }
+    if area_below(&first) < area_below(&second) {
+        std::mem::swap(&mut first, &mut second);
+        notes.push("the lower surface came first; the outline runs over the upper one first all the same");
+    }
+    let shared_nose = first.first() == second.first();
+    first.reverse();
+    first.extend(&second[usize::from(shared_nose)..]);
+    Outline { points: first, shared_nose, notes }
+}
+
+/// `∫ y dx` along a surface, by the trapezoidal rule.
+fn area_below(points: &[Point]) -> f64 {
+    points.windows(2).map(|w| 0.5 * (w[0].y + w[1].y) * (w[1].x - w[0].x)).sum()
+}
+
+/// Whether points run as in a Selig file: from the trailing edge, where x is largest, to the leading edge, where
+/// it is least, and back, in a plane and longer than thick.
+pub(super) fn is_selig(points: &[Point]) -> bool {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return false };
+    if points.len() < 5 || points.iter().any(|p| p.z != 0.0) {
+        return false;
+    }
+    let (low, high) = points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+    let chord = high.x - low.x;
+    let close = |p: &Point| high.x - p.x <= 0.05 * chord;
+    let Some(nose) = points.iter().position(|p| p.x == low.x) else { return false };
+    // Rounded tables may stand still for a row or two, hence not strictly.
+    let there = points[..=nose].windows(2).all(|w| w[1].x <= w[0].x);
+    let back = points[nose..].windows(2).all(|w| w[1].x >= w[0].x);
+    close(first) && close(last) && high.y - low.y < 0.8 * chord && there && back
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(list: &[[f64; 2]]) -> Vec<Point> {
+        list.iter().map(|&[x, y]| Point::new(x, y, 0.0)).collect()
+    }
+
+    #[test]
+    fn an_outline_comes_out_the_same_however_the_surfaces_come_in() {
+        let upper = [[0.0, 0.0], [0.5, 0.1], [1.0, 0.01]];
+        let lower = [[0.0, 0.0], [0.5, -0.05], [1.0, -0.01]];
+        let expected = points(&[[1.0, 0.01], [0.5, 0.1], [0.0, 0.0], [0.5, -0.05], [1.0, -0.01]]);
+        let usual = lednicer_outline(&points(&[upper, lower].concat()), 3);
+        assert!(usual.shared_nose && usual.notes.is_empty());
+        assert_eq!(usual.points, expected);
+        let swapped = lednicer_outline(&points(&[lower, upper].concat()), 3);
+        assert_eq!((swapped.points, swapped.notes.len()), (expected.clone(), 1));
+        let mut turned = upper;
+        turned.reverse();
+        let turned = lednicer_outline(&points(&[turned, lower].concat()), 3);
+        assert_eq!((turned.points, turned.notes.len()), (expected.clone(), 1));
+        assert!(is_selig(&expected));
+    }
+
+    #[test]
+    fn a_point_is_not_taken_for_counts() {
+        let rows = |first: [f64; 2], gaps: &[usize]| {
+            let mut list = vec![first];
+            list.extend([[0.0, 0.0], [5.0, 5.0], [9.0, 0.0], [3.0, -4.0]]);
+            Block { points: points(&list), gaps: gaps.to_vec(), ..Block::default() }
+        };
+        assert_eq!(lednicer_counts(&rows([2.0, 2.0], &[])), None);
+        assert_eq!(lednicer_counts(&rows([2.0, 2.0], &[1, 3])), Some((2, 2)));
+        assert_eq!(lednicer_counts(&rows([2.0, 3.0], &[1, 3])), None);
+        assert_eq!(lednicer_counts(&rows([f64::MAX, 2.0], &[1, 3])), None);
+    }
+}

@@ -1,0 +1,144 @@
+//! The many ways in which rows of coordinates are written.
+
+use loftsman_kernel::plugin::{Format, Memory, ReadOptions};
+use loftsman_kernel::scene::{Geometry, Unit};
+use loftsman_points::Points;
+
+use super::common::{coordinates, polyline, read, read_as};
+
+#[test]
+fn one_row_in_every_spelling() {
+    for (text, note) in [
+        ("0 0 0\n1.5 -2 0.001\n", "blanks"),
+        ("\u{feff}0 0 0\r\n1.5 -2 0.001\r\n", "blanks"),
+        ("0\t0\t0\r1.5\t-2\t1.0D-3\r", "blanks"),
+        ("0,0,0\n1.5, -2 ,0.001", "commas"),
+        ("0;0;0\n1,5;-2;0,001", "commas are decimal signs"),
+        ("0,0 0,0 0,0\n1,5 -2,0 0,001\n", "commas are decimal signs"),
+        ("0 0 0 # start\n! all of it\n\n% more\n// more\n  1.5 -2 1e-3 ! end", "blanks"),
+        ("x,y,z\n0,0,0\n\"1.5\",\"-2\",\"0.001\"\n", "commas"),
+        ("X [m];Y [m];Z [m]\n0;0;0\n1.5;-2;.001;\n", "semicolons"),
+        ("2\n0 0 0\n1.5 -2 0.001\n", "line 1 counts the rows"),
+        ("# x y z\n0 0 0\n1.5 -2 0.001\n\x1a", "blanks"),
+    ] {
+        let (scene, report) = read("a.csv", text).unwrap_or_else(|e| panic!("{text:?}: {e}"));
+        assert_eq!(coordinates(&scene), [[0.0; 3], [1.5, -2.0, 0.001]], "{text:?}");
+        assert!(report.notes.iter().any(|n| n.contains(note)), "{text:?}: {:?}", report.notes);
+        assert!(report.adds_up() && report.entities == 2);
+        assert_eq!(scene.objects()[0].name(), "a");
+        assert!(Points.recognises(text.as_bytes()), "{text:?}");
+    }
+}
+
+#[test]
+fn columns_by_name_and_columns_left_out() {
+    let (scene, report) = read("a.csv", "id,t,z,y,x\nfirst,0.1,3,2,1\nsecond,0.2,6,5,4\n").unwrap();
+    assert_eq!(coordinates(&scene), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    assert_eq!(
+        report.left_out.keys().collect::<Vec<_>>(),
+        ["column \"id\" is not a coordinate", "column \"t\" is not a coordinate"]
+    );
+    assert!(report.adds_up() && report.entities == 4);
+    let (scene, report) = read("a.csv", "1 2 3 255 0 0\n4 5 6 0 255 0\n").unwrap();
+    assert_eq!(coordinates(&scene), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    assert_eq!(report.left_out.values().sum::<usize>(), 3);
+    let (scene, report) = read("a.csv", "width,height\n1,2\n3,4\n").unwrap();
+    assert_eq!(coordinates(&scene), [[1.0, 2.0, 0.0], [3.0, 4.0, 0.0]]);
+    assert!(report.notes.iter().any(|n| n.contains("no x and y: width, height")), "{:?}", report.notes);
+    let (_, report) = read("a.csv", "1,5,2,5\n2,5,3,5\n").unwrap();
+    assert!(report.notes.iter().any(|n| n.contains("separate columns by ;")), "{:?}", report.notes);
+}
+
+const LEDNICER: &str = "\
+NACA M-2, a part
+       3.       4.
+
+ 0.000000  0.000000
+ 0.500000  0.040000
+ 1.000000  0.001000
+
+ 0.000000  0.000000
+ 0.300000 -0.030000
+ 0.700000 -0.020000
+ 1.000000 -0.001000
+";
+
+#[test]
+fn lednicer_becomes_one_outline() {
+    let expected = [[1.0, 0.001], [0.5, 0.04], [0.0, 0.0], [0.3, -0.03], [0.7, -0.02], [1.0, -0.001]];
+    let expected = expected.map(|[x, y]| [x, y, 0.0]);
+    let without_gaps = LEDNICER.replace("\n\n", "\n");
+    for text in [LEDNICER, &without_gaps] {
+        let (scene, report) = read("m2.dat", text).unwrap();
+        assert_eq!(coordinates(&scene), expected);
+        assert!(!polyline(&scene).1);
+        assert_eq!(scene.objects()[0].name(), "NACA M-2, a part");
+        assert!(report.notes.iter().any(|n| n.starts_with("Lednicer")), "{:?}", report.notes);
+        assert_eq!((report.entities, report.kept, report.adds_up()), (8, 6, true));
+    }
+    let cut = &LEDNICER[..LEDNICER.len() - 40];
+    let error = read("m2.dat", cut).unwrap_err().to_string();
+    assert!(error.contains("counts 3 and 4 rows, but 5 follow"), "{error}");
+}
+
+#[test]
+fn closed_where_the_last_row_repeats_the_first() {
+    let square = "0 0\n1 0\n1 1\n0 1\n0 0\n";
+    let (scene, report) = read("a.dat", square).unwrap();
+    assert_eq!((polyline(&scene).0.len(), polyline(&scene).1), (4, true));
+    assert_eq!((report.entities, report.kept), (5, 4));
+    let (scene, _) = read("a.dat", "0 0\n1 0\n0 0\n").unwrap();
+    assert_eq!((polyline(&scene).0.len(), polyline(&scene).1), (3, false));
+    let (scene, _) = read_as("a.dat", square, "cloud").unwrap();
+    assert_eq!(coordinates(&scene).len(), 5);
+}
+
+#[test]
+fn chains_and_clouds_by_extension_and_by_option() {
+    let kind = |name: &str, option: Option<&str>| {
+        let rows = "1 2 3\n4 5 6\n7 8 10\n";
+        let read = option.map_or_else(|| read(name, rows), |option| read_as(name, rows, option));
+        read.unwrap().0.objects()[0].geometry.kind()
+    };
+    for name in ["a.xyz", "a.asc", "B.PTS"] {
+        assert_eq!((kind(name, None), kind(name, Some("polyline"))), ("cloud", "polyline"));
+    }
+    for name in ["a.csv", "a.txt", "a.dat", "-", "xyz"] {
+        assert_eq!((kind(name, None), kind(name, Some("cloud"))), ("polyline", "cloud"));
+    }
+    let error = read_as("a.xyz", "1 2 3\n", "clouds").unwrap_err().to_string();
+    assert!(error.contains("did you mean \"cloud\"?"), "{error}");
+}
+
+#[test]
+fn every_zone_is_an_object() {
+    let text = "TITLE = \"wing\"\nVARIABLES = \"y\"\n\"x\"\n\"cp\"\nZONE T=\"upper\", I=2, F=POINT\n1 0 9\n2 0 9\n\
+                ZONE\nI=1\n3 1 9\nZONE T=\"upper\"\n1 1 1\n";
+    let (scene, report) = read("wing.plt.dat", text).unwrap();
+    let names: Vec<_> = scene.objects().iter().map(|o| o.name()).collect();
+    assert_eq!(names, ["upper", "wing.plt", "upper.001"]);
+    assert_eq!(scene.objects()[0].geometry.points()[1].coords.as_slice(), [0.0, 2.0, 0.0]);
+    assert_eq!((report.entities, report.kept), (5, 4));
+    assert!(scene.objects().iter().all(|o| matches!(o.geometry, Geometry::Polyline(_))));
+}
+
+#[test]
+fn names_from_name_lines_and_old_encodings() {
+    let name = |bytes: &[u8]| read("file.dat", bytes).unwrap().0.objects()[0].name().to_owned();
+    assert_eq!(name(b"G\xD6 398\n1 0\n0 1\n"), "GÖ 398");
+    assert_eq!(name("Gö 398\n1 0\n0 1\n".as_bytes()), "Gö 398");
+    assert_eq!(name(b"2412\n1 0\n0 1\n0.5 0\n"), "2412");
+    assert_eq!(name(b"12% thick, smoothed\n1 0\n0 1\n"), "12% thick, smoothed");
+    assert_eq!(name(b"1 0\n0 1\n"), "file");
+    let (_, report) = read("file.dat", "one\ntwo\nthree\n1 0\n0 1\n").unwrap();
+    assert_eq!((report.entities, report.left_out.values().sum::<usize>()), (4, 2));
+}
+
+#[test]
+fn the_unit_is_noted_as_asked_for() {
+    let options = ReadOptions { unit: Some(Unit::Inch), ..ReadOptions::default() };
+    let (scene, report) = Points.read(&Memory::new("a.xyz", "1 2 3\n"), &options).unwrap();
+    assert_eq!(scene.unit, Unit::Inch);
+    assert!(!report.notes.iter().any(|n| n.contains("no unit")));
+    assert_eq!(coordinates(&scene), [[1.0, 2.0, 3.0]]);
+}
