@@ -1,15 +1,18 @@
-//! What may be asked of a conversion: unit, up axis, fineness.
+//! What may be asked of a conversion: unit, up axis, fineness, and the formats' own options.
+
+use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{
     Chord, Fineness, ParameterError, Parameters, ReadOptions, UpChoice, WriteOptions,
 };
 use loftsman_kernel::scene::{Unit, Up};
+use serde_json::{Map, Value};
 
 /// Formats whose files say nothing about units.
 const WITHOUT_UNIT: &[&str] = &["obj", "points", "stl", "ply", "off", "csv", "xyz"];
 
-/// Unit, axes and fineness of a conversion, as a person asks for them.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// Unit, axes, fineness and formats' options of a conversion, as a person asks for them.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Conversion {
     /// The unit of the numbers: the input's where its format has none (OBJ, points) and
     /// [`from_unit`](Self::from_unit) is left out, else the output's.
@@ -22,10 +25,14 @@ pub struct Conversion {
     pub from_up: Option<Up>,
     /// How fine splines are tessellated where the output cannot hold them.
     pub fineness: Fineness,
+    /// Options of the input's format.
+    pub read: Map<String, Value>,
+    /// Options of output formats, by the format's name.
+    pub write: BTreeMap<String, Map<String, Value>>,
 }
 
 impl Conversion {
-    /// The fields `unit`, `up` and `tolerance` of a table.
+    /// The fields `unit`, `up`, `tolerance`, `read` and `write` of a table.
     ///
     /// # Errors
     /// When one has an unknown word or a number that cannot be.
@@ -44,21 +51,42 @@ impl Conversion {
             };
             conversion.fineness.chord = chord(&text).map_err(|e| fields.error("tolerance", e))?;
         }
+        if fields.has("read") {
+            conversion.read = map(&fields.table("read")?);
+        }
+        if fields.has("write") {
+            let formats = fields.table("write")?;
+            for format in formats.names() {
+                conversion.write.insert(format.to_owned(), map(&formats.table(format)?));
+            }
+        }
         Ok(conversion)
     }
 
     /// How to read an input of the format of this name.
     pub fn read_options(&self, format: &str) -> ReadOptions<'static> {
         let assumed = if WITHOUT_UNIT.contains(&format) { self.unit } else { None };
-        ReadOptions { unit: self.from_unit.or(assumed), up: self.from_up, ..ReadOptions::default() }
+        let own = parameters(&self.read, "read".to_owned());
+        ReadOptions { unit: self.from_unit.or(assumed), up: self.from_up, own, ..ReadOptions::default() }
     }
 
-    /// How to write what came from an input of the format of this name.
-    pub fn write_options(&self, input_format: &str) -> WriteOptions<'static> {
-        let assumed = self.from_unit.is_none() && WITHOUT_UNIT.contains(&input_format);
+    /// How to write, in the format of the name `output`, what came from an input of the format `input`.
+    pub fn write_options(&self, input: &str, output: &str) -> WriteOptions<'static> {
+        let assumed = self.from_unit.is_none() && WITHOUT_UNIT.contains(&input);
         let unit = if assumed { None } else { self.unit };
-        WriteOptions { unit, up: self.up, fineness: self.fineness, ..WriteOptions::default() }
+        let none = Map::new();
+        let own = parameters(self.write.get(output).unwrap_or(&none), format!("write.{output}"));
+        WriteOptions { unit, up: self.up, fineness: self.fineness, own, ..WriteOptions::default() }
     }
+}
+
+fn map(fields: &Parameters) -> Map<String, Value> {
+    fields.names().filter_map(|name| Some((name.to_owned(), fields.value(name)?.clone()))).collect()
+}
+
+fn parameters(fields: &Map<String, Value>, path: String) -> Parameters {
+    let none = Parameters::empty(path.clone());
+    Parameters::new(Value::Object(fields.clone()), path).unwrap_or(none)
 }
 
 /// The words for the up axis of an output.
@@ -95,12 +123,12 @@ mod tests {
     fn the_unit_is_the_inputs_where_its_format_has_none() {
         let mm = Conversion { unit: Some(Unit::Millimetre), ..Conversion::default() };
         assert_eq!(mm.read_options("obj").unit, Some(Unit::Millimetre));
-        assert_eq!(mm.write_options("obj").unit, None);
+        assert_eq!(mm.write_options("obj", "gltf").unit, None);
         assert_eq!(mm.read_options("gltf").unit, None);
-        assert_eq!(mm.write_options("gltf").unit, Some(Unit::Millimetre));
+        assert_eq!(mm.write_options("gltf", "obj").unit, Some(Unit::Millimetre));
         let both = Conversion { from_unit: Some(Unit::Inch), ..mm };
         assert_eq!(both.read_options("obj").unit, Some(Unit::Inch));
-        assert_eq!(both.write_options("obj").unit, Some(Unit::Millimetre));
+        assert_eq!(both.write_options("obj", "gltf").unit, Some(Unit::Millimetre));
     }
 
     #[test]

@@ -19,8 +19,11 @@ pub struct BuiltIn;
 impl Plugin for BuiltIn {
     fn register(&self, registry: &mut Registry) {
         registry.add(&loftsman_editing::Editing);
+        registry.add(&loftsman_fitting::Fitting);
         registry.add(&loftsman_tessellation::Tessellation);
         registry.add(&loftsman_native::Plugin);
+        registry.add(&loftsman_obj::ObjPlugin);
+        registry.add(&loftsman_points::Plugin);
     }
 }
 

@@ -48,6 +48,8 @@ pub const FIELDS: &[Field] = &[
     ),
     Field::optional("up", "\"x\" | \"y\" | \"z\" | \"keep\"", "the format's", "the up axis of the outputs"),
     Field::optional("tolerance", "length or \"percent%\"", "\"0.1%\"", "of tessellated splines"),
+    Field::optional("read", "{ option = value, … }", "none", "options of the input's format"),
+    Field::optional("write", "{ format = { option = value, … }, … }", "none", "options of output formats"),
 ];
 
 /// A recipe: what to read, what to do, what to write.

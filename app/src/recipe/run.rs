@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use loftsman_kernel::plugin::{
     Clock, Context, NoClock, Observer, OperationError, Parameters, Quiet, ReadOptions, Registry, Source,
-    StepReport, WriteOptions,
+    StepReport, WriteOptions, nearest,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use serde_json::Value;
@@ -13,6 +13,7 @@ use super::Recipe;
 use super::error::RecipeError;
 use super::report::{InputReport, OutputReport, RunReport};
 use crate::error::{Error, Result};
+use crate::file::output::format_for;
 use crate::file::{Input, Outputs};
 use crate::picture::{self, Picture};
 
@@ -82,7 +83,7 @@ impl<'a> Runner<'a> {
         // Whatever can be refused is refused before the work.
         for file in &files {
             if !picture::is_picture(file) {
-                crate::file::output::format_for(file, self.registry)?;
+                format_for(file, self.registry)?;
             }
             outputs.claim(file)?;
         }
@@ -99,10 +100,9 @@ impl<'a> Runner<'a> {
                     std::collections::BTreeMap::new(),
                 )?;
             } else {
-                let options = WriteOptions {
-                    observer: self.observer,
-                    ..recipe.conversion.write_options(applied.format)
-                };
+                let output = format_for(file, self.registry)?.declaration().name;
+                let asked = recipe.conversion.write_options(applied.format, output);
+                let options = WriteOptions { observer: self.observer, ..asked };
                 let written = outputs.scene(&applied.scene, file, &options, self.registry)?;
                 (report.objects, report.notes) = (written.objects, written.notes);
             }
@@ -140,6 +140,14 @@ impl<'a> Runner<'a> {
     /// The operation and the fields of each step, checked as far as their declarations allow.
     fn prepare(&self, recipe: &Recipe) -> Result<Vec<(String, Parameters)>> {
         let locate = |e: loftsman_kernel::plugin::ParameterError| recipe.error(e.path, e.problem);
+        for format in recipe.conversion.write.keys() {
+            let known: Vec<&str> = self.registry.formats().iter().map(|f| f.declaration().name).collect();
+            if !known.contains(&format.as_str()) {
+                let near = nearest(format, known.iter().copied()).map(|n| format!("did you mean \"{n}\"?"));
+                let hint = near.unwrap_or_else(|| format!("known are {}", known.join(", ")));
+                return Err(recipe.error("write", format!("unknown format \"{format}\"; {hint}")));
+            }
+        }
         let mut steps = Vec::with_capacity(recipe.steps.len());
         for (number, step) in recipe.steps.iter().enumerate() {
             let path = format!("step[{number}]");

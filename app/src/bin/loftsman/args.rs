@@ -1,12 +1,14 @@
 //! The command line as it is typed. What it means is in [`crate::commands`].
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use loftsman::convert::{self, Conversion, UPS};
-use loftsman::kernel::plugin::{Chord, Fineness, UpChoice, nearest};
+use loftsman::kernel::plugin::{Chord, Fineness, Format, UpChoice, nearest};
 use loftsman::kernel::scene::{Unit, Up};
 use loftsman::picture::{PIXELS, View};
+use serde_json::Value;
 
 /// Edits splines under constraints and hands them to Blender, MeshLab and CAD.
 #[derive(Debug, Parser)]
@@ -97,10 +99,17 @@ pub(crate) struct ConversionArgs {
     /// The up axis of the input: x, y or z [default: what the file or its format says].
     #[arg(long, value_name = "AXIS", value_parser = from_up)]
     from_up: Option<Up>,
+    /// An option of the input's format; `loftsman plugins` lists them. May be repeated.
+    #[arg(long, value_name = "OPTION=VALUE", value_parser = option)]
+    read: Vec<(String, Value)>,
+    /// An option of the output's format. May be repeated.
+    #[arg(long, value_name = "OPTION=VALUE", value_parser = option)]
+    write: Vec<(String, Value)>,
 }
 
 impl ConversionArgs {
-    pub(crate) fn conversion(&self) -> Conversion {
+    /// What is asked of a conversion to a format.
+    pub(crate) fn conversion(&self, output: &dyn Format) -> Conversion {
         let usual = Fineness::default();
         Conversion {
             unit: self.unit,
@@ -111,6 +120,11 @@ impl ConversionArgs {
                 chord: self.tolerance.unwrap_or(usual.chord),
                 angle: self.angle.unwrap_or(usual.angle),
             },
+            read: self.read.iter().cloned().collect(),
+            write: BTreeMap::from([(
+                output.declaration().name.to_owned(),
+                self.write.iter().cloned().collect(),
+            )]),
         }
     }
 }
@@ -227,6 +241,13 @@ pub(crate) struct Json {
     /// Print one JSON object on the standard output, and nothing else there.
     #[arg(long = "json")]
     pub(crate) wanted: bool,
+}
+
+/// An option's name and value; the value is a number, true or false where it reads so, else a text.
+fn option(text: &str) -> Result<(String, Value), String> {
+    let (name, value) = text.split_once('=').ok_or("write it as OPTION=VALUE")?;
+    let read: Option<Value> = serde_json::from_str(value).ok();
+    Ok((name.trim().to_owned(), read.unwrap_or_else(|| Value::String(value.to_owned()))))
 }
 
 fn unit(text: &str) -> Result<Unit, String> {

@@ -77,7 +77,11 @@ pub(crate) fn bytes(count: u64) -> String {
 pub(crate) fn seconds(time: f64) -> String {
     const STEPS: [(f64, &str); 3] = [(1.0, "s"), (1e-3, "ms"), (1e-6, "µs")];
     match STEPS.iter().find(|(size, _)| time >= *size) {
-        Some((size, unit)) => format!("{:.3} {unit}", time / size).replace(".000 ", " "),
+        Some((size, unit)) => {
+            let number = time / size;
+            let decimals = if number < 9.95 { 1 } else { 0 };
+            format!("{number:.decimals$} {unit}")
+        }
         None => format!("{:.0} ns", time * 1e9),
     }
 }
@@ -104,8 +108,8 @@ mod tests {
         }
         assert_eq!((bytes(12), bytes(1_234_567)), ("12 bytes".into(), "1.2 MB".into()));
         assert_eq!(
-            (seconds(0.0015), seconds(2.0), seconds(3e-8)),
-            ("1.500 ms".into(), "2 s".into(), "30 ns".into())
+            (seconds(0.00154), seconds(43.4e-6), seconds(3e-8)),
+            ("1.5 ms".into(), "43 µs".into(), "30 ns".into())
         );
         assert_eq!((count(1, "vertex"), count(2, "vertex")), ("1 vertex".into(), "2 vertices".into()));
         assert_eq!(printable("a\x1b[31m"), "a\u{fffd}[31m");

@@ -104,7 +104,8 @@ proptest! {
                 0 => Cloud { points }.into(),
                 kind => Polyline { points, closed: kind == 2 }.into(),
             };
-            let name = scene.unique_name(&name);
+            // Blanks at the ends of names do not survive name lines.
+            let name = scene.unique_name(name.trim());
             scene.add(Object::new(name, geometry)).unwrap();
         }
         let name = if csv { "a.csv" } else { "a.xyz" };

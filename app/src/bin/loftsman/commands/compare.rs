@@ -41,7 +41,17 @@ fn text(comparison: &Comparison) -> String {
         }
     }
     if let Some(agreement) = comparison.agreement {
-        let _ = writeln!(text, "all agree to {} of the scene's size", figure(agreement));
+        let _ = writeln!(text, "{}", agreed(comparison, agreement));
     }
     text
+}
+
+fn agreed(comparison: &Comparison, agreement: f64) -> String {
+    let refused = comparison.solvers.iter().filter(|t| t.error.is_some()).count();
+    let who = if refused == 0 { "all agree" } else { "the others agree" };
+    if agreement == 0.0 {
+        format!("{who} to the last bit")
+    } else {
+        format!("{who} to {} of the size", figure(agreement))
+    }
 }

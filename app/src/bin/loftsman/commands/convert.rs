@@ -44,7 +44,7 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
     }
     let input = open(input, args.from.as_deref())?;
     let progress = Progress::start();
-    let conversion = args.how.conversion();
+    let conversion = args.how.conversion(format.as_ref());
     if to_stdout {
         let (memory, _) = encode(&input, "output", format.as_ref(), &conversion, &progress)?;
         drop(progress);
@@ -110,7 +110,7 @@ fn encode(
     let kind = reader.declaration().name;
     let options = ReadOptions { observer, ..conversion.read_options(kind) };
     let (scene, report) = reader.read(input, &options)?;
-    let options = WriteOptions { observer, ..conversion.write_options(kind) };
+    let options = WriteOptions { observer, ..conversion.write_options(kind, format.declaration().name) };
     let (memory, written) = output::encode(&scene, name, format, &options, registry)?;
     let converted = Converted {
         input: Source::name(input).to_owned(),

@@ -101,7 +101,7 @@ fn one(input: &Path, output: &Result<PathBuf, String>, format: &dyn Format, args
     let name = input.display().to_string();
     let result = match output {
         Ok(output) => open(input, args.from.as_deref())
-            .and_then(|file| convert(&file, output, format, &args.how.conversion(), &Quiet)),
+            .and_then(|file| convert(&file, output, format, &args.how.conversion(format), &Quiet)),
         Err(problem) => Err(Usage(problem.clone()).into()),
     };
     match result {
