@@ -147,12 +147,17 @@ impl Sheet {
         }
     }
 
-    /// Notes that only `shown` of `all` things of an object are drawn, unless what is missing hardly counts:
-    /// things that cover one another.
-    pub(crate) fn note_thinned(&mut self, object: &str, shown: usize, all: usize, what: &str) {
+    /// Notes that `shown` glyphs stand for `all` things of an object (`"squares"`, `"control vertices"`), unless
+    /// what is missing hardly counts: things that cover one another.
+    pub(crate) fn note_thinned(
+        &mut self,
+        object: &str,
+        (shown, glyphs): (usize, &str),
+        (all, things): (usize, &str),
+    ) {
         if shown * 4 < all * 3 {
             let name = text::clipped(object, 30);
-            self.notes.push(format!("{name}: {shown} {what} stand for {all}"));
+            self.notes.push(format!("{name}: {shown} {glyphs} stand for {all} {things}"));
         }
     }
 

@@ -1,6 +1,7 @@
 //! An edit under way: prepared once, then one cheap event after another.
 
 use std::any::Any;
+use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -326,19 +327,14 @@ impl<S: Shape> Session<S> {
             iterations: prepared.iterations,
             ..Report::default()
         };
-        let mut redundant: Vec<usize> =
-            diagnosis.dependencies.iter().map(|d| prepared.assembly.constraint_of(d.row)).collect();
-        redundant.dedup();
-        for k in redundant {
-            let rows = |k: usize| prepared.assembly.slots(k).len() / sides;
-            let lost =
-                diagnosis.dependencies.iter().filter(|d| prepared.assembly.constraint_of(d.row) == k).count();
+        let mut lost: BTreeMap<usize, usize> = BTreeMap::new();
+        for dependency in &diagnosis.dependencies {
+            *lost.entry(prepared.assembly.constraint_of(dependency.row)).or_default() += 1;
+        }
+        for (k, lost) in lost {
+            let rows = prepared.assembly.slots(k).len() / sides;
             let name = self.bound[k].constraint.describe();
-            report.redundant.push(if lost < rows(k) {
-                format!("{name} ({lost} of {} rows)", rows(k))
-            } else {
-                name
-            });
+            report.redundant.push(if lost < rows { format!("{name} ({lost} of {rows} rows)") } else { name });
         }
         let mut adjustment = 0.0_f64;
         for &(shape, vertex, before) in &self.start {

@@ -4,6 +4,7 @@
 //! [`Editing`] registers them, with the kernel's functionals and solvers.
 
 mod constraints;
+mod cut;
 mod drag;
 mod edit;
 mod problem;
@@ -17,6 +18,7 @@ use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Sparse};
 
 pub use constraints::{constraint_from, functional_from};
+pub use cut::{Reverse, Split};
 pub use drag::Drag;
 pub use edit::EditOperation;
 pub use representation::{Elevate, Refine};
@@ -40,6 +42,8 @@ impl Plugin for Editing {
         registry.operation(Drag);
         registry.operation(Refine);
         registry.operation(Elevate);
+        registry.operation(Reverse);
+        registry.operation(Split);
         registry.operation(Transform);
         registry.operation(Tessellate);
         registry.operation(Delete);

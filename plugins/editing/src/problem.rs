@@ -180,7 +180,7 @@ impl Problem {
             let (kind, vector) = if any.is::<Position>() {
                 (if kept { MarkKind::Kept } else { MarkKind::Moved }, None)
             } else if any.is::<Curvature>() {
-                (MarkKind::Curvature, value(*after, 2))
+                (MarkKind::Curvature, value(*after, 1).zip(value(*after, 2)).map(curvature_vector))
             } else if any.is::<Tangent>() || any.is::<DerivativeAt>() {
                 (MarkKind::Direction, value(*after, 1))
             } else {
@@ -208,6 +208,13 @@ impl Problem {
         }
         marks
     }
+}
+
+/// The curvature vector `κN = (C'' − T (T·C'')) / |C'|²` of the first two derivatives; NaN where the curve stands
+/// still.
+fn curvature_vector((first, second): (Vector, Vector)) -> Vector {
+    let tangent = first.normalize();
+    (second - tangent * tangent.dot(&second)) / first.norm_squared()
 }
 
 /// The handle's table with its location moved to the end of the curve where it is picked near enough (paper 4, §2).

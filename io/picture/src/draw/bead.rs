@@ -39,7 +39,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 6);
     }
-    sheet.note_thinned(body.object.name(), kept.len(), all, "beads");
+    sheet.note_thinned(body.object.name(), (kept.len(), "beads"), (all, "places"));
     let words = match beads {
         Beads::Uniform(count) => format!("{count} beads a knot span, uniform in the parameter"),
         _ => "knot".to_owned(),

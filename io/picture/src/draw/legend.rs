@@ -37,18 +37,18 @@ pub(crate) fn draw(sheet: &Sheet, stage: &Stage<'_>, width: f64, margin: f64, un
             (x, y) = (start, y + ROW);
         }
         out.push_str(&draw_sample(sheet, *sample, x, y));
-        out.push_str(&words_at(sheet, words, x + SAMPLE + 1.5, y + 0.35 * SIZE, sheet.theme.ink()));
+        out.push_str(&words_at(words, x + SAMPLE + 1.5, y + 0.35 * SIZE, sheet.theme.ink()));
         x += wide + GAP;
     }
-    let mut bottom = y.max(top + 6.0) + 2.0;
+    let mut bottom = y + 1.5;
     for note in sheet.notes.iter().take(NOTES) {
         bottom += ROW * 0.85;
-        out.push_str(&words_at(sheet, note, start, bottom, sheet.theme.faint()));
+        out.push_str(&words_at(note, start, bottom, sheet.theme.faint()));
     }
-    (Element::new("g").attribute("id", "legend").around(&out), bottom)
+    (Element::new("g").attribute("id", "legend").around(&out), bottom.max(top + 8.0))
 }
 
-fn words_at(_sheet: &Sheet, words: &str, x: f64, y: f64, color: Color) -> String {
+fn words_at(words: &str, x: f64, y: f64, color: Color) -> String {
     let text = Element::new("text").length("x", x).length("y", y).length("font-size", SIZE);
     text.attribute("fill", &color.hex()).text(words)
 }
@@ -103,7 +103,7 @@ fn draw_sample(sheet: &Sheet, sample: Sample, x: f64, y: f64) -> String {
             .empty(),
         Sample::Mark(kind) => {
             use loftsman_kernel::plugin::MarkKind;
-            let (middle, end) = ([x + SAMPLE / 2.0, y], [x + SAMPLE, y]);
+            let (beside, end) = ([x + SAMPLE - 1.5, y], [x + SAMPLE - 0.5, y]);
             match kind {
                 MarkKind::Moved => {
                     mark::arrow([x, y], end, theme.accent().hex(), 0.45) + &mark::point(theme, kind, end)
@@ -122,7 +122,7 @@ fn draw_sample(sheet: &Sheet, sample: Sample, x: f64, y: f64) -> String {
                     Stroke::plain(theme.ink(), 0.25).dashed().path("sample", data).empty()
                         + &mark::point(theme, kind, [x + SAMPLE / 2.0, y - 0.6])
                 }
-                _ => mark::point(theme, kind, middle),
+                _ => mark::point(theme, kind, beside),
             }
         }
     }

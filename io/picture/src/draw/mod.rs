@@ -121,7 +121,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize) {
             let places = points.iter().map(|p| sheet.layout.spot(p));
             let kept = spread(places, 0.25, 20_000);
             kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
-            sheet.note_thinned(body.object.name(), kept.len(), points.len(), "dots");
+            sheet.note_thinned(body.object.name(), (kept.len(), "dots"), (points.len(), "points"));
             let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
             if !old {
                 named(sheet, body, old, Sample::Dot(color));
@@ -141,7 +141,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize) {
                 Some(data) => (thin.path("mesh", data), Sample::Line(thin)),
                 None => {
                     let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 20_000);
-                    sheet.note_thinned(body.object.name(), kept.len(), points.len(), "dots");
+                    sheet.note_thinned(body.object.name(), (kept.len(), "dots"), (points.len(), "points"));
                     (Stroke::plain(color, 0.3).path("mesh", dots(&kept)), Sample::Dot(color))
                 }
             }

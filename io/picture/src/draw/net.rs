@@ -56,7 +56,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 4);
     }
-    sheet.note_thinned(body.object.name(), kept.len(), points.len(), "squares");
+    sheet.note_thinned(body.object.name(), (kept.len(), "squares"), (points.len(), "control vertices"));
     if !old {
         let what = if matches!(body.form, Form::Curve { .. }) { "control polygon" } else { "control net" };
         if !sheet.legend.iter().any(|(_, words)| words == what) {

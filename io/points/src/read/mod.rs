@@ -146,7 +146,7 @@ impl Reading {
         }
         let mut words = std::mem::take(&mut scan.words).into_iter();
         if self.name.is_none() {
-            self.name = words.next().map(|(_, name)| name);
+            self.name = words.next().map(|(_, name)| name.trim().to_owned());
         }
         let rest = words.count();
         self.report.count_many(Fate::LeftOut, "further lines of text before the rows", rest);
@@ -204,7 +204,7 @@ impl Reading {
         }
         let name = block.name.take().or_else(|| if several { None } else { self.name.clone() });
         let name = name.unwrap_or_else(|| stem(file).to_owned());
-        let name = self.scene.unique_name(name.trim());
+        let name = self.scene.unique_name(&name);
         let geometry = self.geometry(block, file, asked);
         Ok(Object::new(name, geometry))
     }

@@ -52,7 +52,7 @@ impl Tecplot {
             return Err(problem.to_owned());
         }
         if keyword == b"ZONE" {
-            self.zone = Some(names(line).into_iter().next().filter(|name| !name.trim().is_empty()));
+            self.zone = Some(names(line).into_iter().next().filter(|name| !name.is_empty()));
         }
         Ok(true)
     }
@@ -73,7 +73,7 @@ fn names(line: &[u8]) -> Vec<String> {
     let mut parts = line.split(|&b| b == b'"');
     let mut names = Vec::new();
     while let (Some(_), Some(inside)) = (parts.next(), parts.next()) {
-        names.push(text(inside));
+        names.push(text(inside.trim_ascii()));
     }
     names
 }

@@ -104,8 +104,7 @@ proptest! {
                 0 => Cloud { points }.into(),
                 kind => Polyline { points, closed: kind == 2 }.into(),
             };
-            // Blanks at the ends of names do not survive name lines.
-            let name = scene.unique_name(name.trim());
+            let name = scene.unique_name(&name);
             scene.add(Object::new(name, geometry)).unwrap();
         }
         let name = if csv { "a.csv" } else { "a.xyz" };

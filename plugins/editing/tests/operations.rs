@@ -1,0 +1,211 @@
+//! The operations as recipes run them.
+#![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "tests")]
+
+use loftsman_editing::Editing;
+use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use serde_json::{Value, json};
+
+fn registry() -> Registry {
+    let mut registry = Registry::new();
+    registry.add(&Editing);
+    registry
+}
+
+fn curve() -> Curve {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (f64::from(i) * 0.9).sin(), 0.0)).collect();
+    Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap()
+}
+
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    scene.add(Object::new("section", curve().into())).unwrap();
+    scene
+}
+
+fn run(scene: &mut Scene, op: &str, parameters: Value) -> Result<StepReport, OperationError> {
+    let registry = registry();
+    let operation = registry.find_operation(op, "step[0].op")?.clone();
+    let parameters = Parameters::new(parameters, "step[0]")?;
+    parameters.check(operation.declaration().fields)?;
+    operation.apply(scene, &parameters, &Context::quiet(&registry))
+}
+
+fn fails(op: &str, parameters: Value) -> String {
+    let mut scene = scene();
+    let before = scene.clone();
+    let message = run(&mut scene, op, parameters).unwrap_err().to_string();
+    assert_eq!(scene, before, "a failed step must leave the scene alone");
+    message
+}
+
+#[test]
+fn an_edit_reports_and_marks() {
+    let mut scene = scene();
+    let report = run(
+        &mut scene,
+        "edit",
+        json!({ "object": "section", "lock": [0, -1], "constraints": [
+            { "kind": "position", "at": 4.5, "by": [0.0, 0.2, 0.0] },
+            { "kind": "tangent", "at": 4.5, "keep": true },
+            { "kind": "curvature", "at": 7.0, "scale": 2.0 } ] }),
+    )
+    .unwrap();
+    assert_eq!((report.equations, report.rank), (Some(13), Some(13)));
+    assert!(report.residual.unwrap() < 1e-13 && report.marks.len() == 5);
+    let moved = scene.curve("section").unwrap();
+    assert!((moved.point(4.5).unwrap() - curve().point(4.5).unwrap() - Vector::y() * 0.2).norm() < 1e-13);
+}
+
+#[test]
+fn every_mistake_has_its_message() {
+    let edit = |constraint: Value| fails("edit", json!({ "constraints": [constraint] }));
+    let at = "step[0].constraints[0]";
+    for (constraint, parts) in [
+        (json!({ "kind": "positon", "at": 1.0, "keep": true }), vec![at, "did you mean \"position\"?"]),
+        (json!({ "kind": "position", "at": 1.0, "kep": true }), vec![at, "did you mean \"keep\"?"]),
+        (json!({ "kind": "position", "at": 1.0 }), vec![at, "says nothing"]),
+        (
+            json!({ "kind": "position", "at": 1.0, "to": [0, 0, 0], "by": [0, 0, 0] }),
+            vec!["\"to\" and \"by\""],
+        ),
+        (json!({ "kind": "position", "at": 10.0, "keep": true }), vec!["10 is outside the domain [0, 9]"]),
+        (json!({ "kind": "position", "at": [1.0, 2.0], "keep": true }), vec!["2 parameter(s)"]),
+        (json!({ "kind": "position", "at": 1.0, "to": [0, 0] }), vec!["2 number(s)", "3 are needed"]),
+        (json!({ "kind": "position", "at": 1.0, "to": [0, "a", 0] }), vec!["to[1]", "\"a\""]),
+        (json!({ "kind": "position", "at": 1.0, "at_least": [0, 0, 0] }), vec!["inequalities"]),
+        (json!({ "kind": "position", "at": 1.0, "to": 2.0, "axis": "w" }), vec!["axis", "x, y, z"]),
+        (json!({ "kind": "tangent", "at": 1.0, "keep": true, "axis": "x" }), vec!["no axes"]),
+        (
+            json!({ "kind": "derivative", "at": 1.0, "order": 1_000_000_000, "keep": true }),
+            vec!["1000000000"],
+        ),
+        (json!({ "kind": "vertex", "index": 12, "keep": true }), vec!["no control vertex 12"]),
+        (
+            json!({ "kind": "position", "at": 1.0, "object": "setcion", "keep": true }),
+            vec!["did you mean \"section\"?"],
+        ),
+        (json!({ "kind": "tangent", "at": 1.0, "direction": [0, 0, 0] }), vec!["zero vector"]),
+    ] {
+        let message = edit(constraint.clone());
+        for part in parts {
+            assert!(message.contains(part), "{constraint}: {message}");
+        }
+    }
+    assert!(fails("edit", json!({ "solver": "adjont" })).contains("did you mean \"adjoint\"?"));
+    assert!(fails("edit", json!({ "object": "hull" })).contains("no object \"hull\""));
+    assert!(fails("edit", json!({ "metric": "bent" })).contains("did you mean \"bend\"?"));
+    assert!(fails("edt", json!({})).contains("did you mean \"edit\"?"));
+    assert!(fails("refine", json!({ "knots": [f64::MAX] })).contains("outside the domain"));
+    assert!(fails("elevate", json!({ "by": 1_000_000_000 })).contains("degree"));
+}
+
+#[test]
+fn a_hundred_thousand_constraints_on_twelve_vertices_are_refused_or_dropped() {
+    let many: Vec<Value> = (0..100_000)
+        .map(|i| json!({ "kind": "position", "at": 9.0 * f64::from(i) / 100_000.0, "keep": true }))
+        .collect();
+    let report = run(&mut scene(), "edit", json!({ "constraints": many })).unwrap();
+    assert_eq!((report.equations, report.rank), (Some(300_000), Some(36)));
+}
+
+#[test]
+fn a_drag_keeps_frames() {
+    let mut scene = scene();
+    let start = curve().point(4.0).unwrap();
+    let path: Vec<_> = (1..=10).map(|i| json!([start.x, start.y + 0.1 * f64::from(i), 0.0])).collect();
+    let report = run(
+        &mut scene,
+        "drag",
+        json!({ "handle": { "kind": "position", "at": 4.0 }, "path": path, "frames": true,
+                "constraints": [{ "kind": "position", "at": 0.0, "keep": true }] }),
+    )
+    .unwrap();
+    assert!(report.residual.unwrap() < 1e-13);
+    let animation = scene.object("section").unwrap().animation.clone().unwrap();
+    assert_eq!(animation.frames.len(), 10);
+    assert_eq!(animation.frames[9], scene.curve("section").unwrap().points());
+    assert!(
+        fails("drag", json!({ "handle": { "kind": "position", "at": 4.0 }, "path": [] })).contains("empty")
+    );
+    // The end-point convention: a pick near the start picks the start.
+    let near =
+        json!({ "handle": { "kind": "position", "at": 0.01, "pick": 0.2 }, "path": [[-1.0, 0.0, 0.0]] });
+    run(&mut scene, "drag", near).unwrap();
+    assert!(
+        (scene.curve("section").unwrap().point(0.0).unwrap() - Point::new(-1.0, 0.0, 0.0)).norm() < 1e-13
+    );
+}
+
+#[test]
+fn two_curves_are_joined() {
+    let mut scene = scene();
+    let other = Curve::bezier(vec![
+        Point::new(11.5, 0.5, 0.0),
+        Point::new(12.0, 1.0, 0.0),
+        Point::new(13.0, 1.0, 1.0),
+        Point::new(14.0, 0.0, 1.0),
+    ]);
+    scene.add(Object::new("tail", other.unwrap().into())).unwrap();
+    for continuity in 0..=2 {
+        let join = json!({ "kind": "join", "at": 9.0, "with": { "object": "tail", "at": 0.0 }, "continuity": continuity });
+        run(&mut scene, "edit", json!({ "object": "section", "constraints": [join] })).unwrap();
+        for order in 0..=continuity {
+            let a = scene.curve("section").unwrap().derivative(9.0, order).unwrap();
+            let b = scene.curve("tail").unwrap().derivative(0.0, order).unwrap();
+            assert!((a - b).norm() < 1e-11, "order {order}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn surface_edges_are_joined() {
+    let patch = |x: f64, reversed: bool| {
+        let space = Space::clamped_uniform(3, 6).unwrap();
+        let points = (0..36)
+            .map(|k| {
+                let j = if reversed { 5 - k % 6 } else { k % 6 };
+                Point::new(x + f64::from(k / 6), f64::from(j), (f64::from(k) * 0.7).sin() * 0.3)
+            })
+            .collect();
+        Surface::new(space.clone(), space, points).unwrap()
+    };
+    for reversed in [false, true] {
+        let mut scene = Scene::new();
+        scene.add(Object::new("a", patch(0.0, false).into())).unwrap();
+        scene.add(Object::new("b", patch(5.2, reversed).into())).unwrap();
+        let join =
+            json!({ "kind": "join", "at": "u1", "with": { "object": "b", "at": "u0" }, "continuity": 1 });
+        run(&mut scene, "edit", json!({ "object": "a", "constraints": [join] })).unwrap();
+        let (a, b) = (scene.surface("a").unwrap(), scene.surface("b").unwrap());
+        for i in 0..=30 {
+            let v = 3.0 * f64::from(i) / 30.0;
+            let w = if reversed { 3.0 - v } else { v };
+            for order in 0..=1 {
+                let gap = a.derivative(3.0, v, order, 0).unwrap() - b.derivative(0.0, w, order, 0).unwrap();
+                assert!(gap.norm() < 1e-11, "order {order} at {v}: {gap}");
+            }
+        }
+    }
+}
+
+#[test]
+fn splits_reversals_and_transforms() {
+    let mut scene = scene();
+    run(&mut scene, "split", json!({ "at": 4.0 })).unwrap();
+    assert_eq!(scene.objects().len(), 2);
+    run(&mut scene, "reverse", json!({ "object": "section.001" })).unwrap();
+    run(&mut scene, "refine", json!({ "object": "section", "knots": [0.5, 0.5] })).unwrap();
+    run(&mut scene, "elevate", json!({ "object": "section" })).unwrap();
+    let rotate = json!({ "axis": [0, 0, 1], "degrees": 90 });
+    run(&mut scene, "transform", json!({ "object": "section", "rotate": rotate, "translate": [1, 0, 0] }))
+        .unwrap();
+    let (old, new) = (curve().point(2.0).unwrap(), scene.curve("section").unwrap().point(2.0).unwrap());
+    assert!((new - Point::new(1.0 - old.y, old.x, 0.0)).norm() < 1e-13);
+    run(&mut scene, "rename", json!({ "object": "section", "to": "left" })).unwrap();
+    run(&mut scene, "delete", json!({ "object": "left" })).unwrap();
+    assert!(matches!(scene.objects()[0].geometry, Geometry::Curve(_)));
+    assert!(fails("transform", json!({ "matrix": [[1, 0, 0, 0]] })).contains("4 rows"));
+}
