@@ -20,7 +20,7 @@
 //! The way through the crate, each step in its own module: `stage` brings scenes into the coordinates of a view
 //! (x right, y up, z towards the viewer, about one unit large); `layout` finds where they go on the page; the
 //! modules of `draw` put one kind of thing each on a `sheet`; `svg` writes it and `png` renders it. Nothing
-//! reads fonts, files or clocks: the same scene gives the same bytes everywhere.
+//! reads fonts, files or clocks: the same scene gives the same bytes, also on a machine without fonts.
 
 mod draw;
 mod error;

@@ -51,7 +51,7 @@ pub enum Beads {
 /// A picture of a scene.
 ///
 /// Every method changes one thing and gives the picture back; [`to_svg`](Self::to_svg) and
-/// [`to_png`](Self::to_png) make it. The same picture has the same bytes wherever and whenever it is made.
+/// [`to_png`](Self::to_png) make it. The same picture has the same bytes whenever it is made, whatever fonts the machine has.
 #[derive(Debug, Clone)]
 pub struct Picture<'a> {
     scene: &'a Scene,
