@@ -2,6 +2,7 @@
 //!
 //! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
+//! * [`close`]: closed shapes made periodic.
 //! * [`common`]: one space for two shapes.
 //! * [`conic`]: lines, circles, ellipses and arcs.
 //! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
@@ -12,12 +13,14 @@
 //! * [`hodograph`]: the derivative as a spline.
 //! * [`insert`]: knot insertion.
 //! * [`join`]: two shapes end to end.
+//! * [`remove`]: knot removal.
 //! * [`reverse`]: backwards, or over another domain.
 //! * [`revolve`]: surfaces of revolution.
 //! * [`split`]: parts of splines, opening what is periodic.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 
 pub mod bezier;
+pub mod close;
 pub mod common;
 pub mod conic;
 pub mod conversion;
@@ -28,6 +31,7 @@ pub mod gram;
 pub mod hodograph;
 pub mod insert;
 pub mod join;
+pub mod remove;
 pub mod reverse;
 pub mod revolve;
 pub mod space;
