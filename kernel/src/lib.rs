@@ -8,6 +8,7 @@
 //!
 //! Most users want the facade crate `loftsman`, which re-exports all of this with a short prelude.
 
+pub mod conformance;
 pub mod edit;
 pub mod error;
 pub mod functional;

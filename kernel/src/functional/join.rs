@@ -7,6 +7,7 @@ use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Sha
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, Field, ParameterError, Parameters, nearest};
 use crate::shape::{Derivative, Interval, Location};
+use crate::spline::Space;
 
 /// A whole edge of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -201,6 +202,19 @@ impl Side {
     }
 }
 
+/// As many parameters as the space has vertices, at which a function of it is determined (Schoenberg and Whitney): the
+/// Greville abscissae, for a floating space those of the clamped one that spans the same functions on the domain.
+fn samples_of(space: &Space) -> Vec<f64> {
+    if space.is_periodic() {
+        return (0..space.len()).map(|i| space.greville(i)).collect();
+    }
+    let ((a, b), p, flat) = (space.domain(), space.degree(), space.flat());
+    let inside = |k: f64| k.max(a).min(b);
+    (0..space.len())
+        .map(|i| inside(flat[i + 1..=i + p].iter().map(|&k| inside(k) / p as f64).sum()))
+        .collect()
+}
+
 fn edge_of(shapes: &Shapes<'_>, on: &On, edge: Edge) -> Result<Side> {
     let shape = shapes.get(on.shape)?;
     let domain = shape.domain();
@@ -215,7 +229,7 @@ fn edge_of(shapes: &Shapes<'_>, on: &On, edge: Edge) -> Result<Side> {
     let any: &dyn std::any::Any = shape;
     let places = any.downcast_ref::<crate::spline::Surface>().map(|surface| {
         let space = if along_u { surface.u() } else { surface.v() };
-        (0..space.len()).map(|i| space.greville(i)).collect()
+        samples_of(space)
     });
     let Some(places) = places else {
         return Err(Error::Invalid(format!("only B-spline surfaces can be joined along an edge{on}")));

@@ -1,0 +1,165 @@
+//! Whether a format is one: round trips, reports that add up, hostile bytes.
+
+use super::{Lcg, Verdict};
+use crate::mesh::{Cloud, Mesh, Polyline};
+use crate::plugin::{Format, Memory, ReadOptions, WriteOptions};
+use crate::scene::{Object, Scene, Unit, Up};
+use crate::spline::{Curve, Space, Surface};
+use crate::{Point, Vector};
+
+/// A scene with one object of each kind, awkward numbers and awkward names.
+pub fn sample_scene() -> Scene {
+    let mut random = Lcg::new(5);
+    let mut points = |n: usize| -> Vec<Point> {
+        (0..n)
+            .map(|i| Point::new(i as f64 + random.next(), random.next() * 1e3, random.next() / 3.0))
+            .collect()
+    };
+    let mut scene = Scene::new();
+    scene.unit = Unit::Millimetre;
+    scene.up = Up::Z;
+    let uneven = || Space::clamped(3, &[0.0, 0.1, 1.0 / 3.0, 2.0, 2.5]);
+    let mut objects = vec![Object::new("group", crate::scene::Geometry::Group)];
+    let mut add = |name: &str, geometry: crate::scene::Geometry| objects.push(Object::new(name, geometry));
+    if let Ok(curve) = uneven().and_then(|s| Curve::new(s, points(7))) {
+        add("clamped curve", curve.into());
+    }
+    if let Ok(curve) =
+        Space::periodic(3, vec![0.0, 0.5, 1.25, 2.0, 2.1, 3.0]).and_then(|s| Curve::new(s, points(5)))
+    {
+        add("ring \"é\" <&>", curve.into());
+    }
+    let weights = vec![1.0, 0.5_f64.sqrt(), 1.0, 2.0, 1.0];
+    if let Ok(curve) = Space::clamped_uniform(2, 5).and_then(|s| Curve::rational(s, points(5), weights)) {
+        add("rational", curve.into());
+    }
+    let net = |points: Vec<Point>| {
+        points.into_iter().enumerate().map(|(k, p)| p + Vector::z() * (k % 4) as f64).collect()
+    };
+    if let Ok(surface) =
+        Space::clamped_uniform(2, 4).and_then(|v| Surface::new(uneven()?, v, net(points(28))))
+    {
+        add("patch", surface.into());
+    }
+    let corners = [[0, 1, 2, 3], [3, 2, 5, 4]];
+    if let Ok(mesh) = Mesh::new(points(6), &corners) {
+        add("mesh", mesh.into());
+    }
+    add("chain", Polyline { points: points(5), closed: false }.into());
+    add("cloud", Cloud { points: points(4) }.into());
+    for mut object in objects {
+        object.color = Some([0.25, 0.5, 0.75, 1.0]);
+        object.layer = Some("frames".into());
+        if object.name() != "group" {
+            object.parent = Some("group".into());
+        }
+        // Names are unique here.
+        let _ = scene.add(object);
+    }
+    scene
+}
+
+/// Checks a format on a scene: what it writes it reads again (where it does both), writing is deterministic and what
+/// was read is written alike, reports account for everything, and truncated, altered and random bytes give errors that
+/// name the file.
+pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
+    let mut verdict = Verdict::default();
+    let declaration = format.declaration();
+    let extension = declaration.extensions.first().copied().unwrap_or_default();
+    verdict.check(!extension.is_empty() && !declaration.help.is_empty(), || "no extension or no help".into());
+    let file = format!("sample.{extension}");
+    let write = |scene: &Scene| {
+        let mut memory = Memory::new(file.clone(), Vec::new());
+        format.write(scene, &mut memory, &WriteOptions::default()).map(|report| (memory, report))
+    };
+    let mut bytes = b"1 2 3\n4 5 6\n7 8 9\n".to_vec();
+    if declaration.writes {
+        match (write(scene), write(scene)) {
+            (Ok((first, report)), Ok((second, _))) => {
+                verdict.check(first.bytes == second.bytes && first.siblings == second.siblings, || {
+                    "writing twice gives other bytes".into()
+                });
+                for object in scene.objects() {
+                    let told = report.objects.iter().any(|w| w.object == object.name());
+                    verdict.check(told, || {
+                        format!("the report does not say what became of \"{}\"", object.name())
+                    });
+                }
+                bytes.clone_from(&first.bytes);
+                if declaration.reads {
+                    round_trip(&mut verdict, format, &first, &write);
+                }
+            }
+            (Err(error), _) | (_, Err(error)) => {
+                verdict.check(false, || format!("a sample is not written: {error}"));
+            }
+        }
+    }
+    if declaration.reads {
+        hostile(&mut verdict, format, &file, &bytes);
+    }
+    verdict
+}
+
+type Write<'a> =
+    dyn Fn(&Scene) -> Result<(Memory, crate::plugin::WriteReport), crate::plugin::FormatError> + 'a;
+
+fn round_trip(verdict: &mut Verdict, format: &dyn Format, written: &Memory, write: &Write<'_>) {
+    let read = match format.read(written, &ReadOptions::default()) {
+        Ok((scene, report)) => {
+            verdict.check(report.adds_up(), || format!("the read report does not add up: {report:?}"));
+            verdict.check(scene.check().is_ok(), || "the hierarchy that was read is broken".into());
+            scene
+        }
+        Err(error) => return verdict.check(false, || format!("what was written is not read: {error}")),
+    };
+    // Once through the format, a scene is what the format can hold: from there on nothing may change.
+    match write(&read) {
+        Ok((again, _)) => match format.read(&again, &ReadOptions::default()) {
+            Ok((twice, _)) => verdict.check(twice == read, || "a second round trip changes the scene".into()),
+            Err(error) => verdict.check(false, || format!("the second writing is not read: {error}")),
+        },
+        Err(error) => verdict.check(false, || format!("what was read is not written: {error}")),
+    }
+}
+
+fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) {
+    let mut random = Lcg::new(11);
+    let mut samples: Vec<Vec<u8>> =
+        vec![Vec::new(), vec![0], vec![b'{'], vec![0xff; 64], b"\xef\xbb\xbf".to_vec()];
+    samples.extend((0..24).map(|k| good[..good.len() * k / 24].to_vec()));
+    samples.extend((0..48).map(|_| {
+        let mut bytes = good.to_vec();
+        for _ in 0..3 {
+            let at = random.below(bytes.len());
+            if let Some(byte) = bytes.get_mut(at) {
+                *byte = random.below(256) as u8;
+            }
+        }
+        bytes
+    }));
+    samples.push((0..4096).map(|_| random.below(256) as u8).collect());
+    samples.push(b"[".repeat(200_000));
+    samples.push(b"{\"a\":".repeat(100_000));
+    for bytes in samples {
+        let memory = Memory::new(file, bytes);
+        match format.read(&memory, &ReadOptions::default()) {
+            Ok((scene, report)) => {
+                verdict.check(report.adds_up(), || format!("the read report does not add up: {report:?}"));
+                let finite = scene
+                    .objects()
+                    .iter()
+                    .flat_map(|o| o.geometry.points())
+                    .all(|p| p.iter().all(|c| c.is_finite()));
+                verdict.check(finite, || "NaN or infinity came through".into());
+            }
+            Err(error) => verdict.check(error.file == file && !error.problem.is_empty(), || {
+                format!("an error does not name its file or its problem: {error}")
+            }),
+        }
+    }
+    for bytes in [Vec::new(), vec![b'x']] {
+        let refused = format.read(&Memory::new(file, bytes.clone()), &ReadOptions::default()).is_err();
+        verdict.check(refused, || format!("a file of {} byte(s) is accepted", bytes.len()));
+    }
+}
