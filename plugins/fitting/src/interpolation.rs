@@ -123,7 +123,7 @@ impl Interpolation {
             self.open_system(&frame, &local, &sites)?
         };
         let solution = solve(&space, &matrix, None, &rhs, 3, ADVICE)?;
-        let (largest, _) = residual(&matrix, &solution.vertices, &rhs, 3);
+        let (largest, _) = residual(&matrix, &solution.vertices, &rhs);
         if largest.is_nan() || largest > RESIDUAL {
             let near = space.domain().0;
             return Err(FitError::IllConditioned { condition: solution.condition, near, advice: ADVICE });

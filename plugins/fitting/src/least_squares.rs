@@ -197,13 +197,8 @@ impl Request<'_> {
     /// The distance of each point from the curve at its parameter.
     pub(crate) fn distances(&self, vertices: &[f64]) -> Result<Vec<f64>> {
         let matrix = Stencils::collocation(self.space, self.sites)?;
-        let mut value = [0.0; 3];
-        Ok((0..matrix.len())
-            .map(|k| {
-                matrix.dot(k, vertices, 3, &mut value);
-                (Vector::from(value) - self.points[k]).norm()
-            })
-            .collect())
+        let distance = |k: usize| (Vector::from(matrix.point(k, vertices)) - self.points[k]).norm();
+        Ok((0..matrix.len()).map(distance).collect())
     }
 
     fn check_data(&self) -> Result<()> {

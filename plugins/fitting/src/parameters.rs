@@ -36,9 +36,9 @@ impl Parametrization {
 
     pub(crate) fn of_local(&self, points: &[Vector], closed: bool) -> Result<Vec<f64>> {
         let wanted = points.len() + usize::from(closed);
-        let exponent = match self {
-            Self::ChordLength => 1.0,
-            Self::Centripetal => 0.5,
+        let root = match self {
+            Self::ChordLength => false,
+            Self::Centripetal => true,
             Self::Uniform => {
                 let steps = wanted.saturating_sub(1).max(1) as f64;
                 return Ok((0..wanted).map(|i| i as f64 / steps).collect());
@@ -50,7 +50,8 @@ impl Parametrization {
         parameters.push(0.0);
         let around = closed.then(|| points.first()).flatten();
         for (a, b) in points.iter().zip(points.iter().skip(1).chain(around)) {
-            sum += (b - a).norm().powf(exponent);
+            let distance = (b - a).norm();
+            sum += if root { distance.sqrt() } else { distance };
             parameters.push(sum);
         }
         if sum == 0.0 {

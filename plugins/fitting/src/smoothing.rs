@@ -78,7 +78,7 @@ pub(crate) fn energy(space: &Space, vertices: &[f64]) -> f64 {
     let mut matrix = Stencils::new(space, space.len());
     smooth(space, &mut matrix);
     let rows = matrix.len();
-    residual(&matrix, vertices, &vec![0.0; 3 * rows], 3).1
+    residual(&matrix, vertices, &vec![0.0; 3 * rows]).1
 }
 
 /// The factor of each row of [`smooth`], adapted to how much of the tolerance the points in its support leave.
@@ -147,13 +147,8 @@ mod tests {
     fn squares(space: &Space, vertices: &[f64]) -> f64 {
         let mut matrix = Stencils::new(space, 0);
         smooth(space, &mut matrix);
-        let mut out = [0.0];
-        (0..matrix.len())
-            .map(|r| {
-                matrix.dot(r, vertices, 1, &mut out);
-                out[0] * out[0]
-            })
-            .sum()
+        let vertices: Vec<f64> = vertices.iter().flat_map(|&v| [v, 0.0, 0.0]).collect();
+        (0..matrix.len()).map(|r| matrix.point(r, &vertices)[0].powi(2)).sum()
     }
 
     #[test]

@@ -53,12 +53,11 @@ pub(crate) fn solve(
     Ok(Solution { vertices: qr.solve(), condition })
 }
 
-/// The largest `‖A x - b‖` over rows, and the sum of its squares: each row a vector of `sides` numbers.
-pub(crate) fn residual(matrix: &Stencils, x: &[f64], rhs: &[f64], sides: usize) -> (f64, f64) {
-    let mut value = vec![0.0; sides];
+/// The largest `‖A x - b‖` over rows, and the sum of its squares: each row a vector of three numbers.
+pub(crate) fn residual(matrix: &Stencils, x: &[f64], rhs: &[f64]) -> (f64, f64) {
     let (mut largest, mut sum) = (0.0_f64, 0.0);
-    for (r, wanted) in rhs.chunks_exact(sides).enumerate().take(matrix.len()) {
-        matrix.dot(r, x, sides, &mut value);
+    for (r, wanted) in rhs.as_chunks::<3>().0.iter().enumerate().take(matrix.len()) {
+        let value = matrix.point(r, x);
         let square: f64 = value.iter().zip(wanted).map(|(v, w)| (v - w) * (v - w)).sum();
         largest = largest.max(square);
         sum += square;

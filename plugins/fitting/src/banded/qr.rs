@@ -226,7 +226,8 @@ impl Qr {
                 *v = if *v < 0.0 { -1.0 } else { 1.0 };
             }
             self.solve_transposed(&mut x);
-            let steepest = (0..n).fold(0, |j, i| if x[i].abs() > x[j].abs() { i } else { j });
+            let largest = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            let steepest = x.iter().position(|v| v.abs() == largest).unwrap_or(0);
             if steepest == last {
                 break;
             }
@@ -288,6 +289,15 @@ fn split(x: &mut [f64], at: usize) -> (&mut [f64], &[f64]) {
 
 /// `out -= Σ row[j] x[j]`, `out.len()` sides.
 fn eliminate(row: &[f64], x: &[f64], out: &mut [f64]) {
+    if let Ok(out) = <&mut [f64; 3]>::try_from(&mut *out) {
+        // Points: a length that the compiler knows.
+        for (r, x) in row.iter().zip(x.as_chunks::<3>().0) {
+            for axis in 0..3 {
+                out[axis] -= r * x[axis];
+            }
+        }
+        return;
+    }
     let sides = out.len();
     for (r, x) in row.iter().zip(x.chunks_exact(sides)) {
         for (o, x) in out.iter_mut().zip(x) {

@@ -108,24 +108,26 @@ impl Stencils {
         factor
     }
 
-    /// Row `r` times `x`, which has `sides` entries a column; into `out` (`sides` entries).
-    pub(crate) fn dot(&self, row: usize, x: &[f64], sides: usize, out: &mut [f64]) {
-        out.fill(0.0);
+    /// Row `r` times `x`, which has three entries a column.
+    pub(crate) fn point(&self, row: usize, x: &[f64]) -> [f64; 3] {
         let (start, values) = self.row(row);
-        let mut column = start;
-        for &value in values {
-            // A trailing zero of an open row may lie beyond the last column.
-            if column >= self.columns {
-                if !self.cyclic {
-                    break;
+        let x = x.as_chunks::<3>().0;
+        let mut sum = [0.0; 3];
+        let mut add = |values: &[f64], x: &[[f64; 3]]| {
+            for (value, x) in values.iter().zip(x) {
+                for axis in 0..3 {
+                    sum[axis] += value * x[axis];
                 }
-                column -= self.columns;
             }
-            for (o, x) in out.iter_mut().zip(&x[column * sides..]) {
-                *o += value * x;
-            }
-            column += 1;
+        };
+        // Trailing zeros of an open row may lie beyond the last column: they meet nothing.
+        add(values, &x[start..]);
+        let mut done = self.columns - start;
+        while self.cyclic && done < self.width {
+            add(&values[done..], x);
+            done += self.columns;
         }
+        sum
     }
 
     /// The order in which a row-by-row factorization fills in least: rows that wrap around first (their band
