@@ -64,9 +64,8 @@ pub fn solver_conformance_counting(solver: &dyn Solver, allocations: Option<&dyn
     let bad = SystemMetric::Weights(Arc::new(vec![1.0, 0.0]));
     let mut rows = SparseRows::new(2);
     rows.push([(0, 1.0), (1, 1.0)]);
-    let refused =
-        matches!(solver.factor(&System::new(rows, vec![0, 1], 1, bad)), Err(SolveError::Metric { .. }));
-    verdict.check(refused, || "a weight of zero is not refused as a metric".into());
+    let refused = solver.factor(&System::new(rows, vec![0, 1], 1, bad)).is_err();
+    verdict.check(refused, || "a weight of zero is not refused".into());
     verdict
 }
 

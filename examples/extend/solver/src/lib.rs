@@ -1,0 +1,59 @@
+//! A solver of one's own: the textbook formula, with the Cholesky factor that the kernel offers.
+
+use loftsman_kernel::solve::{
+    Diagnosis, EnvelopeCholesky, Factored, SolveError, Solver, System, SystemMetric,
+};
+
+/// `d = Fᵀ (F Fᵀ)⁻¹ b`, for independent rows and the plain metric; anything else is refused with a better name.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Textbook;
+
+struct FactoredTextbook(System, EnvelopeCholesky);
+
+impl Solver for Textbook {
+    fn name(&self) -> &'static str {
+        "textbook"
+    }
+
+    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        let rows = system.rows();
+        let gram = EnvelopeCholesky::factor(vec![0; rows.len()], 1e-8, |i, j| rows.dot(i, j));
+        match (system.metric(), gram) {
+            (SystemMetric::Least, Ok(gram)) => Ok(Box::new(FactoredTextbook(system.clone(), gram))),
+            _ => {
+                let (solver, better) = (self.name().to_owned(), "householder-qr");
+                Err(SolveError::IllConditioned { solver, condition: f64::NAN, better })
+            }
+        }
+    }
+}
+
+impl Factored for FactoredTextbook {
+    fn solver(&self) -> &'static str {
+        "textbook"
+    }
+
+    fn rank(&self) -> usize {
+        self.0.rows().len()
+    }
+
+    fn diagnosis(&self) -> Diagnosis {
+        Diagnosis { rank: self.rank(), condition: self.1.condition().sqrt(), dependencies: Vec::new() }
+    }
+
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        let (mut multipliers, sides) = (rhs.to_vec(), self.0.sides());
+        self.multipliers_into(rhs, &mut multipliers);
+        d.fill(0.0);
+        for (row, values) in multipliers.chunks_exact(sides).enumerate() {
+            for (column, f) in self.0.rows().iter_row(row) {
+                d[column * sides..].iter_mut().zip(values).for_each(|(d, v)| *d += f * v);
+            }
+        }
+    }
+
+    fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
+        multipliers.copy_from_slice(rhs);
+        self.1.solve(multipliers, self.0.sides());
+    }
+}
