@@ -24,8 +24,8 @@ mod text;
 mod write;
 
 use loftsman_kernel::plugin::{
-    Field, Format, FormatDeclaration, FormatError, Plugin, ReadOptions, ReadReport, Registry, Sink, Source,
-    WriteOptions, WriteReport,
+    Field, Format, FormatDeclaration, FormatError, Plugin as Register, ReadOptions, ReadReport, Registry,
+    Sink, Source, WriteOptions, WriteReport,
 };
 use loftsman_kernel::scene::Scene;
 
@@ -91,9 +91,9 @@ impl Format for Obj {
 
 /// Registers [`Obj`].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct ObjPlugin;
+pub struct Plugin;
 
-impl Plugin for ObjPlugin {
+impl Register for Plugin {
     fn register(&self, registry: &mut Registry) {
         registry.format(Obj);
     }

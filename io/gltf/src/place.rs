@@ -1,0 +1,88 @@
+//! Transforms as glTF has them: translation, rotation, scale.
+
+use loftsman_kernel::Vector;
+use nalgebra::{Matrix3, Matrix4, Rotation3, UnitQuaternion};
+
+/// A transform without shear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Placement {
+    pub(crate) translation: Vector,
+    /// Quaternion `x, y, z, w`.
+    pub(crate) rotation: [f64; 4],
+    pub(crate) scale: Vector,
+}
+
+/// How far from a right angle two columns may be before the matrix counts as sheared.
+const SHEAR: f64 = 1e-9;
+
+impl Placement {
+    /// The parts of an affine map, or `None` where it shears, flattens or overflows.
+    pub(crate) fn of(map: &Matrix4<f64>) -> Option<Self> {
+        let linear = map.fixed_view::<3, 3>(0, 0).into_owned();
+        let translation = map.fixed_view::<3, 1>(0, 3).into_owned();
+        if linear == Matrix3::identity() {
+            let (rotation, scale) = ([0.0, 0.0, 0.0, 1.0], Vector::repeat(1.0));
+            return Some(Self { translation, rotation, scale });
+        }
+        let mut scale = Vector::from_fn(|i, _| {
+            let column = linear.column(i);
+            let largest = column.amax();
+            if largest > 0.0 { largest * (column / largest).norm() } else { 0.0 }
+        });
+        if !scale.iter().all(|s| s.is_normal()) || !translation.iter().all(|t| t.is_finite()) {
+            return None;
+        }
+        let mut axes = Matrix3::from_columns(&[0, 1, 2].map(|i| linear.column(i) / scale[i]));
+        let right = |i: usize, j: usize| axes.column(i).dot(&axes.column(j)).abs() <= SHEAR;
+        if !(right(0, 1) && right(1, 2) && right(2, 0)) {
+            return None;
+        }
+        if axes.determinant() < 0.0 {
+            // A mirror is a negative scale of all axes.
+            (axes, scale) = (-axes, -scale);
+        }
+        let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+        Some(Self { translation, rotation: [q.i, q.j, q.k, q.w], scale })
+    }
+
+    /// The translation, unless it is none.
+    pub(crate) fn shift(&self) -> Option<[f64; 3]> {
+        (self.translation != Vector::zeros()).then(|| self.translation.into())
+    }
+
+    /// The rotation, unless it is none.
+    pub(crate) fn turn(&self) -> Option<[f64; 4]> {
+        (self.rotation != [0.0, 0.0, 0.0, 1.0]).then_some(self.rotation)
+    }
+
+    /// The scale, unless it is one.
+    pub(crate) fn stretch(&self) -> Option<[f64; 3]> {
+        (self.scale != Vector::repeat(1.0)).then(|| self.scale.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Quaternion, Translation3};
+
+    #[test]
+    fn parts_make_the_whole_and_shear_is_refused() {
+        let axis = nalgebra::Unit::new_normalize(Vector::new(1.0, 2.0, -0.5));
+        for scale in [Vector::new(2.0, 3.0, 0.5), Vector::new(-1e-9, 2e-9, 1e-9), Vector::repeat(1e9)] {
+            let map = Translation3::new(1.0, -2.0, 3.0).to_homogeneous()
+                * Matrix4::from_axis_angle(&axis, 2.5)
+                * Matrix4::new_nonuniform_scaling(&scale);
+            let parts = Placement::of(&map).unwrap();
+            let [i, j, k, w] = parts.rotation;
+            let back = Translation3::from(parts.translation).to_homogeneous()
+                * UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)).to_homogeneous()
+                * Matrix4::new_nonuniform_scaling(&parts.scale);
+            assert!((back - map).amax() <= 1e-14 * scale.amax().max(3.0));
+        }
+        let mut shear = Matrix4::identity();
+        shear[(0, 1)] = 0.5;
+        assert_eq!(Placement::of(&shear), None);
+        assert_eq!(Placement::of(&Matrix4::zeros()), None);
+    }
+}
