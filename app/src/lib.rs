@@ -18,6 +18,7 @@ pub use file::{read, read_with, write, write_with};
 pub use loftsman_editing as editing;
 pub use loftsman_fitting as fitting;
 pub use loftsman_kernel as kernel;
+pub use loftsman_gltf as gltf;
 pub use loftsman_native as native;
 pub use loftsman_obj as obj;
 pub use loftsman_points as points;

@@ -22,7 +22,8 @@ impl Plugin for BuiltIn {
         registry.add(&loftsman_fitting::Fitting);
         registry.add(&loftsman_tessellation::Tessellation);
         registry.add(&loftsman_native::Plugin);
-        registry.add(&loftsman_obj::ObjPlugin);
+        registry.add(&loftsman_gltf::Plugin);
+        registry.add(&loftsman_obj::Plugin);
         registry.add(&loftsman_points::Plugin);
     }
 }
