@@ -2,6 +2,7 @@
 //!
 //! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
+//! * [`catmull_rom`]: cubic curves through their vertices.
 //! * [`close`]: closed shapes made periodic.
 //! * [`common`]: one space for two shapes.
 //! * [`conic`]: lines, circles, ellipses and arcs.
@@ -20,6 +21,7 @@
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 
 pub mod bezier;
+pub mod catmull_rom;
 pub mod close;
 pub mod common;
 pub mod conic;
@@ -40,6 +42,7 @@ pub mod surface;
 #[cfg(test)]
 pub(crate) mod testing;
 
+pub use catmull_rom::{CatmullRom, Spacing};
 pub use conversion::{Conversion, Direction};
 pub use curve::Curve;
 pub use space::Space;
