@@ -81,8 +81,9 @@ fn divide(sites: &[f64], distances: &[f64], least: usize) -> Option<f64> {
     (middle > a && middle < b && middle > sites[0]).then_some(middle)
 }
 
-/// The space with one more knot in every span whose error is above the tolerance (without one: near the largest),
-/// the worst spans first, at most `room` of them. `None` where no such span can be divided.
+/// The space with one more knot in every span whose error is above the tolerance, the worst spans first, at most
+/// `room` of them. Without a tolerance: in those near the largest error, and in as many as fill a quarter of the
+/// room, so that few rounds fill it. `None` where no such span can be divided.
 ///
 /// # Errors
 /// As for [`Space::open`].
@@ -93,14 +94,17 @@ pub(crate) fn refine(
     room: usize,
 ) -> Result<Option<Space>> {
     let largest = spans.spans.iter().fold(0.0_f64, |m, s| m.max(s.error));
-    let wrong = |error: f64| tolerance.map_or(error >= 0.25 * largest, |t| error > t);
     let pick = |errors: &[f64], choice: usize| {
         let all = spans.spans.iter().zip(errors);
         let mut chosen: Vec<(f64, f64)> = all
-            .filter(|&(_, &error)| wrong(error))
+            .filter(|&(_, &error)| tolerance.is_none_or(|t| error > t))
             .filter_map(|(s, &error)| s.middle[choice].map(|middle| (error, middle)))
             .collect();
         chosen.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
+        if tolerance.is_none() {
+            let near = chosen.iter().take_while(|c| c.0 >= 0.25 * largest).count();
+            chosen.truncate(near.max(room.div_ceil(4)));
+        }
         chosen.truncate(room);
         chosen
     };

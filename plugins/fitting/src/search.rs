@@ -20,6 +20,8 @@ use crate::smoothing::{Factors, energy};
 /// A correction that takes less than this share off the largest error is the last one with these knots.
 const WORTHWHILE: f64 = 0.1;
 
+/// More rounds than doubling ever needs: where single knots are added again and again to no avail, it ends here.
+const ROUNDS: usize = 64;
 /// Tries to do with fewer knots, each halving what is left between too few and enough.
 const REGRADINGS: usize = 6;
 /// Tries to find how much smoothing the tolerance allows: everywhere alike, and row by row.
@@ -142,14 +144,20 @@ impl Search<'_> {
     fn rounds(&mut self, sites: &[f64]) -> Result<State> {
         let mut state = self.first_round(sites)?;
         let mut best: Option<State> = None;
-        loop {
+        for round in 0.. {
             self.observer.progress("fitting", state.space.len() as u64, self.points.len() as u64);
-            let next =
-                if state.met || state.space.len() >= self.goal.vertices { None } else { self.finer(&state)? };
+            let done = state.met || state.space.len() >= self.goal.vertices;
+            let next = if done { None } else { self.finer(&state, round)? };
             let outcome = match next {
                 Some(space) => self.round(&space, state.sites.clone()),
+                None if self.goal.exact && !done => {
+                    return Err(FitError::Request(format!(
+                        "only {} control vertices can be placed where the points tell them apart: ask for at most that",
+                        state.space.len()
+                    )));
+                }
                 None if self.goal.exact => return Ok(State { met: true, ..state }),
-                None => return Ok(better(best, state)),
+                None => break,
             };
             best = if self.goal.exact { None } else { Some(better(best, state)) };
             state = match (outcome, best.take()) {
@@ -164,6 +172,7 @@ impl Search<'_> {
                 (Err(error), _) => return Err(error),
             };
         }
+        Ok(better(best, state))
     }
 
     /// Fewer vertices (or, where their number is given, a smaller error) by knots spread evenly over the error.
@@ -200,16 +209,22 @@ impl Search<'_> {
         Ok(best)
     }
 
-    /// The next space to try.
-    fn finer(&self, state: &State) -> Result<Option<Space>> {
-        let spans = Spans::of(&state.space, &state.sites[..self.points.len()], &state.distances);
-        let room = self.goal.vertices - state.space.len();
-        let finer = refine(&state.space, &spans, self.goal.tolerance, room)?;
-        if finer.is_none() && self.goal.exact {
-            // Too few points a span to choose by error: share the points out evenly.
-            return self.even_space(&state.sites).map(Some);
+    /// The next space to try: larger than the last one, so that there is an end.
+    fn finer(&self, state: &State, round: usize) -> Result<Option<Space>> {
+        if round < ROUNDS {
+            let spans = Spans::of(&state.space, &state.sites[..self.points.len()], &state.distances);
+            let room = self.goal.vertices - state.space.len();
+            let finer = refine(&state.space, &spans, self.goal.tolerance, room)?;
+            if finer.is_some() || !self.goal.exact {
+                return Ok(finer);
+            }
         }
-        Ok(finer)
+        if !self.goal.exact {
+            return Ok(None);
+        }
+        // Too few points a span to choose by error: share the points out evenly.
+        let even = self.even_space(&state.sites)?;
+        Ok((even.len() > state.space.len()).then_some(even))
     }
 
     /// A round with one span (as many as a closed curve needs), and one more for each constraint: more, where these

@@ -309,6 +309,26 @@ fn a_tolerance_out_of_reach_is_an_error_or_a_best_effort() {
 }
 
 #[test]
+fn a_tolerance_that_nothing_meets_ends() {
+    // Two places at one parameter: no curve passes both.
+    let mut points = wave(3000);
+    points[1500].y += 1.0;
+    let mut parameters: Vec<f64> = (0..3000).map(f64::from).collect();
+    parameters[1500] = parameters[1499];
+    let parameters = Parametrization::Given(parameters);
+    let fit = Fit { parameters, corrections: 0, ..Fit::new(3, Target::Tolerance(1e-3)) };
+    assert!(matches!(fit.curve(&points), Err(FitError::NotMet { .. })));
+    // As many vertices as points, but not as many places.
+    let doubled: Vec<Point> = wave(20).into_iter().flat_map(|p| [p, p]).collect();
+    let refused = Fit::new(3, Target::Vertices(38)).curve(&doubled);
+    assert!(matches!(
+        refused,
+        Err(FitError::NoData { .. } | FitError::IllConditioned { .. } | FitError::Request(_))
+    ));
+    assert!(Fit::new(3, Target::Vertices(15)).curve(&doubled).is_ok());
+}
+
+#[test]
 fn end_conditions_that_cannot_be() {
     let natural = Interpolation { ends: Ends::Natural, ..Interpolation::new(4) };
     assert!(matches!(natural.curve(&wave(9)), Err(FitError::Request(_))));
