@@ -85,6 +85,24 @@ pub fn curve_json(curve: &Curve) -> Value {
     out
 }
 
+/// The curve of a native document.
+///
+/// # Panics
+/// When it is none.
+pub fn curve_from_json(value: &Value) -> Curve {
+    fn field<T: serde::de::DeserializeOwned>(value: &Value, name: &str) -> Option<T> {
+        serde_json::from_value(value.get(name)?.clone()).ok()
+    }
+    let degree = field(value, "degree").unwrap_or(0);
+    let knots = field(value, "knots").unwrap_or_default();
+    let periodic = field(value, "periodic").unwrap_or(false);
+    let space = if periodic { Space::periodic(degree, knots) } else { Space::open(degree, knots) };
+    let points: Vec<[f64; 3]> = field(value, "points").unwrap_or_default();
+    space
+        .and_then(|s| Curve::build(s, points.into_iter().map(Point::from).collect(), field(value, "weights")))
+        .unwrap_or_else(|e| panic!("no curve: {e} in {value}"))
+}
+
 /// Positions as native documents hold them.
 pub fn points_json(points: &[Point]) -> Value {
     points.iter().map(|p| json!([p.x, p.y, p.z])).collect()
