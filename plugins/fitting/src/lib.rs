@@ -5,6 +5,7 @@
 //! | a curve through these points | [`Interpolation`] |
 //! | the nearest curve with these knots | [`LeastSquares`] |
 //! | a curve within a tolerance, knots where they are needed | [`Fit`] |
+//! | a surface through, or near to, a grid of points | [`GridFit`] |
 //! | which parameters the points get | [`Parametrization`] |
 //! | what must hold exactly | [`Constraint`], any linear functional |
 //! | the same in a recipe | the operation `fit`: [`FitPoints`], brought by the plug-in [`Fitting`] |
@@ -29,6 +30,7 @@ mod refine;
 mod search;
 mod smoothing;
 mod solve;
+pub mod surface;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
@@ -39,6 +41,7 @@ pub use interpolation::{Duplicates, Ends, Interpolated, Interpolation};
 pub use least_squares::{Fitted, LeastSquares};
 pub use operation::FitPoints;
 pub use parameters::Parametrization;
+pub use surface::{FittedSurface, GridFit};
 
 /// The plug-in: registers the operation `fit`.
 #[derive(Debug, Clone, Copy, Default)]
