@@ -157,6 +157,24 @@ fn surfaces_are_tessellated_or_left_out_by_name() {
     assert_eq!(report.objects[0].form, format!("{} triangles", mesh.face_count()));
 }
 
+#[test]
+fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
+    let points =
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::from).to_vec();
+    let flat = Mesh::new(points, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
+    let mut smooth = flat.clone();
+    smooth.normals = vec![Vector::x(); 4];
+    let mut scene = one("flat", &flat);
+    assert!(!String::from_utf8(write(&scene, &keep()).0.bytes).unwrap().contains("vn"));
+    scene.add(Object::new("smooth", (&smooth).into())).unwrap();
+    let (file, report) = write(&scene, &keep());
+    assert!(report.notes.iter().any(|n| n.contains("1 mesh(es) without normals")));
+    assert_eq!(String::from_utf8_lossy(&file.bytes).matches("vn ").count(), 8);
+    let back = read(&file);
+    assert_eq!(back.object("flat").unwrap().geometry, Geometry::Mesh(flat));
+    assert_eq!(back.object("smooth").unwrap().geometry, Geometry::Mesh(smooth));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]

@@ -45,10 +45,11 @@ pub(crate) struct Lines {
     pub(crate) v: Vec<Stretch>,
 }
 
-/// A stretch that needs more lines than this is divided and bounded anew, so that the lines follow the bend.
-const EVEN: usize = 8;
+/// A stretch that needs more lines than this is divided and bounded anew: the bounds of smaller patches are
+/// sharper, and the lines follow the bend.
+const EVEN: usize = 4;
 /// How often stretches are divided before their number of lines is taken as it is.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 12;
 /// No more patches than this are bounded; beyond, bounds of larger patches are good enough.
 const PATCHES: usize = 1 << 20;
 
@@ -66,14 +67,20 @@ pub(crate) fn choose(
         lines.u = lines.u.iter().flat_map(|s| s.split(4)).collect();
         lines.v = lines.v.iter().flat_map(|s| s.split(4)).collect();
     }
+    let mut best: Option<(f64, Lines)> = None;
     for round in 0..=ROUNDS {
         let bends = bends(surface, frame, &lines);
         divide(&mut lines, &bends, target.chord);
-        within(&lines, fineness, budget)?;
+        // Every round's lines meet the tolerance; rounding up may make finer stretches the worse choice.
+        let cells = cells(&lines);
+        if best.as_ref().is_none_or(|(least, _)| cells < *least) {
+            best = Some((cells, lines.clone()));
+        }
+        // Halved, and halved again if need be, so that a loose first bound does not decide; very long ones in
+        // larger steps.
+        let parts = |n: usize| if n > EVEN { (n / 16).max(2) } else { 1 };
         let finer = |list: &[Stretch]| -> Vec<Stretch> {
-            list.iter()
-                .flat_map(|s| if s.n > EVEN { s.split(s.n.div_ceil(EVEN)) } else { vec![*s] })
-                .collect()
+            list.iter().flat_map(|s| if s.n > EVEN { s.split(parts(s.n)) } else { vec![*s] }).collect()
         };
         let (u, v) = (finer(&lines.u), finer(&lines.v));
         let unchanged = u.len() == lines.u.len() && v.len() == lines.v.len();
@@ -82,6 +89,8 @@ pub(crate) fn choose(
         }
         lines = Lines { u, v };
     }
+    let mut lines = best.map_or(lines, |(_, lines)| lines);
+    within(&lines, fineness, budget)?;
     turn_slowly(surface, frame, &mut lines, target.angle, fineness, budget)?;
     Ok(lines)
 }
@@ -91,10 +100,14 @@ fn spans(space: &Space) -> Vec<Stretch> {
     space.spans().map(|span| Stretch { span, a: flat[span], b: flat[span + 1], n: 1 }).collect()
 }
 
+fn cells(lines: &Lines) -> f64 {
+    let sum = |list: &[Stretch]| list.iter().map(|s| s.n as f64).sum::<f64>();
+    sum(&lines.u) * sum(&lines.v)
+}
+
 /// Refuses lines whose cells are more than the budget.
 fn within(lines: &Lines, fineness: &Fineness, budget: usize) -> Result<()> {
-    let sum = |list: &[Stretch]| list.iter().map(|s| s.n as f64).sum::<f64>();
-    let triangles = 2.0 * sum(&lines.u) * sum(&lines.v);
+    let triangles = 2.0 * cells(lines);
     // The indices of a mesh are 32 bits wide.
     if triangles > budget as f64 || triangles > f64::from(u32::MAX) {
         return Err(over_budget(fineness, triangles, "triangles", budget));
@@ -198,8 +211,9 @@ fn turn_slowly(
 ) -> Result<()> {
     let evaluator = Evaluator::new(surface, frame);
     for _ in 0..4 {
-        let (mut grow_u, mut grow_v) = (vec![1_usize; lines.u.len()], vec![1_usize; lines.v.len()]);
-        let more = |turn: f64| (turn / angle * (1.0 - 1e-9)).ceil().min(1e6) as usize;
+        let (mut grow_u, mut grow_v) = (vec![1.0_f64; lines.u.len()], vec![1.0_f64; lines.v.len()]);
+        // The turn over a step shrinks with it.
+        let more = |turn: f64| turn / angle * (1.0 - 1e-9);
         let mut row = evaluator.row();
         let mut current = Vec::new();
         let mut before: Vec<Option<loftsman_kernel::Vector>> = Vec::new();
@@ -230,8 +244,10 @@ fn turn_slowly(
         }
         let mut changed = false;
         for (s, factor) in lines.u.iter_mut().zip(grow_u).chain(lines.v.iter_mut().zip(grow_v)) {
-            s.n = s.n.saturating_mul(factor);
-            changed |= factor > 1;
+            if factor > 1.0 {
+                s.n = (s.n as f64 * factor).ceil().min(1e15) as usize;
+                changed = true;
+            }
         }
         within(lines, fineness, budget)?;
         if !changed {

@@ -13,7 +13,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
 use loftsman_kernel::spline::Curve;
-use loftsman_kernel::{Error, Point};
+use loftsman_kernel::{Error, Point, Vector};
 
 use crate::OPTIONS;
 
@@ -59,6 +59,12 @@ pub(crate) fn write(
         knots,
         options,
         scale,
+        face_normals: placed.objects().iter().any(|o| match &o.geometry {
+            Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
+            Geometry::Surface(_) => options.tessellator.is_some(),
+            _ => false,
+        }),
+        given: 0,
     };
     let axis = ["x", "y", "z"][up as usize];
     let io = |e: std::io::Error| fail(format!("it cannot be written: {e}"));
@@ -83,6 +89,10 @@ pub(crate) fn write(
         report.objects.push(written);
     }
     writer.out.flush().map_err(io)?;
+    if writer.given > 0 {
+        let what = "mesh(es) without normals got one for each face: where a file has any, Blender smooths those without";
+        report.notes.push(format!("{} {what}", writer.given));
+    }
     notes(&placed, &world, &mut report);
     Ok(report)
 }
@@ -134,8 +144,12 @@ struct Writer<'a, W: Write> {
     normals: usize,
     knots: Knots,
     options: &'a WriteOptions<'a>,
-    /// Lengths in the file to lengths in the scene.
+    /// Lengths in the scene to lengths in the file.
     scale: f64,
+    /// Whether meshes without normals get one for each face, because others in the file have normals.
+    face_normals: bool,
+    /// How many did.
+    given: usize,
 }
 
 impl<W: Write> Writer<'_, W> {
@@ -322,6 +336,10 @@ impl<W: Write> Writer<'_, W> {
             self.normals += mesh.normals.len();
         }
         self.line(if with_normals { "s 1" } else { "s off" })?;
+        if self.face_normals && !with_normals {
+            self.given += 1;
+            return self.flat_faces(mesh, point, with_uvs.then_some(uv));
+        }
         for face in mesh.faces() {
             self.text.push('f');
             for &corner in face {
@@ -332,6 +350,35 @@ impl<W: Write> Writer<'_, W> {
                     (false, true) => write!(self.text, " {}//{}", point + c, normal + c),
                     (true, true) => write!(self.text, " {}/{}/{}", point + c, uv + c, normal + c),
                 };
+            }
+            self.flush_line()?;
+        }
+        Ok(())
+    }
+
+    /// The faces of a mesh without normals, each with its own; one that has no area has none.
+    fn flat_faces(&mut self, mesh: &Mesh, point: usize, uv: Option<usize>) -> Result<(), Failure> {
+        for face in mesh.faces() {
+            let normal = face_normal(mesh.points(), face);
+            if let Some(normal) = normal {
+                self.text.push_str("vn");
+                normal.iter().for_each(|&c| print::number(&mut self.text, c));
+                self.flush_line()?;
+                self.normals += 1;
+            }
+            self.text.push('f');
+            for &corner in face {
+                let c = corner as usize;
+                _ = write!(self.text, " {}", point + c);
+                if uv.is_some() || normal.is_some() {
+                    self.text.push('/');
+                }
+                if let Some(uv) = uv {
+                    _ = write!(self.text, "{}", uv + c);
+                }
+                if normal.is_some() {
+                    _ = write!(self.text, "/{}", self.normals);
+                }
             }
             self.flush_line()?;
         }
@@ -367,4 +414,13 @@ fn outside_out(mesh: &Mesh) -> Result<Mesh, Error> {
     turned.normals = mesh.normals.iter().map(|n| -n).collect();
     turned.uvs.clone_from(&mesh.uvs);
     Ok(turned)
+}
+
+/// The direction of a face's area vector (Newell), about its first corner and scaled so that nothing overflows.
+fn face_normal(points: &[Point], face: &[u32]) -> Option<Vector> {
+    let origin = points[*face.first()? as usize];
+    let size = face.iter().map(|&k| (points[k as usize] - origin).amax()).fold(0.0, f64::max);
+    let arm = |k: u32| (points[k as usize] - origin) / size;
+    let sum = face.windows(2).fold(Vector::zeros(), |sum, pair| sum + arm(pair[0]).cross(&arm(pair[1])));
+    sum.try_normalize(0.0).filter(|n| n.iter().all(|c| c.is_finite()))
 }
