@@ -44,8 +44,11 @@ impl Curve {
         let clamped = self.to_clamped()?;
         let net = close(clamped.space(), clamped.points(), clamped.weights(), 1, 1, tolerance)?;
         let seam = net.space.domain().0;
-        let removal = Self::build(net.space, net.points, net.weights)?
-            .remove(tolerance - net.moved, |u, copies| if u == seam { copies } else { 0 })?;
+        let removal = Self::build(net.space, net.points, net.weights)?.remove_copies(
+            seam,
+            usize::MAX,
+            tolerance - net.moved,
+        )?;
         let space = removal.shape.space().clone();
         Ok(closed(removal.shape, &space, net.moved + removal.deviation))
     }
@@ -72,8 +75,7 @@ impl Surface {
             Direction::U => Self::build(net.space, self.v().clone(), net.points, net.weights)?,
             Direction::V => Self::build(self.u().clone(), net.space, net.points, net.weights)?,
         };
-        let removal =
-            shape.remove(direction, tolerance - net.moved, |u, copies| if u == seam { copies } else { 0 })?;
+        let removal = shape.remove_copies(direction, seam, usize::MAX, tolerance - net.moved)?;
         let space = removal.shape.space(direction).clone();
         Ok(closed(removal.shape, &space, net.moved + removal.deviation))
     }

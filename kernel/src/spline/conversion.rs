@@ -109,8 +109,9 @@ impl Conversion {
         let mut offsets = Vec::with_capacity(to.len() + 1);
         let mut coefficients = Vec::with_capacity(to.len() * 2);
         offsets.push(0);
+        let mut row = Row::default();
         for k in shift..shift + to.len() {
-            let mut row = Row::default();
+            row.clear();
             fill(line, to.flat()[k], &to.flat()[k + 1..=k + degree], &mut row)?;
             firsts.push(line.vertex(row.first));
             coefficients.extend_from_slice(&row.values[..row.len]);
@@ -265,15 +266,22 @@ struct Row {
     first: usize,
     len: usize,
     values: [f64; 2 * MAX_ORDER],
+    /// Where the run of knots of the last blossom value started: the next one's is near.
+    near: usize,
 }
 
 impl Default for Row {
     fn default() -> Self {
-        Self { first: 0, len: 0, values: [0.0; 2 * MAX_ORDER] }
+        Self { first: 0, len: 0, values: [0.0; 2 * MAX_ORDER], near: 0 }
     }
 }
 
 impl Row {
+    fn clear(&mut self) {
+        self.values[..self.len].fill(0.0);
+        self.len = 0;
+    }
+
     /// Adds coefficients that start at function `first`; the row grows at either end as needed.
     fn add(&mut self, first: usize, values: &[f64], factor: f64) -> Result<()> {
         if self.len == 0 {
@@ -336,11 +344,17 @@ impl Line {
     /// of consecutive knots `t_q …` and `r` others, which lie between the neighbours of the run (inclusive); then
     /// `r` steps of de Boor's algorithm lead there from the `r + 1` vertices whose knots contain the run, each step
     /// a convex combination (Boehm 1980; Goldman 1990 for the blossoming view). The steps are taken backwards here,
-    /// from the value to the weights of the vertices. `O(r² + log n)`.
+    /// from the value to the weights of the vertices. `O(r²)` for rows in order, else `O(r² + log n)`.
     fn add_blossom(&self, start: f64, arguments: &[f64], factor: f64, row: &mut Row) -> Result<()> {
         let (t, p) = (&self.knots, self.degree);
         let (first, last) = (arguments[0], arguments[p - 1]);
-        let (low, low_end) = equal_range(t, first);
+        let next = row.near + 1;
+        if first < last && t.get(next..next + p) == Some(arguments) {
+            // A vertex that stays, next to the one before: what most are where few knots are new.
+            row.near = next;
+            return row.add(next - 1, &[1.0], factor);
+        }
+        let (low, low_end) = equal_range(t, row.near, first);
         let mut others = [0.0; MAX_ORDER];
         let mut count = 0;
         let mut push = |value: f64, copies: usize| {
@@ -357,7 +371,7 @@ impl Line {
         } else {
             let copies = |value: f64| arguments.iter().filter(|&&a| a == value).count();
             let (firsts, lasts) = (copies(first), copies(last));
-            let (high, high_end) = equal_range(t, last);
+            let (high, high_end) = equal_range(t, row.near, last);
             run = low_end - firsts.min(low_end - low);
             run_end = high + lasts.min(high_end - high);
             push(first, firsts - (low_end - run));
@@ -375,6 +389,7 @@ impl Line {
         if run_end - run + r != p || run < r + 1 || run + p > t.len() {
             return Err(not_contained());
         }
+        row.near = run;
         let mut values = [0.0; MAX_ORDER];
         values[0] = 1.0;
         for step in (1..=r).rev() {
@@ -392,9 +407,16 @@ impl Line {
     }
 }
 
-/// Where a value is among ascending numbers: from the first that is not less to the first that is greater.
-fn equal_range(sorted: &[f64], value: f64) -> (usize, usize) {
-    let low = sorted.partition_point(|&k| k < value);
+/// Where a value is among ascending numbers: from the first that is not less to the first that is greater. It is
+/// looked for around a place first.
+fn equal_range(sorted: &[f64], near: usize, value: f64) -> (usize, usize) {
+    let (from, to) = (near.saturating_sub(MAX_ORDER), (near + 2 * MAX_ORDER).min(sorted.len()));
+    let low = match sorted.get(from..to) {
+        Some(part @ [first, .., last]) if *first < value && value <= *last => {
+            from + part.partition_point(|&k| k < value)
+        }
+        _ => sorted.partition_point(|&k| k < value),
+    };
     let high = low + sorted[low..].iter().take_while(|&&k| k == value).count();
     (low, high)
 }

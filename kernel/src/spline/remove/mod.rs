@@ -4,7 +4,7 @@ mod net;
 mod passes;
 mod sweep;
 
-use net::Net;
+use net::{ALL, Net, ONE};
 
 use super::conversion::Direction;
 use super::space::Space;
@@ -28,7 +28,7 @@ impl Curve {
     /// keep every point within `tolerance` of where it was (at the same parameter). `tolerance` is a length in the
     /// unit of the points; with zero go only knots that not even rounding errors show.
     ///
-    /// The knots at the ends of the domain stay (one copy of the seam's, where periodic). `O(n p)`, eight times.
+    /// The knots at the ends of the domain stay (one copy of the seam's, where periodic). `O(n p)`, seven times.
     ///
     /// ```
     /// use loftsman_kernel::{Point, spline::{Curve, Space}};
@@ -44,7 +44,7 @@ impl Curve {
     /// # Errors
     /// When the tolerance is negative or not a number.
     pub fn remove_knots(&self, tolerance: f64) -> Result<Removal<Self>> {
-        self.remove(tolerance, |_, multiplicity| multiplicity)
+        self.remove(tolerance, ALL, |_, multiplicity| multiplicity)
     }
 
     /// The curve without up to `times` copies of the knot `u`, as many as keep every point within `tolerance` of
@@ -55,17 +55,23 @@ impl Curve {
     /// a number.
     pub fn remove_knot(&self, u: f64, times: usize, tolerance: f64) -> Result<Removal<Self>> {
         let u = removable(self.space(), u)?;
-        self.remove(tolerance, move |knot, _| if knot == u { times } else { 0 })
+        self.remove_copies(u, times, tolerance)
     }
 
-    pub(super) fn remove(
+    /// Removes up to `times` copies of the knot `u`.
+    pub(super) fn remove_copies(&self, u: f64, times: usize, tolerance: f64) -> Result<Removal<Self>> {
+        self.remove(tolerance, ONE, |knot, _| if knot == u { times } else { 0 })
+    }
+
+    fn remove(
         &self,
         tolerance: f64,
+        passes: &[f64],
         copies: impl Fn(f64, usize) -> usize,
     ) -> Result<Removal<Self>> {
         let net =
             Net { space: self.space(), points: self.points(), weights: self.weights(), outer: 1, inner: 1 };
-        let (space, points, weights, removed, deviation) = net.remove(tolerance, copies)?;
+        let (space, points, weights, removed, deviation) = net.remove(tolerance, passes, copies)?;
         Ok(Removal { shape: Self::build(space, points, weights)?, removed, deviation })
     }
 }
@@ -76,7 +82,7 @@ impl Surface {
     /// # Errors
     /// When the tolerance is negative or not a number.
     pub fn remove_knots(&self, direction: Direction, tolerance: f64) -> Result<Removal<Self>> {
-        self.remove(direction, tolerance, |_, multiplicity| multiplicity)
+        self.remove(direction, tolerance, ALL, |_, multiplicity| multiplicity)
     }
 
     /// The surface without up to `times` copies of a knot of one direction; see [`Curve::remove_knot`].
@@ -91,13 +97,25 @@ impl Surface {
         tolerance: f64,
     ) -> Result<Removal<Self>> {
         let u = removable(self.space(direction), knot)?;
-        self.remove(direction, tolerance, move |knot, _| if knot == u { times } else { 0 })
+        self.remove_copies(direction, u, times, tolerance)
     }
 
-    pub(super) fn remove(
+    /// Removes up to `times` copies of the knot `u` of a direction.
+    pub(super) fn remove_copies(
+        &self,
+        direction: Direction,
+        u: f64,
+        times: usize,
+        tolerance: f64,
+    ) -> Result<Removal<Self>> {
+        self.remove(direction, tolerance, ONE, |knot, _| if knot == u { times } else { 0 })
+    }
+
+    fn remove(
         &self,
         direction: Direction,
         tolerance: f64,
+        passes: &[f64],
         copies: impl Fn(f64, usize) -> usize,
     ) -> Result<Removal<Self>> {
         let (space, (outer, inner)) = match direction {
@@ -105,7 +123,7 @@ impl Surface {
             Direction::V => (self.v(), (self.u().len(), 1)),
         };
         let net = Net { space, points: self.points(), weights: self.weights(), outer, inner };
-        let (space, points, weights, removed, deviation) = net.remove(tolerance, copies)?;
+        let (space, points, weights, removed, deviation) = net.remove(tolerance, passes, copies)?;
         let shape = match direction {
             Direction::U => Self::build(space, self.v().clone(), points, weights)?,
             Direction::V => Self::build(self.u().clone(), space, points, weights)?,

@@ -6,10 +6,13 @@ use crate::Point;
 use crate::error::{Error, Result};
 use crate::spline::Space;
 
-/// Passes over the knots, each with the share of the tolerance that a single removal may take: what costs least goes
+/// Passes over all knots, each with the share of the tolerance that a single removal may take: what costs least goes
 /// first, so that a knot that matters is not given up for one that does not. A pass counts errors with caution, and
 /// a further one may still find room.
-const PASSES: [f64; 8] = [1e-6, 1e-4, 1e-2, 1e-1, 1.0, 1.0, 1.0, 1.0];
+pub(super) const ALL: &[f64] = &[1e-6, 1e-4, 1e-2, 1e-1, 1.0, 1.0, 1.0];
+
+/// The one pass that copies of a single knot need.
+pub(super) const ONE: &[f64] = &[1.0];
 
 /// A control net along one direction: an array of `outer × n × inner` vertices.
 pub(super) struct Net<'a> {
@@ -25,7 +28,12 @@ pub(super) type Outcome = (Space, Vec<Point>, Option<Vec<f64>>, usize, f64);
 
 impl Net<'_> {
     /// Removes what `copies(value, multiplicity)` wants and the tolerance allows.
-    pub(super) fn remove(&self, tolerance: f64, copies: impl Fn(f64, usize) -> usize) -> Result<Outcome> {
+    pub(super) fn remove(
+        &self,
+        tolerance: f64,
+        passes: &[f64],
+        copies: impl Fn(f64, usize) -> usize,
+    ) -> Result<Outcome> {
         if tolerance.is_nan() || tolerance < 0.0 {
             return Err(Error::Invalid(format!(
                 "the tolerance {tolerance} is no length: give zero or a positive number"
@@ -43,7 +51,7 @@ impl Net<'_> {
         let mut gone =
             Gone { knots: Vec::new(), domain: self.space.domain(), closed: self.space.is_periodic() };
         let mut deviation = 0.0;
-        for share in PASSES {
+        for &share in passes {
             let limits = Limits {
                 degree: self.space.degree(),
                 first_row: 0,
