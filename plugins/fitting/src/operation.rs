@@ -1,5 +1,7 @@
 //! The operation `fit`: points become a curve.
 
+use std::borrow::Cow;
+
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
     ConstraintReport, Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters,
@@ -15,6 +17,9 @@ use crate::parameters::Parametrization;
 
 /// The tolerance where none is given, as a share of the points' size.
 const DEFAULT_RELATIVE: f64 = 1e-4;
+
+/// A turn between neighbouring points beyond this angle is a corner: 60°.
+const CORNER: f64 = std::f64::consts::FRAC_PI_3;
 
 /// The operation `fit`: a polyline, cloud or mesh (its points in their order) becomes a B-spline curve, by least
 /// squares to a tolerance, with a given number of vertices, or by interpolation.
@@ -50,7 +55,7 @@ const DECLARATION: Declaration = Declaration {
             "closed",
             "true | false",
             "as the polyline; false for others",
-            "close the curve smoothly (periodic)",
+            "close the curve smoothly (periodic); false for a closed polyline keeps the corner where it starts",
         ),
         Field::optional(
             "parameters",
@@ -131,7 +136,14 @@ impl Operation for FitPoints {
             }
         };
         let closed = if parameters.has("closed") { parameters.flag("closed")? } else { chain };
-        let (curve, report) = if parameters.flag("interpolate")? {
+        // A closed chain that is fitted open keeps its corner where it starts, and still comes back there.
+        let back = chain && !closed && !parameters.has("parameters") && !parameters.has("weights");
+        let points: Cow<'_, [Point]> = match points.first() {
+            Some(&first) if back => points.iter().copied().chain([first]).collect(),
+            _ => points.into(),
+        };
+        let points = points.as_ref();
+        let (curve, mut report) = if parameters.flag("interpolate")? {
             interpolate(points, closed, parameters)?
         } else {
             let fit = fit_of(closed, name, parameters, context)?;
@@ -139,10 +151,36 @@ impl Operation for FitPoints {
             let report = report_of(&fitted, points);
             (fitted.curve, report)
         };
+        report.notes.extend(corner(points, closed));
         let report = StepReport { op: DECLARATION.name.into(), object: Some(name.to_owned()), ..report };
         scene.replace(name, curve)?;
         Ok(report)
     }
+}
+
+/// What to say where the points turn too sharply for a smooth curve: the sharpest corner, and what to do.
+fn corner(points: &[Point], closed: bool) -> Option<String> {
+    let n = points.len();
+    let turn = |k: usize| {
+        let before = points[k] - points[(k + n - 1) % n];
+        let after = points[(k + 1) % n] - points[k];
+        // Of unit vectors, so that no square overflows; a repeated point turns nowhere.
+        let (a, b) = (before / before.amax(), after / after.amax());
+        Some(a.angle(&b)).filter(|angle| angle.is_finite()).unwrap_or(0.0)
+    };
+    let range = if closed { 0..n } else { 1..n.saturating_sub(1) };
+    let (angle, k) = range.map(|k| (turn(k), k)).fold((0.0, 0), |m, t| if t.0 > m.0 { t } else { m });
+    if angle < CORNER {
+        return None;
+    }
+    let advice = match (closed, k) {
+        (true, 0) => "closed = false keeps the corner there",
+        _ => "fit the parts on both sides of it by themselves to keep the corner",
+    };
+    Some(format!(
+        "the points turn by {:.0}° at point {k}, which a smooth curve can only round or overshoot: {advice}",
+        angle.to_degrees()
+    ))
 }
 
 fn degree_of(parameters: &Parameters) -> Result<usize, ParameterError> {

@@ -88,6 +88,24 @@ fn interpolation_and_meshes() {
 }
 
 #[test]
+fn a_corner_at_the_seam_is_told_and_can_be_kept() {
+    let drop: Vec<Point> = (0..60)
+        .map(|i| std::f64::consts::TAU * f64::from(i) / 60.0)
+        .map(|a| Point::new(a.cos(), a.sin() * (0.5 * a).sin().powi(2), 0.0))
+        .collect();
+    let mut scene = Scene::new();
+    scene.add(Object::new("drop", Geometry::Polyline(Polyline { points: drop, closed: true }))).unwrap();
+    let mut other = scene.clone();
+    let smooth = run(&mut other, json!({ "object": "drop", "relative_tolerance": 1e-2 })).unwrap();
+    assert!(smooth.notes.iter().any(|n| n.contains("at point 0") && n.contains("closed = false")));
+    let kept = run(&mut scene, json!({ "object": "drop", "closed": false })).unwrap();
+    assert!(kept.notes.iter().all(|n| !n.contains("turn by")), "{:?}", kept.notes);
+    let curve = scene.curve("drop").unwrap();
+    assert!(!curve.is_periodic() && curve.point(0.0).unwrap() == curve.point(1.0).unwrap());
+    assert!(curve.points().len() < 25, "{}", curve.points().len());
+}
+
+#[test]
 fn what_is_wrong_is_said() {
     for (fields, words) in [
         (json!({ "tolerance": 1.0 }), "\"object\" is missing"),
