@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, Wanted, pick};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Curvature, DerivativeAt, Functional, Position, ShapeNames, Tangent};
+use loftsman_kernel::functional::{
+    Curvature, DerivativeAt, Functional, Position, ShapeNames, Shapes, Tangent,
+};
 use loftsman_kernel::plugin::{
     Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, StepReport, nearest,
 };
@@ -114,9 +116,13 @@ impl Problem {
         let editable = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
         let object = object_name(scene, parameters, editable, "curve or surface")?;
         let mut names = Names { scene, names: vec![object.clone()], shapes: vec![shape_of(scene, &object)?] };
-        let mut constraints = Vec::new();
-        for table in parameters.tables("constraints")? {
-            constraints.push(constraint_from(context.registry, &table, &mut names)?);
+        let tables = parameters.tables("constraints")?;
+        let mut constraints = Vec::with_capacity(tables.len());
+        for table in &tables {
+            constraints.push(constraint_from(context.registry, table, &mut names)?);
+        }
+        if !parameters.has("within") {
+            ask_once(&names.shapes, &constraints, &tables)?;
         }
         let mut handle = None;
         if with_handle {
@@ -215,6 +221,23 @@ impl Problem {
 fn curvature_vector((first, second): (Vector, Vector)) -> Vector {
     let tangent = first.normalize();
     (second - tangent * tangent.dot(&second)) / first.norm_squared()
+}
+
+/// Asks every functional for its value, so that what cannot be asked of these shapes (a location outside the domain, a
+/// vertex that does not exist) is an error of its own table. Knots that `within` inserts would change the question.
+fn ask_once(
+    shapes: &[Box<dyn Shape>],
+    constraints: &[Constraint],
+    tables: &[Parameters],
+) -> Result<(), ParameterError> {
+    let shapes = Shapes::new(shapes.iter().map(AsRef::as_ref));
+    let mut values = Vec::new();
+    for (constraint, table) in constraints.iter().zip(tables) {
+        let functional = constraint.functional();
+        values.resize(functional.equations(), 0.0);
+        functional.value(&shapes, &mut values).map_err(|e| table.error("", e.to_string()))?;
+    }
+    Ok(())
 }
 
 /// The handle's table with its location moved to the end of the curve where it is picked near enough (paper 4, §2).

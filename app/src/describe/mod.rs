@@ -1,5 +1,7 @@
 //! What is in a scene: for each object its type and the facts that people ask first.
 
+mod length;
+
 use loftsman_kernel::Point;
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
@@ -68,7 +70,8 @@ pub struct ObjectFacts {
     /// The length of a curve or polyline.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// The corners of its axis-parallel bounding box, the lower first.
+    /// The corners of the axis-parallel box around its points, the lower first. A spline lies within its control
+    /// vertices' box, and may not reach its sides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f64; 3]; 2]>,
 }
@@ -132,6 +135,7 @@ fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
         periodic: vec![curve.is_periodic()],
         closed: Some(closed(curve)),
         domain: vec![[start, end]],
+        length: length::length(curve).ok(),
         ..facts
     }
 }

@@ -1,0 +1,9 @@
+//! The program as a whole: what it prints, how it exits, and what it leaves on the disk.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+mod batches;
+mod bench;
+mod files;
+mod hostile;
+mod output;
+mod recipes;

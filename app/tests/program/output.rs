@@ -1,0 +1,116 @@
+//! What goes to the standard output, and to whom.
+
+use std::io::Read;
+
+use crate::bench::{Bench, WAVE};
+
+#[test]
+fn info_says_what_is_in_a_file() {
+    let bench = Bench::with_wave();
+    let info = bench.json(&["info", "wave.loft.json"]);
+    assert_eq!((info["unit"].as_str(), info["up"].as_str()), (Some("mm"), Some("z")));
+    let wave = &info["objects"][0];
+    assert_eq!((wave["name"].as_str(), wave["type"].as_str()), (Some("wave"), Some("curve")));
+    assert_eq!((wave["degree"].as_u64(), wave["vertices"].as_u64()), (Some(3), Some(8)));
+    assert_eq!(wave["domain"], serde_json::json!([[0.0, 5.0]]));
+    assert_eq!((wave["closed"].as_bool(), wave["periodic"][0].as_bool()), (Some(false), Some(false)));
+    assert!((wave["length"].as_f64().unwrap() - 7.6).abs() < 0.6, "{wave}");
+    assert!(info["report"]["kept"].as_u64().unwrap() > 0);
+    let text = bench.done(&["info", "wave.loft.json"]);
+    assert!(text.contains("wave") && text.contains("degree 3") && !text.contains('\x1b'), "{text}");
+}
+
+#[test]
+fn numbers_in_json_read_back_exactly() {
+    let bench = Bench::new();
+    let third = 1.0 / 3.0 * 1e-7;
+    bench.write("a.loft.json", WAVE.replace("[1, 1, 0]", &format!("[1, {third}, -1e-300]")));
+    bench.done(&["convert", "a.loft.json", "b.loft.json"]);
+    let document: serde_json::Value = serde_json::from_slice(&bench.read("b.loft.json")).unwrap();
+    let point = &document["objects"][0]["curve"]["points"][1];
+    assert_eq!((point[1].as_f64(), point[2].as_f64()), (Some(third), Some(-1e-300)));
+}
+
+#[test]
+fn the_standard_streams_are_files_too() {
+    let bench = Bench::with_wave();
+    let obj = bench.done(&["convert", "wave.loft.json", "-", "--to", "obj"]);
+    assert!(obj.contains("o wave"), "{obj}");
+    let info = bench.feed(&["info", "-", "--json"], WAVE.as_bytes());
+    assert_eq!(info.code, Some(0), "{}", info.err);
+    let back = bench.feed(&["convert", "-", "back.loft.json", "--from", "obj"], obj.as_bytes());
+    assert_eq!(back.code, Some(0), "{}", back.err);
+    assert_eq!(bench.json(&["info", "back.loft.json"])["objects"][0]["name"], "wave");
+    bench.fails(&["convert", "wave.loft.json", "-"], 2, &["--to"]);
+    bench.fails(&["convert", "wave.loft.json", "-", "--to", "glb"], 2, &["plain"]);
+    bench.fails(&["convert", "wave.loft.json", "-", "--to", "obj", "--json"], 2, &["--json"]);
+}
+
+#[test]
+fn exit_status_2_is_for_the_command_line() {
+    let bench = Bench::with_wave();
+    for arguments in [
+        &["frobnicate"][..],
+        &["convert"],
+        &["convert", "wave.loft.json"],
+        &["convert", "wave.loft.json", "b.obj", "--unit", "furlong"],
+        &["convert", "wave.loft.json", "b.obj", "--up", "w"],
+        &["convert", "wave.loft.json", "b.obj", "--tolerance", "0"],
+        &["convert", "wave.loft.json", "b.obj", "--tolerance", "nan"],
+        &["convert", "wave.loft.json", "b.unheard-of"],
+        &["convert", "wave.loft.json", "--into", "."],
+        &["convert", "wave.loft.json", "--to", "obj", "--into", ".", "--jobs", "0"],
+        &["plot", "wave.loft.json", "b.obj"],
+        &["run", "wave.loft.json", "--solver", "householder"],
+        &["plugins", "positon"],
+        &["completions", "cobol"],
+    ] {
+        bench.fails(arguments, 2, &[]);
+    }
+    bench.fails(&["run", "r.toml", "--solver", "householder"], 2, &["householder-qr"]);
+    bench.fails(&["plugins", "positon"], 2, &["position"]);
+    bench.fails(&["convert", "wave.loft.json", "b.obj", "--unit", "milimetre"], 2, &["mm"]);
+    // Without a command, help is what is wanted; it is not an output, and not a success.
+    assert_eq!(bench.run(&[]).code, Some(2));
+    assert!(bench.done(&["--help"]).contains("Exit status"));
+}
+
+#[test]
+fn plugins_lists_everything_with_its_fields() {
+    let bench = Bench::new();
+    let known = bench.json(&["plugins"]);
+    for (list, name) in [
+        ("formats", "obj"),
+        ("operations", "edit"),
+        ("operations", "fit"),
+        ("constraints", "position"),
+        ("constraints", "curvature"),
+    ] {
+        let entry = known[list].as_array().unwrap().iter().find(|e| e["name"] == name);
+        assert!(entry.is_some_and(|e| !e["help"].as_str().unwrap().is_empty()), "{list} {name}");
+    }
+    assert!(known["solvers"].as_array().unwrap().iter().any(|s| s == "householder-qr"));
+    let text = bench.done(&["plugins", "edit"]);
+    assert!(text.contains("constraints") && text.contains("solver"), "{text}");
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let bench = Bench::new();
+    let mut child = bench.command(&["plugins", "--json"]).spawn().unwrap();
+    let mut first = [0; 1];
+    let mut out = child.stdout.take().unwrap();
+    out.read_exact(&mut first).unwrap();
+    drop(out);
+    let end = child.wait_with_output().unwrap();
+    assert_eq!(end.status.code(), Some(0));
+    assert_eq!(end.stderr, b"");
+}
+
+#[test]
+fn every_shell_gets_completions() {
+    let bench = Bench::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        assert!(bench.done(&["completions", shell]).contains("loftsman"), "{shell}");
+    }
+}

@@ -1,0 +1,144 @@
+//! Recipes: what they do, what they report, and what is said when they are wrong.
+
+use crate::bench::Bench;
+
+const EDIT: &str = r#"
+input = "wave.loft.json"
+output = ["a.loft.json", "a.obj", "a.glb", "a.svg", "a.png"]
+
+[[step]]
+op = "edit"
+object = "wave"
+constraints = [
+  { kind = "position", at = 2.5, by = [0.0, 0.5, 0.0] },
+  { kind = "position", at = 0, keep = true },
+  { kind = "tangent", at = 0, keep = true },
+]
+"#;
+
+#[test]
+fn an_edit_reports_what_it_did_and_writes_every_output() {
+    let bench = Bench::with_wave();
+    bench.write("r.toml", EDIT);
+    let report = bench.json(&["run", "r.toml"]);
+    let step = &report["steps"][0];
+    assert_eq!((step["op"].as_str(), step["object"].as_str()), (Some("edit"), Some("wave")));
+    assert!(step["solver"].is_string() && step["equations"].is_u64() && step["rank"].is_u64(), "{step}");
+    assert!(step["residual"].as_f64().unwrap() < 1e-12, "{step}");
+    assert!(step["adjustment"].as_f64().unwrap() > 0.1, "{step}");
+    let outputs = report["outputs"].as_array().unwrap();
+    assert_eq!(outputs.len(), 5);
+    for output in outputs {
+        let path = std::path::Path::new(output["path"].as_str().unwrap());
+        let name = path.file_name().unwrap().to_str().unwrap();
+        assert_eq!(output["bytes"].as_u64().unwrap(), bench.read(name).len() as u64, "{name}");
+    }
+    assert!(bench.read("a.svg").starts_with(b"<") && bench.read("a.png").starts_with(b"\x89PNG"));
+    // Here and there alike: the same point has moved by what was asked.
+    let document: serde_json::Value = serde_json::from_slice(&bench.read("a.loft.json")).unwrap();
+    assert_eq!(document["objects"][0]["curve"]["points"][0], serde_json::json!([0.0, 0.0, 0.0]));
+    let text = bench.done(&["run", "r.toml"]);
+    assert!(text.contains("edit \"wave\"") && text.contains("residual") && text.contains("a.png"), "{text}");
+}
+
+#[test]
+fn the_same_recipe_in_json_gives_the_same_bytes() {
+    let bench = Bench::with_wave();
+    bench.write("r.toml", EDIT);
+    bench.done(&["run", "r.toml"]);
+    let outputs = ["a.loft.json", "a.obj", "a.glb", "a.svg", "a.png"];
+    let first: Vec<_> = outputs.map(|f| bench.read(f)).into();
+    bench.write(
+        "r.json",
+        r#"{ "input": "wave.loft.json", "output": ["a.loft.json", "a.obj", "a.glb", "a.svg", "a.png"],
+             "step": [{ "op": "edit", "object": "wave", "constraints": [
+                { "kind": "position", "at": 2.5, "by": [0, 0.5, 0] },
+                { "kind": "position", "at": 0, "keep": true }, { "kind": "tangent", "at": 0, "keep": true } ] }] }"#,
+    );
+    bench.done(&["run", "r.json"]);
+    assert_eq!(first, outputs.map(|f| bench.read(f)));
+}
+
+#[test]
+fn the_command_line_replaces_outputs_and_solver() {
+    let bench = Bench::with_wave();
+    bench.write("recipes/r.toml", EDIT.replace("wave.loft.json", "../wave.loft.json"));
+    let report = bench.json(&["run", "recipes/r.toml", "-o", "b.obj", "-o", "b.loft.json", "--solver", "lu"]);
+    assert_eq!(report["steps"][0]["solver"], "lu");
+    assert_eq!(bench.files(), ["b.loft.json", "b.obj", "recipes", "recipes/r.toml", "wave.loft.json"]);
+}
+
+#[test]
+fn every_solver_agrees() {
+    let bench = Bench::with_wave();
+    // The adjoint is for small systems: six equations it takes, the tangent's two more it leaves to others.
+    bench.write("r.toml", EDIT.replace("  { kind = \"tangent\", at = 0, keep = true },\n", ""));
+    let before = bench.files();
+    let comparison = bench.json(&["compare", "r.toml"]);
+    assert!(comparison["agreement"].as_f64().unwrap() < 1e-12, "{comparison}");
+    let solvers = comparison["solvers"].as_array().unwrap();
+    assert!(solvers.len() >= 4);
+    for trial in solvers {
+        assert!(trial["error"].is_null(), "{trial}");
+        assert!(trial["steps"][0]["residual"].as_f64().unwrap() < 1e-12);
+    }
+    assert_eq!(bench.files(), before);
+    assert!(bench.done(&["compare", "r.toml"]).contains("agree"));
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    let bench = Bench::with_wave();
+    let good = "{ kind = 'position', at = 2.5, by = [0, 1, 0] }";
+    let step = |fields: &str| {
+        format!(
+            "input = 'wave.loft.json'\noutput = 'a.obj'\n[[step]]\nop = 'edit'\nobject = 'wave'\n{fields}\n"
+        )
+    };
+    let constraint = |fields: &str| step(&format!("constraints = [{good},\n {{ {fields} }}]"));
+    let cases: &[(String, &[&str])] = &[
+        ("inptu = 'wave.loft.json'".into(), &["inptu", "did you mean \"input\"?"]),
+        ("steps = []".into(), &["steps", "did you mean \"step\"?"]),
+        ("input = 3".into(), &["r.toml, line 1", "input"]),
+        ("input = 'gone.obj'".into(), &["gone.obj", "no such file"]),
+        ("output = [1]".into(), &["output[0]"]),
+        ("tolerance = -1".into(), &["tolerance"]),
+        ("unit = 'furlong'".into(), &["unit"]),
+        ("[[step]]\nobject = 'wave'".into(), &["step[0]", "\"op\" is missing"]),
+        (step("").replace("'edit'", "'edti'"), &["line 4", "step[0].op", "did you mean \"edit\"?"]),
+        (step("constrants = []"), &["step[0]", "did you mean \"constraints\"?"]),
+        (
+            step(&format!("constraints = [{good}]\nsolver = 'householder'")),
+            &["line 7", "step[0].solver", "householder-qr"],
+        ),
+        (step(&format!("constraints = [{good}]\nmetric = 'leest'")), &["line 7", "metric", "least"]),
+        (
+            step(&format!("constraints = [{good}]")).replace("object = 'wave'", "object = 'wvae'"),
+            &["wvae", "wave"],
+        ),
+        (step(&format!("constraints = [{good}]\nlock = [0, 1, 2, 3, 4, 5, 6, 7]")), &["step[0]"]),
+        (
+            constraint("kind = 'positon', at = 1, keep = true"),
+            &["line 7", "step[0].constraints[1]", "did you mean \"position\"?"],
+        ),
+        (
+            constraint("kind = 'position', at = 1, to = [0, 0, 0], by = [0, 0, 0]"),
+            &["step[0].constraints[1]", "to", "by"],
+        ),
+        (constraint("kind = 'position', at = 1"), &["step[0].constraints[1]", "keep"]),
+        (constraint("kind = 'position', at = 5.5, keep = true"), &["step[0].constraints[1]", "outside"]),
+        (constraint("kind = 'position', at = [1, 2], keep = true"), &["step[0].constraints[1]"]),
+        (constraint("kind = 'position', at = nan, keep = true"), &["step[0].constraints[1].at", "finite"]),
+        (constraint("kind = 'position', at = 2.5, to = [9, 9, 9]"), &["position at 2.5"]),
+        (constraint("kind = 'vertex', index = 8, keep = true"), &["step[0].constraints[1]", "8"]),
+        (
+            constraint("kind = 'derivative', at = 1, order = 1000000000, keep = true"),
+            &["step[0].constraints[1]"],
+        ),
+        (constraint("kind = 'derivative', at = 1, ordr = 1, keep = true"), &["order"]),
+    ];
+    for (recipe, words) in cases {
+        bench.write("r.toml", recipe);
+        bench.fails(&["run", "r.toml"], 1, &[&["r.toml"], *words].concat());
+    }
+}
