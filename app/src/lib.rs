@@ -1,7 +1,58 @@
-//! Loftsman edits splines under constraints and hands them to Blender, MeshLab and CAD.
+//! Loftsman edits B-spline curves and surfaces under constraints, with the least change that meets them, and hands
+//! the result to Blender, MeshLab and CAD.
 //!
-//! This crate is the facade: it re-exports the [`kernel`], reads and writes files ([`read`](fn@read),
-//! [`write`](fn@write)), runs [recipes](recipe) and is the program `loftsman`.
+//! Measured points become a spline, and one of its points is pushed out while nose and trailing edge stay:
+//!
+//! ```standalone_crate
+//! # let folder = std::env::temp_dir().join(format!("loftsman-doctest-{}", std::process::id()));
+//! # std::fs::create_dir_all(folder.join("examples"))?;
+//! # let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/blade-section");
+//! # std::fs::create_dir_all(folder.join("examples/blade-section"))?;
+//! # let points = "IEA-15-240-RWT_AF20_Coords.txt";
+//! # std::fs::copy(format!("{examples}/{points}"), folder.join("examples/blade-section").join(points))?;
+//! # std::env::set_current_dir(&folder)?;
+//! use loftsman::prelude::*;
+//!
+//! let mut scene = loftsman::read("examples/blade-section/IEA-15-240-RWT_AF20_Coords.txt")?;
+//! scene.rename("IEA-15-240-RWT_AF20_Coords", "section")?;
+//! let measured = scene.object("section")?.geometry.points();
+//! let section = Fit::new(3, Target::Tolerance(1e-4)).curve(measured)?.curve;
+//!
+//! let thicker = Edit::new(&section)
+//!     .ask(position(0.75).by([0.0, 0.03, 0.0]))   // push this point out,
+//!     .ask(position(0.5).keep())                  // leave the nose where it is,
+//!     .ask(tangent(0.5).keep())                   // as it points
+//!     .ask(curvature(0.5).keep())                 // and as round as it is,
+//!     .lock([0, -1])                              // and the trailing edge;
+//!     .metric(Metric::Bend)                       // of all ways, bend least.
+//!     .solve()?;
+//!
+//! println!("{}", thicker.report());               // rank 11 of 13 · residual 4.4e-16 · ‖d‖ 0.0777 · …
+//! scene.replace("section", thicker.shape())?;
+//! loftsman::write(&scene, "section.obj")?;
+//! # let (before, after) = (section.point(0.75)?, thicker.shape().point(0.75)?);
+//! # assert!((after - before - Vector::new(0.0, 0.03, 0.0)).norm() < 1e-14);
+//! # assert!((thicker.shape().point(0.5)? - section.point(0.5)?).norm() < 1e-14);
+//! # let bend = |c: &Curve| Ok::<_, Box<dyn std::error::Error>>(c.derivative(0.5, 1)?.cross(&c.derivative(0.5, 2)?));
+//! # assert!((bend(thicker.shape())? - bend(&section)?).norm() < 1e-9 * bend(&section)?.norm());
+//! # assert_eq!(thicker.shape().point(0.0)?, section.point(0.0)?);
+//! # let back = loftsman::read("section.obj")?;
+//! # assert!((back.curve("section")?.point(0.75)? - after).norm() < 1e-12);
+//! # std::fs::remove_dir_all(folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! This crate is the facade: it re-exports the [`kernel`], the formats and the plug-ins, reads and writes files
+//! ([`read`](fn@read), [`write`](fn@write)), runs [recipes](recipe), and is the program `loftsman`.
+//!
+//! | question | answer |
+//! |---|---|
+//! | the names that most programs want | [`prelude`] |
+//! | a file's scene, a scene's file, several files or none | [`file`] |
+//! | steps in TOML or JSON | [`recipe`] |
+//! | what is in a scene | [`describe`] |
+//! | do the solvers agree | [`mod@compare`] |
+//! | what is known by name, and how to add to it | [`registry`](fn@registry), [`BuiltIn`] |
 
 pub mod compare;
 pub mod convert;
@@ -24,3 +75,22 @@ pub use loftsman_obj as obj;
 pub use loftsman_points as points;
 pub use loftsman_tessellation as tessellation;
 pub use registry::{BuiltIn, registry};
+
+#[cfg(test)]
+mod tests {
+    /// What the README shows is what the documentation tests, line for line.
+    #[test]
+    fn the_example_of_the_readme_is_the_tested_one() {
+        let readme = include_str!("../../README.md");
+        let shown: Vec<&str> =
+            readme.split("```rust\n").nth(1).unwrap().split("```").next().unwrap().lines().collect();
+        let documented =
+            include_str!("lib.rs").lines().skip_while(|l| !l.contains("```standalone_crate")).skip(1);
+        let tested: Vec<&str> = documented
+            .map(|l| l.trim_start_matches("//!").strip_prefix(' ').unwrap_or(""))
+            .take_while(|l| !l.starts_with("```"))
+            .filter(|l| !l.starts_with("# "))
+            .collect();
+        assert_eq!(tested, shown);
+    }
+}
