@@ -16,7 +16,7 @@ mod place;
 mod report;
 mod run;
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use loftsman_kernel::plugin::{Field, Parameters};
 use serde_json::Value;
@@ -139,9 +139,21 @@ impl Recipe {
         &self.name
     }
 
-    /// Where a file that it names is: relative paths are relative to the recipe's folder.
+    /// Where a file that it names is: relative paths are relative to the recipe's folder. `a/b/../c` becomes `a/c` where
+    /// that is the same place (no link is in between), for shorter messages.
     pub fn resolve(&self, file: &str) -> PathBuf {
-        self.folder.join(file)
+        let long = self.folder.join(file);
+        let mut short = PathBuf::new();
+        for part in long.components() {
+            let up = part == Component::ParentDir
+                && matches!(short.components().next_back(), Some(Component::Normal(_)));
+            if up && !short.is_symlink() {
+                short.pop();
+            } else if part != Component::CurDir {
+                short.push(part);
+            }
+        }
+        short
     }
 
     fn error(&self, path: impl Into<String>, problem: impl Into<String>) -> Error {

@@ -36,7 +36,8 @@ fn an_edit_reports_what_it_did_and_writes_every_output() {
     assert!(bench.read("a.svg").starts_with(b"<") && bench.read("a.png").starts_with(b"\x89PNG"));
     // Here and there alike: the same point has moved by what was asked.
     let document: serde_json::Value = serde_json::from_slice(&bench.read("a.loft.json")).unwrap();
-    assert_eq!(document["objects"][0]["curve"]["points"][0], serde_json::json!([0.0, 0.0, 0.0]));
+    let start = document["objects"][0]["curve"]["points"][0].as_array().unwrap();
+    assert!(start.iter().all(|c| c.as_f64() == Some(0.0)), "{start:?}");
     let text = bench.done(&["run", "r.toml"]);
     assert!(text.contains("edit \"wave\"") && text.contains("residual") && text.contains("a.png"), "{text}");
 }
