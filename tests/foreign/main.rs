@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 mod blender_curves;
+mod example;
+mod gltf;
 mod meshes;
 
 use std::path::{Path, PathBuf};
