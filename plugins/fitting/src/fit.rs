@@ -32,7 +32,7 @@ pub enum Target {
 
 /// Fits a B-spline curve to points, given in order.
 ///
-/// Least squares with parameters by chord length; then parameters are corrected ([Hoschek 1988]) and knots added
+/// Least squares with parameters by chord length; then parameters are corrected (Hoschek 1988) and knots added
 /// in the spans where the error is largest, until every point is within the tolerance: measured, not assumed.
 ///
 /// ```
