@@ -114,3 +114,24 @@ fn every_shell_gets_completions() {
         assert!(bench.done(&["completions", shell]).contains("loftsman"), "{shell}");
     }
 }
+
+#[test]
+fn points_become_a_curve_and_curves_a_picture() {
+    let bench = Bench::with_wave();
+    let rows: String = (0..=60).map(|i| f64::from(i) * 0.1).map(|x| format!("{x} {}\n", x.sin())).collect();
+    bench.write("sine.dat", rows);
+    let report = bench.json(&["fit", "sine.dat", "sine.loft.json", "--tolerance", "1e-4"]);
+    assert_eq!(report["steps"][0]["op"], "fit");
+    let curve = &bench.json(&["info", "sine.loft.json"])["objects"][0];
+    assert_eq!((curve["type"].as_str(), curve["degree"].as_u64()), (Some("curve"), Some(3)));
+    assert!(curve["vertices"].as_u64().unwrap() < 30, "{curve}");
+    bench.done(&["fit", "sine.dat", "sine.svg", "--vertices", "8", "--degree", "2"]);
+    bench.fails(&["fit", "wave.loft.json", "a.obj"], 1, &["wave.loft.json", "points"]);
+    bench.fails(&["fit", "sine.dat", "a.obj", "--degree", "26"], 1, &["26"]);
+    bench.fails(&["fit", "sine.dat", "a.obj", "--object", "sinus"], 1, &["sine"]);
+    bench.fails(&["fit", "sine.dat", "a.obj", "--tolerance", "-1"], 2, &[]);
+    for out in ["a.svg", "a.png"] {
+        bench.done(&["plot", "wave.loft.json", out, "--dark", "--view", "top", "--pixels", "400"]);
+    }
+    assert!(bench.read("a.svg").starts_with(b"<?xml") && bench.read("a.png").starts_with(b"\x89PNG"));
+}
