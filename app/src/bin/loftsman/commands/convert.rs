@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use loftsman::convert::Conversion;
 use loftsman::file::{Input, Outputs, output};
-use loftsman::kernel::plugin::{Format, Observer, ReadOptions, ReadReport, Source, WriteOptions, Written};
+use loftsman::kernel::plugin::{
+    Fate, Format, Observer, ReadOptions, ReadReport, Source, WriteOptions, Written,
+};
 
 use super::report;
 use crate::Usage;
@@ -27,6 +29,14 @@ pub(super) struct Converted {
     objects: Vec<Written>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     notes: Vec<String>,
+}
+
+impl Converted {
+    /// Entities that the reader left out, and objects that the writer did.
+    pub(super) fn left_out(&self) -> usize {
+        let objects = self.objects.iter().filter(|o| o.fate == Fate::LeftOut).count();
+        self.report.left_out.values().sum::<usize>() + objects
+    }
 }
 
 pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {

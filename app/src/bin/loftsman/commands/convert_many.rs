@@ -114,7 +114,11 @@ fn text(summary: &Summary) -> String {
     let mut text = String::new();
     for file in &summary.files {
         if let Outcome::Done(done) = file {
-            text += &format!("{} → {}, {}\n", done.input, done.output, bytes(done.bytes));
+            let left_out = match done.left_out() {
+                0 => String::new(),
+                number => format!(", {number} left out"),
+            };
+            text += &format!("{} → {}, {}{left_out}\n", done.input, done.output, bytes(done.bytes));
         }
     }
     let failed = if summary.failed > 0 { format!(", {} failed", summary.failed) } else { String::new() };
