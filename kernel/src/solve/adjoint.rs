@@ -52,7 +52,8 @@ impl Solver for Adjoint {
             });
         }
         let whitened = system.whitened()?;
-        let all: SmallVec<[usize; 6]> = (0..rows.len()).collect();
+        let mut all: SmallVec<[usize; 6]> = SmallVec::new();
+        all.extend(0..rows.len());
         if let Some(done) = invert(&whitened, &all) {
             return Ok(Box::new(finish(whitened, system.sides(), all, done, Vec::new())));
         }
@@ -98,7 +99,8 @@ fn finish(
 fn invert(whitened: &Whitened, kept: &[usize]) -> Option<Inverse> {
     let rows = &whitened.rows;
     let c = kept.len();
-    let scale: SmallVec<[f64; 6]> = kept.iter().map(|&r| 1.0 / rows.norm(r)).collect();
+    let mut scale: SmallVec<[f64; 6]> = SmallVec::new();
+    scale.extend(kept.iter().map(|&r| 1.0 / rows.norm(r)));
     if scale.iter().any(|s| !(s.is_finite() && *s > 0.0)) {
         return None;
     }

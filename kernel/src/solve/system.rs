@@ -93,10 +93,12 @@ impl SparseRows {
     /// The Euclidean norm of a row, safe from overflow.
     pub fn norm(&self, row: usize) -> f64 {
         let (_, values) = self.row(row);
-        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        if largest > 1e-140 && largest < 1e140 {
-            return values.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let squares: f64 = values.iter().map(|v| v * v).sum();
+        // Nothing overflowed, and nothing that underflowed can matter.
+        if squares > 1e-280 && squares < f64::INFINITY {
+            return squares.sqrt();
         }
+        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         if largest == 0.0 || !largest.is_finite() {
             return largest;
         }
