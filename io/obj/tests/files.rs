@@ -136,3 +136,43 @@ fn what_is_not_read_is_counted_by_statement() {
         assert!(found >= count, "{name}: {report:?}");
     }
 }
+
+#[test]
+fn the_colour_of_one_material_is_kept_and_a_missing_library_is_noted() {
+    let text = "mtllib ./a b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\no one\nusemtl red\nf 1 2 3\n\
+                o two\nf 1 2 3\nusemtl glass\nf 1 3 2\no three\nusemtl glass\nf 1 2 3\n";
+    let mut file = Memory::new("m.obj", text);
+    let (scene, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
+    assert!(scene.objects().iter().all(|o| o.color.is_none()));
+    assert!(report.notes.iter().any(|n| n.contains("a b.mtl")));
+    let library = "newmtl red\nKd 1 0 0\nnewmtl glass\nd 0.25\nKd 0 0.5 1\nillum x\nKd nonsense\n";
+    file.siblings.insert("a b.mtl".into(), library.into());
+    let (scene, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
+    let colors: Vec<_> = scene.objects().iter().map(|o| o.color).collect();
+    assert_eq!(colors, [Some([1.0, 0.0, 0.0, 1.0]), None, Some([0.0, 0.5, 1.0, 0.25])]);
+    assert!(report.adds_up() && report.approximated.values().sum::<usize>() == 4);
+    // A library outside the folder is not looked for.
+    let text = text.replace("./a b.mtl", "../../etc/passwd");
+    assert!(Obj.read(&Memory::new("m.obj", text), &ReadOptions::default()).is_ok());
+}
+
+#[test]
+fn a_wrapped_b_spline_is_periodic_and_the_same_curve() {
+    // As Rhino writes closed curves: the first control vertices again at the end, knots beyond the domain.
+    let mut text = String::from("cstype bspline\ndeg 3\n");
+    for (x, y) in [(0.0, 0.0), (2.0, 0.5), (3.0, 2.0), (1.0, 4.0), (-1.5, 1.0)] {
+        text = format!("v {x} {y} 0.25\n{text}");
+    }
+    text.push_str("curv 0 5 1 2 3 4 5 1 2 3\nparm u -3 -2 -1 0 1 2 3 4 5 6 7 8\nend\n");
+    let (scene, report) = Obj.read(&Memory::new("loop.obj", text.as_str()), &ReadOptions::default()).unwrap();
+    let curve = scene.curve("loop").unwrap();
+    assert!(curve.is_periodic() && curve.points().len() == 5 && curve.domain() == (0.0, 5.0));
+    assert!(report.notes.iter().any(|n| n.contains("periodic")));
+    // At a knot of a uniform cubic: (P0 + 4 P1 + P2) / 6; vertices are numbered from the last line up.
+    let expected = Point::new((-1.5 + 4.0 * 1.0 + 3.0) / 6.0, (1.0 + 4.0 * 4.0 + 2.0) / 6.0, 0.25);
+    assert!((curve.point(0.0).unwrap() - expected).norm() < 1e-15);
+    // A knot that does not repeat: still exact, but open.
+    let open = text.replace("6 7 8", "6 7 8.5");
+    let (scene, _) = Obj.read(&Memory::new("loop.obj", open), &ReadOptions::default()).unwrap();
+    assert!(!scene.curve("loop").unwrap().is_periodic());
+}

@@ -113,6 +113,8 @@ fn notes<T>(scene: &Scene, world: &[Option<T>], report: &mut WriteReport) {
     );
     say(count(&|o| o.color.is_some()), "object colour(s) are left out");
     say(count(&|o| o.layer.is_some()), "layer name(s) are left out");
+    let cloud = |o: &Object| matches!(o.geometry, Geometry::Cloud(_));
+    say(count(&cloud), "cloud(s) are point statements (p), which Blender passes over");
     report.notes.push("OBJ has no unit: a reader must know it".to_owned());
 }
 
