@@ -237,3 +237,10 @@ fn wide_indices_only_where_needed() {
         assert_eq!(report.objects[0].form, format!("{} triangles", faces.len() * 2));
     }
 }
+
+#[test]
+fn it_is_a_format() {
+    use loftsman_kernel::conformance::{format_conformance, sample_scene};
+    let verdict = format_conformance(&Gltf, &sample_scene());
+    assert!(verdict.passed(), "{verdict}");
+}

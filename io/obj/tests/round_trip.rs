@@ -191,3 +191,10 @@ proptest! {
         prop_assert_eq!(&back.object("m").unwrap().geometry, &Geometry::Mesh(mesh));
     }
 }
+
+#[test]
+fn it_is_a_format() {
+    use loftsman_kernel::conformance::{format_conformance, sample_scene};
+    let verdict = format_conformance(&Obj, &sample_scene());
+    assert!(verdict.passed(), "{verdict}");
+}
