@@ -51,7 +51,7 @@ const EVEN: usize = 4;
 /// How often stretches are divided before their number of lines is taken as it is.
 const ROUNDS: usize = 12;
 /// No more patches than this are bounded; beyond, bounds of larger patches are good enough.
-const PATCHES: usize = 1 << 20;
+const PATCHES: f64 = 1e6;
 
 /// The lines that meet the target.
 pub(crate) fn choose(
@@ -82,11 +82,14 @@ pub(crate) fn choose(
         let finer = |list: &[Stretch]| -> Vec<Stretch> {
             list.iter().flat_map(|s| if s.n > EVEN { s.split(parts(s.n)) } else { vec![*s] }).collect()
         };
-        let (u, v) = (finer(&lines.u), finer(&lines.v));
-        let unchanged = u.len() == lines.u.len() && v.len() == lines.v.len();
-        if unchanged || round == ROUNDS || u.len().saturating_mul(v.len()) > PATCHES {
+        // Counted before they are made: a tolerance beyond reason must not cost memory before it is refused.
+        let count = |list: &[Stretch]| list.iter().map(|s| parts(s.n) as f64).sum::<f64>();
+        let (rows, columns) = (count(&lines.u), count(&lines.v));
+        let unchanged = rows == lines.u.len() as f64 && columns == lines.v.len() as f64;
+        if unchanged || round == ROUNDS || rows * columns > PATCHES {
             break;
         }
+        let (u, v) = (finer(&lines.u), finer(&lines.v));
         lines = Lines { u, v };
     }
     let mut lines = best.map_or(lines, |(_, lines)| lines);

@@ -163,9 +163,13 @@ fn a_plane_is_two_triangles() {
 
 #[test]
 fn a_tolerance_beyond_reason_is_refused_by_name() {
-    let fine = Fineness { chord: Chord::Absolute(1e-12), angle: 0.1 };
-    let message = Adaptive::default().surface(&sphere(1.0), &fine).unwrap_err().to_string();
-    assert!(message.contains("1e-12") && message.contains("triangles"), "{message}");
+    for tolerance in [1e-9, 1e-12, 1e-14] {
+        let fine = Fineness { chord: Chord::Absolute(tolerance), angle: 0.1 };
+        let message = Adaptive::default().surface(&sphere(1.0), &fine).unwrap_err().to_string();
+        assert!(message.contains(&format!("{tolerance:e}")) && message.contains("triangles"), "{message}");
+    }
+    let fine = Fineness { chord: Chord::Absolute(1e-3), angle: 1e-9 };
+    assert!(Adaptive::default().surface(&sphere(1.0), &fine).is_err());
 }
 
 /// Barycentric samples of every triangle against the surface at the same parameters (open surfaces only, where
