@@ -49,7 +49,7 @@
 //! | question | answer |
 //! |---|---|
 //! | the names that most programs want | [`prelude`] |
-//! | a file's scene, a scene's file, several files or none | [`file`] |
+//! | a file's scene, a scene's file, several files or none | [`mod@file`] |
 //! | steps in TOML or JSON | [`recipe`] |
 //! | what is in a scene | [`describe`] |
 //! | do the solvers agree | [`mod@compare`] |

@@ -1,6 +1,6 @@
 //! Plain scalar references: what the structure of each workload allows on this machine.
 
-use crate::inputs::Rows;
+use crate::inputs::{Rows, cubic, cubic_slope};
 
 /// W4: Cholesky of `F Fᵀ` in its band, rows in the order they come.
 #[derive(Debug, Clone)]
@@ -83,4 +83,119 @@ fn dot(rows: &Rows, i: usize, j: usize) -> f64 {
     let (fi, fj) = (rows.first[i], rows.first[j]);
     let (low, high) = (fi.max(fj), fi.min(fj) + 4);
     (low..high).map(|k| rows.values[i][k - fi] * rows.values[j][k - fj]).sum()
+}
+
+/// W1: a cubic curve as one polynomial a span, evaluated by Horner at ascending parameters.
+#[derive(Debug, Clone)]
+pub struct SpanPolynomials {
+    knots: Vec<f64>,
+    /// Of each span: the coefficients of 1, x, x², x³.
+    coefficients: Vec<[[f64; 3]; 4]>,
+}
+
+impl SpanPolynomials {
+    /// The polynomials of a clamped cubic without repeated interior knots.
+    pub fn new(t: &[f64], points: &[[f64; 3]]) -> Self {
+        let coefficients = (3..points.len())
+            .map(|s| {
+                // Differences of differences: the control vertices of the derivatives that matter at t[s].
+                let rows = [cubic(t, s, t[s]), cubic_slope(t, s, t[s])];
+                let mut c = [[0.0; 3]; 4];
+                let slope = |i: usize, q: usize| 3.0 * (points[i][q] - points[i - 1][q]) / (t[i + 3] - t[i]);
+                let bend = |i: usize, q: usize| 2.0 * (slope(i, q) - slope(i - 1, q)) / (t[i + 2] - t[i]);
+                for q in 0..3 {
+                    for k in 0..4 {
+                        c[0][q] += rows[0][k] * points[s - 3 + k][q];
+                        c[1][q] += rows[1][k] * points[s - 3 + k][q];
+                    }
+                    c[2][q] = 0.5 * bend(s - 1, q);
+                    c[3][q] = (bend(s, q) - bend(s - 1, q)) / (t[s + 1] - t[s]) / 6.0;
+                }
+                c
+            })
+            .collect();
+        Self { knots: t[3..=points.len()].to_vec(), coefficients }
+    }
+
+    /// Points at ascending parameters.
+    pub fn points(&self, parameters: &[f64], out: &mut [[f64; 3]]) {
+        let mut s = 0;
+        for (&u, out) in parameters.iter().zip(out) {
+            while s + 1 < self.coefficients.len() && u >= self.knots[s + 1] {
+                s += 1;
+            }
+            let (x, [a, b, c, d]) = (u - self.knots[s], &self.coefficients[s]);
+            for q in 0..3 {
+                out[q] = a[q] + x * (b[q] + x * (c[q] + x * d[q]));
+            }
+        }
+    }
+
+    /// Points, first and second derivatives at ascending parameters.
+    pub fn derivatives(&self, parameters: &[f64], out: &mut [[[f64; 3]; 3]]) {
+        let mut s = 0;
+        for (&u, out) in parameters.iter().zip(out) {
+            while s + 1 < self.coefficients.len() && u >= self.knots[s + 1] {
+                s += 1;
+            }
+            let (x, [a, b, c, d]) = (u - self.knots[s], &self.coefficients[s]);
+            for q in 0..3 {
+                out[0][q] = a[q] + x * (b[q] + x * (c[q] + x * d[q]));
+                out[1][q] = b[q] + x * (2.0 * c[q] + 3.0 * x * d[q]);
+                out[2][q] = 2.0 * c[q] + 6.0 * x * d[q];
+            }
+        }
+    }
+}
+
+/// Cubic interpolation: chord lengths, knots by averaging, Gaussian elimination in the band. (Collocation matrices of
+/// B-splines are totally positive: without pivoting nothing grows.)
+pub fn interpolate(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    const REACH: usize = 3;
+    const WIDTH: usize = 2 * REACH + 1;
+    let n = points.len();
+    let mut at = vec![0.0; n];
+    for i in 1..n {
+        let step: f64 = (0..3).map(|q| (points[i][q] - points[i - 1][q]).powi(2)).sum();
+        at[i] = at[i - 1] + step.sqrt();
+    }
+    let mut t = vec![at[0]; 4];
+    t.extend((1..n - 3).map(|j| (at[j] + at[j + 1] + at[j + 2]) / 3.0));
+    t.extend([at[n - 1]; 4]);
+    let mut band = vec![[0.0; WIDTH]; n];
+    let mut x = points.to_vec();
+    let mut s = 3;
+    for i in 0..n {
+        while s < n - 1 && at[i] >= t[s + 1] {
+            s += 1;
+        }
+        for (k, value) in cubic(&t, s, at[i]).into_iter().enumerate() {
+            let column = s - 3 + k;
+            if value != 0.0 {
+                band[i][column + REACH - i] = value;
+            }
+        }
+    }
+    for i in 0..n {
+        let pivot = band[i];
+        let value = x[i];
+        for j in i + 1..(i + REACH + 1).min(n) {
+            let factor = band[j][i + REACH - j] / pivot[REACH];
+            for k in i..(i + REACH + 1).min(n) {
+                band[j][k + REACH - j] -= factor * pivot[k + REACH - i];
+            }
+            for q in 0..3 {
+                x[j][q] -= factor * value[q];
+            }
+        }
+    }
+    for i in (0..n).rev() {
+        for j in i + 1..(i + REACH + 1).min(n) {
+            for q in 0..3 {
+                x[i][q] -= band[i][j + REACH - i] * x[j][q];
+            }
+        }
+        x[i] = x[i].map(|v| v / band[i][REACH]);
+    }
+    x
 }
