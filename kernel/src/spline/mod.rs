@@ -1,31 +1,38 @@
 //! Splines: the space of functions a shape is made of, and the shapes.
 //!
 //! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
+//! * [`batch`]: evaluation of many points at once.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
 //! * [`catmull_rom`]: cubic curves through their vertices.
 //! * [`close`]: closed shapes made periodic.
+//! * [`closest`]: the closest point of a curve or a surface.
 //! * [`common`]: one space for two shapes.
 //! * [`conic`]: lines, circles, ellipses and arcs.
 //! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
 //! * [`curve`]: B-spline curves, polynomial and rational, open and periodic.
+//! * [`curvature`]: frames, fundamental forms and curvatures.
 //! * [`elevate`]: degree elevation.
 //! * [`extrude`]: extrusions and ruled surfaces.
 //! * [`gram`]: Gram matrices of basis functions.
 //! * [`hodograph`]: the derivative as a spline.
 //! * [`insert`]: knot insertion.
 //! * [`join`]: two shapes end to end.
+//! * [`length`]: arc length.
 //! * [`remove`]: knot removal.
 //! * [`reverse`]: backwards, or over another domain.
 //! * [`revolve`]: surfaces of revolution.
 //! * [`split`]: parts of splines, opening what is periodic.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 
+pub mod batch;
 pub mod bezier;
 pub mod catmull_rom;
 pub mod close;
+pub mod closest;
 pub mod common;
 pub mod conic;
 pub mod conversion;
+pub mod curvature;
 pub mod curve;
 pub mod elevate;
 pub mod extrude;
@@ -33,6 +40,7 @@ pub mod gram;
 pub mod hodograph;
 pub mod insert;
 pub mod join;
+pub mod length;
 pub mod remove;
 pub mod reverse;
 pub mod revolve;

@@ -1,0 +1,242 @@
+//! Arc length: of a curve or a part of it, and the parameter at a given length.
+
+use super::Curve;
+use crate::error::{Error, Result};
+
+/// A length with what is known about its error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Length {
+    /// The length.
+    pub value: f64,
+    /// An estimate of its absolute error, from above in all but contrived cases.
+    pub error: f64,
+    /// Whether the error is within the accuracy that was asked for.
+    pub reached: bool,
+}
+
+/// Halvings of a span after which an interval is taken as it is, its error estimate counted.
+const DEPTH: usize = 48;
+/// Halvings allowed in all, for each span.
+const HALVINGS: usize = 500;
+
+impl Curve {
+    /// The length of the whole curve; see [`length_between`](Self::length_between).
+    ///
+    /// # Errors
+    /// When `accuracy` is not a number between 0 and 1.
+    pub fn length(&self, accuracy: f64) -> Result<Length> {
+        let (a, b) = self.domain();
+        self.length_between(a, b, accuracy)
+    }
+
+    /// The length `∫ |C'| du` from `a` to `b` (negative where `b < a`), to the relative `accuracy`.
+    ///
+    /// Gauss–Kronrod rules of 7 and 15 points on every span (the integrand is smooth inside), halved where the two
+    /// disagree. At a cusp the halves shrink towards it. `accuracy` below 1e-14 asks for more than rounding allows;
+    /// the answer's [`reached`](Length::reached) then tells. A knot where the curve is torn adds no length.
+    ///
+    /// # Errors
+    /// When `accuracy` is not a number between 0 and 1, or `a` or `b` is outside the domain (also of a periodic
+    /// curve: cut the way at its seam).
+    pub fn length_between(&self, a: f64, b: f64, accuracy: f64) -> Result<Length> {
+        if !(0.0..=1.0).contains(&accuracy) {
+            return Err(Error::Invalid(format!(
+                "an accuracy of {accuracy} is not between 0 and 1: try 1e-9"
+            )));
+        }
+        if b < a {
+            let Length { value, error, reached } = self.length_between(b, a, accuracy)?;
+            return Ok(Length { value: -value, error, reached });
+        }
+        let (start, end) = self.domain();
+        for value in [a, b] {
+            if !(value >= start && value <= end) {
+                return Err(Error::Outside { value, start, end });
+            }
+        }
+        let flat = self.space().flat();
+        // Below this the two rules differ by rounding, which halving does not reduce.
+        let aim = accuracy.max(256.0 * f64::EPSILON);
+        let mut todo = Vec::new();
+        let mut rough = 0.0;
+        for span in self.space().spans() {
+            let (low, high) = (flat[span].max(a), flat[span + 1].min(b));
+            if low < high {
+                let (value, error) = self.kronrod(low, high);
+                rough += value;
+                todo.push((low, high, value, error, 0));
+            }
+        }
+        // A cusp leaves one small interval a halving whose error does not shrink against its own length, only
+        // against the whole: such an interval is done when a hundredth of its share of the whole is left.
+        let share = 0.01 * rough / todo.len().max(1) as f64;
+        // Where rounding is larger still (a small curve far from the origin), the number of halvings ends it.
+        let mut halvings = HALVINGS * todo.len();
+        let (mut total, mut errors) = (0.0, 0.0);
+        while let Some((low, high, value, error, depth)) = todo.pop() {
+            let middle = 0.5 * low + 0.5 * high;
+            let done = error <= aim * (0.5 * value).max(share) || depth >= DEPTH || halvings == 0;
+            if done || !(low < middle && middle < high) {
+                total += value;
+                errors += error;
+                continue;
+            }
+            halvings -= 1;
+            for (low, high) in [(middle, high), (low, middle)] {
+                let (value, error) = self.kronrod(low, high);
+                todo.push((low, high, value, error, depth + 1));
+            }
+        }
+        let error = errors + 4.0 * f64::EPSILON * total;
+        Ok(Length { value: total, error, reached: error <= accuracy * total || total == 0.0 })
+    }
+
+    /// The parameter at which the curve, from its start, has the given length: Newton's method on the length, kept
+    /// within a bracket. A length beyond the whole by less than `accuracy` gives the end.
+    ///
+    /// # Errors
+    /// When the length is negative or more than the whole, or `accuracy` is not between 0 and 1.
+    pub fn parameter_at_length(&self, length: f64, accuracy: f64) -> Result<f64> {
+        let flat = self.space().flat();
+        let (start, end) = self.domain();
+        let mut before = 0.0;
+        if length.is_nan() || length < 0.0 {
+            return Err(Error::Invalid(format!("a length of {length} is not on the curve: give 0 or more")));
+        }
+        for span in self.space().spans() {
+            let (a, b) = (flat[span], flat[span + 1]);
+            let here = self.length_between(a, b, accuracy)?.value;
+            if before + here < length {
+                before += here;
+                continue;
+            }
+            let wanted = length - before;
+            let (mut low, mut high) = (a, b);
+            let (mut u, mut at) = (a, 0.0);
+            for _ in 0..200 {
+                if (at - wanted).abs() <= accuracy * here || low >= high {
+                    break;
+                }
+                if at < wanted {
+                    low = u;
+                } else {
+                    high = u;
+                }
+                let newton = u + (wanted - at) / self.derivative(u, 1)?.norm();
+                // Where C' vanishes the step is infinite or not a number: halve instead.
+                let next = if newton > low && newton < high { newton } else { 0.5 * low + 0.5 * high };
+                at += self.length_between(u, next, accuracy)?.value;
+                if next == u {
+                    break;
+                }
+                u = next;
+            }
+            return Ok(u);
+        }
+        if length <= before * (1.0 + accuracy.max(4.0 * f64::EPSILON)) {
+            return Ok(end);
+        }
+        Err(Error::Invalid(format!(
+            "a length of {length} is beyond the curve, which from {start} to {end} is {before} long"
+        )))
+    }
+
+    /// The integral of `|C'|` by 15 points and its difference from that by 7 of them.
+    fn kronrod(&self, a: f64, b: f64) -> (f64, f64) {
+        let (middle, half) = (0.5 * a + 0.5 * b, 0.5 * (b - a));
+        // Parameters between knots are always inside the domain.
+        let speed = |x: f64| self.derivative(middle + half * x, 1).map_or(0.0, |d| d.norm());
+        let centre = speed(0.0);
+        let (mut fine, mut coarse) = (FINE[7] * centre, COARSE[3] * centre);
+        for i in 0..7 {
+            let both = speed(NODES[i]) + speed(-NODES[i]);
+            fine += FINE[i] * both;
+            if i % 2 == 1 {
+                coarse += COARSE[i / 2] * both;
+            }
+        }
+        (fine * half, (fine - coarse).abs() * half)
+    }
+}
+
+/// Nodes and weights of the Gauss–Kronrod pair of 7 and 15 points (Kronrod 1965; every second node is Gauss's).
+const NODES: [f64; 7] = [
+    0.991_455_371_120_812_6,
+    0.949_107_912_342_758_5,
+    0.864_864_423_359_769_1,
+    0.741_531_185_599_394_4,
+    0.586_087_235_467_691_1,
+    0.405_845_151_377_397_2,
+    0.207_784_955_007_898_47,
+];
+const FINE: [f64; 8] = [
+    0.022_935_322_010_529_224,
+    0.063_092_092_629_978_55,
+    0.104_790_010_322_250_18,
+    0.140_653_259_715_525_92,
+    0.169_004_726_639_267_9,
+    0.190_350_578_064_785_4,
+    0.204_432_940_075_298_9,
+    0.209_482_141_084_727_83,
+];
+const COARSE: [f64; 4] =
+    [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Point;
+    use crate::spline::Space;
+
+    /// A quarter circle, so large.
+    fn arc(radius: f64) -> Curve {
+        let space = Space::clamped(2, &[0.0, 1.0]).unwrap();
+        let points =
+            [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Point::new(x * radius, y * radius, 0.0));
+        Curve::rational(space, points.to_vec(), vec![1.0, 0.5_f64.sqrt(), 1.0]).unwrap()
+    }
+
+    #[test]
+    fn a_quarter_circle_of_any_size() {
+        for radius in [1e-9, 1.0, 1e9] {
+            let length = arc(radius).length(1e-12).unwrap();
+            let exact = radius * std::f64::consts::FRAC_PI_2;
+            assert!(length.reached && (length.value - exact).abs() <= 1e-13 * exact);
+            let u = arc(radius).parameter_at_length(0.3 * radius, 1e-13).unwrap();
+            let point = arc(radius).point(u).unwrap();
+            assert!((point.y.atan2(point.x) - 0.3).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_cusp_is_no_obstacle() {
+        // (t², t³) for t in [-1, 1]: (13^(3/2) - 8) / 27 on either side.
+        let points = [(1.0, -1.0), (-1.0 / 3.0, 1.0), (-1.0 / 3.0, -1.0), (1.0, 1.0)];
+        let curve = Curve::bezier(points.map(|(x, y)| Point::new(x, y, 0.0)).to_vec()).unwrap();
+        let exact = (13.0_f64.powf(1.5) - 8.0) / 27.0;
+        for (a, b, part) in [(0.0, 1.0, 2.0), (0.0, 0.5, 1.0)] {
+            let length = curve.length_between(a, b, 1e-10).unwrap();
+            assert!(length.reached && (length.value - part * exact).abs() <= 1e-10 * part * exact);
+            assert!((length.value - part * exact).abs() <= length.error, "{length:?}");
+        }
+        // An odd place of the cusp within the interval: found by halving.
+        let length = curve.length_between(0.123, 0.987, 1e-9).unwrap();
+        let side = |t: f64| ((4.0 + 9.0 * t * t).powf(1.5) - 8.0) / 27.0;
+        let exact = side(2.0 * 0.987 - 1.0) + side(1.0 - 2.0 * 0.123);
+        assert!(
+            length.reached && (length.value - exact).abs() <= length.error.max(1e-12),
+            "{length:?} {exact}"
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_is_an_error_and_what_is_not_reached_is_told() {
+        assert!(arc(1.0).length(f64::NAN).is_err());
+        assert!(arc(1.0).length_between(0.0, 2.0, 1e-9).is_err());
+        assert!(arc(1.0).parameter_at_length(2.0, 1e-9).is_err());
+        assert!(!arc(1.0).length(0.0).unwrap().reached);
+        let point = Curve::bezier(vec![Point::new(1.0, 2.0, 3.0); 4]).unwrap();
+        assert_eq!(point.length(1e-9).unwrap().value, 0.0);
+        assert_eq!(point.parameter_at_length(0.0, 1e-9).unwrap(), 0.0);
+    }
+}
