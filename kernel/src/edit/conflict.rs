@@ -44,7 +44,12 @@ pub(super) fn explain(
     dependency: &Dependency,
 ) -> SolveError {
     let all = involved(assembly, dependency);
-    let quoted = |k: &usize| format!("\"{}\"", constraints[*k].describe());
+    // Two constraints of one name are told apart by their number.
+    let quoted = |k: &usize| {
+        let name = constraints[*k].describe();
+        let twin = all.iter().any(|other| other != k && constraints[*other].describe() == name);
+        if twin { format!("\"{name}\" (constraints[{k}])") } else { format!("\"{name}\"") }
+    };
     let own = constraints[assembly.constraint_of(dependency.row)].describe();
     if dependency.combination.is_empty() {
         return SolveError::Conflict(format!(

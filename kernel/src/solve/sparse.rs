@@ -47,7 +47,7 @@ impl Solver for Sparse {
         match gram(&whitened.rows, (0..count).collect(), SUSPECT)? {
             Some(done) => Ok(Box::new(finish(whitened, system.sides(), done, Vec::new()))),
             None => {
-                let (kept, diagnosis) = reduce(&whitened, self.name())?;
+                let (kept, diagnosis) = reduce(&whitened, self.name()).map_err(undecided)?;
                 let kept = kept.into_iter().map(|r| r as u32).collect();
                 match gram(&whitened.rows, kept, HOPELESS)? {
                     Some(done) => {
@@ -61,6 +61,17 @@ impl Solver for Sparse {
                 }
             }
         }
+    }
+}
+
+/// Dependent rows in a block that is too large to find out which: no solver can.
+fn undecided(error: SolveError) -> SolveError {
+    match error {
+        SolveError::TooLarge { equations, unknowns, .. } => SolveError::Unsupported(format!(
+            "{equations} equations with {unknowns} unknowns depend on one another, too many to find out which do: ask for \
+             fewer constraints at once"
+        )),
+        other => other,
     }
 }
 

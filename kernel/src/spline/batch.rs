@@ -82,8 +82,8 @@ impl Curve {
             let u = space.locate(us[start])?;
             let span = space.span(u);
             let (a, b) = (space.flat()[span], space.flat()[span + 1]);
-            // The last span owns its end too; a wrapped or clamped first parameter makes a run of one.
-            let inside = |u: f64| u >= a && (u < b || (u == end && b == end));
+            // The last span of an open curve owns its end too; a wrapped or clamped first parameter makes a run of one.
+            let inside = |u: f64| u >= a && (u < b || u == end && b == end && !space.is_periodic());
             let run = us[start..].iter().take_while(|&&u| inside(u)).count().max(1);
             let target = &mut out[start * orders..(start + run) * orders];
             if run >= PAYS && p <= POWERS {

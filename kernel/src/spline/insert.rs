@@ -21,7 +21,7 @@ impl Space {
     /// As [`inserting`](Self::inserting), up to `allowed` copies of a knot: `p + 1` only prepare an open space for
     /// shapes that are torn there.
     pub(super) fn inserting_up_to(&self, allowed: usize, knots: &[f64]) -> Result<Conversion> {
-        let mut new = knots.iter().map(|&u| self.locate(u)).collect::<Result<Vec<f64>>>()?;
+        let mut new = knots.iter().map(|&u| self.locate_knot(u)).collect::<Result<Vec<f64>>>()?;
         new.sort_by(f64::total_cmp);
         let p = self.degree();
         let old = self.knots();

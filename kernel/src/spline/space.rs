@@ -237,14 +237,15 @@ impl Space {
         mean.max(low).min(high)
     }
 
-    /// `u` as a parameter of the domain: wrapped by the period where periodic, itself where open.
+    /// `u` as a parameter of the domain: wrapped by the period where periodic (its end is its start, so that one-sided
+    /// derivatives there are those from the right, as at every knot), itself where open.
     ///
     /// # Errors
     /// When `u` is not finite, or outside the domain of an open space by more than rounding (8 ulp of the
     /// domain's largest number).
     pub fn locate(&self, u: f64) -> Result<f64> {
         let (a, b) = self.domain();
-        if u >= a && u <= b {
+        if u >= a && (u < b || u == b && !self.periodic) {
             return Ok(u);
         }
         if !u.is_finite() {
@@ -252,14 +253,22 @@ impl Space {
         }
         if self.periodic {
             let period = b - a;
-            let wrapped = u - period * ((u - a) / period).floor();
-            return Ok(wrapped.max(a).min(b));
+            let wrapped = (u - period * ((u - a) / period).floor()).max(a);
+            // The end of a period is its start, exactly; rounding may bring others to the end as well.
+            return Ok(if u == b || wrapped >= b { a } else { wrapped });
         }
         let slack = 8.0 * f64::EPSILON * a.abs().max(b.abs());
         if u >= a - slack && u <= b + slack {
             return Ok(u.max(a).min(b));
         }
         Err(Error::Outside { value: u, start: a, end: b })
+    }
+
+    /// As [`locate`](Self::locate), but the end of a period stays its end: for knots at the seam, which belong to either
+    /// side as they were given.
+    pub(crate) fn locate_knot(&self, u: f64) -> Result<f64> {
+        let (_, end) = self.domain();
+        if u == end { Ok(u) } else { self.locate(u) }
     }
 
     /// The knot span of a parameter *within* the domain: `s` with `flat[s] ≤ u < flat[s + 1]`; at an interior

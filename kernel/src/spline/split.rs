@@ -17,9 +17,9 @@ impl Space {
     /// apart, or the space has degree 0.
     pub fn restricting(&self, a: f64, b: f64) -> Result<Conversion> {
         let (start, end) = self.domain();
-        let from = self.locate(a)?;
+        let from = self.locate_knot(a)?;
         if !self.is_periodic() {
-            return Conversion::restricting(self, from, self.locate(b)?);
+            return Conversion::restricting(self, from, self.locate_knot(b)?);
         }
         if !b.is_finite() {
             return Err(Error::Outside { value: b, start, end });
@@ -120,7 +120,7 @@ impl Surface {
 /// The conversions to the parts of a space that is cut at a parameter.
 fn cuts(space: &Space, at: f64) -> Result<Vec<Conversion>> {
     let (a, b) = space.domain();
-    let at = space.locate(at)?;
+    let at = space.locate_knot(at)?;
     if space.is_periodic() {
         return Ok(vec![space.restricting(at, at + space.length())?]);
     }

@@ -134,7 +134,7 @@ impl Surface {
 
 /// The knot that `u` names: it must be one that can be removed.
 fn removable(space: &Space, u: f64) -> Result<f64> {
-    let ((a, b), u) = (space.domain(), space.locate(u)?);
+    let ((a, b), u) = (space.domain(), space.locate_knot(u)?);
     let inside = space.is_periodic() || u > a && u < b;
     if inside && space.multiplicity(u) > 0 {
         return Ok(if u == b { a } else { u });
