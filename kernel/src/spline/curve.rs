@@ -99,7 +99,41 @@ impl Curve {
     /// # Errors
     /// When `u` is outside the domain (a periodic curve wraps it).
     pub fn point(&self, u: f64) -> Result<Point> {
-        Ok(self.derivative(u, 0)?.into())
+        let u = self.space.locate(u)?;
+        let span = self.space.span(u);
+        Ok(match self.degree() {
+            1 => self.combine(span, &self.space.values::<2>(span, u)),
+            2 => self.combine(span, &self.space.values::<3>(span, u)),
+            3 => self.combine(span, &self.space.values::<4>(span, u)),
+            4 => self.combine(span, &self.space.values::<5>(span, u)),
+            5 => self.combine(span, &self.space.values::<6>(span, u)),
+            p => {
+                let mut row = [0.0; MAX_ORDER];
+                self.space.basis_into(span, u, 0, &mut row);
+                self.combine(span, &row[..=p])
+            }
+        })
+    }
+
+    /// The point that basis values on a span give.
+    #[inline]
+    fn combine(&self, span: usize, row: &[f64]) -> Point {
+        let first = span + 1 - row.len();
+        if self.weights.is_none() && !self.space.is_periodic() {
+            // The vertices lie side by side.
+            let vertices = &self.points[first..=span];
+            let sum =
+                row.iter().zip(vertices).fold(Vector::zeros(), |sum, (value, p)| sum + p.coords * *value);
+            return Point::from(sum);
+        }
+        let (mut sum, mut total) = (Vector::zeros(), 0.0);
+        for (j, value) in row.iter().enumerate() {
+            let i = self.space.vertex(first + j);
+            let value = self.weights.as_ref().map_or(*value, |w| value * w[i]);
+            sum += self.points[i].coords * value;
+            total += value;
+        }
+        Point::from(if self.weights.is_some() { sum / total } else { sum })
     }
 
     /// The derivative of the given order at `u`.

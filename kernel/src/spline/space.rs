@@ -284,6 +284,27 @@ impl Space {
         s
     }
 
+    /// The values of the `N = p + 1` basis functions of a span: [`basis_into`](Self::basis_into) of order 0 for a degree
+    /// that the compiler knows, so that the triangle is unrolled. The same operations in the same order.
+    #[inline]
+    pub(super) fn values<const N: usize>(&self, span: usize, u: f64) -> [f64; N] {
+        let mut row = [0.0; N];
+        row[0] = 1.0;
+        // The 2p knots around the span: t[span + 1 - p ..= span + p].
+        let t = &self.flat[span + 2 - N..span + N];
+        for d in 1..N {
+            let mut carry = 0.0;
+            for j in 0..d {
+                let (left, right) = (t[N - 1 + j - d], t[N - 1 + j]);
+                let share = row[j] / (right - left);
+                row[j] = carry + (right - u) * share;
+                carry = (u - left) * share;
+            }
+            row[d] = carry;
+        }
+        row
+    }
+
     /// Values at `u` of the `order`-th derivatives of the `p + 1` basis functions `span - p ..= span`.
     ///
     /// Cox–de Boor up to degree `p - order` (Bartels and Beatty 1989, with the second term's misprint mended),
