@@ -357,6 +357,17 @@ fn an_edit_does_not_depend_on_axis_or_scale() {
 }
 
 #[test]
+fn an_event_that_fails_leaves_the_session_as_it_was() {
+    let curve = twelve();
+    let mut drag =
+        Edit::new(&curve).ask(position(4.5).keep()).handle(position(4.5)).prepare(Automatic).unwrap();
+    assert!(drag.to([0.0, 9.0, 0.0]).unwrap_err().to_string().contains("position at 4.5"));
+    assert!(drag.to([0.0, f64::NAN, 0.0]).is_err() && drag.to(1.0).is_err());
+    assert_eq!(drag.shape(), &curve);
+    assert!(drag.report().residual < 1e-14);
+}
+
+#[test]
 fn locality_moves_only_so_many_vertices() {
     let curve = twelve();
     for count in 1..=4 {

@@ -1,0 +1,95 @@
+//! What solving gave, told.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+
+use super::bound::Bound;
+use super::{Session, view};
+use crate::edit::conflict::agrees;
+use crate::edit::report::{ConstraintReport, Report};
+use crate::functional::Shapes;
+use crate::shape::Shape;
+
+impl<S: Shape> Session<S> {
+    /// What solving gave: residuals, rank, condition, multipliers. Not free: not for every event.
+    pub fn report(&self) -> Report {
+        let shapes = view(&self.shapes);
+        let prepared = &self.prepared;
+        let diagnosis = prepared.factored.diagnosis();
+        let sides = prepared.assembly.system.sides();
+        let mut report = Report {
+            solver: prepared.factored.solver().to_owned(),
+            equations: prepared.assembly.slots.len(),
+            rank: diagnosis.rank * sides,
+            condition: diagnosis.condition,
+            iterations: prepared.iterations,
+            ..Report::default()
+        };
+        let mut lost: BTreeMap<usize, usize> = BTreeMap::new();
+        for dependency in &diagnosis.dependencies {
+            *lost.entry(prepared.assembly.constraint_of(dependency.row)).or_default() += 1;
+        }
+        for (k, lost) in lost {
+            let rows = prepared.assembly.slots(k).len() / sides;
+            let name = self.bound[k].constraint.describe();
+            report.redundant.push(if lost < rows { format!("{name} ({lost} of {rows} rows)") } else { name });
+        }
+        let mut adjustment = 0.0_f64;
+        for &(shape, vertex, before) in &self.start {
+            let now = self.shapes[shape as usize].control_vertices()[vertex as usize];
+            adjustment = adjustment.hypot((now - before).norm());
+        }
+        report.adjustment = adjustment;
+        for (k, bound) in self.bound.iter().enumerate() {
+            let mut value = vec![0.0; bound.constraint.functional.equations()];
+            let residual = match bound.constraint.functional.value(&shapes, &mut value) {
+                Err(_) => f64::NAN,
+                Ok(()) => prepared
+                    .assembly
+                    .slots(k)
+                    .iter()
+                    .map(|s| (value[s.equation as usize] - bound.target[s.equation as usize]).abs())
+                    .fold(0.0, f64::max),
+            };
+            report.residual = report.residual.max(residual);
+            report.constraints.push(ConstraintReport {
+                name: bound.constraint.describe(),
+                residual,
+                multipliers: Vec::new(),
+            });
+        }
+        self.add_multipliers(&mut report);
+        report.best_effort = self.best_effort
+            && diagnosis
+                .dependencies
+                .iter()
+                .any(|d| !agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size));
+        for bound in &self.bound {
+            if let Some(note) = reversed(&shapes, bound) {
+                report.notes.push(note);
+            }
+        }
+        report
+    }
+
+    fn add_multipliers(&self, report: &mut Report) {
+        let prepared = &self.prepared;
+        let mut multipliers = vec![0.0; prepared.rhs.len()];
+        // Solving for them needs the factor's scratch; a report is rare enough to factor once more.
+        if let Ok(mut factored) = self.solver.factor(&prepared.assembly.system) {
+            factored.multipliers_into(&prepared.rhs, &mut multipliers);
+        }
+        for (k, constraint) in report.constraints.iter_mut().enumerate() {
+            constraint.multipliers =
+                prepared.assembly.slots(k).iter().map(|s| multipliers[prepared.assembly.entry(s)]).collect();
+        }
+    }
+}
+
+/// A tangent that was asked to be parallel to a direction but came out the other way round.
+fn reversed(shapes: &Shapes<'_>, bound: &Bound) -> Option<String> {
+    let any: &dyn Any = bound.constraint.functional.as_ref();
+    let tangent = any.downcast_ref::<crate::functional::Tangent>()?;
+    let along = tangent.sense(shapes)?;
+    (along < 0.0).then(|| format!("{} now points against its direction", bound.constraint.describe()))
+}

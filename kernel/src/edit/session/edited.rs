@@ -1,0 +1,65 @@
+//! A finished edit.
+
+use std::any::Any;
+use std::marker::PhantomData;
+
+use super::{put, view};
+use crate::Point;
+use crate::edit::report::Report;
+use crate::error::Result;
+use crate::shape::Shape;
+
+/// A finished edit: the new shapes, the report and the way back.
+#[derive(Debug)]
+pub struct Edited<S> {
+    pub(super) shapes: Vec<Box<dyn Shape>>,
+    pub(super) report: Report,
+    pub(super) before: Vec<(u32, u32, Point)>,
+    pub(super) kind: PhantomData<fn() -> S>,
+}
+
+impl<S: Shape> Edited<S> {
+    /// The edited shape.
+    ///
+    /// # Panics
+    /// Never: the first shape is what the edit was made of.
+    pub fn shape(&self) -> &S {
+        let any: &dyn Any = self.shapes[0].as_ref();
+        match any.downcast_ref() {
+            Some(shape) => shape,
+            None => unreachable!("the first shape of an edit has the edit's type"),
+        }
+    }
+
+    /// Shape `index` of the problem; 0 is [`shape`](Self::shape).
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn shape_at(&self, index: usize) -> Result<&dyn Shape> {
+        view(&self.shapes).get(index)
+    }
+
+    /// The edited shape, out of the box.
+    ///
+    /// # Panics
+    /// Never: the first shape is what the edit was made of.
+    pub fn into_shape(mut self) -> S {
+        let any: Box<dyn Any> = self.shapes.swap_remove(0);
+        match any.downcast() {
+            Ok(shape) => *shape,
+            Err(_) => unreachable!("the first shape of an edit has the edit's type"),
+        }
+    }
+
+    /// What solving gave.
+    pub fn report(&self) -> &Report {
+        &self.report
+    }
+
+    /// Takes the edit back: the shapes as they were.
+    #[must_use]
+    pub fn undo(mut self) -> S {
+        put(&mut self.shapes, &self.before);
+        self.into_shape()
+    }
+}

@@ -1,0 +1,340 @@
+//! An edit under way: prepared once, then one cheap event after another.
+
+mod account;
+mod bound;
+mod edited;
+mod effort;
+mod event;
+mod prepared;
+mod slide;
+
+use std::any::Any;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use self::bound::{Bound, add_companions, bind};
+pub use self::edited::Edited;
+use self::prepared::{Prepared, prepare};
+use super::ask::{Constraint, Value, Wanted};
+use super::assembly::Freedom;
+use super::error::EditError;
+use super::metric::Metric;
+use super::problem::Edit;
+use crate::Point;
+use crate::error::{Error, Result};
+use crate::functional::Shapes;
+use crate::shape::{Location, Shape};
+use crate::solve::Solver;
+
+/// Names a constraint of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ConstraintId(u64);
+
+/// An edit under way. Events do not allocate and do not depend on the size of the shapes (as long as everything
+/// asked is linear and the handle does not slide).
+pub struct Session<S> {
+    shapes: Vec<Box<dyn Shape>>,
+    bound: Vec<Bound>,
+    handle: Option<usize>,
+    /// The handle's value when it was prepared.
+    handle_start: Vec<f64>,
+    /// Where it was dragged before, to go back to where an event fails.
+    handle_last: Vec<f64>,
+    sliding: Option<(Box<dyn Shape>, f64)>,
+    freedom: Freedom,
+    metric: Metric,
+    best_effort: bool,
+    solver: Box<dyn Solver>,
+    prepared: Prepared,
+    next_id: u64,
+    checkpoints: Vec<Vec<(u32, u32, Point)>>,
+    start: Vec<(u32, u32, Point)>,
+    kind: PhantomData<fn() -> S>,
+}
+
+impl<S> std::fmt::Debug for Session<S> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("constraints", &self.bound).finish_non_exhaustive()
+    }
+}
+
+fn view(shapes: &[Box<dyn Shape>]) -> Shapes<'_> {
+    Shapes::new(shapes.iter().map(AsRef::as_ref))
+}
+
+impl<S: Shape> Session<S> {
+    pub(super) fn new(
+        edit: Edit<S>,
+        solver: Box<dyn Solver>,
+        freedom: Freedom,
+        metric: Metric,
+    ) -> Result<Self, EditError> {
+        let Edit { shapes, mut constraints, handle, sliding, best_effort, .. } = edit;
+        add_companions(&mut constraints, handle.as_deref());
+        let mut bound = Vec::with_capacity(constraints.len() + 1);
+        let mut next_id = 0;
+        for constraint in constraints {
+            bound.push(bind(&view(&shapes), constraint, ConstraintId(next_id))?);
+            next_id += 1;
+        }
+        let mut slide = None;
+        let mut handle_start = Vec::new();
+        let handle = match handle {
+            None => None,
+            Some(functional) => {
+                if sliding {
+                    let Some((shape, Location::Curve(u))) =
+                        functional.location().filter(|_| functional.is_vector())
+                    else {
+                        let what = functional.describe();
+                        return Err(Error::Invalid(format!(
+                            "\"{what}\" cannot slide: only a position on a curve can"
+                        ))
+                        .into());
+                    };
+                    slide = Some((view(&shapes).get(shape)?.boxed(), u));
+                }
+                let constraint = Constraint::new(functional, Wanted::Keep);
+                bound.push(bind(&view(&shapes), constraint, ConstraintId(next_id))?);
+                next_id += 1;
+                handle_start.clone_from(&bound[bound.len() - 1].target);
+                Some(bound.len() - 1)
+            }
+        };
+        let prepared = prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref())?;
+        let start = snapshot(&shapes, &prepared);
+        Ok(Self {
+            shapes,
+            bound,
+            handle,
+            handle_last: handle_start.clone(),
+            handle_start,
+            sliding: slide,
+            freedom,
+            metric,
+            best_effort,
+            solver,
+            prepared,
+            next_id,
+            checkpoints: Vec::new(),
+            start,
+            kind: PhantomData,
+        })
+    }
+
+    /// The shape as it is now.
+    ///
+    /// # Panics
+    /// Never: the first shape is what the edit was made of.
+    pub fn shape(&self) -> &S {
+        let any: &dyn Any = self.shapes[0].as_ref();
+        match any.downcast_ref() {
+            Some(shape) => shape,
+            None => unreachable!("the first shape of an edit has the edit's type"),
+        }
+    }
+
+    /// Shape `index` of the problem as it is now; 0 is [`shape`](Self::shape).
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn shape_at(&self, index: usize) -> Result<&dyn Shape> {
+        view(&self.shapes).get(index)
+    }
+
+    /// Solves for what is asked, the handle where it is.
+    ///
+    /// # Errors
+    /// When the constraints cannot all hold; the shapes are as they were then.
+    pub fn apply(&mut self) -> Result<&S, EditError> {
+        self.event()?;
+        Ok(self.shape())
+    }
+
+    /// Drags the handle to a value: the least adjustment *of the shape as it was when prepared* that brings it there.
+    ///
+    /// # Errors
+    /// When there is no handle, the value has the wrong number of entries, or the constraints conflict; the shapes are
+    /// as they were before the event then.
+    pub fn to(&mut self, value: impl Into<Value>) -> Result<&S, EditError> {
+        let Value(value) = value.into();
+        self.drag_to(&value)
+    }
+
+    /// [`to`](Self::to) for a cursor in space, without allocation.
+    ///
+    /// # Errors
+    /// As for [`to`](Self::to).
+    pub fn to_point(&mut self, point: Point) -> Result<&S, EditError> {
+        self.drag_to(point.coords.as_slice())
+    }
+
+    fn drag_to(&mut self, value: &[f64]) -> Result<&S, EditError> {
+        let Some(handle) = self.handle else {
+            return Err(Error::Invalid(
+                "this edit has no handle to drag: give it one before preparing".into(),
+            )
+            .into());
+        };
+        if let Some(bad) = value.iter().find(|v| !v.is_finite()) {
+            return Err(Error::Invalid(format!(
+                "the handle cannot be dragged to {bad}: give finite numbers"
+            ))
+            .into());
+        }
+        if self.bound[handle].target.len() != value.len() {
+            let (what, needed) = (self.bound[handle].constraint.describe(), self.bound[handle].target.len());
+            let found = value.len();
+            return Err(Error::Invalid(format!("\"{what}\" has {needed} number(s), not {found}")).into());
+        }
+        if self.sliding.is_some() {
+            self.slide(handle, value)?;
+        }
+        let target = &mut self.bound[handle].target;
+        self.handle_last.copy_from_slice(target);
+        target.copy_from_slice(value);
+        if let Err(error) = self.event() {
+            self.bound[handle].target.copy_from_slice(&self.handle_last);
+            return Err(error);
+        }
+        Ok(self.shape())
+    }
+
+    /// One more constraint from now on. What was asked before holds as absolute values; the shape as it is now
+    /// becomes the one that later events adjust.
+    ///
+    /// # Errors
+    /// When it cannot be asked of the shapes or the system cannot be factored; the session is as before then.
+    pub fn add(&mut self, constraint: Constraint) -> Result<ConstraintId, EditError> {
+        let mut fresh = vec![constraint];
+        let handle = self.handle.map(|h| Arc::clone(&self.bound[h].constraint.functional));
+        add_companions(&mut fresh, handle.as_deref());
+        let before = self.bound.clone();
+        let id = ConstraintId(self.next_id);
+        for constraint in fresh {
+            let known = self.bound.iter().any(|b| b.constraint.describe() == constraint.describe());
+            if known && constraint.wanted == Wanted::Keep && self.next_id > id.0 {
+                continue;
+            }
+            self.bound.push(bind(&view(&self.shapes), constraint, ConstraintId(self.next_id))?);
+            self.next_id += 1;
+        }
+        if let Err(error) = self.prepare_again() {
+            self.bound = before;
+            return Err(error);
+        }
+        Ok(id)
+    }
+
+    /// Takes a constraint away.
+    ///
+    /// # Errors
+    /// When there is none of this name, or it is the handle.
+    pub fn remove(&mut self, id: ConstraintId) -> Result<(), EditError> {
+        let Some(at) = self.bound.iter().position(|b| b.id == id) else {
+            return Err(Error::Invalid("this constraint is not (or no longer) in the session".into()).into());
+        };
+        if self.handle == Some(at) {
+            return Err(Error::Invalid(
+                "the handle cannot be removed from a session: commit it instead".into(),
+            )
+            .into());
+        }
+        let gone = self.bound.remove(at);
+        self.handle = self.handle.map(|h| if h > at { h - 1 } else { h });
+        if let Err(error) = self.prepare_again() {
+            self.bound.insert(at, gone);
+            self.handle = self.handle.map(|h| if h >= at { h + 1 } else { h });
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    /// Remembers the shape as it is now, for [`undo`](Self::undo).
+    pub fn checkpoint(&mut self) {
+        self.checkpoints.push(snapshot(&self.shapes, &self.prepared));
+    }
+
+    /// Goes back to the last [`checkpoint`](Self::checkpoint), or to the start of the session; false where there is
+    /// nothing to undo. What is asked stays asked.
+    ///
+    /// # Errors
+    /// When the constraints can no longer be asked of the shape as it was.
+    pub fn undo(&mut self) -> Result<bool, EditError> {
+        let (state, any) = match self.checkpoints.pop() {
+            Some(state) => (state, true),
+            None => (self.start.clone(), false),
+        };
+        let changed =
+            any || state.iter().any(|&(s, v, p)| self.shapes[s as usize].control_vertices()[v as usize] != p);
+        put(&mut self.shapes, &state);
+        if changed {
+            self.prepare_again()?;
+        }
+        Ok(changed)
+    }
+
+    /// Ends the session: the shapes as they are now, with a report and the way back.
+    pub fn commit(self) -> Edited<S> {
+        let report = self.report();
+        Edited { shapes: self.shapes, report, before: self.start, kind: PhantomData }
+    }
+
+    /// Base plus adjustment, into the shapes.
+    fn place(&mut self) {
+        let Prepared { d, base, places, .. } = &self.prepared;
+        let mut from = 0;
+        for (index, shape) in self.shapes.iter_mut().enumerate() {
+            let until = from + places[from..].partition_point(|&(s, _)| s as usize == index);
+            if until == from {
+                continue;
+            }
+            let vertices = shape.control_vertices_mut();
+            for ((&(_, vertex), base), d) in
+                places[from..until].iter().zip(&base[from..until]).zip(d[3 * from..3 * until].chunks_exact(3))
+            {
+                vertices[vertex as usize] = Point::new(base.x + d[0], base.y + d[1], base.z + d[2]);
+            }
+            from = until;
+        }
+    }
+
+    /// The shapes as they were when prepared.
+    fn restore(&mut self) {
+        self.prepared.d.fill(0.0);
+        self.place();
+    }
+
+    fn prepare_again(&mut self) -> Result<(), EditError> {
+        if let Some(handle) = self.handle {
+            let bound = &mut self.bound[handle];
+            bound.constraint.functional.value(&view(&self.shapes), &mut self.handle_start)?;
+        }
+        let prepared = prepare(
+            &self.shapes,
+            &self.bound,
+            self.handle,
+            &self.freedom,
+            &self.metric,
+            self.solver.as_ref(),
+        )?;
+        self.prepared = prepared;
+        // What is touched for the first time belongs to the way back, too.
+        let known: std::collections::BTreeSet<(u32, u32)> =
+            self.start.iter().map(|&(s, v, _)| (s, v)).collect();
+        let fresh = snapshot(&self.shapes, &self.prepared);
+        self.start.extend(fresh.into_iter().filter(|&(s, v, _)| !known.contains(&(s, v))));
+        Ok(())
+    }
+}
+
+fn snapshot(shapes: &[Box<dyn Shape>], prepared: &Prepared) -> Vec<(u32, u32, Point)> {
+    let point = |&(s, v): &(u32, u32)| (s, v, shapes[s as usize].control_vertices()[v as usize]);
+    prepared.places.iter().map(point).collect()
+}
+
+fn put(shapes: &mut [Box<dyn Shape>], state: &[(u32, u32, Point)]) {
+    for &(shape, vertex, point) in state {
+        shapes[shape as usize].control_vertices_mut()[vertex as usize] = point;
+    }
+}

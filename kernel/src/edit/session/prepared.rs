@@ -1,0 +1,112 @@
+//! What is known for one set of constraints at one state of the shapes.
+
+use super::bound::{Bound, right_hand_side};
+use super::view;
+use crate::Point;
+use crate::edit::EditError;
+use crate::edit::ask::Constraint;
+use crate::edit::assembly::{Assembly, Freedom};
+use crate::edit::metric::Metric;
+use crate::shape::Shape;
+use crate::solve::{Dependency, Factored, Solver};
+
+/// What is known for one set of constraints at one state of the shapes.
+pub(super) struct Prepared {
+    pub(super) assembly: Assembly,
+    pub(super) factored: Box<dyn Factored>,
+    pub(super) dependencies: Vec<Dependency>,
+    /// Wanted changes, and the sizes of the numbers they come from.
+    pub(super) rhs: Vec<f64>,
+    pub(super) size: Vec<f64>,
+    /// The adjustment of the touched columns, and what it is without the handle.
+    pub(super) d: Vec<f64>,
+    pub(super) still: Vec<f64>,
+    /// The adjustment that each number of the handle asks for by changing by 1.
+    pub(super) response: Vec<Vec<f64>>,
+    /// Where the touched columns' vertices were.
+    pub(super) base: Vec<Point>,
+    /// Shape and vertex of each.
+    pub(super) places: Vec<(u32, u32)>,
+    pub(super) iterations: usize,
+}
+
+pub(super) fn prepare(
+    boxes: &[Box<dyn Shape>],
+    bound: &[Bound],
+    handle: Option<usize>,
+    freedom: &Freedom,
+    metric: &Metric,
+    solver: &dyn Solver,
+) -> Result<Prepared, EditError> {
+    let shapes = view(boxes);
+    let constraints: Vec<&Constraint> = bound.iter().map(|b| &b.constraint).collect();
+    let assembly = Assembly::new(&shapes, &constraints, freedom, metric)?;
+    let (mut rhs, mut size) = (Vec::new(), Vec::new());
+    right_hand_side(&shapes, bound, &assembly, &mut rhs, &mut size)?;
+    let mut factored = solver.factor(&assembly.system)?;
+    let sides = assembly.system.sides();
+    let touched = assembly.system.touched();
+    let vertex_of = |column: usize| if sides == 3 { column } else { column / 3 };
+    let step = if sides == 3 { 1 } else { 3 };
+    let vertices: Vec<usize> = touched.iter().step_by(step).map(|&c| vertex_of(c)).collect();
+    let mut places = Vec::with_capacity(vertices.len());
+    let mut base = Vec::with_capacity(vertices.len());
+    let mut shape = 0;
+    for vertex in vertices {
+        while vertex >= shapes.offset(shape + 1) {
+            shape += 1;
+        }
+        places.push((shape as u32, (vertex - shapes.offset(shape)) as u32));
+        base.push(shapes.vertex(vertex));
+    }
+    let d = vec![0.0; touched.len() * sides];
+    let mut still = Vec::new();
+    let mut response = Vec::new();
+    if let Some(handle) = handle {
+        for slot in assembly.slots(handle) {
+            rhs[assembly.entry(slot)] = 0.0;
+        }
+        still = d.clone();
+        factored.solve_into(&rhs, &mut still);
+        let mut one = vec![0.0; rhs.len()];
+        let mut column = d.clone();
+        for slot in assembly.slots(handle) {
+            // With three sides, x, y and z share one column of C.
+            if slot.side > 0 {
+                continue;
+            }
+            one[assembly.entry(slot)] = 1.0;
+            factored.solve_into(&one, &mut column);
+            one[assembly.entry(slot)] = 0.0;
+            response.push(column.iter().step_by(sides).copied().collect());
+        }
+    }
+    let dependencies = if needs_diagnosis(factored.as_ref(), &assembly) {
+        factored.diagnosis().dependencies
+    } else {
+        Vec::new()
+    };
+    Ok(Prepared {
+        assembly,
+        factored,
+        dependencies,
+        rhs,
+        size,
+        d,
+        still,
+        response,
+        base,
+        places,
+        iterations: 1,
+    })
+}
+
+/// Whether rows may have been dropped. The rank is always known without asking for the condition.
+pub(super) fn needs_diagnosis(factored: &dyn Factored, assembly: &Assembly) -> bool {
+    factored.rank() < assembly.system.rows().len()
+}
+
+/// The responses in the order of the handle's slots: with three sides, all share the one column.
+pub(super) fn response_of(response: &[Vec<f64>], sides: usize) -> impl Iterator<Item = &Vec<f64>> {
+    (0..).map_while(move |i| response.get(if sides == 3 { i / 3 } else { i }))
+}

@@ -1,0 +1,65 @@
+//! A handle whose parameter slides along with the motion (paper 4, §5).
+
+use std::sync::Arc;
+
+use super::bound::bind;
+use super::{Session, view};
+use crate::edit::EditError;
+use crate::edit::ask::{Constraint, Wanted};
+use crate::error::Result;
+use crate::functional::position;
+use crate::shape::Shape;
+
+impl<S: Shape> Session<S> {
+    /// Moves the handle's parameter to where the cursor's foot on the original curve is, and prepares there.
+    pub(super) fn slide(&mut self, handle: usize, cursor: &[f64]) -> Result<(), EditError> {
+        let Some((original, u)) = &mut self.sliding else { return Ok(()) };
+        let cursor = crate::Vector::from_column_slice(&cursor[..3]);
+        *u = foot(original.as_ref(), cursor, *u)?;
+        let moved = position(*u);
+        let shape = self.bound[handle].constraint.functional.location().map_or(0, |(shape, _)| shape);
+        self.restore();
+        let constraint = Constraint::new(Arc::new(moved.on(shape)), Wanted::Keep);
+        let id = self.bound[handle].id;
+        self.bound[handle] = bind(&view(&self.shapes), constraint, id)?;
+        self.handle_start.clone_from(&self.bound[handle].target);
+        self.prepare_again()
+    }
+}
+
+/// The parameter near `u` whose point on the curve is nearest to the cursor: Newton on `(C(u) - cursor)·C' = 0`, kept
+/// within the domain, each step halved until the distance does not grow.
+fn foot(curve: &dyn Shape, cursor: crate::Vector, start: f64) -> Result<f64> {
+    let domain = curve.domain();
+    let Some(interval) = domain.first() else { return Ok(start) };
+    let clamp = |u: f64| if interval.periodic { u } else { u.max(interval.start).min(interval.end) };
+    let distance = |u: f64| -> Result<f64> { Ok((curve.value(u.into(), 0.into())? - cursor).norm_squared()) };
+    let mut u = clamp(start);
+    let mut best = distance(u)?;
+    for _ in 0..32 {
+        let offset = curve.value(u.into(), 0.into())? - cursor;
+        let (first, second) = (curve.value(u.into(), 1.into())?, curve.value(u.into(), 2.into())?);
+        let slope = offset.dot(&first);
+        let bend = first.norm_squared() + offset.dot(&second);
+        // Where the bend is not that of a minimum, fall back to Gauss–Newton, which always descends.
+        let bend = if bend > 0.1 * first.norm_squared() { bend } else { first.norm_squared() };
+        if bend.is_nan() || bend <= 0.0 {
+            break;
+        }
+        let mut step = -slope / bend;
+        let mut moved = false;
+        for _ in 0..20 {
+            let next = clamp(u + step);
+            let reached = distance(next)?;
+            if reached < best {
+                (u, best, moved) = (next, reached, true);
+                break;
+            }
+            step *= 0.5;
+        }
+        if !moved || step.abs() <= 1e-14 * (interval.end - interval.start) {
+            break;
+        }
+    }
+    Ok(u)
+}
