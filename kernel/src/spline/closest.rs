@@ -13,7 +13,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::space::Space;
+use super::piece::{bezier, bezier_patch, halves, halves_of_rows};
 use super::{Curve, Surface, binomial};
 use crate::error::{Error, Result};
 use crate::{Point, Vector};
@@ -351,70 +351,6 @@ fn net_bound(net: &[Homogeneous]) -> f64 {
     box_distance(net.iter().map(|h| Vector::new(h[0], h[1], h[2]) / h[3])).0
 }
 
-/// Bézier vertices of a span by blossoming: vertex `j` is the blossom at `p - j` times the start and `j` times the
-/// end (Ramshaw 1987). `O(p³)`.
-fn bezier(space: &Space, span: usize, vertices: &[Homogeneous]) -> Vec<Homogeneous> {
-    let (p, t) = (space.degree(), space.flat());
-    let (a, b) = (t[span], t[span + 1]);
-    (0..=p)
-        .map(|j| {
-            let mut d = vertices.to_vec();
-            for r in 1..=p {
-                let at = if r <= p - j { a } else { b };
-                for i in (r..=p).rev() {
-                    let (low, high) = (t[span - p + i], t[span + 1 + i - r]);
-                    let share = (at - low) / (high - low);
-                    for lane in 0..4 {
-                        d[i][lane] = (1.0 - share) * d[i - 1][lane] + share * d[i][lane];
-                    }
-                }
-            }
-            d[p]
-        })
-        .collect()
-}
-
-fn bezier_patch(u: &Space, v: &Space, spans: (usize, usize), net: Vec<Homogeneous>) -> Vec<Homogeneous> {
-    let columns = v.degree() + 1;
-    let mut net: Vec<_> = net.chunks(columns).flat_map(|row| bezier(v, spans.1, row)).collect();
-    for j in 0..columns {
-        let column: Vec<_> = net.iter().skip(j).step_by(columns).copied().collect();
-        for (i, value) in bezier(u, spans.0, &column).into_iter().enumerate() {
-            net[i * columns + j] = value;
-        }
-    }
-    net
-}
-
-/// Both halves of a Bézier net of `rows` rows, cut across them (de Casteljau).
-fn halves(net: &[Homogeneous], rows: usize, columns: usize) -> [Vec<Homogeneous>; 2] {
-    let mut left = net.to_vec();
-    let mut right = net.to_vec();
-    for r in 1..rows {
-        // `right` holds step r - 1 in its first rows - r + 1 rows; its last used row is final.
-        for i in 0..rows - r {
-            for j in 0..columns {
-                for lane in 0..4 {
-                    right[i * columns + j][lane] =
-                        0.5 * right[i * columns + j][lane] + 0.5 * right[(i + 1) * columns + j][lane];
-                }
-            }
-        }
-        left[r * columns..(r + 1) * columns].copy_from_slice(&right[..columns]);
-    }
-    [left, right]
-}
-
-fn halves_of_rows(net: &[Homogeneous], columns: usize) -> [Vec<Homogeneous>; 2] {
-    let mut both = [Vec::with_capacity(net.len()), Vec::with_capacity(net.len())];
-    for row in net.chunks(columns) {
-        for (all, half) in both.iter_mut().zip(halves(row, columns, 1)) {
-            all.extend(half);
-        }
-    }
-    both
-}
-
 /// How far a net goes: the sum of steps of `stride` between vertices, at most those of a line of `other`.
 fn extent(net: &[Homogeneous], stride: usize, other: usize) -> f64 {
     let position = |h: &Homogeneous| Vector::new(h[0], h[1], h[2]) / h[3];
@@ -505,6 +441,7 @@ fn sign_changes(coefficients: &[f64]) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Space;
     use super::*;
 
     fn noise(state: &mut u32) -> f64 {

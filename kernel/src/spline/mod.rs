@@ -3,6 +3,7 @@
 //! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
 //! * [`batch`]: evaluation of many points at once.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
+//! * [`bounds`]: axis-parallel boxes.
 //! * [`catmull_rom`]: cubic curves through their vertices.
 //! * [`close`]: closed shapes made periodic.
 //! * [`closest`]: the closest point of a curve or a surface.
@@ -26,6 +27,7 @@
 
 pub mod batch;
 pub mod bezier;
+pub mod bounds;
 pub mod catmull_rom;
 pub mod close;
 pub mod closest;
@@ -41,6 +43,7 @@ pub mod hodograph;
 pub mod insert;
 pub mod join;
 pub mod length;
+mod piece;
 pub mod remove;
 pub mod reverse;
 pub mod revolve;

@@ -1,7 +1,5 @@
 //! What is in a scene: for each object its type and the facts that people ask first.
 
-mod length;
-
 use loftsman_kernel::Point;
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
@@ -70,8 +68,8 @@ pub struct ObjectFacts {
     /// The length of a curve or polyline.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// The corners of the axis-parallel box around its points, the lower first. A spline lies within its control
-    /// vertices' box, and may not reach its sides.
+    /// The corners of the axis-parallel box around it, the lower first: of a spline around the curve or surface
+    /// itself, not its control vertices.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f64; 3]; 2]>,
 }
@@ -135,7 +133,8 @@ fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
         periodic: vec![curve.is_periodic()],
         closed: Some(closed(curve)),
         domain: vec![[start, end]],
-        length: length::length(curve).ok(),
+        length: curve.length(1e-10).ok().map(|length| length.value),
+        bounds: Some(corners(curve.bounds())),
         ..facts
     }
 }
@@ -143,8 +142,8 @@ fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
 /// Whether a curve's end meets its start, to rounding of its size.
 fn closed(curve: &Curve) -> bool {
     let (start, end) = curve.domain();
-    let size = bounds(curve.points())
-        .map_or(0.0, |[low, high]| (0..3).map(|i| (high[i] - low[i]).abs()).fold(0.0, f64::max));
+    let (low, high) = curve.hull_bounds();
+    let size = (high - low).amax();
     let gap = curve.point(start).and_then(|a| Ok((curve.point(end)? - a).norm()));
     curve.is_periodic() || gap.is_ok_and(|gap| gap <= 1e-12 * size)
 }
@@ -157,6 +156,7 @@ fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {
         rational: Some(surface.weights().is_some()),
         periodic: vec![u.is_periodic(), v.is_periodic()],
         domain: [u, v].map(|s| <[f64; 2]>::from(s.domain())).to_vec(),
+        bounds: Some(corners(surface.bounds())),
         ..facts
     }
 }
@@ -164,5 +164,9 @@ fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {
 fn bounds(points: &[Point]) -> Option<[[f64; 3]; 2]> {
     let first = *points.first()?;
     let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
-    Some([low.coords.into(), high.coords.into()])
+    Some(corners((low, high)))
+}
+
+fn corners((low, high): (Point, Point)) -> [[f64; 3]; 2] {
+    [low.coords.into(), high.coords.into()]
 }
