@@ -96,9 +96,8 @@ fn gram(rows: &SparseRows, kept: Vec<u32>, threshold: f64) -> Result<Option<Gram
     if kept.iter().any(|&r| rows.row(r as usize).0.is_empty()) {
         return Ok(None);
     }
-    let order = narrow(rows, kept);
-    let first = envelope(rows, &order);
-    let size: usize = first.iter().enumerate().map(|(i, &f)| i + 1 - f as usize).sum();
+    let (order, first) = narrow(rows, kept);
+    let size = size_of(&first);
     if size > ENVELOPE_LIMIT {
         let (equations, unknowns) = (order.len(), rows.width());
         return Err(SolveError::TooLarge {
@@ -136,25 +135,25 @@ fn envelope(rows: &SparseRows, order: &[u32]) -> Vec<u32> {
     first
 }
 
-/// Rows in an order that keeps the envelope of their Gram matrix small: by first column where that is narrow
-/// (curves), by breadth-first search over shared columns elsewhere (surfaces, seams, pairs of vertices).
-fn narrow(rows: &SparseRows, mut kept: Vec<u32>) -> Vec<u32> {
+fn size_of(first: &[u32]) -> usize {
+    first.iter().enumerate().map(|(i, &f)| i + 1 - f as usize).sum()
+}
+
+/// Rows in an order that keeps the envelope of their Gram matrix small, and that envelope: by first column where that is
+/// narrow (curves), by breadth-first search over shared columns elsewhere (surfaces, seams, pairs of vertices).
+fn narrow(rows: &SparseRows, mut kept: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
     let first = |r: u32| rows.row(r as usize).0.first().copied().unwrap_or(0);
     if !kept.windows(2).all(|pair| first(pair[0]) <= first(pair[1])) {
         kept.sort_by_key(|&r| (first(r), r));
     }
-    if kept.len() < 16 {
-        return kept;
-    }
-    let size = |order: &[u32]| -> usize {
-        envelope(rows, order).iter().enumerate().map(|(i, &f)| i + 1 - f as usize).sum()
-    };
-    let by_column = size(&kept);
-    if by_column <= kept.len() * 8 {
-        return kept;
+    let by_column = envelope(rows, &kept);
+    let size = size_of(&by_column);
+    if kept.len() < 16 || size <= kept.len() * 8 {
+        return (kept, by_column);
     }
     let searched = breadth_first(rows, &kept);
-    if size(&searched) < by_column { searched } else { kept }
+    let by_search = envelope(rows, &searched);
+    if size_of(&by_search) < size { (searched, by_search) } else { (kept, by_column) }
 }
 
 fn breadth_first(rows: &SparseRows, kept: &[u32]) -> Vec<u32> {
