@@ -153,6 +153,9 @@ impl Curve {
             self.derivatives_into(u, &mut d)?;
             let away = d[0] - point.coords;
             let value = away.dot(&d[1]);
+            if value == 0.0 {
+                return Ok(u);
+            }
             if value < 0.0 {
                 low = u;
             } else {
@@ -161,7 +164,7 @@ impl Curve {
             let newton = u - value / (d[1].dot(&d[1]) + away.dot(&d[2]));
             let next = if newton > low && newton < high { newton } else { 0.5 * low + 0.5 * high };
             let small = 2.0 * f64::EPSILON * u.abs().max(b - a);
-            if (next - u).abs() <= small || value == 0.0 {
+            if (next - u).abs() <= small {
                 return Ok(next);
             }
             u = next;
@@ -497,6 +500,16 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_slope_of_exactly_zero_is_the_root() {
+        // x = 2t - 1 from (0, 1): Newton's method lands on the slope 0 at t = 1/2 at once.
+        let line = Curve::bezier(vec![Point::new(-1.0, 0.0, 0.0), Point::new(1.0, 0.0, 0.0)]).unwrap();
+        let found = line.closest(Point::new(0.0, 1.0, 0.0)).unwrap();
+        assert_eq!((found.at, found.distance), (0.5, 1.0));
+        let found = line.closest(Point::new(0.25, 1.0, 0.0)).unwrap();
+        assert_eq!((found.at, found.distance), (0.625, 1.0));
     }
 
     #[test]
