@@ -219,6 +219,19 @@ impl Surface {
             if nothing_closer(&squares, &weights, best.enough()) {
                 continue;
             }
+            // Corners too: towards a closest point on the surface's edge, middles would come closer only slowly, and
+            // ever more pieces along the edge would seem worth a look.
+            let last = squares.len() - 1;
+            for (at, corner) in [
+                ((piece.u.0, piece.v.0), 0),
+                ((piece.u.0, piece.v.1), 2 * q),
+                ((piece.u.1, piece.v.0), last - 2 * q),
+                ((piece.u.1, piece.v.1), last),
+            ] {
+                if (squares[corner] / weights[corner]).sqrt() < best.distance {
+                    best.offer(at, evaluate(at)?);
+                }
+            }
             let middle = (0.5 * piece.u.0 + 0.5 * piece.u.1, 0.5 * piece.v.0 + 0.5 * piece.v.1);
             best.offer(middle, evaluate(middle)?);
             if best.distance >= evaluate(middle)?.1 {
