@@ -365,6 +365,11 @@ fn an_event_that_fails_leaves_the_session_as_it_was() {
     assert!(drag.to([0.0, f64::NAN, 0.0]).is_err() && drag.to(1.0).is_err());
     assert_eq!(drag.shape(), &curve);
     assert!(drag.report().residual < 1e-14);
+    let error = Edit::new(&curve)
+        .ask(derivative(4.5, 3).by([0.0, 1.7e308, 0.0]))
+        .ask(position(4.5).by([0.0, -1.7e308, 0.0]))
+        .solve();
+    assert!(error.unwrap_err().to_string().contains("overflows"));
 }
 
 #[test]

@@ -6,7 +6,8 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{Format, FormatError, Place, Registry, Source};
+use loftsman_kernel::plugin::{Format, FormatError, Place, ReadOptions, ReadReport, Registry, Source};
+use loftsman_kernel::scene::Scene;
 
 use crate::error::{Error, Result};
 
@@ -80,6 +81,36 @@ impl Input {
                 Error::UnknownFormat { file: self.name.clone(), problem }
             })
     }
+}
+
+/// Reads what is to be used afterwards: a file of which nothing could be kept is an error, not an empty scene.
+/// A file that is rightly empty, with nothing left out, is none.
+///
+/// # Errors
+/// Those of the format; [`Error::File`] when everything in the file was left out, with the reasons.
+pub fn read_content(
+    input: &Input,
+    format: &dyn Format,
+    options: &ReadOptions,
+) -> Result<(Scene, ReadReport)> {
+    let (scene, report) = format.read(input, options)?;
+    if scene.objects().is_empty() && !report.left_out.is_empty() {
+        let problem = format!("nothing in it could be read: {}", reasons(&report));
+        return Err(Error::file(&input.name, problem));
+    }
+    Ok((scene, report))
+}
+
+/// What a reader left out, in a line; `None` where it left out nothing.
+#[must_use]
+pub fn left_out(path: &str, report: &ReadReport) -> Option<String> {
+    let number: usize = report.left_out.values().sum();
+    (number > 0).then(|| format!("{path}: left out {number} of {}: {}", report.entities, reasons(report)))
+}
+
+fn reasons(report: &ReadReport) -> String {
+    let all: Vec<String> = report.left_out.iter().map(|(why, number)| format!("{why} ({number})")).collect();
+    all.join("; ")
 }
 
 /// The extensions of formats, for messages.

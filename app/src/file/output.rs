@@ -206,7 +206,11 @@ pub fn format_for<'r>(path: &Path, registry: &'r Registry) -> Result<&'r Arc<dyn
             Err(Error::UnknownFormat { file: path.display().to_string(), problem })
         }
         None => {
-            let problem = format!("the format of this name is unknown; writable are {}", known());
+            let problem = if crate::picture::is_picture(path) {
+                "a picture is not a format to convert to: draw it with `loftsman plot`".to_owned()
+            } else {
+                format!("the format of this name is unknown; writable are {}", known())
+            };
             Err(Error::UnknownFormat { file: path.display().to_string(), problem })
         }
     }

@@ -13,6 +13,7 @@ use super::Recipe;
 use super::error::RecipeError;
 use super::report::{InputReport, OutputReport, RunReport};
 use crate::error::{Error, Result};
+use crate::file::input::read_content;
 use crate::file::output::format_for;
 use crate::file::{Input, Outputs};
 use crate::picture::{self, Picture};
@@ -192,7 +193,7 @@ impl<'a> Runner<'a> {
         let format = input.format(self.registry)?;
         let kind = format.declaration().name;
         let options = ReadOptions { observer: self.observer, ..recipe.conversion.read_options(kind) };
-        let (scene, report) = format.read(&input, &options)?;
+        let (scene, report) = read_content(&input, format.as_ref(), &options)?;
         let path = Source::name(&input).to_owned();
         let input = Some(InputReport { path, format: kind, report });
         Ok(Applied { before: scene.clone(), scene, input, steps: Vec::new(), format: kind })

@@ -42,6 +42,12 @@ pub(crate) fn error(text: &str) {
     let _ = writeln!(anstream::stderr().lock(), "{}: {}", styled(RED, "error"), printable(text));
 }
 
+/// Something that was done, but not wholly, on the standard error.
+pub(crate) fn warning(text: &str) {
+    // Nobody is left to be told when this fails.
+    let _ = writeln!(anstream::stderr().lock(), "{}: {}", styled(BOLD, "warning"), printable(text));
+}
+
 /// Text from files may hold control characters, which a terminal would obey.
 fn printable(text: &str) -> String {
     text.chars()

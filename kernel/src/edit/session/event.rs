@@ -68,6 +68,9 @@ impl<S: Shape> Session<S> {
         } else {
             prepared.factored.solve_into(&prepared.rhs, &mut prepared.d);
         }
+        if prepared.d.iter().any(|d| !d.is_finite()) {
+            return Err(Error::Invalid("the adjustment overflows: ask for a smaller change".into()).into());
+        }
         self.place();
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use loftsman::convert::Conversion;
-use loftsman::file::{Input, Outputs, output};
+use loftsman::file::{Input, Outputs, input, output};
 use loftsman::kernel::plugin::{
     Fate, Format, Observer, ReadOptions, ReadReport, Source, WriteOptions, Written,
 };
@@ -32,6 +32,15 @@ pub(super) struct Converted {
 }
 
 impl Converted {
+    /// Says on the standard error what is missing from the output, where standard output is for programs.
+    pub(super) fn warn(&self) {
+        report::warn(&self.input, &self.report);
+        for object in self.objects.iter().filter(|o| o.fate == Fate::LeftOut) {
+            let reason = object.reason.as_deref().unwrap_or("the format cannot hold it");
+            console::warning(&format!("{}: \"{}\" was left out: {reason}", self.output, object.object));
+        }
+    }
+
     /// Entities that the reader left out, and objects that the writer did.
     pub(super) fn left_out(&self) -> usize {
         let objects = self.objects.iter().filter(|o| o.fate == Fate::LeftOut).count();
@@ -56,14 +65,16 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
     let progress = Progress::start();
     let conversion = args.how.conversion(format.as_ref());
     if to_stdout {
-        let (memory, _) = encode(&input, "output", format.as_ref(), &conversion, &progress)?;
+        let (memory, converted) = encode(&input, "output", format.as_ref(), &conversion, &progress)?;
         drop(progress);
+        converted.warn();
         console::print_bytes(&memory.bytes)?;
         return Ok(ExitCode::SUCCESS);
     }
     let converted = convert(&input, output, format.as_ref(), &conversion, &progress)?;
     drop(progress);
     if args.json.wanted {
+        converted.warn();
         console::print_json(&converted)?;
     } else {
         console::print(&text(&converted))?;
@@ -119,7 +130,7 @@ fn encode(
     let reader = input.format(registry)?;
     let kind = reader.declaration().name;
     let options = ReadOptions { observer, ..conversion.read_options(kind) };
-    let (scene, report) = reader.read(input, &options)?;
+    let (scene, report) = input::read_content(input, reader.as_ref(), &options)?;
     let options = WriteOptions { observer, ..conversion.write_options(kind, format.declaration().name) };
     let (memory, written) = output::encode(&scene, name, format, &options, registry)?;
     let converted = Converted {

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use loftsman::file::input::left_out;
 use loftsman::kernel::plugin::{Fate, ReadReport, StepReport, Written};
 use loftsman::recipe::{InputReport, OutputReport, RunReport};
 
-use crate::console::{BOLD, DIM, bytes, count, figure, seconds, styled};
+use crate::console::{self, BOLD, DIM, bytes, count, figure, seconds, styled};
 
 /// A whole run.
 pub(crate) fn run(report: &RunReport) -> String {
@@ -27,6 +28,13 @@ pub(crate) fn run(report: &RunReport) -> String {
 
 fn input(input: &InputReport) -> String {
     format!("read {} {}\n{}", styled(BOLD, &input.path), styled(DIM, input.format), read(&input.report))
+}
+
+/// Says on the standard error what a reader left out.
+pub(crate) fn warn(path: &str, report: &ReadReport) {
+    if let Some(text) = left_out(path, report) {
+        console::warning(&text);
+    }
 }
 
 /// What was not kept as it was, indented.

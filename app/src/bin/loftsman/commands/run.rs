@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use loftsman::kernel::plugin::Fate;
 use loftsman::recipe::{Recipe, Runner};
 
 use super::report;
@@ -31,6 +32,16 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     drop(runner);
     drop(progress);
     if args.json.wanted {
+        // People read it in the report below; programs get it beside their JSON.
+        if let Some(input) = &report.input {
+            report::warn(&input.path, &input.report);
+        }
+        for output in &report.outputs {
+            for object in output.objects.iter().filter(|o| o.fate == Fate::LeftOut) {
+                let reason = object.reason.as_deref().unwrap_or("the format cannot hold it");
+                console::warning(&format!("{}: \"{}\" was left out: {reason}", output.path, object.object));
+            }
+        }
         console::print_json(&report)?;
     } else {
         console::print(&report::run(&report))?;
