@@ -81,26 +81,18 @@ fn transform_mesh(mesh: &Mesh, points: Vec<Point>, map: &Matrix4<f64>) -> Result
     // Only the direction of normals counts: scaled to 1, the cofactors cannot overflow or vanish by size.
     let a = if largest > 0.0 { linear / largest } else { linear };
     let mirrors = a.determinant() < 0.0;
-    let corners = if mirrors {
-        // Each face keeps its first corner and runs the other way round.
-        mesh.faces().flat_map(|face| face.iter().take(1).chain(face.iter().skip(1).rev())).copied().collect()
-    } else {
-        mesh.corners().to_vec()
-    };
-    let mut moved = Mesh::from_parts(points, corners, mesh.starts().to_vec())?;
+    let mut moved = mesh.clone();
+    moved.points_mut().copy_from_slice(&finite(points)?);
+    if mirrors {
+        moved.reverse_faces();
+    }
     let (x, y, z) = (a.column(0), a.column(1), a.column(2));
     let cofactors = Matrix3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]);
     let sign = if mirrors { -1.0 } else { 1.0 };
-    moved.normals = mesh
-        .normals
-        .iter()
-        .map(|n| {
-            let turned: Vector = cofactors * n * sign;
-            turned.try_normalize(0.0).unwrap_or(turned)
-        })
-        .collect();
-    moved.uvs.clone_from(&mesh.uvs);
-    moved.colors.clone_from(&mesh.colors);
+    for n in moved.normals.values_mut() {
+        let turned: Vector = cofactors * *n * sign;
+        *n = turned.try_normalize(0.0).unwrap_or(turned);
+    }
     Ok(moved)
 }
 
@@ -109,9 +101,9 @@ impl Scene {
     /// `None` where no object on that way has one. `O(objects)`, however deep the hierarchy.
     ///
     /// # Errors
-    /// When the hierarchy is broken ([`check`](Self::check)).
+    /// When the hierarchy is broken ([`check_hierarchy`](Self::check_hierarchy)).
     pub fn world_transforms(&self) -> Result<Vec<Option<Matrix4<f64>>>> {
-        self.check()?;
+        self.check_hierarchy()?;
         let objects = self.objects();
         let mut world: Vec<Option<Option<Matrix4<f64>>>> = vec![None; objects.len()];
         for start in 0..objects.len() {
@@ -150,6 +142,8 @@ impl Scene {
         map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn * scale));
         let mut scene = Self::new();
         (scene.unit, scene.up) = (unit, up);
+        scene.materials.clone_from(&self.materials);
+        scene.images.clone_from(&self.images);
         for object in self.objects() {
             let named = |e: Error| Error::Invalid(format!("\"{}\" in {}: {e}", object.name(), unit.name()));
             let mut new = Object::new(object.name(), object.geometry.transformed(&map).map_err(named)?);
@@ -164,6 +158,7 @@ impl Scene {
                 changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
                 changed
             });
+            new.materials.clone_from(&object.materials);
             new.animation.clone_from(&object.animation);
             for frame in new.animation.iter_mut().flat_map(|a| &mut a.frames) {
                 frame.iter_mut().for_each(|p| *p = transform_point(&map, p));
@@ -177,6 +172,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Layer;
 
     const AXES: [Up; 3] = [Up::X, Up::Y, Up::Z];
 
@@ -221,13 +217,13 @@ mod tests {
     fn a_mirrored_mesh_keeps_its_outside() {
         let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
         let mut mesh = Mesh::new(points, &[[0, 1, 2]]).unwrap();
-        mesh.normals = vec![Vector::z(); 3];
+        mesh.normals = Layer::per_point(vec![Vector::z(); 3]);
         let mirror = Matrix4::new_nonuniform_scaling(&Vector::new(-1e-200, 1e-200, 1e-200));
         let Geometry::Mesh(moved) = Geometry::Mesh(mesh).transformed(&mirror).unwrap() else {
             unreachable!()
         };
         assert_eq!(moved.corners(), [0, 2, 1]);
-        assert_eq!(moved.normals, vec![Vector::z(); 3]);
+        assert_eq!(moved.normals.values(), [Vector::z(); 3]);
     }
 
     #[test]

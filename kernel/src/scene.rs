@@ -6,7 +6,9 @@ use nalgebra::Matrix4;
 
 use crate::Point;
 use crate::error::{Error, Result};
+use crate::material::{Image, Material};
 use crate::mesh::{Cloud, Mesh, Polyline};
+use crate::named::{Named, NamedList};
 use crate::spline::{Curve, Surface};
 
 /// A unit of length.
@@ -165,6 +167,8 @@ pub struct Object {
     pub transform: Option<Matrix4<f64>>,
     /// Its frames, where it moves.
     pub animation: Option<Animation>,
+    /// The names of its materials, among the scene's; a mesh's faces say which, others have the first.
+    pub materials: Vec<String>,
 }
 
 impl Object {
@@ -178,6 +182,7 @@ impl Object {
             parent: None,
             transform: None,
             animation: None,
+            materials: Vec::new(),
         }
     }
 
@@ -194,6 +199,10 @@ pub struct Scene {
     pub unit: Unit,
     /// The axis that points up.
     pub up: Up,
+    /// The materials that objects name.
+    pub materials: NamedList<Material>,
+    /// The pictures that materials' textures name.
+    pub images: NamedList<Image>,
     objects: Vec<Object>,
     index: HashMap<String, usize>,
 }
@@ -336,26 +345,7 @@ impl Scene {
 
     /// `wanted` itself if it is free, or with `.001`, `.002`, … behind it; `"object"` for an empty one.
     pub fn unique_name(&self, wanted: &str) -> String {
-        let base = if wanted.is_empty() { "object" } else { wanted };
-        if !self.index.contains_key(base) {
-            return base.to_owned();
-        }
-        // Doubling, then halving: a file with 100,000 equal names must not cost their square.
-        let taken = |number: u64| self.index.contains_key(&format!("{base}.{number:03}"));
-        let mut high = 1_u64;
-        while taken(high) {
-            high *= 2;
-        }
-        let mut low = high / 2;
-        while low + 1 < high {
-            let middle = low + (high - low) / 2;
-            if taken(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        format!("{base}.{high:03}")
+        crate::named::unique_name(wanted, "object", |name| self.index.contains_key(name))
     }
 
     /// The corners of the axis-parallel box around all points that objects are kept as (control vertices
@@ -366,11 +356,21 @@ impl Scene {
         Some(points.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
     }
 
-    /// Checks the hierarchy: every parent exists and no object hangs under itself, however far up.
+    /// Checks what objects name: every parent, material and picture exists, meshes pass their own
+    /// [`check`](Mesh::check), and no object hangs under itself, however far up.
     ///
     /// # Errors
     /// With the names of the objects at fault.
     pub fn check(&self) -> Result<()> {
+        self.check_hierarchy()?;
+        self.check_contents()
+    }
+
+    /// Checks that every parent exists and no object hangs under itself, however far up. `O(objects)`.
+    ///
+    /// # Errors
+    /// With the names of the objects at fault.
+    pub fn check_hierarchy(&self) -> Result<()> {
         // 0: not seen, 1: on the way up from where we started, 2: known to reach a root.
         let mut state = vec![0_u8; self.objects.len()];
         for start in 0..self.objects.len() {
@@ -393,6 +393,37 @@ impl Scene {
             }
             for i in path {
                 state[i] = 2;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_contents(&self) -> Result<()> {
+        for material in &self.materials {
+            for texture in material.textures.values() {
+                if self.images.get(&texture.image).is_none() {
+                    let (name, image) = (material.name(), &texture.image);
+                    let problem = format!("the image \"{image}\" of the material \"{name}\" does not exist");
+                    return Err(Error::Invalid(problem));
+                }
+            }
+        }
+        for object in &self.objects {
+            let name = &object.name;
+            if let Some(missing) = object.materials.iter().find(|m| self.materials.get(m).is_none()) {
+                let problem = format!("the material \"{missing}\" of \"{name}\" does not exist");
+                return Err(Error::Invalid(problem));
+            }
+            if let Geometry::Mesh(mesh) = &object.geometry {
+                mesh.check().map_err(|e| Error::Invalid(format!("\"{name}\": {e}")))?;
+                let slots = object.materials.len().max(1);
+                if let Some((face, slot)) =
+                    mesh.materials.iter().enumerate().find(|&(_, &s)| s as usize >= slots)
+                {
+                    let problem =
+                        format!("face {face} of \"{name}\" has material slot {slot} of only {slots}");
+                    return Err(Error::Invalid(problem));
+                }
             }
         }
         Ok(())

@@ -45,6 +45,8 @@ impl Piece {
 
     /// The triangles of a mesh. Those that single precision leaves without extent are left out.
     pub(crate) fn mesh(mesh: &Mesh) -> Result<Self> {
+        let by_point = mesh.by_point()?;
+        let mesh = by_point.mesh.as_ref();
         let mut piece = Self::new(TRIANGLES, mesh.points())?;
         let mut indices = Vec::with_capacity(3 * mesh.triangle_count());
         let mut scratch = Vec::new();
@@ -71,9 +73,9 @@ impl Piece {
 
     fn attributes(&mut self, mesh: &Mesh) {
         let count = mesh.points().len();
-        if mesh.normals.len() == count {
+        if mesh.normals.values().len() == count {
             // glTF refuses normals that are not of unit length.
-            let units = mesh.normals.iter().map(|n| {
+            let units = mesh.normals.values().iter().map(|n| {
                 let n = n.try_normalize(0.0)?;
                 Some([n.x as f32, n.y as f32, n.z as f32])
             });
@@ -82,20 +84,21 @@ impl Piece {
                 None => self.remarks.push("normals without length were left out, and all others with them"),
             }
         }
-        if mesh.uvs.len() == count {
-            let uvs: Vec<_> = mesh.uvs.iter().map(|uv| [uv[0] as f32, (1.0 - uv[1]) as f32]).collect();
+        if mesh.uvs.values().len() == count {
+            let uvs: Vec<_> =
+                mesh.uvs.values().iter().map(|uv| [uv[0] as f32, (1.0 - uv[1]) as f32]).collect();
             if uvs.iter().flatten().all(|x| x.is_finite()) {
                 self.uvs = uvs;
             } else {
                 self.remarks.push("texture coordinates that are not finite were left out");
             }
         }
-        if mesh.colors.len() == count {
-            let inside = mesh.colors.iter().flatten().all(|c| (0.0..=1.0).contains(c));
+        if mesh.colors.values().len() == count {
+            let inside = mesh.colors.values().iter().flatten().all(|c| (0.0..=1.0).contains(c));
             if !inside {
                 self.remarks.push("colours outside 0 to 1 were cut off there");
             }
-            self.colors = mesh.colors.iter().map(|c| c.map(|x| shade(x) as f32)).collect();
+            self.colors = mesh.colors.values().iter().map(|c| c.map(|x| shade(x) as f32)).collect();
         }
     }
 

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use loftsman_kernel::mesh::Mesh as Polygons;
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
 };
@@ -185,15 +184,6 @@ fn notes(scene: &Scene, baked: usize) -> Vec<String> {
     notes
 }
 
-/// A mesh with its faces and normals the other way round.
-fn turned_over(mesh: &Polygons) -> Result<Polygons, Error> {
-    let corners = mesh.faces().flat_map(|face| face.iter().rev()).copied().collect();
-    let mut turned = Polygons::from_parts(mesh.points().to_vec(), corners, mesh.starts().to_vec())?;
-    turned.normals = mesh.normals.iter().map(|n| -n).collect();
-    turned.uvs.clone_from(&mesh.uvs);
-    Ok(turned)
-}
-
 struct Writer<'a> {
     binary: Binary,
     meshes: Vec<Mesh>,
@@ -262,8 +252,12 @@ impl Writer<'_> {
                 // A surface's normal is mirrored inward, a mesh's stays outside.
                 let inside_out = rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
                 let mesh = match tessellator.surface(surface, &fineness) {
-                    Ok(mesh) if inside_out => turned_over(&mesh)?,
-                    Ok(mesh) => mesh,
+                    Ok(mut mesh) => {
+                        if inside_out {
+                            mesh.turn_inside_out();
+                        }
+                        mesh
+                    }
                     Err(e) => return left_out(written, &format!("it could not be tessellated: {e}")),
                 };
                 written.fate = Fate::Approximated;

@@ -81,7 +81,7 @@ fn normals_by_face_are_kept_when_points_may_be_split() {
     let (scene, report) = try_read("icosahedron.obj", &options).unwrap();
     assert!(report.adds_up());
     let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { unreachable!() };
-    assert_eq!((mesh.points().len(), mesh.normals.len(), mesh.face_count()), (60, 60, 20));
+    assert_eq!((mesh.points().len(), mesh.normals.values().len(), mesh.face_count()), (60, 60, 20));
     assert!(read("icosahedron.obj").1.left_out.values().any(|&n| n == 20));
 }
 
@@ -90,7 +90,7 @@ fn vertex_colours_are_linear() {
     let (scene, _) = read("cube_with_vertexcolors.obj");
     let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { unreachable!() };
     // sRGB 0.48627 is linear 0.20156.
-    assert!((mesh.colors[0][0] - 0.20156).abs() < 1e-5 && mesh.colors[0][3] == 1.0);
+    assert!((mesh.colors.values()[0][0] - 0.20156).abs() < 1e-5 && mesh.colors.values()[0][3] == 1.0);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
 
-use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, Format, Memory, Parameters, ReadOptions, UpChoice, WriteOptions, WriteReport,
 };
@@ -101,8 +101,8 @@ fn everything_else_comes_back() {
         &[vec![0, 1, 2, 3], vec![0, 3, 2]],
     )
     .unwrap();
-    mesh.normals = vec![Vector::z(); 4];
-    mesh.uvs = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0 / 3.0]];
+    mesh.normals = Layer::per_point(vec![Vector::z(); 4]);
+    mesh.uvs = Layer::per_point(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0 / 3.0]]);
     let mut scene = one("mesh", &mesh);
     let line = Polyline { points: mesh.points().to_vec(), closed: true };
     scene.add(Object::new("loop", (&line).into())).unwrap();
@@ -153,7 +153,9 @@ fn surfaces_are_tessellated_or_left_out_by_name() {
     assert_eq!((report.objects[0].fate, report.objects[0].tolerance), (Fate::Approximated, Some(0.01)));
     let back = read(&file);
     let Geometry::Mesh(mesh) = &back.object("s").unwrap().geometry else { unreachable!() };
-    assert!(mesh.normals.len() == mesh.points().len() && mesh.uvs.len() == mesh.points().len());
+    assert!(
+        mesh.normals.values().len() == mesh.points().len() && mesh.uvs.values().len() == mesh.points().len()
+    );
     assert_eq!(report.objects[0].form, format!("{} triangles", mesh.face_count()));
 }
 
@@ -163,7 +165,7 @@ fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::from).to_vec();
     let flat = Mesh::new(points, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
     let mut smooth = flat.clone();
-    smooth.normals = vec![Vector::x(); 4];
+    smooth.normals = Layer::per_point(vec![Vector::x(); 4]);
     let mut scene = one("flat", &flat);
     assert!(!String::from_utf8(write(&scene, &keep()).0.bytes).unwrap().contains("vn"));
     scene.add(Object::new("smooth", (&smooth).into())).unwrap();

@@ -1,6 +1,6 @@
 //! Surfaces as meshes: a grid of parameter lines, welded at seams and poles, two triangles a cell.
 
-use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::mesh::{Layer, Mesh};
 use loftsman_kernel::plugin::Fineness;
 use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Result, Vector};
@@ -182,7 +182,7 @@ impl Net {
         let normals = fill_normals(normals, &points, &corners);
         let starts = (0..=corners.len() / 3).map(|f| 3 * f).collect();
         let mut mesh = Mesh::from_parts(points, corners, starts)?;
-        (mesh.normals, mesh.uvs) = (normals, uvs);
+        (mesh.normals, mesh.uvs) = (Layer::per_point(normals), Layer::per_point(uvs));
         Ok(mesh)
     }
 

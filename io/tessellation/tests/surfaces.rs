@@ -90,11 +90,11 @@ fn no_sliver_of_nothing(mesh: &Mesh) {
         let [a, b, c] = [f[0], f[1], f[2]].map(|k| mesh.points()[k as usize]);
         assert!(a != b && b != c && c != a && (b - a).cross(&(c - a)).norm() > 0.0);
     }
-    for n in &mesh.normals {
+    for n in mesh.normals.values() {
         assert!((n.norm() - 1.0).abs() < 1e-12);
     }
-    assert_eq!(mesh.normals.len(), mesh.points().len());
-    assert_eq!(mesh.uvs.len(), mesh.points().len());
+    assert_eq!(mesh.normals.values().len(), mesh.points().len());
+    assert_eq!(mesh.uvs.values().len(), mesh.points().len());
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn a_sphere_is_closed_has_fans_at_its_poles_and_exact_normals() {
         let mesh = Adaptive::default().surface(&sphere(radius), &Fineness::default()).unwrap();
         assert_eq!(euler(&mesh), 2);
         no_sliver_of_nothing(&mesh);
-        for (p, n) in mesh.points().iter().zip(&mesh.normals) {
+        for (p, n) in mesh.points().iter().zip(mesh.normals.values()) {
             assert!((p.coords / radius - n).norm() < 1e-7, "{p} {n}");
             assert!((p.coords.norm() / radius - 1.0).abs() < 1e-14);
         }
@@ -142,7 +142,7 @@ fn a_cone_has_an_apex_and_an_open_rim() {
     let mesh = Adaptive::default().surface(&cone, &Fineness::default()).unwrap();
     no_sliver_of_nothing(&mesh);
     let apex = mesh.points().iter().position(|p| p.z > 1.0 - 1e-9).unwrap();
-    assert!(mesh.normals[apex].xy().norm() < 1e-2);
+    assert!(mesh.normals.values()[apex].xy().norm() < 1e-2);
     // A fan: as many triangles meet at the apex as the rim has points.
     let fan = mesh.faces().filter(|f| f.contains(&(apex as u32))).count();
     assert_eq!(fan, mesh.points().iter().filter(|p| p.z < 1e-9).count());
@@ -157,8 +157,8 @@ fn a_plane_is_two_triangles() {
         Adaptive::default().surface(&Surface::new(line.clone(), line, points).unwrap(), &Fineness::default());
     let mesh = mesh.unwrap();
     assert_eq!((mesh.points().len(), mesh.face_count()), (4, 2));
-    assert_eq!(mesh.normals, vec![Vector::z(); 4]);
-    assert_eq!(mesh.uvs, vec![[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
+    assert_eq!(mesh.normals.values(), [Vector::z(); 4]);
+    assert_eq!(mesh.uvs.values(), [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
 }
 
 #[test]
@@ -184,7 +184,7 @@ fn deviation(surface: &Surface, mesh: &Mesh) -> f64 {
             let (mut p, mut uv) = (Vector::zeros(), [0.0, 0.0]);
             for (k, m) in f.iter().zip(mix) {
                 p += mesh.points()[*k as usize].coords * m;
-                let here = mesh.uvs[*k as usize];
+                let here = mesh.uvs.values()[*k as usize];
                 (uv[0], uv[1]) = (uv[0] + here[0] * m, uv[1] + here[1] * m);
             }
             let exact = surface.point(u0 + (u1 - u0) * uv[0], v0 + (v1 - v0) * uv[1]).unwrap();

@@ -1,9 +1,9 @@
 //! Geometries: their tables become the kernel's shapes, and what the kernel refuses gets the path of the field.
 
+use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error as Defect, MAX_DEGREE};
-use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::spline::{Curve, Space, Surface};
-use loftsman_kernel::{Point, Vector};
 use serde::de::{Error, MapAccess};
 
 use super::lists::{Count, Faces, FacesSeed, Fixed, Grid, GridSeed, List, Number, PointSeed};
@@ -267,9 +267,9 @@ impl<'de> Table<'de> for MeshTable {
         }
         let mut mesh = Mesh::from_parts(points, faces.corners, faces.starts)
             .map_err(|defect| refuse(&defect, 0, trail))?;
-        mesh.normals = self.normals.into_iter().map(|n| n.coords).collect::<Vec<Vector>>();
-        mesh.uvs = self.uvs;
-        mesh.colors = self.colors;
+        mesh.normals = Layer::per_point(self.normals.into_iter().map(|n| n.coords).collect());
+        mesh.uvs = Layer::per_point(self.uvs);
+        mesh.colors = Layer::per_point(self.colors);
         Ok(mesh)
     }
 }

@@ -30,12 +30,12 @@ fn check_object(object: &Object) -> Result<(), String> {
         Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", object.geometry.points())?,
         Geometry::Mesh(mesh) => {
             points("point", mesh.points())?;
-            as_many("normals", mesh.normals.len(), count)?;
-            as_many("texture coordinates", mesh.uvs.len(), count)?;
-            as_many("colours", mesh.colors.len(), count)?;
-            each("normal", mesh.normals.iter().map(Vector::as_slice))?;
-            each("texture coordinate", mesh.uvs.iter().map(<[f64; 2]>::as_slice))?;
-            each("colour", mesh.colors.iter().map(<[f64; 4]>::as_slice))?;
+            as_many("normals", mesh.normals.values().len(), count)?;
+            as_many("texture coordinates", mesh.uvs.values().len(), count)?;
+            as_many("colours", mesh.colors.values().len(), count)?;
+            each("normal", mesh.normals.values().iter().map(Vector::as_slice))?;
+            each("texture coordinate", mesh.uvs.values().iter().map(<[f64; 2]>::as_slice))?;
+            each("colour", mesh.colors.values().iter().map(<[f64; 4]>::as_slice))?;
         }
         other => {
             return Err(format!(

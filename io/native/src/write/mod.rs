@@ -177,15 +177,15 @@ fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> 
             out.faces(mesh.faces())?;
             if !mesh.normals.is_empty() {
                 out.key("normals")?;
-                out.rows(mesh.normals.iter().map(|n| [n.x, n.y, n.z]))?;
+                out.rows(mesh.normals.values().iter().map(|n| [n.x, n.y, n.z]))?;
             }
             if !mesh.uvs.is_empty() {
                 out.key("uvs")?;
-                out.rows(mesh.uvs.iter().copied())?;
+                out.rows(mesh.uvs.values().iter().copied())?;
             }
             if !mesh.colors.is_empty() {
                 out.key("colors")?;
-                out.rows(mesh.colors.iter().copied())?;
+                out.rows(mesh.colors.values().iter().copied())?;
             }
             format!("mesh of {} faces", mesh.face_count())
         }

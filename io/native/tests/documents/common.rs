@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::Vector;
-use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Format, FormatError, Memory, ReadOptions, ReadReport, WriteOptions};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -41,9 +41,9 @@ pub(crate) fn everything() -> Scene {
     let weights = (0..42).map(|i| 1.0 + f64::from(i) / 7.0).collect();
     scene.add(Object::new("hull", Surface::rational(u, v, points(42), weights).unwrap().into())).unwrap();
     let mut mesh = Mesh::new(points(5), &[vec![0, 1, 2, 3], vec![2, 3, 4]]).unwrap();
-    mesh.normals = vec![Vector::new(0.6, 0.0, 0.8); 5];
-    mesh.uvs = vec![[0.25, 1.0 / 3.0]; 5];
-    mesh.colors = vec![[0.1, 0.2, 0.3, 0.5]; 5];
+    mesh.normals = Layer::per_point(vec![Vector::new(0.6, 0.0, 0.8); 5]);
+    mesh.uvs = Layer::per_point(vec![[0.25, 1.0 / 3.0]; 5]);
+    mesh.colors = Layer::per_point(vec![[0.1, 0.2, 0.3, 0.5]; 5]);
     scene.add(Object::new("panel", mesh.into())).unwrap();
     scene.add(Object::new("path", Polyline { points: points(3), closed: true }.into())).unwrap();
     scene.add(Object::new("scan", Cloud { points: points(2) }.into())).unwrap();

@@ -1,7 +1,7 @@
 //! Whatever the bytes: a scene or one error that says where and what, never a panic.
 
 use super::common::{everything, read, write};
-use loftsman_kernel::mesh::{Cloud, Mesh};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh};
 use loftsman_kernel::plugin::{Format, Memory, WriteOptions};
 use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::{Point, Vector};
@@ -196,7 +196,7 @@ fn scenes_that_no_document_can_hold_are_not_written() {
     let mesh = || {
         let points = vec![Point::origin(); 3];
         let mut mesh = Mesh::new(points, &[[0, 1, 2]]).unwrap();
-        mesh.normals = vec![Vector::z(); 2];
+        mesh.normals = Layer::per_point(vec![Vector::z(); 2]);
         mesh
     };
     says(&refuse(&|s| s.replace("panel", mesh()).unwrap()), &["\"panel\"", "2 normals for 3 points"]);

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadReport, Source};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 
@@ -208,12 +208,14 @@ fn mesh(raw: &Raw, section: &Section, corners: Corners, uses: &mut Uses) -> loft
     for &v in &origin {
         uses.points[v as usize] = Use::Kept;
     }
-    mesh.uvs = uvs.map_or_else(Vec::new, |list| list.iter().map(|&i| raw.uvs[i as usize]).collect());
+    mesh.uvs = uvs.map_or_else(Layer::none, |list| {
+        Layer::per_point(list.iter().map(|&i| raw.uvs[i as usize]).collect())
+    });
     // A normal without length has no direction: the mesh then has none.
     let units: Option<Vec<Vector>> = normals.and_then(|list| list.iter().map(|&i| unit(i)).collect());
-    mesh.normals = units.unwrap_or_default();
+    mesh.normals = Layer::per_point(units.unwrap_or_default());
     let colors: Option<Vec<[f64; 4]>> = origin.iter().map(|&v| raw.color(v)).collect();
-    mesh.colors = colors.unwrap_or_default();
+    mesh.colors = Layer::per_point(colors.unwrap_or_default());
     Ok(mesh)
 }
 

@@ -7,13 +7,13 @@ use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 
-use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Mesh, NONE, Polyline};
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
 use loftsman_kernel::spline::Curve;
-use loftsman_kernel::{Error, Point, Vector};
+use loftsman_kernel::{Error, Point};
 
 use crate::OPTIONS;
 
@@ -191,7 +191,7 @@ impl<W: Write> Writer<'_, W> {
                     Err(e) => leave_out(format!("it could not be tessellated: {e}")),
                     Ok(mut mesh) => {
                         if mirrored {
-                            mesh = outside_out(&mesh)?;
+                            mesh.turn_inside_out();
                         }
                         self.name(object)?;
                         self.mesh(&mesh)?;
@@ -304,82 +304,65 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn mesh(&mut self, mesh: &Mesh) -> Result<(), Failure> {
-        let point = if mesh.colors.len() == mesh.points().len() && !mesh.colors.is_empty() {
-            for (p, color) in mesh.points().iter().zip(&mesh.colors) {
+        let color = |corner: usize, point: u32| mesh.colors.at(corner, point);
+        let point = if mesh.colors.is_empty() {
+            self.vertices(mesh.points())?
+        } else {
+            // OBJ has one colour a vertex: that of the first corner there, white where there is none.
+            let mut colors: Vec<_> = (0..mesh.points().len()).map(|i| color(usize::MAX, i as u32)).collect();
+            for (corner, &point) in mesh.corners().iter().enumerate().rev() {
+                colors[point as usize] = color(corner, point);
+            }
+            for (p, color) in mesh.points().iter().zip(colors) {
                 self.text.push('v');
                 print::point(&mut self.text, p);
+                let color = color.copied().unwrap_or([1.0; 4]);
                 color[..3].iter().for_each(|&c| print::number(&mut self.text, print::srgb(c)));
                 self.flush_line()?;
             }
             self.points += mesh.points().len();
             self.points + 1 - mesh.points().len()
-        } else {
-            self.vertices(mesh.points())?
         };
-        let (with_uvs, with_normals) = (
-            !mesh.uvs.is_empty() && mesh.uvs.len() == mesh.points().len(),
-            !mesh.normals.is_empty() && mesh.normals.len() == mesh.points().len(),
-        );
         let (uv, normal) = (self.uvs + 1, self.normals + 1);
-        if with_uvs {
-            for uv in &mesh.uvs {
-                self.text.push_str("vt");
-                uv.iter().for_each(|&c| print::number(&mut self.text, c));
-                self.flush_line()?;
-            }
-            self.uvs += mesh.uvs.len();
-        }
-        if with_normals {
-            for n in &mesh.normals {
-                self.text.push_str("vn");
-                n.iter().for_each(|&c| print::number(&mut self.text, c));
-                self.flush_line()?;
-            }
-            self.normals += mesh.normals.len();
-        }
-        self.line(if with_normals { "s 1" } else { "s off" })?;
-        if self.face_normals && !with_normals {
-            self.given += 1;
-            return self.flat_faces(mesh, point, with_uvs.then_some(uv));
-        }
-        for face in mesh.faces() {
-            self.text.push('f');
-            for &corner in face {
-                let c = corner as usize;
-                _ = match (with_uvs, with_normals) {
-                    (false, false) => write!(self.text, " {}", point + c),
-                    (true, false) => write!(self.text, " {}/{}", point + c, uv + c),
-                    (false, true) => write!(self.text, " {}//{}", point + c, normal + c),
-                    (true, true) => write!(self.text, " {}/{}/{}", point + c, uv + c, normal + c),
-                };
-            }
+        for uv in mesh.uvs.values() {
+            self.text.push_str("vt");
+            uv.iter().for_each(|&c| print::number(&mut self.text, c));
             self.flush_line()?;
         }
-        Ok(())
-    }
-
-    /// The faces of a mesh without normals, each with its own; one that has no area has none.
-    fn flat_faces(&mut self, mesh: &Mesh, point: usize, uv: Option<usize>) -> Result<(), Failure> {
-        for face in mesh.faces() {
-            let normal = face_normal(mesh.points(), face);
-            if let Some(normal) = normal {
+        self.uvs += mesh.uvs.values().len();
+        for n in mesh.normals.values() {
+            self.text.push_str("vn");
+            n.iter().for_each(|&c| print::number(&mut self.text, c));
+            self.flush_line()?;
+        }
+        self.normals += mesh.normals.values().len();
+        let own_normals = self.face_normals && mesh.normals.is_empty();
+        self.given += usize::from(own_normals);
+        self.line(if mesh.normals.is_empty() { "s off" } else { "s 1" })?;
+        for (face, pair) in mesh.starts().windows(2).enumerate() {
+            // Where the file has normals, a mesh without them gives each face its own; one without area has none.
+            let flat = if own_normals { mesh.face_normal(face) } else { None };
+            if let Some(flat) = flat {
                 self.text.push_str("vn");
-                normal.iter().for_each(|&c| print::number(&mut self.text, c));
+                flat.iter().for_each(|&c| print::number(&mut self.text, c));
                 self.flush_line()?;
                 self.normals += 1;
             }
             self.text.push('f');
-            for &corner in face {
-                let c = corner as usize;
-                _ = write!(self.text, " {}", point + c);
+            for corner in pair[0]..pair[1] {
+                let vertex = mesh.corners()[corner];
+                _ = write!(self.text, " {}", point + vertex as usize);
+                let place = |first: usize, index: u32| (index != NONE).then(|| first + index as usize);
+                let uv = place(uv, mesh.uvs.index(corner, vertex));
+                let normal = flat.map(|_| self.normals).or(place(normal, mesh.normals.index(corner, vertex)));
                 if uv.is_some() || normal.is_some() {
                     self.text.push('/');
                 }
                 if let Some(uv) = uv {
-                    _ = write!(self.text, "{}", uv + c);
+                    _ = write!(self.text, "{uv}");
                 }
-                if normal.is_some() {
-                    _ = write!(self.text, "/{}", self.normals);
+                if let Some(normal) = normal {
+                    _ = write!(self.text, "/{normal}");
                 }
             }
             self.flush_line()?;
@@ -407,22 +390,4 @@ impl<W: Write> Writer<'_, W> {
         }
         Ok(())
     }
-}
-
-/// The tessellation of a mirrored surface with its faces and normals turned over: outside stays outside.
-fn outside_out(mesh: &Mesh) -> Result<Mesh, Error> {
-    let corners = mesh.faces().flat_map(|face| face.iter().rev()).copied().collect();
-    let mut turned = Mesh::from_parts(mesh.points().to_vec(), corners, mesh.starts().to_vec())?;
-    turned.normals = mesh.normals.iter().map(|n| -n).collect();
-    turned.uvs.clone_from(&mesh.uvs);
-    Ok(turned)
-}
-
-/// The direction of a face's area vector (Newell), about its first corner and scaled so that nothing overflows.
-fn face_normal(points: &[Point], face: &[u32]) -> Option<Vector> {
-    let origin = points[*face.first()? as usize];
-    let size = face.iter().map(|&k| (points[k as usize] - origin).amax()).fold(0.0, f64::max);
-    let arm = |k: u32| (points[k as usize] - origin) / size;
-    let sum = face.windows(2).fold(Vector::zeros(), |sum, pair| sum + arm(pair[0]).cross(&arm(pair[1])));
-    sum.try_normalize(0.0).filter(|n| n.iter().all(|c| c.is_finite()))
 }
