@@ -100,6 +100,7 @@ pub enum Up {
 
 /// What an object is.
 #[non_exhaustive]
+#[allow(clippy::large_enum_variant, reason = "objects are few: a few hundred bytes each buy plain matching")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
     /// Nothing of its own: a group that others hang under.
