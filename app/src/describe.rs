@@ -20,7 +20,7 @@ pub struct SceneFacts {
 pub struct ObjectFacts {
     /// Its name.
     pub name: String,
-    /// `"curve"`, `"surface"`, `"mesh"`, `"polyline"`, `"cloud"` or `"group"`.
+    /// `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"` or `"group"`.
     #[serde(rename = "type")]
     pub kind: &'static str,
     /// The object it hangs under.
@@ -56,6 +56,9 @@ pub struct ObjectFacts {
     /// The interval of its parameter, a direction each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub domain: Vec<[f64; 2]>,
+    /// Loops that bound a trimmed surface; what else is said of one is said of the surface that carries it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loops: Option<usize>,
     /// Faces of a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faces: Option<usize>,
@@ -110,6 +113,7 @@ fn object(object: &Object) -> ObjectFacts {
     match &object.geometry {
         Geometry::Curve(c) => curve(c, facts),
         Geometry::Surface(s) => surface(s, facts),
+        Geometry::Trimmed(t) => ObjectFacts { loops: Some(t.loops().count()), ..surface(t.surface(), facts) },
         Geometry::Mesh(m) => {
             ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), ..facts }
         }

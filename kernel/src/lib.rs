@@ -9,6 +9,7 @@
 //! Most users want the facade crate `loftsman`, which re-exports all of this with a short prelude.
 
 pub mod conformance;
+pub mod connection;
 pub mod edit;
 pub mod error;
 pub mod functional;

@@ -33,7 +33,8 @@ fn from_z(to: Up) -> Matrix3<f64> {
 impl Geometry {
     /// The geometry moved by an affine map (the last row is taken as `0 0 0 1`).
     ///
-    /// Splines follow their control vertices; their weights stay. Normals follow the cofactor matrix and come
+    /// Splines follow their control vertices; their weights stay, and loops stay where they are in the parameter plane.
+    /// Normals follow the cofactor matrix and come
     /// out with unit length; a map that mirrors reverses the faces, so that outside stays outside. `O(points)`.
     ///
     /// # Errors
@@ -47,12 +48,11 @@ impl Geometry {
                 moved(curve.points()),
                 curve.weights().map(<[f64]>::to_vec),
             )?),
-            Self::Surface(surface) => Self::Surface(Surface::build(
-                surface.u().clone(),
-                surface.v().clone(),
-                moved(surface.points()),
-                surface.weights().map(<[f64]>::to_vec),
-            )?),
+            Self::Surface(surface) => Self::Surface(transform_surface(surface, moved(surface.points()))?),
+            Self::Trimmed(trimmed) => {
+                let carrier = trimmed.surface();
+                Self::Trimmed(trimmed.on(transform_surface(carrier, moved(carrier.points()))?)?)
+            }
             Self::Mesh(mesh) => Self::Mesh(transform_mesh(mesh, moved(mesh.points()), map)?),
             Self::Polyline(line) => {
                 Self::Polyline(Polyline { points: finite(moved(&line.points))?, closed: line.closed })
@@ -60,6 +60,11 @@ impl Geometry {
             Self::Cloud(cloud) => Self::Cloud(Cloud { points: finite(moved(&cloud.points))? }),
         })
     }
+}
+
+fn transform_surface(surface: &Surface, points: Vec<Point>) -> Result<Surface> {
+    let weights = surface.weights().map(<[f64]>::to_vec);
+    Surface::build(surface.u().clone(), surface.v().clone(), points, weights)
 }
 
 /// An affine map on a point: `A p + t`.
@@ -164,6 +169,9 @@ impl Scene {
                 frame.iter_mut().for_each(|p| *p = transform_point(&map, p));
             }
             scene.add(new)?;
+        }
+        for connection in self.connections() {
+            scene.connect(connection.clone())?;
         }
         Ok(Cow::Owned(scene))
     }

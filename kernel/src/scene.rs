@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use nalgebra::Matrix4;
 
 use crate::Point;
+use crate::connection::Connection;
 use crate::error::{Error, Result};
 use crate::material::{Image, Material};
 use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::named::{Named, NamedList};
-use crate::spline::{Curve, Surface};
+use crate::spline::{Curve, Surface, Trimmed};
 
 /// A unit of length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -109,6 +110,8 @@ pub enum Geometry {
     Curve(Curve),
     /// A spline surface.
     Surface(Surface),
+    /// A spline surface of which loops bound a part.
+    Trimmed(Trimmed),
     /// A polygon mesh.
     Mesh(Mesh),
     /// A chain of straight segments.
@@ -118,12 +121,13 @@ pub enum Geometry {
 }
 
 impl Geometry {
-    /// What it is called in documents: `"curve"`, `"surface"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"`.
+    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"`.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Group => "group",
             Self::Curve(_) => "curve",
             Self::Surface(_) => "surface",
+            Self::Trimmed(_) => "trimmed",
             Self::Mesh(_) => "mesh",
             Self::Polyline(_) => "polyline",
             Self::Cloud(_) => "cloud",
@@ -136,6 +140,7 @@ impl Geometry {
             Self::Group => &[],
             Self::Curve(curve) => curve.points(),
             Self::Surface(surface) => surface.points(),
+            Self::Trimmed(trimmed) => trimmed.surface().points(),
             Self::Mesh(mesh) => mesh.points(),
             Self::Polyline(line) => &line.points,
             Self::Cloud(cloud) => &cloud.points,
@@ -205,6 +210,7 @@ pub struct Scene {
     /// The pictures that materials' textures name.
     pub images: NamedList<Image>,
     objects: Vec<Object>,
+    connections: Vec<Connection>,
     index: HashMap<String, usize>,
 }
 
@@ -310,11 +316,34 @@ impl Scene {
                 object.parent = Some(new.to_owned());
             }
         }
+        for connection in &mut self.connections {
+            connection.rename(name, new);
+        }
         Ok(())
     }
 
+    /// Where surfaces meet.
+    pub fn connections(&self) -> &[Connection] {
+        &self.connections
+    }
+
+    /// Notes that two surfaces meet.
+    ///
+    /// # Errors
+    /// When one of them is no surface of this scene.
+    pub fn connect(&mut self, connection: Connection) -> Result<()> {
+        connection.check(self)?;
+        self.connections.push(connection);
+        Ok(())
+    }
+
+    /// Forgets the connections of an object.
+    fn disconnect(&mut self, name: &str) {
+        self.connections.retain(|c| c.sides().iter().all(|side| side.object != name));
+    }
+
     /// Puts a new geometry in the place of an object's old one; everything else of the object stays, its frames
-    /// go where they no longer fit.
+    /// go where they no longer fit, its connections where it is no surface any more.
     ///
     /// # Errors
     /// When there is no such object.
@@ -325,10 +354,13 @@ impl Scene {
         if object.animation.as_ref().is_some_and(|a| a.frames.iter().any(|f| f.len() != count)) {
             object.animation = None;
         }
+        if !matches!(object.geometry, Geometry::Surface(_) | Geometry::Trimmed(_)) {
+            self.disconnect(name);
+        }
         Ok(())
     }
 
-    /// Takes an object out. What hung under it hangs under its parent then.
+    /// Takes an object out, and its connections. What hung under it hangs under its parent then.
     ///
     /// # Errors
     /// When there is no such object.
@@ -341,6 +373,7 @@ impl Scene {
                 object.parent.clone_from(&gone.parent);
             }
         }
+        self.disconnect(name);
         Ok(gone)
     }
 
@@ -358,7 +391,7 @@ impl Scene {
     }
 
     /// Checks what objects name: every parent, material and picture exists, meshes pass their own
-    /// [`check`](Mesh::check), and no object hangs under itself, however far up.
+    /// [`check`](Mesh::check), connections are between surfaces, and no object hangs under itself, however far up.
     ///
     /// # Errors
     /// With the names of the objects at fault.
@@ -396,7 +429,7 @@ impl Scene {
                 state[i] = 2;
             }
         }
-        Ok(())
+        self.connections.iter().try_for_each(|connection| connection.check(self))
     }
 
     fn check_contents(&self) -> Result<()> {
@@ -459,4 +492,4 @@ macro_rules! into_geometry {
         }
     )*};
 }
-into_geometry!(Curve, Surface, Mesh, Polyline, Cloud);
+into_geometry!(Curve, Surface, Trimmed, Mesh, Polyline, Cloud);

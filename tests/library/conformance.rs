@@ -43,6 +43,7 @@ fn every_operation() {
             "elevate" => json!({ "object": "patch", "by": 2 }),
             "reverse" => json!({ "object": "rational" }),
             "split" => json!({ "object": "patch", "at": 1.0, "direction": "v" }),
+            "untrim" => json!({ "object": "window" }),
             "transform" => json!({ "object": "mesh", "scale": [1, -2, 1], "translate": [1, 0, 0] }),
             "tessellate" => json!({ "object": "patch", "tolerance": 20.0, "angle": 170 }),
             "delete" => json!({ "object": "group" }),

@@ -265,6 +265,12 @@ impl Writer<'_> {
                 written.reason = Some("the surface became triangles; the exact one is in extras".to_owned());
                 Piece::mesh(&mesh)?
             }
+            Geometry::Trimmed(_) => {
+                return left_out(
+                    written,
+                    "trimmed surfaces cannot be tessellated yet: take its surface, or trim a mesh",
+                );
+            }
             Geometry::Mesh(mesh) => {
                 let piece = Piece::mesh(mesh)?;
                 if mesh.faces().any(|f| f.len() > 3) {

@@ -4,7 +4,8 @@ use super::{Lcg, Verdict};
 use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::plugin::{Format, Memory, ReadOptions, WriteOptions};
 use crate::scene::{Object, Scene, Unit, Up};
-use crate::spline::{Curve, Space, Surface};
+use crate::spline::trimmed::{ParameterCurve, Region};
+use crate::spline::{Curve, Space, Surface, Trimmed};
 use crate::{Point, Vector};
 
 /// A scene with one object of each kind, awkward numbers and awkward names.
@@ -41,6 +42,9 @@ pub fn sample_scene() -> Scene {
     {
         add("patch", surface.into());
     }
+    if let Ok(trimmed) = window(net(points(28))) {
+        add("window", trimmed.into());
+    }
     let corners = [[0, 1, 2, 3], [3, 2, 5, 4]];
     if let Ok(mesh) = Mesh::new(points(6), &corners) {
         add("mesh", mesh.into());
@@ -57,6 +61,19 @@ pub fn sample_scene() -> Scene {
         let _ = scene.add(object);
     }
     scene
+}
+
+/// A surface with a round part cut out of a square one.
+fn window(net: Vec<Point>) -> crate::Result<Trimmed> {
+    let u = Space::clamped(3, &[0.0, 0.1, 1.0 / 3.0, 2.0, 2.5])?;
+    let surface = Surface::new(u, Space::clamped_uniform(2, 4)?, net)?;
+    let at = |x: f64, y: f64| Point::new(x, y, 0.0);
+    let corners = [at(0.1, 0.1), at(2.4, 0.1), at(2.4, 0.9), at(0.1, 0.9)];
+    let side = |k: usize| ParameterCurve::whole(Curve::line(corners[k], corners[(k + 1) % 4])?);
+    let outer = (0..4).map(side).collect::<crate::Result<_>>()?;
+    let hole = vec![ParameterCurve::whole(Curve::circle(at(1.0, 0.5), Vector::z(), 0.3)?)?];
+    let seam = vec![side(0)?];
+    Trimmed::new(surface, vec![Region { outer, holes: vec![hole] }], vec![seam], vec![[1.0 / 3.0, 0.5]])
 }
 
 /// Checks a format on a scene: what it writes it reads again (where it does both), writing is deterministic and what

@@ -24,6 +24,7 @@
 //! * [`revolve`]: surfaces of revolution.
 //! * [`split`]: parts of splines, opening what is periodic.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
+//! * [`trimmed`]: surfaces of which loops in the parameter plane bound a part.
 
 pub mod batch;
 pub mod bezier;
@@ -52,12 +53,14 @@ pub mod split;
 pub mod surface;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod trimmed;
 
 pub use catmull_rom::{CatmullRom, Spacing};
 pub use conversion::{Conversion, Direction};
 pub use curve::Curve;
 pub use space::Space;
 pub use surface::Surface;
+pub use trimmed::Trimmed;
 
 /// Binomial coefficient `C(n, k)` as a float; exact for the degrees in use (`n ≤ 50`).
 pub(crate) fn binomial(n: usize, k: usize) -> f64 {

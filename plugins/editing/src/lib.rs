@@ -1,5 +1,5 @@
 //! The operations that edit: `edit` and `drag` under constraints, and the small ones that change how a shape is
-//! represented or where it is (`refine`, `elevate`, `reverse`, `split`, `transform`, `tessellate`, `delete`, `rename`).
+//! represented or where it is (`refine`, `elevate`, `reverse`, `split`, `untrim`, `transform`, `tessellate`, `delete`, `rename`).
 //!
 //! [`Editing`] registers them, with the kernel's functionals and solvers.
 
@@ -21,7 +21,7 @@ pub use constraints::{constraint_from, functional_from};
 pub use cut::{Reverse, Split};
 pub use drag::Drag;
 pub use edit::EditOperation;
-pub use representation::{Elevate, Refine};
+pub use representation::{Elevate, Refine, Untrim};
 pub use scene::{Delete, Rename};
 pub use tessellate::Tessellate;
 pub use transform::Transform;
@@ -44,6 +44,7 @@ impl Plugin for Editing {
         registry.operation(Elevate);
         registry.operation(Reverse);
         registry.operation(Split);
+        registry.operation(Untrim);
         registry.operation(Transform);
         registry.operation(Tessellate);
         registry.operation(Delete);

@@ -77,6 +77,9 @@ pub(crate) fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>, Er
     match &scene.object(object)?.geometry {
         Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
         Geometry::Surface(surface) => Ok(Box::new(surface.clone())),
+        Geometry::Trimmed(_) => Err(Error::Invalid(format!(
+            "\"{object}\" is a trimmed surface, which cannot be edited yet: \"untrim\" makes it a whole one"
+        ))),
         other => Err(Error::Invalid(format!(
             "\"{object}\" is a {}, not a curve or surface: fit one to it first",
             other.kind()

@@ -1,4 +1,5 @@
-//! Operations that change how a spline is represented, not its shape: `refine`, `elevate`.
+//! Operations that change how a spline is represented, not its shape: `refine`, `elevate`; and `untrim`, which takes
+//! a surface's loops away.
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
@@ -25,7 +26,14 @@ pub(crate) fn direction(parameters: &Parameters) -> Result<Direction, ParameterE
 }
 
 pub(crate) fn not_a_spline(name: &str, geometry: &Geometry) -> Error {
-    Error::Invalid(format!("\"{name}\" is a {}, not a curve or surface", geometry.kind()))
+    Error::Invalid(match geometry {
+        Geometry::Trimmed(_) => {
+            format!(
+                "\"{name}\" is a trimmed surface, which this cannot be done to yet: \"untrim\" makes it a whole one"
+            )
+        }
+        other => format!("\"{name}\" is a {}, not a curve or surface", other.kind()),
+    })
 }
 
 pub(crate) fn done(op: &str, object: String, note: String) -> StepReport {
@@ -107,5 +115,32 @@ impl Operation for Elevate {
         };
         scene.replace(&name, elevated)?;
         Ok(done("elevate", name, format!("degree {degree}")))
+    }
+}
+
+/// The operation `untrim`: a trimmed surface becomes the whole surface that carries it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Untrim;
+
+impl Operation for Untrim {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] =
+            &[Field::optional("object", "text", "the only trimmed surface", "the trimmed surface")];
+        Declaration { name: "untrim", help: "take the loops of a trimmed surface away", fields: FIELDS }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let name = object_name(scene, p, |g| matches!(g, Geometry::Trimmed(_)), "trimmed surface")?;
+        let Geometry::Trimmed(trimmed) = &scene.object(&name)?.geometry else {
+            return Err(Error::Invalid(format!("\"{name}\" is no trimmed surface")).into());
+        };
+        let (loops, whole) = (trimmed.loops().count(), trimmed.surface().clone());
+        scene.replace(&name, whole)?;
+        Ok(done("untrim", name, format!("{loops} loops taken away")))
     }
 }

@@ -55,6 +55,12 @@ impl Operation for Tessellate {
                 let note = format!("{} triangles", mesh.triangle_count());
                 (mesh.into(), note)
             }
+            Geometry::Trimmed(_) => {
+                let problem = format!(
+                    "trimmed surfaces cannot be tessellated yet: \"untrim\" makes \"{name}\" a whole surface, loops and all"
+                );
+                return Err(Error::Invalid(problem).into());
+            }
             other => {
                 return Err(Error::Invalid(format!("\"{name}\" is a {} already", other.kind())).into());
             }

@@ -5,6 +5,7 @@ mod lists;
 mod object;
 mod table;
 mod trail;
+mod trimmed;
 
 use loftsman_kernel::plugin::{FormatError, Observer, Place};
 use loftsman_kernel::scene::Scene;

@@ -1,5 +1,6 @@
 //! Objects and the document around them.
 
+use loftsman_kernel::connection::Connection;
 use loftsman_kernel::plugin::{Observer, nearest};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use nalgebra::Matrix4;
@@ -11,6 +12,7 @@ use super::geometry::{
 use super::lists::{Count, Fixed, List};
 use super::table::{Table, TableSeed, clip, need};
 use super::trail::Trail;
+use super::trimmed::{ConnectionSeed, TrimmedTable};
 use crate::VERSION;
 
 /// An object.
@@ -32,6 +34,7 @@ impl<'de> Table<'de> for ObjectTable {
         "name",
         "curve",
         "surface",
+        "trimmed",
         "mesh",
         "polyline",
         "cloud",
@@ -81,7 +84,7 @@ impl<'de> Table<'de> for ObjectTable {
     fn finish<E: Error>(self, trail: &Trail) -> Result<Object, E> {
         let name = need::<Self, _, _>(self.name, "name", trail)?;
         let Some((_, geometry)) = self.geometry else {
-            let problem = "the object has no geometry: give it a \"curve\", \"surface\", \"mesh\", \"polyline\", \
+            let problem = "the object has no geometry: give it a \"curve\", \"surface\", \"trimmed\", \"mesh\", \"polyline\", \
                            \"cloud\", or \"group\": {} if others only hang under it";
             return Err(trail.refuse_table("", problem));
         };
@@ -112,6 +115,7 @@ fn read_geometry<'de, A: MapAccess<'de>>(
 ) -> Result<Geometry, A::Error> {
     Ok(match kind {
         "curve" => map.next_value_seed(TableSeed { trail, table: CurveTable::default() })?.into(),
+        "trimmed" => map.next_value_seed(TableSeed { trail, table: TrimmedTable::default() })?.into(),
         "surface" => map.next_value_seed(TableSeed { trail, table: SurfaceTable::default() })?.into(),
         "mesh" => map.next_value_seed(TableSeed { trail, table: MeshTable::default() })?.into(),
         "polyline" => map.next_value_seed(TableSeed { trail, table: PolylineTable::default() })?.into(),
@@ -152,19 +156,20 @@ pub(super) struct DocumentTable<'s> {
     observer: &'s dyn Observer,
     version: bool,
     objects: bool,
+    connections: Vec<Connection>,
 }
 
 impl<'s> DocumentTable<'s> {
     /// The table that fills `scene`.
     pub(super) fn new(scene: &'s mut Scene, observer: &'s dyn Observer) -> Self {
-        Self { scene, observer, version: false, objects: false }
+        Self { scene, observer, version: false, objects: false, connections: Vec::new() }
     }
 }
 
 impl<'de> Table<'de> for DocumentTable<'_> {
     type Out = ();
     const WHAT: &'static str = "a document";
-    const FIELDS: &'static [&'static str] = &["loftsman", "unit", "up", "objects"];
+    const FIELDS: &'static [&'static str] = &["loftsman", "unit", "up", "objects", "connections"];
 
     fn field<A: MapAccess<'de>>(
         &mut self,
@@ -198,6 +203,11 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                     other => return Err(unknown("up axis", other, &["x", "y", "z"], trail)),
                 };
             }
+            "connections" => {
+                let item = ConnectionSeed(trail);
+                let what = "connections { first, second }";
+                self.connections = map.next_value_seed(List { trail, what, item })?;
+            }
             _ => {
                 self.objects = true;
                 let seed = ObjectsSeed { trail, scene: self.scene, observer: self.observer };
@@ -211,6 +221,11 @@ impl<'de> Table<'de> for DocumentTable<'_> {
     fn finish<E: Error>(self, trail: &Trail) -> Result<(), E> {
         need::<Self, _, _>(self.version.then_some(()), "loftsman", trail)?;
         need::<Self, _, _>(self.objects.then_some(()), "objects", trail)?;
+        for (i, connection) in self.connections.into_iter().enumerate() {
+            self.scene
+                .connect(connection)
+                .map_err(|defect| trail.refuse_table(format!("connections[{i}]"), defect.to_string()))?;
+        }
         check_hierarchy(self.scene, trail)
     }
 }

@@ -26,7 +26,7 @@ fn check_object(object: &Object) -> Result<(), String> {
     }
     let count = object.geometry.points().len();
     match &object.geometry {
-        Geometry::Group | Geometry::Curve(_) | Geometry::Surface(_) => {}
+        Geometry::Group | Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) => {}
         Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", object.geometry.points())?,
         Geometry::Mesh(mesh) => {
             points("point", mesh.points())?;

@@ -2,12 +2,12 @@
 
 mod check;
 mod layout;
+mod spline;
 
 use std::io;
 
 use loftsman_kernel::plugin::{Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
-use loftsman_kernel::spline::Space;
 
 use crate::VERSION;
 use layout::Layout;
@@ -78,6 +78,10 @@ fn write_scene(
         report.objects.push(write_object(object, out)?);
     }
     out.close_list()?;
+    if !scene.connections().is_empty() {
+        out.key("connections")?;
+        spline::connections(scene.connections(), out)?;
+    }
     out.close_table()?;
     out.finish()?;
     Ok(())
@@ -135,40 +139,16 @@ fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> 
     written.form = match &object.geometry {
         Geometry::Group => "group".to_owned(),
         Geometry::Curve(curve) => {
-            write_space(curve.space(), out)?;
-            out.key("points")?;
-            out.points(curve.points())?;
-            if let Some(weights) = curve.weights() {
-                out.key("weights")?;
-                out.numbers(weights)?;
-            }
+            spline::curve(curve, out)?;
             format!("curve of degree {} with {} vertices", curve.degree(), curve.points().len())
         }
         Geometry::Surface(surface) => {
-            for (key, space) in [("u", surface.u()), ("v", surface.v())] {
-                out.key(key)?;
-                out.open_table()?;
-                write_space(space, out)?;
-                out.close_table()?;
-            }
-            let columns = surface.v().len();
-            out.key("points")?;
-            out.open_list()?;
-            for row in surface.points().chunks(columns) {
-                out.entry()?;
-                out.points(row)?;
-            }
-            out.close_list()?;
-            if let Some(weights) = surface.weights() {
-                out.key("weights")?;
-                out.open_list()?;
-                for row in weights.chunks(columns) {
-                    out.entry()?;
-                    out.numbers(row)?;
-                }
-                out.close_list()?;
-            }
-            format!("surface with {} by {columns} vertices", surface.u().len())
+            spline::surface(surface, out)?;
+            format!("surface with {} by {} vertices", surface.u().len(), surface.v().len())
+        }
+        Geometry::Trimmed(trimmed) => {
+            spline::trimmed(trimmed, out)?;
+            format!("trimmed surface with {} loops", trimmed.loops().count())
         }
         Geometry::Mesh(mesh) => {
             out.key("points")?;
@@ -208,13 +188,4 @@ fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> 
     };
     out.close_table()?;
     Ok(written)
-}
-
-fn write_space(space: &Space, out: &mut Layout<'_>) -> io::Result<()> {
-    out.key("degree")?;
-    out.count(space.degree() as u64)?;
-    out.key("periodic")?;
-    out.flag(space.is_periodic())?;
-    out.key("knots")?;
-    out.numbers(space.knots())
 }

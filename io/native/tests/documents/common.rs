@@ -2,10 +2,12 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::Vector;
+use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Format, FormatError, Memory, ReadOptions, ReadReport, WriteOptions};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
-use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
+use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 use loftsman_native::Native;
 use nalgebra::Matrix4;
 
@@ -48,10 +50,30 @@ pub(crate) fn everything() -> Scene {
     scene.add(Object::new("path", Polyline { points: points(3), closed: true }.into())).unwrap();
     scene.add(Object::new("scan", Cloud { points: points(2) }.into())).unwrap();
     scene.add(Object::new("empty", Cloud::default().into())).unwrap();
+    scene.add(Object::new("window", trimmed().into())).unwrap();
+    let side = |object: &str| Side { object: object.into(), curve: ring(0.3).swap_remove(0) };
+    scene.connect(Connection { first: side("window"), second: side("hull") }).unwrap();
     scene
+}
+
+/// A loop of two curves about the middle of the unit square.
+fn ring(size: f64) -> Vec<ParameterCurve> {
+    let corner = |x: f64, y: f64| Point::new(0.5 + size * x, 0.5 + size * y, 0.0);
+    let half = |s: f64| Curve::bezier(vec![corner(-s, 0.0), corner(0.0, -s), corner(s, 0.0)]).unwrap();
+    [1.0, -1.0].map(|s| ParameterCurve::whole(half(s)).unwrap()).into()
+}
+
+fn trimmed() -> Trimmed {
+    let space = || Space::clamped(1, &[0.0, 1.0]).unwrap();
+    let points =
+        [[0.0, 0.0], [0.0, 1.0], [1.0, 0.1], [1.0, 1.0 / 3.0]].map(|[x, y]| Point::new(x, y, -0.0)).to_vec();
+    let surface = Surface::new(space(), space(), points).unwrap();
+    let part = ParameterCurve::new(ring(0.2)[0].curve().clone(), 0.125, 0.7).unwrap();
+    let regions = vec![Region { outer: ring(0.4), holes: vec![ring(0.1)] }, Region::default()];
+    Trimmed::new(surface, regions, vec![vec![part]], vec![[0.3, 1.0 / 3.0]]).unwrap()
 }
 
 /// A text in which every number shows its bits, the sign of zero too.
 pub(crate) fn bits(scene: &Scene) -> String {
-    format!("{:?} {:?} {:?}", scene.unit, scene.up, scene.objects())
+    format!("{:?} {:?} {:?}", scene.unit, scene.up, scene.objects()) + &format!("{:?}", scene.connections())
 }

@@ -54,7 +54,13 @@ impl<'a> Body<'a> {
             Geometry::Curve(curve) => {
                 Form::Curve { pieces: pieces(curve, &points)?, closed: curve.is_periodic(), net: points }
             }
-            Geometry::Surface(surface) => {
+            // Of a trimmed surface the whole surface is drawn.
+            Geometry::Surface(_) | Geometry::Trimmed(_) => {
+                let surface = match &object.geometry {
+                    Geometry::Trimmed(trimmed) => trimmed.surface(),
+                    Geometry::Surface(surface) => surface,
+                    _ => return Ok(Self { object, index, form: Form::Empty }),
+                };
                 let staged = points.iter().map(|p| Point::from(*p)).collect();
                 let (u, v, _, weights) = surface.clone().into_parts();
                 let grid = loftsman_kernel::shape::Shape::grid(surface);

@@ -72,6 +72,7 @@ fn object(object: &ObjectFacts) -> String {
     if let Some(faces) = object.faces {
         facts.push(count(faces, "face"));
     }
+    facts.extend(object.loops.map(|n| count(n, "loop")));
     if object.rational == Some(true) {
         facts.push("rational".to_owned());
     }
