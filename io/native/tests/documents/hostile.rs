@@ -177,7 +177,7 @@ fn a_byte_order_mark_is_no_harm() {
     let mut bytes = b"\xEF\xBB\xBF".to_vec();
     bytes.extend(write(&everything()));
     assert!(Native.recognises(&bytes));
-    assert_eq!(read(bytes).unwrap().0.objects().len(), 7);
+    assert_eq!(read(bytes).unwrap().0.objects().len(), 8);
 }
 
 #[test]
