@@ -7,18 +7,19 @@
 //!       "curve": { "degree": 1, "knots": [0, 0, 1, 1], "points": [[0, 0, 0], [1, 0, 0]], "weights": [1, 2] } } ] }
 //! ```
 //!
-//! A document has the fields `loftsman` (the version, 1), `unit` (default `"m"`), `up` (default `"z"`) and
-//! `objects`. An object has a `name`, exactly one geometry, and may have more:
+//! A document has the fields `loftsman` (the version, 1), `unit` (default `"m"`), `up` (default `"z"`), `images` and
+//! `materials` (optional), and `objects`. An object has a `name`, exactly one geometry, and may have more:
 //!
 //! | field | value |
 //! |---|---|
 //! | `curve` | `degree`, `periodic` (default false), `knots`, `points`, `weights` (optional) |
 //! | `surface` | `u` and `v` (each `degree`, `periodic`, `knots`), `points` and `weights` in rows along `u` |
-//! | `mesh` | `points`, `faces` (indices from 0), and one a point `normals`, `uvs`, `colors` (optional) |
+//! | `mesh` | `points`, `faces` (indices from 0), and what is said below |
 //! | `polyline` | `points`, `closed` (default false) |
 //! | `cloud` | `points` |
 //! | `group` | `{}`: nothing of its own, others hang under it |
 //! | `color` | `[red, green, blue, alpha]` |
+//! | `materials` | the names of its materials; the faces of a mesh say which, all else has the first |
 //! | `layer` | a text |
 //! | `parent` | the name of the object it hangs under |
 //! | `transform` | four rows of four numbers, the last `[0, 0, 0, 1]`: own coordinates to the parent's |
@@ -27,9 +28,29 @@
 //! An open shape has `points + degree + 1` knots, a periodic one `points + 1` over one period. Unknown fields,
 //! and anything else that a reader would have to guess, are errors that name the place.
 //!
+//! A mesh may have the layers `normals`, `uvs`, `more_uvs` (a list of layers) and `colors` (linear red, green, blue,
+//! alpha). A layer is a list, one value a point, or a table `{ "values": […], "corners": […] }` with the index of the
+//! value of each corner, face after face, -1 for none. It may have `lines` (chains of point indices), and for each
+//! face a number in `materials` (an entry of the object's list) and in `smoothing` (a group, 0 for flat), and
+//! `groups`, each a `name` and `faces` in ascending order.
+//!
+//! An image has a `name`, and either `file` (a name relative to the document's folder) or `media_type` and `base64`.
+//! A material has:
+//!
+//! | field | value |
+//! |---|---|
+//! | `name` | by which objects name it |
+//! | `base_color`, `metallic`, `roughness` | linear red, green, blue, alpha; 0 to 1; 0 to 1 (1, 0 and 0.5 if left out) |
+//! | `emissive` | linear red, green, blue |
+//! | `alpha_cutoff`, or `blend` | opaque from that alpha on, or `true` for see-through; opaque without both |
+//! | `double_sided` | `true` or `false` |
+//! | `textures` | each with its `channel` (`base_color`, `metallic_roughness`, `normal`, `occlusion`, `emissive`) or `other` (a format's name for it), the `image`, and optional `set`, `strength`, `offset`, `tiling`, `rotation`, `wrap` (two of `repeat`, `mirror`, `clamp`), `magnify` and `minify` (`nearest`, `linear`, `nearest_of_nearest`, `linear_of_nearest`, `nearest_of_mixed`, `linear_of_mixed`) |
+//! | `statements` | pairs of texts that a format keeps for itself |
+//!
 //! Reading and writing are linear in the size of the file and keep one object at a time besides the scene.
 
 mod format;
+mod names;
 mod read;
 mod write;
 

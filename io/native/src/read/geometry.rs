@@ -2,11 +2,11 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error as Defect, MAX_DEGREE};
-use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use serde::de::{Error, MapAccess};
 
-use super::lists::{Count, Faces, FacesSeed, Fixed, Grid, GridSeed, List, Number, PointSeed};
+use super::lists::{Count, Grid, GridSeed, List, Number};
 use super::table::{Table, TableSeed, need};
 use super::trail::Trail;
 
@@ -100,7 +100,8 @@ fn field_of(defect: &Defect, columns: usize) -> String {
     }
 }
 
-fn refuse<E: Error>(defect: &Defect, columns: usize, trail: &Trail) -> E {
+/// The error of a table for a defect that the kernel found.
+pub(super) fn refuse<E: Error>(defect: &Defect, columns: usize, trail: &Trail) -> E {
     trail.refuse_table(field_of(defect, columns), defect.to_string())
 }
 
@@ -210,67 +211,6 @@ impl<'de> Table<'de> for SurfaceTable {
         }
         Surface::build(u, v, points.items, self.weights.map(|w| w.items))
             .map_err(|defect| refuse(&defect, points.columns, trail))
-    }
-}
-
-/// `"mesh"`.
-#[derive(Default)]
-pub(super) struct MeshTable {
-    points: Option<Vec<Point>>,
-    faces: Option<Faces>,
-    normals: Vec<Point>,
-    uvs: Vec<[f64; 2]>,
-    colors: Vec<[f64; 4]>,
-}
-
-impl<'de> Table<'de> for MeshTable {
-    type Out = Mesh;
-    const WHAT: &'static str = "a mesh";
-    const FIELDS: &'static [&'static str] = &["points", "faces", "normals", "uvs", "colors"];
-
-    fn field<A: MapAccess<'de>>(
-        &mut self,
-        name: &'static str,
-        map: &mut A,
-        trail: &Trail,
-    ) -> Result<(), A::Error> {
-        match name {
-            "points" => self.points = Some(map.next_value_seed(List::points(trail))?),
-            "faces" => self.faces = Some(map.next_value_seed(FacesSeed(trail))?),
-            "normals" => {
-                let what = "normals [x, y, z]";
-                self.normals = map.next_value_seed(List { trail, what, item: PointSeed(trail) })?;
-            }
-            "uvs" => {
-                let item = Fixed::<2> { trail, what: "[u, v]" };
-                self.uvs = map.next_value_seed(List { trail, what: "texture coordinates [u, v]", item })?;
-            }
-            _ => {
-                let item = Fixed::<4> { trail, what: "[red, green, blue, alpha]" };
-                self.colors = map.next_value_seed(List { trail, what: "colours", item })?;
-            }
-        }
-        Ok(())
-    }
-
-    fn finish<E: Error>(self, trail: &Trail) -> Result<Mesh, E> {
-        let points = need::<Self, _, _>(self.points, "points", trail)?;
-        let faces = need::<Self, _, _>(self.faces, "faces", trail)?;
-        let count = points.len();
-        for (field, found) in
-            [("normals", self.normals.len()), ("uvs", self.uvs.len()), ("colors", self.colors.len())]
-        {
-            if found != 0 && found != count {
-                let problem = format!("{found} {field} for {count} points: give one a point, or none");
-                return Err(trail.refuse_table(field, problem));
-            }
-        }
-        let mut mesh = Mesh::from_parts(points, faces.corners, faces.starts)
-            .map_err(|defect| refuse(&defect, 0, trail))?;
-        mesh.normals = Layer::per_point(self.normals.into_iter().map(|n| n.coords).collect());
-        mesh.uvs = Layer::per_point(self.uvs);
-        mesh.colors = Layer::per_point(self.colors);
-        Ok(mesh)
     }
 }
 

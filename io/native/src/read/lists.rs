@@ -3,6 +3,7 @@
 use std::fmt;
 
 use loftsman_kernel::Point;
+use loftsman_kernel::mesh::NONE;
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
 
 use super::trail::Trail;
@@ -69,6 +70,52 @@ impl Visitor<'_> for Count {
         } else {
             Err(E::invalid_value(serde::de::Unexpected::Float(value), &self))
         }
+    }
+}
+
+/// Reads an index from 0 that fits in 32 bits.
+#[derive(Clone, Copy)]
+pub(super) struct Index<'t>(pub(super) &'t Trail);
+
+impl<'de> DeserializeSeed<'de> for Index<'_> {
+    type Value = u32;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<u32, D::Error> {
+        let index = Count.deserialize(deserializer)?;
+        u32::try_from(index)
+            .map_err(|_| self.0.refuse(format!("{index} is beyond the largest index, {}", u32::MAX)))
+    }
+}
+
+/// Reads an index from 0, or -1 for [`NONE`].
+#[derive(Clone, Copy)]
+pub(super) struct IndexOrNone<'t>(pub(super) &'t Trail);
+
+impl<'de> DeserializeSeed<'de> for IndexOrNone<'_> {
+    type Value = u32;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<u32, D::Error> {
+        let index = Number.deserialize(deserializer)?;
+        if index == -1.0 {
+            return Ok(NONE);
+        }
+        // The largest index is NONE itself.
+        if index >= 0.0 && index.fract() == 0.0 && index < f64::from(NONE) {
+            return Ok(index as u32);
+        }
+        Err(self.0.refuse(format!("{index} is neither an index from 0 nor -1 for no value")))
+    }
+}
+
+/// Reads a text.
+#[derive(Clone, Copy)]
+pub(super) struct Text;
+
+impl<'de> DeserializeSeed<'de> for Text {
+    type Value = String;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
+        serde::Deserialize::deserialize(deserializer)
     }
 }
 
@@ -222,9 +269,13 @@ pub(super) struct Faces {
     pub(super) starts: Vec<usize>,
 }
 
-/// Reads the faces of a mesh.
+/// Reads the faces of a mesh, or its lines.
 #[derive(Clone, Copy)]
-pub(super) struct FacesSeed<'t>(pub(super) &'t Trail);
+pub(super) struct FacesSeed<'t> {
+    pub(super) trail: &'t Trail,
+    /// What one is: `"face"`.
+    pub(super) what: &'static str,
+}
 
 impl<'de> DeserializeSeed<'de> for FacesSeed<'_> {
     type Value = Faces;
@@ -238,15 +289,15 @@ impl<'de> Visitor<'de> for FacesSeed<'_> {
     type Value = Faces;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a list of faces, each a list of point indices")
+        write!(f, "a list of {}s, each a list of point indices", self.what)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Faces, A::Error> {
         let mut faces = Faces { corners: Vec::new(), starts: vec![0] };
         loop {
             let face = faces.starts.len() - 1;
-            let seed = FaceSeed { trail: self.0, corners: &mut faces.corners };
-            if self.0.index(face, list.next_element_seed(seed))?.is_none() {
+            let seed = FaceSeed { trail: self.trail, what: self.what, corners: &mut faces.corners };
+            if self.trail.index(face, list.next_element_seed(seed))?.is_none() {
                 return Ok(faces);
             }
             faces.starts.push(faces.corners.len());
@@ -257,6 +308,7 @@ impl<'de> Visitor<'de> for FacesSeed<'_> {
 /// Appends the corners of one face.
 struct FaceSeed<'t, 'c> {
     trail: &'t Trail,
+    what: &'static str,
     corners: &'c mut Vec<u32>,
 }
 
@@ -272,7 +324,7 @@ impl<'de> Visitor<'de> for FaceSeed<'_, '_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a face, a list of point indices")
+        write!(f, "a {}, a list of point indices", self.what)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {

@@ -2,6 +2,8 @@
 
 mod geometry;
 mod lists;
+mod material;
+mod mesh;
 mod object;
 mod table;
 mod trail;

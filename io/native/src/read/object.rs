@@ -1,15 +1,16 @@
 //! Objects and the document around them.
 
 use loftsman_kernel::connection::Connection;
+use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Observer, nearest};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use nalgebra::Matrix4;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-use super::geometry::{
-    AnimationTable, CloudTable, CurveTable, GroupTable, MeshTable, PolylineTable, SurfaceTable,
-};
-use super::lists::{Count, Fixed, List};
+use super::geometry::{AnimationTable, CloudTable, CurveTable, GroupTable, PolylineTable, SurfaceTable};
+use super::lists::{Count, Fixed, List, Text};
+use super::material::{ImageTable, MaterialTable, NamedSeed};
+use super::mesh::MeshTable;
 use super::table::{Table, TableSeed, clip, need};
 use super::trail::Trail;
 use super::trimmed::{ConnectionSeed, TrimmedTable};
@@ -21,6 +22,7 @@ struct ObjectTable {
     name: Option<String>,
     geometry: Option<(&'static str, Geometry)>,
     color: Option<[f64; 4]>,
+    materials: Vec<String>,
     layer: Option<String>,
     parent: Option<String>,
     transform: Option<Matrix4<f64>>,
@@ -40,6 +42,7 @@ impl<'de> Table<'de> for ObjectTable {
         "cloud",
         "group",
         "color",
+        "materials",
         "layer",
         "parent",
         "transform",
@@ -60,6 +63,10 @@ impl<'de> Table<'de> for ObjectTable {
             }
             "color" => {
                 self.color = Some(map.next_value_seed(Fixed { trail, what: "[red, green, blue, alpha]" })?);
+            }
+            "materials" => {
+                let what = "names of materials";
+                self.materials = map.next_value_seed(List { trail, what, item: Text })?;
             }
             "layer" => self.layer = Some(map.next_value()?),
             "parent" => self.parent = Some(map.next_value()?),
@@ -100,6 +107,7 @@ impl<'de> Table<'de> for ObjectTable {
         }
         let mut object = Object::new(name, geometry);
         object.color = self.color;
+        object.materials = self.materials;
         object.layer = self.layer;
         object.parent = self.parent;
         object.transform = self.transform;
@@ -169,7 +177,8 @@ impl<'s> DocumentTable<'s> {
 impl<'de> Table<'de> for DocumentTable<'_> {
     type Out = ();
     const WHAT: &'static str = "a document";
-    const FIELDS: &'static [&'static str] = &["loftsman", "unit", "up", "objects", "connections"];
+    const FIELDS: &'static [&'static str] =
+        &["loftsman", "unit", "up", "images", "materials", "objects", "connections"];
 
     fn field<A: MapAccess<'de>>(
         &mut self,
@@ -208,6 +217,14 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                 let what = "connections { first, second }";
                 self.connections = map.next_value_seed(List { trail, what, item })?;
             }
+            "images" => {
+                let (list, table) = (&mut self.scene.images, ImageTable::default);
+                map.next_value_seed(NamedSeed { trail, what: "images", list, table })?;
+            }
+            "materials" => {
+                let (list, table) = (&mut self.scene.materials, MaterialTable::default);
+                map.next_value_seed(NamedSeed { trail, what: "materials", list, table })?;
+            }
             _ => {
                 self.objects = true;
                 let seed = ObjectsSeed { trail, scene: self.scene, observer: self.observer };
@@ -226,7 +243,8 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                 .connect(connection)
                 .map_err(|defect| trail.refuse_table(format!("connections[{i}]"), defect.to_string()))?;
         }
-        check_hierarchy(self.scene, trail)
+        check_hierarchy(self.scene, trail)?;
+        check_names(self.scene, trail)
     }
 }
 
@@ -251,7 +269,49 @@ fn check_hierarchy<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
             return Err(trail.refuse_table(format!("objects[{i}].parent"), problem));
         }
     }
-    scene.check().map_err(|defect| trail.refuse_table("objects", defect.to_string()))
+    scene.check_hierarchy().map_err(|defect| trail.refuse_table("objects", defect.to_string()))
+}
+
+/// Every material and image that is named exists, and every face's material is among its object's.
+fn check_names<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
+    let missing = |what: &str, name: &str, hint: Option<&str>| {
+        let hint = match hint {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => format!("add it to the document's {what}s, or take it away here"),
+        };
+        format!("there is no {what} \"{}\"; {hint}", clip(name))
+    };
+    for (i, material) in scene.materials.iter().enumerate() {
+        for texture in material.textures.values() {
+            if scene.images.get(&texture.image).is_none() {
+                let hint = nearest(&texture.image, scene.images.iter().map(Named::name));
+                let place = format!("materials[{i}].textures");
+                return Err(trail.refuse_table(place, missing("image", &texture.image, hint)));
+            }
+        }
+    }
+    for (i, object) in scene.objects().iter().enumerate() {
+        for (k, name) in object.materials.iter().enumerate() {
+            if scene.materials.get(name).is_none() {
+                trail.set_object(Some(&clip(object.name())));
+                let hint = nearest(name, scene.materials.iter().map(Named::name));
+                let place = format!("objects[{i}].materials[{k}]");
+                return Err(trail.refuse_table(place, missing("material", name, hint)));
+            }
+        }
+        if let Geometry::Mesh(mesh) = &object.geometry {
+            let slots = object.materials.len().max(1);
+            if let Some((face, slot)) = mesh.materials.iter().enumerate().find(|&(_, &s)| s as usize >= slots)
+            {
+                trail.set_object(Some(&clip(object.name())));
+                let place = format!("objects[{i}].mesh.materials[{face}]");
+                let problem =
+                    format!("entry {slot} of the object's materials, which are {slots}: count from 0");
+                return Err(trail.refuse_table(place, problem));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The list of objects: each goes into the scene as soon as it is read.

@@ -1,5 +1,7 @@
 //! What a document cannot hold is refused before the first byte is written.
 
+use loftsman_kernel::material::{Alpha, Material};
+use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{FormatError, Place};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Point, Vector};
@@ -7,6 +9,11 @@ use loftsman_kernel::{Point, Vector};
 /// Checks a whole scene: what is written can be read again.
 pub(super) fn scene(file: &str, scene: &Scene) -> Result<(), FormatError> {
     scene.check().map_err(|defect| FormatError::new(file, Place::File, defect.to_string()))?;
+    for material in &scene.materials {
+        check_material(material).map_err(|problem| {
+            FormatError::new(file, Place::File, format!("the material \"{}\": {problem}", material.name()))
+        })?;
+    }
     for object in scene.objects() {
         check_object(object)
             .map_err(|problem| FormatError::new(file, Place::File, problem).of(object.name()))?;
@@ -30,11 +37,10 @@ fn check_object(object: &Object) -> Result<(), String> {
         Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", object.geometry.points())?,
         Geometry::Mesh(mesh) => {
             points("point", mesh.points())?;
-            as_many("normals", mesh.normals.values().len(), count)?;
-            as_many("texture coordinates", mesh.uvs.values().len(), count)?;
-            as_many("colours", mesh.colors.values().len(), count)?;
             each("normal", mesh.normals.values().iter().map(Vector::as_slice))?;
-            each("texture coordinate", mesh.uvs.values().iter().map(<[f64; 2]>::as_slice))?;
+            for layer in std::iter::once(&mesh.uvs).chain(&mesh.more_uvs) {
+                each("texture coordinate", layer.values().iter().map(<[f64; 2]>::as_slice))?;
+            }
             each("colour", mesh.colors.values().iter().map(<[f64; 4]>::as_slice))?;
         }
         other => {
@@ -80,10 +86,17 @@ fn not_finite(what: &str, numbers: &[f64]) -> String {
     format!("{what} is {numbers:?}: JSON holds finite numbers only")
 }
 
-fn as_many(what: &str, found: usize, count: usize) -> Result<(), String> {
-    if found == 0 || found == count {
-        Ok(())
-    } else {
-        Err(format!("{found} {what} for {count} points: there must be one a point, or none"))
+fn check_material(material: &Material) -> Result<(), String> {
+    finite("its colour", &material.base_color)?;
+    finite("the light it gives off", &material.emissive)?;
+    finite("its metalness or roughness", &[material.metallic, material.roughness])?;
+    if let Alpha::Mask(cutoff) = material.alpha {
+        finite("its least alpha", &[cutoff])?;
     }
+    for texture in material.textures.values() {
+        finite("the strength or rotation of a texture", &[texture.strength, texture.rotation])?;
+        finite("the offset of a texture", &texture.offset)?;
+        finite("the tiling of a texture", &texture.tiling)?;
+    }
+    Ok(())
 }

@@ -2,10 +2,15 @@
 
 use std::io::{self, BufWriter, Write};
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use loftsman_kernel::Point;
 
 /// How many plain numbers go on a line.
 const NUMBERS_A_LINE: usize = 10;
+
+/// How many indices go on a line.
+const INDICES_A_LINE: usize = 20;
 
 /// Writes JSON, indented by two blanks a level.
 pub(super) struct Layout<'w> {
@@ -100,6 +105,48 @@ impl<'w> Layout<'w> {
             self.side_by_side(line)?;
         }
         self.close_list()
+    }
+
+    /// Whole numbers in one line or, where there are many, several a line; `None` is written as -1.
+    pub(super) fn indices(&mut self, indices: impl ExactSizeIterator<Item = Option<u32>>) -> io::Result<()> {
+        let long = indices.len() > INDICES_A_LINE;
+        if long {
+            self.open_list()?;
+        } else {
+            self.out.write_all(b"[")?;
+        }
+        for (i, index) in indices.enumerate() {
+            if long && i % INDICES_A_LINE == 0 {
+                self.entry()?;
+            } else {
+                self.comma(i)?;
+            }
+            match index {
+                Some(index) => self.count(u64::from(index))?,
+                None => self.out.write_all(b"-1")?,
+            }
+        }
+        if long { self.close_list() } else { self.out.write_all(b"]") }
+    }
+
+    /// Texts in one line.
+    pub(super) fn texts<'a>(&mut self, texts: impl Iterator<Item = &'a str>) -> io::Result<()> {
+        self.out.write_all(b"[")?;
+        for (i, text) in texts.enumerate() {
+            self.comma(i)?;
+            self.text(text)?;
+        }
+        self.out.write_all(b"]")
+    }
+
+    /// Bytes as a text, in base 64 (RFC 4648, with padding).
+    pub(super) fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.out.write_all(b"\"")?;
+        // A multiple of three: pieces put together are the whole.
+        for piece in bytes.chunks(3 << 12) {
+            self.out.write_all(STANDARD.encode(piece).as_bytes())?;
+        }
+        self.out.write_all(b"\"")
     }
 
     /// Rows of numbers, a row a line.

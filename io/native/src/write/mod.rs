@@ -2,6 +2,8 @@
 
 mod check;
 mod layout;
+mod material;
+mod mesh;
 mod spline;
 
 use std::io;
@@ -66,6 +68,8 @@ fn write_scene(
         Up::Y => "y",
         Up::Z => "z",
     })?;
+    material::write_images(&scene.images, out)?;
+    material::write_materials(&scene.materials, out)?;
     out.key("objects")?;
     out.open_list()?;
     let total = scene.objects().len() as u64;
@@ -94,6 +98,10 @@ fn write_object(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> {
     if let Some(color) = &object.color {
         out.key("color")?;
         out.row(color)?;
+    }
+    if !object.materials.is_empty() {
+        out.key("materials")?;
+        out.texts(object.materials.iter().map(String::as_str))?;
     }
     if let Some(layer) = &object.layer {
         out.key("layer")?;
@@ -151,22 +159,7 @@ fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> 
             format!("trimmed surface with {} loops", trimmed.loops().count())
         }
         Geometry::Mesh(mesh) => {
-            out.key("points")?;
-            out.points(mesh.points())?;
-            out.key("faces")?;
-            out.faces(mesh.faces())?;
-            if !mesh.normals.is_empty() {
-                out.key("normals")?;
-                out.rows(mesh.normals.values().iter().map(|n| [n.x, n.y, n.z]))?;
-            }
-            if !mesh.uvs.is_empty() {
-                out.key("uvs")?;
-                out.rows(mesh.uvs.values().iter().copied())?;
-            }
-            if !mesh.colors.is_empty() {
-                out.key("colors")?;
-                out.rows(mesh.colors.values().iter().copied())?;
-            }
+            mesh::write(mesh, out)?;
             format!("mesh of {} faces", mesh.face_count())
         }
         Geometry::Polyline(line) => {

@@ -1,9 +1,12 @@
 //! What the tests of the format share.
 
+use std::sync::Arc;
+
 use loftsman_kernel::Point;
 use loftsman_kernel::Vector;
 use loftsman_kernel::connection::{Connection, Side};
-use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
+use loftsman_kernel::material::{Alpha, Channel, Filter, Image, ImageData, Material, Texture, Wrap};
+use loftsman_kernel::mesh::{Cloud, FaceGroup, Layer, Mesh, NONE, Polyline};
 use loftsman_kernel::plugin::{Format, FormatError, Memory, ReadOptions, ReadReport, WriteOptions};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
@@ -47,6 +50,24 @@ pub(crate) fn everything() -> Scene {
     mesh.uvs = Layer::per_point(vec![[0.25, 1.0 / 3.0]; 5]);
     mesh.colors = Layer::per_point(vec![[0.1, 0.2, 0.3, 0.5]; 5]);
     scene.add(Object::new("panel", mesh.into())).unwrap();
+    let mut painted = Mesh::new(points(5), &[vec![0, 1, 2, 3], vec![2, 3, 4], vec![0, 4, 1]]).unwrap();
+    let corners = |n: u32| (0..10).map(|c| if c % 4 == 3 { NONE } else { c % n }).collect::<Vec<_>>();
+    painted.normals = Layer::per_corner(vec![Vector::z(), -Vector::z()], corners(2));
+    painted.uvs = Layer::per_corner(vec![[0.1, -0.0], [1.0 / 3.0, 2.0], [5e-324, 1e300]], corners(3));
+    painted.more_uvs =
+        vec![Layer::none(), Layer::per_point(vec![[0.5; 2]; 5]), Layer::per_corner(vec![], vec![NONE; 10])];
+    painted.colors = Layer::per_corner(vec![[0.1, 0.2, 0.3, 1.0]], vec![0; 10]);
+    painted.materials = vec![1, 0, 1];
+    painted.smoothing = vec![0, 7, u32::MAX];
+    painted.groups = vec![
+        FaceGroup { name: "all \"of\" it".into(), faces: vec![0, 1, 2] },
+        FaceGroup { name: String::new(), faces: vec![] },
+    ];
+    painted.set_lines(vec![0, 4, 1, 3, 2], vec![0, 3, 5]).unwrap();
+    let mut painted = Object::new("painted", painted.into());
+    painted.materials = vec!["glass".into(), "wood".into()];
+    scene.add(painted).unwrap();
+    materials(&mut scene);
     scene.add(Object::new("path", Polyline { points: points(3), closed: true }.into())).unwrap();
     scene.add(Object::new("scan", Cloud { points: points(2) }.into())).unwrap();
     scene.add(Object::new("empty", Cloud::default().into())).unwrap();
@@ -73,7 +94,46 @@ fn trimmed() -> Trimmed {
     Trimmed::new(surface, regions, vec![vec![part]], vec![[0.3, 1.0 / 3.0]]).unwrap()
 }
 
+/// Materials and images with everything that they may have.
+fn materials(scene: &mut Scene) {
+    scene.images.add(Image::new("grain", ImageData::File("wood/grain é.png".into()))).unwrap();
+    let bytes: Arc<[u8]> = (0..40_000_u32).map(|i| (i * i % 251) as u8).collect();
+    let embedded = ImageData::Embedded { media_type: "image/png".into(), bytes };
+    scene.images.add(Image::new("packed", embedded)).unwrap();
+    let mut wood = Material::new("wood", [0.3, 0.2, 0.1, 1.0]);
+    (wood.metallic, wood.roughness, wood.double_sided) = (0.1, 1.0 / 3.0, true);
+    (wood.emissive, wood.alpha) = ([0.0, -0.0, 12.5], Alpha::Mask(0.45));
+    let everything = Texture {
+        set: 2,
+        strength: 0.7,
+        offset: [0.1, -0.0],
+        tiling: [2.0, -3.0],
+        rotation: 0.3,
+        wrap: [Wrap::Mirror, Wrap::Clamp],
+        magnify: Some(Filter::Nearest),
+        minify: Some(Filter::LinearOfMixed),
+        ..Texture::new("grain")
+    };
+    for channel in [
+        Channel::BaseColor,
+        Channel::MetallicRoughness,
+        Channel::Normal,
+        Channel::Occlusion,
+        Channel::Emissive,
+        Channel::Other("map_Ks".into()),
+        Channel::Other("normal".into()),
+    ] {
+        wood.textures.insert(channel, everything.clone());
+    }
+    wood.textures.insert(Channel::Other("plain".into()), Texture::new("packed"));
+    wood.statements = vec![("mtl Ks".into(), "0.5 0.5 0.5".into()), ("mtl Ks".into(), String::new())];
+    scene.materials.add(wood).unwrap();
+    scene.materials.add(Material::new("glass", [1.0, 1.0, 1.0, 0.25])).unwrap();
+}
+
 /// A text in which every number shows its bits, the sign of zero too.
 pub(crate) fn bits(scene: &Scene) -> String {
-    format!("{:?} {:?} {:?}", scene.unit, scene.up, scene.objects()) + &format!("{:?}", scene.connections())
+    let (images, materials) = (scene.images.as_slice(), scene.materials.as_slice());
+    let (objects, connections) = (scene.objects(), scene.connections());
+    format!("{:?} {:?} {images:?} {materials:?} {objects:?} {connections:?}", scene.unit, scene.up)
 }

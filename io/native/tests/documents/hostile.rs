@@ -105,6 +105,58 @@ fn geometry_that_cannot_be_names_the_entry() {
     says(&mesh("[[0, 1, -1]]"), &["mesh.faces[0][2]", "-1"]);
     says(&mesh("[[0, 1, 4294967296]]"), &["mesh.faces[0][2]", "4294967296"]);
     says(&mesh(r#"[[0, 1, 2]], "uvs": [[0, 0]]"#), &["mesh.uvs", "1 uvs for 3 points"]);
+    let layer = |text: &str| mesh(&format!(r#"[[0, 1, 2]], {text}"#));
+    says(&layer(r#""uvs": { "values": [[0, 0]] }"#), &["mesh.uvs", "needs the field \"corners\""]);
+    says(&layer(r#""uvs": { "values": [[0, 0]], "corners": [0] }"#), &["mesh.uvs", "1 indices", "3 corners"]);
+    says(
+        &layer(r#""uvs": { "values": [[0, 0]], "corners": [0, -1, 1] }"#),
+        &["mesh.uvs", "entry 1", "only 1"],
+    );
+    says(&layer(r#""normals": { "values": [], "corners": [0.5] }"#), &["mesh.normals.corners[0]", "0.5"]);
+    says(&layer(r#""normals": { "values": [], "corners": [-2] }"#), &["mesh.normals.corners[0]", "-2"]);
+    says(&layer(r#""colors": 3"#), &["mesh.colors", "a list of [red, green, blue, alpha]"]);
+    says(&layer(r#""more_uvs": [[[0, 0, 0]]]"#), &["mesh.more_uvs[0][0]", "more than 2"]);
+    says(&layer(r#""lines": [[0, 1], [2]]"#), &["mesh.lines", "line 1", "at least 2"]);
+    says(&layer(r#""lines": [[0, 7]]"#), &["mesh.lines", "point 7", "only 3"]);
+    says(&layer(r#""smoothing": [1, 2]"#), &["objects[0].mesh", "2 smoothing groups for 1 faces"]);
+    says(&layer(r#""groups": [{ "name": "g", "faces": [1] }]"#), &["objects[0].mesh", "the group \"g\""]);
+    says(&layer(r#""materials": [1]"#), &["objects[0].mesh.materials[0]", "entry 1"]);
+    says(&layer(r#""materials": [4294967296]"#), &["mesh.materials[0]", "4294967296"]);
+}
+
+#[test]
+fn materials_that_cannot_be_say_which() {
+    let material = |fields: &str| {
+        document(&format!(
+            r#"{{ "loftsman": 1, "materials": [{{ "name": "m", {fields} }}], "objects": [] }}"#
+        ))
+    };
+    says(&material(r#""blend": true, "alpha_cutoff": 0.5"#), &["materials[0].blend", "take one away"]);
+    says(&material(r#""base_color": [1, 1, 1]"#), &["materials[0].base_color", "3 numbers"]);
+    says(&material(r#""statements": [["a"]]"#), &["materials[0].statements[0]", "1 texts"]);
+    let texture = |fields: &str| material(&format!(r#""textures": [{{ {fields} }}]"#));
+    says(
+        &texture(r#""channel": "normals", "image": "i""#),
+        &["materials[0].textures[0].channel", "\"normal\"?"],
+    );
+    says(&texture(r#""image": "i""#), &["materials[0].textures[0]", "needs the field \"channel\""]);
+    says(&texture(r#""other": "x", "image": "i""#), &["materials[0].textures", "no image \"i\""]);
+    says(&texture(r#""wrap": ["repeat"]"#), &["textures[0].wrap", "1 words"]);
+    says(&texture(r#""minify": "cubic""#), &["textures[0].minify", "\"cubic\"", "known are nearest"]);
+    let image = |fields: &str| {
+        document(&format!(r#"{{ "loftsman": 1, "images": [{{ "name": "m", {fields} }}], "objects": [] }}"#))
+    };
+    says(&image(r#""media_type": "image/png""#), &["images[0]", "\"base64\""]);
+    says(&image(r#""media_type": "image/png", "base64": "!!""#), &["images[0].base64", "not base 64"]);
+    says(
+        &image(r#""file": "a" }, { "name": "m", "file": "b""#),
+        &["images[1].name", "two images are named \"m\""],
+    );
+    let cloud = r#""cloud": { "points": [] }, "materials": ["wod"]"#;
+    let text = format!(
+        r#"{{ "loftsman": 1, "objects": [ {{ "name": "a", {cloud} }} ], "materials": [{{ "name": "wood" }}] }}"#
+    );
+    says(&document(&text), &["objects[0].materials[0]", "object \"a\"", "did you mean \"wood\"?"]);
 }
 
 #[test]
@@ -177,7 +229,7 @@ fn a_byte_order_mark_is_no_harm() {
     let mut bytes = b"\xEF\xBB\xBF".to_vec();
     bytes.extend(write(&everything()));
     assert!(Native.recognises(&bytes));
-    assert_eq!(read(bytes).unwrap().0.objects().len(), 8);
+    assert_eq!(read(bytes).unwrap().0.objects().len(), everything().objects().len());
 }
 
 #[test]

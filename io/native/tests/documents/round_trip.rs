@@ -1,9 +1,9 @@
 //! Every number comes back to the last bit, and the same scene gives the same bytes.
 
 use super::common::{bits, everything, read, write};
-use loftsman_kernel::mesh::{Cloud, Polyline};
+use loftsman_kernel::mesh::{Cloud, Layer, Polyline};
 use loftsman_kernel::plugin::{Format, Memory, ReadOptions, UpChoice, WriteOptions};
-use loftsman_kernel::scene::{Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use loftsman_native::Native;
@@ -16,8 +16,22 @@ fn everything_a_scene_holds_comes_back() {
     let (back, report) = read(bytes.clone()).unwrap();
     assert_eq!(bits(&back), bits(&scene));
     assert_eq!(write(&back), bytes);
-    assert!(report.adds_up() && report.entities == 8 && report.kept == 8);
+    assert!(report.adds_up() && report.entities == 9 && report.kept == 9);
     assert!(Native.recognises(&bytes[..40]));
+}
+
+/// Documents as they were written before meshes had layers, materials and lines.
+#[test]
+fn old_documents_are_read_as_ever() {
+    let text = r#"{ "loftsman": 1, "objects": [ { "name": "m", "color": [1, 0, 0, 1], "mesh": {
+        "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]], "normals": [[0, 0, 1], [0, 0, 1], [0, 0, 1]],
+        "uvs": [[0, 0], [1, 0], [0, 1]], "colors": [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1]] } } ] }"#;
+    let (scene, _) = read(text).unwrap();
+    let Geometry::Mesh(mesh) = &scene.object("m").unwrap().geometry else { panic!("no mesh") };
+    assert_eq!(mesh.normals, Layer::per_point(vec![Vector::z(); 3]));
+    assert_eq!((mesh.uvs.values()[2], mesh.colors.values()[1][1]), ([0.0, 1.0], 1.0));
+    assert!(scene.materials.is_empty() && scene.images.is_empty());
+    assert!(mesh.lines().next().is_none() && mesh.materials.is_empty());
 }
 
 #[test]
