@@ -65,23 +65,38 @@ impl Assembly {
         freedom: &Freedom,
         metric: &Metric,
     ) -> Result<Self> {
-        let mut store = Store::default();
+        Self::beside(shapes, constraints, freedom, metric, &|_| false)
+    }
+
+    /// The same without the rows of the constraints that are on the `border`: they have no slots, but the vertices that
+    /// they touch are among those that move.
+    pub(super) fn beside(
+        shapes: &Shapes<'_>,
+        constraints: &[&Constraint],
+        freedom: &Freedom,
+        metric: &Metric,
+        border: &dyn Fn(usize) -> bool,
+    ) -> Result<Self> {
+        let (mut store, mut aside) = (Store::default(), Store::default());
         let mut blocks = Vec::with_capacity(constraints.len() + 1);
         blocks.push(0);
         {
-            let mut rows = store.rows(shapes);
-            for constraint in constraints {
-                constraint.functional.rows(shapes, &mut rows)?;
+            let (mut rows, mut bordering) = (store.rows(shapes), aside.rows(shapes));
+            for (k, constraint) in constraints.iter().enumerate() {
+                let rows_of = if border(k) { &mut bordering } else { &mut rows };
+                constraint.functional.rows(shapes, rows_of)?;
                 blocks.push(rows.blocks());
             }
         }
-        let alike = constraints.iter().all(|c| c.axis.is_none())
+        let alike = constraints.iter().enumerate().all(|(k, c)| c.axis.is_none() || border(k))
             && (0..store.blocks()).all(|i| matches!(store.block(i), Equation::Alike { .. }));
         let sides = if alike { 3 } else { 1 };
 
         // The vertices that move: touched ones that may, and those that the metric takes along.
-        let mut touched: Vec<usize> = (0..store.blocks())
-            .flat_map(|i| match store.block(i) {
+        let mut touched: Vec<usize> = store
+            .equations()
+            .chain(aside.equations())
+            .flat_map(|equation| match equation {
                 Equation::Alike { vertices, .. } | Equation::Coupled { vertices, .. } => vertices,
             })
             .copied()

@@ -23,6 +23,7 @@ pub struct Edit<S> {
     pub(super) handle: Option<Arc<dyn Functional>>,
     pub(super) sliding: bool,
     pub(super) best_effort: bool,
+    pub(super) alternating: bool,
     locks: Vec<(usize, i64)>,
     locality: Option<usize>,
     window: Option<(f64, f64)>,
@@ -46,6 +47,7 @@ impl<S: Shape> Edit<S> {
             handle: None,
             sliding: false,
             best_effort: false,
+            alternating: false,
             locks: Vec::new(),
             locality: None,
             window: None,
@@ -123,6 +125,15 @@ impl<S: Shape> Edit<S> {
     #[must_use]
     pub fn best_effort(mut self) -> Self {
         self.best_effort = true;
+        self
+    }
+
+    /// Lets the axes alternate where constraints are multilinear (area, volume; paper 2): each event meets the linear
+    /// constraints from where the last one arrived, and then one axis, the next one each time, makes up for what is missing,
+    /// in one linear solve. By default all axes move together, for the least adjustment of the shape as it was when prepared.
+    #[must_use]
+    pub fn alternating(mut self) -> Self {
+        self.alternating = true;
         self
     }
 

@@ -95,6 +95,26 @@ pub trait Functional: Any + Debug + Send + Sync {
         Ok(())
     }
 
+    /// Value and linearization at once, for functionals that share most of the work between the two; what Newton's
+    /// iteration asks for. By default [`value`](Self::value), then [`rows`](Self::rows).
+    ///
+    /// # Errors
+    /// As for [`rows`](Self::rows).
+    fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
+        self.value(shapes, value)?;
+        self.rows(shapes, rows)
+    }
+
+    /// Whether values like `wanted` can be had where those at the start are `present` (both as many as it has
+    /// equations): an area of the other sign cannot. By default everything finite can.
+    ///
+    /// # Errors
+    /// Naming what is wanted, and what to do.
+    fn check_target(&self, present: &[f64], wanted: &[f64]) -> Result<()> {
+        let _ = (present, wanted);
+        Ok(())
+    }
+
     /// What it is, for people and reports: `position at 0.25`.
     fn describe(&self) -> String;
 
@@ -139,6 +159,12 @@ pub trait ShapeNames {
     /// # Errors
     /// When there is no such object or it is not an editable shape.
     fn shape(&mut self, object: &str) -> Result<usize>;
+
+    /// The name of a shape that is in the problem already (0 is the step's own object), where it is known.
+    fn name(&self, shape: usize) -> Option<&str> {
+        let _ = shape;
+        None
+    }
 }
 
 /// A functional that recipes can ask for by name.

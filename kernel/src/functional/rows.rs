@@ -55,6 +55,14 @@ impl Store {
         Rows { store: self, offsets: (0..=shapes.len()).map(|i| shapes.offset(i)).collect() }
     }
 
+    /// Forgets all blocks; the room for them stays.
+    pub fn clear(&mut self) {
+        self.heads.clear();
+        self.vertices.clear();
+        self.coefficients.clear();
+        self.vectors.clear();
+    }
+
     /// All blocks, in the order in which they were put here.
     pub fn equations(&self) -> impl Iterator<Item = Equation<'_>> {
         (0..self.blocks()).map(|i| self.block(i))
@@ -163,6 +171,22 @@ impl Rows<'_> {
         let global = self.offset(shape) + vertex;
         self.store.vertices.push(global);
         self.store.vectors.push(vector);
+        self
+    }
+
+    /// Adds a vector for each of a run of control vertices, from `first` on, to the equation opened last.
+    pub fn terms(
+        &mut self,
+        shape: usize,
+        first: usize,
+        vectors: impl ExactSizeIterator<Item = Vector>,
+    ) -> &mut Self {
+        if !matches!(self.store.heads.last(), Some(Head::Coupled { .. })) {
+            self.equation();
+        }
+        let start = self.offset(shape) + first;
+        self.store.vertices.extend(start..start + vectors.len());
+        self.store.vectors.extend(vectors);
         self
     }
 

@@ -92,6 +92,75 @@ impl System {
     }
 }
 
+/// `W⁻¹` of a system's metric, ready to be applied.
+#[derive(Debug, Clone)]
+pub(crate) enum InverseMetric {
+    Same,
+    /// A factor for each column.
+    Scale(Vec<f64>),
+    /// A symmetric matrix to multiply with.
+    Multiply(Arc<Symmetric>),
+    /// A matrix to solve with, in its order.
+    Solve {
+        factor: EnvelopeCholesky,
+        order: Vec<usize>,
+    },
+}
+
+impl System {
+    /// `W⁻¹` as something that can be applied again and again.
+    pub(crate) fn inverse_metric(&self) -> Result<InverseMetric, SolveError> {
+        match self.metric() {
+            SystemMetric::Least => Ok(InverseMetric::Same),
+            SystemMetric::Weights(weights) => {
+                match weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
+                    Some(at) => Err(self.bad_metric(at)),
+                    None => Ok(InverseMetric::Scale(weights.iter().map(|w| 1.0 / w).collect())),
+                }
+            }
+            SystemMetric::Inverse(matrix) => Ok(InverseMetric::Multiply(Arc::clone(matrix))),
+            SystemMetric::Matrix(matrix) => {
+                let (factor, order) = factor_symmetric(matrix).map_err(|row| self.bad_metric(row))?;
+                Ok(InverseMetric::Solve { factor, order })
+            }
+        }
+    }
+}
+
+impl InverseMetric {
+    /// `out = W⁻¹ x`, `sides` entries a column. `work` is as long as `x`.
+    pub(crate) fn apply(&self, x: &[f64], sides: usize, out: &mut [f64], work: &mut [f64]) {
+        match self {
+            Self::Same => out.copy_from_slice(x),
+            Self::Scale(scale) => {
+                let columns = out.chunks_exact_mut(sides).zip(x.chunks_exact(sides));
+                for ((out, x), s) in columns.zip(scale) {
+                    out.iter_mut().zip(x).for_each(|(o, x)| *o = x * s);
+                }
+            }
+            Self::Multiply(matrix) => {
+                for (i, out) in out.chunks_exact_mut(sides).enumerate() {
+                    out.fill(0.0);
+                    for (j, value) in matrix.row(i) {
+                        for (o, x) in out.iter_mut().zip(&x[j * sides..]) {
+                            *o += value * x;
+                        }
+                    }
+                }
+            }
+            Self::Solve { factor, order } => {
+                for (work, &row) in work.chunks_exact_mut(sides).zip(order) {
+                    work.copy_from_slice(&x[row * sides..(row + 1) * sides]);
+                }
+                factor.solve(work, sides);
+                for (work, &row) in work.chunks_exact(sides).zip(order) {
+                    out[row * sides..(row + 1) * sides].copy_from_slice(work);
+                }
+            }
+        }
+    }
+}
+
 impl Whitened {
     /// `d = T e`, in place.
     pub(crate) fn finish(&mut self, d: &mut [f64], sides: usize) {

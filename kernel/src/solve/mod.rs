@@ -28,6 +28,7 @@ pub use automatic::Automatic;
 pub use envelope::EnvelopeCholesky;
 pub use householder_qr::HouseholderQr;
 pub use lu::DenseLu;
+pub(crate) use metric::InverseMetric;
 pub use metric::SystemMetric;
 pub use rank::{Dependency, Diagnosis};
 pub use sparse::Sparse;

@@ -17,7 +17,7 @@ use crate::problem::{Problem, SHARED, put_back, step_report};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Drag;
 
-const FIELDS: [Field; 13] = {
+const FIELDS: [Field; 14] = {
     let own = [
         Field::required(
             "handle",
@@ -34,14 +34,14 @@ const FIELDS: [Field; 13] = {
         Field::optional("frames", "true | false", "false", "keep every event as a frame of an animation"),
         Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
     ];
-    let mut all = [own[0]; 13];
+    let mut all = [own[0]; 14];
     let mut i = 0;
-    while i < 8 {
+    while i < 9 {
         all[i] = SHARED[i];
         i += 1;
     }
-    while i < 13 {
-        all[i] = own[i - 8];
+    while i < 14 {
+        all[i] = own[i - 9];
         i += 1;
     }
     all

@@ -20,7 +20,7 @@ use crate::constraints::{constraint_from, functional_from};
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
-pub(crate) const SHARED: [Field; 8] = [
+pub(crate) const SHARED: [Field; 9] = [
     OBJECT,
     Field::optional("constraints", "[{ kind, …, to | by | scale | keep }, …]", "none", "what is asked"),
     Field::optional("solver", "name", "automatic", "the solver; `loftsman plugins` lists them"),
@@ -39,6 +39,12 @@ pub(crate) const SHARED: [Field; 8] = [
         "false",
         "accept least squares where constraints conflict",
     ),
+    Field::optional(
+        "axes",
+        "\"together\" | \"alternating\"",
+        "together",
+        "whether one axis an event makes up for area and volume, or all at once",
+    ),
 ];
 
 /// The shapes of a step's problem: the step's object first, others as constraints name them.
@@ -52,6 +58,7 @@ pub(crate) struct Problem {
     pub(crate) locality: Option<usize>,
     pub(crate) within: Option<(f64, f64)>,
     pub(crate) best_effort: bool,
+    pub(crate) alternating: bool,
     pub(crate) solver: Arc<dyn Solver>,
 }
 
@@ -70,6 +77,10 @@ impl ShapeNames for Names<'_> {
         self.shapes.push(shape_of(self.scene, object)?);
         self.names.push(object.to_owned());
         Ok(self.names.len() - 1)
+    }
+
+    fn name(&self, shape: usize) -> Option<&str> {
+        self.names.get(shape).map(String::as_str)
     }
 }
 
@@ -146,6 +157,8 @@ impl Problem {
             locality: if parameters.has("locality") { Some(parameters.count("locality")?) } else { None },
             within: within(parameters)?,
             best_effort: parameters.flag("best_effort")?,
+            alternating: parameters.has("axes")
+                && parameters.choice("axes", &[("together", false), ("alternating", true)])?,
             solver,
         })
     }
@@ -165,6 +178,7 @@ impl Problem {
         if let Some(handle) = &self.handle {
             edit = edit.shared_handle(Arc::clone(handle));
         }
+        let edit = if self.alternating { edit.alternating() } else { edit };
         if self.best_effort { edit.best_effort() } else { edit }
     }
 

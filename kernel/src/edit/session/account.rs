@@ -17,10 +17,11 @@ impl<S: Shape> Session<S> {
         let prepared = &self.prepared;
         let diagnosis = prepared.factored.diagnosis();
         let sides = prepared.assembly.system.sides();
+        let bordering = prepared.border.as_ref().map_or(0, |border| border.rows.len());
         let mut report = Report {
             solver: prepared.factored.solver().to_owned(),
-            equations: prepared.assembly.slots.len(),
-            rank: diagnosis.rank * sides,
+            equations: prepared.assembly.slots.len() + bordering,
+            rank: diagnosis.rank * sides + bordering,
             condition: diagnosis.condition,
             iterations: prepared.iterations,
             ..Report::default()
@@ -40,15 +41,13 @@ impl<S: Shape> Session<S> {
             adjustment = adjustment.hypot((now - before).norm());
         }
         report.adjustment = adjustment;
-        for (k, bound) in self.bound.iter().enumerate() {
+        for bound in &self.bound {
             let mut value = vec![0.0; bound.constraint.functional.equations()];
             let residual = match bound.constraint.functional.value(&shapes, &mut value) {
                 Err(_) => f64::NAN,
-                Ok(()) => prepared
-                    .assembly
-                    .slots(k)
-                    .iter()
-                    .map(|s| (value[s.equation as usize] - bound.target[s.equation as usize]).abs())
+                Ok(()) => (0..value.len())
+                    .filter(|&e| bound.constraint.asks(e))
+                    .map(|e| (value[e] - bound.target[e]).abs())
                     .fold(0.0, f64::max),
             };
             report.residual = report.residual.max(residual);
@@ -75,13 +74,23 @@ impl<S: Shape> Session<S> {
     fn add_multipliers(&self, report: &mut Report) {
         let prepared = &self.prepared;
         let mut multipliers = vec![0.0; prepared.rhs.len()];
+        let mut rhs = prepared.rhs.clone();
+        if let Some(border) = &prepared.border {
+            let mut taken = vec![0.0; rhs.len()];
+            border.taken(&mut taken);
+            rhs.iter_mut().zip(taken).for_each(|(b, t)| *b -= t);
+        }
         // Solving for them needs the factor's scratch; a report is rare enough to factor once more.
         if let Ok(mut factored) = self.solver.factor(&prepared.assembly.system) {
-            factored.multipliers_into(&prepared.rhs, &mut multipliers);
+            factored.multipliers_into(&rhs, &mut multipliers);
         }
         for (k, constraint) in report.constraints.iter_mut().enumerate() {
             constraint.multipliers =
                 prepared.assembly.slots(k).iter().map(|s| multipliers[prepared.assembly.entry(s)]).collect();
+        }
+        let bordering = prepared.border.iter().flat_map(|border| border.rows.iter().zip(&border.multipliers));
+        for (&(k, _), &multiplier) in bordering {
+            report.constraints[k].multipliers.push(multiplier);
         }
     }
 }

@@ -51,6 +51,7 @@ pub(super) fn bind(
     let count = constraint.functional.equations();
     let mut target = vec![0.0; count];
     constraint.functional.value(shapes, &mut target)?;
+    let present = target.clone();
     let check = |value: &Value| -> Result<Vec<f64>, EditError> {
         if let Some(bad) = value.0.iter().find(|v| !v.is_finite()) {
             return Err(Error::Invalid(format!("{name}: {bad} is not a finite number")).into());
@@ -87,6 +88,7 @@ pub(super) fn bind(
     if let Some(bad) = target.iter().find(|t| !t.is_finite()) {
         return Err(Error::Invalid(format!("{name}: its value would be {bad}; ask for less")).into());
     }
+    constraint.functional.check_target(&present, &target)?;
     Ok(Bound { id, constraint, target })
 }
 

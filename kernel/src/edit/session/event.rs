@@ -25,9 +25,20 @@ impl<S: Shape> Session<S> {
 
     /// Solves for the present targets and moves the vertices.
     pub(super) fn event(&mut self) -> Result<(), EditError> {
+        if self.prepared.border.is_some() {
+            return self.curved_event();
+        }
         if !self.is_linear() {
             return self.iterate();
         }
+        self.solve_linear()?;
+        self.check_finite()?;
+        self.place();
+        Ok(())
+    }
+
+    /// The adjustment that the system's constraints ask for, into `d`.
+    pub(super) fn solve_linear(&mut self) -> Result<(), EditError> {
         let prepared = &mut self.prepared;
         if let Some(handle) = self.handle {
             let target = &self.bound[handle].target;
@@ -68,16 +79,27 @@ impl<S: Shape> Session<S> {
         } else {
             prepared.factored.solve_into(&prepared.rhs, &mut prepared.d);
         }
-        if prepared.d.iter().any(|d| !d.is_finite()) {
+        Ok(())
+    }
+
+    pub(super) fn check_finite(&self) -> Result<(), EditError> {
+        if self.prepared.d.iter().any(|d| !d.is_finite()) {
             return Err(Error::Invalid("the adjustment overflows: ask for a smaller change".into()).into());
         }
-        self.place();
         Ok(())
     }
 
     /// Newton's iteration for the least adjustment under constraints that are not linear: linearized where the shapes
     /// are, with the whole adjustment since the start as unknown, so that it converges to the least one.
     fn iterate(&mut self) -> Result<(), EditError> {
+        if self.alternating.is_some() {
+            return Err(SolveError::Unsupported(
+                "the axes cannot alternate here: a constraint that is not linear depends on the others, or they are too \
+                 many; let all axes move together"
+                    .into(),
+            )
+            .into());
+        }
         let state = snapshot(&self.shapes, &self.prepared);
         let result = self.iterate_from_here();
         if result.is_err() {
@@ -149,7 +171,7 @@ impl<S: Shape> Session<S> {
         Err(SolveError::NotConverged { iterations: ITERATIONS, residual, worst }.into())
     }
 
-    fn conflict(&self, at: usize) -> SolveError {
+    pub(super) fn conflict(&self, at: usize) -> SolveError {
         let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
         let dependency = &self.prepared.dependencies[at];
         debug_assert!(!involved(&self.prepared.assembly, dependency).is_empty());

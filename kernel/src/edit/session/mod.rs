@@ -1,7 +1,9 @@
 //! An edit under way: prepared once, then one cheap event after another.
 
 mod account;
+mod border;
 mod bound;
+mod curved;
 mod edited;
 mod effort;
 mod event;
@@ -22,16 +24,17 @@ use super::metric::Metric;
 use super::problem::Edit;
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::functional::Shapes;
+use crate::functional::{Linearity, Shapes};
 use crate::shape::{Location, Shape};
-use crate::solve::Solver;
+use crate::solve::{SolveError, Solver};
 
 /// Names a constraint of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConstraintId(u64);
 
 /// An edit under way. Events do not allocate and do not depend on the size of the shapes (as long as everything
-/// asked is linear and the handle does not slide).
+/// asked is linear and the handle does not slide). Where something is not linear, an event costs a few times what that
+/// touches; the linear constraints beside it are factored once.
 pub struct Session<S> {
     shapes: Vec<Box<dyn Shape>>,
     bound: Vec<Bound>,
@@ -44,6 +47,8 @@ pub struct Session<S> {
     freedom: Freedom,
     metric: Metric,
     best_effort: bool,
+    /// The axis whose turn it is, where they alternate.
+    alternating: Option<usize>,
     solver: Box<dyn Solver>,
     prepared: Prepared,
     next_id: u64,
@@ -69,7 +74,7 @@ impl<S: Shape> Session<S> {
         freedom: Freedom,
         metric: Metric,
     ) -> Result<Self, EditError> {
-        let Edit { shapes, mut constraints, handle, sliding, best_effort, .. } = edit;
+        let Edit { shapes, mut constraints, handle, sliding, best_effort, alternating, .. } = edit;
         add_companions(&mut constraints, handle.as_deref());
         let mut bound = Vec::with_capacity(constraints.len() + 1);
         let mut next_id = 0;
@@ -101,7 +106,10 @@ impl<S: Shape> Session<S> {
                 Some(bound.len() - 1)
             }
         };
-        let prepared = prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref())?;
+        if alternating {
+            check_alternating(&bound)?;
+        }
+        let prepared = prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort)?;
         let start = snapshot(&shapes, &prepared);
         Ok(Self {
             shapes,
@@ -113,6 +121,7 @@ impl<S: Shape> Session<S> {
             freedom,
             metric,
             best_effort,
+            alternating: alternating.then_some(0),
             solver,
             prepared,
             next_id,
@@ -317,6 +326,7 @@ impl<S: Shape> Session<S> {
             &self.freedom,
             &self.metric,
             self.solver.as_ref(),
+            !self.best_effort,
         )?;
         self.prepared = prepared;
         // What is touched for the first time belongs to the way back, too.
@@ -325,6 +335,18 @@ impl<S: Shape> Session<S> {
         let fresh = snapshot(&self.shapes, &self.prepared);
         self.start.extend(fresh.into_iter().filter(|&(s, v, _)| !known.contains(&(s, v))));
         Ok(())
+    }
+}
+
+/// Alternating axes are for constraints that are linear in each of them.
+fn check_alternating(bound: &[Bound]) -> Result<(), EditError> {
+    match bound.iter().find(|b| b.constraint.functional.linearity() == Linearity::Nonlinear) {
+        None => Ok(()),
+        Some(b) => Err(SolveError::Unsupported(format!(
+            "\"{}\" is not linear in each axis, so the axes cannot alternate; let them move together",
+            b.constraint.describe()
+        ))
+        .into()),
     }
 }
 

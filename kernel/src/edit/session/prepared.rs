@@ -1,5 +1,6 @@
 //! What is known for one set of constraints at one state of the shapes.
 
+use super::border::{Border, members};
 use super::bound::{Bound, right_hand_side};
 use super::view;
 use crate::Point;
@@ -28,8 +29,12 @@ pub(super) struct Prepared {
     /// Shape and vertex of each.
     pub(super) places: Vec<(u32, u32)>,
     pub(super) iterations: usize,
+    /// The constraints that are not linear, where they are not in the system but beside it.
+    pub(super) border: Option<Border>,
 }
 
+/// Prepares the constraints: where some are not linear, those that are, with the others as their border if that can be
+/// (they are few, and none depends on the rest where the shapes are), else all in one system.
 pub(super) fn prepare(
     boxes: &[Box<dyn Shape>],
     bound: &[Bound],
@@ -37,10 +42,36 @@ pub(super) fn prepare(
     freedom: &Freedom,
     metric: &Metric,
     solver: &dyn Solver,
+    bordered: bool,
+) -> Result<Prepared, EditError> {
+    let members = if bordered { members(bound) } else { Vec::new() };
+    if !members.is_empty() {
+        let mut prepared = prepare_system(boxes, bound, handle, freedom, metric, solver, &members)?;
+        let shapes = view(boxes);
+        let moving = prepared.places.iter().map(|&(s, v)| shapes.offset(s as usize) + v as usize).collect();
+        let mut border = Border::new(members, bound, &prepared.assembly, moving, &prepared.base)?;
+        border.evaluate(&shapes, bound)?;
+        if border.project(&prepared.assembly, prepared.factored.as_mut()) {
+            border.keep_as_base();
+            prepared.border = Some(border);
+            return Ok(prepared);
+        }
+    }
+    prepare_system(boxes, bound, handle, freedom, metric, solver, &[])
+}
+
+fn prepare_system(
+    boxes: &[Box<dyn Shape>],
+    bound: &[Bound],
+    handle: Option<usize>,
+    freedom: &Freedom,
+    metric: &Metric,
+    solver: &dyn Solver,
+    aside: &[usize],
 ) -> Result<Prepared, EditError> {
     let shapes = view(boxes);
     let constraints: Vec<&Constraint> = bound.iter().map(|b| &b.constraint).collect();
-    let assembly = Assembly::new(&shapes, &constraints, freedom, metric)?;
+    let assembly = Assembly::beside(&shapes, &constraints, freedom, metric, &|k| aside.contains(&k))?;
     let (mut rhs, mut size) = (Vec::new(), Vec::new());
     right_hand_side(&shapes, bound, &assembly, &mut rhs, &mut size)?;
     let mut factored = solver.factor(&assembly.system)?;
@@ -98,6 +129,7 @@ pub(super) fn prepare(
         base,
         places,
         iterations: 1,
+        border: None,
     })
 }
 

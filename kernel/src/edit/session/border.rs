@@ -1,0 +1,418 @@
+//! Constraints that are not linear, as a border of the factored system of those that are.
+//!
+//! With `F d = b` the linear constraints and `G` the gradients of the others where the shapes are, the least adjustment of
+//! the linearized problem is `d = d_F + Q μ`: `d_F` meets the linear constraints alone, `Q = W⁻¹Gᵀ - C (F W⁻¹Gᵀ)` are the
+//! gradients with everything taken out that would disturb those (`C = W⁻¹Fᵀ(FW⁻¹Fᵀ)⁻¹`, factored at mouse down), and
+//! `S μ = …` with the small matrix `S = G Q`. So an event redoes only the rows that change: `O(n)` for each that touches
+//! all vertices, whatever the linear constraints are.
+
+use super::bound::Bound;
+use crate::Point;
+use crate::edit::assembly::Assembly;
+use crate::error::{Error, Result};
+use crate::functional::{Equation, Linearity, Shapes, Store};
+use crate::solve::{Factored, InverseMetric, SolveError};
+
+/// The most equations that a border may have; more are solved as one system.
+const MOST: usize = 16;
+/// A gradient whose part outside the span of the others, squared, is below this (of its own square) depends on them.
+const DEPENDENT: f64 = 1e-11;
+
+/// The constraints of a session that are not linear, and what is known of them.
+pub(super) struct Border {
+    /// Constraint and equation of each row.
+    pub(super) rows: Vec<(usize, usize)>,
+    members: Vec<usize>,
+    inverse: InverseMetric,
+    moving: Moving,
+    sides: usize,
+    store: Store,
+    numbers: Vec<f64>,
+    raised: Vec<f64>,
+    work: Vec<f64>,
+    /// Linearized where the shapes were when prepared, and where they are now.
+    pub(super) base: Linearization,
+    pub(super) here: Linearization,
+    /// The adjustment that meets the linear constraints, and the last one that met all.
+    pub(super) linear: Vec<f64>,
+    pub(super) before: Vec<f64>,
+    /// The adjustment that is tried next.
+    pub(super) next: Vec<f64>,
+    /// The largest coordinate that the shapes started with.
+    pub(super) reach: f64,
+    /// Multipliers of the rows.
+    pub(super) multipliers: Vec<f64>,
+    right: Vec<f64>,
+}
+
+/// Values and gradients at one state of the shapes; a row is as wide as an adjustment.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Linearization {
+    pub(super) value: Vec<f64>,
+    gradient: Vec<f64>,
+    /// `Q`.
+    projected: Vec<f64>,
+    /// `F W⁻¹ g` of each row.
+    coupling: Vec<f64>,
+    /// `S`, then its Cholesky factor with reciprocal diagonal.
+    schur: Vec<f64>,
+}
+
+/// Which vertices move, by global number.
+enum Moving {
+    /// All from the first on.
+    Run(usize, usize),
+    /// These, ascending.
+    Some(Vec<usize>),
+}
+
+impl Moving {
+    fn new(vertices: Vec<usize>) -> Self {
+        match (vertices.first(), vertices.last()) {
+            (Some(&first), Some(&last)) if last - first + 1 == vertices.len() => Self::Run(first, last),
+            _ => Self::Some(vertices),
+        }
+    }
+
+    fn place(&self, vertex: usize) -> Option<usize> {
+        match self {
+            Self::Run(first, last) => (vertex >= *first && vertex <= *last).then(|| vertex - first),
+            Self::Some(all) => all.binary_search(&vertex).ok(),
+        }
+    }
+}
+
+/// The constraints that go to the border: those that are not linear, where they are few.
+pub(super) fn members(bound: &[Bound]) -> Vec<usize> {
+    let curved = |b: &Bound| b.constraint.functional.linearity() != Linearity::Linear;
+    let members: Vec<usize> = (0..bound.len()).filter(|&k| curved(&bound[k])).collect();
+    let rows: usize = members.iter().map(|&k| bound[k].constraint.functional.equations()).sum();
+    if rows > MOST { Vec::new() } else { members }
+}
+
+impl Border {
+    /// The border of an assembly of the linear constraints, not yet linearized. `moving` are global vertices, ascending.
+    pub(super) fn new(
+        members: Vec<usize>,
+        bound: &[Bound],
+        assembly: &Assembly,
+        moving: Vec<usize>,
+        base: &[Point],
+    ) -> Result<Self, SolveError> {
+        let reach = base.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        let asked = |&k: &usize| {
+            let constraint = &bound[k].constraint;
+            (0..constraint.functional.equations()).filter(|&e| constraint.asks(e)).map(move |e| (k, e))
+        };
+        let rows: Vec<(usize, usize)> = members.iter().flat_map(asked).collect();
+        let most = members.iter().map(|&k| bound[k].constraint.functional.equations()).max().unwrap_or(0);
+        let (m, width) = (rows.len(), 3 * moving.len());
+        let system = &assembly.system;
+        let room = Linearization {
+            value: vec![0.0; m],
+            gradient: vec![0.0; m * width],
+            projected: vec![0.0; m * width],
+            coupling: vec![0.0; m * system.rows().len() * system.sides()],
+            schur: vec![0.0; m * m],
+        };
+        Ok(Self {
+            rows,
+            members,
+            inverse: system.inverse_metric()?,
+            moving: Moving::new(moving),
+            sides: system.sides(),
+            store: Store::default(),
+            numbers: vec![0.0; most],
+            raised: vec![0.0; width],
+            work: vec![0.0; width],
+            base: room.clone(),
+            here: room,
+            linear: vec![0.0; width],
+            before: vec![0.0; width],
+            next: vec![0.0; width],
+            reach,
+            multipliers: vec![0.0; m],
+            right: vec![0.0; m],
+        })
+    }
+
+    /// Values and gradients where the shapes are, into `here`.
+    pub(super) fn evaluate(&mut self, shapes: &Shapes<'_>, bound: &[Bound]) -> Result<()> {
+        let width = self.raised.len();
+        self.here.gradient.fill(0.0);
+        let mut row = 0;
+        for &k in &self.members {
+            let constraint = &bound[k].constraint;
+            let count = constraint.functional.equations();
+            self.store.clear();
+            let mut rows = self.store.rows(shapes);
+            constraint.functional.linearize(shapes, &mut rows, &mut self.numbers[..count])?;
+            let mut equation = 0;
+            for block in self.store.equations() {
+                match block {
+                    Equation::Coupled { vertices, vectors, .. } => {
+                        if constraint.asks(equation) {
+                            let gradient = &mut self.here.gradient[row * width..(row + 1) * width];
+                            scatter(&self.moving, vertices, vectors, gradient);
+                            self.here.value[row] = self.numbers[equation];
+                            row += 1;
+                        }
+                        equation += 1;
+                    }
+                    Equation::Alike { vertices, coefficients, .. } => {
+                        for axis in 0..3 {
+                            if constraint.asks(equation) {
+                                for (&v, c) in vertices.iter().zip(coefficients) {
+                                    if let Some(at) = self.moving.place(v) {
+                                        self.here.gradient[row * width + 3 * at + axis] += c;
+                                    }
+                                }
+                                self.here.value[row] = self.numbers[equation];
+                                row += 1;
+                            }
+                            equation += 1;
+                        }
+                    }
+                }
+            }
+            let sound = self.here.gradient.iter().all(|g| g.is_finite());
+            if !(sound && self.here.value.iter().all(|v| v.is_finite())) {
+                let what = constraint.describe();
+                return Err(Error::Invalid(format!("{what}: its value overflows; ask for less at once")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Only the components along one axis of the gradients in `here`.
+    pub(super) fn narrow(&mut self, axis: usize) {
+        for vector in self.here.gradient.chunks_exact_mut(3) {
+            for (k, g) in vector.iter_mut().enumerate() {
+                *g = if k == axis { *g } else { 0.0 };
+            }
+        }
+    }
+
+    /// `Q` and `S` of `here`; false where a gradient vanishes or depends on the others.
+    pub(super) fn project(&mut self, assembly: &Assembly, factored: &mut dyn Factored) -> bool {
+        let (m, width) = (self.rows.len(), self.raised.len());
+        let here = &mut self.here;
+        let linear = assembly.system.rows();
+        let entries = linear.len() * self.sides;
+        let mut own = [0.0; MOST];
+        for i in 0..m {
+            let gradient = &here.gradient[i * width..(i + 1) * width];
+            let (before, rest) = here.projected.split_at_mut(i * width);
+            let projected = &mut rest[..width];
+            self.inverse.apply(gradient, self.sides, &mut self.raised, &mut self.work);
+            own[i] = dot(gradient, &self.raised);
+            if entries == 0 {
+                projected.copy_from_slice(&self.raised);
+            } else {
+                let coupling = &mut here.coupling[i * entries..(i + 1) * entries];
+                linear.multiply(&self.raised, self.sides, coupling);
+                factored.solve_into(coupling, projected);
+                for (p, r) in projected.iter_mut().zip(&self.raised) {
+                    *p = r - *p;
+                }
+            }
+            for j in 0..i {
+                here.schur[i * m + j] = dot(gradient, &before[j * width..(j + 1) * width]);
+            }
+            here.schur[i * m + i] = dot(gradient, projected);
+        }
+        cholesky(&mut here.schur, m, &own)
+    }
+
+    /// What was evaluated becomes the state that events start from.
+    pub(super) fn keep_as_base(&mut self) {
+        self.base.clone_from(&self.here);
+    }
+
+    /// `d = d_F + Q μ` with `S μ = wanted - value + G (d₀ - d_F)`, linearized at the base (where `d₀ = 0`).
+    pub(super) fn step_from_base(&mut self, bound: &[Bound], d: &mut [f64]) {
+        let (m, width) = (self.rows.len(), self.raised.len());
+        for (i, &(k, e)) in self.rows.iter().enumerate() {
+            let gradient = &self.base.gradient[i * width..(i + 1) * width];
+            self.right[i] = bound[k].target[e] - self.base.value[i] - dot(gradient, &self.linear);
+        }
+        solve(&self.base.schur, m, &mut self.right);
+        self.multipliers.copy_from_slice(&self.right);
+        d.copy_from_slice(&self.linear);
+        for (i, &mu) in self.right.iter().enumerate() {
+            add(d, mu, &self.base.projected[i * width..(i + 1) * width]);
+        }
+    }
+
+    /// What is missing of the targets: the largest error relative to the numbers wanted, and its row.
+    pub(super) fn error(&self, bound: &[Bound]) -> (f64, usize) {
+        let mut worst = (0.0, 0);
+        for (i, &(k, e)) in self.rows.iter().enumerate() {
+            let (wanted, value) = (bound[k].target[e], self.here.value[i]);
+            let error = (wanted - value).abs();
+            // A value and a target of zero agree; otherwise what counts is the larger of the two.
+            let relative = if error == 0.0 { 0.0 } else { error / wanted.abs().max(value.abs()) };
+            if relative > worst.0 {
+                worst = (relative, i);
+            }
+        }
+        worst
+    }
+
+    /// Whether row `i` misses its target by no more than its terms' rounding errors.
+    pub(super) fn is_rounding(&self, bound: &[Bound], row: usize, base: &[Point], d: &[f64]) -> bool {
+        let width = self.raised.len();
+        let (k, e) = self.rows[row];
+        let gradient = self.here.gradient[row * width..(row + 1) * width].chunks_exact(3);
+        let points = base.iter().zip(d.chunks_exact(3));
+        let size: f64 = gradient
+            .zip(points)
+            .map(|(g, (p, d))| (0..3).map(|a| (g[a] * (p[a] + d[a])).abs()).sum::<f64>())
+            .sum();
+        (bound[k].target[e] - self.here.value[row]).abs() <= 1e-13 * size
+    }
+
+    /// The way from the adjustment in `next`: what restores the values (along `Q`), and what makes the adjustment less
+    /// without changing them to first order; `next` becomes `next + normal + share · tangential`.
+    pub(super) fn step_from_here(&mut self, bound: &[Bound], share: f64) -> Step {
+        let (m, width) = (self.rows.len(), self.raised.len());
+        let d = &mut self.next;
+        let mut normal = [0.0; MOST];
+        for (i, &(k, e)) in self.rows.iter().enumerate() {
+            normal[i] = bound[k].target[e] - self.here.value[i];
+            let g = &self.here.gradient[i * width..(i + 1) * width];
+            self.right[i] = g.iter().zip(d.iter().zip(&self.linear)).map(|(g, (d, l))| g * (d - l)).sum();
+        }
+        solve(&self.here.schur, m, &mut self.right);
+        solve(&self.here.schur, m, &mut normal[..m]);
+        // d_F + Q μ - d, in place of `raised`.
+        for ((r, l), d) in self.raised.iter_mut().zip(&self.linear).zip(d.iter()) {
+            *r = l - d;
+        }
+        self.work.fill(0.0);
+        for i in 0..m {
+            let q = &self.here.projected[i * width..(i + 1) * width];
+            add(&mut self.raised, self.right[i], q);
+            add(&mut self.work, normal[i], q);
+            self.multipliers[i] = self.right[i] + normal[i];
+        }
+        let mut step = Step::default();
+        for ((d, t), n) in d.iter_mut().zip(&self.raised).zip(&self.work) {
+            step.tangential = step.tangential.max(t.abs());
+            let change = n + share * t;
+            step.change = step.change.max(change.abs());
+            *d += change;
+            step.whole = step.whole.max(d.abs());
+        }
+        step
+    }
+
+    /// Restores the values only: `d ← d + Q S⁻¹ (wanted - value)`.
+    pub(super) fn restore(&mut self, bound: &[Bound], d: &mut [f64]) {
+        let (m, width) = (self.rows.len(), self.raised.len());
+        for (i, &(k, e)) in self.rows.iter().enumerate() {
+            self.right[i] = bound[k].target[e] - self.here.value[i];
+        }
+        solve(&self.here.schur, m, &mut self.right);
+        for (i, &mu) in self.right.iter().enumerate() {
+            add(d, mu, &self.here.projected[i * width..(i + 1) * width]);
+            self.multipliers[i] = mu;
+        }
+    }
+
+    /// `Σ μ F W⁻¹ g`: what the border takes of the linear constraints' right-hand side.
+    pub(super) fn taken(&self, out: &mut [f64]) {
+        for (row, mu) in self.here.coupling.chunks_exact(out.len().max(1)).zip(&self.multipliers) {
+            out.iter_mut().zip(row).for_each(|(o, c)| *o += mu * c);
+        }
+    }
+}
+
+/// How far a step went.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Step {
+    /// The largest component of the tangential way, all of it.
+    pub(super) tangential: f64,
+    /// The largest change of a coordinate.
+    pub(super) change: f64,
+    /// The largest component of the adjustment after it.
+    pub(super) whole: f64,
+}
+
+fn scatter(moving: &Moving, vertices: &[usize], vectors: &[crate::Vector], gradient: &mut [f64]) {
+    let run = match (vertices.first(), vertices.last()) {
+        (Some(&a), Some(&b)) => vertices.len() == b.wrapping_sub(a).wrapping_add(1) && b >= a,
+        _ => return,
+    };
+    // Neighbours in order, all of which move: no need to look each of them up.
+    let start = moving.place(vertices[0]);
+    if let (true, Some(start), Some(end)) = (run, start, moving.place(vertices[vertices.len() - 1]))
+        && end - start + 1 == vertices.len()
+        && vertices.is_sorted()
+    {
+        for (g, v) in gradient[3 * start..].chunks_exact_mut(3).zip(vectors) {
+            g[0] += v.x;
+            g[1] += v.y;
+            g[2] += v.z;
+        }
+        return;
+    }
+    for (&vertex, vector) in vertices.iter().zip(vectors) {
+        if let Some(at) = moving.place(vertex) {
+            for axis in 0..3 {
+                gradient[3 * at + axis] += vector[axis];
+            }
+        }
+    }
+}
+
+/// Four sums side by side: shorter chains of rounding, and of waiting.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a4, a1), (b4, b1)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a4.iter().zip(b4) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = a1.iter().zip(b1).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+fn add(to: &mut [f64], factor: f64, x: &[f64]) {
+    for (to, x) in to.iter_mut().zip(x) {
+        *to += factor * x;
+    }
+}
+
+/// `S = L Lᵀ` in the lower triangle, the diagonal's reciprocal in its place; false where a pivot is not above its share of
+/// `own`.
+fn cholesky(s: &mut [f64], m: usize, own: &[f64]) -> bool {
+    for i in 0..m {
+        for j in 0..=i {
+            let products: f64 = (0..j).map(|k| s[i * m + k] * s[j * m + k]).sum();
+            let value = s[i * m + j] - products;
+            if i == j {
+                // Written so that NaN fails too.
+                if !(value > DEPENDENT * own[i] && value.is_finite()) {
+                    return false;
+                }
+                s[i * m + i] = 1.0 / value.sqrt();
+            } else {
+                s[i * m + j] = value * s[j * m + j];
+            }
+        }
+    }
+    true
+}
+
+fn solve(l: &[f64], m: usize, x: &mut [f64]) {
+    for i in 0..m {
+        let products: f64 = (0..i).map(|k| l[i * m + k] * x[k]).sum();
+        x[i] = (x[i] - products) * l[i * m + i];
+    }
+    for i in (0..m).rev() {
+        let products: f64 = (i + 1..m).map(|k| l[k * m + i] * x[k]).sum();
+        x[i] = (x[i] - products) * l[i * m + i];
+    }
+}

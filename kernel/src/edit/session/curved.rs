@@ -1,0 +1,168 @@
+//! An event with constraints that are not linear, beside linear ones that are factored once: Newton's iteration for the
+//! least adjustment with all axes together, or one axis an event (paper 2).
+
+use super::bound::right_hand_side;
+use super::{Session, view};
+use crate::edit::EditError;
+use crate::edit::conflict::agrees;
+use crate::shape::Shape;
+use crate::solve::{Dependency, SolveError};
+
+/// Iterations before an event is given up.
+const ITERATIONS: usize = 200;
+/// A constraint is met at this error, relative to the value wanted.
+const MET: f64 = 2e-13;
+/// The adjustment is the least one where it changes by less than this share of itself: its length, which is flat at the
+/// least one, is least to the square of it.
+const STILL: f64 = 1e-6;
+/// A share of the tangential way below which shortening it further does not help.
+const SHORTEST: f64 = 1.0 / 64.0;
+
+impl<S: Shape> Session<S> {
+    /// Solves for the present targets, the nonlinear constraints as border of the linear ones. The shapes are as before
+    /// where it fails.
+    pub(super) fn curved_event(&mut self) -> Result<(), EditError> {
+        if let Some(border) = &mut self.prepared.border {
+            border.before.copy_from_slice(&self.prepared.d);
+        }
+        let result = if self.alternating.is_some() { self.one_axis() } else { self.all_axes() };
+        if result.is_err()
+            && let Some(border) = &self.prepared.border
+        {
+            self.prepared.d.copy_from_slice(&border.before);
+            self.place();
+        }
+        result
+    }
+
+    /// Sequential least adjustments: each linearizes where the last one arrived and asks for the least adjustment *since the
+    /// start*, so that what it converges to does not depend on the way there.
+    fn all_axes(&mut self) -> Result<(), EditError> {
+        self.solve_linear()?;
+        let Some(border) = &mut self.prepared.border else { return Ok(()) };
+        border.linear.copy_from_slice(&self.prepared.d);
+        border.step_from_base(&self.bound, &mut self.prepared.d);
+        let (mut share, mut tangential, mut missed) = (1.0, f64::INFINITY, f64::INFINITY);
+        for iteration in 1..=ITERATIONS {
+            self.check_finite()?;
+            self.place();
+            let prepared = &mut self.prepared;
+            let Some(border) = &mut prepared.border else { return Ok(()) };
+            border.evaluate(&view(&self.shapes), &self.bound)?;
+            let (error, worst) = border.error(&self.bound);
+            // Below 1e-12 there may be no more to gain than rounding.
+            let met = error <= MET
+                || error >= 0.5 * missed
+                    && border.is_rounding(&self.bound, worst, &prepared.base, &prepared.d);
+            if !border.project(&prepared.assembly, prepared.factored.as_mut()) {
+                return Err(self.vanished(worst).into());
+            }
+            let prepared = &mut self.prepared;
+            let Some(border) = &mut prepared.border else { return Ok(()) };
+            border.next.copy_from_slice(&prepared.d);
+            let step = border.step_from_here(&self.bound, share);
+            let floor = 4.0 * f64::EPSILON * border.reach;
+            if met && step.change <= (STILL * step.whole).max(floor) {
+                prepared.iterations = iteration;
+                return Ok(());
+            }
+            if iteration == ITERATIONS {
+                return Err(self.not_converged(worst).into());
+            }
+            // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says.
+            if step.tangential > 0.8 * tangential && share > SHORTEST {
+                share *= 0.5;
+            }
+            (tangential, missed) = (step.tangential, error);
+            std::mem::swap(&mut prepared.d, &mut border.next);
+        }
+        Ok(())
+    }
+
+    /// One axis makes up for what the others change (paper 2): the linear constraints are met from where the shape is, then
+    /// the multilinear ones, linear in that axis, by it alone. The next event takes the next axis.
+    fn one_axis(&mut self) -> Result<(), EditError> {
+        let turn = self.alternating.unwrap_or(0);
+        self.rebase()?;
+        let Some(border) = &mut self.prepared.border else { return Ok(()) };
+        border.linear.copy_from_slice(&self.prepared.d);
+        let mut axis = None;
+        for iteration in 1..=ITERATIONS {
+            self.check_finite()?;
+            self.place();
+            let prepared = &mut self.prepared;
+            let Some(border) = &mut prepared.border else { return Ok(()) };
+            let mut worst = 0;
+            let candidates = match axis {
+                Some(axis) => axis..axis + 1,
+                None => turn..turn + 3,
+            };
+            let mut sound = false;
+            for candidate in candidates {
+                border.evaluate(&view(&self.shapes), &self.bound)?;
+                let error;
+                (error, worst) = border.error(&self.bound);
+                if error <= MET && iteration > 1 {
+                    self.alternating = Some((candidate + 1) % 3);
+                    prepared.iterations = iteration - 1;
+                    return Ok(());
+                }
+                border.narrow(candidate % 3);
+                if border.project(&prepared.assembly, prepared.factored.as_mut()) {
+                    (axis, sound) = (Some(candidate), true);
+                    break;
+                }
+            }
+            if !sound {
+                return Err(self.vanished(worst).into());
+            }
+            border.restore(&self.bound, &mut prepared.d);
+            if iteration == ITERATIONS {
+                return Err(self.not_converged(worst).into());
+            }
+        }
+        Ok(())
+    }
+
+    /// The shapes as they are become those that are adjusted; `d` what meets the linear constraints from there.
+    fn rebase(&mut self) -> Result<(), EditError> {
+        let prepared = &mut self.prepared;
+        for (base, d) in prepared.base.iter_mut().zip(prepared.d.chunks_exact(3)) {
+            *base += crate::Vector::new(d[0], d[1], d[2]);
+        }
+        prepared.d.fill(0.0);
+        if let Some(border) = &mut prepared.border {
+            border.before.fill(0.0);
+        }
+        let shapes = view(&self.shapes);
+        right_hand_side(&shapes, &self.bound, &prepared.assembly, &mut prepared.rhs, &mut prepared.size)?;
+        let agree = |d: &Dependency| agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size);
+        if let Some(at) = prepared.dependencies.iter().position(|d| !agree(d)) {
+            return Err(self.conflict(at).into());
+        }
+        prepared.factored.solve_into(&prepared.rhs, &mut prepared.d);
+        Ok(())
+    }
+
+    fn vanished(&self, row: usize) -> SolveError {
+        let name = self.border_name(row);
+        let how = if self.alternating.is_some() { " by moving vertices along one axis" } else { "" };
+        SolveError::Conflict(format!(
+            "\"{name}\" cannot be met{how}: where the shape has come to, what could change it is all held by the other \
+             constraints (or nothing can); release one of them, or ask for less at once"
+        ))
+    }
+
+    fn not_converged(&self, row: usize) -> SolveError {
+        let residual = self.prepared.border.as_ref().map_or(0.0, |border| {
+            let (k, e) = border.rows[row];
+            (self.bound[k].target[e] - border.here.value[row]).abs()
+        });
+        SolveError::NotConverged { iterations: ITERATIONS, residual, worst: self.border_name(row) }
+    }
+
+    fn border_name(&self, row: usize) -> String {
+        let row = self.prepared.border.as_ref().and_then(|border| border.rows.get(row));
+        row.map_or_else(String::new, |&(k, _)| self.bound[k].constraint.describe())
+    }
+}
