@@ -67,6 +67,7 @@ mod registry;
 
 pub use error::{Error, Result};
 pub use file::{read, read_with, write, write_with};
+pub use loftsman_area_volume as area_volume;
 pub use loftsman_editing as editing;
 pub use loftsman_fitting as fitting;
 pub use loftsman_gltf as gltf;

@@ -1,5 +1,6 @@
 //! The names that most programs want: `use loftsman::prelude::*`.
 
+pub use loftsman_area_volume::{area, volume};
 pub use loftsman_fitting::{Fit, Target};
 pub use loftsman_kernel::edit::{Ask, Axis, Edit, Edited, Metric, Report, Session};
 pub use loftsman_kernel::functional::{

@@ -28,8 +28,13 @@ pub(super) struct Slot {
     pub(super) side: u32,
     /// Which of the functional's numbers it is.
     pub(super) equation: u32,
-    /// `Σ |coefficient · coordinate|`: rounding errors of its value are of this size times ε.
+    /// `Σ |coefficient| · |vertex|`: rounding errors of its value are of this size times ε, whatever the axes.
     pub(super) magnitude: f64,
+}
+
+/// The largest coordinate of a vertex: what its others were rounded beside, if it was ever turned.
+fn reach(shapes: &Shapes<'_>, vertex: usize) -> f64 {
+    shapes.vertex(vertex).coords.amax()
 }
 
 /// The system of a set of constraints.
@@ -122,20 +127,14 @@ impl Assembly {
             for i in blocks[k]..blocks[k + 1] {
                 match store.block(i) {
                     Equation::Alike { vertices, coefficients, .. } => {
-                        let magnitude = |axis: usize| -> f64 {
-                            vertices
-                                .iter()
-                                .zip(coefficients)
-                                .map(|(&v, c)| (shapes.vertex(v)[axis] * c).abs())
-                                .sum()
-                        };
+                        let magnitude =
+                            vertices.iter().zip(coefficients).map(|(&v, c)| reach(shapes, v) * c.abs()).sum();
                         if alike {
                             let row = rows.len() as u32;
                             rows.push(
                                 vertices.iter().zip(coefficients).filter_map(|(&v, &c)| Some((local(v)?, c))),
                             );
                             for side in 0..3 {
-                                let magnitude = magnitude(side as usize);
                                 slots.push(Slot { row, side, equation: equation + side, magnitude });
                             }
                         } else {
@@ -146,7 +145,6 @@ impl Assembly {
                                 let row = rows.len() as u32;
                                 let terms = vertices.iter().zip(coefficients);
                                 rows.push(terms.filter_map(|(&v, &c)| Some((3 * local(v)? + axis, c))));
-                                let magnitude = magnitude(axis);
                                 slots.push(Slot {
                                     row,
                                     side: 0,
@@ -166,9 +164,7 @@ impl Assembly {
                                 },
                             ),
                         );
-                        let size = |(&v, a): (&usize, &crate::Vector)| {
-                            shapes.vertex(v).coords.component_mul(a).lp_norm(1)
-                        };
+                        let size = |(&v, a): (&usize, &crate::Vector)| reach(shapes, v) * a.lp_norm(1);
                         let magnitude = vertices.iter().zip(vectors).map(size).sum();
                         slots.push(Slot { row, side: 0, equation, magnitude });
                         equation += 1;

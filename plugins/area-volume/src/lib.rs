@@ -1,0 +1,81 @@
+//! What shapes enclose and measure, as constraints: the area inside curves, the volume inside surfaces, centroids, arc
+//! length and surface area (after Elber, *Linearizing the Area and Volume Constraints*).
+//!
+//! [`AreaVolume`] registers them for recipes. In programs:
+//!
+//! ```
+//! use loftsman_area_volume::area;
+//! use loftsman_kernel::Point;
+//! use loftsman_kernel::edit::{Ask, Edit};
+//! use loftsman_kernel::functional::position;
+//! use loftsman_kernel::solve::Automatic;
+//! use loftsman_kernel::spline::{Curve, Space};
+//!
+//! let ring = (0..12).map(|i| (f64::from(i) * 30.0).to_radians().sin_cos());
+//! let ring = ring.map(|(sin, cos)| Point::new(2.0 * cos, sin, 0.0)).collect();
+//! let section = Curve::new(Space::periodic_uniform(3, 12)?, ring)?;
+//! let mut drag = Edit::new(&section)
+//!     .ask(area().keep())
+//!     .handle(position(0.0))
+//!     .prepare(Automatic)?;
+//! let start = section.point(0.0)?;
+//! for step in 1..=10 {
+//!     let shape = drag.to_point(Point::new(start.x + 0.1 * f64::from(step), start.y, 0.0))?;
+//!     assert!((loftsman_area_volume::area_of(shape)? - 5.733_247_420_397_618_5).abs() < 1e-11);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod area;
+mod contour;
+mod flux;
+mod form;
+mod members;
+mod plane;
+mod rule;
+mod shell;
+mod solid;
+mod ties;
+mod volume;
+
+use loftsman_kernel::Result;
+use loftsman_kernel::functional::{Functional, Shapes};
+use loftsman_kernel::plugin::{Plugin, Registry};
+use loftsman_kernel::spline::{Curve, Surface};
+
+pub use area::{Area, area};
+pub use form::AreaForm;
+pub use ties::{Closed, closed, gap};
+pub use volume::{Volume, volume};
+
+/// The plug-in: the functionals of this crate.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AreaVolume;
+
+impl Plugin for AreaVolume {
+    fn register(&self, registry: &mut Registry) {
+        registry.functional::<Area>();
+        registry.functional::<Volume>();
+        registry.functional::<Closed>();
+    }
+}
+
+/// The area inside a closed planar curve, positive.
+///
+/// # Errors
+/// When it is not closed or not planar, or encloses nothing.
+pub fn area_of(curve: &Curve) -> Result<f64> {
+    let mut out = [0.0];
+    area().value(&Shapes::one(curve), &mut out)?;
+    Ok(out[0])
+}
+
+/// The volume inside a closed surface, positive where its normals point outwards.
+///
+/// # Errors
+/// When it is not closed, or encloses nothing.
+pub fn volume_of(surface: &Surface) -> Result<f64> {
+    let mut out = [0.0];
+    volume().value(&Shapes::one(surface), &mut out)?;
+    Ok(out[0])
+}

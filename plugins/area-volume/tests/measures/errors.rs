@@ -1,0 +1,87 @@
+//! Bad input: one clear error each, naming the object and what to do.
+
+use loftsman_area_volume::{area, volume};
+use loftsman_kernel::edit::{Ask, Edit};
+use loftsman_kernel::functional::{Functional, On, Shapes};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
+
+use crate::samples::{ball, circle, oval, patches, pebble, sphere};
+
+fn refuses(functional: &dyn Functional, shapes: &[&dyn Shape], words: &[&str]) {
+    let error =
+        functional.value(&Shapes::new(shapes.iter().copied()), &mut [0.0; 3]).unwrap_err().to_string();
+    for word in words {
+        assert!(error.contains(word), "\"{word}\" is not in: {error}");
+    }
+}
+
+fn named(name: &str) -> On {
+    On { shape: 0, name: Some(name.into()) }
+}
+
+#[test]
+fn what_cannot_be_asked_of_a_shape_says_so() {
+    let mut open = pebble();
+    open.control_vertices_mut()[0].y += 0.125;
+    refuses(&area().on(named("rib")), &[&open], &["\"rib\"", "open", "1.250e-1", "close it"]);
+    let mut bent = oval();
+    bent.control_vertices_mut()[3].z += 0.5;
+    refuses(&area().on(named("rib")), &[&bent], &["\"rib\"", "not planar", "normal"]);
+    let flat = (0..8).map(|i| Point::new(f64::from(if i < 5 { i } else { 8 - i }), 0.0, 0.0)).collect();
+    let flat = Curve::new(Space::periodic_uniform(3, 8).unwrap(), flat).unwrap();
+    refuses(&area().on(named("rib")), &[&flat], &["\"rib\"", "no area"]);
+    refuses(&area().on(named("rib")).normal([0.0, 0.0, 1.0]), &[&flat], &["\"rib\"", "area is zero"]);
+    refuses(&area().on(named("rib")).normal([1.0, 0.0, 0.0]), &[&oval()], &["\"rib\"", "area is zero"]);
+    refuses(&area().on(named("rib")).normal([0.0; 3]), &[&oval()], &["normal has no direction"]);
+    refuses(&area().on(named("hull")), &[&sphere(1.0)], &["\"hull\"", "surface", "volume"]);
+    refuses(&volume().on(named("rib")), &[&oval()], &["\"rib\"", "a curve", "area"]);
+    let sides = patches(3, 0.0);
+    let lidless: Vec<&dyn Shape> = sides[1..].iter().map(|s| s as &dyn Shape).collect();
+    refuses(&volume().of(0..5), &lidless, &["open", "edge", "patches"]);
+    let mut torn = ball(6, 6);
+    torn.control_vertices_mut()[0].x += 0.5;
+    refuses(&volume().on(named("hull")), &[&torn], &["\"hull\"", "open", "v0"]);
+    let mut pressed = ball(6, 6);
+    pressed.control_vertices_mut().iter_mut().for_each(|p| p.z = 0.0);
+    refuses(&volume().on(named("hull")), &[&pressed], &["\"hull\"", "no volume"]);
+    let mut mixed = sides.clone();
+    mixed[0] = mixed[0].elevate(loftsman_kernel::spline::Direction::U, 1).unwrap();
+    let mixed: Vec<&dyn Shape> = mixed.iter().map(|s| s as &dyn Shape).collect();
+    refuses(&volume().of(0..6), &mixed, &["meet", "other knots or weights", "refine or elevate"]);
+}
+
+#[test]
+fn targets_that_cannot_be_are_refused() {
+    let refused = |constraint, words: &[&str]| {
+        let error = Edit::new(&oval()).ask(constraint).solve().unwrap_err().to_string();
+        words.iter().for_each(|word| assert!(error.contains(word), "\"{word}\" is not in: {error}"));
+    };
+    let up = || area().on(named("rib")).normal([0.0, 0.0, 1.0]);
+    refused(up().to(-5.0), &["\"rib\"", "inside out", "same sign"]);
+    refused(up().to(0.0), &["\"rib\"", "nothing is left"]);
+    refused(up().by(-6.0), &["inside out"]);
+    refused(up().scale(-1.0), &["inside out"]);
+    refused(up().to(f64::NAN), &["not a finite number"]);
+    let error = Edit::new(&ball(6, 6)).ask(volume().to(-1.0)).solve().unwrap_err().to_string();
+    assert!(error.contains("inside out") && error.contains("normals"), "{error}");
+}
+
+#[test]
+fn what_is_all_held_cannot_change() {
+    let error = Edit::new(&oval()).ask(area().scale(1.5)).lock(0..12).solve().unwrap_err().to_string();
+    assert!(error.contains("area") && error.contains("unlock"), "{error}");
+    // Two areas of one curve that contradict one another.
+    let twice = Edit::new(&oval()).ask(area().scale(1.5)).ask(area().normal(Vector::z()).to(2.0));
+    let error = twice.solve().unwrap_err().to_string();
+    assert!(error.contains("area") && error.contains("release one of them"), "{error}");
+    let agreeing = Edit::new(&oval()).ask(area().scale(1.5)).ask(area().normal(Vector::z()).scale(1.5));
+    let solved = agreeing.solve().unwrap();
+    assert!(solved.report().redundant.len() == 1, "{}", solved.report());
+    // A hole that is not there any more would be as good as none: far too much is asked at once.
+    let error = Edit::new(&circle(1.0)).ask(area().scale(1e-30)).solve();
+    if let Ok(solved) = error {
+        assert!(solved.report().residual < 1e-12 * 1e-30 * 4.0);
+    }
+}

@@ -1,0 +1,13 @@
+//! Areas, volumes and the rest: closed forms, numbers of other programs, edits, bad input.
+#![allow(
+    missing_docs,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "these are tests, their helpers included"
+)]
+
+mod conformance;
+mod errors;
+mod samples;
+mod sessions;
+mod values;
