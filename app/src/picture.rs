@@ -1,13 +1,280 @@
-//! Pictures of a scene, and of what a recipe did to it: the crate `loftsman-picture`, and files for it.
+//! Pictures of a scene, and of what a recipe did to it: the crate `loftsman-picture`, how recipes and command lines
+//! ask for them, and files for them.
 
 use std::path::Path;
 
+use loftsman_kernel::plugin::{Field, Mark, ParameterError, Parameters};
+use loftsman_kernel::scene::Scene;
 pub use loftsman_picture::*;
+use serde_json::Value;
 
 use crate::error::{Error, Result};
 
 /// How wide a PNG is unless told otherwise, in pixels.
 pub const PIXELS: u32 = 1600;
+
+/// The names of views.
+pub const VIEWS: [(&str, View); 6] = [
+    ("automatic", View::Automatic),
+    ("front", View::Front),
+    ("top", View::Top),
+    ("right", View::Right),
+    ("isometric", View::Isometric),
+    ("perspective", View::Perspective),
+];
+
+/// What curvature can be drawn against.
+pub const AGAINST: [(&str, Against); 2] =
+    [("arc-length", Against::ArcLength), ("parameter", Against::Parameter)];
+
+/// The fields of a recipe's table `picture`.
+pub const FIELDS: &[Field] = &[
+    Field::optional("title", "text", "none", "a line above the picture"),
+    Field::optional("view", "name or [x, y, z]", "\"automatic\"", VIEW),
+    Field::optional("objects", "[name, …]", "all", "what is shown"),
+    Field::optional(
+        "panel",
+        "[{ caption, view, profile, objects }, …]",
+        "one view",
+        "parts of the picture; `profile` (\"arc-length\" or \"parameter\") makes one a chart of curvature",
+    ),
+    Field::optional("columns", "count", "by number and shape", "panels in a row"),
+    Field::optional("before", "true | false", "true", "show each object as it was, lighter"),
+    Field::optional("frames", "true | false", "false", "show frames of animations, dashed"),
+    Field::optional(
+        "combs",
+        "true | false | scale",
+        "false",
+        "curvature combs; a tooth is scale · curvature long",
+    ),
+    Field::optional("knots", "true | false | count", "false", "beads at knots, or so many in each span"),
+    Field::optional("polygons", "true | false", "true", "control polygons and nets"),
+    Field::optional(
+        "movements",
+        "true | false",
+        "false",
+        "arrows from control vertices before to where they are",
+    ),
+    Field::optional("segments", "true | false", "false", "the segments of curves dark and light in turn"),
+    Field::optional("labels", "true | false", "true", "labels of what was asked"),
+    Field::optional("marks", "true | false", "true", "what was asked: points moved and kept, directions, …"),
+    Field::optional("legend", "true | false", "true", "what is what, axes and scale"),
+    Field::optional("dark", "true | false", "false", "light on dark"),
+    Field::optional("width", "millimetres", "180", "of the page"),
+    Field::optional("height", "millimetres", "two thirds of the width", "of a drawing, at most"),
+    Field::optional("pixels", "count", "1600", "the width of a PNG"),
+];
+
+/// The fields of a panel.
+const PANEL: &[Field] = &[
+    Field::optional("caption", "text", "none", "a line below the panel"),
+    Field::optional("view", "name or [x, y, z]", "\"automatic\"", VIEW),
+    Field::optional(
+        "profile",
+        "\"arc-length\" | \"parameter\"",
+        "a drawing",
+        "a chart of curvature against this",
+    ),
+    Field::optional("objects", "[name, …]", "all", "what it shows"),
+];
+
+const VIEW: &str =
+    "automatic, front, top, right, isometric, perspective, or the direction towards the viewer";
+
+/// How a picture is to look, before there is a scene.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own, named as users name it")]
+pub struct Look {
+    /// A line above the picture.
+    pub title: Option<String>,
+    /// From where the scene is seen, where there are no panels.
+    pub view: View,
+    /// What is shown, where there are no panels; everything if `None`.
+    pub objects: Option<Vec<String>>,
+    /// The parts of the picture; none for a single drawing.
+    pub panels: Vec<Panel>,
+    /// Panels in a row.
+    pub columns: Option<usize>,
+    /// Whether the state before is shown.
+    pub before: bool,
+    /// Whether frames of animations are shown.
+    pub frames: bool,
+    /// Curvature combs.
+    pub combs: Combs,
+    /// Beads on curves.
+    pub beads: Beads,
+    /// Control polygons and nets.
+    pub polygons: bool,
+    /// Arrows from control vertices before to where they are.
+    pub movements: bool,
+    /// Segments dark and light in turn.
+    pub segments: bool,
+    /// Labels of marks.
+    pub labels: bool,
+    /// Marks of what was asked.
+    pub marks: bool,
+    /// The legend.
+    pub legend: bool,
+    /// Light on dark.
+    pub dark: bool,
+    /// The width of the page, in millimetres.
+    pub width: Option<f64>,
+    /// The greatest height of a drawing, in millimetres.
+    pub height: Option<f64>,
+    /// The width of a PNG.
+    pub pixels: u32,
+}
+
+impl Default for Look {
+    /// One drawing with control polygons, marks, labels and the state before.
+    fn default() -> Self {
+        Self {
+            title: None,
+            view: View::Automatic,
+            objects: None,
+            panels: Vec::new(),
+            columns: None,
+            before: true,
+            frames: false,
+            combs: Combs::Off,
+            beads: Beads::Off,
+            polygons: true,
+            movements: false,
+            segments: false,
+            labels: true,
+            marks: true,
+            legend: true,
+            dark: false,
+            width: None,
+            height: None,
+            pixels: PIXELS,
+        }
+    }
+}
+
+impl Look {
+    /// The look that a table with [`FIELDS`] describes.
+    ///
+    /// # Errors
+    /// When a field is unknown or wrong.
+    pub fn from_parameters(fields: &Parameters) -> std::result::Result<Self, ParameterError> {
+        fields.check(FIELDS)?;
+        let usual = Self::default();
+        let flag = |name: &str, usual: bool| if fields.has(name) { fields.flag(name) } else { Ok(usual) };
+        let number = |name: &str| if fields.has(name) { fields.number(name).map(Some) } else { Ok(None) };
+        let panels = fields.tables("panel")?.iter().map(panel).collect::<std::result::Result<_, _>>()?;
+        let combs = match fields.value("combs") {
+            Some(Value::Number(_)) => Combs::Scale(fields.number("combs")?),
+            _ if fields.flag("combs")? => Combs::Automatic,
+            _ => Combs::Off,
+        };
+        let beads = match fields.value("knots") {
+            Some(Value::Number(_)) => Beads::Uniform(fields.count("knots")?),
+            _ if fields.flag("knots")? => Beads::Knots,
+            _ => Beads::Off,
+        };
+        let pixels = fields.count_or("pixels", PIXELS as usize)?;
+        Ok(Self {
+            title: if fields.has("title") { Some(fields.text("title")?.to_owned()) } else { None },
+            view: view(fields)?,
+            objects: objects(fields)?,
+            panels,
+            columns: if fields.has("columns") { Some(fields.count("columns")?) } else { None },
+            before: flag("before", usual.before)?,
+            frames: flag("frames", usual.frames)?,
+            combs,
+            beads,
+            polygons: flag("polygons", usual.polygons)?,
+            movements: flag("movements", usual.movements)?,
+            segments: flag("segments", usual.segments)?,
+            labels: flag("labels", usual.labels)?,
+            marks: flag("marks", usual.marks)?,
+            legend: flag("legend", usual.legend)?,
+            dark: flag("dark", usual.dark)?,
+            width: number("width")?,
+            height: number("height")?,
+            // What does not fit is too many pixels, and the renderer says so.
+            pixels: u32::try_from(pixels).unwrap_or(u32::MAX),
+        })
+    }
+
+    /// The picture of a scene with this look.
+    pub fn picture<'a>(&self, scene: &'a Scene, before: Option<&'a Scene>, marks: &'a [Mark]) -> Picture<'a> {
+        let mut picture = Picture::of(scene)
+            .view(self.view)
+            .frames(self.frames)
+            .combs(self.combs)
+            .beads(self.beads)
+            .control_polygons(self.polygons)
+            .movements(self.movements)
+            .alternate(self.segments)
+            .labels(self.labels)
+            .legend(self.legend)
+            .theme(if self.dark { Theme::Dark } else { Theme::Light });
+        if let (true, Some(before)) = (self.before, before) {
+            picture = picture.before(before);
+        }
+        if self.marks {
+            picture = picture.marks(marks);
+        }
+        if let Some(title) = &self.title {
+            picture = picture.title(title);
+        }
+        if let Some(width) = self.width {
+            picture = picture.width(width);
+        }
+        if let Some(height) = self.height {
+            picture = picture.height(height);
+        }
+        if let Some(columns) = self.columns {
+            picture = picture.columns(columns);
+        }
+        match &self.objects {
+            Some(names) if self.panels.is_empty() => {
+                picture.panels([Panel::view(self.view).objects(names.iter().cloned())])
+            }
+            _ => picture.panels(self.panels.iter().cloned()),
+        }
+    }
+}
+
+fn panel(fields: &Parameters) -> std::result::Result<Panel, ParameterError> {
+    fields.check(PANEL)?;
+    let mut panel = if fields.has("profile") {
+        if fields.has("view") {
+            return Err(fields.error("view", "a profile is not seen from anywhere: leave one of both out"));
+        }
+        Panel::profile(fields.choice("profile", &AGAINST)?)
+    } else {
+        Panel::view(view(fields)?)
+    };
+    if fields.has("caption") {
+        panel = panel.caption(fields.text("caption")?);
+    }
+    Ok(match objects(fields)? {
+        Some(names) => panel.objects(names),
+        None => panel,
+    })
+}
+
+fn view(fields: &Parameters) -> std::result::Result<View, ParameterError> {
+    match fields.value("view") {
+        None => Ok(View::Automatic),
+        Some(Value::Array(_)) => fields.vector("view").map(View::From),
+        Some(_) => fields.choice("view", &VIEWS),
+    }
+}
+
+fn objects(fields: &Parameters) -> std::result::Result<Option<Vec<String>>, ParameterError> {
+    if !fields.has("objects") {
+        return Ok(None);
+    }
+    let names = fields.list("objects")?.iter().enumerate().map(|(i, name)| {
+        let text = name.as_str().map(str::to_owned);
+        text.ok_or_else(|| fields.error(&format!("objects[{i}]"), "the name of an object is needed here"))
+    });
+    names.collect::<std::result::Result<_, _>>().map(Some)
+}
 
 /// Whether a file is to be a picture: `.svg` or `.png`.
 pub fn is_picture(path: &Path) -> bool {
@@ -25,4 +292,49 @@ fn is_png(path: &Path) -> bool {
 pub fn encode(path: &Path, picture: &Picture<'_>, pixels: u32) -> Result<Vec<u8>> {
     let bytes = if is_png(path) { picture.to_png(pixels) } else { picture.to_svg().map(String::into_bytes) };
     bytes.map_err(|e| Error::file(path.display().to_string(), e.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn look(table: Value) -> std::result::Result<Look, String> {
+        let fields = Parameters::new(table, "picture").map_err(|e| e.to_string())?;
+        Look::from_parameters(&fields).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn tables_say_how_a_picture_looks() {
+        assert_eq!(look(json!({})), Ok(Look::default()));
+        let found = look(json!({
+            "title": "t", "combs": 0.5, "knots": 3, "before": false, "view": [1, 2, 3],
+            "panel": [{ "view": "top", "caption": "above" }, { "profile": "parameter", "objects": ["a"] }],
+        }))
+        .unwrap();
+        assert_eq!((found.combs, found.beads, found.before), (Combs::Scale(0.5), Beads::Uniform(3), false));
+        let panels =
+            [Panel::view(View::Top).caption("above"), Panel::profile(Against::Parameter).objects(["a"])];
+        assert_eq!(found.panels, panels);
+        assert_eq!(found.view, View::From(loftsman_kernel::Vector::new(1.0, 2.0, 3.0)));
+    }
+
+    #[test]
+    fn what_is_wrong_has_its_place() {
+        for (table, place, words) in [
+            (json!({ "titel": "t" }), "picture", "did you mean \"title\""),
+            (json!({ "view": "tip" }), "picture.view", "did you mean \"top\""),
+            (
+                json!({ "panel": [{ "view": "top" }, { "profil": 1 }] }),
+                "picture.panel[1]",
+                "did you mean \"profile\"",
+            ),
+            (json!({ "panel": [{ "view": "top", "profile": "parameter" }] }), "panel[0].view", "leave one"),
+            (json!({ "objects": ["a", 2] }), "picture.objects[1]", "name of an object"),
+            (json!({ "combs": "big" }), "picture.combs", "true or false"),
+        ] {
+            let problem = look(table).unwrap_err();
+            assert!(problem.contains(place) && problem.contains(words), "{problem}");
+        }
+    }
 }

@@ -192,6 +192,12 @@ impl Object {
         }
     }
 
+    /// The same object under another name.
+    #[must_use]
+    pub fn renamed(&self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self.clone() }
+    }
+
     /// Its name, unique in its scene, never empty there. [`Scene::rename`] changes it.
     pub fn name(&self) -> &str {
         &self.name

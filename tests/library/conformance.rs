@@ -46,6 +46,7 @@ fn every_operation() {
             "untrim" => json!({ "object": "window" }),
             "transform" => json!({ "object": "mesh", "scale": [1, -2, 1], "translate": [1, 0, 0] }),
             "tessellate" => json!({ "object": "patch", "tolerance": 20.0, "angle": 170 }),
+            "copy" => json!({ "object": "rational", "to": ["once", "twice"] }),
             "delete" => json!({ "object": "group" }),
             "rename" => json!({ "object": "group", "to": "all" }),
             "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),

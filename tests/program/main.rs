@@ -2,4 +2,5 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 mod examples;
+mod figures;
 mod golden;

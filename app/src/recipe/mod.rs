@@ -27,6 +27,7 @@ pub use run::{Applied, Runner};
 
 use crate::error::{Error, Result};
 use crate::file::Input;
+use crate::picture::Look;
 use loftsman_kernel::plugin::Source;
 
 /// The fields of a recipe, beside its steps' own.
@@ -50,6 +51,12 @@ pub const FIELDS: &[Field] = &[
     Field::optional("tolerance", "length or \"percent%\"", "\"0.1%\"", "of tessellated splines"),
     Field::optional("read", "{ option = value, … }", "none", "options of the input's format"),
     Field::optional("write", "{ format = { option = value, … }, … }", "none", "options of output formats"),
+    Field::optional(
+        "picture",
+        "{ title, view, panel, combs, … }",
+        "before and after",
+        "how .svg and .png outputs look",
+    ),
 ];
 
 /// A recipe: what to read, what to do, what to write.
@@ -68,6 +75,8 @@ pub struct Recipe {
     pub create_folders: bool,
     /// Everything that is asked of reading and writing.
     pub conversion: crate::convert::Conversion,
+    /// How pictures among the outputs look.
+    pub look: Look,
     /// The steps' tables, each with its `op`.
     pub steps: Vec<Value>,
 }
@@ -130,6 +139,11 @@ impl Recipe {
             outputs,
             create_folders: fields.flag("create_folders")?,
             conversion: crate::convert::Conversion::from_parameters(&fields)?,
+            look: if fields.has("picture") {
+                Look::from_parameters(&fields.table("picture")?)?
+            } else {
+                Look::default()
+            },
             steps,
         })
     }

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::file::input::read_content;
 use crate::file::output::format_for;
 use crate::file::{Input, Outputs};
-use crate::picture::{self, Picture};
+use crate::picture;
 
 /// Runs recipes: with which registry, watched by whom, with which clock and solver.
 #[derive(Clone)]
@@ -94,12 +94,9 @@ impl<'a> Runner<'a> {
             let mut report = OutputReport { path: file.display().to_string(), ..OutputReport::default() };
             if picture::is_picture(file) {
                 let marks: Vec<_> = applied.steps.iter().flat_map(|s| s.marks.iter().cloned()).collect();
-                let picture = Picture::of(&applied.scene).before(&applied.before).marks(&marks);
-                outputs.add(
-                    file,
-                    picture::encode(file, &picture, picture::PIXELS)?,
-                    std::collections::BTreeMap::new(),
-                )?;
+                let picture = recipe.look.picture(&applied.scene, Some(&applied.before), &marks);
+                let bytes = picture::encode(file, &picture, recipe.look.pixels)?;
+                outputs.add(file, bytes, std::collections::BTreeMap::new())?;
             } else {
                 let output = format_for(file, self.registry)?.declaration().name;
                 let asked = recipe.conversion.write_options(applied.format, output);

@@ -39,6 +39,19 @@ pub enum PictureError {
         /// What it should be.
         needed: &'static str,
     },
+    /// A panel asks for an object that the scene does not have.
+    #[error("the scene has no object \"{name}\"{}", near.as_ref().map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default())]
+    Object {
+        /// Its name.
+        name: String,
+        /// The name most like it.
+        near: Option<String>,
+    },
+    /// A curvature profile of a panel without curves.
+    #[error(
+        "a curvature profile needs a curve, and there is none among {0}: choose other objects, or leave it out"
+    )]
+    NoCurve(String),
     /// The renderer refused the drawing.
     #[error("the picture could not be rendered: {0}")]
     Render(String),

@@ -3,6 +3,7 @@
 use loftsman_kernel::Vector;
 
 use crate::path::Spot;
+use crate::view::Lens;
 
 /// A rectangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,40 +44,43 @@ pub(crate) struct Layout {
     /// Millimetres of the page a unit of the stage.
     pub(crate) scale: f64,
     origin: Spot,
+    lens: Lens,
     /// The part of the page that the drawing may fill.
     pub(crate) area: Rect,
 }
 
 impl Layout {
-    /// Fits `content` (in stage coordinates) into the page's width between margins, below `top`, no higher than
-    /// `highest`; as large as it goes, in the middle.
-    pub(crate) fn fit(content: &Rect, width: f64, margin: f64, top: f64, highest: f64) -> Self {
+    /// The largest scale at which `content` (flat: through the lens) fits into a width and a height; `None` where it
+    /// has no size.
+    pub(crate) fn scale_of(content: &Rect, width: f64, highest: f64) -> Option<f64> {
         let [w, h] = content.size();
-        let room = width - 2.0 * margin;
-        // A single point or an empty scene has no size to fit: it goes to the middle of a small area.
-        let scale = (room / w).min(highest / h);
-        let scale = if scale.is_finite() { scale } else { room / 4.0 };
-        let lowest = (0.2 * room).min(highest);
-        let height = (h * scale).max(lowest);
-        let middle = if w.max(h) >= 0.0 && content.low[0].is_finite() {
-            [(content.low[0] + content.high[0]) / 2.0, (content.low[1] + content.high[1]) / 2.0]
-        } else {
-            [0.0, 0.0]
-        };
-        let area = Rect { low: [margin, top], high: [width - margin, top + height] };
-        let centre = [width / 2.0, top + height / 2.0];
-        let origin = [centre[0] - scale * middle[0], centre[1] + scale * middle[1]];
-        Self { scale, origin, area }
+        Some((width / w).min(highest / h)).filter(|scale| scale.is_finite())
+    }
+
+    /// Puts the middle of `content` (flat: through the lens) into the middle of an area of the page.
+    pub(crate) fn new(content: &Rect, scale: f64, lens: Lens, area: Rect) -> Self {
+        let middle = |rect: &Rect| [0, 1].map(|i| (rect.low[i] + rect.high[i]) / 2.0);
+        let inner = if content.low[0].is_finite() { middle(content) } else { [0.0, 0.0] };
+        let outer = middle(&area);
+        let origin = [outer[0] - scale * inner[0], outer[1] + scale * inner[1]];
+        Self { scale, origin, lens, area }
     }
 
     /// A point of the stage on the page.
     pub(crate) fn spot(&self, p: &Vector) -> Spot {
+        let p = self.lens.flat(p);
         [self.origin[0] + self.scale * p.x, self.origin[1] - self.scale * p.y]
     }
 
-    /// A displacement of the stage on the page.
-    pub(crate) fn shift(&self, v: &Vector) -> Spot {
+    /// A displacement of the stage at one of its points, on the page.
+    pub(crate) fn shift(&self, at: &Vector, v: &Vector) -> Spot {
+        let v = self.lens.shift(at, v);
         [self.scale * v.x, -self.scale * v.y]
+    }
+
+    /// Whether the page shows lengths to one scale.
+    pub(crate) fn is_parallel(&self) -> bool {
+        self.lens.is_parallel()
     }
 }
 
@@ -85,22 +89,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn content_fills_the_width_or_the_height_and_stays_upright() {
+    fn content_is_in_the_middle_and_upright() {
         let wide = Rect { low: [-1.0, -0.1], high: [1.0, 0.1] };
-        let layout = Layout::fit(&wide, 120.0, 10.0, 20.0, 80.0);
-        assert_eq!(layout.scale, 50.0);
+        let scale = Layout::scale_of(&wide, 100.0, 80.0).unwrap();
+        assert_eq!(scale, 50.0);
+        let area = Rect { low: [10.0, 20.0], high: [110.0, 40.0] };
+        let layout = Layout::new(&wide, scale, Lens::PARALLEL, area);
         assert_eq!(layout.spot(&Vector::new(-1.0, 0.0, 9.0)), [10.0, 30.0]);
         assert!(layout.spot(&Vector::new(0.0, 0.1, 0.0))[1] < 30.0);
         let high = Rect { low: [0.0, 0.0], high: [1.0, 8.0] };
-        assert_eq!(Layout::fit(&high, 120.0, 10.0, 0.0, 80.0).scale, 10.0);
+        assert_eq!(Layout::scale_of(&high, 120.0, 80.0), Some(10.0));
     }
 
     #[test]
     fn nothing_and_a_point_have_a_layout() {
         let mut point = Rect::NONE;
-        assert!(Layout::fit(&point, 100.0, 5.0, 0.0, 50.0).scale.is_finite());
+        let area = Rect { low: [0.0, 0.0], high: [100.0, 18.0] };
+        assert_eq!(Layout::scale_of(&point, 100.0, 50.0), None);
+        assert_eq!(Layout::new(&point, 9.0, Lens::PARALLEL, area).spot(&Vector::zeros()), [50.0, 9.0]);
         point.take([0.25, 0.5]);
-        let spot = Layout::fit(&point, 100.0, 5.0, 0.0, 50.0).spot(&Vector::new(0.25, 0.5, 0.0));
+        assert_eq!(Layout::scale_of(&point, 100.0, 50.0), None);
+        let spot = Layout::new(&point, 9.0, Lens::PARALLEL, area).spot(&Vector::new(0.25, 0.5, 0.0));
         assert_eq!(spot, [50.0, 9.0]);
     }
 }

@@ -17,15 +17,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! A picture may have several panels: the scene from several sides, some of its objects, the curvature of its curves
+//! as a chart.
+//!
 //! The way through the crate, each step in its own module: `stage` brings scenes into the coordinates of a view
-//! (x right, y up, z towards the viewer, about one unit large); `layout` finds where they go on the page; the
-//! modules of `draw` put one kind of thing each on a `sheet`; `svg` writes it and `png` renders it. Nothing
+//! (x right, y up, z towards the viewer, about one unit large); `page` arranges the panels and `layout` finds where
+//! things go in them; the modules of `draw` put one kind of thing each on a `sheet`, `chart` draws profiles; `svg`
+//! writes it all and `png` renders it. Nothing
 //! reads fonts, files or clocks: the same scene gives the same bytes, also on a machine without fonts.
 
+mod chart;
 mod draw;
 mod error;
 mod labels;
 mod layout;
+mod page;
+mod panel;
 mod path;
 mod picture;
 mod png;
@@ -37,6 +44,7 @@ mod theme;
 mod view;
 
 pub use error::PictureError;
+pub use panel::{Against, Panel};
 pub use picture::{Beads, Combs, Picture};
 pub use theme::Theme;
 pub use view::View;

@@ -1,21 +1,14 @@
-//! What a picture shows and how: the builder, and the order in which things are drawn.
+//! What a picture shows and how: the builder.
 
 use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::Scene;
 
-use crate::draw;
 use crate::error::PictureError;
-use crate::layout::Layout;
+use crate::page;
+use crate::panel::Panel;
 use crate::png;
-use crate::sheet::Sheet;
-use crate::stage::Stage;
-use crate::svg::{Element, length};
-use crate::text;
 use crate::theme::Theme;
 use crate::view::View;
-
-/// The border of the page, in millimetres.
-const MARGIN: f64 = 9.0;
 
 /// The narrowest and widest page, in millimetres.
 const WIDTHS: (f64, f64) = (40.0, 2000.0);
@@ -54,19 +47,19 @@ pub enum Beads {
 /// [`to_png`](Self::to_png) make it. The same picture has the same bytes whenever it is made, whatever fonts the machine has.
 #[derive(Debug, Clone)]
 pub struct Picture<'a> {
-    scene: &'a Scene,
-    before: Option<&'a Scene>,
-    marks: &'a [Mark],
-    title: Option<String>,
-    view: View,
-    theme: Theme,
-    combs: Combs,
-    beads: Beads,
-    control_polygons: bool,
-    labels: bool,
-    legend: bool,
-    width: f64,
-    height: Option<f64>,
+    pub(crate) scene: &'a Scene,
+    pub(crate) before: Option<&'a Scene>,
+    pub(crate) marks: &'a [Mark],
+    pub(crate) title: Option<String>,
+    pub(crate) view: View,
+    pub(crate) panels: Vec<Panel>,
+    pub(crate) columns: Option<usize>,
+    pub(crate) theme: Theme,
+    pub(crate) choices: Choices,
+    pub(crate) frames: bool,
+    pub(crate) legend: bool,
+    pub(crate) width: f64,
+    pub(crate) height: Option<f64>,
 }
 
 /// What the modules of `draw` need to know of a picture.
@@ -75,6 +68,8 @@ pub(crate) struct Choices {
     pub(crate) combs: Combs,
     pub(crate) beads: Beads,
     pub(crate) control_polygons: bool,
+    pub(crate) movements: bool,
+    pub(crate) alternate: bool,
     pub(crate) labels: bool,
 }
 
@@ -87,11 +82,18 @@ impl<'a> Picture<'a> {
             marks: &[],
             title: None,
             view: View::Automatic,
+            panels: Vec::new(),
+            columns: None,
             theme: Theme::Light,
-            combs: Combs::Off,
-            beads: Beads::Off,
-            control_polygons: true,
-            labels: true,
+            choices: Choices {
+                combs: Combs::Off,
+                beads: Beads::Off,
+                control_polygons: true,
+                movements: false,
+                alternate: false,
+                labels: true,
+            },
+            frames: false,
             legend: true,
             width: 180.0,
             height: None,
@@ -119,10 +121,45 @@ impl<'a> Picture<'a> {
         self
     }
 
-    /// From where the scene is seen.
+    /// From where the scene is seen, where there are no panels.
     #[must_use]
     pub fn view(mut self, view: View) -> Self {
         self.view = view;
+        self
+    }
+
+    /// Several drawings and charts on one page, row after row, instead of one drawing.
+    #[must_use]
+    pub fn panels(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
+        self.panels = panels.into_iter().collect();
+        self
+    }
+
+    /// How many panels a row has; otherwise that follows from their number and shape.
+    #[must_use]
+    pub fn columns(mut self, columns: usize) -> Self {
+        self.columns = Some(columns);
+        self
+    }
+
+    /// Whether frames of animations are drawn, dashed: a drag on its way. Of many, a few evenly spread.
+    #[must_use]
+    pub fn frames(mut self, on: bool) -> Self {
+        self.frames = on;
+        self
+    }
+
+    /// Whether arrows lead from every control vertex before to where it is now.
+    #[must_use]
+    pub fn movements(mut self, on: bool) -> Self {
+        self.choices.movements = on;
+        self
+    }
+
+    /// Whether the segments of curves (from knot to knot) are dark and light in turn.
+    #[must_use]
+    pub fn alternate(mut self, on: bool) -> Self {
+        self.choices.alternate = on;
         self
     }
 
@@ -136,28 +173,28 @@ impl<'a> Picture<'a> {
     /// Curvature combs on curves.
     #[must_use]
     pub fn combs(mut self, combs: Combs) -> Self {
-        self.combs = combs;
+        self.choices.combs = combs;
         self
     }
 
     /// Beads on curves.
     #[must_use]
     pub fn beads(mut self, beads: Beads) -> Self {
-        self.beads = beads;
+        self.choices.beads = beads;
         self
     }
 
     /// Whether control polygons and nets are drawn; they are unless told otherwise.
     #[must_use]
     pub fn control_polygons(mut self, on: bool) -> Self {
-        self.control_polygons = on;
+        self.choices.control_polygons = on;
         self
     }
 
     /// Whether marks have labels; they have unless told otherwise.
     #[must_use]
     pub fn labels(mut self, on: bool) -> Self {
-        self.labels = on;
+        self.choices.labels = on;
         self
     }
 
@@ -189,35 +226,11 @@ impl<'a> Picture<'a> {
     /// the eye could not tell, and what is left out is noted under the legend.
     ///
     /// # Errors
-    /// When the hierarchy is cyclic, a transform overflows, or an option is out of its range.
+    /// When the hierarchy is cyclic, a transform overflows, an option is out of its range, a panel names an object
+    /// that is not there, or a curvature profile has no curve.
     pub fn to_svg(&self) -> Result<String, PictureError> {
         self.check()?;
-        let (unit, up) = (self.scene.unit, self.scene.up);
-        let before = self.before.map(|scene| scene.converted(unit, up)).transpose()?;
-        let stage = Stage::new(self.scene, before.as_deref(), self.marks, self.view)?;
-        let choices = Choices {
-            combs: self.combs,
-            beads: self.beads,
-            control_polygons: self.control_polygons,
-            labels: self.labels,
-        };
-        let combs = draw::comb::Combing::of(&stage, &choices);
-        let bounds = draw::bounds(&stage, &combs, &choices);
-        let top = if self.title.is_some() { MARGIN + 7.0 } else { MARGIN };
-        let highest = self.height.unwrap_or(0.65 * self.width);
-        let layout = Layout::fit(&bounds, self.width, MARGIN, top, highest);
-        let mut sheet = Sheet::new(self.theme, layout);
-        draw::draw(&mut sheet, &stage, &combs, &choices, unit);
-        let mut content = sheet.content();
-        let labels = crate::labels::place(&sheet.labels, &sheet.ink, self.theme);
-        content.push_str(&Element::new("g").attribute("id", "labels").around(&labels));
-        let mut bottom = layout.area.high[1] + MARGIN;
-        if self.legend {
-            let (legend, end) = draw::legend::draw(&sheet, &stage, self.width, MARGIN, unit);
-            content.push_str(&legend);
-            bottom = end + 0.6 * MARGIN;
-        }
-        Ok(self.document(&content, bottom))
+        page::compose(self)
     }
 
     /// The picture as a PNG image of this many pixels across (1 to 16384).
@@ -236,7 +249,14 @@ impl<'a> Picture<'a> {
         if let Some(value) = self.height.filter(|h| !(*h >= 10.0 && *h <= most)) {
             return Err(PictureError::Size { what: "high", unit: "mm", value, least: 10.0, most });
         }
-        if let Combs::Scale(scale) = self.combs
+        if self.columns == Some(0) {
+            return Err(PictureError::Option {
+                what: "a number of columns of",
+                found: "0".to_owned(),
+                needed: "1 or more",
+            });
+        }
+        if let Combs::Scale(scale) = self.choices.combs
             && !(scale > 0.0 && scale.is_finite())
         {
             return Err(PictureError::Option {
@@ -246,43 +266,5 @@ impl<'a> Picture<'a> {
             });
         }
         Ok(())
-    }
-
-    /// The document around the drawing.
-    fn document(&self, content: &str, height: f64) -> String {
-        let paper = Element::new("rect")
-            .attribute("class", "paper")
-            .length("width", self.width)
-            .length("height", height)
-            .attribute("fill", &self.theme.paper().hex())
-            .empty();
-        let mut body = String::new();
-        if let Some(title) = &self.title {
-            body.push_str(&Element::new("title").text(title));
-        }
-        body.push_str(&paper);
-        body.push_str(content);
-        if let Some(title) = &self.title {
-            let size = 4.2;
-            // A line of the width that there is, shorter by whole characters where it must be.
-            let room = self.width - 2.0 * MARGIN;
-            let fits = (room / (text::width(title).max(1e-9) * size) * title.chars().count() as f64) as usize;
-            let text = Element::new("text")
-                .attribute("class", "title")
-                .length("x", MARGIN)
-                .length("y", MARGIN + 3.0)
-                .length("font-size", size)
-                .attribute("fill", &self.theme.ink().hex());
-            body.push_str(&text.text(&text::clipped(title, fits.max(4))));
-        }
-        let svg = Element::new("svg")
-            .attribute("xmlns", "http://www.w3.org/2000/svg")
-            .attribute("width", &format!("{}mm", length(self.width)))
-            .attribute("height", &format!("{}mm", length(height)))
-            .attribute("viewBox", &format!("0 0 {} {}", length(self.width), length(height)))
-            .attribute("font-family", text::FAMILY)
-            .attribute("stroke-linejoin", "round")
-            .attribute("stroke-linecap", "round");
-        format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}", svg.around(&body))
     }
 }

@@ -16,8 +16,12 @@ use crate::theme::{Color, Theme};
 pub(crate) enum Layer {
     /// Faces of surfaces and meshes.
     Faces,
+    /// Axes and grid of a chart.
+    Axes,
     /// The state before.
     Old,
+    /// Frames of animations.
+    Frames,
     /// Curvature combs.
     Combs,
     /// Control polygons and nets.
@@ -34,9 +38,11 @@ pub(crate) enum Layer {
 
 impl Layer {
     /// All layers, from the bottom up, with the `id` of their groups.
-    const ALL: [(Self, &'static str); 8] = [
+    const ALL: [(Self, &'static str); 10] = [
         (Self::Faces, "faces"),
+        (Self::Axes, "axes"),
         (Self::Old, "before"),
+        (Self::Frames, "frames"),
         (Self::Combs, "combs"),
         (Self::Nets, "control-polygons"),
         (Self::Curves, "curves"),
@@ -52,19 +58,19 @@ pub(crate) struct Stroke {
     pub(crate) color: Color,
     /// In millimetres.
     pub(crate) width: f64,
-    /// Whether it is dashed.
-    pub(crate) dashed: bool,
+    /// Lengths of dashes and gaps, where it is dashed.
+    pub(crate) dashes: Option<&'static str>,
 }
 
 impl Stroke {
     /// An unbroken stroke.
     pub(crate) fn plain(color: Color, width: f64) -> Self {
-        Self { color, width, dashed: false }
+        Self { color, width, dashes: None }
     }
 
     /// The same stroke, dashed.
     pub(crate) fn dashed(self) -> Self {
-        Self { dashed: true, ..self }
+        Self { dashes: Some("1.2 0.8"), ..self }
     }
 
     /// The element of a stroked path.
@@ -75,7 +81,10 @@ impl Stroke {
             .attribute("fill", "none")
             .attribute("stroke", &self.color.hex())
             .length("stroke-width", self.width);
-        if self.dashed { element.attribute("stroke-dasharray", "1.2 0.8") } else { element }
+        match self.dashes {
+            Some(dashes) => element.attribute("stroke-dasharray", dashes),
+            None => element,
+        }
     }
 }
 
@@ -84,8 +93,12 @@ impl Stroke {
 pub(crate) enum Sample {
     /// A line.
     Line(Stroke),
+    /// A line of two strokes in turn.
+    Alternate(Stroke, Stroke),
     /// A line with squares at its ends.
     Net(Stroke),
+    /// A thin arrow from vertex to vertex.
+    Movement,
     /// A few teeth of a comb.
     Comb(Color),
     /// A bead.
@@ -98,52 +111,69 @@ pub(crate) enum Sample {
     Mark(loftsman_kernel::plugin::MarkKind),
 }
 
-/// The page under construction.
-#[derive(Debug)]
-pub(crate) struct Sheet {
-    pub(crate) theme: Theme,
-    pub(crate) layout: Layout,
-    /// Where lines are, so that labels can keep away from them.
-    pub(crate) ink: Ink,
-    layers: Vec<(Layer, String)>,
+/// What the reader of a page is told under it; the sheets of all panels add to it.
+#[derive(Debug, Default)]
+pub(crate) struct Told {
     /// Sample and words of each entry of the legend, in the order in which they came up.
     pub(crate) legend: Vec<(Sample, String)>,
-    /// Labels to be placed when everything else is drawn.
-    pub(crate) labels: Vec<Label>,
-    /// What was left out, for the reader to know.
+    /// What was left out.
     pub(crate) notes: Vec<String>,
+    names: Vec<Names>,
+    /// What has a name in the legend.
+    entered: Vec<String>,
 }
 
-impl Sheet {
-    /// An empty sheet.
-    pub(crate) fn new(theme: Theme, layout: Layout) -> Self {
-        // Labels may stand a little beside the drawing, but not in the title above it.
-        let area = layout.area;
-        let ink = Ink::new(Rect { low: [area.low[0] - 5.0, area.low[1]], high: area.high.map(|c| c + 5.0) });
-        Self {
-            theme,
-            layout,
-            ink,
-            layers: Vec::new(),
-            legend: Vec::new(),
-            labels: Vec::new(),
-            notes: Vec::new(),
-        }
-    }
+/// Objects that share an entry of the legend.
+#[derive(Debug)]
+struct Names {
+    sample: Sample,
+    old: bool,
+    count: usize,
+    entry: usize,
+}
 
-    /// Puts a finished element on a layer.
-    pub(crate) fn put(&mut self, layer: Layer, element: &str) {
-        match self.layers.iter_mut().find(|(l, _)| *l == layer) {
-            Some((_, content)) => content.push_str(element),
-            None => self.layers.push((layer, element.to_owned())),
-        }
-    }
-
+impl Told {
     /// Adds an entry to the legend unless it is there.
     pub(crate) fn explain(&mut self, sample: Sample, words: impl Into<String>) {
         let words = words.into();
         if !self.legend.iter().any(|(s, w)| *s == sample && *w == words) {
             self.legend.push((sample, words));
+        }
+    }
+
+    /// Enters an object, or its state before. Objects of the same sample share an entry.
+    pub(crate) fn name(&mut self, sample: Sample, name: &str, old: bool) {
+        let suffix = if old { ", before" } else { "" };
+        let words = format!("{name}{suffix}");
+        if self.entered.contains(&words) {
+            return;
+        }
+        self.entered.push(words.clone());
+        let shared = self.names.iter_mut().find(|n| n.sample == sample && n.old == old && n.count < 4);
+        if let Some(names) = shared {
+            names.count += 1;
+            if let Some((_, words)) = self.legend.get_mut(names.entry) {
+                words.truncate(words.len() - suffix.len());
+                words.push_str(&format!(", {name}{suffix}"));
+            }
+            return;
+        }
+        self.names.push(Names { sample, old, count: 1, entry: self.legend.len() });
+        self.legend.push((sample, words));
+    }
+
+    /// Adds an entry to the legend unless there is one of the same words, whatever its sample.
+    pub(crate) fn explain_once(&mut self, sample: Sample, words: impl Into<String>) {
+        let words = words.into();
+        if !self.legend.iter().any(|(_, w)| *w == words) {
+            self.legend.push((sample, words));
+        }
+    }
+
+    /// Adds a note unless it is there.
+    pub(crate) fn note(&mut self, words: String) {
+        if !self.notes.contains(&words) {
+            self.notes.push(words);
         }
     }
 
@@ -157,7 +187,36 @@ impl Sheet {
     ) {
         if shown * 4 < all * 3 {
             let name = text::clipped(object, 30);
-            self.notes.push(format!("{name}: {shown} {glyphs} stand for {all} {things}"));
+            self.note(format!("{name}: {shown} {glyphs} stand for {all} {things}"));
+        }
+    }
+}
+
+/// A panel of the page under construction.
+#[derive(Debug)]
+pub(crate) struct Sheet {
+    pub(crate) theme: Theme,
+    pub(crate) layout: Layout,
+    /// Where lines are, so that labels can keep away from them.
+    pub(crate) ink: Ink,
+    layers: Vec<(Layer, String)>,
+    /// Labels to be placed when everything else is drawn.
+    pub(crate) labels: Vec<Label>,
+    /// What the reader is told about it.
+    pub(crate) told: Told,
+}
+
+impl Sheet {
+    /// An empty sheet, whose labels may stand anywhere in `room`; what is told goes on after `told`.
+    pub(crate) fn new(theme: Theme, layout: Layout, room: Rect, told: Told) -> Self {
+        Self { theme, layout, ink: Ink::new(room), layers: Vec::new(), labels: Vec::new(), told }
+    }
+
+    /// Puts a finished element on a layer.
+    pub(crate) fn put(&mut self, layer: Layer, element: &str) {
+        match self.layers.iter_mut().find(|(l, _)| *l == layer) {
+            Some((_, content)) => content.push_str(element),
+            None => self.layers.push((layer, element.to_owned())),
         }
     }
 
@@ -191,13 +250,18 @@ impl Sheet {
         path
     }
 
-    /// Everything on all layers, each in a group.
-    pub(crate) fn content(&self) -> String {
+    /// Everything on all layers, each in a group, and the labels. The groups of a panel have ids that end with its
+    /// `suffix`.
+    pub(crate) fn content(&self, suffix: &str) -> String {
         let mut out = String::new();
         for (layer, id) in Layer::ALL {
             if let Some((_, content)) = self.layers.iter().find(|(l, _)| *l == layer) {
-                out.push_str(&Element::new("g").attribute("id", id).around(content));
+                out.push_str(&Element::new("g").attribute("id", &format!("{id}{suffix}")).around(content));
             }
+        }
+        let labels = crate::labels::place(&self.labels, &self.ink, self.theme);
+        if !labels.is_empty() {
+            out.push_str(&Element::new("g").attribute("id", &format!("labels{suffix}")).around(&labels));
         }
         out
     }

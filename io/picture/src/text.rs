@@ -50,6 +50,22 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
+/// A tick of an axis: all of them have as many decimals as their step needs.
+pub(crate) fn tick(value: f64, all: &[f64]) -> String {
+    let largest = all.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let step = if let [a, b, ..] = all { b - a } else { largest };
+    if !(1e-3..1e5).contains(&step) || largest >= 1e5 {
+        return number(value);
+    }
+    let decimals = (-step.log10()).ceil().clamp(0.0, 4.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches(['-', '0', '.']).is_empty() {
+        "0".to_owned()
+    } else {
+        text.replace('-', "−")
+    }
+}
+
 fn superscript(c: char) -> char {
     match c {
         '-' => '⁻',
@@ -76,6 +92,14 @@ mod tests {
     fn numbers_read_well() {
         let texts = [0.0, 0.25, -1.5, 20.0, 12345.0, 2e-9, 1e9, -2.5e12].map(number);
         assert_eq!(texts, ["0", "0.25", "−1.5", "20", "12345", "2·10⁻⁹", "10⁹", "−2.5·10¹²"]);
+    }
+
+    #[test]
+    fn ticks_have_the_decimals_of_their_step() {
+        let all = [-0.5, 0.0, 0.5, 1.0];
+        assert_eq!(all.map(|v| tick(v, &all)), ["−0.5", "0", "0.5", "1.0"]);
+        assert_eq!(tick(20.0, &[0.0, 20.0, 40.0]), "20");
+        assert_eq!(tick(2e-9, &[0.0, 1e-9, 2e-9]), "2·10⁻⁹");
     }
 
     #[test]

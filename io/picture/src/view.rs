@@ -6,7 +6,8 @@ use nalgebra::Matrix3;
 
 use crate::error::PictureError;
 
-/// From where a scene is seen; parallel projection, equal scale on all axes. "Up" is the scene's up axis.
+/// From where a scene is seen. "Up" is the scene's up axis. All but [`Perspective`](Self::Perspective) are parallel
+/// projections with one scale.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum View {
@@ -21,8 +22,52 @@ pub enum View {
     Right,
     /// From the front, right and above alike.
     Isometric,
+    /// From the front, a little right and above, by an eye at a distance: what is near is larger. There is no one
+    /// scale, so no scale bar.
+    Perspective,
     /// From a direction, given as the vector from the scene towards the viewer.
     From(Vector),
+}
+
+/// The distance of the eye of a perspective view from the middle of the scene, in units of the stage; the corners of
+/// its box are at most √3 away.
+const EYE: f64 = 5.0;
+
+/// From the stage to the picture's plane: a parallel or a central projection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lens {
+    /// The distance of the eye, on the axis towards the viewer; `None` where it is infinite.
+    eye: Option<f64>,
+}
+
+impl Lens {
+    /// Parallel rays.
+    pub(crate) const PARALLEL: Self = Self { eye: None };
+
+    /// Across, up, and depth towards the viewer. Lines stay lines and planes planes, also in the depth: with an eye
+    /// at `e` the map is `e (x, y, z) / (e - z)`.
+    pub(crate) fn flat(self, p: &Vector) -> Vector {
+        match self.eye {
+            None => *p,
+            Some(eye) => p * (eye / (eye - p.z).max(1e-3)),
+        }
+    }
+
+    /// The derivative of [`flat`](Self::flat) at `p` along `v`.
+    pub(crate) fn shift(self, p: &Vector, v: &Vector) -> Vector {
+        match self.eye {
+            None => *v,
+            Some(eye) => {
+                let left = (eye - p.z).max(1e-3);
+                (v + p * (v.z / left)) * (eye / left)
+            }
+        }
+    }
+
+    /// Whether lengths in the picture's plane have one scale.
+    pub(crate) fn is_parallel(self) -> bool {
+        self.eye.is_none()
+    }
 }
 
 /// An orthonormal frame: right and up on the page, and towards the viewer; right × up = toward.
@@ -31,6 +76,7 @@ pub(crate) struct Frame {
     pub(crate) right: Vector,
     pub(crate) up: Vector,
     pub(crate) toward: Vector,
+    pub(crate) lens: Lens,
 }
 
 impl Frame {
@@ -49,14 +95,15 @@ impl Frame {
             upward = upright(spare);
         }
         let up = upward.normalize();
-        Self { right: up.cross(&toward), up, toward }
+        Self { right: up.cross(&toward), up, toward, lens: Lens::PARALLEL }
     }
 }
 
 /// The front view: x right, z up in a z-up scene, and the same turned for the other axes.
 fn front(up: Up) -> Frame {
     let turn = Up::Z.turn(up);
-    Frame { right: turn * Vector::x(), up: turn * Vector::z(), toward: turn * -Vector::y() }
+    let (right, up, toward) = (turn * Vector::x(), turn * Vector::z(), turn * -Vector::y());
+    Frame { right, up, toward, lens: Lens::PARALLEL }
 }
 
 impl View {
@@ -65,9 +112,13 @@ impl View {
         let front = front(up);
         Ok(match self {
             Self::Front => front,
-            Self::Top => Frame { right: front.right, up: -front.toward, toward: front.up },
-            Self::Right => Frame { right: -front.toward, up: front.up, toward: front.right },
+            Self::Top => Frame { up: -front.toward, toward: front.up, ..front },
+            Self::Right => Frame { right: -front.toward, toward: front.right, ..front },
             Self::Isometric => isometric(front),
+            Self::Perspective => {
+                let toward = front.toward + front.right * 0.6 + front.up * 0.55;
+                Frame { lens: Lens { eye: Some(EYE) }, ..Frame::looking(toward, front.up, front.right) }
+            }
             Self::From(direction) => {
                 let size = direction.amax();
                 if !(size > 0.0 && size.is_finite()) {
@@ -123,13 +174,26 @@ mod tests {
     fn frames_are_right_handed_and_orthonormal() {
         let odd = View::From(Vector::new(1e200, -3e199, 0.0));
         for up in [Up::X, Up::Y, Up::Z] {
-            for view in [View::Front, View::Top, View::Right, View::Isometric, View::From(Vector::z()), odd] {
+            let named = [View::Front, View::Top, View::Right, View::Isometric, View::Perspective];
+            for view in named.into_iter().chain([View::From(Vector::z()), odd]) {
                 let f = view.frame(up, &[]).unwrap();
                 assert!((f.right.cross(&f.up) - f.toward).norm() < 1e-14, "{view:?} {up:?}");
                 assert!((f.up.norm() - 1.0).abs() < 1e-14 && f.right.dot(&f.up).abs() < 1e-14);
             }
         }
         assert!(View::From(Vector::zeros()).frame(Up::Z, &[]).is_err());
+    }
+
+    #[test]
+    fn an_eye_keeps_lines_straight_and_its_derivative_is_right() {
+        let lens = Lens { eye: Some(EYE) };
+        let (a, b) = (Vector::new(0.3, -0.5, 1.0), Vector::new(-1.0, 0.8, -0.7));
+        let [p, q, r] = [a, b, a * 0.3 + b * 0.7].map(|p| lens.flat(&p));
+        assert!((q - p).cross(&(r - p)).norm() < 1e-14);
+        let (h, v) = (1e-6, Vector::new(0.2, 0.4, -0.9));
+        let numeric = (lens.flat(&(a + v * h)) - lens.flat(&(a - v * h))) / (2.0 * h);
+        assert!((numeric - lens.shift(&a, &v)).norm() < 1e-9);
+        assert_eq!(Lens::PARALLEL.flat(&a), a);
     }
 
     #[test]

@@ -3,10 +3,10 @@
 
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Mark, MarkKind};
-use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
-use loftsman_picture::{Beads, Combs, Picture, PictureError, Theme, View};
+use loftsman_picture::{Against, Beads, Combs, Panel, Picture, PictureError, Theme, View};
 use proptest::prelude::*;
 use resvg::usvg::{self, roxmltree::Document};
 
@@ -183,13 +183,89 @@ fn degenerate_scenes_have_pictures() {
         scene([("none", Polyline { points: vec![], closed: true }.into())]),
     ];
     for scene in &scenes {
-        for view in [View::Automatic, View::Front, View::Top, View::Right, View::Isometric] {
+        let oblique = [View::Isometric, View::Perspective];
+        for view in [View::Automatic, View::Front, View::Top, View::Right].into_iter().chain(oblique) {
             let picture = Picture::of(scene).view(view).combs(Combs::Automatic).beads(Beads::Uniform(3));
             let svg = picture.before(&scenes[2]).to_svg().unwrap();
             elements(&svg);
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         }
     }
+}
+
+#[test]
+fn panels_have_one_scale_and_ids_of_their_own() {
+    let scene = scene([("c", cubic(1.0).into()), ("d", cubic(2.0).into())]);
+    let panels = [
+        Panel::view(View::Top).objects(["c"]).caption("(a) <one>"),
+        Panel::view(View::Top).objects(["d"]),
+        Panel::view(View::Perspective),
+        Panel::profile(Against::Parameter).caption("curvature"),
+    ];
+    let svg = Picture::of(&scene).combs(Combs::Automatic).panels(panels).to_svg().unwrap();
+    let all = elements(&svg);
+    let mut ids: Vec<&String> =
+        all.iter().flat_map(|(_, list)| list).filter(|a| a.0 == "id").map(|a| &a.1).collect();
+    let count = ids.len();
+    ids.sort();
+    ids.dedup();
+    assert!(ids.len() == count && ids.iter().any(|id| *id == "curves-4"), "{ids:?}");
+    // The second curve is twice the first, on the page too.
+    let curves = of_class(&svg, "curve", "d");
+    assert_eq!(curves.len(), 4);
+    let wide = |data: &str| {
+        let d = numbers(data);
+        d[d.len() - 2] - d[0]
+    };
+    assert!((wide(&curves[1]) / wide(&curves[0]) - 2.0).abs() < 1e-3);
+    assert!(svg.contains("(a) &lt;one&gt;") && svg.contains(">parameter u<"));
+    assert_eq!(of_class(&svg, "profile", "d").len(), 2);
+}
+
+#[test]
+fn the_profile_of_a_circle_is_flat_and_as_long_as_the_circle() {
+    let w = 0.5_f64.sqrt();
+    let net = points(&[[2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], 1.0);
+    let arc = Curve::rational(Space::clamped(2, &[0.0, 1.0]).unwrap(), net, vec![1.0, w, 1.0]).unwrap();
+    let scene = scene([("arc", (&arc).into())]);
+    let svg = Picture::of(&scene).panels([Panel::profile(Against::ArcLength)]).to_svg().unwrap();
+    let [profile] = &of_class(&svg, "profile", "d")[..] else { panic!("one profile") };
+    let d = numbers(profile);
+    assert!(d.chunks(2).all(|p| (p[1] - d[1]).abs() < 1e-3), "{d:?}");
+    // Curvature 1/2, to the left; ticks give the scale: the axis ends at the length π.
+    assert!(svg.contains("signed curvature (1/m)") && svg.contains(">3<") && !svg.contains(">4<"));
+    let texts = |words: &str| {
+        let at = svg.find(&format!(">{words}<")).unwrap();
+        let x = svg[..at].rfind(" x=\"").unwrap() + 4;
+        svg[x..].split('"').next().unwrap().parse::<f64>().unwrap()
+    };
+    let unit = texts("3") - texts("2");
+    assert!(((d[d.len() - 2] - d[0]) / unit - std::f64::consts::PI).abs() < 1e-3);
+}
+
+#[test]
+fn frames_of_a_drag_are_dashed_and_the_last_is_the_curve() {
+    let mut object = Object::new("c", cubic(1.0).into());
+    let lifted = |by: f64| object.geometry.points().iter().map(|p| p + Vector::y() * by).collect::<Vec<_>>();
+    let frames = vec![lifted(2.0), lifted(1.0), lifted(0.0)];
+    object.animation = Some(Animation { rate: 24.0, frames });
+    let mut scene = Scene::new();
+    scene.add(object).unwrap();
+    let svg = Picture::of(&scene).frames(true).to_svg().unwrap();
+    assert_eq!(of_class(&svg, "frame", "stroke-dasharray").len(), 2);
+    assert!(svg.contains(">frame 2<") && !svg.contains(">frame 3<"));
+    assert!(of_class(&Picture::of(&scene).to_svg().unwrap(), "frame", "d").is_empty());
+}
+
+#[test]
+fn segments_alternate_and_vertices_have_arrows() {
+    let (now, then) = (scene([("c", cubic(1.0).into())]), scene([("c", cubic(1.1).into())]));
+    let svg = Picture::of(&now).alternate(true).to_svg().unwrap();
+    let counts: Vec<usize> = of_class(&svg, "curve", "d").iter().map(|d| d.matches('C').count()).collect();
+    assert_eq!(counts, [5, 4]);
+    let svg = Picture::of(&now).before(&then).movements(true).to_svg().unwrap();
+    // All but the vertex at the origin; and the legend's sample.
+    assert_eq!(of_class(&svg, "arrow", "d").len() - 2, 11 + 1);
 }
 
 #[test]
@@ -208,6 +284,12 @@ fn options_that_cannot_be_are_refused_with_reasons() {
     for wrong in [picture().combs(Combs::Scale(-1.0)), picture().view(View::From(Vector::zeros()))] {
         assert!(matches!(wrong.to_svg(), Err(PictureError::Option { .. })));
     }
+    assert!(matches!(picture().columns(0).to_svg(), Err(PictureError::Option { .. })));
+    let unknown = picture().panels([Panel::view(View::Top).objects(["cc"])]).to_svg().unwrap_err();
+    assert_eq!(unknown.to_string(), "the scene has no object \"cc\"; did you mean \"c\"?");
+    let cloud = self::scene([("cloud", Cloud { points: vec![Point::origin()] }.into())]);
+    let profile = Picture::of(&cloud).panels([Panel::profile(Against::ArcLength)]).to_svg().unwrap_err();
+    assert!(profile.to_string().contains("none among cloud"), "{profile}");
     let marks = [mark(MarkKind::Kept, Point::new(f64::NAN, 0.0, 0.0), Point::origin(), None)];
     assert!(matches!(picture().marks(&marks).to_svg(), Err(PictureError::Place { .. })));
 }
@@ -292,7 +374,9 @@ proptest! {
         let weights = weights[..points.len()].to_vec();
         let curve = Curve::rational(space.unwrap(), points, weights).unwrap();
         let scene = scene([("c", curve.into())]);
-        let svg = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots).to_svg().unwrap();
+        let panels = [Panel::view(View::Perspective), Panel::profile(Against::ArcLength)];
+        let picture = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots).panels(panels);
+        let svg = picture.to_svg().unwrap();
         elements(&svg);
         prop_assert!(!svg.contains("NaN") && !svg.contains("inf"));
     }

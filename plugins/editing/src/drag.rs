@@ -17,7 +17,7 @@ use crate::problem::{Problem, SHARED, put_back, step_report};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Drag;
 
-const FIELDS: [Field; 14] = {
+const FIELDS: [Field; 15] = {
     let own = [
         Field::required(
             "handle",
@@ -25,6 +25,12 @@ const FIELDS: [Field; 14] = {
             "what is dragged; with `pick`, a place that near to an end of the curve picks the end",
         ),
         Field::required("path", "[[x, y, z], …]", "the values it takes, one event each"),
+        Field::optional(
+            "relative",
+            "true | false",
+            "false",
+            "the path's values are changes of the handle's value before the drag",
+        ),
         Field::optional(
             "sliding",
             "true | false",
@@ -34,13 +40,13 @@ const FIELDS: [Field; 14] = {
         Field::optional("frames", "true | false", "false", "keep every event as a frame of an animation"),
         Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
     ];
-    let mut all = [own[0]; 14];
+    let mut all = [own[0]; 15];
     let mut i = 0;
     while i < 9 {
         all[i] = SHARED[i];
         i += 1;
     }
-    while i < 14 {
+    while i < 15 {
         all[i] = own[i - 9];
         i += 1;
     }
@@ -59,9 +65,13 @@ impl Operation for Drag {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         let problem = Problem::new(scene, parameters, context, true)?;
-        let path = parameters.points("path")?;
+        let mut path = parameters.points("path")?;
         if path.is_empty() {
             return Err(parameters.error("path", "the path is empty: give at least one point").into());
+        }
+        if parameters.flag("relative")? {
+            let start = problem.handle_value()?;
+            path.iter_mut().for_each(|value| *value += start);
         }
         let rate = parameters.number_or("frames_per_second", 24.0)?;
         if rate <= 0.0 {

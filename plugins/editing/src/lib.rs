@@ -1,5 +1,6 @@
 //! The operations that edit: `edit` and `drag` under constraints, and the small ones that change how a shape is
-//! represented or where it is (`refine`, `elevate`, `reverse`, `split`, `untrim`, `transform`, `tessellate`, `delete`, `rename`).
+//! represented or where it is (`refine`, `elevate`, `reverse`, `split`, `untrim`, `transform`, `tessellate`, `copy`,
+//! `delete`, `rename`).
 //!
 //! [`Editing`] registers them, with the kernel's functionals and solvers.
 
@@ -22,7 +23,7 @@ pub use cut::{Reverse, Split};
 pub use drag::Drag;
 pub use edit::EditOperation;
 pub use representation::{Elevate, Refine, Untrim};
-pub use scene::{Delete, Rename};
+pub use scene::{Delete, Duplicate, Rename};
 pub use tessellate::Tessellate;
 pub use transform::Transform;
 
@@ -47,6 +48,7 @@ impl Plugin for Editing {
         registry.operation(Untrim);
         registry.operation(Transform);
         registry.operation(Tessellate);
+        registry.operation(Duplicate);
         registry.operation(Delete);
         registry.operation(Rename);
     }

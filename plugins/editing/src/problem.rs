@@ -182,6 +182,22 @@ impl Problem {
         if self.best_effort { edit.best_effort() } else { edit }
     }
 
+    /// The value that the handle has.
+    ///
+    /// # Errors
+    /// When it has none at its location, or is not a vector.
+    pub(crate) fn handle_value(&self) -> Result<Vector, Error> {
+        let mut value = [0.0; 3];
+        if let Some(handle) = &self.handle {
+            if handle.equations() != value.len() {
+                let what = handle.describe();
+                return Err(Error::Invalid(format!("\"{what}\" is not a vector: drag something that is")));
+            }
+            handle.value(&Shapes::new(self.shapes.iter().map(AsRef::as_ref)), &mut value)?;
+        }
+        Ok(Vector::from(value))
+    }
+
     /// What a picture of the edit should mark.
     pub(crate) fn marks(&self, after: &[&dyn Shape]) -> Vec<Mark> {
         let mut marks = Vec::new();

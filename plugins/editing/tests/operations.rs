@@ -192,6 +192,34 @@ fn surface_edges_are_joined() {
 }
 
 #[test]
+fn a_relative_drag_starts_where_the_handle_is() {
+    let drag = |relative: bool, to: [f64; 3]| {
+        let mut scene = scene();
+        let handle = json!({ "kind": "derivative", "at": 4.0, "order": 2 });
+        let fields = json!({ "handle": handle, "path": [to], "relative": relative });
+        run(&mut scene, "drag", fields).unwrap();
+        scene.curve("section").unwrap().derivative(4.0, 2).unwrap()
+    };
+    let start = curve().derivative(4.0, 2).unwrap();
+    assert!((drag(false, [1.0, 2.0, 0.0]) - Vector::new(1.0, 2.0, 0.0)).norm() < 1e-12);
+    assert!((drag(true, [1.0, 2.0, 0.0]) - start - Vector::new(1.0, 2.0, 0.0)).norm() < 1e-12);
+}
+
+#[test]
+fn copies_are_the_same_under_other_names() {
+    let mut scene = scene();
+    run(&mut scene, "copy", json!({ "object": "section", "to": ["once", "twice"] })).unwrap();
+    let names: Vec<&str> = scene.objects().iter().map(|o| o.name()).collect();
+    assert_eq!(names, ["section", "once", "twice"]);
+    assert_eq!(scene.objects()[2], scene.objects()[0].renamed("twice"));
+    let before = scene.clone();
+    let taken = json!({ "object": "section", "to": ["thrice", "once"] });
+    assert!(run(&mut scene, "copy", taken).unwrap_err().to_string().contains("once"));
+    assert_eq!(scene, before, "a copy that fails leaves nothing behind");
+    assert!(fails("copy", json!({ "object": "section", "to": [3] })).contains("name"));
+}
+
+#[test]
 fn splits_reversals_and_transforms() {
     let mut scene = scene();
     run(&mut scene, "split", json!({ "at": 4.0 })).unwrap();

@@ -39,12 +39,10 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 6);
     }
-    sheet.note_thinned(body.object.name(), (kept.len(), "beads"), (all, "places"));
+    sheet.told.note_thinned(body.object.name(), (kept.len(), "beads"), (all, "places"));
     let words = match beads {
         Beads::Uniform(count) => format!("{count} beads a knot span, uniform in the parameter"),
         _ => "knot".to_owned(),
     };
-    if !sheet.legend.iter().any(|(_, known)| *known == words) {
-        sheet.explain(Sample::Bead(color), words);
-    }
+    sheet.told.explain_once(Sample::Bead(color), words);
 }

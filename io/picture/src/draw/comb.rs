@@ -43,10 +43,9 @@ struct Sampled {
     tooth: bool,
 }
 
-/// The combs of all curves, to one scale.
-#[derive(Debug, Default)]
-pub(crate) struct Combing {
-    combs: Vec<Comb>,
+/// How long teeth are, the same in all panels of a picture.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Measure {
     /// Length of a tooth over curvature, in stage units.
     scale: f64,
     /// Teeth are no longer than this.
@@ -55,8 +54,47 @@ pub(crate) struct Combing {
     most: f64,
 }
 
+impl Measure {
+    /// The measure for the combs of all panels; `size` is what a unit of the stage is in the scene. `None` where
+    /// nothing bends.
+    pub(crate) fn of<'a>(
+        combings: impl Iterator<Item = &'a Combing> + Clone,
+        combs: Combs,
+        size: f64,
+    ) -> Option<Self> {
+        let samples = combings.flat_map(|combing| &combing.combs).flat_map(|c| &c.samples);
+        let mut values: Vec<f64> = samples.map(|s| s.curvature.norm()).collect();
+        values.sort_by(f64::total_cmp);
+        let most = values.last().copied().unwrap_or(0.0);
+        // Radii of a billion times the scene are rounding on a straight line.
+        if most < 1e-9 {
+            return None;
+        }
+        let (scale, longest) = match combs {
+            Combs::Scale(scale) => (scale / size / size, 4.0),
+            _ => {
+                // Samples are about even along the curve: four fifths of its length have less than this.
+                let usual = values[values.len() * 4 / 5];
+                let by_usual = USUAL / usual.max(most * 1e-3);
+                (
+                    if most * by_usual <= 1.5 * LONGEST { by_usual.min(LONGEST / most) } else { by_usual },
+                    LONGEST,
+                )
+            }
+        };
+        Some(Self { scale, longest, most })
+    }
+}
+
+/// The combs of the curves of a panel.
+#[derive(Debug, Default)]
+pub(crate) struct Combing {
+    combs: Vec<Comb>,
+    measure: Measure,
+}
+
 impl Combing {
-    /// Samples the curvature of all curves and finds the scale.
+    /// Samples the curvature of all curves; none where no combs are wanted.
     pub(crate) fn of(stage: &Stage<'_>, choices: &Choices) -> Self {
         if choices.combs == Combs::Off {
             return Self::default();
@@ -69,38 +107,23 @@ impl Combing {
                 }
             }
         }
-        let mut values: Vec<f64> =
-            combs.iter().flat_map(|c| &c.samples).map(|s| s.curvature.norm()).collect();
-        values.sort_by(f64::total_cmp);
-        let most = values.last().copied().unwrap_or(0.0);
-        // Radii of a billion times the scene are rounding on a straight line.
-        if most < 1e-9 {
-            return Self { combs: Vec::new(), ..Self::default() };
-        }
-        let (scale, longest) = match choices.combs {
-            Combs::Scale(scale) => (scale / stage.projection.size / stage.projection.size, 4.0),
-            _ => {
-                // Samples are about even along the curve: four fifths of its length have less than this.
-                let usual = values[values.len() * 4 / 5];
-                let by_usual = USUAL / usual.max(most * 1e-3);
-                (
-                    if most * by_usual <= 1.5 * LONGEST { by_usual.min(LONGEST / most) } else { by_usual },
-                    LONGEST,
-                )
-            }
-        };
-        Self { combs, scale, longest, most }
+        Self { combs, measure: Measure::default() }
+    }
+
+    /// The same combs with a measure; without one there are none.
+    pub(crate) fn measured(self, measure: Option<Measure>) -> Self {
+        measure.map(|measure| Self { measure, ..self }).unwrap_or_default()
     }
 
     fn tip(&self, sample: &Sampled) -> (Vector, bool) {
-        let tooth = sample.curvature * -self.scale;
+        let tooth = sample.curvature * -self.measure.scale;
         let length = tooth.norm();
-        if length <= self.longest * (1.0 + 1e-9) {
+        if length <= self.measure.longest * (1.0 + 1e-9) {
             (sample.foot + tooth, false)
         } else {
             // A direction first: a scale of 1e300 overflows the length.
             let direction = sample.curvature.normalize();
-            (sample.foot - direction * self.longest, true)
+            (sample.foot - direction * self.measure.longest, true)
         }
     }
 
@@ -155,17 +178,19 @@ impl Combing {
             let body = if comb.old { &stage.old[comb.body] } else { &stage.new[comb.body] };
             let color = color(sheet, body, comb.old);
             let size = stage.projection.size;
-            let most = text::number(self.most / size);
+            let most = text::number(self.measure.most / size);
             let unit = unit.name();
-            let per = text::number(1.0 / (self.scale * sheet.layout.scale * size));
-            sheet.explain(
-                Sample::Comb(color),
-                format!("curvature: 1 mm of tooth is {per}/{unit}, the largest {most}/{unit}"),
-            );
+            if sheet.layout.is_parallel() {
+                let per = text::number(1.0 / (self.measure.scale * sheet.layout.scale * size));
+                let words = format!("curvature: 1 mm of tooth is {per}/{unit}, the largest {most}/{unit}");
+                sheet.told.explain_once(Sample::Comb(color), words);
+            } else if !sheet.told.legend.iter().any(|(sample, _)| matches!(sample, Sample::Comb(_))) {
+                sheet.told.explain_once(Sample::Comb(color), format!("curvature, at most {most}/{unit}"));
+            }
             if any_cut {
                 sheet
-                    .notes
-                    .push("the longest teeth of the curvature comb are cut (dashed envelope)".to_owned());
+                    .told
+                    .note("the longest teeth of the curvature comb are cut (dashed envelope)".to_owned());
             }
         }
     }
@@ -204,7 +229,7 @@ mod tests {
         ];
         let samples = sample(&[Piece { control, rational: true }]);
         let combs = vec![Comb { body: 0, old: false, samples }];
-        let combing = Combing { combs, scale: 0.25, longest: LONGEST, most: 1.0 };
+        let combing = Combing { combs, measure: Measure { scale: 0.25, longest: LONGEST, most: 1.0 } };
         assert!(combing.tips().count() > 100);
         assert!(combing.tips().all(|tip| (tip.norm() - 1.25).abs() < 1e-12));
     }

@@ -1,11 +1,9 @@
 //! Curves as SVG paths: exact where a cubic Bézier segment is, within a twentieth of a pixel elsewhere.
 
-use loftsman_kernel::Vector;
-
 use crate::labels::Ink;
 use crate::layout::Layout;
 use crate::path::{Path, Spot};
-use crate::stage::piece::Piece;
+use crate::stage::piece::{Jet, Piece};
 
 /// The largest error of an approximated piece: a twentieth of a pixel (1/96 inch), in millimetres.
 const TOLERANCE: f64 = 25.4 / 96.0 / 20.0;
@@ -13,13 +11,18 @@ const TOLERANCE: f64 = 25.4 / 96.0 / 20.0;
 /// A piece within this of its chord is drawn as a segment, in millimetres.
 const STRAIGHT: f64 = 0.003;
 
-/// The path data of a chain of pieces.
-pub(crate) fn trace(pieces: &[Piece], closed: bool, layout: &Layout, ink: &mut Ink) -> String {
+/// The path data of pieces, those joined that follow one another.
+pub(crate) fn trace<'p>(
+    pieces: impl IntoIterator<Item = &'p Piece>,
+    closed: bool,
+    layout: &Layout,
+    ink: &mut Ink,
+) -> String {
     let mut path = Path::default();
     for piece in pieces {
         let spots: Vec<Spot> = (0..=piece.degree()).map(|i| layout.spot(&piece.vertex(i))).collect();
         let (Some(&start), Some(&end)) = (spots.first(), spots.last()) else { continue };
-        if path.pen().is_none() {
+        if path.pen() != Some(start) {
             path.move_to(start);
         }
         let length: f64 = spots.windows(2).map(|s| (s[1][0] - s[0][0]).hypot(s[1][1] - s[0][1])).sum();
@@ -35,7 +38,8 @@ pub(crate) fn trace(pieces: &[Piece], closed: bool, layout: &Layout, ink: &mut I
             path.line_to(end);
             continue;
         }
-        match (piece.rational, &spots[..]) {
+        // Through a central projection a polynomial piece is rational.
+        match (piece.rational || !layout.is_parallel(), &spots[..]) {
             (false, [a, b, c]) => path.cubic_to(toward(*a, *b), toward(*c, *b), *c),
             (false, [_, b, c, d]) => path.cubic_to(*b, *c, *d),
             _ => approximate(piece, layout, &mut path),
@@ -68,13 +72,11 @@ fn approximate(piece: &Piece, layout: &Layout, path: &mut Path) {
     while let Some((a, b, left)) = todo.pop() {
         let h = b - a;
         let (start, end) = (piece.jet(a), piece.jet(b));
-        let control: [Vector; 4] = [
-            start.point,
-            start.point + start.first * (h / 3.0),
-            end.point - end.first * (h / 3.0),
-            end.point,
-        ];
-        let spots = control.map(|p| layout.spot(&p));
+        let arm = |jet: &Jet, by: f64| {
+            let (spot, shift) = (layout.spot(&jet.point), layout.shift(&jet.point, &jet.first));
+            [0, 1].map(|i| spot[i] + shift[i] * by)
+        };
+        let spots = [arm(&start, 0.0), arm(&start, h / 3.0), arm(&end, -h / 3.0), arm(&end, 0.0)];
         let off = |t: f64| {
             let s = 1.0 - t;
             let weights = [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t];
@@ -97,15 +99,17 @@ fn approximate(piece: &Piece, layout: &Layout, path: &mut Path) {
 mod tests {
     use super::*;
     use crate::layout::Rect;
+    use crate::view::Lens;
     use nalgebra::Vector4;
 
     fn layout() -> Layout {
-        Layout::fit(&Rect { low: [0.0, 0.0], high: [1.0, 1.0] }, 120.0, 10.0, 10.0, 100.0)
+        let content = Rect { low: [0.0, 0.0], high: [1.0, 1.0] };
+        Layout::new(&content, 100.0, Lens::PARALLEL, Rect { low: [10.0; 2], high: [110.0; 2] })
     }
 
     fn trace_of(piece: Piece) -> String {
         let mut ink = Ink::new(Rect { low: [0.0; 2], high: [120.0; 2] });
-        trace(&[piece], false, &layout(), &mut ink)
+        trace([&piece], false, &layout(), &mut ink)
     }
 
     #[test]

@@ -87,7 +87,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) {
     }
     let Faces { mut list, raster, count } = faces;
     if let Some(raster) = raster {
-        sheet.notes.push(format!("{count} faces are drawn as a shaded raster"));
+        sheet.told.note(format!("{count} faces are drawn as a shaded raster"));
         let content = raster.finish(&mut sheet.ink);
         sheet.put(Layer::Faces, &content);
         return;

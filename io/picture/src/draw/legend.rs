@@ -4,11 +4,11 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
 
 use crate::draw::{dots, mark};
-use crate::sheet::{Sample, Sheet, Stroke};
-use crate::stage::Stage;
+use crate::sheet::{Sample, Stroke, Told};
+use crate::stage::Projection;
 use crate::svg::{Element, length};
 use crate::text;
-use crate::theme::Color;
+use crate::theme::{Color, Theme};
 
 /// Sizes, in millimetres: of the words, from row to row, of the samples, and from entry to entry.
 const SIZE: f64 = 2.9;
@@ -22,30 +22,52 @@ const LEFT: f64 = 46.0;
 /// The most notes.
 const NOTES: usize = 6;
 
+/// What a legend needs to know of the page.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Facts<'a> {
+    pub(crate) theme: Theme,
+    /// Where the legend begins, how wide the page is and its border.
+    pub(crate) top: f64,
+    pub(crate) width: f64,
+    pub(crate) margin: f64,
+    /// The view of all drawings, where they share one.
+    pub(crate) view: Option<&'a Projection>,
+    /// Millimetres of the page a unit of the scene, where there is one scale, and the unit.
+    pub(crate) scale: Option<(f64, Unit)>,
+}
+
 /// The legend's elements, and where on the page it ends.
-pub(crate) fn draw(sheet: &Sheet, stage: &Stage<'_>, width: f64, margin: f64, unit: Unit) -> (String, f64) {
-    let top = sheet.layout.area.high[1] + margin;
-    let mut out = axes(sheet, stage, [margin + 4.0, top + 6.0]);
-    out.push_str(&scale_bar(sheet, stage, [margin + 15.0, top + 6.0], unit));
+pub(crate) fn draw(told: &Told, facts: &Facts<'_>) -> (String, f64) {
+    let Facts { theme, top, width, margin, view, scale } = *facts;
+    let mut out = String::new();
+    if let Some(view) = view {
+        out.push_str(&axes(theme, view, [margin + 4.0, top + 6.0], 6.0));
+    }
+    if let Some((millimetres, unit)) = scale {
+        let left = if view.is_some() { 15.0 } else { 1.0 };
+        out.push_str(&scale_bar(theme, millimetres, [margin + left, top + 6.0], unit));
+    }
+    let room = if view.is_some() || scale.is_some() { LEFT } else { 0.0 };
 
     // Entries flow in rows of the width that is left.
-    let (start, end) = (margin + LEFT, width - margin);
+    let (start, end) = (margin + room, width - margin);
     let (mut x, mut y) = (start, top + 1.5);
-    for (sample, words) in &sheet.legend {
+    for (sample, words) in &told.legend {
         let wide = SAMPLE + 1.5 + text::width(words) * SIZE;
         if x > start && x + wide > end {
             (x, y) = (start, y + ROW);
         }
-        out.push_str(&draw_sample(sheet, *sample, x, y));
-        out.push_str(&words_at(words, x + SAMPLE + 1.5, y + 0.35 * SIZE, sheet.theme.ink()));
+        out.push_str(&draw_sample(theme, *sample, x, y));
+        out.push_str(&words_at(words, x + SAMPLE + 1.5, y + 0.35 * SIZE, theme.ink()));
         x += wide + GAP;
     }
     let mut bottom = y + 1.5;
-    for note in sheet.notes.iter().take(NOTES) {
+    for note in told.notes.iter().take(NOTES) {
         bottom += ROW * 0.85;
-        out.push_str(&words_at(note, start, bottom, sheet.theme.faint()));
+        out.push_str(&words_at(note, start, bottom, theme.faint()));
     }
-    (Element::new("g").attribute("id", "legend").around(&out), bottom.max(top + 8.0))
+    let left = if room > 0.0 { top + 8.0 } else { bottom };
+    (Element::new("g").attribute("id", "legend").around(&out), bottom.max(left))
 }
 
 fn words_at(words: &str, x: f64, y: f64, color: Color) -> String {
@@ -53,13 +75,22 @@ fn words_at(words: &str, x: f64, y: f64, color: Color) -> String {
     text.attribute("fill", &color.hex()).text(words)
 }
 
-fn draw_sample(sheet: &Sheet, sample: Sample, x: f64, y: f64) -> String {
-    let theme = sheet.theme;
+fn draw_sample(theme: Theme, sample: Sample, x: f64, y: f64) -> String {
     let line = |stroke: Stroke| {
         stroke.path("sample", format!("M{} {}h{}", length(x), length(y), length(SAMPLE))).empty()
     };
     match sample {
         Sample::Line(stroke) => line(stroke),
+        Sample::Alternate(one, other) => {
+            let part = |stroke: Stroke, x: f64, wide: f64| {
+                stroke.path("sample", format!("M{} {}h{}", length(x), length(y), length(wide))).empty()
+            };
+            part(other, x + 0.5 * SAMPLE, 0.5 * SAMPLE) + &part(one, x, 0.5 * SAMPLE)
+        }
+        Sample::Movement => {
+            let color = theme.accent().mixed(theme.paper(), 0.25);
+            mark::arrow([x, y], [x + SAMPLE, y], color.hex(), 0.22)
+        }
         Sample::Net(stroke) => {
             let square = |x: f64| format!("M{} {}h1.2v1.2h-1.2z", length(x - 0.6), length(y - 0.6));
             let squares = Element::new("path")
@@ -130,15 +161,14 @@ fn draw_sample(sheet: &Sheet, sample: Sample, x: f64, y: f64) -> String {
 
 /// Small arrows along the axes of the scene, as the view shows them; an axis that points at the viewer is left
 /// out.
-fn axes(sheet: &Sheet, stage: &Stage<'_>, corner: [f64; 2]) -> String {
+pub(crate) fn axes(theme: Theme, projection: &Projection, corner: [f64; 2], long: f64) -> String {
     let mut out = String::new();
-    let long = 6.0;
     let turned = [("x", Vector::x()), ("y", Vector::y()), ("z", Vector::z())]
-        .map(|(name, axis)| (name, stage.projection.direction(&axis)));
+        .map(|(name, axis)| (name, projection.direction(&axis)));
     // Where arrows go left or down, the origin moves right or up.
     let reach = |i: usize| turned.iter().map(|(_, d)| d[i]).fold(0.0, f64::min) * -long;
     let origin = [corner[0] - 3.0 + reach(0), corner[1] - reach(1)];
-    let color = sheet.theme.faint();
+    let color = theme.faint();
     for (name, d) in turned {
         let along = [d.x, -d.y];
         if along[0].hypot(along[1]) < 0.2 {
@@ -159,10 +189,9 @@ fn axes(sheet: &Sheet, stage: &Stage<'_>, corner: [f64; 2]) -> String {
 }
 
 /// A bar as long as 1, 2 or 5 times a power of ten of the scene's unit.
-fn scale_bar(sheet: &Sheet, stage: &Stage<'_>, [x, y]: [f64; 2], unit: Unit) -> String {
-    let millimetres = sheet.layout.scale / stage.projection.size;
+fn scale_bar(theme: Theme, millimetres: f64, [x, y]: [f64; 2], unit: Unit) -> String {
     let (value, bar) = round_bar(millimetres, LEFT - 20.0);
-    let color = sheet.theme.faint();
+    let color = theme.faint();
     let data = format!(
         "M{} {}v1.6M{} {}h{}m0 -0.8v1.6",
         length(x),

@@ -34,7 +34,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
             escaped(&light.mark.label)
         );
         sheet.put(Layer::Marks, &group);
-        sheet.explain(Sample::Mark(light.mark.kind), words(light.mark.kind));
+        sheet.told.explain(Sample::Mark(light.mark.kind), words(light.mark.kind));
         let line = text::clipped(&light.mark.label, 48);
         // Locked vertices are explained by the legend: a label each would say nothing more.
         if !labels || line.is_empty() || light.mark.kind == MarkKind::Locked {
@@ -42,6 +42,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
         }
         let near = |g: &Label| (g.anchor[0] - spot[0]).hypot(g.anchor[1] - spot[1]) < 1.0;
         match groups.iter().position(near) {
+            Some(i) if groups[i].lines.contains(&line) => {}
             Some(i) if groups[i].lines.len() < 5 => groups[i].lines.push(line),
             None if groups.len() < LABELLED => {
                 groups.push(Label { anchor: spot, lines: vec![line], color: sheet.theme.ink() });
@@ -50,7 +51,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
         }
     }
     if stage.marks.len() > MOST {
-        sheet.notes.push(format!("{MOST} of {} marks are drawn", stage.marks.len()));
+        sheet.told.note(format!("{MOST} of {} marks are drawn", stage.marks.len()));
     }
     sheet.labels.extend(groups);
 }
@@ -87,7 +88,8 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
             out.push_str(&arrow(from, spot, theme.accent().hex(), 0.45));
         }
         MarkKind::Direction => {
-            if let Some(direction) = light.vector.and_then(|v| unit(sheet.layout.shift(&v))) {
+            if let Some(direction) = light.vector.and_then(|v| unit(sheet.layout.shift(&light.position, &v)))
+            {
                 let to = [0, 1].map(|i| spot[i] + direction[i] * ARROW);
                 sheet.ink.segment(spot, to, 5);
                 out.push_str(&arrow(spot, to, theme.ink().hex(), 0.3));

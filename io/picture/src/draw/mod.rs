@@ -30,7 +30,11 @@ const NAMED: usize = 8;
 pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> Rect {
     let mut rect = Rect::NONE;
     let surfaces = stage.surfaces();
-    let mut take = |p: &Vector| rect.take([p.x, p.y]);
+    let lens = stage.projection.lens();
+    let mut take = |p: &Vector| {
+        let p = lens.flat(p);
+        rect.take([p.x, p.y]);
+    };
     for body in stage.bodies() {
         match &body.form {
             Form::Empty => {}
@@ -68,15 +72,18 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
 pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, combs: &Combing, choices: &Choices, unit: Unit) {
     let surfaces = stage.surfaces();
     for body in &stage.new {
-        object(sheet, body, false, surfaces);
+        object(sheet, body, false, surfaces, choices.alternate);
     }
     for body in &stage.old {
-        object(sheet, body, true, surfaces);
+        object(sheet, body, true, surfaces, false);
+    }
+    for (body, number) in &stage.frames {
+        frame(sheet, body, *number);
     }
     if stage.new.len() > NAMED {
         let more = stage.new.iter().filter(|b| !matches!(b.form, Form::Empty)).count().saturating_sub(NAMED);
         if more > 0 {
-            sheet.notes.push(format!("and {more} more objects"));
+            sheet.told.note(format!("and {more} more objects"));
         }
     }
     face::draw(sheet, stage);
@@ -88,6 +95,9 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, combs: &Combing, choice
         for body in &stage.new {
             net::draw(sheet, body, false);
         }
+    }
+    if choices.movements {
+        net::movements(sheet, stage);
     }
     for body in &stage.new {
         bead::draw(sheet, body, choices.beads);
@@ -102,12 +112,26 @@ pub(crate) fn color(sheet: &Sheet, body: &Body<'_>, old: bool) -> Color {
 }
 
 /// Draws the lines and dots of an object and enters it in the legend.
-fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize) {
+fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, alternate: bool) {
     let color = color(sheet, body, old);
     let layer = if old { Layer::Old } else { Layer::Curves };
     let stroke = Stroke::plain(color, if old { 0.4 } else { 0.5 });
     let (element, sample) = match &body.form {
         Form::Empty => return,
+        Form::Curve { pieces, .. } if alternate => {
+            let pale = Stroke { color: color.mixed(sheet.theme.paper(), 0.55), ..stroke };
+            let mut every = |first: usize, stroke: Stroke| {
+                let pieces = pieces.iter().skip(first).step_by(2);
+                stroke.path("curve", curve::trace(pieces, false, &sheet.layout, &mut sheet.ink))
+            };
+            let (even, odd) = (every(0, stroke), every(1, pale));
+            // Butt ends: the pieces meet, they do not overlap.
+            let group = Element::new("g").attribute("stroke-linecap", "butt");
+            named(sheet, body, old, Sample::Alternate(stroke, pale));
+            let name = Element::new("title").text(body.object.name());
+            sheet.put(layer, &group.around(&(name + &even.empty() + &odd.empty())));
+            return;
+        }
         Form::Curve { pieces, closed, .. } => {
             let data = curve::trace(pieces, *closed, &sheet.layout, &mut sheet.ink);
             (stroke.path("curve", data), Sample::Line(stroke))
@@ -121,7 +145,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize) {
             let places = points.iter().map(|p| sheet.layout.spot(p));
             let kept = spread(places, 0.25, 20_000);
             kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
-            sheet.note_thinned(body.object.name(), (kept.len(), "dots"), (points.len(), "points"));
+            sheet.told.note_thinned(body.object.name(), (kept.len(), "dots"), (points.len(), "points"));
             let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
             if !old {
                 named(sheet, body, old, Sample::Dot(color));
@@ -141,7 +165,11 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize) {
                 Some(data) => (thin.path("mesh", data), Sample::Line(thin)),
                 None => {
                     let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 20_000);
-                    sheet.note_thinned(body.object.name(), (kept.len(), "dots"), (points.len(), "points"));
+                    sheet.told.note_thinned(
+                        body.object.name(),
+                        (kept.len(), "dots"),
+                        (points.len(), "points"),
+                    );
                     (Stroke::plain(color, 0.3).path("mesh", dots(&kept)), Sample::Dot(color))
                 }
             }
@@ -156,16 +184,41 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize) {
     sheet.put(layer, &titled(element, body.object.name()));
 }
 
+/// The dashes of frames, in turn.
+const DASHES: [&str; 4] = ["1.8 1", "0.3 0.9", "3 0.8 0.3 0.8", "0.9 0.6"];
+
+/// Draws a frame of an animation: its lines, or its points as dots.
+fn frame(sheet: &mut Sheet, body: &Body<'_>, number: usize) {
+    let color = color(sheet, body, false).mixed(sheet.theme.paper(), 0.25);
+    let dashes = Some(DASHES[(number - 1) % DASHES.len()]);
+    let stroke = Stroke { color, width: 0.35, dashes };
+    let (data, stroke) = match &body.form {
+        Form::Empty => return,
+        Form::Curve { pieces, closed, .. } => {
+            (curve::trace(pieces, *closed, &sheet.layout, &mut sheet.ink), stroke)
+        }
+        Form::Polyline { points, closed } => (sheet.chain(points, *closed, 3).finish(), stroke),
+        Form::Surface { surface, .. } => {
+            (surface::wires(sheet, surface, 9), Stroke { width: 0.15, dashes: None, ..stroke })
+        }
+        Form::Mesh { points, .. } | Form::Cloud(points) => {
+            let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 5_000);
+            (dots(&kept), Stroke { width: 0.4, dashes: None, ..stroke })
+        }
+    };
+    sheet.told.explain_once(Sample::Line(stroke), format!("frame {number}"));
+    sheet.put(Layer::Frames, &titled(stroke.path("frame", data), body.object.name()));
+}
+
 /// An element with a name that browsers show under the pointer.
 fn titled(element: Element, name: &str) -> String {
     element.around(&Element::new("title").text(name))
 }
 
 /// Enters an object in the legend.
-fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sample) {
+pub(crate) fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sample) {
     if body.index < NAMED {
-        let name = text::clipped(body.object.name(), 40);
-        sheet.explain(sample, if old { format!("{name}, before") } else { name });
+        sheet.told.name(sample, &text::clipped(body.object.name(), 40), old);
     }
 }
 

@@ -3,8 +3,10 @@
 use loftsman_kernel::Vector;
 
 use crate::draw::color;
+use crate::draw::mark::arrow;
 use crate::path::Path;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
+use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
 use crate::svg::{Element, length};
 
@@ -56,11 +58,37 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 4);
     }
-    sheet.note_thinned(body.object.name(), (kept.len(), "squares"), (points.len(), "control vertices"));
+    sheet.told.note_thinned(body.object.name(), (kept.len(), "squares"), (points.len(), "control vertices"));
     if !old {
         let what = if matches!(body.form, Form::Curve { .. }) { "control polygon" } else { "control net" };
-        if !sheet.legend.iter().any(|(_, words)| words == what) {
-            sheet.explain(Sample::Net(stroke), what);
+        sheet.told.explain_once(Sample::Net(stroke), what);
+    }
+}
+
+/// Arrows from each control vertex before to where it is now; none where they are too many to see or too short.
+pub(crate) fn movements(sheet: &mut Sheet, stage: &Stage<'_>) {
+    let net = |body: &Body<'_>| match &body.form {
+        Form::Curve { net, .. } | Form::Surface { net, .. } => net.clone(),
+        _ => Vec::new(),
+    };
+    let color = sheet.theme.accent().mixed(sheet.theme.paper(), 0.25).hex();
+    let mut out = String::new();
+    for old in &stage.old {
+        let Some(new) = stage.new.iter().find(|new| new.object.name() == old.object.name()) else { continue };
+        let (from, to) = (net(old), net(new));
+        if from.len() != to.len() || from.len() > MOST {
+            continue;
         }
+        for (from, to) in from.iter().zip(&to) {
+            let (from, to) = (sheet.spot(from), sheet.spot(to));
+            if (to[0] - from[0]).hypot(to[1] - from[1]) >= 0.25 {
+                sheet.ink.segment(from, to, 4);
+                out.push_str(&arrow(from, to, color.clone(), 0.22));
+            }
+        }
+    }
+    if !out.is_empty() {
+        sheet.put(Layer::Nets, &out);
+        sheet.told.explain_once(Sample::Movement, "control vertex moved");
     }
 }

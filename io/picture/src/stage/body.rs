@@ -7,7 +7,6 @@ use loftsman_kernel::{Point, Vector};
 use nalgebra::Vector4;
 
 use super::piece::Piece;
-use super::{Place, Projection, at};
 use crate::error::PictureError;
 
 /// An object in stage coordinates.
@@ -36,45 +35,30 @@ pub(crate) enum Form {
     Cloud(Vec<Vector>),
 }
 
-impl<'a> Body<'a> {
-    /// Brings an object onto the stage.
-    pub(super) fn new(
-        object: &'a Object,
-        place: &Place,
-        projection: &Projection,
-        index: usize,
-    ) -> Result<Self, PictureError> {
-        let points: Vec<Vector> = object
-            .geometry
-            .points()
-            .iter()
-            .map(|p| Ok(projection.point(&at(place, p, object.name())?)))
-            .collect::<Result<_, PictureError>>()?;
-        let form = match &object.geometry {
+impl Form {
+    /// What there is to draw of a geometry whose points are `points` on the stage.
+    pub(super) fn of(geometry: &Geometry, points: Vec<Vector>) -> Result<Self, PictureError> {
+        Ok(match geometry {
             Geometry::Curve(curve) => {
-                Form::Curve { pieces: pieces(curve, &points)?, closed: curve.is_periodic(), net: points }
+                Self::Curve { pieces: pieces(curve, &points)?, closed: curve.is_periodic(), net: points }
             }
+            Geometry::Surface(surface) => Self::surface(surface, points)?,
             // Of a trimmed surface the whole surface is drawn.
-            Geometry::Surface(_) | Geometry::Trimmed(_) => {
-                let surface = match &object.geometry {
-                    Geometry::Trimmed(trimmed) => trimmed.surface(),
-                    Geometry::Surface(surface) => surface,
-                    _ => return Ok(Self { object, index, form: Form::Empty }),
-                };
-                let staged = points.iter().map(|p| Point::from(*p)).collect();
-                let (u, v, _, weights) = surface.clone().into_parts();
-                let grid = loftsman_kernel::shape::Shape::grid(surface);
-                let surface = Box::new(Surface::build(u, v, staged, weights)?);
-                Form::Surface { surface, net: points, grid }
-            }
+            Geometry::Trimmed(trimmed) => Self::surface(trimmed.surface(), points)?,
             Geometry::Mesh(mesh) => {
-                Form::Mesh { points, corners: mesh.corners().to_vec(), starts: mesh.starts().to_vec() }
+                Self::Mesh { points, corners: mesh.corners().to_vec(), starts: mesh.starts().to_vec() }
             }
-            Geometry::Polyline(line) => Form::Polyline { points, closed: line.closed },
-            Geometry::Cloud(_) => Form::Cloud(points),
-            _ => Form::Empty,
-        };
-        Ok(Self { object, index, form })
+            Geometry::Polyline(line) => Self::Polyline { points, closed: line.closed },
+            Geometry::Cloud(_) => Self::Cloud(points),
+            _ => Self::Empty,
+        })
+    }
+
+    fn surface(surface: &Surface, points: Vec<Vector>) -> Result<Self, PictureError> {
+        let staged = points.iter().map(|p| Point::from(*p)).collect();
+        let (u, v, _, weights) = surface.clone().into_parts();
+        let grid = loftsman_kernel::shape::Shape::grid(surface);
+        Ok(Self::Surface { surface: Box::new(Surface::build(u, v, staged, weights)?), net: points, grid })
     }
 }
 

@@ -17,6 +17,7 @@ struct Known {
     constraints: Vec<Declaration>,
     solvers: Vec<String>,
     recipe: Vec<Field>,
+    picture: Vec<Field>,
 }
 
 pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
@@ -27,6 +28,7 @@ pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
         constraints: registry.functionals().collect(),
         solvers: registry.solvers().iter().map(|s| s.name().to_owned()).collect(),
         recipe: recipe::FIELDS.to_vec(),
+        picture: loftsman::picture::FIELDS.to_vec(),
     };
     if let Some(name) = &args.name {
         let near = {
@@ -39,6 +41,7 @@ pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
         known.constraints.retain(|c| c.name == name);
         known.solvers.retain(|s| s == name);
         known.recipe.clear();
+        known.picture.clear();
         let found =
             known.formats.len() + known.operations.len() + known.constraints.len() + known.solvers.len();
         if found == 0 {
@@ -93,6 +96,8 @@ fn text(known: &Known) -> String {
     }
     heading(&mut text, "A recipe's own fields", !known.recipe.is_empty());
     fields(&mut text, &known.recipe);
+    heading(&mut text, "The fields of its picture", !known.picture.is_empty());
+    fields(&mut text, &known.picture);
     text
 }
 

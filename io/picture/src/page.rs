@@ -1,0 +1,327 @@
+//! From a picture's wishes to a page: panels in rows and columns, drawings to one scale, title and legend.
+
+use loftsman_kernel::scene::Unit;
+
+use crate::chart::Chart;
+use crate::draw::comb::{Combing, Measure};
+use crate::draw::{self, legend};
+use crate::error::PictureError;
+use crate::layout::{Layout, Rect};
+use crate::panel::{Panel, Shown};
+use crate::picture::{Choices, Picture};
+use crate::sheet::{Sheet, Told};
+use crate::stage::scenery::Scenery;
+use crate::stage::{Projection, Stage};
+use crate::svg::{Element, length};
+use crate::text;
+use crate::theme::Theme;
+use crate::view::{Lens, View};
+
+/// The border of the page, in millimetres; what is between columns and between rows; captions.
+const MARGIN: f64 = 9.0;
+const GUTTER: f64 = 9.0;
+const CAPTION: f64 = 6.5;
+
+/// The size of captions, and from line to line.
+const SIZE: f64 = 3.2;
+const LEADING: f64 = 4.2;
+
+/// Drawings more than this many times wider than high go one below the other.
+const WIDE: f64 = 1.8;
+
+/// A panel, ready to be put somewhere.
+struct Part<'a> {
+    panel: &'a Panel,
+    stage: Stage<'a>,
+    content: Content,
+}
+
+enum Content {
+    Drawing { combs: Combing, bounds: Rect },
+    Chart(Chart),
+}
+
+/// The picture as an SVG document.
+pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
+    let (unit, up) = (picture.scene.unit, picture.scene.up);
+    let before = picture.before.map(|scene| scene.converted(unit, up)).transpose()?;
+    let scenery = Scenery::new(picture.scene, before.as_deref(), picture.marks, picture.frames)?;
+    let only = [Panel::view(picture.view)];
+    let panels: &[Panel] = if picture.panels.is_empty() { &only } else { &picture.panels };
+    let mut parts = panels
+        .iter()
+        .map(|panel| Part::new(panel, &scenery, &picture.choices))
+        .collect::<Result<Vec<_>, PictureError>>()?;
+    measure(&mut parts, &picture.choices);
+
+    let top = if picture.title.is_some() { MARGIN + 7.0 } else { MARGIN };
+    let columns = picture.columns.unwrap_or_else(|| columns(&parts)).min(parts.len());
+    let cell = ((picture.width - 2.0 * MARGIN) - GUTTER * (columns - 1) as f64) / columns as f64;
+    let usual = if parts.len() == 1 { 0.65 * picture.width } else { 0.9 * cell };
+    let highest = picture.height.unwrap_or(usual);
+    parts.chunks_mut(columns).for_each(align);
+    // One scale for all that have one: the smallest that each of them needs.
+    let common = parts.iter().filter_map(|p| p.scale(cell, highest)).fold(f64::INFINITY, f64::min);
+    let common = if common.is_finite() { common } else { cell / 4.0 };
+
+    let several = parts.iter().filter_map(Part::view).any(|view| !view.looks_like(parts[0].view_or(view)));
+    let count = parts.len();
+    let (mut content, mut told, mut y) = (String::new(), Told::default(), top);
+    for (row, list) in parts.chunks(columns).enumerate() {
+        let high = list.iter().map(|part| part.height(common, cell, highest)).fold(0.0, f64::max);
+        let mut lines = 0;
+        for (column, part) in list.iter().enumerate() {
+            let left = MARGIN + column as f64 * (cell + GUTTER);
+            let area = Rect { low: [left, y], high: [left + cell, y + high] };
+            let mut sheet = part.sheet(picture.theme, area, common, highest, told, count == 1);
+            part.draw(&mut sheet, &picture.choices, unit);
+            let number = row * columns + column + 1;
+            let suffix = if count == 1 { String::new() } else { format!("-{number}") };
+            content.push_str(&sheet.content(&suffix));
+            content.push_str(&part.caption(picture.theme, &area, several));
+            lines = lines.max(part.lines(cell).len());
+            told = sheet.told;
+        }
+        let lines = if several { lines.max(1) } else { lines };
+        y += high + if lines > 0 { CAPTION + LEADING * (lines - 1) as f64 } else { 0.0 } + GUTTER;
+    }
+    let mut bottom = y - GUTTER + MARGIN;
+    if picture.legend {
+        let views = || parts.iter().filter_map(Part::view);
+        let facts = legend::Facts {
+            theme: picture.theme,
+            top: bottom,
+            width: picture.width,
+            margin: MARGIN,
+            view: views().next().filter(|_| !several),
+            scale: views().find(|view| view.lens().is_parallel()).map(|view| (common / view.size, unit)),
+        };
+        let (legend, end) = legend::draw(&told, &facts);
+        content.push_str(&legend);
+        bottom = end + 0.6 * MARGIN;
+    }
+    Ok(document(picture, &content, bottom))
+}
+
+/// Gives all combs one measure, and all drawings their bounds.
+fn measure(parts: &mut [Part<'_>], choices: &Choices) {
+    let combings = parts.iter().filter_map(|part| match &part.content {
+        Content::Drawing { combs, .. } => Some(combs),
+        Content::Chart(_) => None,
+    });
+    let size = parts.first().map_or(1.0, |part| part.stage.projection.size);
+    let measure = Measure::of(combings, choices.combs, size);
+    for part in parts {
+        if let Content::Drawing { combs, bounds } = &mut part.content {
+            *combs = std::mem::take(combs).measured(measure);
+            *bounds = draw::bounds(&part.stage, combs, choices);
+        }
+    }
+}
+
+/// Drawings beside one another that are seen the same way keep their heights, where that does not cost much room.
+fn align(row: &mut [Part<'_>]) {
+    let Some(first) = row.iter().find_map(Part::view).copied() else { return };
+    let (mut low, mut high, mut most) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+    let mut alike = row.iter_mut().filter(|part| part.view().is_some_and(|view| view.looks_like(&first)));
+    let mut bounds: Vec<&mut Rect> = alike
+        .by_ref()
+        .filter_map(|part| match &mut part.content {
+            Content::Drawing { bounds, .. } if bounds.low[0].is_finite() => Some(bounds),
+            _ => None,
+        })
+        .collect();
+    for rect in &bounds {
+        (low, high, most) = (low.min(rect.low[1]), high.max(rect.high[1]), most.max(rect.size()[1]));
+    }
+    if high - low <= 1.35 * most {
+        for rect in &mut bounds {
+            (rect.low[1], rect.high[1]) = (low, high);
+        }
+    }
+}
+
+/// How many columns suit: wide drawings and charts go one below the other.
+fn columns(parts: &[Part<'_>]) -> usize {
+    let wide = parts.iter().all(|part| match &part.content {
+        Content::Chart(_) => true,
+        Content::Drawing { bounds, .. } => bounds.size()[0] > WIDE * bounds.size()[1],
+    });
+    let charts = parts.iter().any(|part| matches!(part.content, Content::Chart(_)));
+    match parts.len() {
+        count @ 2..=3 if !(wide || charts) => count,
+        0..=3 => 1,
+        4 => 2,
+        _ => 3,
+    }
+}
+
+impl<'a> Part<'a> {
+    fn new(panel: &'a Panel, scenery: &Scenery<'a>, choices: &Choices) -> Result<Self, PictureError> {
+        let only = panel.objects.as_deref();
+        Ok(match panel.shown {
+            Shown::Drawing(view) => {
+                let stage = scenery.stage(view, only)?;
+                let combs = Combing::of(&stage, choices);
+                Self { panel, stage, content: Content::Drawing { combs, bounds: Rect::NONE } }
+            }
+            Shown::Profile(against) => {
+                let stage = scenery.stage(View::Automatic, only)?;
+                let chart = Chart::of(&stage, against)?;
+                Self { panel, stage, content: Content::Chart(chart) }
+            }
+        })
+    }
+
+    /// The view of a drawing.
+    fn view(&self) -> Option<&Projection> {
+        matches!(self.content, Content::Drawing { .. }).then_some(&self.stage.projection)
+    }
+
+    fn view_or<'s>(&'s self, other: &'s Projection) -> &'s Projection {
+        self.view().unwrap_or(other)
+    }
+
+    fn lens(&self) -> Lens {
+        self.stage.projection.lens()
+    }
+
+    /// The largest scale of a drawing that shares its scale with others.
+    fn scale(&self, cell: f64, highest: f64) -> Option<f64> {
+        match &self.content {
+            Content::Drawing { bounds, .. } if self.lens().is_parallel() => {
+                Layout::scale_of(bounds, cell, highest)
+            }
+            _ => None,
+        }
+    }
+
+    /// The scale of this drawing: a perspective has its own.
+    fn own_scale(&self, common: f64, cell: f64, highest: f64) -> f64 {
+        match &self.content {
+            Content::Drawing { bounds, .. } if !self.lens().is_parallel() => {
+                Layout::scale_of(bounds, cell, highest).unwrap_or(common)
+            }
+            _ => common,
+        }
+    }
+
+    fn height(&self, common: f64, cell: f64, highest: f64) -> f64 {
+        match &self.content {
+            Content::Chart(_) => (0.5 * cell).clamp(28.0, 70.0).min(highest.max(28.0)),
+            Content::Drawing { bounds, .. } => {
+                let high = bounds.size()[1] * self.own_scale(common, cell, highest);
+                high.max((0.2 * cell).min(highest))
+            }
+        }
+    }
+
+    fn sheet(&self, theme: Theme, area: Rect, common: f64, highest: f64, told: Told, alone: bool) -> Sheet {
+        let bounds = match &self.content {
+            Content::Drawing { bounds, .. } => *bounds,
+            Content::Chart(_) => Rect::NONE,
+        };
+        let scale = self.own_scale(common, area.size()[0], highest);
+        let layout = Layout::new(&bounds, scale, self.lens(), area);
+        // Labels may stand a little beside the drawing, but not in the title above it or in the next panel.
+        let spare = if alone { 5.0 } else { 0.45 * GUTTER };
+        let room = Rect {
+            low: [area.low[0] - spare, area.low[1]],
+            high: [area.high[0] + spare, area.high[1] + if alone { spare } else { 1.0 }],
+        };
+        Sheet::new(theme, layout, room, told)
+    }
+
+    fn draw(&self, sheet: &mut Sheet, choices: &Choices, unit: Unit) {
+        match &self.content {
+            Content::Drawing { combs, .. } => draw::draw(sheet, &self.stage, combs, choices, unit),
+            Content::Chart(chart) => {
+                let area = sheet.layout.area;
+                chart.draw(sheet, &self.stage, &area, unit);
+            }
+        }
+    }
+
+    /// The caption below a panel, and its axes where the views of panels differ.
+    fn caption(&self, theme: Theme, area: &Rect, with_axes: bool) -> String {
+        let mut out = String::new();
+        if let (true, Some(view)) = (with_axes, self.view()) {
+            out.push_str(&legend::axes(theme, view, [area.low[0] + 3.0, area.high[1] + 4.5], 4.0));
+        }
+        let middle = (area.low[0] + area.high[0]) / 2.0;
+        for (i, line) in self.lines(area.size()[0]).iter().enumerate() {
+            let text = Element::new("text")
+                .attribute("class", "caption")
+                .length("x", middle)
+                .length("y", area.high[1] + 4.8 + LEADING * i as f64)
+                .length("font-size", SIZE)
+                .attribute("text-anchor", "middle")
+                .attribute("fill", &theme.ink().hex());
+            out.push_str(&text.text(line));
+        }
+        out
+    }
+
+    /// The lines of the caption in a width, at most three.
+    fn lines(&self, width: f64) -> Vec<String> {
+        let mut lines: Vec<String> = Vec::new();
+        for word in self.panel.caption.iter().flat_map(|caption| caption.split_whitespace()) {
+            let full = lines.len() == 3;
+            match lines.last_mut() {
+                Some(line) if full || lines_fit(line, word, width) => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        lines.iter().map(|line| fitting(line, SIZE, width)).collect()
+    }
+}
+
+/// Whether a word still fits into a line of a caption.
+fn lines_fit(line: &str, word: &str, width: f64) -> bool {
+    (text::width(line) + text::width(" ") + text::width(word)) * SIZE <= width
+}
+
+/// A line of text of the room that there is, shorter by whole characters where it must be.
+fn fitting(line: &str, size: f64, room: f64) -> String {
+    let fits = (room / (text::width(line).max(1e-9) * size) * line.chars().count() as f64) as usize;
+    text::clipped(line, fits.max(4))
+}
+
+/// The document around the drawing.
+fn document(picture: &Picture<'_>, content: &str, height: f64) -> String {
+    let (theme, width) = (picture.theme, picture.width);
+    let paper = Element::new("rect")
+        .attribute("class", "paper")
+        .length("width", width)
+        .length("height", height)
+        .attribute("fill", &theme.paper().hex())
+        .empty();
+    let mut body = String::new();
+    if let Some(title) = &picture.title {
+        body.push_str(&Element::new("title").text(title));
+    }
+    body.push_str(&paper);
+    body.push_str(content);
+    if let Some(title) = &picture.title {
+        let size = 4.2;
+        let text = Element::new("text")
+            .attribute("class", "title")
+            .length("x", MARGIN)
+            .length("y", MARGIN + 3.0)
+            .length("font-size", size)
+            .attribute("fill", &theme.ink().hex());
+        body.push_str(&text.text(&fitting(title, size, width - 2.0 * MARGIN)));
+    }
+    let svg = Element::new("svg")
+        .attribute("xmlns", "http://www.w3.org/2000/svg")
+        .attribute("width", &format!("{}mm", length(width)))
+        .attribute("height", &format!("{}mm", length(height)))
+        .attribute("viewBox", &format!("0 0 {} {}", length(width), length(height)))
+        .attribute("font-family", text::FAMILY)
+        .attribute("stroke-linejoin", "round")
+        .attribute("stroke-linecap", "round");
+    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}", svg.around(&body))
+}

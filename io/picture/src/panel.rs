@@ -1,0 +1,58 @@
+//! The parts of a picture: drawings from several sides, and charts.
+
+use crate::view::View;
+
+/// What the curvature of a profile is drawn against.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Against {
+    /// Arc length from the start of the curve. The default.
+    #[default]
+    ArcLength,
+    /// The curve's own parameter.
+    Parameter,
+}
+
+/// What a panel shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Shown {
+    /// The scene from somewhere.
+    Drawing(View),
+    /// The curvature of its curves as a chart.
+    Profile(Against),
+}
+
+/// One part of a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    pub(crate) shown: Shown,
+    pub(crate) caption: Option<String>,
+    pub(crate) objects: Option<Vec<String>>,
+}
+
+impl Panel {
+    /// A drawing of the scene. All parallel views of a picture have one scale.
+    pub fn view(view: View) -> Self {
+        Self { shown: Shown::Drawing(view), caption: None, objects: None }
+    }
+
+    /// A chart of the curvature of all curves, before and after. Where all curves are in one plane, curvature has a sign: positive to
+    /// the left of the curve, as the automatic view of the scene shows it.
+    pub fn profile(against: Against) -> Self {
+        Self { shown: Shown::Profile(against), caption: None, objects: None }
+    }
+
+    /// A line of text below the panel.
+    #[must_use]
+    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+        self.caption = Some(caption.into()).filter(|caption| !caption.is_empty());
+        self
+    }
+
+    /// Only these objects, with their states before and their marks.
+    #[must_use]
+    pub fn objects<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
+        self.objects = Some(names.into_iter().map(Into::into).collect());
+        self
+    }
+}

@@ -1,0 +1,239 @@
+//! The objects of a picture where they are in space, before a view is chosen.
+
+use std::collections::HashSet;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::placement::transform_point;
+use loftsman_kernel::plugin::{Mark, nearest};
+use loftsman_kernel::scene::{Object, Scene};
+use nalgebra::Matrix4;
+
+use super::body::{Body, Form};
+use super::{Place, Projection, Spotlight, Stage};
+use crate::error::PictureError;
+use crate::view::View;
+
+/// Frames of an animation that are drawn; of more, some evenly spread.
+const FRAMES: usize = 6;
+
+/// An object, its way into the scene, and which colour of the palette it has.
+#[derive(Debug, Clone, Copy)]
+struct Placed<'a> {
+    object: &'a Object,
+    place: Place,
+    index: usize,
+}
+
+/// Everything that a picture can show, in the scene's own coordinates, and how large all of it is: the panels of a
+/// picture share one centre and size, so that they can be drawn to one scale.
+#[derive(Debug)]
+pub(crate) struct Scenery<'a> {
+    scene: &'a Scene,
+    new: Vec<Placed<'a>>,
+    old: Vec<Placed<'a>>,
+    /// The points of frames, with the number of each.
+    frames: Vec<(Placed<'a>, usize, &'a [Point])>,
+    marks: Vec<(&'a Mark, Place)>,
+    centre: Point,
+    size: f64,
+}
+
+impl<'a> Scenery<'a> {
+    /// Places a scene, its state before, its animations' frames where they are wanted, and the marks.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        before: Option<&'a Scene>,
+        marks: &'a [Mark],
+        frames: bool,
+    ) -> Result<Self, PictureError> {
+        let new = placed(scene, scene)?;
+        let old = before.map(|before| placed(before, scene)).transpose()?.unwrap_or_default();
+        let place = |object: &str| scene.position(object).and_then(|i| new[i].place);
+        let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
+        let frames: Vec<_> = if frames { new.iter().flat_map(chosen).collect() } else { Vec::new() };
+
+        let mut range: Option<(Point, Point)> = None;
+        let mut take = |place: &Place, points: &[Point], name: &str| {
+            for p in points {
+                let p = at(place, p, name)?;
+                let (low, high) = range.unwrap_or((p, p));
+                range = Some((low.inf(&p), high.sup(&p)));
+            }
+            Ok::<_, PictureError>(())
+        };
+        for Placed { object, place, .. } in new.iter().chain(&old) {
+            take(place, object.geometry.points(), object.name())?;
+        }
+        for (Placed { object, place, .. }, _, points) in &frames {
+            take(place, points, object.name())?;
+        }
+        for (mark, place) in &marks {
+            take(place, &[mark.position, mark.before], &mark.object)?;
+        }
+        let (centre, size) = extent(range);
+        Ok(Self { scene, new, old, frames, marks, centre, size })
+    }
+
+    /// The stage of a view: all objects, or those of some names.
+    ///
+    /// # Errors
+    /// When a name is unknown, or the view cannot be.
+    pub(crate) fn stage(&self, view: View, only: Option<&[String]>) -> Result<Stage<'a>, PictureError> {
+        for name in only.unwrap_or_default() {
+            if self.scene.get(name).is_none() {
+                let near = nearest(name, self.scene.objects().iter().map(Object::name)).map(str::to_owned);
+                return Err(PictureError::Object { name: name.clone(), near });
+            }
+        }
+        let only: Option<HashSet<&str>> = only.map(|names| names.iter().map(String::as_str).collect());
+        let shown = |name: &str| only.as_ref().is_none_or(|names| names.contains(name));
+        let frame = view.frame(self.scene.up, &self.unit_points(view, &shown)?)?;
+        let projection = Projection { centre: self.centre, size: self.size, frame };
+
+        let body = |p: &Placed<'a>, points: &[Point]| {
+            let staged = staged(&projection, &p.place, points, p.object.name())?;
+            let form = Form::of(&p.object.geometry, staged)?;
+            Ok::<_, PictureError>(Body { object: p.object, index: p.index, form })
+        };
+        let bodies = |list: &[Placed<'a>]| {
+            list.iter()
+                .filter(|p| shown(p.object.name()))
+                .map(|p| body(p, p.object.geometry.points()))
+                .collect::<Result<Vec<_>, _>>()
+        };
+        let new = bodies(&self.new)?;
+        let mut old = bodies(&self.old)?;
+        let now: std::collections::HashMap<&str, &Body<'_>> =
+            new.iter().map(|body| (body.object.name(), body)).collect();
+        old.retain(|body| !now.get(body.object.name()).is_some_and(|now| now.form.alike(&body.form)));
+        let frames = self.frames.iter().filter(|(p, ..)| shown(p.object.name()));
+        let frames = frames
+            .map(|(p, number, points)| Ok((body(p, points)?, *number)))
+            .collect::<Result<Vec<_>, PictureError>>()?;
+        let marks = self.marks.iter().filter(|(mark, _)| shown(&mark.object));
+        let marks = marks
+            .map(|(mark, place)| spotlight(mark, place, &projection))
+            .collect::<Result<_, PictureError>>()?;
+        Ok(Stage { old, frames, new, marks, projection })
+    }
+
+    /// The points that an automatic view looks at, near 1; none for other views.
+    fn unit_points(&self, view: View, shown: &impl Fn(&str) -> bool) -> Result<Vec<Point>, PictureError> {
+        let mut points = Vec::new();
+        if view != View::Automatic {
+            return Ok(points);
+        }
+        let mut take = |place: &Place, list: &[Point], name: &str| {
+            if shown(name) {
+                for p in list {
+                    let p = at(place, p, name)?;
+                    points.push(Point::from(p.coords / self.size - self.centre.coords / self.size));
+                }
+            }
+            Ok::<_, PictureError>(())
+        };
+        for Placed { object, place, .. } in self.new.iter().chain(&self.old) {
+            take(place, object.geometry.points(), object.name())?;
+        }
+        for (Placed { object, place, .. }, _, list) in &self.frames {
+            take(place, list, object.name())?;
+        }
+        for (mark, place) in &self.marks {
+            take(place, &[mark.position, mark.before], &mark.object)?;
+        }
+        Ok(points)
+    }
+}
+
+/// The objects of a scene, where they are, with the colours that `palette`'s objects of the same names have.
+fn placed<'a>(scene: &'a Scene, palette: &Scene) -> Result<Vec<Placed<'a>>, PictureError> {
+    let places = scene.world_transforms()?;
+    let index = |object: &Object, i| palette.position(object.name()).unwrap_or(i);
+    let objects = scene.objects().iter().zip(places).enumerate();
+    Ok(objects.map(|(i, (object, place))| Placed { object, place, index: index(object, i) }).collect())
+}
+
+/// The frames of an object that are drawn: those that differ from how it is now, a few of many.
+fn chosen<'a>(placed: &Placed<'a>) -> Vec<(Placed<'a>, usize, &'a [Point])> {
+    let now = placed.object.geometry.points();
+    let Some(animation) = &placed.object.animation else { return Vec::new() };
+    let mut frames: Vec<_> = (1..).zip(&animation.frames).collect();
+    if frames.last().is_some_and(|(_, last)| last.as_slice() == now) {
+        frames.pop();
+    }
+    let count = frames.len().min(FRAMES);
+    // The first of each of `count` even parts, from the back, so that the first frame is among few.
+    (0..count).map(|i| frames[i * frames.len() / count]).map(|(i, f)| (*placed, i, f.as_slice())).collect()
+}
+
+fn staged(
+    projection: &Projection,
+    place: &Place,
+    points: &[Point],
+    name: &str,
+) -> Result<Vec<loftsman_kernel::Vector>, PictureError> {
+    points.iter().map(|p| Ok(projection.point(&at(place, p, name)?))).collect()
+}
+
+/// A point of an object in the scene's coordinates.
+///
+/// # Errors
+/// When it is not finite there.
+fn at(place: &Place, p: &Point, object: &str) -> Result<Point, PictureError> {
+    let moved = place.as_ref().map_or(*p, |map| transform_point(map, p));
+    if moved.iter().all(|c| c.is_finite()) {
+        Ok(moved)
+    } else {
+        Err(PictureError::Place { object: object.to_owned() })
+    }
+}
+
+fn spotlight<'a>(
+    mark: &'a Mark,
+    place: &Place,
+    projection: &Projection,
+) -> Result<Spotlight<'a>, PictureError> {
+    let staged = |p: &Point| Ok::<_, PictureError>(projection.point(&at(place, p, &mark.object)?));
+    let linear = |map: &Matrix4<f64>| map.fixed_view::<3, 3>(0, 0).into_owned();
+    let vector = mark.vector.map(|v| projection.direction(&place.as_ref().map_or(v, |map| linear(map) * v)));
+    Ok(Spotlight {
+        mark,
+        position: staged(&mark.position)?,
+        before: staged(&mark.before)?,
+        vector: vector.filter(|v| v.iter().all(|c| c.is_finite())),
+    })
+}
+
+/// Centre and half the largest extent of a box; the origin and 1 where there is none or it is a point.
+fn extent(range: Option<(Point, Point)>) -> (Point, f64) {
+    let Some((low, high)) = range else { return (Point::origin(), 1.0) };
+    let half = high.coords / 2.0 - low.coords / 2.0;
+    let centre = Point::from(low.coords / 2.0 + high.coords / 2.0);
+    let size = half.amax();
+    // Differences below the resolution of the coordinates are rounding, not shape; a subnormal size would
+    // overflow when divided by.
+    let noise = 4.0 * f64::EPSILON * centre.coords.amax();
+    if size > noise && size >= f64::MIN_POSITIVE { (centre, size) } else { (centre, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use loftsman_kernel::mesh::Polyline;
+    use loftsman_kernel::scene::Animation;
+
+    #[test]
+    fn few_frames_stand_for_many_and_the_last_is_the_object_itself() {
+        let line = |x: f64| vec![Point::origin(), Point::new(x, 0.0, 0.0)];
+        let mut object = Object::new("line", Polyline { points: line(20.0), closed: false }.into());
+        let numbers = |object: &Object| -> Vec<usize> {
+            chosen(&Placed { object, place: None, index: 0 }).iter().map(|(_, n, _)| *n).collect()
+        };
+        assert_eq!(numbers(&object), [0_usize; 0]);
+        let frames = |count: u32| (1..=count).map(|i| line(f64::from(i))).collect();
+        object.animation = Some(Animation { rate: 24.0, frames: frames(3) });
+        assert_eq!(numbers(&object), [1, 2, 3]);
+        object.animation = Some(Animation { rate: 24.0, frames: frames(20) });
+        assert_eq!(numbers(&object), [1, 4, 7, 10, 13, 16]);
+    }
+}
