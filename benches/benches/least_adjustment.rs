@@ -2,10 +2,13 @@
 //! (`prepare`) and mouse move (`event`), for our solvers, nalgebra and faer.
 //!
 //! Aims: prepare within 3 × the floor, an event within 2 ×, neither dependent on `n`. The floor factors a band whose order
-//! and width are given, into memory that it has: no rank, no scale, no allocation. What ours does besides bounds it from
-//! below: rows are put in order and scaled to unit length, so that a pivot tells rank; the answer is allocated (some ten
-//! small blocks, 200 ns, which is why ten constraints stand worst, at 5 ×; one stands at 3 ×, a hundred at 3.3 ×). For one to three constraints
-//! what bounds a prepare is the answer's own memory (a few allocations of 20 ns each beside 15 ns of arithmetic).
+//! and width are given, into memory that it has: no rank, no scale, no allocation. Measured (medians of three runs on two
+//! shared cores at 2.5 GHz, n = 1000, in one run): prepare 53 ns / 0.12 µs / 0.87 µs for 1 / 10 / 100 constraints against
+//! 6.6 ns / 45 ns / 0.44 µs, 8 × / 2.7 × / 2.0 ×; event 18 / 88 / 840 ns against 11 / 54 / 575 ns, 1.6 × / 1.6 × / 1.5 ×.
+//! What bounds one to five constraints from below is the answer's own memory: itself, the places of its rows and their
+//! numbers are three blocks, and asking for and giving back each costs 8 to 10 ns, more than a floor of 7 to 25 ns has
+//! in all; one row is otherwise a square root and a division, as in the floor. (The numbers within the answer itself were
+//! slower: it is moved once, and the moving waits for what was just written.) From ten constraints on the aims hold.
 //! Peers keep dense matrices and are left out above a million numbers; they give the whole `n × 3` answer, because
 //! they know no other.
 

@@ -1,10 +1,13 @@
 //! The solver of paper 1: the adjoint matrix of `F̂ = F Fᵀ`, in closed form for one, two and three equations.
 
+use std::sync::Arc;
+
 use smallvec::SmallVec;
 
 use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, Reflections, reduce};
-use super::system::System;
+use super::system::{SparseRows, System};
+use super::unit::UnitRows;
 use super::{Factored, SolveError, Solver};
 
 /// `C = Fᵀ adj(F̂) / f̂` (paper 1, equation (6)): closed forms for one to three equations, general cofactors up to
@@ -24,14 +27,10 @@ const SUSPECT: f64 = 1e-9;
 const CORRECT: f64 = 1e-2;
 
 struct FactoredAdjoint {
-    whitened: Whitened,
+    /// The rows that are used, and beside them `adj(F̂)/f̂` (of unit rows).
+    rows: UnitRows,
+    whitened: Option<Box<Whitened>>,
     sides: usize,
-    /// The rows that are used.
-    kept: SmallVec<[usize; 6]>,
-    /// Reciprocal length of each used row.
-    scale: SmallVec<[f64; 6]>,
-    /// `adj(F̂)/f̂` of the unit rows.
-    inverse: SmallVec<[f64; 9]>,
     corrections: usize,
     dependencies: Vec<Dependency>,
 }
@@ -42,77 +41,46 @@ impl Solver for Adjoint {
     }
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        let rows = system.rows();
-        if rows.len() > Self::LIMIT {
+        let equations = system.rows().len();
+        if equations > Self::LIMIT {
             return Err(SolveError::TooLarge {
                 solver: self.name().into(),
-                equations: rows.len(),
-                unknowns: rows.width(),
+                equations,
+                unknowns: system.rows().width(),
                 better: "sparse",
             });
         }
         let whitened = system.whitened()?;
-        let mut all: SmallVec<[usize; 6]> = SmallVec::new();
-        all.extend(0..rows.len());
-        if let Some(done) = invert(&whitened, &all) {
-            return Ok(Box::new(finish(whitened, system.sides(), all, done, Vec::new())));
+        let mut done = Box::new(FactoredAdjoint {
+            rows: UnitRows::empty(),
+            whitened: None,
+            sides: system.sides(),
+            corrections: 0,
+            dependencies: Vec::new(),
+        });
+        done.factor(whitened.as_ref().map_or(system.rows(), |w| &w.rows))?;
+        done.whitened = whitened;
+        Ok(done)
+    }
+}
+
+/// `adj(F̂)/f̂` of unit rows beside them; `f̂`.
+fn adjoint(rows: &mut UnitRows) -> f64 {
+    let c = rows.len();
+    let f = |i: usize, j: usize| rows.dot(i, j);
+    match c {
+        0 => 1.0,
+        1 => {
+            // Unit rows: f̂₀₀ = 1.
+            rows.beside_mut().fill(1.0);
+            1.0
         }
-        let (kept, diagnosis) = reduce(&whitened, self.name())?;
-        let kept: SmallVec<[usize; 6]> = kept.into_iter().collect();
-        match invert(&whitened, &kept) {
-            Some(done) => Ok(Box::new(finish(whitened, system.sides(), kept, done, diagnosis.dependencies))),
-            None => Err(SolveError::IllConditioned {
-                solver: self.name().into(),
-                condition: diagnosis.condition,
-                better: "householder-qr",
-            }),
-        }
-    }
-}
-
-struct Inverse {
-    scale: SmallVec<[f64; 6]>,
-    inverse: SmallVec<[f64; 9]>,
-    determinant: f64,
-}
-
-fn finish(
-    whitened: Whitened,
-    sides: usize,
-    kept: SmallVec<[usize; 6]>,
-    done: Inverse,
-    dependencies: Vec<Dependency>,
-) -> FactoredAdjoint {
-    let corrections = usize::from(done.determinant < CORRECT);
-    FactoredAdjoint {
-        whitened,
-        sides,
-        kept,
-        scale: done.scale,
-        inverse: done.inverse,
-        corrections,
-        dependencies,
-    }
-}
-
-/// `adj(F̂)/f̂` of the kept rows, scaled to unit length; `None` where the determinant is not safely positive.
-fn invert(whitened: &Whitened, kept: &[usize]) -> Option<Inverse> {
-    let rows = &whitened.rows;
-    let c = kept.len();
-    let mut scale: SmallVec<[f64; 6]> = SmallVec::new();
-    scale.extend(kept.iter().map(|&r| 1.0 / rows.norm(r)));
-    if scale.iter().any(|s| !(s.is_finite() && *s > 0.0)) {
-        return None;
-    }
-    let f = |i: usize, j: usize| rows.dot(kept[i], kept[j]) * scale[i] * scale[j];
-    let (inverse, determinant): (SmallVec<[f64; 9]>, f64) = match c {
-        0 => (SmallVec::new(), 1.0),
-        // Unit rows: f̂₀₀ = 1.
-        1 => (SmallVec::from_slice(&[1.0]), 1.0),
         2 => {
             let f01 = f(0, 1);
             let det = 1.0 - f01 * f01;
-            (SmallVec::from_slice(&[1.0 / det, -f01 / det, -f01 / det, 1.0 / det]), det)
+            let (diagonal, off) = (1.0 / det, -f01 / det);
+            rows.beside_mut().copy_from_slice(&[diagonal, off, off, diagonal]);
+            det
         }
         3 => {
             let (f01, f02, f12) = (f(0, 1), f(0, 2), f(1, 2));
@@ -123,7 +91,8 @@ fn invert(whitened: &Whitened, kept: &[usize]) -> Option<Inverse> {
             let (a00, a11) = (1.0 - f12 * f12, 1.0 - f02 * f02);
             let det = f02 * a02 + f12 * a12 + a22;
             let adj = [a00, a01, a02, a01, a11, a12, a02, a12, a22];
-            (adj.iter().map(|a| a / det).collect(), det)
+            rows.beside_mut().copy_from_slice(&adj.map(|a| a / det));
+            det
         }
         _ => {
             let gram: SmallVec<[f64; 36]> =
@@ -132,14 +101,15 @@ fn invert(whitened: &Whitened, kept: &[usize]) -> Option<Inverse> {
                 (0..c * c).filter(|k| k / c != i && k % c != j).map(|k| gram[k]).collect()
             };
             let sign = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
-            let adj: SmallVec<[f64; 36]> = (0..c * c)
-                .map(|k| sign(k / c, k % c) * determinant_of(&minor(k % c, k / c), c - 1))
-                .collect();
-            let det: f64 = (0..c).map(|j| gram[j] * adj[j * c]).sum();
-            (adj.iter().map(|a| a / det).collect(), det)
+            let inverse = rows.beside_mut();
+            for (k, a) in inverse.iter_mut().enumerate() {
+                *a = sign(k / c, k % c) * determinant_of(&minor(k % c, k / c), c - 1);
+            }
+            let det: f64 = (0..c).map(|j| gram[j] * inverse[j * c]).sum();
+            inverse.iter_mut().for_each(|a| *a /= det);
+            det
         }
-    };
-    (determinant > SUSPECT && determinant.is_finite()).then_some(Inverse { scale, inverse, determinant })
+    }
 }
 
 /// The determinant of an `n × n` matrix by cofactors of the first row; for `n ≤ 5` only.
@@ -159,24 +129,53 @@ fn determinant_of(a: &[f64], n: usize) -> f64 {
 }
 
 impl FactoredAdjoint {
-    /// `λ = S adj(F̂)/f̂ S b` for one side.
-    fn multiplier(&self, k: usize, b: &[f64; 6]) -> f64 {
-        let c = self.kept.len();
-        let sum: f64 = self.inverse[k * c..(k + 1) * c].iter().zip(b).map(|(a, b)| a * b).sum();
-        sum * self.scale[k]
-    }
-
-    fn scaled(&self, rhs: &[f64], side: usize) -> [f64; 6] {
-        let mut b = [0.0; 6];
-        for (k, &row) in self.kept.iter().enumerate() {
-            b[k] = rhs[row * self.sides + side] * self.scale[k];
+    fn factor(&mut self, rows: &Arc<SparseRows>) -> Result<(), SolveError> {
+        if self.invert(rows, 0..rows.len() as u32) {
+            return Ok(());
         }
-        b
+        let (kept, diagnosis) = reduce(rows, self.solver())?;
+        if self.invert(rows, kept.iter().map(|&r| r as u32)) {
+            self.dependencies = diagnosis.dependencies;
+            return Ok(());
+        }
+        let condition = diagnosis.condition;
+        Err(SolveError::IllConditioned { solver: self.solver().into(), condition, better: "householder-qr" })
     }
 
-    fn add_transposed(&self, k: usize, side: usize, multiplier: f64, d: &mut [f64]) {
-        for (column, value) in self.whitened.rows.iter_row(self.kept[k]) {
-            d[column * self.sides + side] += value * multiplier;
+    /// Whether the kept rows could be inverted: their determinant is safely positive.
+    fn invert(&mut self, rows: &Arc<SparseRows>, kept: impl ExactSizeIterator<Item = u32>) -> bool {
+        let c = kept.len();
+        if !self.rows.scale(rows, kept, c * c) {
+            return false;
+        }
+        let determinant = adjoint(&mut self.rows);
+        self.corrections = usize::from(determinant < CORRECT);
+        determinant > SUSPECT && determinant.is_finite()
+    }
+
+    /// `e ← e + Fᵀ F̂⁻¹ (b - F e)` where `again`, `e ← Fᵀ F̂⁻¹ b` (with `e` zero before) where not.
+    fn adjust<const S: usize>(&self, rhs: &[f64], side: usize, e: &mut [f64], again: bool) {
+        let sides = if S == 3 { 3 } else { self.sides };
+        let e = e.get_mut(side..).unwrap_or_default();
+        let c = self.rows.len();
+        let mut b = [[0.0; S]; Adjoint::LIMIT];
+        for (i, b) in b[..c].iter_mut().enumerate() {
+            let (row, entries, scale) = self.rows.row(i);
+            let wanted = &rhs[row * sides + side..][..S];
+            (0..S).for_each(|s| b[s] = wanted[s] * scale);
+            if again {
+                for (column, v) in entries {
+                    let e = &e[column * sides..][..S];
+                    (0..S).for_each(|s| b[s] -= v * e[s]);
+                }
+            }
+        }
+        for (i, inverse) in self.rows.beside().chunks_exact(c.max(1)).enumerate() {
+            let mut value = [0.0; S];
+            for (a, b) in inverse.iter().zip(&b) {
+                (0..S).for_each(|s| value[s] += a * b[s]);
+            }
+            self.rows.add(i, value, e, sides);
         }
     }
 }
@@ -187,52 +186,46 @@ impl Factored for FactoredAdjoint {
     }
 
     fn rank(&self) -> usize {
-        self.kept.len()
+        self.rows.len()
     }
 
     fn diagnosis(&self) -> Diagnosis {
-        let whitened_rows = &self.whitened.rows;
-        let condition = match self.kept.len() {
-            0 | 1 => 1.0,
-            _ => {
-                let mut rows = super::system::SparseRows::new(whitened_rows.width());
-                for &row in &self.kept {
-                    rows.push(whitened_rows.iter_row(row));
-                }
-                Reflections::new(&rows, "adjoint").map_or(f64::INFINITY, |r| r.diagnosis().condition)
-            }
+        let rank = self.rows.len();
+        let condition = if rank < 2 {
+            1.0
+        } else {
+            let width = (0..rank).flat_map(|i| self.rows.row(i).1).map(|(column, _)| column + 1).max();
+            let mut unit = SparseRows::new(width.unwrap_or(0));
+            (0..rank).for_each(|i| unit.push(self.rows.row(i).1));
+            Reflections::new(&unit, "adjoint").map_or(f64::INFINITY, |r| r.diagnosis().condition)
         };
-        Diagnosis { rank: self.kept.len(), condition, dependencies: self.dependencies.clone() }
+        Diagnosis { rank, condition, dependencies: self.dependencies.clone() }
     }
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
         d.fill(0.0);
-        for side in 0..self.sides {
-            let b = self.scaled(rhs, side);
-            for k in 0..self.kept.len() {
-                self.add_transposed(k, side, self.multiplier(k, &b), d);
-            }
-            for _ in 0..self.corrections {
-                let mut b = b;
-                for (k, &row) in self.kept.iter().enumerate() {
-                    let reached: f64 =
-                        self.whitened.rows.iter_row(row).map(|(c, v)| v * d[c * self.sides + side]).sum();
-                    b[k] -= reached * self.scale[k];
-                }
-                for k in 0..self.kept.len() {
-                    self.add_transposed(k, side, self.multiplier(k, &b), d);
-                }
+        for round in 0..=self.corrections {
+            match self.sides {
+                3 => self.adjust::<3>(rhs, 0, d, round > 0),
+                sides => (0..sides).for_each(|side| self.adjust::<1>(rhs, side, d, round > 0)),
             }
         }
-        self.whitened.finish(d, self.sides);
+        if let Some(whitened) = &mut self.whitened {
+            whitened.finish(d, self.sides);
+        }
     }
 
     fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
         multipliers.fill(0.0);
-        for side in 0..self.sides {
-            let b = self.scaled(rhs, side);
-            for (k, &row) in self.kept.iter().enumerate() {
-                multipliers[row * self.sides + side] = self.multiplier(k, &b);
+        let (sides, c) = (self.sides, self.rows.len());
+        for (i, inverse) in self.rows.beside().chunks_exact(c.max(1)).enumerate() {
+            let (row, _, scale) = self.rows.row(i);
+            for side in 0..sides {
+                let terms = inverse.iter().enumerate().map(|(k, a)| {
+                    let (row, _, scale) = self.rows.row(k);
+                    a * rhs[row * sides + side] * scale
+                });
+                multipliers[row * sides + side] = terms.sum::<f64>() * scale;
             }
         }
     }

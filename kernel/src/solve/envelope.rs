@@ -58,6 +58,20 @@ impl EnvelopeCholesky {
         Ok(Self { starts, first, values, smallest_pivot })
     }
 
+    /// From the rows of a factor that is known: the first column of each, its entries, the diagonal's reciprocal last.
+    pub(super) fn from_rows<R: Iterator<Item = f64>>(
+        rows: impl Iterator<Item = (u32, R)>,
+        smallest_pivot: f64,
+    ) -> Self {
+        let mut factor = Self { starts: vec![0], first: Vec::new(), values: Vec::new(), smallest_pivot };
+        for (first, row) in rows {
+            factor.first.push(first);
+            factor.values.extend(row);
+            factor.starts.push(factor.values.len());
+        }
+        factor
+    }
+
     /// The size `n`.
     pub fn size(&self) -> usize {
         self.first.len()

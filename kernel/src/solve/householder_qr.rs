@@ -12,7 +12,7 @@ use super::{Factored, SolveError, Solver};
 pub struct HouseholderQr;
 
 struct FactoredQr {
-    whitened: Whitened,
+    whitened: Option<Box<Whitened>>,
     reflections: Reflections,
     sides: usize,
     work: Vec<f64>,
@@ -25,7 +25,8 @@ impl Solver for HouseholderQr {
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let whitened = system.whitened()?;
-        let reflections = Reflections::new(&whitened.rows, self.name())?;
+        let rows = whitened.as_ref().map_or(system.rows(), |w| &w.rows);
+        let reflections = Reflections::new(rows, self.name())?;
         let work = vec![0.0; reflections.scratch()];
         Ok(Box::new(FactoredQr { whitened, reflections, sides: system.sides(), work }))
     }
@@ -46,7 +47,9 @@ impl Factored for FactoredQr {
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
         self.reflections.solve_into(rhs, self.sides, d, &mut self.work);
-        self.whitened.finish(d, self.sides);
+        if let Some(whitened) = &mut self.whitened {
+            whitened.finish(d, self.sides);
+        }
     }
 
     fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {

@@ -50,7 +50,7 @@ impl Solver for DenseLu {
             });
         }
         let whitened = system.whitened()?;
-        let reflections = Reflections::new(&whitened.rows, self.name())?;
+        let reflections = Reflections::new(whitened.as_ref().map_or(rows, |w| &w.rows), self.name())?;
         let dependencies = reflections.diagnosis().dependencies;
         let kept = reflections.independent();
         let n = unknowns + kept.len();

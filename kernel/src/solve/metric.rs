@@ -21,7 +21,7 @@ pub enum SystemMetric {
     Inverse(Arc<Symmetric>),
 }
 
-/// The rows in coordinates `e` with `‖e‖² = dᵀWd`, and the way back `d = T e`.
+/// The rows in coordinates `e` with `‖e‖² = dᵀWd`, and the way back `d = T e`: where the metric is not the identity.
 #[derive(Debug, Clone)]
 pub(crate) struct Whitened {
     pub(crate) rows: Arc<SparseRows>,
@@ -30,33 +30,42 @@ pub(crate) struct Whitened {
 
 #[derive(Debug, Clone)]
 enum Back {
-    Same,
     Scale(Vec<f64>),
-    Triangular { factor: Arc<EnvelopeCholesky>, order: Arc<Vec<usize>>, inverse: bool, work: Vec<f64> },
+    Triangular { factor: EnvelopeCholesky, order: Vec<usize>, inverse: bool, work: Vec<f64> },
 }
 
 impl System {
-    /// The rows in the coordinates of the metric.
-    pub(crate) fn whitened(&self) -> Result<Whitened, SolveError> {
-        let rows = self.rows();
+    /// The rows in the coordinates of the metric; `None` where they are the system's own.
+    #[inline]
+    pub(crate) fn whitened(&self) -> Result<Option<Box<Whitened>>, SolveError> {
         match self.metric() {
-            SystemMetric::Least => Ok(Whitened { rows: Arc::clone(rows), back: Back::Same }),
-            SystemMetric::Weights(weights) => {
-                if let Some(at) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
-                    return Err(self.bad_metric(at));
-                }
-                let scale: Vec<f64> = weights.iter().map(|w| 1.0 / w.sqrt()).collect();
-                let mut scaled = SparseRows::with_capacity(rows.width(), rows.len(), rows.entries());
-                for row in 0..rows.len() {
-                    scaled.push(rows.iter_row(row).map(|(c, v)| (c, v * scale[c])));
-                }
-                Ok(Whitened { rows: Arc::new(scaled), back: Back::Scale(scale) })
-            }
+            SystemMetric::Least => Ok(None),
+            metric => self.transformed(metric).map(|whitened| Some(Box::new(whitened))),
+        }
+    }
+
+    fn transformed(&self, metric: &SystemMetric) -> Result<Whitened, SolveError> {
+        match metric {
+            SystemMetric::Least => self.scaled(&vec![1.0; self.rows().width()]),
+            SystemMetric::Weights(weights) => self.scaled(weights),
             // W = R Rᵀ: e = Rᵀd, so a row f becomes R⁻¹f and d = R⁻ᵀe.
             SystemMetric::Matrix(matrix) => self.triangular(matrix, false),
             // W⁻¹ = L Lᵀ: d = L e, so a row f becomes Lᵀf.
             SystemMetric::Inverse(matrix) => self.triangular(matrix, true),
         }
+    }
+
+    fn scaled(&self, weights: &[f64]) -> Result<Whitened, SolveError> {
+        if let Some(at) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
+            return Err(self.bad_metric(at));
+        }
+        let rows = self.rows();
+        let scale: Vec<f64> = weights.iter().map(|w| 1.0 / w.sqrt()).collect();
+        let mut scaled = SparseRows::with_capacity(rows.width(), rows.len(), rows.entries());
+        for row in 0..rows.len() {
+            scaled.push(rows.iter_row(row).map(|(c, v)| (c, v * scale[c])));
+        }
+        Ok(Whitened { rows: Arc::new(scaled), back: Back::Scale(scale) })
     }
 
     fn triangular(&self, matrix: &Symmetric, inverse: bool) -> Result<Whitened, SolveError> {
@@ -82,7 +91,7 @@ impl System {
             whitened.push(dense.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(c, v)| (c, *v)));
         }
         let work = vec![0.0; n * self.sides()];
-        let back = Back::Triangular { factor: Arc::new(factor), order: Arc::new(order), inverse, work };
+        let back = Back::Triangular { factor, order, inverse, work };
         Ok(Whitened { rows: Arc::new(whitened), back })
     }
 
@@ -165,7 +174,6 @@ impl Whitened {
     /// `d = T e`, in place.
     pub(crate) fn finish(&mut self, d: &mut [f64], sides: usize) {
         match &mut self.back {
-            Back::Same => {}
             Back::Scale(scale) => {
                 for (entry, s) in d.chunks_exact_mut(sides).zip(scale) {
                     entry.iter_mut().for_each(|v| *v *= *s);

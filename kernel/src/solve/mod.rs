@@ -18,10 +18,12 @@ mod envelope;
 mod householder_qr;
 mod lu;
 mod metric;
+mod order;
 mod rank;
 mod sparse;
 mod symmetric;
 mod system;
+mod unit;
 
 pub use adjoint::Adjoint;
 pub use automatic::Automatic;

@@ -1,7 +1,6 @@
 //! Householder reflections from the right with row pivoting: rank, and which rows the others imply.
 
 use super::SolveError;
-use super::metric::Whitened;
 use super::system::SparseRows;
 
 /// Rank and condition of a system, and the rows that were left out.
@@ -341,9 +340,8 @@ fn components(rows: &SparseRows, empty: &mut Vec<usize>) -> Vec<(Vec<usize>, Vec
     sets
 }
 
-/// The whitened rows without the dependent ones, and what was left out. For solvers that find a pivot they
-/// do not trust.
-pub(crate) fn reduce(whitened: &Whitened, solver: &str) -> Result<(Vec<usize>, Diagnosis), SolveError> {
-    let reflections = Reflections::new(&whitened.rows, solver)?;
+/// The independent ones of whitened rows, and what was left out. For solvers that find a pivot they do not trust.
+pub(crate) fn reduce(rows: &SparseRows, solver: &str) -> Result<(Vec<usize>, Diagnosis), SolveError> {
+    let reflections = Reflections::new(rows, solver)?;
     Ok((reflections.independent(), reflections.diagnosis()))
 }

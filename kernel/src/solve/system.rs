@@ -91,18 +91,9 @@ impl SparseRows {
     }
 
     /// The Euclidean norm of a row, safe from overflow.
+    #[inline]
     pub fn norm(&self, row: usize) -> f64 {
-        let (_, values) = self.row(row);
-        let squares: f64 = values.iter().map(|v| v * v).sum();
-        // Nothing overflowed, and nothing that underflowed can matter.
-        if squares > 1e-280 && squares < f64::INFINITY {
-            return squares.sqrt();
-        }
-        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        if largest == 0.0 || !largest.is_finite() {
-            return largest;
-        }
-        largest * values.iter().map(|v| (v / largest) * (v / largest)).sum::<f64>().sqrt()
+        norm(self.row(row).1)
     }
 
     /// The inner product of two rows.
@@ -146,6 +137,24 @@ impl SparseRows {
             }
         }
     }
+}
+
+/// The Euclidean norm, safe from overflow.
+#[inline]
+pub(super) fn norm(values: &[f64]) -> f64 {
+    let squares: f64 = values.iter().map(|v| v * v).sum();
+    // Nothing overflowed, and nothing that underflowed can matter.
+    if squares > 1e-280 && squares < f64::INFINITY { squares.sqrt() } else { scaled_norm(values) }
+}
+
+/// The norm by way of the largest entry: for squares that overflow or underflow.
+#[cold]
+fn scaled_norm(values: &[f64]) -> f64 {
+    let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    if largest == 0.0 || !largest.is_finite() {
+        return largest;
+    }
+    largest * values.iter().map(|v| (v / largest) * (v / largest)).sum::<f64>().sqrt()
 }
 
 /// `F d = b` with `dᵀWd` least: sparse rows over the columns that the constraints touch, and a metric.
