@@ -100,8 +100,13 @@ impl Curve {
     /// When `u` is outside the domain (a periodic curve wraps it).
     pub fn point(&self, u: f64) -> Result<Point> {
         let u = self.space.locate(u)?;
-        let span = self.space.span(u);
-        Ok(match self.degree() {
+        Ok(self.point_on(self.space.span(u), u))
+    }
+
+    /// The point at a parameter of a span.
+    #[inline]
+    pub(super) fn point_on(&self, span: usize, u: f64) -> Point {
+        match self.degree() {
             1 => self.combine(span, &self.space.values::<2>(span, u)),
             2 => self.combine(span, &self.space.values::<3>(span, u)),
             3 => self.combine(span, &self.space.values::<4>(span, u)),
@@ -112,28 +117,51 @@ impl Curve {
                 self.space.basis_into(span, u, 0, &mut row);
                 self.combine(span, &row[..=p])
             }
-        })
+        }
     }
 
     /// The point that basis values on a span give.
     #[inline]
     fn combine(&self, span: usize, row: &[f64]) -> Point {
-        let first = span + 1 - row.len();
         if self.weights.is_none() && !self.space.is_periodic() {
             // The vertices lie side by side.
-            let vertices = &self.points[first..=span];
+            let vertices = &self.points[span + 1 - row.len()..=span];
             let sum =
                 row.iter().zip(vertices).fold(Vector::zeros(), |sum, (value, p)| sum + p.coords * *value);
             return Point::from(sum);
         }
-        let (mut sum, mut total) = (Vector::zeros(), 0.0);
-        for (j, value) in row.iter().enumerate() {
-            let i = self.space.vertex(first + j);
-            let value = self.weights.as_ref().map_or(*value, |w| value * w[i]);
-            sum += self.points[i].coords * value;
-            total += value;
-        }
+        let (sum, total) = self.weigh(span, row);
         Point::from(if self.weights.is_some() { sum / total } else { sum })
+    }
+
+    /// `Σ w_i N_i P_i` and `Σ w_i N_i` for a row of basis functions (or derivatives) on a span; without weights only
+    /// the first sum means anything.
+    #[inline]
+    fn weigh(&self, span: usize, row: &[f64]) -> (Vector, f64) {
+        let first = span + 1 - row.len();
+        let (mut sum, mut total) = (Vector::zeros(), 0.0);
+        if self.space.is_periodic() {
+            for (j, value) in row.iter().enumerate() {
+                let i = self.space.vertex(first + j);
+                let value = self.weights.as_ref().map_or(*value, |w| value * w[i]);
+                sum += self.points[i].coords * value;
+                total += value;
+            }
+            return (sum, total);
+        }
+        // The vertices lie side by side.
+        let vertices = &self.points[first..=span];
+        if let Some(weights) = &self.weights {
+            for ((value, p), w) in row.iter().zip(vertices).zip(&weights[first..=span]) {
+                sum += p.coords * (value * w);
+                total += value * w;
+            }
+        } else {
+            for (value, p) in row.iter().zip(vertices) {
+                sum += p.coords * *value;
+            }
+        }
+        (sum, total)
     }
 
     /// The derivative of the given order at `u`.
@@ -158,30 +186,75 @@ impl Curve {
             return Err(Error::DerivativeOrder { order: out.len() - 1 });
         }
         let u = self.space.locate(u)?;
-        let span = self.space.span(u);
-        let first = span - self.degree();
-        let mut row = [0.0; MAX_ORDER];
-        let mut denominators = [0.0; MAX_ORDER];
-        for order in 0..out.len() {
-            self.space.basis_into(span, u, order, &mut row);
-            let mut sum = Vector::zeros();
-            let mut weight = 0.0;
-            for (j, &value) in row[..=self.degree()].iter().enumerate() {
-                let i = self.space.vertex(first + j);
-                let value = self.weights.as_ref().map_or(value, |w| value * w[i]);
-                sum += self.points[i].coords * value;
-                weight += value;
-            }
-            if self.weights.is_some() {
-                denominators[order] = weight;
-                for j in 1..=order {
-                    sum -= out[order - j] * (binomial(order, j) * denominators[j]);
-                }
-                sum /= denominators[0];
-            }
-            out[order] = sum;
-        }
+        self.derivatives_on(self.space.span(u), u, out);
         Ok(())
+    }
+
+    /// The derivatives at a parameter of a span; `out` has room for 26 at most.
+    #[inline]
+    pub(super) fn derivatives_on(&self, span: usize, u: f64, out: &mut [Vector]) {
+        match (self.degree(), out.len()) {
+            (1, ..=3) => self.differentiate::<2>(span, u, out),
+            (2, ..=3) => self.differentiate::<3>(span, u, out),
+            (3, ..=3) => self.differentiate::<4>(span, u, out),
+            (4, ..=3) => self.differentiate::<5>(span, u, out),
+            (5, ..=3) => self.differentiate::<6>(span, u, out),
+            (_, ..=4) => self.differentiate_any::<4>(span, u, out),
+            _ => self.differentiate_any::<MAX_ORDER>(span, u, out),
+        }
+    }
+
+    fn differentiate<const N: usize>(&self, span: usize, u: f64, out: &mut [Vector]) {
+        match out.len() {
+            1 => self.apply(span, self.space.rows::<N, 1>(span, u).iter().map(|row| &row[..]), out),
+            2 => self.apply(span, self.space.rows::<N, 2>(span, u).iter().map(|row| &row[..]), out),
+            _ => self.apply(span, self.space.rows::<N, 3>(span, u).iter().map(|row| &row[..]), out),
+        }
+    }
+
+    /// Of any degree, `K` orders at most.
+    fn differentiate_any<const K: usize>(&self, span: usize, u: f64, out: &mut [Vector]) {
+        let mut rows = [[0.0; MAX_ORDER]; K];
+        let rows = &mut rows[..out.len().min(K)];
+        self.space.rows_into(span, u, rows);
+        self.apply(span, rows.iter().map(|row| &row[..=self.degree()]), out);
+    }
+
+    /// The control vertices of a span, `x, y, z` or (for `L = 4`) `w x, w y, w z, w`.
+    #[inline]
+    pub(super) fn net_on<const N: usize, const L: usize>(&self, span: usize) -> [[f64; L]; N] {
+        let mut net = [[0.0; L]; N];
+        for (j, vertex) in net.iter_mut().enumerate() {
+            let i = self.space.vertex(span + 1 - N + j);
+            let (p, w) = (self.points[i], self.weights.as_ref().map_or(1.0, |w| w[i]));
+            for (lane, value) in vertex.iter_mut().zip([p.x * w, p.y * w, p.z * w, w]) {
+                *lane = value;
+            }
+        }
+        net
+    }
+
+    #[inline]
+    fn apply<'a>(&self, span: usize, rows: impl Iterator<Item = &'a [f64]>, out: &mut [Vector]) {
+        let mut weights = [0.0; MAX_ORDER];
+        for ((value, weight), row) in out.iter_mut().zip(&mut weights).zip(rows) {
+            (*value, *weight) = self.weigh(span, row);
+        }
+        if self.weights.is_some() {
+            quotient(out, &weights);
+        }
+    }
+}
+
+/// Derivatives of `A / W` from those of `A` (in place) and of `W`: `C^(k) = (A^(k) - Σ_j C(k,j) W^(j) C^(k-j)) / W`.
+#[inline]
+pub(super) fn quotient(row: &mut [Vector], weights: &[f64]) {
+    for order in 0..row.len() {
+        for j in 1..=order {
+            let lower = row[order - j] * (binomial(order, j) * weights[j]);
+            row[order] -= lower;
+        }
+        row[order] /= weights[0];
     }
 }
 

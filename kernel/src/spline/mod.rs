@@ -1,6 +1,7 @@
 //! Splines: the space of functions a shape is made of, and the shapes.
 //!
-//! * [`space`]: degree and knot vector; B-spline basis functions and their derivatives.
+//! * [`space`]: degree and knot vector.
+//! * [`basis`]: B-spline basis functions and their derivatives.
 //! * [`batch`]: evaluation of many points at once.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
 //! * [`bounds`]: axis-parallel boxes.
@@ -26,6 +27,7 @@
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 //! * [`trimmed`]: surfaces of which loops in the parameter plane bound a part.
 
+pub mod basis;
 pub mod batch;
 pub mod bezier;
 pub mod bounds;
@@ -42,6 +44,7 @@ pub mod extrude;
 pub mod gram;
 pub mod hodograph;
 pub mod insert;
+mod jet;
 pub mod join;
 pub mod length;
 mod piece;

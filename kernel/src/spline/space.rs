@@ -283,61 +283,6 @@ impl Space {
         }
         s
     }
-
-    /// The values of the `N = p + 1` basis functions of a span: [`basis_into`](Self::basis_into) of order 0 for a degree
-    /// that the compiler knows, so that the triangle is unrolled. The same operations in the same order.
-    #[inline]
-    pub(super) fn values<const N: usize>(&self, span: usize, u: f64) -> [f64; N] {
-        let mut row = [0.0; N];
-        row[0] = 1.0;
-        // The 2p knots around the span: t[span + 1 - p ..= span + p].
-        let t = &self.flat[span + 2 - N..span + N];
-        for d in 1..N {
-            let mut carry = 0.0;
-            for j in 0..d {
-                let (left, right) = (t[N - 1 + j - d], t[N - 1 + j]);
-                let share = row[j] / (right - left);
-                row[j] = carry + (right - u) * share;
-                carry = (u - left) * share;
-            }
-            row[d] = carry;
-        }
-        row
-    }
-
-    /// Values at `u` of the `order`-th derivatives of the `p + 1` basis functions `span - p ..= span`.
-    ///
-    /// Cox–de Boor up to degree `p - order` (Bartels and Beatty 1989, with the second term's misprint mended),
-    /// then `N'_{i,d} = d (N_{i,d-1}/(t_{i+d}-t_i) - N_{i+1,d-1}/(t_{i+d+1}-t_{i+1}))` for the last `order`
-    /// degrees. `out` has at least `p + 1` entries; the rest is left alone. An order above `p` gives zeros.
-    /// `O(p²)`.
-    pub fn basis_into(&self, span: usize, u: f64, order: usize, out: &mut [f64]) {
-        let p = self.degree;
-        let row = &mut out[..=p];
-        row.fill(0.0);
-        if order > p {
-            return;
-        }
-        let t = &self.flat;
-        row[0] = 1.0;
-        // row[j] holds N_{span-d+j, d}: the d + 1 functions of degree d that do not vanish.
-        for d in 1..=p {
-            let differentiate = d > p - order;
-            let mut carry = 0.0;
-            for j in 0..d {
-                let (left, right) = (t[span + 1 + j - d], t[span + 1 + j]);
-                let share = row[j] / (right - left);
-                if differentiate {
-                    row[j] = carry - d as f64 * share;
-                    carry = d as f64 * share;
-                } else {
-                    row[j] = carry + (right - u) * share;
-                    carry = (u - left) * share;
-                }
-            }
-            row[d] = carry;
-        }
-    }
 }
 
 /// Knot `k` of the closed line whose one period is `knots` (first and last are the same knot), for any `k`.

@@ -1,6 +1,6 @@
 //! Tensor-product B-spline surfaces: polynomial and rational, open and periodic in either direction.
 
-use smallvec::smallvec;
+use smallvec::{SmallVec, smallvec};
 
 use super::binomial;
 use super::curve::{check_curve_space, check_net, knot_count};
@@ -82,22 +82,53 @@ impl Surface {
         (self.u, self.v, self.points, self.weights)
     }
 
-    /// The point at `(u, v)`. `O(pq + log n)`.
+    /// The point at `(u, v)`. `O(p² + q² + pq + log n)`.
     ///
     /// # Errors
     /// When a parameter is outside the domain (a periodic direction wraps it).
     pub fn point(&self, u: f64, v: f64) -> Result<Point> {
-        Ok(self.derivative(u, v, 0, 0)?.into())
+        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
+        Ok(self.point_on((self.u.span(u), self.v.span(v)), (u, v)))
     }
 
-    /// The mixed derivative `∂^(a+b) S / ∂u^a ∂v^b`.
+    /// The mixed derivative `∂^(a+b) S / ∂u^a ∂v^b`. Costs as [`derivatives_into`](Self::derivatives_into) of that
+    /// order, which gives the lower ones too.
     ///
     /// # Errors
     /// When a parameter is outside the domain or an order is beyond 25.
     pub fn derivative(&self, u: f64, v: f64, a: usize, b: usize) -> Result<Vector> {
-        let stencil = self.stencil(Location::Surface(u, v), Derivative { u: a, v: b })?;
-        Ok(stencil.apply(&self.points))
+        check_orders([a, b])?;
+        let mut all: SmallVec<[Vector; 9]> = smallvec![Vector::zeros(); (a + 1) * (b + 1)];
+        self.derivatives_into(u, v, [a, b], &mut all)?;
+        Ok(all.pop().unwrap_or_default())
     }
+
+    /// All mixed derivatives `∂^(k+l) S / ∂u^k ∂v^l` up to `k = a` and `l = b`, that one at `out[k (b + 1) + l]`: the
+    /// point first, and for `[1, 1]` then `S_v`, `S_u`, `S_uv`. `O(p² + q² + pq (b + 1) + p (a + 1)(b + 1))`; no
+    /// allocation up to second orders.
+    ///
+    /// A rational surface's come from those of `A = W S` and of `W` by
+    /// `S^(k,l) = (A^(k,l) - Σ_{(i,j) ≠ (0,0)} C(k,i) C(l,j) W^(i,j) S^(k-i,l-j)) / W`.
+    ///
+    /// # Errors
+    /// When a parameter is outside the domain, an order is beyond 25, or `out` is not `(a + 1)(b + 1)` long.
+    pub fn derivatives_into(&self, u: f64, v: f64, [a, b]: [usize; 2], out: &mut [Vector]) -> Result<()> {
+        check_orders([a, b])?;
+        if out.len() != (a + 1) * (b + 1) {
+            return Err(Error::Invalid(format!(
+                "derivatives up to order {a} by u and {b} by v are {}, and there is room for {}: make both equal",
+                (a + 1) * (b + 1),
+                out.len()
+            )));
+        }
+        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
+        self.derivatives_on((self.u.span(u), self.v.span(v)), (u, v), [a, b], out);
+        Ok(())
+    }
+}
+
+fn check_orders([a, b]: [usize; 2]) -> Result<()> {
+    if a.max(b) > MAX_DEGREE { Err(Error::DerivativeOrder { order: a.max(b) }) } else { Ok(()) }
 }
 
 impl Shape for Surface {
@@ -113,9 +144,7 @@ impl Shape for Surface {
         let (u, v) = at.on_surface()?;
         let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
         let (a, b) = (derivative.u, derivative.v);
-        if a.max(b) > MAX_DEGREE {
-            return Err(Error::DerivativeOrder { order: a.max(b) });
-        }
+        check_orders([a, b])?;
         let (p, q) = (self.u.degree(), self.v.degree());
         let (su, sv) = (self.u.span(u), self.v.span(v));
         let index = |i: usize, j: usize| self.u.vertex(su - p + i) * self.v.len() + self.v.vertex(sv - q + j);

@@ -4,7 +4,12 @@
 //! paid once a span (curves) or once a row and a column (surfaces). Work is cut into blocks of fixed size, with or
 //! without threads, so that the result is the same to the bit whatever the number of threads.
 
-use super::binomial;
+mod cursor;
+mod powers;
+
+use cursor::Cursor;
+use powers::Powers;
+
 use super::space::MAX_ORDER;
 use super::{Curve, Surface};
 use crate::error::{Error, Result};
@@ -12,10 +17,10 @@ use crate::{Point, Vector};
 
 /// Parameters in one block of work.
 const BLOCK: usize = 1 << 14;
-/// Up to this degree a span with enough parameters is expanded in powers about its middle.
-const POWERS: usize = 5;
+/// Parameters that Horner's rule takes at once: their sums are vectors that the compiler knows to vectorise.
+const LANES: usize = 4;
 /// Parameters in a row on one span from which the expansion pays.
-const PAYS: usize = 6;
+const PAYS: usize = 3;
 
 /// Point, first derivatives and unit normal of a surface, in the order of a grid (see [`Surface::grid_frames_into`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +55,7 @@ impl Curve {
     /// When the slices differ in length or a parameter is outside the domain; `out` then holds some of the points.
     pub fn points_into(&self, us: &[f64], out: &mut [Point]) -> Result<()> {
         same_length(us.len(), out.len())?;
-        in_blocks(us, out, 1, |us, out| self.block(us, 1, out, |v| Point::from(*v)))
+        in_blocks(us, out, 1, |us, out| self.block(us, 1, out))
     }
 
     /// The points and derivatives `C, C', …` at many parameters: `orders` vectors a parameter, one parameter after
@@ -64,148 +69,76 @@ impl Curve {
             return Err(Error::DerivativeOrder { order: orders.wrapping_sub(1) });
         }
         same_length(us.len().saturating_mul(orders), out.len())?;
-        in_blocks(us, out, orders, |us, out| self.block(us, orders, out, |v| *v))
+        in_blocks(us, out, orders, |us, out| self.block(us, orders, out))
     }
 
     /// One block: runs of parameters on the same span are found, and each run is evaluated as it pays best.
-    fn block<T: Copy>(
+    fn block<T: From<[f64; 3]>>(&self, us: &[f64], orders: usize, out: &mut [T]) -> Result<()> {
+        match (self.degree(), self.weights().is_some()) {
+            (1, false) => self.block_of::<2, 3, T>(us, orders, out),
+            (2, false) => self.block_of::<3, 3, T>(us, orders, out),
+            (3, false) => self.block_of::<4, 3, T>(us, orders, out),
+            (4, false) => self.block_of::<5, 3, T>(us, orders, out),
+            (5, false) => self.block_of::<6, 3, T>(us, orders, out),
+            (1, true) => self.block_of::<2, 4, T>(us, orders, out),
+            (2, true) => self.block_of::<3, 4, T>(us, orders, out),
+            (3, true) => self.block_of::<4, 4, T>(us, orders, out),
+            (4, true) => self.block_of::<5, 4, T>(us, orders, out),
+            (5, true) => self.block_of::<6, 4, T>(us, orders, out),
+            _ => self.one_by_one(us, orders, out),
+        }
+    }
+
+    fn block_of<const N: usize, const L: usize, T: From<[f64; 3]>>(
         &self,
         us: &[f64],
         orders: usize,
         out: &mut [T],
-        make: impl Fn(&Vector) -> T,
     ) -> Result<()> {
-        let (space, p) = (self.space(), self.degree());
-        let (_, end) = space.domain();
+        let mut cursor = Cursor::new(self.space());
         let mut start = 0;
-        while start < us.len() {
-            let u = space.locate(us[start])?;
-            let span = space.span(u);
-            let (a, b) = (space.flat()[span], space.flat()[span + 1]);
-            // The last span of an open curve owns its end too; a wrapped or clamped first parameter makes a run of one.
-            let inside = |u: f64| u >= a && (u < b || u == end && b == end && !space.is_periodic());
-            let run = us[start..].iter().take_while(|&&u| inside(u)).count().max(1);
-            let target = &mut out[start * orders..(start + run) * orders];
-            if run >= PAYS && p <= POWERS {
-                let powers = Powers::new(self, span, orders);
-                let us = &us[start..start + run];
-                match p {
-                    1 => powers.run::<2, T>(us, orders, target, &make),
-                    2 => powers.run::<3, T>(us, orders, target, &make),
-                    3 => powers.run::<4, T>(us, orders, target, &make),
-                    4 => powers.run::<5, T>(us, orders, target, &make),
-                    _ => powers.run::<6, T>(us, orders, target, &make),
-                }
-            } else {
+        while let Some(&first) = us.get(start) {
+            let u = cursor.find(first)?;
+            let run = cursor.run(&us[start..]).max(1);
+            let (us, out) = (&us[start..start + run], &mut out[start * orders..(start + run) * orders]);
+            start += run;
+            if run < if orders == 1 { PAYS } else { 2 } || orders > 3 {
                 let mut row = [Vector::zeros(); MAX_ORDER];
-                for (u, target) in us[start..start + run].iter().zip(target.chunks_exact_mut(orders)) {
-                    self.derivatives_into(*u, &mut row[..orders])?;
-                    for (target, value) in target.iter_mut().zip(&row) {
-                        *target = make(value);
+                for (i, out) in out.chunks_exact_mut(orders).enumerate() {
+                    // The first parameter may have been wrapped.
+                    let u = if i == 0 { u } else { us[i] };
+                    if orders == 1 {
+                        out[0] = T::from(self.point_on(cursor.span, u).into());
+                        continue;
+                    }
+                    self.derivatives_on(cursor.span, u, &mut row[..orders]);
+                    for (out, value) in out.iter_mut().zip(&row) {
+                        *out = T::from((*value).into());
                     }
                 }
+                continue;
             }
-            start += run;
+            let powers = Powers::<N, L>::new(self, cursor.span);
+            match orders {
+                1 => powers.run::<1, T>(us, out),
+                2 => powers.run::<2, T>(us, out),
+                _ => powers.run::<3, T>(us, out),
+            }
         }
         Ok(())
     }
-}
 
-/// One span of a curve in powers of `x = (u - middle) / half`, `x` in `[-1, 1]`: of all places to expand about, the
-/// middle has the smallest powers, and up to degree 5 the sum of the coefficients' sizes stays within a small factor
-/// of the curve's size, so that Horner's rule loses at most a digit.
-struct Powers {
-    middle: f64,
-    over_half: f64,
-    rational: bool,
-    /// Coefficients of each derivative (already by `u`, not by `x`): x, y, z and weight.
-    rows: Vec<[[f64; 4]; POWERS + 1]>,
-}
-
-impl Powers {
-    fn new(curve: &Curve, span: usize, orders: usize) -> Self {
-        let (space, p) = (curve.space(), curve.degree());
-        let (a, b) = (space.flat()[span], space.flat()[span + 1]);
-        let (middle, half) = (0.5 * a + 0.5 * b, 0.5 * (b - a));
-        let mut basis = [0.0; MAX_ORDER];
-        let mut taylor = [[0.0; 4]; POWERS + 1];
-        let mut scale = 1.0;
-        for (k, coefficient) in taylor[..=p].iter_mut().enumerate() {
-            if k > 0 {
-                scale *= half / k as f64;
-            }
-            space.basis_into(span, middle, k, &mut basis);
-            for (j, value) in basis[..=p].iter().enumerate() {
-                let i = space.vertex(span - p + j);
-                let value = scale * value * curve.weights().map_or(1.0, |w| w[i]);
-                let point = curve.points()[i];
-                for (sum, c) in coefficient.iter_mut().zip([point.x, point.y, point.z, 1.0]) {
-                    *sum += value * c;
-                }
+    fn one_by_one<T: From<[f64; 3]>>(&self, us: &[f64], orders: usize, out: &mut [T]) -> Result<()> {
+        let mut cursor = Cursor::new(self.space());
+        let mut row = [Vector::zeros(); MAX_ORDER];
+        for (&u, out) in us.iter().zip(out.chunks_exact_mut(orders)) {
+            let u = cursor.find(u)?;
+            self.derivatives_on(cursor.span, u, &mut row[..orders]);
+            for (out, value) in out.iter_mut().zip(&row) {
+                *out = T::from((*value).into());
             }
         }
-        let rows = (0..orders)
-            .map(|order| {
-                let mut row = [[0.0; 4]; POWERS + 1];
-                for k in order..=p {
-                    let falling: f64 = (0..order).map(|i| (k - i) as f64 / half).product();
-                    row[k - order] = taylor[k].map(|c| c * falling);
-                }
-                row
-            })
-            .collect();
-        Self { middle, over_half: 1.0 / half, rational: curve.weights().is_some(), rows }
-    }
-
-    fn run<const N: usize, T>(&self, us: &[f64], orders: usize, out: &mut [T], make: &impl Fn(&Vector) -> T) {
-        if self.rational {
-            let (mut row, mut weights) = ([Vector::zeros(); MAX_ORDER], [0.0; MAX_ORDER]);
-            for (u, out) in us.iter().zip(out.chunks_exact_mut(orders)) {
-                let x = (u - self.middle) * self.over_half;
-                for (order, coefficients) in self.rows.iter().enumerate() {
-                    let [a, b, c, w] = horner::<N, 4>(coefficients, x);
-                    (row[order], weights[order]) = (Vector::new(a, b, c), w);
-                }
-                quotient(&mut row[..orders], &weights);
-                for (out, value) in out.iter_mut().zip(&row) {
-                    *out = make(value);
-                }
-            }
-        } else {
-            // A loop over lines of equal work with no branch in it: Horner's rule on three lanes.
-            for (u, out) in us.iter().zip(out.chunks_exact_mut(orders)) {
-                let x = (u - self.middle) * self.over_half;
-                for (out, coefficients) in out.iter_mut().zip(&self.rows) {
-                    let [a, b, c] = horner::<N, 3>(coefficients, x);
-                    *out = make(&Vector::new(a, b, c));
-                }
-            }
-        }
-    }
-}
-
-/// `Σ c_k x^k` of the first `N` coefficients, in the first `L` lanes.
-fn horner<const N: usize, const L: usize>(coefficients: &[[f64; 4]; POWERS + 1], x: f64) -> [f64; L] {
-    let mut sum = [0.0; L];
-    for (sum, c) in sum.iter_mut().zip(&coefficients[N - 1]) {
-        *sum = *c;
-    }
-    for k in (0..N - 1).rev() {
-        for (sum, c) in sum.iter_mut().zip(&coefficients[k]) {
-            *sum = *sum * x + c;
-        }
-    }
-    sum
-}
-
-/// Derivatives of `A / W` from those of `A` (in place) and `W`: `C^(k) = (A^(k) - Σ_j C(k,j) W^(j) C^(k-j)) / W`.
-fn quotient(row: &mut [Vector], weights: &[f64]) {
-    for order in 0..row.len() {
-        for j in 1..=order {
-            let lower = row[order - j] * (binomial(order, j) * weights[j]);
-            row[order] -= lower;
-        }
-        row[order] /= weights[0];
+        Ok(())
     }
 }
 
