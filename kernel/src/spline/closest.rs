@@ -269,16 +269,14 @@ impl Surface {
     /// domain. It makes the best distance good early; what it misses, the subdivision finds.
     fn approach(&self, point: Point, start: (f64, f64)) -> Result<(f64, f64)> {
         let (du, dv) = (self.u().domain(), self.v().domain());
-        let (mut at, mut away) = (start, self.derivative(start.0, start.1, 0, 0)? - point.coords);
+        let (mut at, mut away) = (start, self.point(start.0, start.1)? - point);
+        let mut jet = [Vector::zeros(); 9];
         for _ in 0..30 {
-            let d = |a: usize, b: usize| self.derivative(at.0, at.1, a, b);
-            let (su, sv) = (d(1, 0)?, d(0, 1)?);
+            self.derivatives_into(at.0, at.1, [2, 2], &mut jet)?;
+            let [_, sv, svv, su, suv, _, suu, ..] = jet;
             let (gu, gv) = (away.dot(&su), away.dot(&sv));
-            let (mut a, mut b, mut c) = (
-                su.dot(&su) + away.dot(&d(2, 0)?),
-                su.dot(&sv) + away.dot(&d(1, 1)?),
-                sv.dot(&sv) + away.dot(&d(0, 2)?),
-            );
+            let (mut a, mut b, mut c) =
+                (su.dot(&su) + away.dot(&suu), su.dot(&sv) + away.dot(&suv), sv.dot(&sv) + away.dot(&svv));
             if a * c - b * b <= 0.0 || a <= 0.0 {
                 // Not convex here: the Gauss–Newton matrix always points downhill.
                 (a, b, c) = (su.dot(&su), su.dot(&sv), sv.dot(&sv));
@@ -293,7 +291,7 @@ impl Surface {
             while factor > 1e-3 {
                 let next =
                     ((at.0 + factor * step.0).clamp(du.0, du.1), (at.1 + factor * step.1).clamp(dv.0, dv.1));
-                let now = self.derivative(next.0, next.1, 0, 0)? - point.coords;
+                let now = self.point(next.0, next.1)? - point;
                 if now.norm_squared() < away.norm_squared() {
                     (at, away, moved) = (next, now, true);
                     break;

@@ -134,16 +134,21 @@ impl Surface {
     /// # Errors
     /// When a parameter is outside the domain.
     pub fn normal(&self, u: f64, v: f64) -> Result<Normal> {
-        let (su, sv) = (self.derivative(u, v, 1, 0)?, self.derivative(u, v, 0, 1)?);
+        let mut jet = [Vector::zeros(); 4];
+        self.derivatives_into(u, v, [1, 1], &mut jet)?;
+        let [_, sv, su, mixed] = jet;
+        Ok(self.normal_from((u, v), su, sv, mixed))
+    }
+
+    fn normal_from(&self, (u, v): (f64, f64), su: Vector, sv: Vector, mixed: Vector) -> Normal {
         let (lu, lv) = (self.u().length(), self.v().length());
         // Lengths of the steps over the whole domain: comparable numbers for both directions.
         let (a, b) = (su * lu, sv * lv);
         let large = a.amax().max(b.amax());
         let vanishes = |d: &Vector| d.amax() <= 1e-12 * large;
         if !vanishes(&a) && !vanishes(&b) {
-            return Ok(unit_cross(&su, &sv).map_or(Normal::None, Normal::Regular));
+            return unit_cross(&su, &sv).map_or(Normal::None, Normal::Regular);
         }
-        let mixed = self.derivative(u, v, 1, 1)?;
         // Inwards is forwards, except from the end of a domain.
         let inwards = |t: f64, (start, end): (f64, f64)| if t - start <= end - t { 1.0 } else { -1.0 };
         let limit = match (vanishes(&a), vanishes(&b)) {
@@ -151,7 +156,7 @@ impl Surface {
             (true, false) => unit_cross(&(mixed * inwards(v, self.v().domain())), &sv),
             _ => None,
         };
-        Ok(limit.map_or(Normal::None, Normal::Limit))
+        limit.map_or(Normal::None, Normal::Limit)
     }
 
     /// Fundamental forms and curvatures at `(u, v)`; `None` where the surface has no tangent plane of its own
@@ -160,13 +165,12 @@ impl Surface {
     /// # Errors
     /// When a parameter is outside the domain.
     pub fn curvature(&self, u: f64, v: f64) -> Result<Option<SurfaceCurvature>> {
-        let Normal::Regular(normal) = self.normal(u, v)? else { return Ok(None) };
-        let (su, sv) = (self.derivative(u, v, 1, 0)?, self.derivative(u, v, 0, 1)?);
+        let mut jet = [Vector::zeros(); 9];
+        self.derivatives_into(u, v, [2, 2], &mut jet)?;
+        let [_, sv, svv, su, suv, _, suu, ..] = jet;
+        let Normal::Regular(normal) = self.normal_from((u, v), su, sv, suv) else { return Ok(None) };
         let first = [su.dot(&su), su.dot(&sv), sv.dot(&sv)];
-        let mut second = [0.0; 3];
-        for (value, (a, b)) in second.iter_mut().zip([(2, 0), (1, 1), (0, 2)]) {
-            *value = self.derivative(u, v, a, b)?.dot(&normal);
-        }
+        let second = [suu.dot(&normal), suv.dot(&normal), svv.dot(&normal)];
         // In an orthonormal basis of the tangent plane the shape operator is a symmetric matrix, whose eigenvalues
         // do not suffer from H² - K losing all its digits at umbilics. x = S_u/|S_u|, S_v = c x + s y.
         let (e, s) = (su.norm(), su.cross(&sv).norm() / su.norm());

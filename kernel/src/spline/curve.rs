@@ -220,12 +220,13 @@ impl Curve {
         self.apply(span, rows.iter().map(|row| &row[..=self.degree()]), out);
     }
 
-    /// The control vertices of a span, `x, y, z` or (for `L = 4`) `w x, w y, w z, w`.
+    /// The `p + 1` control vertices of a span, `x, y, z` or (for `L = 4`) `w x, w y, w z, w`, in room for `N`.
     #[inline]
     pub(super) fn net_on<const N: usize, const L: usize>(&self, span: usize) -> [[f64; L]; N] {
         let mut net = [[0.0; L]; N];
-        for (j, vertex) in net.iter_mut().enumerate() {
-            let i = self.space.vertex(span + 1 - N + j);
+        let p = self.degree();
+        for (j, vertex) in net.iter_mut().enumerate().take(p + 1) {
+            let i = self.space.vertex(span - p + j);
             let (p, w) = (self.points[i], self.weights.as_ref().map_or(1.0, |w| w[i]));
             for (lane, value) in vertex.iter_mut().zip([p.x * w, p.y * w, p.z * w, w]) {
                 *lane = value;
