@@ -1,24 +1,26 @@
-//! Wavefront OBJ: polygon meshes, lines, points and free-form curves, in and out.
+//! Wavefront OBJ: polygon meshes, lines, points, free-form curves and surfaces, trimmed or not, in and out.
 //!
-//! **Reading.** Every statement is accounted for in the report; what is malformed is an error with its line.
+//! **Reading.** Every statement is accounted for in the report; what is malformed is an error with its line. Files are
+//! read in parallel, part by part; text may be UTF-8 or UTF-16, with any line ends.
 //!
-//! * *Objects.* Each `o` starts a scene object; in a file without any `o`, each `g` does (the same name again goes
-//!   on with the same object). Option `split` chooses otherwise. Names come from `o`, else `g`, else the file; a
-//!   section that holds faces, lines, points and curves gives one scene object for the faces, one for each chain
-//!   of lines, one for all its points and one for each curve.
-//! * *Faces* of any size, every form of index, also negative. The points stay as the file has them, so that
-//!   neighbouring faces stay joined; normals and texture coordinates are kept where all faces at a point agree on
-//!   them. `corners = "split"` doubles the points where they do not, and keeps all of them.
-//! * *Materials.* An object of one material whose `Kd` can be found has that colour.
-//! * *Vertex colours* (`v x y z r g b`) are taken as sRGB, as Blender does, and kept as linear numbers.
-//! * *Lines* that follow one another from end to end are one polyline.
-//! * *Curves*: `bspline` and `bezier`, rational or not, exactly. A B-spline whose control points and knots wrap
-//!   around is periodic.
+//! * *Objects.* Each `o` starts a scene object; `split = "group"` makes one of each `g` instead. Names come from `o`,
+//!   else the file (of curves and surfaces also from `g`). The faces and lines of a section are one mesh; lines without
+//!   faces are a polyline a chain, points a cloud, each curve and surface an object.
+//! * *Faces* of any size, every form of index, also negative. Normals and texture coordinates keep their own indices;
+//!   groups, smoothing groups and materials are kept face by face.
+//! * *Materials* of all libraries that can be found; what a material of the kernel has no place for is kept word for
+//!   word.
+//! * *Vertex colours* (`v x y z r g b`, or `#MRGB` of ZBrush) are taken as sRGB, as Blender does, and kept as linear
+//!   numbers.
+//! * *Curves and surfaces*: `bspline` and `bezier` as they are; `bmatrix`, `cardinal` and `taylor` (whose powers are of
+//!   the parameter itself) by an exact change of basis; rational or not. Those whose control points and knots wrap around
+//!   are periodic. `trim`, `hole`, `scrv` and `sp` make trimmed surfaces, `con` connections of the scene.
 //!
-//! **Writing.** Curves go out as NURBS, in Bézier form unless `knots = "any"`: Blender draws uneven simple knots
-//! as if they were even. Surfaces are tessellated by the tessellator of the options. Transforms are baked, as OBJ
-//! has none; numbers read back exactly.
+//! **Writing.** Curves go out as NURBS, in Bézier form unless `knots = "any"`: Blender draws uneven simple knots as if
+//! they were even. Surfaces go out as `surf` and, by the tessellator of the options, as a mesh. Materials go into a
+//! library beside the file. Transforms are baked, as OBJ has none; numbers read back exactly.
 
+mod number;
 mod read;
 mod text;
 mod write;
@@ -36,15 +38,9 @@ pub struct Obj;
 const OPTIONS: &[Field] = &[
     Field::optional(
         "split",
-        "\"auto\" | \"object\" | \"group\" | \"none\"",
-        "\"auto\"",
-        "reading: what starts a new object; auto is every o, or every g where there is no o",
-    ),
-    Field::optional(
-        "corners",
-        "\"share\" | \"split\"",
-        "\"share\"",
-        "reading: keep points as they are, or double those whose normals or texture coordinates differ by face",
+        "\"object\" | \"group\" | \"none\"",
+        "\"object\"",
+        "reading: what starts a new object: every o, every g, or nothing",
     ),
     Field::optional(
         "knots",
@@ -52,13 +48,19 @@ const OPTIONS: &[Field] = &[
         "\"bezier\"",
         "writing: curves in Bézier form, which Blender draws exactly, or with their own knots",
     ),
+    Field::optional(
+        "surfaces",
+        "\"both\" | \"exact\" | \"mesh\"",
+        "\"both\"",
+        "writing: surfaces exactly (surf), tessellated for programs that read no surf, or both",
+    ),
 ];
 
 impl Format for Obj {
     fn declaration(&self) -> FormatDeclaration {
         FormatDeclaration {
             name: "obj",
-            help: "Wavefront OBJ: polygon meshes, lines, points and NURBS curves",
+            help: "Wavefront OBJ: polygon meshes, lines, points, NURBS curves and surfaces",
             extensions: &["obj"],
             reads: true,
             writes: true,

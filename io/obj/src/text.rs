@@ -1,6 +1,8 @@
-//! Lines and words of an OBJ or MTL file.
+//! Lines, statements and words of an OBJ or MTL file.
 
 use std::borrow::Cow;
+
+use memchr::memchr2;
 
 /// The file as text in UTF-8 or any of its supersets of ASCII: UTF-16 with a byte order mark is decoded.
 pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
@@ -20,8 +22,34 @@ pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// The statements of a file: lines joined where they end in a backslash, without comments, never empty; each
-/// with the number of its first line.
+/// The length of the first line of a text with its end, `\n`, `\r\n` or `\r`.
+pub(crate) fn line_length(text: &[u8]) -> usize {
+    match memchr2(b'\n', b'\r', text) {
+        None => text.len(),
+        Some(end) => end + 1 + usize::from(text[end] == b'\r' && text.get(end + 1) == Some(&b'\n')),
+    }
+}
+
+/// Whether a line goes on on the next: its last character that is no blank is a backslash.
+fn goes_on(line: &[u8]) -> bool {
+    match line.last() {
+        // Nearly every line ends in a digit or a letter, perhaps before one line end.
+        Some(&last) if last > b' ' => last == b'\\',
+        _ => line.trim_ascii_end().last() == Some(&b'\\'),
+    }
+}
+
+/// Whether a line, with its end, surely ends a statement.
+pub(crate) fn ends_statement(line: &[u8]) -> bool {
+    !goes_on(line)
+}
+
+/// The start of a comment that means something: vertex colours of ZBrush.
+pub(crate) const MRGB: &[u8] = b"#MRGB";
+
+/// The statements of a text: lines joined where they end in a backslash, each with the number of its first line; and
+/// the comments that start with [`MRGB`]. Without blanks in front; a comment may still follow, where the statement is
+/// one line: [`uncommented`] takes it off.
 pub(crate) struct Statements<'a> {
     rest: &'a [u8],
     line: usize,
@@ -32,36 +60,44 @@ impl<'a> Statements<'a> {
         Self { rest: bytes, line: 0 }
     }
 
+    /// The number of lines looked at so far.
+    pub(crate) fn lines(&self) -> usize {
+        self.line
+    }
+
     /// The number of bytes that have not been looked at yet.
     pub(crate) fn left(&self) -> usize {
         self.rest.len()
     }
 
-    /// One line without its end, comment and outer blanks, and whether it goes on on the next.
-    fn line(&mut self) -> Option<(&'a [u8], bool)> {
+    fn line(&mut self) -> Option<&'a [u8]> {
         if self.rest.is_empty() {
             return None;
         }
         self.line += 1;
-        let end = self.rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(self.rest.len());
-        let line = &self.rest[..end];
-        let gap = match self.rest[end..] {
-            [b'\r', b'\n', ..] => 2,
-            [] => 0,
-            _ => 1,
-        };
-        self.rest = &self.rest[end + gap..];
-        let line = line.trim_ascii_start();
-        if line.first() == Some(&b'#') {
-            return Some((&[], false));
+        let (line, rest) = self.rest.split_at(line_length(self.rest));
+        self.rest = rest;
+        Some(line.trim_ascii_start())
+    }
+
+    /// A line that goes on, and the lines that it goes on with.
+    #[cold]
+    fn joined(&mut self, first: &'a [u8]) -> Cow<'a, [u8]> {
+        let mut joined = Vec::new();
+        let mut line = first;
+        loop {
+            let text = if line.first() == Some(&b'#') { &[] } else { uncommented(line) };
+            let Some((b'\\', before)) = text.split_last() else {
+                joined.extend_from_slice(text);
+                return Cow::Owned(joined);
+            };
+            joined.extend_from_slice(before);
+            joined.push(b' ');
+            match self.line() {
+                Some(next) => line = next,
+                None => return Cow::Owned(joined),
+            }
         }
-        // Names may hold a number sign; a comment after a statement follows a blank.
-        let comment = line.windows(2).position(|w| w[1] == b'#' && w[0].is_ascii_whitespace());
-        let line = comment.map_or(line, |at| &line[..at]).trim_ascii_end();
-        Some(match line.split_last() {
-            Some((b'\\', before)) => (before, true),
-            _ => (line, false),
-        })
     }
 }
 
@@ -70,34 +106,34 @@ impl<'a> Iterator for Statements<'a> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            let (line, more) = self.line()?;
+            let line = self.line()?;
+            match line.first() {
+                None => continue,
+                Some(b'#') if !line.starts_with(MRGB) => continue,
+                Some(b'#') => return Some((self.line, Cow::Borrowed(line))),
+                Some(_) if !goes_on(line) => return Some((self.line, Cow::Borrowed(line))),
+                Some(_) => {}
+            }
             let number = self.line;
-            if !more {
-                if line.is_empty() {
-                    continue;
-                }
-                return Some((number, Cow::Borrowed(line)));
-            }
-            let mut joined = line.to_vec();
-            while let Some((next, more)) = self.line() {
-                joined.push(b' ');
-                joined.extend_from_slice(next);
-                if !more {
-                    break;
-                }
-            }
+            let joined = self.joined(line);
             if !joined.trim_ascii().is_empty() {
-                return Some((number, Cow::Owned(joined)));
+                return Some((number, joined));
             }
         }
     }
+}
+
+/// A statement without the comment and the blanks behind it. Names may hold a number sign: a comment follows a blank.
+pub(crate) fn uncommented(line: &[u8]) -> &[u8] {
+    let comment = line.windows(2).position(|w| w[1] == b'#' && w[0].is_ascii_whitespace());
+    comment.map_or(line, |at| &line[..at]).trim_ascii_end()
 }
 
 /// The keyword of a statement and what follows it.
 pub(crate) fn keyword(statement: &[u8]) -> (&[u8], &[u8]) {
     let statement = statement.trim_ascii_start();
     let end = statement.iter().position(u8::is_ascii_whitespace).unwrap_or(statement.len());
-    (&statement[..end], statement[end..].trim_ascii())
+    (&statement[..end], &statement[end..])
 }
 
 /// The words of a text.
@@ -115,14 +151,9 @@ pub(crate) fn show(word: &[u8]) -> String {
     short
 }
 
-/// A finite number.
-pub(crate) fn number(word: &[u8]) -> Result<f64, String> {
-    let value = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok());
-    match value {
-        Some(value) if value.is_finite() => Ok(value),
-        Some(value) => Err(format!("the number \"{}\" is {value}: every number must be finite", show(word))),
-        None => Err(format!("\"{}\" is not a number", show(word))),
-    }
+/// A name as the file has it, without what no name may hold.
+pub(crate) fn name(text: &[u8]) -> String {
+    String::from_utf8_lossy(text.trim_ascii()).chars().filter(|c| !c.is_control()).collect()
 }
 
 #[cfg(test)]
@@ -131,30 +162,25 @@ mod tests {
 
     #[test]
     fn statements_join_lines_drop_comments_and_count() {
-        let text = b"# C:\\tmp\\\r\nv 1 2 \\\r\n 3 # here\r\n\r\n  mtllib a#b.mtl\rp 1\\\n\nlast \\";
+        let text =
+            b"# C:\\tmp\\\r\nv 1 2 \\\r\n 3 # here\\\r\n\r\n  mtllib a#b.mtl\rp 1\\ \n\nl 1 # 2\\\nlast \\";
         let found: Vec<(usize, String)> = Statements::new(text)
             .map(|(line, s)| {
-                (line, words(&s).map(|w| String::from_utf8_lossy(w)).collect::<Vec<_>>().join(" "))
+                let words: Vec<_> = words(uncommented(&s)).map(String::from_utf8_lossy).collect();
+                (line, words.join(" "))
             })
             .collect();
-        let expected = [(2, "v 1 2 3"), (5, "mtllib a#b.mtl"), (6, "p 1"), (8, "last")];
+        let expected = [(2, "v 1 2 3"), (5, "mtllib a#b.mtl"), (6, "p 1"), (8, "l 1"), (9, "last")];
         assert_eq!(found, expected.map(|(n, s)| (n, s.to_owned())));
     }
 
     #[test]
-    fn numbers_are_finite_or_errors() {
-        for (text, value) in [("+1.", 1.0), ("-.5", -0.5), ("2.e1", 20.0), ("1E-2", 0.01)] {
-            assert_eq!(number(text.as_bytes()), Ok(value));
-        }
-        for text in ["nan", "inf", "1e999", "3.1+e2", "0x10", "1,5", ""] {
-            assert!(number(text.as_bytes()).is_err(), "{text}");
-        }
-    }
-
-    #[test]
     fn utf_16_is_decoded() {
-        let wide: Vec<u8> =
-            [0xfeff_u16].into_iter().chain("v 1".encode_utf16()).flat_map(u16::to_le_bytes).collect();
-        assert_eq!(decode(&wide).as_ref(), b"v 1");
+        for big in [false, true] {
+            let bytes = |unit: u16| if big { unit.to_be_bytes() } else { unit.to_le_bytes() };
+            let wide: Vec<u8> =
+                [0xfeff_u16].into_iter().chain("v 1".encode_utf16()).flat_map(bytes).collect();
+            assert_eq!(decode(&wide).as_ref(), b"v 1");
+        }
     }
 }

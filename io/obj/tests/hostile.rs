@@ -34,15 +34,32 @@ fn every_defect_is_named_with_its_line() {
         ("cstype nurbs", 4, "unknown type"),
         ("parm u 0 1", 4, "without"),
         ("end", 4, "without"),
-        ("cstype bspline\ndeg 1\ncurv 0 1 1 2\nparm u 0 0 1\nend", 8, "needs 4"),
-        ("cstype bspline\ndeg 1\ncurv 0 1 1 2\nend", 7, "no parm"),
-        ("cstype bspline\ndeg 1\ncurv 0 1\nparm u 0 0\nend", 8, ""),
+        ("cstype bspline\ndeg 1\ncurv 0 1 1 2\nparm u 0 0 1\nend", 7, "needs 4"),
+        ("cstype bspline\ndeg 1\ncurv 0 1 1 2\nend", 6, "no parm"),
+        ("cstype bspline\ndeg 1\ncurv 0 1\nparm u 0 0\nend", 7, ""),
         ("cstype bspline\ndeg 1\ncurv 0 1 1 9\n", 6, "vertex 9"),
-        ("cstype bspline\ndeg 1\ncurv 0 7 1 2\nparm u 0 0 1 1\nend", 8, "from 0 to 7"),
-        ("cstype bezier\ndeg 2\ncurv 0 1 1 2\nparm u 0 1\nend", 8, "pieces"),
-        ("cstype bezier\ndeg 2\ncurv 0 1 1 2 3\nparm u 1 0\nend", 8, "increase"),
-        ("cstype rat bspline\ndeg 1\nv 1 1 1 -2\ncurv 0 1 1 4\nparm u 0 0 1 1\nend", 9, "weight"),
-        ("deg 1\ncurv 0 1 1 2\nparm u 0 0 1 1\nend", 7, "cstype"),
+        ("cstype bspline\ndeg 1\ncurv 0 7 1 2\nparm u 0 0 1 1\nend", 6, "from 0 to 7"),
+        ("cstype bezier\ndeg 2\ncurv 0 1 1 2\nparm u 0 1\nend", 7, "pieces"),
+        ("cstype bezier\ndeg 2\ncurv 0 1 1 2 3\nparm u 1 0\nend", 7, "increase"),
+        ("cstype rat bspline\ndeg 1\nv 1 1 1 -2\ncurv 0 1 1 4\nparm u 0 0 1 1\nend", 7, "weight"),
+        ("cstype cardinal\ndeg 2\ncurv 0 1 1 2 3\nend", 6, "degree 3"),
+        ("cstype bmatrix\ndeg 1\nbmat u 1 2 3\nstep 1\ncurv 0 1 1 2\nend", 8, "needs 4"),
+        ("cstype bmatrix\ndeg 1\ncurv 0 1 1 2\nend", 6, "step"),
+        ("bmat w 1", 4, "only u and v"),
+        ("step 0", 4, "leads nowhere"),
+        ("cstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3\nparm u 0 0 1 1\nparm v 0 0 1 1\nend", 6, "2 × 2"),
+        ("cstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 3\nparm u 0 0 1 1\nparm v 0 0 1\nend", 8, "at least 2"),
+        ("cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 3 3 3\nend", 6, "parm u and parm v"),
+        ("surf 0 1 0", 4, "missing"),
+        ("trim 0 1 1", 4, "without"),
+        ("cstype bezier\ndeg 1\nsurf 0 1 0 1 1 2 3 3\ntrim 0 1 1", 7, "so far"),
+        ("cstype bezier\ndeg 1\ncurv 0 1 1 2\ntrim 0 1 1", 7, "only surfaces"),
+        ("con 1 2 3", 4, "8 are right"),
+        ("con 1 0 1 1 1 0 1 1", 4, "surface 1"),
+        ("s x", 4, "smoothing"),
+        ("vp", 4, "without numbers"),
+        ("vp a", 4, "not a number"),
+        ("deg 1\ncurv 0 1 1 2\nparm u 0 0 1 1\nend", 5, "cstype"),
         ("\u{1}\u{2}", 4, "no statement"),
     ] {
         let error = error(&format!("{triangle}{tail}"));
@@ -55,7 +72,7 @@ fn every_defect_is_named_with_its_line() {
     }
 }
 
-const WHOLE: &str = "mtllib a.mtl\no one\nv 0 0 0 1\nv 1 0 0 .5\nv 0 1 0\nv 0 1 1 1 0 0\nvt 0 1\nvn 0 0 1\ns 1\nusemtl m\nf 1/1/1 2/1/1 \\\n3/1/1\nf -1 -2 -3\nl 1 2 3\nl 3 1\np 1 2\ncstype rat bspline\ndeg 1\ncurv 0 2 1 2 3\nparm u 0 0 1 2 2\nend\nsurf 0 1 0 1 1 2 3 4\nparm v 0 1\nend\nvp 1 2\n";
+const WHOLE: &str = "mtllib a.mtl\no one\nv 0 0 0 1\nv 1 0 0 .5\nv 0 1 0\nv 0 1 1 1 0 0\nvt 0 1\nvn 0 0 1\ns 1\nusemtl m\nf 1/1/1 2/1/1 \\\n3/1/1\nf -1 -2 -3\nl 1 2 3\nl 3 1\np 1 2\ncstype rat bspline\ndeg 1\ncurv 0 2 1 2 3\nparm u 0 0 1 2 2\nend\nbmat u 1 0 -1 1\nstep 1\ng a b\nvp 0 0\nvp 1 0\nvp 0 1\ncstype bezier\ndeg 1 1\ncurv2 1 2 3 1\nparm u 0 1 2 3\nend\nsurf 0 1 0 1 1 2 3 4\nparm u 0 1\nparm v 0 1\ntrim 0 3 1\nhole 0 3 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 1 1 2 -1\n#MRGB ff00ff00\nvp 1 2\n";
 
 #[test]
 fn every_truncation_is_read_or_refused_and_adds_up() {
@@ -78,7 +95,7 @@ proptest! {
     fn any_statements_do_not_panic(words in prop::collection::vec(
         prop::sample::select(vec![
             "v", "vt", "vn", "f", "l", "p", "o", "g", "curv", "parm", "u", "end", "deg", "cstype", "bspline", "bezier",
-            "rat", "\n", "\n", "\n", "\n", "0", "1", "2", "3", "-1", "1/1", "1//1", "-2", "0.5", "1e30", "9", "\\\n", "a",
+            "rat", "vp", "surf", "curv2", "trim", "hole", "scrv", "sp", "con", "bmat", "step", "bmatrix", "taylor", "cardinal", "s", "usemtl", "\n", "\n", "\n", "\n", "0", "1", "2", "3", "-1", "1/1", "1//1", "-2", "0.5", "1e30", "9", "\\\n", "a",
         ]), 0..200)) {
         let text = words.join(" ");
         if let Ok((scene, report)) = Obj.read(&Memory::new("t.obj", text.as_str()), &ReadOptions::default()) {

@@ -140,23 +140,141 @@ fn up_unit_and_transforms_are_in_the_numbers_and_the_report_says_so() {
 }
 
 #[test]
-fn surfaces_are_tessellated_or_left_out_by_name() {
+fn surfaces_are_exact_and_tessellated_or_one_of_both() {
     let space = Space::clamped_uniform(2, 3).unwrap();
     let points = (0..9).map(|k| Point::new(f64::from(k / 3), f64::from(k % 3), f64::from(k % 2))).collect();
-    let scene = one("s", Surface::new(space.clone(), space, points).unwrap());
-    let (_, report) = write(&scene, &keep());
-    assert_eq!(report.objects[0].fate, Fate::LeftOut);
+    let surface = Surface::new(space.clone(), space, points).unwrap();
+    let scene = one("s", &surface);
+    let (file, report) = write(&scene, &keep());
+    assert_eq!((report.objects[0].fate, report.objects[0].tolerance), (Fate::Kept, None));
+    assert_eq!(read(&file).object("s").unwrap().geometry, Geometry::Surface(surface.clone()));
     let tessellator = Adaptive::default();
     let fineness = Fineness { chord: Chord::Absolute(0.01), angle: 0.3 };
-    let options = WriteOptions { tessellator: Some(&tessellator), fineness, ..keep() };
-    let (file, report) = write(&scene, &options);
-    assert_eq!((report.objects[0].fate, report.objects[0].tolerance), (Fate::Approximated, Some(0.01)));
+    let with = |word: &str| {
+        let own = Parameters::new(serde_json::json!({ "surfaces": word }), "options").unwrap();
+        WriteOptions { tessellator: Some(&tessellator), fineness, own, ..keep() }
+    };
+    for (word, fate, kinds) in [
+        ("both", Fate::Kept, "mesh surface"),
+        ("exact", Fate::Kept, "surface"),
+        ("mesh", Fate::Approximated, "mesh"),
+    ] {
+        let (file, report) = write(&scene, &with(word));
+        assert_eq!(report.objects[0].fate, fate);
+        assert_eq!(report.objects[0].tolerance, (word != "exact").then_some(0.01));
+        let back = read(&file);
+        let found: Vec<_> = back.objects().iter().map(|o| o.geometry.kind()).collect();
+        assert_eq!(found.join(" "), kinds);
+        for object in back.objects() {
+            match &object.geometry {
+                Geometry::Mesh(m) => {
+                    assert!(m.normals.values().len() == m.points().len() && !m.uvs.is_empty());
+                    assert!(report.objects[0].form.contains(&format!("{} triangles", m.face_count())));
+                }
+                other => assert_eq!(other, &Geometry::Surface(surface.clone())),
+            }
+        }
+    }
+}
+
+#[test]
+fn periodic_surfaces_and_trimmed_ones_come_back_exactly() {
+    let around = Space::periodic(2, vec![0.0, 1.0, 1.5, 3.0, 4.0]).unwrap();
+    let along = Space::clamped(1, &[0.0, 0.1, 1.0 / 3.0]).unwrap();
+    let points: Vec<Point> =
+        (0..12).map(|k| Point::new(f64::from(k).sin(), f64::from(k) / 3.0, f64::from(k * k % 7))).collect();
+    let weights: Vec<f64> = (0..12).map(|k| 1.0 + f64::from(k) / 7.0).collect();
+    for (u, v) in [(around.clone(), along.clone()), (along, around)] {
+        for weights in [None, Some(weights.clone())] {
+            let surface = Surface::build(u.clone(), v.clone(), points.clone(), weights).unwrap();
+            let back = read(&write(&one("s", &surface), &keep()).0);
+            assert_eq!(back.object("s").unwrap().geometry, Geometry::Surface(surface));
+        }
+    }
+    let sample = loftsman_kernel::conformance::sample_scene();
+    let window = sample.object("window").unwrap();
+    let mut scene = one("window", window.geometry.clone());
+    let Geometry::Trimmed(trimmed) = &window.geometry else { unreachable!() };
+    let side = loftsman_kernel::connection::Side {
+        object: "window".into(),
+        curve: trimmed.regions()[0].outer[1].clone(),
+    };
+    scene.connect(loftsman_kernel::connection::Connection { first: side.clone(), second: side }).unwrap();
+    let (file, report) = write(&scene, &keep());
+    assert_eq!(report.objects[0].fate, Fate::Kept);
+    assert!(report.objects[0].reason.as_ref().unwrap().contains("cannot be tessellated yet"));
     let back = read(&file);
-    let Geometry::Mesh(mesh) = &back.object("s").unwrap().geometry else { unreachable!() };
-    assert!(
-        mesh.normals.values().len() == mesh.points().len() && mesh.uvs.values().len() == mesh.points().len()
+    assert_eq!(back.object("window").unwrap().geometry, window.geometry);
+    assert_eq!(back.connections(), scene.connections());
+    let own = Parameters::new(serde_json::json!({ "surfaces": "mesh" }), "options").unwrap();
+    let (_, report) = write(&scene, &WriteOptions { own, ..keep() });
+    assert_eq!(report.objects[0].fate, Fate::LeftOut);
+    assert!(report.objects[0].reason.as_ref().unwrap().contains("cannot be tessellated yet"));
+}
+
+/// Everything a mesh of an OBJ file can hold, twice, so that indices count on.
+#[test]
+fn layers_groups_smoothing_materials_and_lines_come_back() {
+    let text = "mtllib m.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\nv 0 0 1 0 0 0\n\
+        vt 0 0\nvt 1 0\nvt 0.1 0.2\nvn 0 0 1\nvn 1 0 0\nvn 0.6 0 0.8\n\
+        o first\ng left all\ns 1\nusemtl red\nf 1/1/1 2/2/1 3/3/2 4/1/3\ng right all\ns off\nusemtl blue steel\n\
+        f 1//1 2//2 5//3\ng\nf 1/1 2/2 5/3\ng left\ns 7\nf 1 2 5\nl 1 3 5\nl 2 4\n\
+        o second\ng all\nusemtl red\nf 5 4 3 2 1\n";
+    let mut file = Memory::new("t.obj", text);
+    let library = "newmtl red\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 10\nillum 2\nmap_Kd -s 2 2 1 tex/red.png\n\
+        newmtl blue steel\nKd 0 0 1\nd 0.5\nPr 0.25\nPm 1\nmap_Bump -bm 0.3 b.png\nmap_Ks -imfchan r k.png\n";
+    file.siblings.insert("m.mtl".into(), library.into());
+    let scene = read(&file);
+    let Geometry::Mesh(mesh) = &scene.object("first").unwrap().geometry else { unreachable!() };
+    let groups: Vec<_> = mesh.groups.iter().map(|g| (g.name.as_str(), g.faces.as_slice())).collect();
+    assert_eq!(groups, [("left", &[0, 3][..]), ("all", &[0, 1]), ("right", &[1])]);
+    assert_eq!(
+        (mesh.smoothing.as_slice(), mesh.materials.as_slice()),
+        (&[1, 0, 0, 7][..], &[0, 1, 1, 1][..])
     );
-    assert_eq!(report.objects[0].form, format!("{} triangles", mesh.face_count()));
+    assert_eq!(mesh.lines().collect::<Vec<_>>(), [&[0, 2, 4][..], &[1, 3]]);
+    assert_eq!((mesh.uvs.values().len(), mesh.normals.values().len()), (3, 3));
+    let (written, report) = write(&scene, &keep());
+    assert!(report.objects.iter().all(|o| o.fate == Fate::Kept));
+    let back = read(&written);
+    let same_colors = |a: &Mesh, b: &Mesh| {
+        let pairs = a.colors.values().iter().flatten().zip(b.colors.values().iter().flatten());
+        a.colors.corners() == b.colors.corners() && pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-12)
+    };
+    for (a, b) in scene.objects().iter().zip(back.objects()) {
+        assert_eq!((a.name(), &a.materials), (b.name(), &b.materials));
+        let (Geometry::Mesh(a), Geometry::Mesh(b)) = (&a.geometry, &b.geometry) else { unreachable!() };
+        assert!(same_colors(a, b));
+        let plain = |m: &Mesh| {
+            let mut plain = m.clone();
+            plain.colors = Layer::none();
+            plain
+        };
+        assert_eq!(plain(a), plain(b));
+    }
+    assert_eq!((&scene.materials, &scene.images), (&back.materials, &back.images));
+}
+
+#[test]
+fn pictures_in_the_scene_become_files_beside_it_and_never_elsewhere() {
+    use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture};
+    let mut scene = one("cloud", Cloud { points: vec![Point::origin()] });
+    let png = || ImageData::Embedded { media_type: "image/png".into(), bytes: (*b"png").into() };
+    scene.images.add(Image::new("../../etc/pass\nwd", png())).unwrap();
+    scene.images.add(Image::new("out", ImageData::File("../out.png".into()))).unwrap();
+    let mut material = Material::new("a\nb", [0.1, 0.2, 0.3, 1.0]);
+    material.textures.insert(Channel::BaseColor, Texture::new("../../etc/pass\nwd"));
+    material.textures.insert(Channel::Emissive, Texture::new("out"));
+    scene.materials.add(material).unwrap();
+    let (file, report) = write(&scene, &keep());
+    let names: Vec<_> = file.siblings.keys().map(String::as_str).collect();
+    assert_eq!(names, ["_.._etc_pass_wd.png", "part.mtl"]);
+    let library = String::from_utf8(file.siblings["part.mtl"].clone()).unwrap();
+    assert!(
+        library.contains("newmtl a_b\nKd 0.1 0.2 0.3\n") && library.contains("map_Kd _.._etc_pass_wd.png\n")
+    );
+    assert!(!library.contains("out.png") && report.notes.iter().any(|n| n.contains("outside")));
+    assert!(String::from_utf8(file.bytes).unwrap().contains("mtllib part.mtl\n"));
 }
 
 #[test]
@@ -173,7 +291,10 @@ fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
     assert!(report.notes.iter().any(|n| n.contains("1 mesh(es) without normals")));
     assert_eq!(String::from_utf8_lossy(&file.bytes).matches("vn ").count(), 8);
     let back = read(&file);
-    assert_eq!(back.object("flat").unwrap().geometry, Geometry::Mesh(flat));
+    let Geometry::Mesh(given) = &back.object("flat").unwrap().geometry else { unreachable!() };
+    for (corner, &point) in given.corners().iter().enumerate() {
+        assert_eq!(given.normals.at(corner, point), flat.face_normal(corner / 3).as_ref());
+    }
     assert_eq!(back.object("smooth").unwrap().geometry, Geometry::Mesh(smooth));
 }
 

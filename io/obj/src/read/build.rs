@@ -1,22 +1,33 @@
 //! Scene objects out of sections, and the account of every entity.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
-use loftsman_kernel::Vector;
-use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
+use loftsman_kernel::Point;
+use loftsman_kernel::connection::{Connection, Side};
+use loftsman_kernel::material::{Image, ImageData};
+use loftsman_kernel::mesh::{Cloud, Polyline};
+use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadReport, Source};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 
-use super::elements::{NONE, Reader, Section};
-use super::raw::{Raw, Use};
-use super::{Corners, material, stem};
+use super::mesh::{Uses, mesh};
+use super::mtl::Materials;
+use super::raw::Use;
+use super::reader::Reader;
+use super::section::{Section, Shape};
 use crate::text::show;
 
-/// What has become of every entry of the lists.
-struct Uses {
-    points: Vec<Use>,
-    uvs: Vec<Use>,
-    normals: Vec<Use>,
+/// The name of the material that faces before the first `usemtl` of an object have, where others follow.
+const DEFAULT: &str = "default";
+
+/// The name of a file without folder and extension.
+fn stem(file: &str) -> Cow<'_, str> {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    match name.rsplit_once('.') {
+        Some((stem, _)) if !stem.is_empty() => stem.into(),
+        _ => name.into(),
+    }
 }
 
 impl Reader {
@@ -24,12 +35,16 @@ impl Reader {
     pub(crate) fn finish(
         mut self,
         source: &dyn Source,
-        corners: Corners,
         scene: &mut Scene,
         report: &mut ReadReport,
     ) -> Result<(), FormatError> {
         let file = source.name();
-        self.freeform.unfinished().map_err(|p| FormatError::new(file, Place::File, p))?;
+        let whole = |problem: String| FormatError::new(file, Place::File, problem);
+        self.freeform.unfinished().map_err(|at| match at.line {
+            Some(line) => FormatError::new(file, Place::Line(line), at.problem),
+            None => whole(at.problem),
+        })?;
+        self.raw.finish_block().map_err(whole)?;
         let lists = [
             (self.raw.points.len(), "vertex"),
             (self.raw.uvs.len(), "texture vertex"),
@@ -41,225 +56,216 @@ impl Reader {
                 return Err(FormatError::new(file, Place::Line(reach.line), problem));
             }
         }
-        let colors = self.colors(source, report);
-        let stem = stem(file);
         let mut uses = Uses {
             points: vec![Use::Nothing; self.raw.points.len()],
             uvs: vec![Use::Nothing; self.raw.uvs.len()],
             normals: vec![Use::Nothing; self.raw.normals.len()],
+            rescaled: 0,
         };
-        for &vertex in &self.curve_vertices {
-            uses.points[vertex as usize] = Use::Kept;
-        }
-        let empty = |s: &Section| {
-            s.corners.is_empty() && s.chains.is_empty() && s.points.is_empty() && s.curves.is_empty()
-        };
-        let only_points = self.sections.iter().all(empty) && self.left_out.is_empty();
-        if only_points && !self.raw.points.is_empty() {
+        self.used.iter().for_each(|&vertex| uses.points[vertex as usize] = Use::Kept);
+        let mut materials = self.materials(source, report);
+        let mut sections = std::mem::take(&mut self.sections);
+        if sections.is_empty() && self.left_out.is_empty() && !self.raw.points.is_empty() {
             report.notes.push("the file has vertices and nothing else: they are a cloud".to_owned());
-            self.sections[0].points = (0..self.raw.points.len() as u32).collect();
+            let mut section = Section::new("");
+            section.dots = (0..self.raw.points.len() as u32).collect();
+            sections.push(section);
         }
-        for section in std::mem::take(&mut self.sections) {
-            let name = if section.name.is_empty() { stem.as_ref() } else { section.name.as_str() };
-            let color = match section.materials.first() {
-                Some(only) if section.materials.len() == 1 => colors.get(only).copied(),
-                _ => None,
-            };
-            let geometries = geometries(&self.raw, &section, corners, &mut uses)
-                .map_err(|e| FormatError::new(file, Place::File, e.to_string()).of(name))?;
-            for geometry in geometries {
-                let mut object = Object::new(scene.unique_name(name), geometry);
-                object.color = color;
-                scene.add(object).map_err(|e| FormatError::new(file, Place::File, e.to_string()))?;
+        let stem = stem(file);
+        let mut surfaces = BTreeMap::new();
+        let mut used_materials = Vec::new();
+        let count = sections.len();
+        for (at, mut section) in sections.into_iter().enumerate() {
+            if section.is_empty() {
+                continue;
             }
+            section.finish();
+            let name = if section.name.is_empty() { stem.to_string() } else { section.name.clone() };
+            let named = |e: loftsman_kernel::Error| whole(e.to_string()).of(&name);
+            let mut add = |wanted: &str, geometry: Geometry, materials: Vec<String>| {
+                let unique = scene.unique_name(wanted);
+                let mut object = Object::new(unique.clone(), geometry);
+                object.materials = materials;
+                scene.add(object).map(|()| unique).map_err(named)
+            };
+            if !section.corners.is_empty() {
+                let slots = self.slots(&section, &mut materials, &mut used_materials);
+                let last = at + 1 == count && section.dots.is_empty();
+                let mesh = mesh(&mut self.raw, &mut section, last, &mut uses).map_err(named)?;
+                add(&name, mesh.into(), slots)?;
+            }
+            for pair in section.chain_starts.windows(2) {
+                let chain = &section.chains[pair[0]..pair[1]];
+                add(&name, self.polyline(chain, &mut uses).into(), Vec::new())?;
+            }
+            if !section.dots.is_empty() {
+                let points = section.dots.iter().map(|&v| self.point(v, &mut uses)).collect();
+                add(&name, Cloud { points }.into(), Vec::new())?;
+            }
+            for element in section.elements {
+                let geometry = match element.shape {
+                    Shape::Curve(curve) => curve.into(),
+                    Shape::Surface(surface) => surface.into(),
+                    Shape::Trimmed(trimmed) => trimmed.into(),
+                };
+                let material = element.material.map(|m| materials.place(&self.materials.list[m]));
+                used_materials.extend(material);
+                let slots = material.map(|m| materials.list[m].name().to_owned()).into_iter().collect();
+                let unique = add(element.name.as_deref().unwrap_or(&name), geometry, slots)?;
+                surfaces.extend(element.surface.map(|number| (number, unique)));
+            }
+        }
+        self.connect(&surfaces, scene);
+        used_materials.sort_unstable();
+        used_materials.dedup();
+        let all = materials.list.len();
+        for (at, mut material) in materials.list.into_iter().enumerate() {
+            if used_materials.binary_search(&at).is_err() {
+                continue;
+            }
+            for texture in material.textures.values_mut() {
+                if scene.images.get(&texture.image).is_none() {
+                    let data = ImageData::File(texture.image.clone());
+                    let image = Image::new(texture.image.clone(), data);
+                    scene.images.add(image).map_err(|e| whole(e.to_string()))?;
+                }
+            }
+            scene.materials.add(material).map_err(|e| whole(e.to_string()))?;
+        }
+        self.leave_out("materials that nothing in the scene uses", all - used_materials.len());
+        for (reason, count) in materials.left_out {
+            self.leave_out(&reason, count);
         }
         self.account(&uses, report);
         Ok(())
     }
 
-    /// The colours of all libraries that can be found.
-    fn colors(&self, source: &dyn Source, report: &mut ReadReport) -> HashMap<Vec<u8>, [f64; 4]> {
-        let mut colors = HashMap::new();
-        for library in &self.libraries {
+    fn point(&self, vertex: u32, uses: &mut Uses) -> Point {
+        uses.points[vertex as usize] = Use::Kept;
+        self.raw.points[vertex as usize]
+    }
+
+    fn polyline(&self, chain: &[u32], uses: &mut Uses) -> Polyline {
+        let closed = chain.len() > 3 && chain.first() == chain.last();
+        let chain = &chain[..chain.len() - usize::from(closed)];
+        Polyline { points: chain.iter().map(|&v| self.point(v, uses)).collect(), closed }
+    }
+
+    /// The names of a section's materials, slot by slot; none where no face has one.
+    fn slots(&self, section: &Section, materials: &mut Materials, used: &mut Vec<usize>) -> Vec<String> {
+        if section.slots.iter().all(Option::is_none) {
+            return Vec::new();
+        }
+        let name = |slot: &Option<usize>| match slot {
+            Some(material) => self.materials.list[*material].as_str(),
+            None => DEFAULT,
+        };
+        let places: Vec<usize> = section.slots.iter().map(|slot| materials.place(name(slot))).collect();
+        used.extend(&places);
+        places.iter().map(|&at| materials.list[at].name().to_owned()).collect()
+    }
+
+    fn connect(&mut self, surfaces: &BTreeMap<usize, String>, scene: &mut Scene) {
+        for meeting in std::mem::take(&mut self.meetings) {
+            let [first, second] = meeting.sides.map(|(number, curve)| {
+                surfaces.get(&number).map(|object| Side { object: object.clone(), curve })
+            });
+            let made = first.zip(second).map(|(first, second)| scene.connect(Connection { first, second }));
+            if !matches!(made, Some(Ok(()))) {
+                self.kept -= 1;
+                self.leave_out(
+                    &format!("the connection (con) of line {}: its surfaces are not there", meeting.line),
+                    1,
+                );
+            }
+        }
+    }
+
+    /// The materials of all libraries that can be found.
+    fn materials(&mut self, source: &dyn Source, report: &mut ReadReport) -> Materials {
+        let mut materials = Materials::default();
+        for (library, line) in std::mem::take(&mut self.libraries) {
             // One name, perhaps with blanks; or several names.
-            let text = String::from_utf8_lossy(library);
-            let whole = text.strip_prefix("./").unwrap_or(&text);
-            let mut found = match source.sibling(whole) {
-                Ok(bytes) => {
-                    material::colors(&bytes, &mut colors);
-                    true
-                }
-                Err(_) => false,
-            };
-            if !found {
-                for name in whole.split_ascii_whitespace().take(64) {
-                    if let Ok(bytes) = source.sibling(name.strip_prefix("./").unwrap_or(name)) {
-                        material::colors(&bytes, &mut colors);
-                        found = true;
+            let text = String::from_utf8_lossy(&library).into_owned();
+            let clean =
+                |name: &str| name.trim_matches('"').replace('\\', "/").trim_start_matches("./").to_owned();
+            let whole = clean(&text);
+            let mut missing = Vec::new();
+            if let Ok(bytes) = source.sibling(&whole) {
+                materials.read(&whole, &bytes);
+            } else {
+                let names: Vec<String> = text.split_ascii_whitespace().take(64).map(clean).collect();
+                for name in names {
+                    match source.sibling(&name) {
+                        Ok(bytes) => materials.read(&name, &bytes),
+                        Err(e) => missing.push((name, e.problem)),
                     }
                 }
             }
-            if !found {
-                report.notes.push(format!("the material library \"{}\" was not found", show(library)));
+            if missing.is_empty() {
+                self.kept += 1;
+                continue;
             }
+            // A name with blanks of which no word is a file is one name.
+            let problem = match missing.as_slice() {
+                [(_, problem)] => problem.clone(),
+                _ => format!("{} is not there", show(&library)),
+            };
+            self.leave_out(&format!("the material library of line {line}: {problem}"), 1);
         }
-        colors
+        let unknown = self.materials.list.iter().filter(|name| !materials.known(name)).count();
+        if unknown > 0 {
+            report
+                .notes
+                .push(format!("{unknown} material(s) are in no library that was found: they are grey"));
+        }
+        materials
     }
 
     fn account(&self, uses: &Uses, report: &mut ReadReport) {
         report.count_many(Fate::Kept, "", self.kept);
-        let mut reasons: Vec<_> = self.left_out.iter().collect();
-        reasons.sort();
-        for (reason, count) in reasons {
-            report.count_many(Fate::LeftOut, reason, *count);
+        for (reason, &count) in &self.left_out {
+            report.count_many(Fate::LeftOut, reason, count);
         }
-        let materials = "materials: the colour of an object of one material is kept, nothing else";
-        report.count_many(Fate::Approximated, materials, self.material_statements);
-        for (list, what) in
-            [(&uses.points, "vertices"), (&uses.uvs, "texture vertices"), (&uses.normals, "normals")]
-        {
-            let count = |wanted: Use| list.iter().filter(|&&u| u == wanted).count();
-            report.count_many(Fate::Kept, "", count(Use::Kept));
+        for (name, &count) in &self.unknown {
+            report.count_many(Fate::LeftOut, &format!("unknown statement \"{name}\""), count);
+        }
+        let unused = self.freeform.plane_curves.iter().filter(|c| !c.used).count();
+        report.count_many(
+            Fate::LeftOut,
+            "curves of the parameter plane (curv2) that no surface uses",
+            unused,
+        );
+        report.count_many(Fate::Kept, "", self.freeform.plane_curves.len() - unused);
+        let mut parameters = self.parameter_uses.clone();
+        for curve in self.freeform.plane_curves.iter().filter(|c| c.used) {
+            curve.vertices.iter().for_each(|&v| parameters[v as usize] = Use::Kept);
+        }
+        for (list, what) in [
+            (&uses.points, "vertices"),
+            (&uses.uvs, "texture vertices"),
+            (&uses.normals, "normals"),
+            (&parameters, "parameter vertices"),
+        ] {
+            let kept = list.iter().filter(|&&u| u == Use::Kept).count();
+            let reason = format!("{what} that nothing in the scene uses");
+            report.count_many(Fate::LeftOut, &reason, list.len() - kept);
+            let changed = if what == "normals" { uses.rescaled.min(kept) } else { 0 };
+            let third = if what == "texture vertices" { self.third.min(kept) } else { 0 };
+            report.count_many(Fate::Approximated, "normals that were not of length 1", changed);
             report.count_many(
-                Fate::LeftOut,
-                &format!("{what} that nothing in the scene uses"),
-                count(Use::Nothing),
+                Fate::Approximated,
+                "texture vertices: their third coordinate is left out",
+                third,
             );
-            let differ = format!(
-                "{what} that differ between the faces at a point, or that only some corners have (corners = \"split\" keeps them)"
-            );
-            report.count_many(Fate::LeftOut, &differ, count(Use::LeftOut));
+            report.count_many(Fate::Kept, "", kept - changed - third);
         }
         if self.periodic > 0 {
-            let what = "curve(s) whose control vertices and knots wrap around are periodic";
+            let what = "spline(s) whose control vertices and knots wrap around are periodic";
             report.notes.push(format!("{} {what}", self.periodic));
         }
-        if !self.raw.colors.is_empty() {
+        if self.raw.colored() {
             report.notes.push("vertex colours were taken as sRGB and made linear".to_owned());
         }
     }
-}
-
-fn geometries(
-    raw: &Raw,
-    section: &Section,
-    corners: Corners,
-    uses: &mut Uses,
-) -> loftsman_kernel::Result<Vec<Geometry>> {
-    let mut out = Vec::new();
-    if !section.corners.is_empty() {
-        out.push(Geometry::Mesh(mesh(raw, section, corners, uses)?));
-    }
-    let mut take = |vertex: u32| {
-        uses.points[vertex as usize] = Use::Kept;
-        raw.points[vertex as usize]
-    };
-    for chain in &section.chains {
-        let closed = chain.len() > 3 && chain.first() == chain.last();
-        let end = chain.len() - usize::from(closed);
-        out.push(Geometry::Polyline(Polyline {
-            points: chain[..end].iter().map(|&v| take(v)).collect(),
-            closed,
-        }));
-    }
-    if !section.points.is_empty() {
-        out.push(Geometry::Cloud(Cloud { points: section.points.iter().map(|&v| take(v)).collect() }));
-    }
-    out.extend(section.curves.iter().map(Geometry::from));
-    Ok(out)
-}
-
-/// The mesh of a section, with the points that it uses in the order of the file.
-fn mesh(raw: &Raw, section: &Section, corners: Corners, uses: &mut Uses) -> loftsman_kernel::Result<Mesh> {
-    let at = |list: &[u32], corner: usize| list.get(corner).copied().unwrap_or(NONE);
-    let (origin, numbered) = match corners {
-        Corners::Share => share(&section.corners),
-        Corners::Split => split(section),
-    };
-    // Attributes by point: the first that any corner gives; dropped where another differs or is missing.
-    let gather = |list: &[u32], uses: &mut [Use], equal: &dyn Fn(u32, u32) -> bool| -> Option<Vec<u32>> {
-        if list.is_empty() {
-            return None;
-        }
-        let mut by_point = vec![NONE; origin.len()];
-        let mut consistent = true;
-        for (corner, &point) in numbered.iter().enumerate() {
-            let index = at(list, corner);
-            let slot = &mut by_point[point as usize];
-            if *slot == NONE {
-                *slot = index;
-            }
-            consistent &= index != NONE && (*slot == index || equal(*slot, index));
-        }
-        let fate = if consistent { Use::Kept } else { Use::LeftOut };
-        for &index in list.iter().filter(|&&i| i != NONE) {
-            let mark = &mut uses[index as usize];
-            *mark = (*mark).max(fate);
-        }
-        consistent.then_some(by_point)
-    };
-    let uvs = gather(&section.textures, &mut uses.uvs, &|a, b| raw.uvs[a as usize] == raw.uvs[b as usize]);
-    let unit = |i: u32| raw.normals[i as usize].try_normalize(0.0);
-    let normals = gather(&section.normals, &mut uses.normals, &|a, b| {
-        raw.normals[a as usize] == raw.normals[b as usize]
-    });
-    let points = origin.iter().map(|&v| raw.points[v as usize]).collect();
-    let mut mesh = Mesh::from_parts(points, numbered, section.starts.clone())?;
-    for &v in &origin {
-        uses.points[v as usize] = Use::Kept;
-    }
-    mesh.uvs = uvs.map_or_else(Layer::none, |list| {
-        Layer::per_point(list.iter().map(|&i| raw.uvs[i as usize]).collect())
-    });
-    // A normal without length has no direction: the mesh then has none.
-    let units: Option<Vec<Vector>> = normals.and_then(|list| list.iter().map(|&i| unit(i)).collect());
-    mesh.normals = Layer::per_point(units.unwrap_or_default());
-    let colors: Option<Vec<[f64; 4]>> = origin.iter().map(|&v| raw.color(v)).collect();
-    mesh.colors = Layer::per_point(colors.unwrap_or_default());
-    Ok(mesh)
-}
-
-/// The vertices in use, ascending, and every corner's place among them. `O(corners)`, or `O(corners log corners)`
-/// where few of a wide range are used, so that many small objects of a large file do not cost its square.
-fn share(corners: &[u32]) -> (Vec<u32>, Vec<u32>) {
-    let (Some(&low), Some(&high)) = (corners.iter().min(), corners.iter().max()) else {
-        return (Vec::new(), Vec::new());
-    };
-    let range = (high - low) as usize + 1;
-    if range <= 4 * corners.len() + 64 {
-        let mut place = vec![NONE; range];
-        for &v in corners {
-            place[(v - low) as usize] = 0;
-        }
-        let mut origin = Vec::new();
-        for (offset, slot) in place.iter_mut().enumerate().filter(|(_, slot)| **slot == 0) {
-            *slot = origin.len() as u32;
-            origin.push(low + offset as u32);
-        }
-        let numbered = corners.iter().map(|&v| place[(v - low) as usize]).collect();
-        return (origin, numbered);
-    }
-    let mut origin = corners.to_vec();
-    origin.sort_unstable();
-    origin.dedup();
-    let numbered = corners.iter().map(|v| origin.partition_point(|o| o < v) as u32).collect();
-    (origin, numbered)
-}
-
-/// One point for every combination of vertex, texture vertex and normal, in the order of the corners.
-fn split(section: &Section) -> (Vec<u32>, Vec<u32>) {
-    let at = |list: &[u32], corner: usize| list.get(corner).copied().unwrap_or(NONE);
-    let mut known: HashMap<(u32, u32, u32), u32> = HashMap::with_capacity(section.corners.len() / 2);
-    let mut origin = Vec::new();
-    let mut numbered = Vec::with_capacity(section.corners.len());
-    for (corner, &v) in section.corners.iter().enumerate() {
-        let key = (v, at(&section.textures, corner), at(&section.normals, corner));
-        let next = origin.len() as u32;
-        let place = *known.entry(key).or_insert(next);
-        if place == next {
-            origin.push(v);
-        }
-        numbered.push(place);
-    }
-    (origin, numbered)
 }

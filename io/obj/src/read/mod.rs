@@ -1,20 +1,24 @@
-//! The reader: statements in their order, with the state that OBJ keeps between them.
+//! The reader: parts of the file in parallel, then what depends on the order of its statements.
 
 mod build;
-mod elements;
 mod freeform;
-mod material;
+mod mesh;
+mod mtl;
+mod part;
 mod raw;
+mod reader;
+mod section;
+mod statement;
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-
-use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport, Source};
+use loftsman_kernel::plugin::{FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Unit, Up};
 
 use crate::OPTIONS;
-use crate::text::{Statements, decode, keyword, show, words};
-use elements::Reader;
+use crate::text::{Statements, decode, keyword, words};
+use part::Counts;
+use reader::Reader;
+
+pub(crate) use mtl::{CHANNELS, roughness};
 
 /// What starts a new object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,33 +28,9 @@ enum Split {
     Never,
 }
 
-/// What becomes of points whose normals or texture coordinates differ between the faces that meet there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Corners {
-    Share,
-    Split,
-}
-
-/// Statements that say how something is shown, not what it is.
-const DISPLAY: &[&str] = &[
-    "bevel",
-    "c_interp",
-    "d_interp",
-    "lod",
-    "maplib",
-    "usemap",
-    "shadow_obj",
-    "trace_obj",
-    "ctech",
-    "stech",
-    "mg",
-];
-
-/// Free-form statements that are counted and left out.
-const FREEFORM: &[&str] = &[
-    "vp", "surf", "curv2", "trim", "hole", "scrv", "sp", "con", "bmat", "step", "bsp", "bzp", "cdc", "cdp",
-    "res",
-];
+/// How many parts are read before what they hold goes into the sections: enough for many threads, few enough that
+/// what they hold stays small.
+const WAVE: usize = 16;
 
 /// Whether the first bytes of a file look like OBJ: its first statements are OBJ's, and one of them is geometry.
 pub(crate) fn recognises(head: &[u8]) -> bool {
@@ -71,13 +51,28 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
                 }
                 geometry = true;
             }
-            b"o" | b"g" | b"s" | b"mtllib" | b"usemtl" | b"cstype" | b"deg" | b"curv" | b"parm" | b"end"
-            | b"p" => {}
-            other if DISPLAY.iter().chain(FREEFORM).any(|known| known.as_bytes() == other) => {}
+            b"p" | b"fo" => {}
+            _ if word.starts_with(crate::text::MRGB) => {}
+            other
+                if statement::known(other).is_some()
+                    || [statement::DISPLAY, statement::OBSOLETE].iter().any(|list| list.contains(&other)) => {
+            }
             _ => return false,
         }
     }
     geometry
+}
+
+/// Every item in its order, in parallel where that feature is on.
+#[cfg(feature = "parallel")]
+fn each<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync + Send) -> Vec<R> {
+    use rayon::prelude::*;
+    items.into_par_iter().map(work).collect()
+}
+
+#[cfg(not(feature = "parallel"))]
+fn each<T, R>(items: Vec<T>, work: impl Fn(T) -> R) -> Vec<R> {
+    items.into_iter().map(work).collect()
 }
 
 /// Reads a file.
@@ -90,82 +85,44 @@ pub(crate) fn read(
     let wrong =
         |e: loftsman_kernel::plugin::ParameterError| FormatError::new(file, Place::File, e.to_string());
     own.check(OPTIONS).map_err(wrong)?;
-    let text = decode(source.bytes());
-    let split = match own.text_or("split", "auto").map_err(wrong)? {
-        "auto" if has_objects(&text) => Split::Object,
-        "auto" => Split::Group,
-        _ => own
-            .choice("split", &[("object", Split::Object), ("group", Split::Group), ("none", Split::Never)])
-            .map_err(wrong)?,
-    };
-    let corners = if own.has("corners") {
-        own.choice("corners", &[("share", Corners::Share), ("split", Corners::Split)]).map_err(wrong)?
+    let split = if own.has("split") {
+        let words = [("object", Split::Object), ("group", Split::Group), ("none", Split::Never)];
+        own.choice("split", &words).map_err(wrong)?
     } else {
-        Corners::Share
+        Split::Object
     };
-    let mut reader = Reader::new(split);
-    let mut report = ReadReport::default();
-    let mut unknown: BTreeMap<String, usize> = BTreeMap::new();
-    let mut statements = Statements::new(&text);
-    let total = text.len() as u64;
-    let mut count = 0_usize;
-    while let Some((line, statement)) = statements.next() {
-        let at = |problem: String| FormatError::new(file, Place::Line(line), problem);
-        count += 1;
-        if count.is_multiple_of(1 << 16) {
-            if options.observer.cancelled() {
-                return Err(FormatError::new(file, Place::Line(line), "reading was cancelled"));
-            }
-            options.observer.progress("reading", total - statements.left() as u64, total);
+    let text = decode(source.bytes());
+    let parts = part::split(&text);
+    let counts = each(parts.clone(), part::count);
+    let total = counts.iter().copied().fold(Counts::default(), Counts::and);
+    let mut reader = Reader::new(split, total, text.len() / 2 + 4096);
+    let mut before = Counts::default();
+    let mut done = 0_u64;
+    for (parts, counts) in parts.chunks(WAVE).zip(counts.chunks(WAVE)) {
+        if options.observer.cancelled() {
+            return Err(FormatError::new(file, Place::Line(before.lines + 1), "reading was cancelled"));
         }
-        let (word, rest) = keyword(&statement);
-        match word {
-            b"v" => reader.raw.vertex(rest),
-            b"vt" => reader.raw.texture(rest),
-            b"vn" => reader.raw.normal(rest),
-            b"f" | b"fo" => reader.face(rest, line),
-            b"l" => reader.line(rest, line),
-            b"p" => reader.points(rest, line),
-            b"o" => reader.object(rest),
-            b"g" => reader.group(rest),
-            b"usemtl" => reader.material(rest),
-            b"mtllib" => reader.library(rest),
-            b"s" => reader.left_out("smoothing groups are not kept"),
-            b"cstype" => reader.freeform.cstype(rest),
-            b"deg" => reader.freeform.deg(rest),
-            b"curv" => reader.curv(rest, line),
-            b"surf" | b"curv2" => reader.other_element(word, line),
-            b"parm" => reader.freeform.parm(rest, line),
-            b"end" => reader.end(line),
-            _ => {
-                let name = String::from_utf8_lossy(word);
-                if FREEFORM.contains(&name.as_ref()) {
-                    reader.left_out(&format!("the free-form statement {name} is not read yet"))
-                } else if DISPLAY.contains(&name.as_ref()) {
-                    reader.left_out("statements about display are not kept")
-                } else if !word.iter().all(u8::is_ascii_graphic) || (reader.statements == 0 && count > 64) {
-                    Err(format!("\"{}\" is no statement of an OBJ file", show(word)))
-                } else {
-                    // So that a hostile file cannot make the report as large as itself.
-                    let name = if unknown.len() < 32 || unknown.contains_key(&show(word)) {
-                        show(word)
-                    } else {
-                        "others".to_owned()
-                    };
-                    *unknown.entry(name).or_default() += 1;
-                    continue;
-                }
-            }
+        options.observer.progress("reading", done, text.len() as u64);
+        let mut at = before;
+        let mut work = Vec::with_capacity(parts.len());
+        let slots = reader.raw.slots(before, counts);
+        for ((part, count), slots) in parts.iter().zip(counts).zip(slots) {
+            work.push((*part, at, slots));
+            at = at.and(*count);
         }
-        .map_err(at)?;
-        reader.statements += 1;
+        let parsed = each(work, |(part, before, slots)| (part::parse(part, before, slots), before));
+        for (parsed, before) in parsed {
+            reader
+                .take(parsed, before)
+                .map_err(|(line, problem)| FormatError::new(file, Place::Line(line), problem))?;
+        }
+        before = at;
+        done += parts.iter().map(|part| part.len() as u64).sum::<u64>();
     }
-    if reader.statements == 0 {
+    if reader.understood == 0 {
         return Err(FormatError::new(file, Place::File, "no statement of an OBJ file was found in it"));
     }
-    for (name, count) in unknown {
-        report.count_many(Fate::LeftOut, &format!("unknown statement \"{name}\""), count);
-    }
+    let mut report = ReadReport::default();
     let mut scene = Scene::new();
     scene.up = options.up.unwrap_or(Up::Y);
     scene.unit = options.unit.unwrap_or_else(|| {
@@ -175,23 +132,6 @@ pub(crate) fn read(
     if options.up.is_none() {
         report.notes.push("y is taken as up, as OBJ programs have it".to_owned());
     }
-    reader.finish(source, corners, &mut scene, &mut report)?;
+    reader.finish(source, &mut scene, &mut report)?;
     Ok((scene, report))
-}
-
-/// Whether any statement is an `o`.
-fn has_objects(text: &[u8]) -> bool {
-    text.split(|&b| b == b'\n' || b == b'\r').any(|line| {
-        let line = line.trim_ascii_start();
-        line.first() == Some(&b'o') && line.get(1).is_some_and(u8::is_ascii_whitespace)
-    })
-}
-
-/// The name of a file without folder and extension.
-fn stem(file: &str) -> Cow<'_, str> {
-    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
-    match name.rsplit_once('.') {
-        Some((stem, _)) if !stem.is_empty() => stem.into(),
-        _ => name.into(),
-    }
 }

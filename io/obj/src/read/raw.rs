@@ -1,14 +1,14 @@
-//! The numbered lists of a file: vertices, texture coordinates, normals.
+//! The numbered lists of a file: vertices, texture coordinates, normals, parameter vertices.
 
 use loftsman_kernel::{Point, Vector};
 
-use crate::text::{number, show, words};
+use super::part::{Counts, Parsed, Slots};
+use crate::text::words;
 
 /// What has become of an entry of a list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
     Nothing,
-    LeftOut,
     Kept,
 }
 
@@ -16,62 +16,60 @@ pub(crate) enum Use {
 #[derive(Debug, Default)]
 pub(crate) struct Raw {
     pub(crate) points: Vec<Point>,
-    /// One a point; empty while none differs from 1.
-    pub(crate) weights: Vec<f64>,
-    /// Linear colours, one a point, NaN where it has none; empty while none has.
-    pub(crate) colors: Vec<[f64; 4]>,
     pub(crate) uvs: Vec<[f64; 2]>,
     pub(crate) normals: Vec<Vector>,
+    pub(crate) parameters: Vec<[f64; 3]>,
+    /// One a point; shorter while the last ones are 1.
+    weights: Vec<f64>,
+    /// Linear colours, one a point, NaN where it has none; shorter while the last ones have none.
+    colors: Vec<[f64; 4]>,
+    /// Colours in comments, for the points before them; how many points there were.
+    block: Vec<[f64; 4]>,
+    block_at: usize,
 }
 
 const NO_COLOR: [f64; 4] = [f64::NAN; 4];
 
 impl Raw {
-    /// `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`.
-    pub(crate) fn vertex(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut numbers = [0.0; 7];
-        let count = fill(rest, &mut numbers)?;
-        let [x, y, z, a, b, c, d] = numbers;
-        let before = self.points.len();
-        match count {
-            3 | 4 | 6 | 7 => self.points.push(Point::new(x, y, z)),
-            _ => {
-                return Err(format!(
-                    "a vertex has {count} numbers: 3, with a weight 4, with a colour 6 or 7 are right"
-                ));
-            }
+    /// Room for all of a file.
+    pub(crate) fn new(counts: Counts) -> Self {
+        Self {
+            points: vec![Point::origin(); counts.points],
+            uvs: vec![[0.0; 2]; counts.uvs],
+            normals: vec![Vector::zeros(); counts.normals],
+            parameters: vec![[0.0; 3]; counts.parameters],
+            ..Self::default()
         }
-        if count == 4 && a != 1.0 && self.weights.is_empty() {
-            self.weights.resize(before, 1.0);
-            self.weights.push(a);
-        } else if !self.weights.is_empty() || (count == 4 && a != 1.0) {
-            self.weights.push(if count == 4 { a } else { 1.0 });
-        }
-        if count >= 6 {
-            self.colors.resize(before, NO_COLOR);
-            self.colors.push([linear(a), linear(b), linear(c), if count == 7 { d } else { 1.0 }]);
-        }
-        Ok(())
     }
 
-    /// `vt u`, `vt u v` or `vt u v w`.
-    pub(crate) fn texture(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut numbers = [0.0; 3];
-        match fill(rest, &mut numbers)? {
-            1..=3 => self.uvs.push([numbers[0], numbers[1]]),
-            count => return Err(format!("a texture vertex has {count} numbers: 1 to 3 are right")),
+    /// The slots of consecutive parts, the first of which starts behind `before`.
+    pub(crate) fn slots<'s>(&'s mut self, before: Counts, counts: &[Counts]) -> Vec<Slots<'s>> {
+        let mut points = &mut self.points[before.points..];
+        let mut uvs = &mut self.uvs[before.uvs..];
+        let mut normals = &mut self.normals[before.normals..];
+        let mut parameters = &mut self.parameters[before.parameters..];
+        let mut out = Vec::with_capacity(counts.len());
+        for count in counts {
+            let (a, b, c, d);
+            (a, points) = points.split_at_mut(count.points);
+            (b, uvs) = uvs.split_at_mut(count.uvs);
+            (c, normals) = normals.split_at_mut(count.normals);
+            (d, parameters) = parameters.split_at_mut(count.parameters);
+            out.push(Slots { points: a, uvs: b, normals: c, parameters: d });
         }
-        Ok(())
+        out
     }
 
-    /// `vn x y z`.
-    pub(crate) fn normal(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut numbers = [0.0; 3];
-        match fill(rest, &mut numbers)? {
-            3 => self.normals.push(Vector::from(numbers)),
-            count => return Err(format!("a normal has {count} numbers: 3 are right")),
+    /// Takes the weights and colours of a part whose first vertex is `first`.
+    pub(crate) fn take(&mut self, first: usize, parsed: &mut Parsed<'_>) {
+        if !parsed.weights.is_empty() {
+            self.weights.resize(first, 1.0);
+            self.weights.append(&mut parsed.weights);
         }
-        Ok(())
+        if !parsed.colors.is_empty() {
+            self.colors.resize(first, NO_COLOR);
+            self.colors.append(&mut parsed.colors);
+        }
     }
 
     /// The weight of a vertex.
@@ -83,54 +81,50 @@ impl Raw {
     pub(crate) fn color(&self, vertex: u32) -> Option<[f64; 4]> {
         self.colors.get(vertex as usize).copied().filter(|c| !c[0].is_nan())
     }
-}
 
-/// Reads numbers into `out`; how many there were.
-fn fill(rest: &[u8], out: &mut [f64]) -> Result<usize, String> {
-    let mut count = 0;
-    for word in words(rest) {
-        let value = number(word)?;
-        if let Some(slot) = out.get_mut(count) {
-            *slot = value;
+    /// Whether any vertex has a colour.
+    pub(crate) fn colored(&self) -> bool {
+        !self.colors.is_empty()
+    }
+
+    /// `#MRGB`: eight hexadecimal digits a vertex, mask, red, green and blue, for as many vertices before `count` as
+    /// there are colours until vertices follow again.
+    pub(crate) fn mrgb(&mut self, text: &[u8], count: usize) -> Result<(), String> {
+        if count != self.block_at {
+            self.finish_block()?;
+            self.block_at = count;
         }
-        count += 1;
-    }
-    Ok(count)
-}
-
-/// An sRGB value as a linear one (IEC 61966-2-1).
-fn linear(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Which entry of a list an index means: from 1 up, or from -1 down from the newest. Entries that come later in
-/// the file are allowed; the caller checks the largest index at the end.
-pub(crate) fn resolve(word: &[u8], count: usize, what: &str) -> Result<u32, String> {
-    let bad = || format!("\"{}\" is not the number of a {what}", show(word));
-    let (negative, digits) = match word {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
-    };
-    if digits.is_empty() || digits.len() > 18 {
-        return Err(bad());
-    }
-    let mut value = 0_u64;
-    for &digit in digits {
-        if !digit.is_ascii_digit() {
-            return Err(bad());
+        for word in words(text) {
+            for digits in word.chunks(8) {
+                let value = std::str::from_utf8(digits).ok().filter(|d| d.len() == 8);
+                let value = value.and_then(|d| u32::from_str_radix(d, 16).ok()).ok_or_else(|| {
+                    format!(
+                        "\"{}\" is no vertex colour: MMRRGGBB in hexadecimal digits is one",
+                        crate::text::show(digits)
+                    )
+                })?;
+                let [_, rgb @ ..] = value.to_be_bytes();
+                let [r, g, b] = rgb.map(|byte| super::part::linear(f64::from(byte) / 255.0));
+                self.block.push([r, g, b, 1.0]);
+            }
         }
-        value = value * 10 + u64::from(digit - b'0');
+        Ok(())
     }
-    let index = match (negative, value) {
-        (_, 0) => return Err(format!("there is no {what} 0: numbers start at 1, or at -1 from the end")),
-        (false, value) => value - 1,
-        (true, value) => (count as u64).checked_sub(value).ok_or_else(|| {
-            format!("the index -{value} leads before the first {what}: there are {count} so far")
-        })?,
-    };
-    u32::try_from(index)
-        .ok()
-        .filter(|&i| i < u32::MAX)
-        .ok_or_else(|| format!("the index {value} is too large"))
+
+    /// Gives the colours of a block of comments to their vertices.
+    pub(crate) fn finish_block(&mut self) -> Result<(), String> {
+        let block = std::mem::take(&mut self.block);
+        let Some(first) = self.block_at.checked_sub(block.len()) else {
+            let (colors, count) = (block.len(), self.block_at);
+            return Err(format!(
+                "{colors} vertex colours (#MRGB) follow {count} vertices: there are too many"
+            ));
+        };
+        if !block.is_empty() {
+            let end = self.block_at.max(self.colors.len());
+            self.colors.resize(end, NO_COLOR);
+            self.colors[first..self.block_at].copy_from_slice(&block);
+        }
+        Ok(())
+    }
 }

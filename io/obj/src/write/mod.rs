@@ -1,27 +1,59 @@
 //! The writer: one `o` an object, streamed.
 
+mod mesh;
+mod mtl;
 mod print;
+mod spline;
+mod state;
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 
-use loftsman_kernel::mesh::{Cloud, Mesh, NONE, Polyline};
+use loftsman_kernel::connection::{Connection, Side};
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
+    Chord, Fate, Fineness, FormatError, ParameterError, Place, Sink, UpChoice, WriteOptions, WriteReport,
+    Written,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point};
 
 use crate::OPTIONS;
+use state::State;
 
 /// Whether curves go out in Bézier form or with their own knots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Knots {
     Bezier,
     Any,
+}
+
+/// What surfaces go out as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Surfaces {
+    Both,
+    Exact,
+    Mesh,
+}
+
+fn choices(options: &WriteOptions<'_>) -> Result<(Knots, Surfaces), ParameterError> {
+    let own = &options.own;
+    own.check(OPTIONS)?;
+    let knots = if own.has("knots") {
+        own.choice("knots", &[("bezier", Knots::Bezier), ("any", Knots::Any)])?
+    } else {
+        Knots::Bezier
+    };
+    let surfaces = if own.has("surfaces") {
+        let words = [("both", Surfaces::Both), ("exact", Surfaces::Exact), ("mesh", Surfaces::Mesh)];
+        own.choice("surfaces", &words)?
+    } else {
+        Surfaces::Both
+    };
+    Ok((knots, surfaces))
 }
 
 /// Writes a scene.
@@ -32,13 +64,7 @@ pub(crate) fn write(
 ) -> Result<WriteReport, FormatError> {
     let file = sink.name().to_owned();
     let fail = |problem: String| FormatError::new(&file, Place::File, problem);
-    options.own.check(OPTIONS).map_err(|e| fail(e.to_string()))?;
-    let knots = if options.own.has("knots") {
-        let words = [("bezier", Knots::Bezier), ("any", Knots::Any)];
-        options.own.choice("knots", &words).map_err(|e| fail(e.to_string()))?
-    } else {
-        Knots::Bezier
-    };
+    let (knots, surfaces) = choices(options).map_err(|e| fail(e.to_string()))?;
     let unit = options.unit.unwrap_or(scene.unit);
     let up = match options.up {
         UpChoice::Usual => Up::Y,
@@ -49,26 +75,32 @@ pub(crate) fn write(
     let placed = scene.converted(unit, up).map_err(|e| fail(e.to_string()))?;
     let world = placed.world_transforms().map_err(|e| fail(e.to_string()))?;
     let mut report = WriteReport::default();
+    let library = mtl::library(&placed, &file);
     let mut writer = Writer {
         out: BufWriter::with_capacity(1 << 16, sink.main()),
         text: String::new(),
         names: HashSet::new(),
-        points: 0,
-        uvs: 0,
-        normals: 0,
+        written: Counts::default(),
+        surface_numbers: HashMap::new(),
         knots,
+        surfaces,
         options,
         scale,
+        materials: library.names.clone(),
+        state: State::default(),
         face_normals: placed.objects().iter().any(|o| match &o.geometry {
             Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
-            Geometry::Surface(_) => options.tessellator.is_some(),
+            Geometry::Surface(_) => options.tessellator.is_some() && surfaces != Surfaces::Exact,
             _ => false,
         }),
-        given: 0,
+        notes: Notes::default(),
     };
     let axis = ["x", "y", "z"][up as usize];
     let io = |e: std::io::Error| fail(format!("it cannot be written: {e}"));
     writer.line(&format!("# Loftsman; unit {}, {axis} up", unit.name())).map_err(io)?;
+    if !library.is_empty() {
+        writer.line(&format!("mtllib {}", library.file)).map_err(io)?;
+    }
     let total = placed.objects().len() as u64;
     for (index, (object, transform)) in placed.objects().iter().zip(&world).enumerate() {
         if options.observer.cancelled() {
@@ -88,22 +120,49 @@ pub(crate) fn write(
         })?;
         report.objects.push(written);
     }
-    writer.out.flush().map_err(io)?;
-    if writer.given > 0 {
-        let what = "mesh(es) without normals got one for each face: where a file has any, Blender smooths those without";
-        report.notes.push(format!("{} {what}", writer.given));
+    for connection in placed.connections() {
+        writer.connection(connection).map_err(|e| match e {
+            Failure::Geometry(e) => fail(e.to_string()),
+            Failure::Stream(e) => io(e),
+        })?;
     }
-    notes(&placed, &world, &mut report);
+    writer.out.flush().map_err(io)?;
+    let told = std::mem::take(&mut writer.notes);
+    drop(writer);
+    library.write(&placed, sink, &mut report)?;
+    notes(&placed, &world, &told, &mut report);
     Ok(report)
 }
 
+/// What the writer noticed on its way.
+#[derive(Debug, Default)]
+struct Notes {
+    /// Meshes that got a normal for each face.
+    given_normals: usize,
+    /// Meshes of which colours differ between the faces at a point.
+    colors_by_face: usize,
+    /// Group names in which a blank became a low line.
+    group_names: usize,
+    connections_left_out: usize,
+}
+
 /// What OBJ cannot hold, counted.
-fn notes<T>(scene: &Scene, world: &[Option<T>], report: &mut WriteReport) {
+fn notes<T>(scene: &Scene, world: &[Option<T>], told: &Notes, report: &mut WriteReport) {
     let mut say = |count: usize, what: &str| {
         if count > 0 {
             report.notes.push(format!("{count} {what}"));
         }
     };
+    say(
+        told.given_normals,
+        "mesh(es) without normals got one for each face: where a file has any, Blender smooths those without",
+    );
+    say(
+        told.colors_by_face,
+        "mesh(es) have colours that differ between the faces at a point: one of them went out",
+    );
+    say(told.group_names, "group name(s) had blanks, which OBJ does not allow");
+    say(told.connections_left_out, "connection(s) are left out: their surfaces were not written exactly");
     let count = |has: &dyn Fn(&Object) -> bool| scene.objects().iter().filter(|o| has(o)).count();
     say(world.iter().flatten().count(), "object(s) have their transform baked in: OBJ has none");
     say(count(&|o| o.parent.is_some()), "object(s) lose their place in the hierarchy");
@@ -113,6 +172,8 @@ fn notes<T>(scene: &Scene, world: &[Option<T>], report: &mut WriteReport) {
     );
     say(count(&|o| o.color.is_some()), "object colour(s) are left out");
     say(count(&|o| o.layer.is_some()), "layer name(s) are left out");
+    let more = |o: &Object| matches!(&o.geometry, Geometry::Mesh(mesh) if !mesh.more_uvs.is_empty());
+    say(count(&more), "mesh(es) have further texture coordinates, which are left out");
     let cloud = |o: &Object| matches!(o.geometry, Geometry::Cloud(_));
     say(count(&cloud), "cloud(s) are point statements (p), which Blender passes over");
     report.notes.push("OBJ has no unit: a reader must know it".to_owned());
@@ -135,23 +196,37 @@ impl From<std::io::Error> for Failure {
     }
 }
 
+/// How many of each were written: indices count through the file.
+#[derive(Debug, Default)]
+struct Counts {
+    points: usize,
+    uvs: usize,
+    normals: usize,
+    parameters: usize,
+    plane_curves: usize,
+    surfaces: usize,
+}
+
 struct Writer<'a, W: Write> {
     out: BufWriter<W>,
     /// The line being made.
     text: String,
     names: HashSet<String>,
-    /// How many of each were written: indices count through the file.
-    points: usize,
-    uvs: usize,
-    normals: usize,
+    written: Counts,
+    /// Surfaces that went out exactly, by their object's name: `con` refers to their numbers.
+    surface_numbers: HashMap<String, usize>,
     knots: Knots,
+    surfaces: Surfaces,
     options: &'a WriteOptions<'a>,
     /// Lengths in the scene to lengths in the file.
     scale: f64,
+    /// The names of materials in the library, by those of the scene.
+    materials: HashMap<String, String>,
+    /// What holds for the faces that come now.
+    state: State,
     /// Whether meshes without normals get one for each face, because others in the file have normals.
     face_normals: bool,
-    /// How many did.
-    given: usize,
+    notes: Notes,
 }
 
 impl<W: Write> Writer<'_, W> {
@@ -181,48 +256,94 @@ impl<W: Write> Writer<'_, W> {
         match geometry {
             Geometry::Group => leave_out("OBJ has no hierarchy".to_owned()),
             Geometry::Curve(curve) => {
-                self.name(object)?;
+                self.name(object.name())?;
+                self.element_material(object)?;
                 self.curve(curve)?;
                 written.form = "NURBS curve".to_owned();
             }
-            Geometry::Surface(surface) => match self.options.tessellator {
-                None => leave_out("surfaces need a tessellator, and none is registered".to_owned()),
-                Some(tessellator) => match tessellator.surface(surface, &self.fineness()) {
-                    Err(e) => leave_out(format!("it could not be tessellated: {e}")),
-                    Ok(mut mesh) => {
-                        if mirrored {
-                            mesh.turn_inside_out();
-                        }
-                        self.name(object)?;
-                        self.mesh(&mesh)?;
-                        written.form = format!("{} triangles", mesh.face_count());
-                        written.fate = Fate::Approximated;
-                        written.tolerance = Some(self.tolerance(&mesh));
-                        written.reason = Some("the surface was tessellated".to_owned());
-                    }
-                },
-            },
+            Geometry::Surface(surface) => self.surface_object(object, surface, mirrored, &mut written)?,
+            Geometry::Trimmed(_) if self.surfaces == Surfaces::Mesh => {
+                let what = "trimmed surfaces cannot be tessellated yet: write them exactly";
+                leave_out(format!("{what} (surfaces = \"both\" or \"exact\")"));
+            }
+            Geometry::Trimmed(trimmed) => {
+                self.element_material(object)?;
+                let loops = self.trimmed(object.name(), trimmed)?;
+                written.form = format!("trimmed surface of {loops} loops (surf)");
+                let what = "trimmed surfaces cannot be tessellated yet";
+                let reason =
+                    format!("{what}: programs that read no surf, as Blender and MeshLab, show nothing");
+                written.reason = Some(reason);
+            }
             Geometry::Mesh(mesh) => {
-                self.name(object)?;
-                self.mesh(mesh)?;
+                self.name(object.name())?;
+                self.mesh(mesh, &object.materials)?;
                 written.form = format!("mesh of {} faces", mesh.face_count());
             }
             Geometry::Polyline(line) if line.points.len() < 2 => {
                 leave_out("a line needs two points".to_owned());
             }
             Geometry::Polyline(line) => {
-                self.name(object)?;
+                self.name(object.name())?;
                 let segments = self.polyline(line)?;
                 written.form = format!("line of {segments} segments");
             }
             Geometry::Cloud(cloud) => {
-                self.name(object)?;
+                self.name(object.name())?;
                 self.cloud(cloud)?;
                 written.form = format!("{} points", cloud.points.len());
             }
             other => leave_out(format!("OBJ has no {}", other.kind())),
         }
         Ok(written)
+    }
+
+    /// A surface exactly, beside its tessellation, or one of both.
+    fn surface_object(
+        &mut self,
+        object: &Object,
+        surface: &Surface,
+        mirrored: bool,
+        written: &mut Written,
+    ) -> Result<(), Failure> {
+        let exact = self.surfaces != Surfaces::Mesh;
+        let mesh = match self.options.tessellator {
+            _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
+            None => Err("surfaces need a tessellator, and none is registered".to_owned()),
+            Some(tessellator) => tessellator
+                .surface(surface, &self.fineness())
+                .map_err(|e| format!("it could not be tessellated: {e}")),
+        };
+        match mesh {
+            Ok(mut mesh) => {
+                if mirrored {
+                    mesh.turn_inside_out();
+                }
+                self.name(object.name())?;
+                self.mesh(&mesh, &object.materials)?;
+                written.form = format!("{} triangles", mesh.face_count());
+                written.tolerance = Some(self.tolerance(&mesh));
+                if !exact {
+                    written.fate = Fate::Approximated;
+                    written.reason = Some("the surface was tessellated".to_owned());
+                }
+            }
+            Err(problem) if exact => {
+                let what = "programs that read no surf, as Blender and MeshLab, show nothing";
+                written.reason = Some(format!("{problem}: {what}"));
+            }
+            Err(problem) => (written.fate, written.reason) = (Fate::LeftOut, Some(problem)),
+        }
+        if exact {
+            // An object of its own: Blender makes a curve of what follows a cstype.
+            self.element_material(object)?;
+            self.name(object.name())?;
+            self.surface(object.name(), surface)?;
+            let beside =
+                if written.tolerance.is_some() { format!(" beside {}", written.form) } else { String::new() };
+            written.form = format!("NURBS surface (surf){beside}");
+        }
+        Ok(())
     }
 
     /// The fineness in the file's unit.
@@ -247,8 +368,8 @@ impl<W: Write> Writer<'_, W> {
         }
     }
 
-    fn name(&mut self, object: &Object) -> std::io::Result<()> {
-        let clean = print::name(object.name());
+    fn name(&mut self, name: &str) -> std::io::Result<()> {
+        let clean = print::name(name);
         let mut name = clean.clone();
         let mut number = 1;
         while !self.names.insert(name.clone()) {
@@ -258,121 +379,41 @@ impl<W: Write> Writer<'_, W> {
         self.line(&format!("o {name}"))
     }
 
-    fn vertices(&mut self, points: &[Point]) -> Result<usize, Failure> {
-        let first = self.points + 1;
+    fn vertices(&mut self, points: &[Point], weights: Option<&[f64]>) -> Result<usize, Failure> {
+        let first = self.written.points + 1;
         for (index, p) in points.iter().enumerate() {
             if !p.iter().all(|c| c.is_finite()) {
                 return Err(Error::VertexNotFinite { index, x: p.x, y: p.y, z: p.z }.into());
             }
             self.text.push('v');
             print::point(&mut self.text, p);
+            if let Some(weights) = weights {
+                print::number(&mut self.text, weights[index]);
+            }
             self.flush_line()?;
         }
-        self.points += points.len();
+        self.written.points += points.len();
         Ok(first)
     }
 
-    fn curve(&mut self, curve: &Curve) -> Result<(), Failure> {
-        let form =
-            if self.knots == Knots::Bezier { Cow::Owned(curve.bezier_form()?) } else { Cow::Borrowed(curve) };
-        let (space, p) = (form.space(), form.degree());
-        let first = self.points + 1;
-        for (i, point) in form.points().iter().enumerate() {
-            self.text.push('v');
-            print::point(&mut self.text, point);
-            if let Some(weights) = form.weights() {
-                print::number(&mut self.text, weights[i]);
-            }
-            self.flush_line()?;
-        }
-        self.points += form.points().len();
-        self.line(if form.weights().is_some() { "cstype rat bspline" } else { "cstype bspline" })?;
-        self.line(&format!("deg {p}"))?;
-        let (a, b) = space.domain();
-        self.text.push_str("curv");
-        print::number(&mut self.text, a);
-        print::number(&mut self.text, b);
-        // A periodic curve repeats its first control vertices: that is how OBJ closes one.
-        for k in 0..space.unrolled_len() {
-            _ = write!(self.text, " {}", first + space.vertex(k));
-        }
-        self.flush_line()?;
-        self.text.push_str("parm u");
-        space.flat().iter().for_each(|&t| print::number(&mut self.text, t));
-        self.flush_line()?;
-        Ok(self.line("end")?)
+    /// The material that a curve or surface has.
+    fn element_material(&mut self, object: &Object) -> std::io::Result<()> {
+        self.use_material(object.materials.first().map(String::as_str))
     }
 
-    fn mesh(&mut self, mesh: &Mesh) -> Result<(), Failure> {
-        let color = |corner: usize, point: u32| mesh.colors.at(corner, point);
-        let point = if mesh.colors.is_empty() {
-            self.vertices(mesh.points())?
-        } else {
-            // OBJ has one colour a vertex: that of the first corner there, white where there is none.
-            let mut colors: Vec<_> = (0..mesh.points().len()).map(|i| color(usize::MAX, i as u32)).collect();
-            for (corner, &point) in mesh.corners().iter().enumerate().rev() {
-                colors[point as usize] = color(corner, point);
-            }
-            for (p, color) in mesh.points().iter().zip(colors) {
-                self.text.push('v');
-                print::point(&mut self.text, p);
-                let color = color.copied().unwrap_or([1.0; 4]);
-                color[..3].iter().for_each(|&c| print::number(&mut self.text, print::srgb(c)));
-                self.flush_line()?;
-            }
-            self.points += mesh.points().len();
-            self.points + 1 - mesh.points().len()
-        };
-        let (uv, normal) = (self.uvs + 1, self.normals + 1);
-        for uv in mesh.uvs.values() {
-            self.text.push_str("vt");
-            uv.iter().for_each(|&c| print::number(&mut self.text, c));
-            self.flush_line()?;
+    fn use_material(&mut self, material: Option<&str>) -> std::io::Result<()> {
+        let name = material.and_then(|m| self.materials.get(m));
+        if self.state.material.as_ref() == name {
+            return Ok(());
         }
-        self.uvs += mesh.uvs.values().len();
-        for n in mesh.normals.values() {
-            self.text.push_str("vn");
-            n.iter().for_each(|&c| print::number(&mut self.text, c));
-            self.flush_line()?;
-        }
-        self.normals += mesh.normals.values().len();
-        let own_normals = self.face_normals && mesh.normals.is_empty();
-        self.given += usize::from(own_normals);
-        self.line(if mesh.normals.is_empty() { "s off" } else { "s 1" })?;
-        for (face, pair) in mesh.starts().windows(2).enumerate() {
-            // Where the file has normals, a mesh without them gives each face its own; one without area has none.
-            let flat = if own_normals { mesh.face_normal(face) } else { None };
-            if let Some(flat) = flat {
-                self.text.push_str("vn");
-                flat.iter().for_each(|&c| print::number(&mut self.text, c));
-                self.flush_line()?;
-                self.normals += 1;
-            }
-            self.text.push('f');
-            for corner in pair[0]..pair[1] {
-                let vertex = mesh.corners()[corner];
-                _ = write!(self.text, " {}", point + vertex as usize);
-                let place = |first: usize, index: u32| (index != NONE).then(|| first + index as usize);
-                let uv = place(uv, mesh.uvs.index(corner, vertex));
-                let normal = flat.map(|_| self.normals).or(place(normal, mesh.normals.index(corner, vertex)));
-                if uv.is_some() || normal.is_some() {
-                    self.text.push('/');
-                }
-                if let Some(uv) = uv {
-                    _ = write!(self.text, "{uv}");
-                }
-                if let Some(normal) = normal {
-                    _ = write!(self.text, "/{normal}");
-                }
-            }
-            self.flush_line()?;
-        }
-        Ok(())
+        self.state.material = name.cloned();
+        let line = name.map_or_else(|| "usemtl".to_owned(), |name| format!("usemtl {name}"));
+        self.line(&line)
     }
 
     /// `l a b` pairs: MeshLab reads only the first segment of a longer `l`.
     fn polyline(&mut self, line: &Polyline) -> Result<usize, Failure> {
-        let first = self.vertices(&line.points)?;
+        let first = self.vertices(&line.points, None)?;
         let n = line.points.len();
         let segments = if line.closed { n } else { n - 1 };
         for k in 0..segments {
@@ -383,11 +424,29 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn cloud(&mut self, cloud: &Cloud) -> Result<(), Failure> {
-        let first = self.vertices(&cloud.points)?;
+        let first = self.vertices(&cloud.points, None)?;
         for k in 0..cloud.points.len() {
             _ = write!(self.text, "p {}", first + k);
             self.flush_line()?;
         }
         Ok(())
+    }
+
+    /// `con`: each side with a curve of its own.
+    fn connection(&mut self, connection: &Connection) -> Result<(), Failure> {
+        let mut line = "con".to_owned();
+        for Side { object, curve } in connection.sides() {
+            let Some(&number) = self.surface_numbers.get(object) else {
+                self.notes.connections_left_out += 1;
+                return Ok(());
+            };
+            let plane_curve = self.plane_curve(curve.curve())?;
+            let (from, to) = curve.range();
+            _ = write!(line, " {number}");
+            print::number(&mut line, from);
+            print::number(&mut line, to);
+            _ = write!(line, " {plane_curve}");
+        }
+        Ok(self.line(&line)?)
     }
 }

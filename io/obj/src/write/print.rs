@@ -37,6 +37,18 @@ pub(crate) fn name(name: &str) -> String {
     if clean.is_empty() { "object".to_owned() } else { clean }
 }
 
+/// A group's name, which ends at a blank; "default" is the group of what no group was named for.
+pub(crate) fn group(name: &str) -> String {
+    let clean: String =
+        name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
+    match clean.as_str() {
+        "" => "group".to_owned(),
+        "default" => "default_".to_owned(),
+        _ if clean.starts_with('#') || clean.ends_with('\\') => format!("_{}_", clean.trim_end_matches('\\')),
+        _ => clean,
+    }
+}
+
 /// A linear colour value as sRGB (IEC 61966-2-1), which is what vertex colours of OBJ files are taken for.
 pub(crate) fn srgb(value: f64) -> f64 {
     if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }

@@ -1,0 +1,461 @@
+//! The file in parts that are read independently of one another, in parallel.
+//!
+//! A first pass counts the vertices of each part, so that the second knows where a part's vertices go and what its
+//! negative indices mean. What depends on the order of the file (names, groups, materials, free-form statements) is
+//! left in the part as marks for [`Reader`](super::reader::Reader), which takes the parts one after the other.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use loftsman_kernel::mesh::NONE;
+use loftsman_kernel::{Point, Vector};
+
+use super::statement::{DISPLAY, Known, OBSOLETE, known};
+use crate::number::{fill, index, resolve};
+use crate::text::{MRGB, Statements, ends_statement, keyword, line_length, show, uncommented};
+
+/// About how long a part is: long enough that threads need not wait for one another, short enough that what a wave
+/// of parts holds beside the scene stays small.
+const LENGTH: usize = 1 << 19;
+
+/// The largest number of different unknown statements that are counted one by one, so that a hostile file cannot make
+/// the report as large as itself.
+const UNKNOWN: usize = 32;
+
+/// How many of each there are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Counts {
+    pub(crate) points: usize,
+    pub(crate) uvs: usize,
+    pub(crate) normals: usize,
+    pub(crate) parameters: usize,
+    pub(crate) lines: usize,
+}
+
+impl Counts {
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            points: self.points + other.points,
+            uvs: self.uvs + other.uvs,
+            normals: self.normals + other.normals,
+            parameters: self.parameters + other.parameters,
+            lines: self.lines + other.lines,
+        }
+    }
+}
+
+/// The text in parts of whole statements.
+pub(crate) fn split(text: &[u8]) -> Vec<&[u8]> {
+    let mut parts = Vec::new();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let mut end = LENGTH.min(rest.len());
+        // The line that is cut belongs here, and those that it goes on with.
+        loop {
+            end += line_length(&rest[end..]);
+            let body = without_end(&rest[..end]);
+            let start = body.iter().rposition(|&b| b == b'\n' || b == b'\r').map_or(0, |at| at + 1);
+            if end == rest.len() || ends_statement(&rest[start..end]) {
+                break;
+            }
+        }
+        let (part, after) = rest.split_at(end);
+        parts.push(part);
+        rest = after;
+    }
+    parts
+}
+
+fn without_end(line: &[u8]) -> &[u8] {
+    let line = line.strip_suffix(b"\n").unwrap_or(line);
+    line.strip_suffix(b"\r").unwrap_or(line)
+}
+
+/// The vertices and lines of a part.
+pub(crate) fn count(part: &[u8]) -> Counts {
+    let mut counts = Counts::default();
+    let mut statements = Statements::new(part);
+    for (_, statement) in statements.by_ref() {
+        match *statement {
+            [b'v', b't', b, ..] if b.is_ascii_whitespace() => counts.uvs += 1,
+            [b'v', b'n', b, ..] if b.is_ascii_whitespace() => counts.normals += 1,
+            [b'v', b'p', b, ..] if b.is_ascii_whitespace() => counts.parameters += 1,
+            [b'v', b, ..] if b.is_ascii_whitespace() => counts.points += 1,
+            _ => {}
+        }
+    }
+    counts.lines = statements.lines();
+    counts
+}
+
+/// The largest index into a list, and where it stands.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Reach {
+    pub(crate) past: usize,
+    pub(crate) line: usize,
+}
+
+impl Reach {
+    fn to(&mut self, index: u32, line: usize) {
+        let past = index as usize + 1;
+        if past > self.past {
+            *self = Self { past, line };
+        }
+    }
+}
+
+/// Where a part's vertices go.
+pub(crate) struct Slots<'s> {
+    pub(crate) points: &'s mut [Point],
+    pub(crate) uvs: &'s mut [[f64; 2]],
+    pub(crate) normals: &'s mut [Vector],
+    pub(crate) parameters: &'s mut [[f64; 3]],
+}
+
+/// A statement that changes what those after it mean, and how far the part was when it came.
+#[derive(Debug)]
+pub(crate) struct Mark<'a> {
+    pub(crate) known: Known,
+    /// What follows the keyword.
+    pub(crate) rest: Cow<'a, [u8]>,
+    pub(crate) line: usize,
+    pub(crate) faces: u32,
+    pub(crate) chains: u32,
+    pub(crate) dots: u32,
+    pub(crate) points: u32,
+    pub(crate) parameters: u32,
+}
+
+/// What a part holds beside its vertices.
+#[derive(Debug, Default)]
+pub(crate) struct Parsed<'a> {
+    /// Vertex of every corner, face after face, and where each face ends.
+    pub(crate) corners: Vec<u32>,
+    pub(crate) ends: Vec<u32>,
+    /// Texture vertex and normal of every corner, or [`NONE`]; shorter where the last ones have none.
+    pub(crate) textures: Vec<u32>,
+    pub(crate) normals: Vec<u32>,
+    /// Vertices of the lines, line after line, and where each ends.
+    pub(crate) chains: Vec<u32>,
+    pub(crate) chain_ends: Vec<u32>,
+    /// Vertices of the point statements, and where each ends.
+    pub(crate) dots: Vec<u32>,
+    pub(crate) dot_ends: Vec<u32>,
+    /// Weights and linear colours (NaN: none) of the part's vertices; shorter where the last ones have none.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) colors: Vec<[f64; 4]>,
+    pub(crate) marks: Vec<Mark<'a>>,
+    pub(crate) reach: [Reach; 3],
+    /// The first error, and its line.
+    pub(crate) error: Option<(usize, String)>,
+    /// Texture vertices of which a third coordinate was left out, lines with texture vertices.
+    pub(crate) third: usize,
+    pub(crate) line_textures: usize,
+    pub(crate) display: usize,
+    pub(crate) obsolete: usize,
+    pub(crate) unknown: BTreeMap<String, usize>,
+    /// Statements understood.
+    pub(crate) understood: usize,
+}
+
+const NO_COLOR: [f64; 4] = [f64::NAN; 4];
+
+/// Reads a part; `before` is what the file has before it.
+pub(crate) fn parse<'a>(part: &'a [u8], before: Counts, slots: Slots<'_>) -> Parsed<'a> {
+    let mut parser = Parser { out: Parsed::default(), before, slots, here: Counts::default() };
+    let mut seen = 0_usize;
+    for (line, statement) in Statements::new(part) {
+        let line = before.lines + line;
+        seen += 1;
+        if let Err(problem) = parser.statement(statement, line, seen) {
+            parser.out.error = Some((line, problem));
+            break;
+        }
+    }
+    parser.out
+}
+
+struct Parser<'a, 's> {
+    out: Parsed<'a>,
+    before: Counts,
+    slots: Slots<'s>,
+    here: Counts,
+}
+
+impl<'a> Parser<'a, '_> {
+    fn statement(&mut self, statement: Cow<'a, [u8]>, line: usize, seen: usize) -> Result<(), String> {
+        match *statement {
+            [b'v', b, ref rest @ ..] if b.is_ascii_whitespace() => self.vertex(rest)?,
+            [b'v', b'n', b, ref rest @ ..] if b.is_ascii_whitespace() => self.normal(rest)?,
+            [b'v', b't', b, ref rest @ ..] if b.is_ascii_whitespace() => self.texture(rest)?,
+            [b'v', b'p', b, ref rest @ ..] if b.is_ascii_whitespace() => self.parameter(rest)?,
+            [b'f', b, ref rest @ ..] if b.is_ascii_whitespace() => self.face(rest, line)?,
+            _ => return self.other(statement, line, seen),
+        }
+        self.out.understood += 1;
+        Ok(())
+    }
+
+    #[cold]
+    fn other(&mut self, statement: Cow<'a, [u8]>, line: usize, seen: usize) -> Result<(), String> {
+        if statement.starts_with(MRGB) {
+            self.mark(Known::Mrgb, statement, MRGB.len(), line);
+            return Ok(());
+        }
+        let statement = match statement {
+            Cow::Borrowed(text) => Cow::Borrowed(uncommented(text)),
+            joined => joined,
+        };
+        let (word, rest) = keyword(&statement);
+        let skip = statement.len() - rest.len();
+        match word {
+            b"f" | b"fo" => self.face(rest, line)?,
+            b"l" => self.chain(rest, line)?,
+            b"p" => self.dots(rest, line)?,
+            // A vertex statement without anything behind it.
+            b"v" | b"vt" | b"vn" | b"vp" => return Err(format!("\"{}\" without numbers", show(word))),
+            _ if DISPLAY.contains(&word) => self.out.display += 1,
+            _ if OBSOLETE.contains(&word) => self.out.obsolete += 1,
+            _ => match known(word) {
+                Some(known) => self.mark(known, statement, skip, line),
+                None => return self.unknown(word, seen),
+            },
+        }
+        self.out.understood += 1;
+        Ok(())
+    }
+
+    fn unknown(&mut self, word: &[u8], seen: usize) -> Result<(), String> {
+        if !word.iter().all(u8::is_ascii_graphic)
+            || (self.before.lines == 0 && self.out.understood == 0 && seen > 64)
+        {
+            return Err(format!("\"{}\" is no statement of an OBJ file", show(word)));
+        }
+        let unknown = &mut self.out.unknown;
+        let name = show(word);
+        let name =
+            if unknown.len() < UNKNOWN || unknown.contains_key(&name) { name } else { "others".into() };
+        *unknown.entry(name).or_default() += 1;
+        Ok(())
+    }
+
+    fn mark(&mut self, known: Known, statement: Cow<'a, [u8]>, skip: usize, line: usize) {
+        let rest = match statement {
+            Cow::Borrowed(text) => Cow::Borrowed(&text[skip..]),
+            Cow::Owned(text) => Cow::Owned(text[skip..].to_vec()),
+        };
+        self.out.marks.push(Mark {
+            known,
+            rest,
+            line,
+            faces: self.out.ends.len() as u32,
+            chains: self.out.chain_ends.len() as u32,
+            dots: self.out.dot_ends.len() as u32,
+            points: self.here.points as u32,
+            parameters: self.here.parameters as u32,
+        });
+    }
+
+    /// `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`.
+    fn vertex(&mut self, rest: &[u8]) -> Result<(), String> {
+        let mut n = [0.0; 7];
+        let count = fill(rest, &mut n)?;
+        if !matches!(count, 3 | 4 | 6 | 7) {
+            return Err(format!(
+                "a vertex has {count} numbers: 3, with a weight 4, with a colour 6 or 7 are right"
+            ));
+        }
+        let at = self.here.points;
+        if let Some(slot) = self.slots.points.get_mut(at) {
+            *slot = Point::new(n[0], n[1], n[2]);
+        }
+        self.here.points += 1;
+        if count == 4 && n[3] != 1.0 {
+            self.out.weights.resize(at, 1.0);
+            self.out.weights.push(n[3]);
+        }
+        if count >= 6 {
+            self.out.colors.resize(at, NO_COLOR);
+            let alpha = if count == 7 { n[6] } else { 1.0 };
+            self.out.colors.push([linear(n[3]), linear(n[4]), linear(n[5]), alpha]);
+        }
+        Ok(())
+    }
+
+    /// `vn x y z`.
+    fn normal(&mut self, rest: &[u8]) -> Result<(), String> {
+        let mut n = [0.0; 3];
+        match fill(rest, &mut n)? {
+            3 => {}
+            count => return Err(format!("a normal has {count} numbers: 3 are right")),
+        }
+        if let Some(slot) = self.slots.normals.get_mut(self.here.normals) {
+            *slot = Vector::from(n);
+        }
+        self.here.normals += 1;
+        Ok(())
+    }
+
+    /// `vt u`, `vt u v` or `vt u v w`.
+    fn texture(&mut self, rest: &[u8]) -> Result<(), String> {
+        let mut n = [0.0; 3];
+        match fill(rest, &mut n)? {
+            1..=3 => {}
+            count => return Err(format!("a texture vertex has {count} numbers: 1 to 3 are right")),
+        }
+        if let Some(slot) = self.slots.uvs.get_mut(self.here.uvs) {
+            *slot = [n[0], n[1]];
+        }
+        self.out.third += usize::from(n[2] != 0.0);
+        self.here.uvs += 1;
+        Ok(())
+    }
+
+    /// `vp u`, `vp u v` or `vp u v w`: the weight is 1 where none is given.
+    fn parameter(&mut self, rest: &[u8]) -> Result<(), String> {
+        let mut n = [0.0, 0.0, 1.0];
+        match fill(rest, &mut n)? {
+            1..=3 => {}
+            count => return Err(format!("a parameter vertex has {count} numbers: 1 to 3 are right")),
+        }
+        if let Some(slot) = self.slots.parameters.get_mut(self.here.parameters) {
+            *slot = n;
+        }
+        self.here.parameters += 1;
+        Ok(())
+    }
+
+    /// `f v/vt/vn …`.
+    fn face(&mut self, mut rest: &[u8], line: usize) -> Result<(), String> {
+        let out = &mut self.out;
+        let before = out.corners.len();
+        loop {
+            rest = rest.trim_ascii_start();
+            if rest.is_empty() || rest[0] == b'#' {
+                break;
+            }
+            let corner = rest;
+            let wrong = |what: &str| {
+                let end = corner.iter().position(u8::is_ascii_whitespace).unwrap_or(corner.len());
+                format!("\"{}\" is not the number of a {what}", show(&corner[..end]))
+            };
+            let vertex = index(&mut rest).ok_or_else(|| wrong("vertex"))?;
+            let vertex = resolve(vertex, self.before.points + self.here.points, "vertex")?;
+            out.corners.push(vertex);
+            out.reach[0].to(vertex, line);
+            if let [b'/', after @ ..] = rest {
+                rest = after;
+                if !matches!(rest, [] | [b'/', ..]) && !rest[0].is_ascii_whitespace() {
+                    let texture = index(&mut rest).ok_or_else(|| wrong("texture vertex"))?;
+                    let texture = resolve(texture, self.before.uvs + self.here.uvs, "texture vertex")?;
+                    out.textures.resize(out.corners.len() - 1, NONE);
+                    out.textures.push(texture);
+                    out.reach[1].to(texture, line);
+                }
+            }
+            if let [b'/', after @ ..] = rest {
+                rest = after;
+                if rest.first().is_some_and(|b| !b.is_ascii_whitespace()) {
+                    let normal = index(&mut rest).ok_or_else(|| wrong("normal"))?;
+                    let normal = resolve(normal, self.before.normals + self.here.normals, "normal")?;
+                    out.normals.resize(out.corners.len() - 1, NONE);
+                    out.normals.push(normal);
+                    out.reach[2].to(normal, line);
+                }
+            }
+            match rest.first() {
+                None => {}
+                Some(b) if b.is_ascii_whitespace() => {}
+                Some(b'/') => return Err("a corner has more than vertex/texture/normal".to_owned()),
+                Some(_) => return Err(wrong("vertex")),
+            }
+        }
+        let corners = out.corners.len() - before;
+        if corners < 3 {
+            return Err(format!("a face has {corners} corner(s): at least 3 are needed"));
+        }
+        out.ends.push(out.corners.len() as u32);
+        Ok(())
+    }
+
+    /// `l v/vt …`.
+    fn chain(&mut self, rest: &[u8], line: usize) -> Result<(), String> {
+        let before = self.out.chains.len();
+        let mut chains = std::mem::take(&mut self.out.chains);
+        let result = self.vertices(rest, line, &mut chains);
+        self.out.chains = chains;
+        self.out.line_textures += usize::from(result?);
+        let vertices = self.out.chains.len() - before;
+        if vertices < 2 {
+            return Err(format!("a line has {vertices} vertex: at least 2 are needed"));
+        }
+        self.out.chain_ends.push(self.out.chains.len() as u32);
+        Ok(())
+    }
+
+    /// `p v …`.
+    fn dots(&mut self, rest: &[u8], line: usize) -> Result<(), String> {
+        let before = self.out.dots.len();
+        let mut dots = std::mem::take(&mut self.out.dots);
+        let result = self.vertices(rest, line, &mut dots);
+        self.out.dots = dots;
+        result?;
+        if self.out.dots.len() == before {
+            return Err("a point statement has no vertex".to_owned());
+        }
+        self.out.dot_ends.push(self.out.dots.len() as u32);
+        Ok(())
+    }
+
+    /// Appends vertices, and says whether any had a texture vertex.
+    fn vertices(&mut self, rest: &[u8], line: usize, out: &mut Vec<u32>) -> Result<bool, String> {
+        let mut textured = false;
+        for word in crate::text::words(rest) {
+            let mut parts = word.split(|&b| b == b'/');
+            let part = parts.next().unwrap_or_default();
+            let vertex = crate::number::entry(part, self.before.points + self.here.points, "vertex")?;
+            self.out.reach[0].to(vertex, line);
+            out.push(vertex);
+            // Texture vertices of lines are left out, whether they exist or not.
+            if let Some(part) = parts.next().filter(|part| !part.is_empty()) {
+                crate::number::entry(part, self.before.uvs + self.here.uvs, "texture vertex")?;
+                textured = true;
+            }
+            if parts.next().is_some() {
+                return Err("a vertex of a line or point has more than vertex/texture".to_owned());
+            }
+        }
+        Ok(textured)
+    }
+}
+
+/// An sRGB value as a linear one (IEC 61966-2-1).
+pub(crate) fn linear(value: f64) -> f64 {
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_whole_statements_and_count_alike() {
+        let mut text = Vec::new();
+        for k in 0..250_000_u32 {
+            let statement = match k % 5 {
+                0 => format!("v {k} 2 \\\r\n 3\r\n"),
+                1 => "vt 1 2\nv\\\n 1 2 3\n".to_owned(),
+                2 => "# vn 1 2 3 \\\nvn 1 2 3\r".to_owned(),
+                3 => "  vp 1\n\n".to_owned(),
+                _ => "g a \\\nv 1 2 3 \\\n\\\nb\n".to_owned(),
+            };
+            text.extend_from_slice(statement.as_bytes());
+        }
+        let parts = split(&text);
+        assert!(parts.len() > 3 && parts.concat() == text);
+        let sum = parts.iter().map(|p| count(p)).fold(Counts::default(), Counts::and);
+        let n = 50_000;
+        assert_eq!(sum, count(&text));
+        assert_eq!((sum.points, sum.uvs, sum.normals, sum.parameters), (2 * n, n, n, n));
+    }
+}

@@ -1,0 +1,288 @@
+//! Statements whose order counts: the parts one after the other, sorted into the sections that become objects.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::Split;
+use super::freeform::{At, Freeform, Meeting, Outcome, SoFar};
+use super::part::{Counts, Mark, Parsed, Reach};
+use super::raw::{Raw, Use};
+use super::section::{Element, Section, State};
+use super::statement::Known;
+use crate::text::{name, show, words};
+
+/// The most groups that faces may be in at once, so that a small file cannot become a large scene by them.
+const GROUPS: usize = 16;
+
+/// The most material libraries that are looked for.
+const LIBRARIES: usize = 64;
+
+/// Names in the order in which they came.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    pub(crate) list: Vec<String>,
+    index: HashMap<String, usize>,
+}
+
+impl Names {
+    fn place(&mut self, name: String) -> usize {
+        if let Some(&at) = self.index.get(&name) {
+            return at;
+        }
+        let at = self.list.len();
+        self.list.push(name.clone());
+        self.index.insert(name, at);
+        at
+    }
+}
+
+/// What the statements have built so far.
+pub(crate) struct Reader {
+    pub(crate) raw: Raw,
+    pub(crate) freeform: Freeform,
+    pub(crate) sections: Vec<Section>,
+    by_name: HashMap<String, usize>,
+    /// The section that elements go to, once it has any.
+    current: Option<usize>,
+    current_name: String,
+    split: Split,
+    state: State,
+    pub(crate) groups: Names,
+    pub(crate) materials: Names,
+    /// Material libraries, with the line that first names them.
+    pub(crate) libraries: Vec<(Vec<u8>, usize)>,
+    pub(crate) left_out: BTreeMap<String, usize>,
+    pub(crate) unknown: BTreeMap<String, usize>,
+    /// Elements and statements that are in the scene.
+    pub(crate) kept: usize,
+    pub(crate) reach: [Reach; 3],
+    /// What became of vertices and parameter vertices that free-form elements use.
+    pub(crate) used: Vec<u32>,
+    pub(crate) parameter_uses: Vec<Use>,
+    pub(crate) meetings: Vec<Meeting>,
+    /// Statements understood.
+    pub(crate) understood: usize,
+    pub(crate) periodic: usize,
+    pub(crate) third: usize,
+}
+
+impl Reader {
+    pub(crate) fn new(split: Split, counts: Counts, budget: usize) -> Self {
+        Self {
+            raw: Raw::new(counts),
+            freeform: Freeform::new(budget),
+            sections: Vec::new(),
+            by_name: HashMap::new(),
+            current: None,
+            current_name: String::new(),
+            split,
+            state: State::default(),
+            groups: Names::default(),
+            materials: Names::default(),
+            libraries: Vec::new(),
+            left_out: BTreeMap::new(),
+            unknown: BTreeMap::new(),
+            kept: 0,
+            reach: [Reach::default(); 3],
+            used: Vec::new(),
+            parameter_uses: vec![Use::Nothing; counts.parameters],
+            meetings: Vec::new(),
+            understood: 0,
+            periodic: 0,
+            third: 0,
+        }
+    }
+
+    pub(crate) fn leave_out(&mut self, reason: &str, count: usize) {
+        if count > 0 {
+            match self.left_out.get_mut(reason) {
+                Some(known) => *known += count,
+                None => _ = self.left_out.insert(reason.to_owned(), count),
+            }
+        }
+    }
+
+    /// Takes a part; `before` is what the file has before it. An error comes with its line.
+    pub(crate) fn take(&mut self, mut parsed: Parsed<'_>, before: Counts) -> Result<(), (usize, String)> {
+        self.raw.take(before.points, &mut parsed);
+        for (all, part) in self.reach.iter_mut().zip(parsed.reach) {
+            if part.past > all.past {
+                *all = part;
+            }
+        }
+        self.understood += parsed.understood;
+        self.third += parsed.third;
+        self.leave_out("texture vertices of lines are not kept", parsed.line_textures);
+        self.leave_out("statements about display are not kept", parsed.display);
+        self.leave_out(
+            "superseded statements (bsp, bzp, cdc, cdp, res) and calls of other files are not read",
+            parsed.obsolete,
+        );
+        for (name, count) in std::mem::take(&mut parsed.unknown) {
+            let full = self.unknown.len() >= 32 && !self.unknown.contains_key(&name);
+            *self.unknown.entry(if full { "others".to_owned() } else { name }).or_default() += count;
+        }
+        self.kept += parsed.ends.len() + parsed.chain_ends.len() + parsed.dot_ends.len();
+        let marks = std::mem::take(&mut parsed.marks);
+        let mut done = [0; 3];
+        for mark in &marks {
+            self.elements(&parsed, &mut done, [mark.faces, mark.chains, mark.dots].map(|n| n as usize));
+            self.mark(mark, before).map_err(|at| (at.line.unwrap_or(mark.line), at.problem))?;
+        }
+        let all = [parsed.ends.len(), parsed.chain_ends.len(), parsed.dot_ends.len()];
+        self.elements(&parsed, &mut done, all);
+        parsed.error.map_or(Ok(()), Err)
+    }
+
+    /// Gives the section what a part has from `done` up to `until`: faces, lines, points.
+    fn elements(&mut self, parsed: &Parsed<'_>, done: &mut [usize; 3], until: [usize; 3]) {
+        if *done == until {
+            return;
+        }
+        let section = self.section();
+        let section = &mut self.sections[section];
+        let run = |k: usize| done[k]..until[k];
+        section.faces(parsed, run(0), &self.state, &self.groups.list);
+        section.lines(parsed, run(1));
+        section.dots(parsed, run(2));
+        *done = until;
+    }
+
+    /// The section at hand.
+    fn section(&mut self) -> usize {
+        if let Some(current) = self.current {
+            return current;
+        }
+        let next = self.sections.len();
+        let at = *self.by_name.entry(self.current_name.clone()).or_insert(next);
+        if at == next {
+            self.sections.push(Section::new(&self.current_name));
+        }
+        self.current = Some(at);
+        at
+    }
+
+    /// Goes on with the section of a name; the name of nothing is that of the file.
+    fn switch(&mut self, name: String) {
+        self.kept += 1;
+        self.current_name = name;
+        self.current = None;
+    }
+
+    fn mark(&mut self, mark: &Mark<'_>, before: Counts) -> Result<(), At> {
+        let rest = mark.rest.as_ref();
+        match mark.known {
+            Known::Object if self.split == Split::Object => self.switch(name(rest)),
+            Known::Object => self.leave_out("objects (o) were not asked for", 1),
+            Known::Group if self.split == Split::Group => self.switch(name(rest)),
+            Known::Group => self.group(rest),
+            Known::Smoothing => self.smoothing(rest)?,
+            Known::Material => {
+                let material = name(rest);
+                self.state.material =
+                    Some(material).filter(|name| !name.is_empty()).map(|name| self.materials.place(name));
+                self.kept += 1;
+            }
+            Known::Library => {
+                // A file that repeats the statement before every object must not have the library read as often.
+                let library = rest.trim_ascii();
+                if self.libraries.iter().any(|(known, _)| known == library) {
+                    self.kept += 1;
+                } else if self.libraries.len() < LIBRARIES {
+                    self.libraries.push((library.to_vec(), mark.line));
+                } else {
+                    self.leave_out(&format!("material libraries beyond {LIBRARIES}"), 1);
+                }
+            }
+            Known::Mrgb => {
+                let count = before.points + mark.points as usize;
+                self.raw.mrgb(rest, count)?;
+            }
+            Known::End => self.end()?,
+            Known::Con => match self.freeform.connection(rest, mark.line)? {
+                Ok(meeting) => {
+                    self.meetings.push(meeting);
+                    self.kept += 1;
+                }
+                Err(reason) => self.leave_out(&format!("a connection (con): {reason}"), 1),
+            },
+            known => {
+                let so_far = SoFar {
+                    points: before.points + mark.points as usize,
+                    parameters: before.parameters + mark.parameters as usize,
+                };
+                self.freeform.statement(known, rest, mark.line, so_far)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn group(&mut self, rest: &[u8]) {
+        self.kept += 1;
+        self.state.groups.clear();
+        let mut beyond = 0;
+        for word in words(rest) {
+            // What no group was named for is in the group "default".
+            let name = name(word);
+            if name.is_empty() || name == "default" {
+                continue;
+            }
+            if self.state.groups.len() == GROUPS {
+                beyond += 1;
+                continue;
+            }
+            let place = self.groups.place(name);
+            if !self.state.groups.contains(&place) {
+                self.state.groups.push(place);
+            }
+        }
+        self.leave_out(&format!("groups of one statement beyond {GROUPS}"), beyond);
+    }
+
+    fn smoothing(&mut self, rest: &[u8]) -> Result<(), String> {
+        self.kept += 1;
+        let word = words(rest).next().unwrap_or_default();
+        self.state.smoothing = Some(match word {
+            b"off" => 0,
+            b"on" => 1,
+            digits => match std::str::from_utf8(digits).ok().and_then(|text| text.parse().ok()) {
+                Some(group) => group,
+                None => {
+                    let found = show(digits);
+                    return Err(format!(
+                        "\"{found}\" is no smoothing group: a number from 0, or off, is one"
+                    ));
+                }
+            },
+        });
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), At> {
+        let (outcome, used) = self.freeform.end(&self.raw)?;
+        self.used.extend(&used.vertices);
+        for &vertex in &used.parameters {
+            self.parameter_uses[vertex as usize] = Use::Kept;
+        }
+        self.kept += used.loops;
+        self.leave_out("special points (sp) of curves are not kept", used.special_left_out);
+        self.leave_out(
+            "texture vertices and normals at control vertices are not kept",
+            used.attributes_left_out,
+        );
+        match outcome {
+            Outcome::Shape { shape, surface, wrapped } => {
+                self.kept += 1;
+                self.periodic += usize::from(wrapped);
+                let group = self.state.groups.first().map(|&g| self.groups.list[g].clone());
+                let material = self.state.material;
+                let section = self.section();
+                let section = &mut self.sections[section];
+                let name = if section.name.is_empty() { group } else { None };
+                section.elements.push(Element { shape, name, surface, material });
+            }
+            Outcome::ParameterCurve => {}
+            Outcome::LeftOut(reason) => self.leave_out(&format!("a free-form element: {reason}"), 1),
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,138 @@
+//! Meshes: vertices once, texture vertices and normals with their own indices.
+
+use std::fmt::Write as _;
+use std::io::Write;
+
+use loftsman_kernel::mesh::{Mesh, NONE};
+
+use super::state::Changes;
+use super::{Failure, Writer, print};
+
+impl<W: Write> Writer<'_, W> {
+    pub(super) fn mesh(&mut self, mesh: &Mesh, materials: &[String]) -> Result<(), Failure> {
+        let point = self.colored_vertices(mesh)?;
+        let (uv, normal) = (self.written.uvs + 1, self.written.normals + 1);
+        for uv in mesh.uvs.values() {
+            self.text.push_str("vt");
+            uv.iter().for_each(|&c| print::number(&mut self.text, c));
+            self.flush_line()?;
+        }
+        self.written.uvs += mesh.uvs.values().len();
+        for n in mesh.normals.values() {
+            self.text.push_str("vn");
+            n.iter().for_each(|&c| print::number(&mut self.text, c));
+            self.flush_line()?;
+        }
+        self.written.normals += mesh.normals.values().len();
+        // Where smoothing groups say what is smooth, nothing is added.
+        let silent = mesh.normals.is_empty() && mesh.smoothing.is_empty() && mesh.face_count() > 0;
+        let give_normals = self.face_normals && silent;
+        self.notes.given_normals += usize::from(give_normals);
+        if self.state.groups && mesh.groups.is_empty() {
+            self.line("g default")?;
+            self.state.groups = false;
+        }
+        let mut changes = Changes::new(&mesh.groups);
+        for (f, (face, pair)) in mesh.faces().zip(mesh.starts().windows(2)).enumerate() {
+            if !mesh.groups.is_empty()
+                && let Some(active) = changes.at(f as u32)
+            {
+                self.text.push('g');
+                for &group in active {
+                    let clean = print::group(&mesh.groups[group].name);
+                    self.notes.group_names += usize::from(clean != mesh.groups[group].name);
+                    _ = write!(self.text, " {clean}");
+                }
+                if active.is_empty() {
+                    self.text.push_str(" default");
+                }
+                self.state.groups = !active.is_empty();
+                self.flush_line()?;
+            } else if f == 0 && self.state.groups {
+                self.line("g default")?;
+                self.state.groups = false;
+            }
+            let slot = mesh.materials.get(f).copied().unwrap_or(0) as usize;
+            self.use_material(materials.get(slot).map(String::as_str))?;
+            self.smooth(mesh.smoothing.get(f).copied(), f == 0 && !mesh.smoothing.is_empty())?;
+            let given = if give_normals { mesh.face_normal(f) } else { None };
+            if let Some(normal) = given {
+                self.text.push_str("vn");
+                normal.iter().for_each(|&c| print::number(&mut self.text, c));
+                self.flush_line()?;
+                self.written.normals += 1;
+            }
+            self.text.push('f');
+            for (&p, corner) in face.iter().zip(pair[0]..) {
+                _ = write!(self.text, " {}", point + p as usize);
+                let t = mesh.uvs.index(corner, p);
+                let n = match (given, mesh.normals.index(corner, p)) {
+                    (Some(_), _) => Some(self.written.normals),
+                    (None, NONE) => None,
+                    (None, index) => Some(normal + index as usize),
+                };
+                _ = match (t, n) {
+                    (NONE, None) => Ok(()),
+                    (NONE, Some(n)) => write!(self.text, "//{n}"),
+                    (t, None) => write!(self.text, "/{}", uv + t as usize),
+                    (t, Some(n)) => write!(self.text, "/{}/{n}", uv + t as usize),
+                };
+            }
+            self.flush_line()?;
+        }
+        for line in mesh.lines() {
+            for pair in line.windows(2) {
+                _ = write!(self.text, "l {} {}", point + pair[0] as usize, point + pair[1] as usize);
+                self.flush_line()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// `s`, where it changes; said once where a mesh speaks of smoothing at all.
+    fn smooth(&mut self, group: Option<u32>, say: bool) -> std::io::Result<()> {
+        let group = group.unwrap_or(0);
+        if !say && group == self.state.smoothing {
+            return Ok(());
+        }
+        self.state.smoothing = group;
+        let line = if group == 0 { "s off".to_owned() } else { format!("s {group}") };
+        self.line(&line)
+    }
+
+    /// The vertices with their colours: OBJ has one a vertex, that of the first corner there.
+    fn colored_vertices(&mut self, mesh: &Mesh) -> Result<usize, Failure> {
+        if mesh.colors.is_empty() {
+            return self.vertices(mesh.points(), None);
+        }
+        let mut colors = vec![NONE; mesh.points().len()];
+        let values = mesh.colors.values();
+        let mut differ = false;
+        for (corner, &p) in mesh.corners().iter().enumerate() {
+            let (slot, index) = (&mut colors[p as usize], mesh.colors.index(corner, p));
+            if *slot == NONE {
+                *slot = index;
+            } else if index != NONE && *slot != index {
+                differ |= values[*slot as usize] != values[index as usize];
+            }
+        }
+        self.notes.colors_by_face += usize::from(differ);
+        if mesh.colors.corners().is_none() {
+            (0..).zip(&mut colors).for_each(|(p, slot)| *slot = p);
+        }
+        let first = self.written.points + 1;
+        for (p, &color) in mesh.points().iter().zip(&colors) {
+            self.text.push('v');
+            print::point(&mut self.text, p);
+            if let Some([rgb @ .., alpha]) = values.get(color as usize) {
+                rgb.iter().for_each(|&c| print::number(&mut self.text, print::srgb(c)));
+                if *alpha != 1.0 {
+                    print::number(&mut self.text, *alpha);
+                }
+            }
+            self.flush_line()?;
+        }
+        self.written.points += colors.len();
+        Ok(first)
+    }
+}

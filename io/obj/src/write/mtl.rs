@@ -1,0 +1,246 @@
+//! The material library beside the file, and the pictures that the scene holds.
+
+use std::collections::{HashMap, HashSet};
+use std::fmt::Write as _;
+
+use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture, Wrap};
+use loftsman_kernel::named::Named;
+use loftsman_kernel::plugin::{FormatError, Place, Sink, WriteReport};
+use loftsman_kernel::scene::Scene;
+
+use super::print;
+use crate::read::{CHANNELS, roughness};
+
+/// The library of a scene.
+#[derive(Debug)]
+pub(super) struct Library {
+    /// Its file's name.
+    pub(super) file: String,
+    /// Names in the library by names in the scene.
+    pub(super) names: HashMap<String, String>,
+    /// Where the pictures are, by their names.
+    pictures: HashMap<String, String>,
+    /// Pictures that are written: file name and name.
+    embedded: Vec<(String, String)>,
+    left_out: usize,
+}
+
+/// A name without what a file's name may not hold anywhere.
+fn file_name(name: &str, extension: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "._- ".contains(c) { c } else { '_' };
+    let clean: String = name.chars().map(plain).take(80).collect();
+    let clean = clean.trim_matches(|c: char| c == '.' || c.is_whitespace());
+    let clean = if clean.is_empty() { "picture" } else { clean };
+    match clean.rsplit_once('.') {
+        Some((stem, old)) if old.eq_ignore_ascii_case(extension) && !stem.is_empty() => {
+            format!("{stem}.{extension}")
+        }
+        _ => format!("{clean}.{extension}"),
+    }
+}
+
+/// The name itself, or with a number before its extension where it is taken.
+fn unique(name: String, taken: &mut HashSet<String>) -> String {
+    let (stem, end) = match name.rfind('.') {
+        Some(at) => name.split_at(at),
+        None => (name.as_str(), ""),
+    };
+    let mut wanted = name.clone();
+    let mut number = 1;
+    // Names that differ in case only are one file on some systems.
+    while !taken.insert(wanted.to_lowercase()) {
+        wanted = format!("{stem}.{number:03}{end}");
+        number += 1;
+    }
+    wanted
+}
+
+/// Whether a path stays in the folder.
+fn stays(path: &str) -> bool {
+    let odd = |c: char| c.is_control() || c == '\\' || c == ':';
+    !path.is_empty()
+        && !path.starts_with('/')
+        && !path.contains(odd)
+        && path.split('/').all(|part| part != "..")
+}
+
+/// The library of a scene that goes out as `file`.
+pub(super) fn library(scene: &Scene, file: &str) -> Library {
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    let mut taken = HashSet::from([file.to_lowercase()]);
+    let own = unique(format!("{stem}.mtl"), &mut taken);
+    let mut names = HashMap::new();
+    let mut taken_names = HashSet::new();
+    for material in &scene.materials {
+        let clean = print::name(material.name());
+        let mut name = clean.clone();
+        let mut number = 1;
+        while !taken_names.insert(name.clone()) {
+            name = format!("{clean}.{number:03}");
+            number += 1;
+        }
+        names.insert(material.name().to_owned(), name);
+    }
+    let mut library =
+        Library { file: own, names, pictures: HashMap::new(), embedded: Vec::new(), left_out: 0 };
+    let shown: HashSet<&str> =
+        scene.materials.iter().flat_map(|m| m.textures.values()).map(|t| t.image.as_str()).collect();
+    for image in scene.images.iter().filter(|image| shown.contains(image.name())) {
+        match &image.data {
+            ImageData::File(path) if stays(path) => {
+                library.pictures.insert(image.name().to_owned(), path.clone());
+            }
+            ImageData::File(_) => library.left_out += 1,
+            ImageData::Embedded { media_type, .. } => {
+                let extension = match media_type.as_str() {
+                    "image/png" => "png",
+                    "image/jpeg" => "jpg",
+                    "image/webp" => "webp",
+                    _ => "bin",
+                };
+                let name = unique(file_name(image.name(), extension), &mut taken);
+                library.pictures.insert(image.name().to_owned(), name.clone());
+                library.embedded.push((name, image.name().to_owned()));
+            }
+        }
+    }
+    library
+}
+
+impl Library {
+    pub(super) fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// Writes the library and the pictures beside the file.
+    pub(super) fn write(
+        &self,
+        scene: &Scene,
+        sink: &mut dyn Sink,
+        report: &mut WriteReport,
+    ) -> Result<(), FormatError> {
+        if self.is_empty() {
+            return Ok(());
+        }
+        let mut text = "# Loftsman\n".to_owned();
+        let mut unplaced = 0;
+        for material in &scene.materials {
+            let name = self.names.get(material.name()).map_or("", String::as_str);
+            _ = writeln!(text, "newmtl {name}");
+            unplaced += self.material(material, &mut text);
+        }
+        let file = sink.name().to_owned();
+        let fail = |name: &str, e: std::io::Error| {
+            FormatError::new(&file, Place::File, format!("{name} cannot be written: {e}"))
+        };
+        sink.sibling(&self.file)?.write_all(text.as_bytes()).map_err(|e| fail(&self.file, e))?;
+        for (name, image) in &self.embedded {
+            if let Some(ImageData::Embedded { bytes, .. }) = scene.images.get(image).map(|i: &Image| &i.data)
+            {
+                sink.sibling(name)?.write_all(bytes).map_err(|e| fail(name, e))?;
+            }
+        }
+        let mut say = |count: usize, what: &str| {
+            if count > 0 {
+                report.notes.push(format!("{count} {what}"));
+            }
+        };
+        say(self.left_out, "picture(s) lie outside of the folder: textures that show them are left out");
+        say(
+            unplaced,
+            "texture(s) or settings of textures have no place in a material library and are left out",
+        );
+        let beside = self.pictures.len() - self.embedded.len();
+        say(beside, "picture file(s) are named, not copied: they belong beside the new file too");
+        Ok(())
+    }
+
+    /// One material; how many of its textures (or their settings) have no place here.
+    fn material(&self, material: &Material, text: &mut String) -> usize {
+        let mut line = |keyword: &str, numbers: &[f64]| {
+            text.push_str(keyword);
+            numbers.iter().for_each(|&x| print::number(text, x));
+            text.push('\n');
+        };
+        let [r, g, b, alpha] = material.base_color;
+        line("Kd", &[r, g, b]);
+        if material.emissive != [0.0; 3] {
+            line("Ke", &material.emissive);
+        }
+        if alpha != 1.0 {
+            line("d", &[alpha]);
+        }
+        let mut said = None;
+        for (_, value) in material.statements.iter().filter(|(key, _)| key == "mtl Ns") {
+            said = crate::number::number(value.as_bytes()).ok().map(roughness);
+        }
+        // What a reader takes where nothing else is said.
+        if said.unwrap_or(0.5) != material.roughness {
+            line("Pr", &[material.roughness]);
+        }
+        if material.metallic != 0.0 {
+            line("Pm", &[material.metallic]);
+        }
+        for (key, value) in &material.statements {
+            if let Some(keyword) = key.strip_prefix("mtl ") {
+                let clean =
+                    |s: &str| -> String { s.chars().map(|c| if c.is_control() { ' ' } else { c }).collect() };
+                _ = writeln!(text, "{} {}", clean(keyword), clean(value).trim_end_matches('\\'));
+            }
+        }
+        let mut unplaced = 0;
+        for (channel, texture) in &material.textures {
+            let keyword = match channel {
+                Channel::Other(name) => name.strip_prefix("mtl "),
+                known => CHANNELS.iter().find(|(_, c)| c == known).map(|(keyword, _)| *keyword),
+            };
+            let (Some(keyword), Some(path)) = (keyword, self.pictures.get(&texture.image)) else {
+                unplaced += 1;
+                continue;
+            };
+            unplaced += usize::from(texture.set != 0 || texture.rotation != 0.0);
+            _ = writeln!(text, "{keyword}{} {path}", options(texture));
+        }
+        unplaced
+    }
+}
+
+/// The settings of a texture, as options before its file.
+fn options(texture: &Texture) -> String {
+    let mut text = String::new();
+    let mut add = |name: &str, numbers: &[f64]| {
+        text.push_str(name);
+        numbers.iter().for_each(|&x| print::number(&mut text, x));
+    };
+    if texture.tiling != [1.0; 2] {
+        add(" -s", &[texture.tiling[0], texture.tiling[1], 1.0]);
+    }
+    if texture.offset != [0.0; 2] {
+        add(" -o", &[texture.offset[0], texture.offset[1], 0.0]);
+    }
+    if texture.strength != 1.0 {
+        add(" -bm", &[texture.strength]);
+    }
+    if texture.wrap == [Wrap::Clamp; 2] {
+        text.push_str(" -clamp on");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_names_stay_in_the_folder() {
+        assert_eq!(file_name("../../etc/passwd", "png"), "_.._etc_passwd.png");
+        assert_eq!(file_name("wood.PNG", "png"), "wood.png");
+        assert_eq!(file_name("..", "jpg"), "picture.jpg");
+        let mut taken = HashSet::from(["a.png".to_owned()]);
+        assert_eq!(unique("A.png".into(), &mut taken), "A.001.png");
+        for outside in ["/a", "../a", "a/../b", "c:/a", "a\\b", ""] {
+            assert!(!stays(outside), "{outside}");
+        }
+        assert!(stays("tex/a..b.png"));
+    }
+}
