@@ -27,14 +27,19 @@
 //! ```
 
 mod area;
+mod centroid;
 mod contour;
+mod curve_rule;
 mod flux;
 mod form;
+mod length;
 mod members;
 mod plane;
+mod region;
 mod rule;
 mod shell;
 mod solid;
+mod surface_area;
 mod ties;
 mod volume;
 
@@ -44,7 +49,10 @@ use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::spline::{Curve, Surface};
 
 pub use area::{Area, area};
+pub use centroid::{Centroid, centroid};
 pub use form::AreaForm;
+pub use length::{Length, length};
+pub use surface_area::{SurfaceArea, surface_area};
 pub use ties::{Closed, closed, gap};
 pub use volume::{Volume, volume};
 
@@ -56,6 +64,9 @@ impl Plugin for AreaVolume {
     fn register(&self, registry: &mut Registry) {
         registry.functional::<Area>();
         registry.functional::<Volume>();
+        registry.functional::<Centroid>();
+        registry.functional::<Length>();
+        registry.functional::<SurfaceArea>();
         registry.functional::<Closed>();
     }
 }

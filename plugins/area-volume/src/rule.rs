@@ -69,6 +69,30 @@ impl Rule {
         let range = point * self.width..(point + 1) * self.width;
         (&self.values[range.clone()], &self.slopes[range])
     }
+
+    /// The same with rational functions `w_i N_i / Σ w_j N_j` in place of the basis functions.
+    #[must_use]
+    pub(crate) fn weighted(mut self, weights: &[f64]) -> Self {
+        for panel in 0..self.panels() {
+            let own: Vec<f64> = self.vertices_of(panel).iter().map(|&v| weights[v as usize]).collect();
+            for point in panel * self.per..(panel + 1) * self.per {
+                let range = point * self.width..(point + 1) * self.width;
+                let (values, slopes) = (&mut self.values[range.clone()], &mut self.slopes[range]);
+                let (mut total, mut slope) = (0.0, 0.0);
+                for k in 0..own.len() {
+                    values[k] *= own[k];
+                    slopes[k] *= own[k];
+                    total += values[k];
+                    slope += slopes[k];
+                }
+                for k in 0..own.len() {
+                    values[k] /= total;
+                    slopes[k] = (slopes[k] - values[k] * slope) / total;
+                }
+            }
+        }
+        self
+    }
 }
 
 /// Values and slopes of the basis functions of one span, with the quotients of knots taken once.

@@ -9,7 +9,7 @@
 use super::bound::Bound;
 use crate::Point;
 use crate::edit::assembly::Assembly;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::functional::{Equation, Linearity, Shapes, Store};
 use crate::solve::{Factored, InverseMetric, SolveError};
 
@@ -38,7 +38,7 @@ pub(super) struct Border {
     pub(super) before: Vec<f64>,
     /// The adjustment that is tried next.
     pub(super) next: Vec<f64>,
-    /// The largest coordinate that the shapes started with.
+    /// The size of the coordinates that the shapes started with, as a length over all of them.
     pub(super) reach: f64,
     /// Multipliers of the rows.
     pub(super) multipliers: Vec<f64>,
@@ -99,7 +99,7 @@ impl Border {
         moving: Vec<usize>,
         base: &[Point],
     ) -> Result<Self, SolveError> {
-        let reach = base.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        let reach = base.iter().map(|p| p.coords.norm_squared()).sum::<f64>().sqrt();
         let asked = |&k: &usize| {
             let constraint = &bound[k].constraint;
             (0..constraint.functional.equations()).filter(|&e| constraint.asks(e)).map(move |e| (k, e))
@@ -175,11 +175,6 @@ impl Border {
                     }
                 }
             }
-            let sound = self.here.gradient.iter().all(|g| g.is_finite());
-            if !(sound && self.here.value.iter().all(|v| v.is_finite())) {
-                let what = constraint.describe();
-                return Err(Error::Invalid(format!("{what}: its value overflows; ask for less at once")));
-            }
         }
         Ok(())
     }
@@ -194,7 +189,14 @@ impl Border {
     }
 
     /// `Q` and `S` of `here`; false where a gradient vanishes or depends on the others.
-    pub(super) fn project(&mut self, assembly: &Assembly, factored: &mut dyn Factored) -> bool {
+    ///
+    /// # Errors
+    /// When a value or a gradient overflows; the row.
+    pub(super) fn project(
+        &mut self,
+        assembly: &Assembly,
+        factored: &mut dyn Factored,
+    ) -> std::result::Result<bool, usize> {
         let (m, width) = (self.rows.len(), self.raised.len());
         let here = &mut self.here;
         let linear = assembly.system.rows();
@@ -204,24 +206,33 @@ impl Border {
             let gradient = &here.gradient[i * width..(i + 1) * width];
             let (before, rest) = here.projected.split_at_mut(i * width);
             let projected = &mut rest[..width];
-            self.inverse.apply(gradient, self.sides, &mut self.raised, &mut self.work);
-            own[i] = dot(gradient, &self.raised);
+            let raised = match &self.inverse {
+                InverseMetric::Same => gradient,
+                inverse => {
+                    inverse.apply(gradient, self.sides, &mut self.raised, &mut self.work);
+                    &self.raised[..]
+                }
+            };
             if entries == 0 {
-                projected.copy_from_slice(&self.raised);
+                projected.copy_from_slice(raised);
             } else {
                 let coupling = &mut here.coupling[i * entries..(i + 1) * entries];
-                linear.multiply(&self.raised, self.sides, coupling);
+                linear.multiply(raised, self.sides, coupling);
                 factored.solve_into(coupling, projected);
-                for (p, r) in projected.iter_mut().zip(&self.raised) {
+                for (p, r) in projected.iter_mut().zip(raised) {
                     *p = r - *p;
                 }
+            }
+            own[i] = dot(gradient, raised);
+            if !(own[i].is_finite() && here.value[i].is_finite()) {
+                return Err(i);
             }
             for j in 0..i {
                 here.schur[i * m + j] = dot(gradient, &before[j * width..(j + 1) * width]);
             }
             here.schur[i * m + i] = dot(gradient, projected);
         }
-        cholesky(&mut here.schur, m, &own)
+        Ok(cholesky(&mut here.schur, m, &own))
     }
 
     /// What was evaluated becomes the state that events start from.
@@ -272,39 +283,57 @@ impl Border {
         (bound[k].target[e] - self.here.value[row]).abs() <= 1e-13 * size
     }
 
-    /// The way from the adjustment in `next`: what restores the values (along `Q`), and what makes the adjustment less
-    /// without changing them to first order; `next` becomes `next + normal + share · tangential`.
-    pub(super) fn step_from_here(&mut self, bound: &[Bound], share: f64) -> Step {
+    /// The way from the adjustment `d`: what restores the values (along `Q`), and what makes the adjustment less without
+    /// changing them to first order; `next` becomes `d + normal + share · tangential`.
+    pub(super) fn step_from_here(&mut self, bound: &[Bound], share: f64, d: &[f64]) -> Step {
         let (m, width) = (self.rows.len(), self.raised.len());
-        let d = &mut self.next;
         let mut normal = [0.0; MOST];
+        // What is left of the adjustment beyond the linear one: d_F - d.
+        for ((r, l), d) in self.raised.iter_mut().zip(&self.linear).zip(d) {
+            *r = l - d;
+        }
         for (i, &(k, e)) in self.rows.iter().enumerate() {
             normal[i] = bound[k].target[e] - self.here.value[i];
-            let g = &self.here.gradient[i * width..(i + 1) * width];
-            self.right[i] = g.iter().zip(d.iter().zip(&self.linear)).map(|(g, (d, l))| g * (d - l)).sum();
+            self.right[i] = -dot(&self.here.gradient[i * width..(i + 1) * width], &self.raised);
         }
         solve(&self.here.schur, m, &mut self.right);
         solve(&self.here.schur, m, &mut normal[..m]);
-        // d_F + Q μ - d, in place of `raised`.
-        for ((r, l), d) in self.raised.iter_mut().zip(&self.linear).zip(d.iter()) {
-            *r = l - d;
-        }
-        self.work.fill(0.0);
+        // All rows but the last one beforehand: there is mostly but one, and one pass does it all.
+        self.next.copy_from_slice(d);
         for i in 0..m {
-            let q = &self.here.projected[i * width..(i + 1) * width];
-            add(&mut self.raised, self.right[i], q);
-            add(&mut self.work, normal[i], q);
             self.multipliers[i] = self.right[i] + normal[i];
+            if i + 1 < m {
+                let q = &self.here.projected[i * width..(i + 1) * width];
+                add(&mut self.raised, self.right[i], q);
+                add(&mut self.next, normal[i], q);
+            }
         }
-        let mut step = Step::default();
-        for ((d, t), n) in d.iter_mut().zip(&self.raised).zip(&self.work) {
-            step.tangential = step.tangential.max(t.abs());
-            let change = n + share * t;
-            step.change = step.change.max(change.abs());
-            *d += change;
-            step.whole = step.whole.max(d.abs());
+        let last = (m.max(1) - 1) * width;
+        let q = &self.here.projected[last..last + width];
+        let (along, across) = (self.right[m.max(1) - 1], normal[m.max(1) - 1]);
+        let mut sums = [[0.0; 3]; 4];
+        let lanes = width - width % 4;
+        let mut one = |lane: usize, next: &mut f64, d: f64, t: f64, q: f64| {
+            let t = t + along * q;
+            *next += across * q + share * t;
+            let change = *next - d;
+            sums[lane][0] += t * t;
+            sums[lane][1] += change * change;
+            sums[lane][2] += *next * *next;
+        };
+        let (next, rest) = self.next.split_at_mut(lanes);
+        let four = next.as_chunks_mut::<4>().0.iter_mut().zip(d.as_chunks::<4>().0);
+        for ((next, d), (t, q)) in four.zip(self.raised.as_chunks::<4>().0.iter().zip(q.as_chunks::<4>().0)) {
+            for lane in 0..4 {
+                one(lane, &mut next[lane], d[lane], t[lane], q[lane]);
+            }
         }
-        step
+        for (lane, next) in rest.iter_mut().enumerate() {
+            let at = lanes + lane;
+            one(lane, next, d[at], self.raised[at], q[at]);
+        }
+        let total = |k: usize| ((sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k])).sqrt();
+        Step { tangential: total(0), change: total(1), whole: total(2) }
     }
 
     /// Restores the values only: `d ← d + Q S⁻¹ (wanted - value)`.
@@ -331,11 +360,11 @@ impl Border {
 /// How far a step went.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Step {
-    /// The largest component of the tangential way, all of it.
+    /// The length of the tangential way, all of it.
     pub(super) tangential: f64,
-    /// The largest change of a coordinate.
+    /// The length of the change.
     pub(super) change: f64,
-    /// The largest component of the adjustment after it.
+    /// The length of the adjustment after it; not finite where something overflows.
     pub(super) whole: f64,
 }
 

@@ -5,6 +5,7 @@ use super::bound::right_hand_side;
 use super::{Session, view};
 use crate::edit::EditError;
 use crate::edit::conflict::agrees;
+use crate::error::Error;
 use crate::shape::Shape;
 use crate::solve::{Dependency, SolveError};
 
@@ -42,9 +43,9 @@ impl<S: Shape> Session<S> {
         let Some(border) = &mut self.prepared.border else { return Ok(()) };
         border.linear.copy_from_slice(&self.prepared.d);
         border.step_from_base(&self.bound, &mut self.prepared.d);
+        self.check_finite()?;
         let (mut share, mut tangential, mut missed) = (1.0, f64::INFINITY, f64::INFINITY);
         for iteration in 1..=ITERATIONS {
-            self.check_finite()?;
             self.place();
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
@@ -54,17 +55,21 @@ impl<S: Shape> Session<S> {
             let met = error <= MET
                 || error >= 0.5 * missed
                     && border.is_rounding(&self.bound, worst, &prepared.base, &prepared.d);
-            if !border.project(&prepared.assembly, prepared.factored.as_mut()) {
-                return Err(self.vanished(worst).into());
+            match border.project(&prepared.assembly, prepared.factored.as_mut()) {
+                Ok(true) => {}
+                Ok(false) => return Err(self.vanished(worst).into()),
+                Err(row) => return Err(self.overflow(row)),
             }
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
-            border.next.copy_from_slice(&prepared.d);
-            let step = border.step_from_here(&self.bound, share);
+            let step = border.step_from_here(&self.bound, share, &prepared.d);
             let floor = 4.0 * f64::EPSILON * border.reach;
             if met && step.change <= (STILL * step.whole).max(floor) {
                 prepared.iterations = iteration;
                 return Ok(());
+            }
+            if !step.whole.is_finite() {
+                return Err(self.overflow(worst));
             }
             if iteration == ITERATIONS {
                 return Err(self.not_converged(worst).into());
@@ -108,9 +113,13 @@ impl<S: Shape> Session<S> {
                     return Ok(());
                 }
                 border.narrow(candidate % 3);
-                if border.project(&prepared.assembly, prepared.factored.as_mut()) {
-                    (axis, sound) = (Some(candidate), true);
-                    break;
+                match border.project(&prepared.assembly, prepared.factored.as_mut()) {
+                    Ok(true) => {
+                        (axis, sound) = (Some(candidate), true);
+                        break;
+                    }
+                    Ok(false) => {}
+                    Err(row) => return Err(self.overflow(row)),
                 }
             }
             if !sound {
@@ -151,6 +160,12 @@ impl<S: Shape> Session<S> {
             "\"{name}\" cannot be met{how}: where the shape has come to, what could change it is all held by the other \
              constraints (or nothing can); release one of them, or ask for less at once"
         ))
+    }
+
+    fn overflow(&self, row: usize) -> EditError {
+        let name = self.border_name(row);
+        Error::Invalid(format!("\"{name}\": the numbers on the way there overflow; ask for less at once"))
+            .into()
     }
 
     fn not_converged(&self, row: usize) -> SolveError {

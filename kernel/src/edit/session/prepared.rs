@@ -51,7 +51,7 @@ pub(super) fn prepare(
         let moving = prepared.places.iter().map(|&(s, v)| shapes.offset(s as usize) + v as usize).collect();
         let mut border = Border::new(members, bound, &prepared.assembly, moving, &prepared.base)?;
         border.evaluate(&shapes, bound)?;
-        if border.project(&prepared.assembly, prepared.factored.as_mut()) {
+        if border.project(&prepared.assembly, prepared.factored.as_mut()) == Ok(true) {
             border.keep_as_base();
             prepared.border = Some(border);
             return Ok(prepared);

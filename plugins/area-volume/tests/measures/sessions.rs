@@ -1,6 +1,6 @@
 //! Drags and edits that keep or change areas and volumes.
 
-use loftsman_area_volume::{area, area_of, volume, volume_of};
+use loftsman_area_volume::{area, area_of, centroid, length, surface_area, volume, volume_of};
 use loftsman_kernel::edit::{Ask, Edit, Metric};
 use loftsman_kernel::functional::{join, position, symmetry, tangent};
 use loftsman_kernel::shape::Shape;
@@ -204,4 +204,24 @@ fn patches_stay_together_and_keep_their_volume() {
     let shapes = loftsman_kernel::functional::Shapes::new(shapes);
     let on: Vec<_> = (0..6).map(loftsman_kernel::functional::On::from).collect();
     assert!(loftsman_area_volume::gap(&shapes, &on).unwrap() < 1e-13);
+}
+
+#[test]
+fn centroid_length_and_surface_area_are_kept_and_given() {
+    let start = oval();
+    let kept = area_of(&start).unwrap();
+    // Heavier to the right: the centroid moves, the area and the length stay.
+    let edit = Edit::new(&start).ask(area().keep()).ask(length().keep()).ask(centroid().by([0.1, 0.05, 0.0]));
+    let solved = edit.ask(position(6.0).keep()).solve().unwrap();
+    assert!((area_of(solved.shape()).unwrap() / kept - 1.0).abs() < 1e-12);
+    assert!(solved.report().residual < 1e-12, "{}", solved.report());
+    // Only across: along x it may go where it likes.
+    let edit = Edit::new(&start).ask(centroid().by([0.0, 0.2, 0.0]).axis(loftsman_kernel::edit::Axis::Y));
+    let solved = edit.ask(position(0.0).keep()).solve().unwrap();
+    assert!(solved.report().equations == 4 && solved.report().residual < 1e-12, "{}", solved.report());
+    let ball = ball(8, 6);
+    let edit = Edit::new(&ball).ask(volume().keep()).ask(centroid().keep()).ask(surface_area().scale(1.02));
+    let solved = edit.ask(position([2.0, 1.5]).by([0.1, 0.1, 0.0])).solve().unwrap();
+    assert!(solved.report().residual < 1e-11, "{}", solved.report());
+    assert!((volume_of(solved.shape()).unwrap() / volume_of(&ball).unwrap() - 1.0).abs() < 1e-12);
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use loftsman_area_volume::{AreaForm, area, area_of, gap, volume, volume_of};
+use loftsman_area_volume::{AreaForm, area, area_of, centroid, gap, length, surface_area, volume, volume_of};
 use loftsman_kernel::functional::{Functional, On, Shapes};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -231,4 +231,74 @@ fn what_is_open_says_by_how_much() {
     assert!(gap(&shapes, &on(6)).unwrap() < 1e-15);
     let lid = Shapes::new(cube[1..].iter().map(|s| s as &dyn Shape));
     assert!((gap(&lid, &on(5)).unwrap() - 2.0).abs() < 1e-12, "as far as the lid is wide");
+}
+
+fn middle(functional: &dyn Functional, shapes: &[&dyn Shape]) -> Point {
+    let mut out = [f64::NAN; 3];
+    functional.value(&Shapes::new(shapes.iter().copied()), &mut out).unwrap();
+    Point::from(out)
+}
+
+#[test]
+fn centroids_of_known_shapes() {
+    for scale in [1e-9, 1.0, 1e9] {
+        let found = middle(&centroid(), &[&circle(scale)]);
+        assert!((found - Point::new(0.3, -0.2, 0.0) * scale).amax() < 1e-12 * scale, "{found}");
+    }
+    // A half disc: 4r/3π above its chord, here in a plane that is tilted and far away.
+    let turn = rotation();
+    let shift = Vector::new(3.0, -20.0, 7.0);
+    let (x, y) = (turn * Vector::x() * 2.0, turn * Vector::y() * 2.0);
+    let arc = Curve::elliptic_arc(Point::from(shift), x, y, 0.0, PI).unwrap();
+    let line = Curve::line(Point::from(shift - x), Point::from(shift + x)).unwrap();
+    let found = middle(&centroid().of([0, 1]), &[&arc, &line]);
+    let expected = Point::from(shift + turn * Vector::y() * (8.0 / (3.0 * PI)));
+    assert!((found - expected).amax() < 1e-12, "{found} is not {expected}");
+    // A disc with a hole beside its middle.
+    let disc = Curve::circle(Point::origin(), Vector::z(), 2.0).unwrap();
+    let hole = Curve::circle(Point::new(1.0, 0.0, 0.0), Vector::z(), 0.5).unwrap();
+    let found = middle(&centroid().holes([1]), &[&disc, &hole]);
+    assert!((found - Point::new(-0.25 / 3.75, 0.0, 0.0)).amax() < 1e-12, "{found}");
+    // A half ball: 3r/8 above its lid.
+    let quarter = Curve::elliptic_arc(Point::origin(), Vector::x(), Vector::z(), 0.0, PI / 2.0).unwrap();
+    let dome = Surface::revolution(&quarter, Point::origin(), Vector::z(), 2.0 * PI).unwrap();
+    let lid = Surface::revolution(
+        &Curve::line(Point::origin(), Point::new(1.0, 0.0, 0.0)).unwrap(),
+        Point::origin(),
+        Vector::z(),
+        2.0 * PI,
+    )
+    .unwrap();
+    let found = middle(&centroid().of([0, 1]), &[&dome, &lid]);
+    assert!((found - Point::new(0.0, 0.0, 0.375)).amax() < 1e-12, "{found}");
+    let volume = signed(&volume().of([0, 1]), &[&dome, &lid]);
+    assert!((volume.abs() / (2.0 / 3.0 * PI) - 1.0).abs() < 1e-12, "{volume}");
+    let moved: Vec<Point> = torus(7, 5, 3).points().iter().map(|p| p + Vector::new(9.0, 8.0, 7.0)).collect();
+    let far = Surface::new(torus(7, 5, 3).u().clone(), torus(7, 5, 3).v().clone(), moved).unwrap();
+    let apart = middle(&centroid(), &[&far]) - middle(&centroid(), &[&torus(7, 5, 3)]);
+    assert!((apart - Vector::new(9.0, 8.0, 7.0)).amax() < 1e-12);
+}
+
+#[test]
+fn lengths_and_surface_areas_of_known_shapes() {
+    for scale in [1e-9, 1.0, 1e9] {
+        let found = signed(&length(), &[&circle(scale)]);
+        assert!((found / (2.0 * PI * scale) - 1.0).abs() < 1e-13);
+        let found = signed(&surface_area(), &[&sphere(scale)]);
+        assert!((found / (4.0 * PI * scale * scale) - 1.0).abs() < 1e-10, "{found}");
+    }
+    let pebble = pebble();
+    let kernel = pebble.length(1e-13).unwrap().value;
+    assert!((signed(&length(), &[&pebble]) / kernel - 1.0).abs() < 1e-12);
+    // (t², t³): a cusp in the middle.
+    let points = [(1.0, -1.0), (-1.0 / 3.0, 1.0), (-1.0 / 3.0, -1.0), (1.0, 1.0)];
+    let cusp = Curve::bezier(points.map(|(x, y)| Point::new(x, y, 0.0)).to_vec()).unwrap();
+    let exact = 2.0 * (13.0_f64.powf(1.5) - 8.0) / 27.0;
+    assert!((signed(&length(), &[&cusp]) / exact - 1.0).abs() < 1e-12);
+    let circle = Curve::circle(Point::new(3.0, 0.0, 0.0), Vector::y(), 1.0).unwrap();
+    let torus = Surface::revolution(&circle, Point::origin(), Vector::z(), 2.0 * PI).unwrap();
+    assert!((signed(&surface_area(), &[&torus]) / (12.0 * PI * PI) - 1.0).abs() < 1e-10);
+    let cube = patches(1, 0.0);
+    let shapes: Vec<&dyn Shape> = cube.iter().map(|s| s as &dyn Shape).collect();
+    assert!((signed(&surface_area().of(0..6), &shapes) / 24.0 - 1.0).abs() < 1e-14);
 }
