@@ -22,8 +22,9 @@ impl Plugin for BuiltIn {
         registry.add(&loftsman_fitting::Fitting);
         registry.add(&loftsman_area_volume::AreaVolume);
         registry.add(&loftsman_tessellation::Tessellation);
-        registry.add(&loftsman_native::Plugin);
+        // Before the native format, which knows its documents by a word that our glTF has in its extras too.
         registry.add(&loftsman_gltf::Plugin);
+        registry.add(&loftsman_native::Plugin);
         registry.add(&loftsman_obj::Plugin);
         registry.add(&loftsman_points::Plugin);
     }

@@ -1,31 +1,47 @@
-//! glTF 2.0, `.glb` and `.gltf` with its `.bin`: out.
+//! glTF 2.0, `.glb` and `.gltf` with its `.bin`: in and out.
 //!
-//! * *Meshes* are triangles with normals, texture coordinates and colours where the scene has them; polygons are cut
-//!   into triangles by their corners (ears), so that concave faces stay right. *Surfaces* and *curves* go through
-//!   the tessellator of the options: triangles with smooth normals, and line strips. *Clouds* are points.
-//! * *The exact spline* goes along: the node of a curve or surface has `extras.loftsman`, a text that holds
-//!   `{"curve": …}` or `{"surface": …}` as a `*.loft.json` document has it, in the scene's own unit and axes, which
-//!   `asset.extras.loftsman` names. (A text, because Blender cannot take lists of lists as custom properties.)
+//! # Out
+//!
+//! * *Meshes* are triangles with normals, texture coordinates and colours where the scene has them, a primitive for each
+//!   material; points are doubled only where corners at a point differ. Polygons are cut into triangles by their corners
+//!   (ears), so that concave faces stay right. Lines of a mesh are one more primitive. *Surfaces* and *curves* go
+//!   through the tessellator of the options: triangles with smooth normals, and line strips. *Clouds* are points.
+//! * *The exact spline* goes along: a node has `extras.loftsman`, a text that holds `curve`, `surface` or `trimmed` as a
+//!   `*.loft.json` document has them, in the scene's own unit and axes, which `asset.extras.loftsman` names; and the
+//!   layer, and the exact transform where the node's parts round it. (A text, because Blender cannot take lists of
+//!   lists as custom properties.)
 //! * *Names, hierarchy, transforms* become nodes. glTF fixes metres and y up: points and transforms are turned and
 //!   scaled, no node is added. A transform with shear, which glTF forbids, is baked into the points below it.
 //! * *Large coordinates*: glTF has single precision. A shape further from its origin than eight times its own size
-//!   is moved to it, and its node back.
-//! * *Materials*: one for each colour, `metallicFactor` 0.
+//!   is moved to it, and its node back. The report says by how much numbers are rounded.
+//! * *Materials* with their textures and pictures, and one for each colour of objects that have none, `metallicFactor`
+//!   0. What a material kept of glTF's extensions goes out again. Pictures in files stay there, by their names.
 //! * *Texture coordinates* point up in Loftsman and down in glTF: `v` goes out as `1 - v`.
+//! * *Frames* of an animation are morph targets, shown one after the other by an animation of their weights.
 //!
 //! The option `meshes-only` leaves lines and points out: MeshLab reads every primitive as triangles.
+//!
+//! # In
+//!
+//! Every node of the scene that is shown becomes an object, its mesh with a slot for each material; a mesh that several
+//! nodes show is copied for each. Strips and fans become triangles; lines the mesh's lines, or a polyline where there is
+//! one strip and nothing else; points a cloud. Accessors may be sparse, interleaved, normalised or quantised. An exact
+//! spline is taken from the extras as long as the mesh has the vertices that were written with it. Skins, cameras,
+//! lights, animations of nodes, attributes and extensions that Loftsman has nothing for are counted in the report.
+//! Extensions that a file needs and this reader does not know, compression above all, are refused by name. A scene may
+//! take 64 times the memory that the file has bytes (and 64 MB at least): what asks for more is refused.
 
-mod binary;
 mod extras;
-mod pieces;
 mod place;
-mod schema;
+mod read;
+mod texture;
 mod triangulate;
+mod words;
 mod write;
 
 use loftsman_kernel::plugin::{
-    Field, Format, FormatDeclaration, FormatError, Place, Plugin as Register, ReadOptions, ReadReport,
-    Registry, Sink, Source, WriteOptions, WriteReport,
+    Field, Format, FormatDeclaration, FormatError, Plugin as Register, ReadOptions, ReadReport, Registry,
+    Sink, Source, WriteOptions, WriteReport,
 };
 use loftsman_kernel::scene::Scene;
 
@@ -44,21 +60,32 @@ impl Format for Gltf {
     fn declaration(&self) -> FormatDeclaration {
         FormatDeclaration {
             name: "gltf",
-            help: "glTF 2.0: meshes, lines and points with names, hierarchy and exact splines in extras",
+            help: "glTF 2.0: meshes, lines and points with materials, hierarchy, frames, and exact splines in extras",
             extensions: &["glb", "gltf"],
-            reads: false,
+            reads: true,
             writes: true,
             plain: false,
             options: OPTIONS,
         }
     }
 
+    /// The magic number of GLB, or a JSON object with the key `"asset"` near its start.
+    fn recognises(&self, head: &[u8]) -> bool {
+        const KEY: &[u8] = b"\"asset\"";
+        let text = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head).trim_ascii_start();
+        head.starts_with(b"glTF")
+            || text.starts_with(b"{")
+                && text.windows(KEY.len()).enumerate().any(|(at, window)| {
+                    window == KEY && text[at + KEY.len()..].trim_ascii_start().starts_with(b":")
+                })
+    }
+
     fn read(
         &self,
         source: &dyn Source,
-        _options: &ReadOptions<'_>,
+        options: &ReadOptions<'_>,
     ) -> Result<(Scene, ReadReport), FormatError> {
-        Err(FormatError::new(source.name(), Place::File, "glTF can be written, but not read"))
+        read::read(source, options)
     }
 
     fn write(

@@ -139,7 +139,12 @@ fn hierarchy_units_shear_and_mirrors_end_where_they_should() {
     add("b", cloud(Vector::zeros()).into(), Some("a"), shear);
     add("a", Geometry::Group, None, turn);
     let (file, report) = try_write(&scene, "part.glb", WriteOptions::default());
-    assert!(report.notes.iter().any(|n| n.contains("shear")));
+    let baked =
+        |o: &&loftsman_kernel::plugin::Written| o.reason.as_ref().is_some_and(|r| r.contains("shears"));
+    assert_eq!(
+        report.objects.iter().filter(baked).map(|o| o.object.as_str()).collect::<Vec<_>>(),
+        ["d", "c", "b"]
+    );
     let maps = scene.world_transforms().unwrap();
     let found = world(&file);
     assert_eq!(found.len(), 3);
@@ -192,15 +197,16 @@ fn what_cannot_go_out_is_left_out_by_name() {
         .add(Object::new("short", Polyline { points: vec![Point::origin()], closed: false }.into()))
         .unwrap();
     scene.add(Object::new("none", Cloud::default().into())).unwrap();
-    let flat = Mesh::new(vec![Point::origin(); 3], &[[0, 1, 2]]).unwrap();
+    let flat = Mesh::new(vec![Point::origin(); 3], &[[0, 1, 1]]).unwrap();
     scene.add(Object::new("flat", flat.into())).unwrap();
     let mut moving = Object::new("moving", circle().into());
-    moving.animation = Some(Animation { rate: 24.0, frames: vec![circle().points().to_vec()] });
+    let frame = circle().points().to_vec();
+    moving.animation = Some(Animation { rate: 24.0, frames: vec![frame; 2001] });
     scene.add(moving).unwrap();
     let (document, _, report) = write(&scene);
     assert_eq!(document.nodes().count(), 1);
     assert_eq!(report.objects.iter().filter(|o| o.fate == Fate::LeftOut && o.reason.is_some()).count(), 4);
-    assert!(report.notes.iter().any(|n| n.contains("1 animation")));
+    assert!(report.objects[4].reason.as_ref().unwrap().contains("2001 frames was left out"), "{report:?}");
     let own = Parameters::new(serde_json::json!({ "meshes-only": true }), "options").unwrap();
     let (file, report) = try_write(&scene, "m.glb", WriteOptions { own, ..WriteOptions::default() });
     assert_eq!(gltf::Gltf::from_slice(&file.bytes).unwrap().nodes().count(), 0);

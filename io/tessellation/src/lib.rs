@@ -62,6 +62,11 @@ impl Tessellator for Adaptive {
         curve::polyline(curve, fineness, self.budget)
     }
 
+    /// Those of [`Adaptive::curve_parameters`], the method of the type itself.
+    fn curve_parameters(&self, curve: &Curve, fineness: &Fineness) -> Result<Vec<f64>> {
+        curve::parameters(curve, fineness, self.budget)
+    }
+
     /// Every point of a triangle is within the chord tolerance of the surface at the same parameters, so that
     /// the bound holds both ways; the surface's normals at neighbouring vertices differ by no more than the angle
     /// (measured at the vertices, creases and singular points excepted).

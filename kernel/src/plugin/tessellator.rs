@@ -37,6 +37,13 @@ pub trait Tessellator: Send + Sync {
     /// When the fineness is not positive, or so small that the result would be beyond reason.
     fn curve(&self, curve: &Curve, fineness: &Fineness) -> Result<Polyline>;
 
+    /// The parameters of the points of [`curve`](Self::curve), in their order, from one end of the domain to the other
+    /// (both included, also where the polyline closes). Where the curve stands still, points may be fewer.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve).
+    fn curve_parameters(&self, curve: &Curve, fineness: &Fineness) -> Result<Vec<f64>>;
+
     /// Triangles of the surface with unit normals and `uvs` (its parameters scaled to `[0, 1]²`).
     ///
     /// # Errors

@@ -1,0 +1,109 @@
+//! The two containers: JSON as a text, and GLB, which holds the JSON and the bytes of the first buffer.
+
+use loftsman_kernel::plugin::{FormatError, Place};
+
+/// A file taken apart.
+pub(super) struct Parts<'a> {
+    /// The JSON, without a byte order mark.
+    pub(super) json: &'a str,
+    /// The BIN chunk of a GLB.
+    pub(super) binary: Option<&'a [u8]>,
+    /// What was passed over.
+    pub(super) notes: Vec<String>,
+    /// Chunks of types that the standard does not know, which a reader has to ignore.
+    pub(super) unknown_chunks: usize,
+}
+
+const MAGIC: &[u8] = b"glTF";
+const JSON: &[u8] = b"JSON";
+const BIN: &[u8] = b"BIN\0";
+
+/// Takes a file apart: GLB by its magic number, else a text.
+pub(super) fn parts<'a>(file: &str, bytes: &'a [u8]) -> Result<Parts<'a>, FormatError> {
+    if bytes.starts_with(MAGIC) {
+        return glb(file, bytes);
+    }
+    let json = text(file, bytes, 0)?;
+    if !json.trim_start().starts_with('{') {
+        let problem =
+            "this is neither a GLB, which starts with the letters glTF, nor a glTF text, which starts with {";
+        return Err(FormatError::new(file, Place::Byte(0), problem));
+    }
+    Ok(Parts { json, binary: None, notes: Vec::new(), unknown_chunks: 0 })
+}
+
+/// UTF-8 without its byte order mark; `start` is where in the file the bytes are.
+fn text<'a>(file: &str, bytes: &'a [u8], start: usize) -> Result<&'a str, FormatError> {
+    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+        let problem = "the text is UTF-16, glTF is UTF-8: save it again as UTF-8";
+        return Err(FormatError::new(file, Place::Byte(start), problem));
+    }
+    let plain = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let start = start + bytes.len() - plain.len();
+    if plain.trim_ascii().is_empty() {
+        return Err(FormatError::new(file, Place::Byte(start), "there is no JSON in it: get the file again"));
+    }
+    match std::str::from_utf8(plain) {
+        Ok(text) => Ok(text),
+        Err(e) => {
+            let problem = "this byte is not UTF-8: the file is damaged, or no glTF at all; get it again";
+            Err(FormatError::new(file, Place::Byte(start + e.valid_up_to()), problem))
+        }
+    }
+}
+
+fn glb<'a>(file: &str, bytes: &'a [u8]) -> Result<Parts<'a>, FormatError> {
+    let fail = |at: usize, problem: String| Err(FormatError::new(file, Place::Byte(at), problem));
+    let word = |at: usize| -> Option<u32> {
+        bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes)
+    };
+    let (Some(version), Some(length)) = (word(4), word(8)) else {
+        return fail(0, format!("the GLB ends within its header, after {} bytes: get it again", bytes.len()));
+    };
+    if version != 2 {
+        return fail(
+            4,
+            format!("GLB of version {version}; only version 2 is read: convert it to glTF 2.0 first"),
+        );
+    }
+    let mut notes = Vec::new();
+    let length = length as usize;
+    if length > bytes.len() {
+        let missing = length - bytes.len();
+        return fail(
+            8,
+            format!("the GLB says it has {length} bytes, but {missing} are missing: get it again"),
+        );
+    }
+    if length < bytes.len() {
+        notes.push(format!("{} byte(s) after the end of the GLB were passed over", bytes.len() - length));
+    }
+    let (mut json, mut binary, mut unknown_chunks) = (None, None, 0);
+    let mut at = 12;
+    while at < length {
+        let (Some(size), Some(kind)) = (word(at), bytes.get(at + 4..at + 8)) else {
+            return fail(at, "the GLB ends within the header of a chunk: get it again".to_owned());
+        };
+        let end = (at + 8).saturating_add(size as usize);
+        let Some(chunk) = bytes.get(at + 8..end).filter(|_| end <= length) else {
+            let left = length.saturating_sub(at + 8);
+            return fail(
+                at,
+                format!("a chunk of {size} bytes where the GLB has only {left} left: get it again"),
+            );
+        };
+        match kind {
+            JSON if json.is_none() => json = Some((chunk, at + 8)),
+            BIN if json.is_some() && binary.is_none() => binary = Some(chunk),
+            _ if json.is_none() => {
+                return fail(at, "the first chunk of a GLB must be its JSON: the file is damaged".to_owned());
+            }
+            _ => unknown_chunks += 1,
+        }
+        at = end;
+    }
+    let Some((chunk, start)) = json else { return fail(12, "the GLB has no JSON: get it again".to_owned()) };
+    let json = text(file, chunk, start)?;
+    // Padding with zeros is against the standard, but harmless.
+    Ok(Parts { json: json.trim_end_matches('\0'), binary, notes, unknown_chunks })
+}

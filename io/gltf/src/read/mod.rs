@@ -1,0 +1,123 @@
+//! The reader: one object a node, its mesh with material slots.
+
+mod accessor;
+mod animation;
+mod buffers;
+mod container;
+mod file;
+mod material;
+mod mesh;
+mod nodes;
+mod report;
+mod schema;
+
+use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport, Source};
+use loftsman_kernel::scene::{Scene, Unit, Up};
+use serde::Deserialize;
+use serde_json::Value;
+
+use buffers::{Buffers, whole};
+use file::{Budget, File, clip, parse};
+use schema::Root;
+
+use crate::OPTIONS;
+use crate::words::{EXTRAS, SOURCES};
+
+/// The unit and up axis that our writer notes in `asset.extras.loftsman`.
+#[derive(Debug, Deserialize)]
+struct Noted {
+    unit: Unit,
+    up: Up,
+}
+
+/// Reads a file.
+pub(crate) fn read(
+    source: &dyn Source,
+    options: &ReadOptions<'_>,
+) -> Result<(Scene, ReadReport), FormatError> {
+    let name = source.name();
+    options.own.check(OPTIONS).map_err(|e| whole(name, e.to_string()))?;
+    let parts = container::parts(name, source.bytes())?;
+    let mut report = ReadReport { notes: parts.notes, ..ReadReport::default() };
+    report.count_many(Fate::LeftOut, "chunk of a type that the standard does not know", parts.unknown_chunks);
+    let root: Root<'_> = parse(name, "", parts.json)?;
+    check_version(name, &root)?;
+    check_required(name, &root)?;
+    let buffers = Buffers::load(&root.buffers, parts.binary, source);
+    let budget = Budget::of(source.bytes().len() as u64 + buffers.len());
+    let file = File { name, root, buffers, budget };
+    let mut scene = Scene::new();
+    (scene.unit, scene.up) = (Unit::Metre, Up::Y);
+    let noted = file.root.asset.as_ref().and_then(|a| a.extras).and_then(|extras| {
+        let extras: Value = serde_json::from_str(extras.get()).ok()?;
+        Noted::deserialize(extras.get(EXTRAS)?).ok()
+    });
+    let (unit, up) = noted.map_or((scene.unit, scene.up), |n| (n.unit, n.up));
+    let looks = material::read(&file, &mut scene, &mut report)?;
+    let mut scene = nodes::read(&file, scene, (unit, up), &looks, options, &mut report)?;
+    for (count, what) in [
+        (file.root.skins.len(), "skin: meshes are in their rest position"),
+        (file.root.cameras.len(), "camera"),
+    ] {
+        report.count_many(Fate::LeftOut, what, count);
+    }
+    report::extensions(file.root.extensions.as_ref(), "file", &mut report);
+    report::extras(file.root.extras, "file", &mut report);
+    if let Some(unit) = options.unit.filter(|&unit| unit != scene.unit) {
+        report.notes.push(format!("the unit {} is noted instead of glTF's, as asked for", unit.name()));
+        scene.unit = unit;
+    }
+    if let Some(up) = options.up.filter(|&up| up != scene.up) {
+        report.notes.push("the up axis is noted as asked for, not as glTF has it".to_owned());
+        scene.up = up;
+    }
+    scene.check().map_err(|e| whole(name, e.to_string()))?;
+    Ok((scene, report))
+}
+
+fn check_version(name: &str, root: &Root<'_>) -> Result<(), FormatError> {
+    let Some(asset) = &root.asset else {
+        let problem =
+            "a glTF document says its version in asset.version, this one has no asset: it is another JSON";
+        return Err(FormatError::new(name, Place::Path("asset".to_owned()), problem));
+    };
+    // A file may be of a later minor version as long as it needs no later one.
+    let needed = asset.min_version.as_deref().unwrap_or(&asset.version);
+    if asset.version.split('.').next() == Some("2") && (asset.min_version.is_none() || needed == "2.0") {
+        return Ok(());
+    }
+    let problem = format!(
+        "glTF {} is needed to read it, and only 2.0 is read: convert it to glTF 2.0 first (glTF 1: `gltf-pipeline -i in.gltf -o out.gltf`)",
+        clip(needed)
+    );
+    Err(FormatError::new(name, Place::Path("asset.version".to_owned()), problem))
+}
+
+/// Extensions that a file may need: those that are read, and those without which shapes and colours are still right.
+fn is_known(extension: &str) -> bool {
+    matches!(
+        extension,
+        "KHR_mesh_quantization" | "KHR_texture_transform" | "KHR_lights_punctual" | "KHR_xmp_json_ld"
+    ) || extension.starts_with("KHR_materials_")
+        || extension.starts_with("EXT_materials_")
+        || SOURCES.iter().any(|(name, _)| *name == extension)
+}
+
+fn check_required(name: &str, root: &Root<'_>) -> Result<(), FormatError> {
+    let Some((at, extension)) = root.extensions_required.iter().enumerate().find(|(_, e)| !is_known(e))
+    else {
+        return Ok(());
+    };
+    let advice = match extension.as_str() {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "write it again without compression (gltf-transform: `gltf-transform copy in.glb out.glb`)"
+        }
+        "EXT_mesh_gpu_instancing" => "write it again with a node for each instance",
+        _ => "write it again without this extension",
+    };
+    let problem = format!(
+        "the file cannot be read without the extension {}, which is not known here: {advice}",
+        clip(extension)
+    );
+    Err(FormatError::new(name, Place::Path(format!("extensionsRequired[{at}]")), problem))
+}

@@ -1,0 +1,513 @@
+//! Nodes as objects: hierarchy, transforms, meshes, frames; and what our own writer noted in their extras.
+
+use std::collections::HashMap;
+
+use loftsman_kernel::material::Material;
+use loftsman_kernel::named::Named;
+use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport};
+use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::{Point, Vector};
+use nalgebra::Matrix4;
+use serde_json::Value;
+
+use super::animation::{self, Track};
+use super::file::{File, parse};
+use super::material::Look;
+use super::mesh::{self, Content, Shape};
+use super::schema;
+use crate::extras::{Own, fingerprint, matrix};
+use crate::place::{Change, Placement};
+use crate::words::EXTRAS;
+
+/// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
+/// programs pass transforms on.
+const AGREES: f64 = 2e-6;
+
+/// Reads the nodes of the scene that is shown into `scene`, in the file's unit and axes at first; the result is in those
+/// that were noted.
+pub(super) fn read(
+    file: &File<'_>,
+    mut scene: Scene,
+    noted: (Unit, Up),
+    looks: &[Look],
+    options: &ReadOptions<'_>,
+    report: &mut ReadReport,
+) -> Result<Scene, FormatError> {
+    let tree = Tree::of(file, report)?;
+    let tracks = animation::tracks(file, report)?;
+    let change = Change::between((scene.unit, scene.up), noted);
+    let mut uses: HashMap<usize, (usize, bool)> = HashMap::new();
+    for &node in &tree.nodes {
+        if let Some(mesh) = tree.mesh[node] {
+            let (count, moves) = uses.entry(mesh).or_default();
+            *count += 1;
+            *moves |= tracks.contains_key(&node);
+        }
+    }
+    let unused = (0..file.root.meshes.len()).filter(|mesh| !uses.contains_key(mesh)).count();
+    report.count_many(Fate::LeftOut, "mesh that no node of the scene shows", unused);
+    let mut reader = Reader {
+        file,
+        looks,
+        tracks: &tracks,
+        change,
+        uses,
+        contents: HashMap::new(),
+        places: HashMap::new(),
+    };
+    let mut names: HashMap<usize, String> = HashMap::new();
+    let mut found = Vec::with_capacity(tree.nodes.len());
+    for (done, &node) in tree.nodes.iter().enumerate() {
+        if options.observer.cancelled() {
+            return Err(FormatError::new(file.name, Place::File, "cancelled"));
+        }
+        options.observer.progress("reading nodes", done as u64, tree.nodes.len() as u64);
+        found.push(reader.node(node, &mut scene, report)?);
+    }
+    // First all names, so that those of nodes come before those made up for their points.
+    let mut taken = Scene::new();
+    for (&node, part) in tree.nodes.iter().zip(&found) {
+        let name = taken.unique_name(&part.name);
+        let fail = |e: loftsman_kernel::Error| file.fail(format!("nodes[{node}]"), e.to_string());
+        taken.add(Object::new(name.as_str(), Geometry::Group)).map_err(fail)?;
+        names.insert(node, name);
+    }
+    let mut exact = Vec::new();
+    let mut loose = Vec::new();
+    for (&node, part) in tree.nodes.iter().zip(found) {
+        let path = || format!("nodes[{node}]");
+        let fail = |e: loftsman_kernel::Error| file.fail(path(), e.to_string());
+        let name = names.get(&node).cloned().unwrap_or_default();
+        let mut object = Object::new(&name, part.geometry.unwrap_or(Geometry::Group));
+        let parent = tree.parent[node];
+        object.parent = parent.and_then(|p| names.get(&p).cloned());
+        object.transform = reader.transform(node, parent, &part.map, part.own.as_ref());
+        object.layer = part.own.and_then(|own| own.layer);
+        object.animation = part.animation;
+        (object.color, object.materials) = (part.color, part.materials);
+        if let Some(shape) = part.points {
+            loose.push((name, shape));
+        }
+        if let Some(spline) = part.exact {
+            exact.push((scene.objects().len(), spline));
+        }
+        scene.add(object).map_err(fail)?;
+    }
+    for (above, points) in loose {
+        let name = scene.unique_name(&format!("{above} points"));
+        let mut object = Object::new(name, points.geometry.unwrap_or(Geometry::Group));
+        object.parent = Some(above);
+        (object.color, object.materials) = reader.dress(&points.slots, &mut scene)?;
+        scene.add(object).map_err(|e| file.fail("nodes", e.to_string()))?;
+    }
+    finish(file, scene, noted, &change, exact, report)
+}
+
+/// The whole scene in the unit and axes that were noted, splines exactly as they were.
+fn finish(
+    file: &File<'_>,
+    scene: Scene,
+    noted: (Unit, Up),
+    change: &Change,
+    exact: Vec<(usize, Exact)>,
+    report: &mut ReadReport,
+) -> Result<Scene, FormatError> {
+    let fail = |e: loftsman_kernel::Error| file.fail("asset.extras", e.to_string());
+    let names: Vec<String> = scene.objects().iter().map(|o| o.name().to_owned()).collect();
+    let transforms: Vec<_> = scene.objects().iter().map(|o| o.transform).collect();
+    let mut scene = if change.is_none() {
+        scene
+    } else {
+        report
+            .notes
+            .push(format!("the file notes that it was made in {}: it is read as such", noted.0.name()));
+        // Transforms are in that unit already.
+        let mut changed = scene.converted(noted.0, noted.1).map_err(fail)?.into_owned();
+        for (name, transform) in names.iter().zip(transforms) {
+            changed.object_mut(name).map_err(fail)?.transform = transform;
+        }
+        changed
+    };
+    for (at, spline) in exact {
+        let object = scene.object_mut(&names[at]).map_err(fail)?;
+        object.animation = spline.animation;
+        object.geometry = spline.geometry;
+    }
+    Ok(scene)
+}
+
+/// Which nodes there are, and what hangs under what.
+struct Tree {
+    /// Those of the scene, ascending.
+    nodes: Vec<usize>,
+    parent: Vec<Option<usize>>,
+    mesh: Vec<Option<usize>>,
+}
+
+impl Tree {
+    fn of(file: &File<'_>, report: &mut ReadReport) -> Result<Self, FormatError> {
+        let count = file.root.nodes.len();
+        let mut tree = Self { nodes: Vec::new(), parent: vec![None; count], mesh: vec![None; count] };
+        let mut seen = vec![false; count];
+        let (roots, list) = roots(file, report)?;
+        let mut open: Vec<(usize, Option<usize>)> = roots.into_iter().rev().map(|r| (r, None)).collect();
+        while let Some((node, parent)) = open.pop() {
+            let path = match parent {
+                Some(parent) => format!("nodes[{parent}].children"),
+                None => list.clone(),
+            };
+            if node >= count {
+                return Err(file.fail(path, format!("the node {node} does not exist; there are {count}")));
+            }
+            if std::mem::replace(&mut seen[node], true) {
+                let problem = format!(
+                    "the node {node} is there twice, or hangs under itself: a node has one place in a scene; give each \
+                     place a node of its own"
+                );
+                return Err(file.fail(path, problem));
+            }
+            // An object with its name and its place in tables.
+            file.take(&path, 1, size_of::<Object>() + 256)?;
+            let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
+            tree.parent[node] = parent;
+            tree.mesh[node] = raw.mesh.map(schema::Whole::index);
+            tree.nodes.push(node);
+            open.extend(raw.children.iter().rev().map(|c| (c.index(), Some(node))));
+        }
+        report.count_many(Fate::LeftOut, "node outside of the scene that is shown", count - tree.nodes.len());
+        tree.nodes.sort_unstable();
+        Ok(tree)
+    }
+}
+
+/// The nodes at the top of the scene that is shown, and where they are listed: of the default scene, else of the first;
+/// in a file without scenes those that hang under no other.
+fn roots(file: &File<'_>, report: &mut ReadReport) -> Result<(Vec<usize>, String), FormatError> {
+    let scenes = file.root.scenes.len();
+    if scenes > 0 {
+        let shown = file.root.scene.map_or(0, schema::Whole::index);
+        report.count_many(Fate::LeftOut, "scene besides the one that is shown", scenes - 1);
+        let scene: schema::Scene<'_> = file.entry("scenes", &file.root.scenes, shown)?;
+        super::report::extras(scene.extras, "scene", report);
+        super::report::extensions(scene.extensions.as_ref(), "scene", report);
+        let nodes = scene.nodes.into_iter().map(schema::Whole::index).collect();
+        return Ok((nodes, format!("scenes[{shown}].nodes")));
+    }
+    let count = file.root.nodes.len();
+    let mut hangs = vec![false; count];
+    for node in 0..count {
+        let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
+        for child in raw.children {
+            if let Some(flag) = hangs.get_mut(child.index()) {
+                *flag = true;
+            }
+        }
+    }
+    let roots: Vec<usize> = (0..count).filter(|&n| !hangs[n]).collect();
+    if roots.is_empty() && count > 0 {
+        return Err(file.fail("nodes", "every node hangs under another: the hierarchy is cyclic"));
+    }
+    Ok((roots, "nodes".to_owned()))
+}
+
+/// An exact spline and its exact frames.
+struct Exact {
+    geometry: Geometry,
+    animation: Option<Animation>,
+}
+
+/// What a node became, still without its place.
+struct Part {
+    name: String,
+    geometry: Option<Geometry>,
+    color: Option<[f64; 4]>,
+    materials: Vec<String>,
+    animation: Option<Animation>,
+    points: Option<Shape>,
+    map: Matrix4<f64>,
+    own: Option<Own>,
+    exact: Option<Exact>,
+}
+
+struct Reader<'r, 'a> {
+    file: &'r File<'a>,
+    looks: &'r [Look],
+    tracks: &'r HashMap<usize, Track>,
+    change: Change,
+    /// How many nodes still want each mesh, and whether one moves its morph targets.
+    uses: HashMap<usize, (usize, bool)>,
+    contents: HashMap<usize, Content>,
+    /// For nodes whose object is in its own coordinates again: from those to the node's.
+    places: HashMap<usize, Matrix4<f64>>,
+}
+
+impl Reader<'_, '_> {
+    fn node(&mut self, node: usize, scene: &mut Scene, report: &mut ReadReport) -> Result<Part, FormatError> {
+        let file = self.file;
+        let path = format!("nodes[{node}]");
+        let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
+        super::report::extensions(raw.extensions.as_ref(), "node", report);
+        super::report::extras(raw.extras, "node", report);
+        if raw.camera.is_some_and(|c| c.index() >= file.root.cameras.len())
+            || raw.skin.is_some_and(|s| s.index() >= file.root.skins.len())
+        {
+            return Err(file.fail(path, "it refers to a camera or skin that does not exist"));
+        }
+        let map = local(file, &path, &raw)?;
+        let own = raw.extras.and_then(|extras| own(file, &path, extras.get(), report));
+        let mut part = Part {
+            name: raw.name.unwrap_or_default(),
+            geometry: None,
+            color: None,
+            materials: Vec::new(),
+            animation: None,
+            points: None,
+            map,
+            own,
+            exact: None,
+        };
+        if let Some(mesh) = raw.mesh {
+            let content = self.content(mesh.index(), raw.weights.is_some(), report)?;
+            if part.name.is_empty() {
+                part.name = content.name.clone().unwrap_or_default();
+            }
+            let weights = raw.weights.as_deref().unwrap_or(&content.weights);
+            let mut shape = content.main;
+            part.exact = part.own.as_ref().and_then(|own| exact(own, shape.geometry.as_ref(), report));
+            if part.exact.is_none()
+                && let (Some(track), Some(geometry)) = (self.tracks.get(&node), &shape.geometry)
+            {
+                part.animation = track.frames(file, geometry.points(), &shape.targets, report)?;
+                let noted = part.own.as_ref().and_then(|own| own.rate);
+                if let (Some(animation), Some(rate)) = (&mut part.animation, noted)
+                    && (rate - animation.rate).abs() <= 1e-3 * rate
+                {
+                    animation.rate = rate;
+                }
+            }
+            bend(file, &path, &mut shape, weights)?;
+            (part.color, part.materials) = self.dress(&shape.slots, scene)?;
+            part.geometry = shape.geometry;
+            part.points = content.points.geometry.is_some().then_some(content.points);
+        }
+        if part.name.is_empty() {
+            part.name = format!("node {node}");
+        }
+        if part.exact.is_some() || part.geometry.is_none() {
+            let place = part.own.as_ref().and_then(|own| matrix(own.place.as_ref()?));
+            if let Some(place) = place.filter(|p| p.try_inverse().is_some()) {
+                self.places.insert(node, place);
+            }
+        }
+        report.count(Fate::Kept, "");
+        Ok(part)
+    }
+
+    /// The content of a mesh: read once, copied for all nodes but the last that shows it.
+    fn content(
+        &mut self,
+        mesh: usize,
+        weights: bool,
+        report: &mut ReadReport,
+    ) -> Result<Content, FormatError> {
+        let (left, moves) = self.uses.get_mut(&mesh).map_or((0, false), |(count, moves)| {
+            *count -= 1;
+            (*count, *moves)
+        });
+        let known = self.contents.remove(&mesh);
+        let is_new = known.is_none();
+        let content = match known {
+            Some(content) => content,
+            None => mesh::read(self.file, mesh, moves || weights, report)?,
+        };
+        if left > 0 {
+            if !is_new {
+                let points = content.main.geometry.iter().map(|g| g.points().len()).sum::<usize>();
+                // Roughly what a vertex of a triangle mesh with normals and texture coordinates takes.
+                self.file.take(format!("meshes[{mesh}]"), points, 160)?;
+            }
+            self.contents.insert(mesh, content.clone());
+        }
+        Ok(content)
+    }
+
+    /// The colour or the materials of an object with these slots.
+    fn dress(
+        &self,
+        slots: &[Option<usize>],
+        scene: &mut Scene,
+    ) -> Result<(Option<[f64; 4]>, Vec<String>), FormatError> {
+        let mut looks = Vec::with_capacity(slots.len());
+        for slot in slots {
+            looks.push(match slot {
+                None => Look::Nothing,
+                Some(material) => match self.looks.get(*material) {
+                    Some(look) => look.clone(),
+                    None => return Err(self.file.missing("materials", *material, self.looks.len())),
+                },
+            });
+        }
+        match looks.as_slice() {
+            [] | [Look::Nothing] => return Ok((None, Vec::new())),
+            [Look::Color(color)] => return Ok((Some(*color), Vec::new())),
+            _ => {}
+        }
+        let mut names = Vec::with_capacity(looks.len());
+        for look in looks {
+            let material = match look {
+                Look::Material(name) => {
+                    names.push(name);
+                    continue;
+                }
+                Look::Color(color) => Material::new("color", color),
+                // As glTF has it where a primitive names no material.
+                Look::Nothing => {
+                    let mut usual = Material::new("default", [1.0; 4]);
+                    (usual.metallic, usual.roughness) = (1.0, 1.0);
+                    usual
+                }
+            };
+            let known = scene.materials.get(material.name()).is_some_and(|m| *m == material);
+            let name = material.name().to_owned();
+            if known {
+                names.push(name);
+                continue;
+            }
+            let free = scene.materials.unique_name(&name);
+            let mut renamed = Material::new(&free, material.base_color);
+            (renamed.metallic, renamed.roughness) = (material.metallic, material.roughness);
+            scene.materials.add(renamed).map_err(|e| self.file.fail("materials", e.to_string()))?;
+            names.push(free);
+        }
+        Ok((None, names))
+    }
+
+    /// The transform of an object, in the unit and axes that were noted: what the node says, led back to the
+    /// coordinates that the object and its parent have; exactly what was noted where that agrees.
+    fn transform(
+        &self,
+        node: usize,
+        parent: Option<usize>,
+        map: &Matrix4<f64>,
+        own: Option<&Own>,
+    ) -> Option<Matrix4<f64>> {
+        let mut map = *map;
+        // The largest number that may have been rounded on the way.
+        let shift = |m: &Matrix4<f64>| m.fixed_view::<3, 1>(0, 3).amax();
+        let mut size = shift(&map);
+        if let Some(back) = parent.and_then(|p| self.places.get(&p)).and_then(|m| m.try_inverse()) {
+            map = back * map;
+            size = size.max(shift(&back));
+        }
+        if let Some(place) = self.places.get(&node) {
+            map *= place;
+            size = size.max(shift(place));
+        }
+        let map = self.change.of_transform(&map);
+        let slack = 1e-12 * size.max(shift(&map)) * self.change.scale;
+        let near = |noted: &Matrix4<f64>| {
+            let (a, b) = (map.fixed_view::<3, 3>(0, 0), noted.fixed_view::<3, 3>(0, 0));
+            let (s, t) = (map.fixed_view::<3, 1>(0, 3), noted.fixed_view::<3, 1>(0, 3));
+            (a - b).amax() <= AGREES * b.amax() && (s - t).amax() <= AGREES * t.amax() + slack
+        };
+        let noted = own.and_then(|own| matrix(own.transform.as_ref()?)).filter(near);
+        // No transform is noted as one that does nothing.
+        Some(noted.unwrap_or(map)).filter(|map| *map != Matrix4::identity())
+    }
+}
+
+/// What our writer noted about a node.
+fn own(file: &File<'_>, path: &str, extras: &str, report: &mut ReadReport) -> Option<Own> {
+    let extras: HashMap<String, Value> = serde_json::from_str(extras).ok()?;
+    let text = extras.get(EXTRAS)?.as_str()?;
+    match parse::<Own>(file.name, &format!("{path}.extras.{EXTRAS}"), text) {
+        Ok(own) => Some(own),
+        Err(error) => {
+            report.count(Fate::LeftOut, "extras.loftsman that cannot be read: the mesh is taken instead");
+            report.notes.push(error.to_string());
+            None
+        }
+    }
+}
+
+/// The exact spline of a node, where its mesh still has the vertices that were written with it.
+fn exact(own: &Own, shown: Option<&Geometry>, report: &mut ReadReport) -> Option<Exact> {
+    let spline = own.spline()?;
+    let positions = shown?.points().iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]);
+    if own.shown_by.as_ref().is_some_and(|noted| *noted != fingerprint(positions)) {
+        let reason = "exact spline whose mesh was changed since: the mesh is taken instead";
+        report.count(Fate::LeftOut, reason);
+        return None;
+    }
+    match spline {
+        Ok(geometry) => {
+            let count = geometry.points().len();
+            let animation = own.animation.as_ref().and_then(|a| a.make(count));
+            report.count(Fate::Kept, "");
+            Some(Exact { geometry, animation })
+        }
+        Err(error) => {
+            report.count(
+                Fate::LeftOut,
+                &format!("exact spline that cannot be: {error}; the mesh is taken instead"),
+            );
+            None
+        }
+    }
+}
+
+/// The node's own map.
+fn local(file: &File<'_>, path: &str, raw: &schema::Node<'_>) -> Result<Matrix4<f64>, FormatError> {
+    let map = if let Some(matrix) = raw.matrix {
+        if raw.translation.is_some() || raw.rotation.is_some() || raw.scale.is_some() {
+            let problem = "a node has either a matrix, or a translation, rotation and scale: take one away";
+            return Err(file.fail(path, problem));
+        }
+        let map = Matrix4::from_column_slice(&matrix);
+        if [0, 1, 2, 3].map(|j| map[(3, j)]) != [0.0, 0.0, 0.0, 1.0] {
+            return Err(
+                file.fail(format!("{path}.matrix"), "its last row is not 0 0 0 1: it is no affine map")
+            );
+        }
+        map
+    } else {
+        let rotation = raw.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let size = rotation.iter().map(|x| x * x).sum::<f64>();
+        // Far from length 1 it is no rounding; the standard allows none.
+        if !(size > 0.25 && size < 4.0) {
+            let problem = format!("{rotation:?} is not of length 1: a rotation is a unit quaternion");
+            return Err(file.fail(format!("{path}.rotation"), problem));
+        }
+        Placement {
+            translation: Vector::from(raw.translation.unwrap_or([0.0; 3])),
+            rotation,
+            scale: Vector::from(raw.scale.unwrap_or([1.0; 3])),
+        }
+        .matrix()
+    };
+    if map.iter().all(|x| x.is_finite()) {
+        Ok(map)
+    } else {
+        Err(file.fail(path, "its transform is not finite"))
+    }
+}
+
+/// Moves a shape's points by its morph targets as far as the weights say.
+fn bend(file: &File<'_>, path: &str, shape: &mut Shape, weights: &[f64]) -> Result<(), FormatError> {
+    let Some(geometry) = &mut shape.geometry else { return Ok(()) };
+    let points: &mut [Point] = match geometry {
+        Geometry::Mesh(mesh) => mesh.points_mut(),
+        Geometry::Polyline(line) => &mut line.points,
+        Geometry::Cloud(cloud) => &mut cloud.points,
+        _ => return Ok(()),
+    };
+    for (&weight, moves) in weights.iter().zip(&shape.targets) {
+        if weight != 0.0 {
+            points.iter_mut().zip(moves).for_each(|(p, m)| *p += m * weight);
+        }
+    }
+    if points.iter().all(|p| p.iter().all(|x| x.is_finite())) {
+        return Ok(());
+    }
+    Err(file.fail(path, "its weights move points to infinity"))
+}

@@ -1,0 +1,219 @@
+//! The buffer, its views and accessors; and the two containers.
+//!
+//! The JSON comes before the bytes and says how many there are. So what goes into the buffer is planned first, and
+//! poured out afterwards, straight from the scene: nothing that is borrowed is copied in between.
+
+use std::io::{self, BufWriter, Write};
+
+use loftsman_kernel::plugin::{FormatError, Place, Sink};
+
+use super::schema::{Accessor, Buffer, BufferView, Root};
+
+/// Where bytes are poured.
+pub(super) type Out<'o> = BufWriter<&'o mut dyn Write>;
+
+/// Pours the bytes of a part of the buffer.
+pub(super) type Pour<'a> = Box<dyn Fn(&mut Out<'_>) -> io::Result<()> + 'a>;
+
+/// Bytes that are gathered before they are passed on.
+const GATHERED: usize = 1 << 16;
+
+enum Section<'a> {
+    Bytes(Vec<u8>),
+    Pour(Pour<'a>),
+}
+
+/// What the bytes of a view are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Use {
+    Vertices,
+    Indices,
+    /// Times, weights, pictures.
+    Other,
+}
+
+/// The bytes that accessors refer to, all in one buffer.
+#[derive(Default)]
+pub(super) struct Bin<'a> {
+    sections: Vec<Section<'a>>,
+    pub(super) length: usize,
+    views: Vec<BufferView>,
+    accessors: Vec<Accessor>,
+}
+
+/// The type of an accessor's elements.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kind {
+    /// The code of the component type, and its size.
+    component: (u16, usize),
+    name: &'static str,
+    components: usize,
+}
+
+impl Kind {
+    /// Vectors of so many floats.
+    pub(super) const fn floats(components: usize) -> Self {
+        let name = match components {
+            1 => "SCALAR",
+            2 => "VEC2",
+            3 => "VEC3",
+            _ => "VEC4",
+        };
+        Self { component: (5126, 4), name, components }
+    }
+
+    /// Indices of so many vertices: 16 bits wide where they fit (the largest 16-bit index is none: it restarts
+    /// primitives).
+    pub(super) fn indices(vertices: usize) -> Self {
+        let component = if vertices <= usize::from(u16::MAX) { (5123, 2) } else { (5125, 4) };
+        Self { component, name: "SCALAR", components: 1 }
+    }
+
+    /// Whether indices have 16 bits.
+    pub(super) fn is_narrow(self) -> bool {
+        self.component.1 == 2
+    }
+}
+
+impl<'a> Bin<'a> {
+    /// A view of `length` bytes that `pour` pours: later where it may borrow from the scene, at once into memory where
+    /// it `keep`s nothing alive.
+    fn view(&mut self, length: usize, used: Use, section: Section<'a>) -> usize {
+        let target = match used {
+            Use::Vertices => Some(34962),
+            Use::Indices => Some(34963),
+            Use::Other => None,
+        };
+        self.views.push(BufferView { buffer: 0, byte_offset: self.length, byte_length: length, target });
+        self.sections.push(section);
+        // Every view starts at a multiple of four, as floats need.
+        self.length += length.next_multiple_of(4);
+        self.views.len() - 1
+    }
+
+    /// A view of bytes as they are.
+    pub(super) fn bytes(&mut self, bytes: &'a [u8]) -> usize {
+        self.view(bytes.len(), Use::Other, Section::Pour(Box::new(|out| out.write_all(bytes))))
+    }
+
+    /// An accessor of elements that are poured when the file is written.
+    pub(super) fn later(
+        &mut self,
+        kind: Kind,
+        used: Use,
+        count: usize,
+        bounds: Option<[Vec<f32>; 2]>,
+        pour: Pour<'a>,
+    ) -> usize {
+        let view = self.view(count * kind.component.1 * kind.components, used, Section::Pour(pour));
+        self.accessor(kind, view, count, bounds)
+    }
+
+    /// An accessor of elements that are poured into memory now, because what they come from does not last.
+    pub(super) fn now(
+        &mut self,
+        kind: Kind,
+        used: Use,
+        count: usize,
+        bounds: Option<[Vec<f32>; 2]>,
+        pour: impl Fn(&mut Out<'_>) -> io::Result<()>,
+    ) -> io::Result<usize> {
+        let length = count * kind.component.1 * kind.components;
+        let mut bytes = Vec::with_capacity(length);
+        let mut out = BufWriter::with_capacity(GATHERED.min(length.max(1)), &mut bytes as &mut dyn Write);
+        pour(&mut out)?;
+        out.flush()?;
+        drop(out);
+        let view = self.view(length, used, Section::Bytes(bytes));
+        Ok(self.accessor(kind, view, count, bounds))
+    }
+
+    fn accessor(
+        &mut self,
+        kind: Kind,
+        buffer_view: usize,
+        count: usize,
+        bounds: Option<[Vec<f32>; 2]>,
+    ) -> usize {
+        let [min, max] = bounds.unwrap_or_default();
+        let component_type = kind.component.0;
+        self.accessors.push(Accessor { buffer_view, component_type, count, kind: kind.name, min, max });
+        self.accessors.len() - 1
+    }
+
+    /// Pours the whole buffer.
+    fn pour(&self, out: &mut dyn Write) -> io::Result<()> {
+        let mut out = BufWriter::with_capacity(GATHERED, out);
+        for (section, view) in self.sections.iter().zip(&self.views) {
+            match section {
+                Section::Bytes(bytes) => out.write_all(bytes)?,
+                Section::Pour(pour) => pour(&mut out)?,
+            }
+            let length = view.byte_length;
+            out.write_all(&[0; 3][..length.next_multiple_of(4) - length])?;
+        }
+        out.flush()
+    }
+}
+
+/// Writes the document: a `.gltf` with a `.bin` beside it, or else a `.glb`.
+pub(super) fn emit(mut root: Root, mut bin: Bin<'_>, sink: &mut dyn Sink) -> Result<(), FormatError> {
+    let file = sink.name().to_owned();
+    let fail = |problem: String| FormatError::new(&file, Place::File, problem);
+    let io = |e: io::Error| fail(format!("it cannot be written: {e}"));
+    let text = file.to_lowercase().ends_with(".gltf");
+    root.accessors = std::mem::take(&mut bin.accessors);
+    root.buffer_views = bin.views.iter().map(|v| BufferView { ..*v }).collect();
+    let sibling = format!("{}.bin", &file[..file.len() - if text { ".gltf".len() } else { 0 }]);
+    if bin.length > 0 {
+        let uri = text.then(|| percent_encoded(&sibling));
+        root.buffers.push(Buffer { uri, byte_length: bin.length });
+    }
+    let json = |root: &Root, pretty: bool| {
+        let result = if pretty { serde_json::to_vec_pretty(root) } else { serde_json::to_vec(root) };
+        result.map_err(|e| fail(format!("it cannot be written: {e}")))
+    };
+    if text {
+        sink.main().write_all(&json(&root, true)?).map_err(io)?;
+        if bin.length > 0 {
+            bin.pour(sink.sibling(&sibling)?).map_err(io)?;
+        }
+        return Ok(());
+    }
+    // Header, then chunks of a length, a type and bytes padded to four: JSON with blanks, BIN with zeros.
+    let mut json = json(&root, false)?;
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let chunk = if bin.length == 0 { 0 } else { 8 + bin.length };
+    let total = 12 + 8 + json.len() + chunk;
+    let too_large = || fail(format!("{total} bytes are more than a .glb file can have: write several files"));
+    let length = |n: usize| u32::try_from(n).map_err(|_| too_large());
+    length(total)?;
+    let out = sink.main();
+    let mut put = |bytes: &[u8]| out.write_all(bytes).map_err(io);
+    put(b"glTF")?;
+    put(&2_u32.to_le_bytes())?;
+    put(&length(total)?.to_le_bytes())?;
+    put(&length(json.len())?.to_le_bytes())?;
+    put(b"JSON")?;
+    put(&json)?;
+    if chunk > 0 {
+        put(&length(bin.length)?.to_le_bytes())?;
+        put(b"BIN\0")?;
+        bin.pour(out).map_err(io)?;
+    }
+    Ok(())
+}
+
+/// A relative path as a URI: everything but letters, digits and `-._~/` as `%XX` (RFC 3986).
+pub(super) fn percent_encoded(name: &str) -> String {
+    use std::fmt::Write as _;
+    let mut out = String::new();
+    for byte in name.bytes() {
+        if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
+            out.push(char::from(byte));
+        } else {
+            _ = write!(out, "%{byte:02X}");
+        }
+    }
+    out
+}
