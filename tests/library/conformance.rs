@@ -1,8 +1,10 @@
 //! Everything that is registered passes the kernel's suites; what is new and has no sample here fails.
 
+use loftsman::kernel::Point;
 use loftsman::kernel::conformance::{format_conformance, operation_conformance, sample_scene};
+use loftsman::kernel::mesh::Polyline;
 use loftsman::kernel::plugin::Parameters;
-use loftsman::kernel::scene::{Geometry, Scene};
+use loftsman::kernel::scene::{Geometry, Object, Scene};
 use serde_json::json;
 
 #[test]
@@ -49,11 +51,25 @@ fn every_operation() {
             "copy" => json!({ "object": "rational", "to": ["once", "twice"] }),
             "delete" => json!({ "object": "group" }),
             "rename" => json!({ "object": "group", "to": "all" }),
+            "fill" => json!({ "objects": ["square"], "size": 0.5 }),
+            "extrude" => json!({ "objects": ["square"], "by": [0, 0, 2], "surfaces": true }),
+            "loft" => json!({ "sections": ["square", "lid"], "surface": true }),
             "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
             other => panic!("the operation \"{other}\" has no sample: add one"),
         };
         let parameters = Parameters::new(parameters, "step[0]").unwrap();
-        let verdict = operation_conformance(operation.as_ref(), &sample_scene(), &parameters, registry);
+        let verdict = operation_conformance(operation.as_ref(), &with_squares(), &parameters, registry);
         assert!(verdict.passed(), "{name}: {verdict}");
     }
+}
+
+/// The sample scene, and two planar outlines above one another.
+fn with_squares() -> Scene {
+    let mut scene = sample_scene();
+    for (name, z) in [("square", 0.0), ("lid", 2.0)] {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let points = corners.iter().map(|c| Point::new(c[0], c[1], z)).collect();
+        scene.add(Object::new(name, Polyline { points, closed: true }.into())).unwrap();
+    }
+    scene
 }

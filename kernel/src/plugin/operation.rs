@@ -120,6 +120,12 @@ pub struct StepReport {
     /// Each constraint: its name, its error after the step and its multiplier.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub constraints: Vec<ConstraintReport>,
+    /// The area of what was made, in document units squared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// The volume that it bounds, in document units cubed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<f64>,
     /// Anything else worth saying.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,

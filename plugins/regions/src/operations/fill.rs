@@ -1,0 +1,61 @@
+//! `fill`: what closed curves bound becomes a mesh.
+
+use loftsman_kernel::mesh::{Layer, Mesh};
+use loftsman_kernel::plugin::{Context, Declaration, Operation, OperationError, Parameters, StepReport};
+use loftsman_kernel::scene::Scene;
+
+use super::{
+    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, like, refinement,
+    result_name, tessellator, texts, unrefined,
+};
+use crate::measure::area;
+use crate::outline::outlines;
+
+/// The operation `fill`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Fill;
+
+impl Operation for Fill {
+    fn declaration(&self) -> Declaration {
+        Declaration {
+            name: "fill",
+            help: "what closed planar curves bound becomes a mesh, inner curves its holes",
+            fields: &[OBJECTS, BRIDGE, TOLERANCE, ANGLE, SIZE, MIN_ANGLE, NAME],
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        parameters.check(self.declaration().fields)?;
+        let objects = texts(parameters, "objects")?;
+        let name = result_name(scene, parameters, &objects[0], "face")?;
+        let outlines = outlines(scene, &objects, parameters.flag("bridge")?)?;
+        let chords = Chords::of(&outlines, tessellator(context)?, &fineness(parameters)?)?;
+        let filled = chords.fill(&refinement(parameters, false)?)?;
+        let mut points = chords.points;
+        points.extend(&filled.added);
+        let corners = filled.triangles.iter().flatten().copied().collect();
+        let starts = (0..=filled.triangles.len()).map(|f| 3 * f).collect();
+        let uvs = points.iter().map(|p| filled.plane.flatten(p).map(|x| x + 0.5)).collect();
+        let normals = vec![filled.plane.normal(); points.len()];
+        let mut mesh = Mesh::from_parts(points, corners, starts)?;
+        (mesh.normals, mesh.uvs) = (Layer::per_point(normals), Layer::per_point(uvs));
+        let area = area(&mesh);
+        let mut notes =
+            vec![format!("\"{name}\": {} triangles, {} outline(s)", mesh.face_count(), outlines.len())];
+        notes.extend(unrefined(filled.refined));
+        let object = like(scene, &objects[0], &name, mesh);
+        scene.add(object)?;
+        Ok(StepReport {
+            op: "fill".into(),
+            object: Some(name),
+            area: Some(area),
+            notes,
+            ..StepReport::default()
+        })
+    }
+}

@@ -1,0 +1,154 @@
+//! The operations of recipes.
+
+mod extrude;
+mod fill;
+mod loft;
+
+use loftsman_kernel::mesh::{Mesh, Polyline};
+use loftsman_kernel::plugin::{Chord, Context, Field, Fineness, OperationError, Parameters, Tessellator};
+use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::{Error, Point};
+
+pub use extrude::Extrude;
+pub use fill::Fill;
+pub use loft::Loft;
+
+use crate::error::Result;
+use crate::fill::{Filled, Refinement, fill};
+use crate::outline::Outline;
+
+const OBJECTS: Field = Field::required(
+    "objects",
+    "[text, …]",
+    "closed planar curves or polylines, or open ones that meet end to end; inner ones are holes",
+);
+const TOLERANCE: Field = Field::optional(
+    "tolerance",
+    "length",
+    "1/1000 of the size",
+    "largest distance between curves and chords",
+);
+const ANGLE: Field = Field::optional("angle", "degrees", "15", "largest angle between neighbouring chords");
+const BRIDGE: Field =
+    Field::optional("bridge", "true | false", "false", "close what is open by a straight line");
+const SIZE: Field = Field::optional(
+    "size",
+    "length",
+    "as large as they come",
+    "no triangle larger than an equilateral one of this side",
+);
+const MIN_ANGLE: Field = Field::optional(
+    "min_angle",
+    "degrees, 0 to 30",
+    "0",
+    "smallest angle of triangles to aim for; caps keep their edges and may have smaller ones there",
+);
+const NAME: Field = Field::optional("name", "text", "after the first object", "the name of the result");
+
+/// The texts of a list.
+fn texts(parameters: &Parameters, field: &str) -> Result<Vec<String>, OperationError> {
+    let list = parameters.list(field)?;
+    if list.is_empty() {
+        return Err(parameters.error(field, "is empty: name an object at least").into());
+    }
+    let mut names = Vec::with_capacity(list.len());
+    for (i, value) in list.iter().enumerate() {
+        let Some(text) = value.as_str() else {
+            let problem = format!("entry {i} is {value}, where the name of an object is needed");
+            return Err(parameters.error(field, problem).into());
+        };
+        if names.iter().any(|n| n == text) {
+            return Err(parameters.error(field, format!("\"{text}\" is named twice")).into());
+        }
+        names.push(text.to_owned());
+    }
+    Ok(names)
+}
+
+fn fineness(parameters: &Parameters) -> Result<Fineness, OperationError> {
+    let mut fineness = Fineness::default();
+    if parameters.has("tolerance") {
+        fineness.chord = Chord::Absolute(parameters.number("tolerance")?);
+    }
+    if parameters.has("angle") {
+        fineness.angle = parameters.number("angle")?.to_radians();
+    }
+    Ok(fineness)
+}
+
+/// How fine the triangles are to be; walls need whole edges to fit.
+fn refinement(parameters: &Parameters, whole_edges: bool) -> Result<Refinement, OperationError> {
+    let size = if parameters.has("size") { Some(parameters.number("size")?) } else { None };
+    Ok(Refinement { size, angle: parameters.number_or("min_angle", 0.0)?, whole_edges })
+}
+
+fn tessellator<'a>(context: &Context<'a>) -> Result<&'a dyn Tessellator, OperationError> {
+    context.registry.tessellator().ok_or_else(|| Error::Invalid("no tessellator is registered".into()).into())
+}
+
+/// The name of what comes out: as asked for, where it is free, or after the first object.
+fn result_name(
+    scene: &Scene,
+    parameters: &Parameters,
+    first: &str,
+    what: &str,
+) -> Result<String, OperationError> {
+    if !parameters.has("name") {
+        return Ok(scene.unique_name(&format!("{first} {what}")));
+    }
+    let name = parameters.text("name")?;
+    if scene.get(name).is_some() {
+        return Err(parameters.error("name", format!("\"{name}\" is taken: choose another")).into());
+    }
+    Ok(name.to_owned())
+}
+
+/// What a result takes over from the object it was made of.
+fn like(scene: &Scene, source: &str, name: &str, mesh: Mesh) -> Object {
+    let mut object = Object::new(name, mesh.into());
+    if let Some(source) = scene.get(source) {
+        object.color = source.color;
+        object.layer.clone_from(&source.layer);
+        object.materials.clone_from(&source.materials);
+    }
+    object
+}
+
+/// What to say where triangles are not as fine as asked for.
+fn unrefined(refined: bool) -> Option<String> {
+    (!refined)
+        .then(|| "some triangles are larger or sharper than asked for, next to edges that had to stay".into())
+}
+
+/// The chords of outlines, as one list of points and a ring of indices for each.
+struct Chords {
+    points: Vec<Point>,
+    rings: Vec<(String, Vec<u32>)>,
+}
+
+impl Chords {
+    fn of(outlines: &[Outline], tessellator: &dyn Tessellator, fineness: &Fineness) -> Result<Self> {
+        let mut chords = Self { points: Vec::new(), rings: Vec::new() };
+        for outline in outlines {
+            let Polyline { mut points, closed } = tessellator.curve(&outline.curve, fineness)?;
+            if !closed && points.len() > 1 {
+                // An outline that is not periodic ends in its first point.
+                points.pop();
+            }
+            points.dedup();
+            while points.len() > 1 && points.first() == points.last() {
+                points.pop();
+            }
+            let first = chords.points.len() as u32;
+            let ring = (first..first + points.len() as u32).collect();
+            chords.points.extend(points);
+            chords.rings.push((outline.name.clone(), ring));
+        }
+        Ok(chords)
+    }
+
+    fn fill(&self, refinement: &Refinement) -> Result<Filled> {
+        let rings: Vec<(&str, &[u32])> = self.rings.iter().map(|(n, r)| (n.as_str(), r.as_slice())).collect();
+        fill(&self.points, &rings, refinement)
+    }
+}
