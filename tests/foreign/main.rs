@@ -7,6 +7,7 @@ mod blender_curves;
 mod example;
 mod gltf;
 mod meshes;
+mod regions;
 
 use std::path::{Path, PathBuf};
 

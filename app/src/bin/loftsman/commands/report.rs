@@ -79,6 +79,8 @@ pub(crate) fn facts(step: &StepReport) -> Vec<String> {
         rank,
         step.residual.map(|r| format!("residual {}", figure(r))),
         step.adjustment.map(|d| format!("‖d‖ {}", figure(d))),
+        step.area.map(|a| format!("area {}", figure(a))),
+        step.volume.map(|v| format!("volume {}", figure(v))),
         step.iterations.filter(|&n| n > 1).map(|n| count(n, "iteration")),
         step.prepare_seconds.filter(|&t| t > 0.0).map(|t| format!("prepared in {}", seconds(t))),
         step.event_seconds.filter(|&t| t > 0.0).map(|t| format!("{} an event", seconds(t))),
