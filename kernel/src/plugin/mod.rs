@@ -4,13 +4,16 @@
 //! there is no link-time magic. Each comes with a [`Declaration`] of its fields, from which help, checks of
 //! unknown fields and `loftsman plugins` are made.
 
+mod constraints;
 mod declaration;
 mod format;
 mod operation;
 mod parameters;
 mod registry;
+mod step;
 mod tessellator;
 
+pub use constraints::{constraint_from, functional_from};
 pub use declaration::{Declaration, Field, nearest};
 pub use format::{
     Fate, Format, FormatDeclaration, FormatError, Memory, Place, ReadOptions, ReadReport, Sink, Source,
@@ -22,4 +25,5 @@ pub use operation::{
 };
 pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};
+pub use step::{SceneShapes, ask_once, object_name, put_back, shape_of};
 pub use tessellator::{Chord, Fineness, Tessellator};

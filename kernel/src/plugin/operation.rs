@@ -3,6 +3,7 @@
 use super::declaration::Declaration;
 use super::parameters::{ParameterError, Parameters};
 use super::registry::Registry;
+use crate::edit::EditError;
 use crate::error::Error;
 use crate::scene::Scene;
 use crate::{Point, Vector};
@@ -76,6 +77,15 @@ pub enum OperationError {
     /// The observer stopped it.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl From<EditError> for OperationError {
+    fn from(error: EditError) -> Self {
+        match error {
+            EditError::Geometry(error) => error.into(),
+            EditError::Solve(error) => error.into(),
+        }
+    }
 }
 
 /// What a step did. Fields that do not apply are left out when it is serialised.

@@ -4,14 +4,13 @@ use loftsman_kernel::Point;
 use loftsman_kernel::edit::Edit;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, put_back,
 };
 use loftsman_kernel::scene::{Animation, Scene};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::{Curve, Surface};
 
-use crate::edit::failed;
-use crate::problem::{Problem, SHARED, put_back, step_report};
+use crate::problem::{Problem, SHARED, step_report};
 
 /// The operation `drag`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -128,13 +127,13 @@ fn run<S: Shape + Clone>(
 ) -> Result<Dragged, OperationError> {
     let count = problem.names.len();
     let start = context.clock.seconds();
-    let mut session = edit.prepare(std::sync::Arc::clone(&problem.solver)).map_err(failed)?;
+    let mut session = edit.prepare(std::sync::Arc::clone(&problem.solver))?;
     let prepare_seconds = context.clock.seconds() - start;
     let mut frames = vec![Vec::new(); count];
     let mut events = Vec::with_capacity(path.len());
     for (done, &point) in path.iter().enumerate() {
         let before = context.clock.seconds();
-        session.to_point(point).map_err(failed)?;
+        session.to_point(point)?;
         events.push(context.clock.seconds() - before);
         if keep {
             for (index, frames) in frames.iter_mut().enumerate() {

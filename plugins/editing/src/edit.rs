@@ -1,13 +1,15 @@
 //! `edit`: the least adjustment that meets the constraints.
 
-use loftsman_kernel::edit::{Edit, EditError, Report};
+use loftsman_kernel::edit::{Edit, Report};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::plugin::{Context, Declaration, Operation, OperationError, Parameters, StepReport};
+use loftsman_kernel::plugin::{
+    Context, Declaration, Operation, OperationError, Parameters, StepReport, put_back,
+};
 use loftsman_kernel::scene::Scene;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::{Curve, Surface};
 
-use crate::problem::{Problem, SHARED, put_back, step_report};
+use crate::problem::{Problem, SHARED, step_report};
 
 /// The operation `edit`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -66,9 +68,9 @@ fn run<S: Shape + Clone>(
     context: &Context<'_>,
 ) -> Result<Solved, OperationError> {
     let start = context.clock.seconds();
-    let mut session = edit.prepare(std::sync::Arc::clone(&problem.solver)).map_err(failed)?;
+    let mut session = edit.prepare(std::sync::Arc::clone(&problem.solver))?;
     let prepared = context.clock.seconds();
-    session.apply().map_err(failed)?;
+    session.apply()?;
     let event_seconds = context.clock.seconds() - prepared;
     let edited = session.commit();
     let mut shapes = Vec::with_capacity(problem.names.len());
@@ -76,12 +78,4 @@ fn run<S: Shape + Clone>(
         shapes.push(edited.shape_at(index)?.boxed());
     }
     Ok(Solved { shapes, report: edited.report().clone(), prepare_seconds: prepared - start, event_seconds })
-}
-
-pub(crate) fn failed(error: EditError) -> OperationError {
-    match error {
-        EditError::Geometry(error) => error.into(),
-        EditError::Solve(error) => error.into(),
-        other => Error::Invalid(other.to_string()).into(),
-    }
 }

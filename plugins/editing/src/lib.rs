@@ -4,7 +4,6 @@
 //!
 //! [`Editing`] registers them, with the kernel's functionals and solvers.
 
-mod constraints;
 mod cut;
 mod drag;
 mod edit;
@@ -18,7 +17,6 @@ use loftsman_kernel::functional;
 use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Sparse};
 
-pub use constraints::{constraint_from, functional_from};
 pub use cut::{Reverse, Split};
 pub use drag::Drag;
 pub use edit::EditOperation;

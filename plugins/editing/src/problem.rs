@@ -4,19 +4,16 @@ use std::sync::Arc;
 
 use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, Wanted, pick};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{
-    Curvature, DerivativeAt, Functional, Position, ShapeNames, Shapes, Tangent,
-};
+use loftsman_kernel::functional::{Curvature, DerivativeAt, Functional, Position, Shapes, Tangent};
 use loftsman_kernel::plugin::{
-    Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, StepReport, nearest,
+    Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, SceneShapes, StepReport,
+    ask_once, constraint_from, functional_from, nearest, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Derivative, Location, Shape, vertex_index};
 use loftsman_kernel::solve::Solver;
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
-
-use crate::constraints::{constraint_from, functional_from};
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
@@ -62,64 +59,6 @@ pub(crate) struct Problem {
     pub(crate) solver: Arc<dyn Solver>,
 }
 
-/// Finds shapes by name, adding those that the problem does not have yet.
-struct Names<'a> {
-    scene: &'a Scene,
-    names: Vec<String>,
-    shapes: Vec<Box<dyn Shape>>,
-}
-
-impl ShapeNames for Names<'_> {
-    fn shape(&mut self, object: &str) -> Result<usize, Error> {
-        if let Some(known) = self.names.iter().position(|n| n == object) {
-            return Ok(known);
-        }
-        self.shapes.push(shape_of(self.scene, object)?);
-        self.names.push(object.to_owned());
-        Ok(self.names.len() - 1)
-    }
-
-    fn name(&self, shape: usize) -> Option<&str> {
-        self.names.get(shape).map(String::as_str)
-    }
-}
-
-pub(crate) fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>, Error> {
-    match &scene.object(object)?.geometry {
-        Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
-        Geometry::Surface(surface) => Ok(Box::new(surface.clone())),
-        Geometry::Trimmed(_) => Err(Error::Invalid(format!(
-            "\"{object}\" is a trimmed surface, which cannot be edited yet: \"untrim\" makes it a whole one"
-        ))),
-        other => Err(Error::Invalid(format!(
-            "\"{object}\" is a {}, not a curve or surface: fit one to it first",
-            other.kind()
-        ))),
-    }
-}
-
-/// The object that a step is about: the one it names, or the only one that `fits`.
-pub(crate) fn object_name(
-    scene: &Scene,
-    parameters: &Parameters,
-    fits: impl Fn(&Geometry) -> bool,
-    what: &str,
-) -> Result<String, ParameterError> {
-    if parameters.has("object") {
-        let name = parameters.text("object")?;
-        scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
-        return Ok(name.to_owned());
-    }
-    let mut fitting = scene.objects().iter().filter(|o| fits(&o.geometry)).map(|o| o.name());
-    match (fitting.next(), fitting.next()) {
-        (Some(only), None) => Ok(only.to_owned()),
-        (None, _) => Err(parameters.error("", format!("the scene has no {what}"))),
-        (Some(a), Some(b)) => {
-            Err(parameters.error("", format!("say which object: \"{a}\", \"{b}\", … are all {what}s")))
-        }
-    }
-}
-
 impl Problem {
     pub(crate) fn new(
         scene: &Scene,
@@ -129,24 +68,24 @@ impl Problem {
     ) -> Result<Self, OperationError> {
         let editable = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
         let object = object_name(scene, parameters, editable, "curve or surface")?;
-        let mut names = Names { scene, names: vec![object.clone()], shapes: vec![shape_of(scene, &object)?] };
+        let mut names = SceneShapes::new(scene, &object)?;
         let tables = parameters.tables("constraints")?;
         let mut constraints = Vec::with_capacity(tables.len());
         for table in &tables {
             constraints.push(constraint_from(context.registry, table, &mut names)?);
         }
         if !parameters.has("within") {
-            ask_once(&names.shapes, &constraints, &tables)?;
+            ask_once(names.shapes(), &constraints, &tables)?;
         }
         let mut handle = None;
         if with_handle {
-            let table = picked(&parameters.table("handle")?, names.shapes[0].as_ref())?;
+            let table = picked(&parameters.table("handle")?, names.shapes()[0].as_ref())?;
             handle = Some(functional_from(context.registry, &table, &mut names)?);
         }
         let solver = parameters.text_or("solver", "automatic")?;
         let solver =
             Arc::clone(context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?);
-        let Names { names, shapes, .. } = names;
+        let (names, shapes) = names.into_parts();
         Ok(Self {
             names,
             shapes,
@@ -256,23 +195,6 @@ fn curvature_vector((first, second): (Vector, Vector)) -> Vector {
     (second - tangent * tangent.dot(&second)) / first.norm_squared()
 }
 
-/// Asks every functional for its value, so that what cannot be asked of these shapes (a location outside the domain, a
-/// vertex that does not exist) is an error of its own table. Knots that `within` inserts would change the question.
-fn ask_once(
-    shapes: &[Box<dyn Shape>],
-    constraints: &[Constraint],
-    tables: &[Parameters],
-) -> Result<(), ParameterError> {
-    let shapes = Shapes::new(shapes.iter().map(AsRef::as_ref));
-    let mut values = Vec::new();
-    for (constraint, table) in constraints.iter().zip(tables) {
-        let functional = constraint.functional();
-        values.resize(functional.equations(), 0.0);
-        functional.value(&shapes, &mut values).map_err(|e| table.error("", e.to_string()))?;
-    }
-    Ok(())
-}
-
 /// The handle's table with its location moved to the end of the curve where it is picked near enough (paper 4, §2).
 fn picked(handle: &Parameters, shape: &dyn Shape) -> Result<Parameters, OperationError> {
     if !handle.has("pick") {
@@ -348,17 +270,5 @@ pub(crate) fn step_report(op: &str, object: &str, report: &Report) -> StepReport
         constraints: report.constraints.clone(),
         notes,
         ..StepReport::default()
-    }
-}
-
-/// Puts an edited shape back into the scene.
-pub(crate) fn put_back(scene: &mut Scene, name: &str, shape: &dyn Shape) -> Result<(), Error> {
-    let any: &dyn std::any::Any = shape;
-    if let Some(curve) = any.downcast_ref::<Curve>() {
-        return scene.replace(name, curve);
-    }
-    match any.downcast_ref::<Surface>() {
-        Some(surface) => scene.replace(name, surface),
-        None => Err(Error::Invalid(format!("\"{name}\" became something that a scene cannot hold"))),
     }
 }

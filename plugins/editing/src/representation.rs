@@ -4,11 +4,12 @@
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::Direction;
 
-use crate::problem::{OBJECT, object_name};
+use crate::problem::OBJECT;
 
 pub(crate) const DIRECTION: Field =
     Field::optional("direction", "\"u\" | \"v\"", "u", "the direction, on a surface");

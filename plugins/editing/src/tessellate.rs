@@ -3,10 +3,9 @@
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Chord, Context, Declaration, Field, Fineness, Operation, OperationError, Parameters, StepReport,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-
-use crate::problem::object_name;
 
 /// The operation `tessellate`.
 #[derive(Debug, Clone, Copy, Default)]

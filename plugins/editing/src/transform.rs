@@ -3,11 +3,10 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use nalgebra::{Matrix4, Rotation3, Unit};
-
-use crate::problem::object_name;
 
 /// The operation `transform`.
 #[derive(Debug, Clone, Copy, Default)]

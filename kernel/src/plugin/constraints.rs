@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Axis, Constraint, Value, Wanted};
-use loftsman_kernel::functional::{Functional, ShapeNames};
-use loftsman_kernel::plugin::{Field, ParameterError, Parameters, Registry};
+use super::{Field, ParameterError, Parameters, Registry};
+use crate::edit::{Axis, Constraint, Value, Wanted};
+use crate::functional::{Functional, ShapeNames};
 
 /// The words that say what is wanted. A kind may have a field of its own by such a name (`orthogonal` … `to`); then
 /// the word is the kind's.

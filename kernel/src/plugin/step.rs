@@ -1,0 +1,133 @@
+//! What operations on shapes share: the objects that a step is about, as shapes of a problem, and the way back into the scene.
+
+use std::any::Any;
+
+use super::{ParameterError, Parameters};
+use crate::edit::Constraint;
+use crate::error::{Error, Result};
+use crate::functional::{ShapeNames, Shapes};
+use crate::scene::{Geometry, Scene};
+use crate::shape::Shape;
+use crate::spline::{Curve, Surface};
+
+/// The shapes of a step's problem: the step's own object first, then those that constraints name.
+#[derive(Debug)]
+pub struct SceneShapes<'a> {
+    scene: &'a Scene,
+    names: Vec<String>,
+    shapes: Vec<Box<dyn Shape>>,
+}
+
+impl<'a> SceneShapes<'a> {
+    /// The problem of one object.
+    ///
+    /// # Errors
+    /// As for [`shape_of`].
+    pub fn new(scene: &'a Scene, object: &str) -> Result<Self> {
+        Ok(Self { scene, names: vec![object.to_owned()], shapes: vec![shape_of(scene, object)?] })
+    }
+
+    /// Copies of the shapes so far.
+    pub fn shapes(&self) -> &[Box<dyn Shape>] {
+        &self.shapes
+    }
+
+    /// The objects' names and copies of their shapes.
+    pub fn into_parts(self) -> (Vec<String>, Vec<Box<dyn Shape>>) {
+        (self.names, self.shapes)
+    }
+}
+
+impl ShapeNames for SceneShapes<'_> {
+    fn shape(&mut self, object: &str) -> Result<usize> {
+        if let Some(known) = self.names.iter().position(|n| n == object) {
+            return Ok(known);
+        }
+        self.shapes.push(shape_of(self.scene, object)?);
+        self.names.push(object.to_owned());
+        Ok(self.names.len() - 1)
+    }
+
+    fn name(&self, shape: usize) -> Option<&str> {
+        self.names.get(shape).map(String::as_str)
+    }
+}
+
+/// A copy of a curve or surface of the scene.
+///
+/// # Errors
+/// When there is no such object, or it is something else.
+pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
+    match &scene.object(object)?.geometry {
+        Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
+        Geometry::Surface(surface) => Ok(Box::new(surface.clone())),
+        Geometry::Trimmed(_) => Err(Error::Invalid(format!(
+            "\"{object}\" is a trimmed surface, which cannot be edited yet: \"untrim\" makes it a whole one"
+        ))),
+        other => Err(Error::Invalid(format!(
+            "\"{object}\" is a {}, not a curve or surface: fit one to it first",
+            other.kind()
+        ))),
+    }
+}
+
+/// The object that a step is about: the one that its field `object` names, or the only one that `fits`; `what` says
+/// in messages what fits.
+///
+/// # Errors
+/// When there is no such object, none that fits, or more than one.
+pub fn object_name(
+    scene: &Scene,
+    parameters: &Parameters,
+    fits: impl Fn(&Geometry) -> bool,
+    what: &str,
+) -> Result<String, ParameterError> {
+    if parameters.has("object") {
+        let name = parameters.text("object")?;
+        scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
+        return Ok(name.to_owned());
+    }
+    let mut fitting = scene.objects().iter().filter(|o| fits(&o.geometry)).map(|o| o.name());
+    match (fitting.next(), fitting.next()) {
+        (Some(only), None) => Ok(only.to_owned()),
+        (None, _) => Err(parameters.error("", format!("the scene has no {what}"))),
+        (Some(a), Some(b)) => {
+            Err(parameters.error("", format!("say which object: \"{a}\", \"{b}\", … are all {what}s")))
+        }
+    }
+}
+
+/// Asks every functional for its value, so that what cannot be asked of these shapes (a location outside the domain, a
+/// vertex that does not exist) is an error of its own table. Knots that `within` inserts would change the question.
+///
+/// # Errors
+/// The first of these.
+pub fn ask_once(
+    shapes: &[Box<dyn Shape>],
+    constraints: &[Constraint],
+    tables: &[Parameters],
+) -> Result<(), ParameterError> {
+    let shapes = Shapes::new(shapes.iter().map(AsRef::as_ref));
+    let mut values = Vec::new();
+    for (constraint, table) in constraints.iter().zip(tables) {
+        let functional = constraint.functional();
+        values.resize(functional.equations(), 0.0);
+        functional.value(&shapes, &mut values).map_err(|e| table.error("", e.to_string()))?;
+    }
+    Ok(())
+}
+
+/// Puts a changed shape back into the scene.
+///
+/// # Errors
+/// When there is no such object, or the shape is none that a scene holds.
+pub fn put_back(scene: &mut Scene, name: &str, shape: &dyn Shape) -> Result<()> {
+    let any: &dyn Any = shape;
+    if let Some(curve) = any.downcast_ref::<Curve>() {
+        return scene.replace(name, curve);
+    }
+    match any.downcast_ref::<Surface>() {
+        Some(surface) => scene.replace(name, surface),
+        None => Err(Error::Invalid(format!("\"{name}\" became something that a scene cannot hold"))),
+    }
+}
