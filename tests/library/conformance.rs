@@ -41,6 +41,7 @@ fn every_operation() {
                 let handle = json!({ "kind": "position", "at": 1.2 });
                 json!({ "object": curve, "handle": handle, "path": [[1, 2, 3], [2, 3, 4]], "frames": true })
             }
+            "fair" => json!({ "object": curve, "energy": "bend", "constraints": [position], "lock": [0] }),
             "refine" => json!({ "object": curve, "knots": [0.2, 0.7, 0.7] }),
             "elevate" => json!({ "object": "patch", "by": 2 }),
             "reverse" => json!({ "object": "rational" }),

@@ -118,6 +118,9 @@ pub struct StepReport {
     /// `(Σ‖dᵢ‖²)^½` over all control vertices.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjustment: Option<f64>,
+    /// What was to be small, before and after.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<[f64; 2]>,
     /// Solves that were needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterations: Option<usize>,

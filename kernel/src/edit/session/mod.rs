@@ -7,6 +7,7 @@ mod curved;
 mod edited;
 mod effort;
 mod event;
+mod inspect;
 mod prepared;
 mod slide;
 

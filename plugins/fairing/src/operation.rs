@@ -1,0 +1,218 @@
+//! `fair`: the fairest shape that meets the constraints.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::edit::Constraint;
+use loftsman_kernel::error::Error;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Mark, MarkKind, Operation, OperationError, ParameterError, Parameters,
+    SceneShapes, StepReport, ask_once, constraint_from, object_name, put_back,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::{Derivative, Shape};
+use loftsman_kernel::solve::Solver;
+use loftsman_kernel::spline::{Curve, Surface};
+
+use crate::energy::{Datum, Energy, bend, data, near, stretch, variation};
+use crate::fair::{Fair, FairReport};
+
+/// The operation `fair`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FairOperation;
+
+const FIELDS: [Field; 5] = [
+    Field::optional("object", "text", "the only curve or surface", "the object to make fair"),
+    Field::optional(
+        "energy",
+        "\"stretch\" | \"bend\" | \"variation\" | [{ kind, weight, points = [{ at, to, weight }, …] }, …]",
+        "bend",
+        "what is to be small; a sum may also have the kinds \"near\" (the old shape) and \"data\" (points)",
+    ),
+    Field::optional(
+        "constraints",
+        "[{ kind, …, to | by | scale | keep }, …]",
+        "none",
+        "what is asked; other objects that it names stay as they are",
+    ),
+    Field::optional("lock", "[index, …]", "none", "control vertices that may not move; -1 is the last"),
+    Field::optional("solver", "name", "automatic", "the constraints' solver; `loftsman plugins` lists them"),
+];
+
+impl Operation for FairOperation {
+    fn declaration(&self) -> Declaration {
+        Declaration {
+            name: "fair",
+            help: "the shape of least energy that meets the constraints",
+            fields: &FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let object = object_name(scene, parameters, fits, "curve or surface")?;
+        let mut names = SceneShapes::new(scene, &object)?;
+        let tables = parameters.tables("constraints")?;
+        let mut constraints = Vec::with_capacity(tables.len());
+        for table in &tables {
+            constraints.push(constraint_from(context.registry, table, &mut names)?);
+        }
+        ask_once(names.shapes(), &constraints, &tables)?;
+        let solver = parameters.text_or("solver", "automatic")?;
+        let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
+        let (_, shapes) = names.into_parts();
+        let problem = Problem {
+            energy: energy(parameters)?,
+            constraints,
+            lock: if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() },
+            others: &shapes[1..],
+            solver: Arc::clone(solver),
+        };
+        let start = context.clock.seconds();
+        let any: &dyn Any = shapes[0].as_ref();
+        let (fair, told) = if let Some(curve) = any.downcast_ref::<Curve>() {
+            problem.solve(curve)?
+        } else if let Some(surface) = any.downcast_ref::<Surface>() {
+            problem.solve(surface)?
+        } else {
+            return Err(Error::Invalid("only curves and surfaces can be made fair".into()).into());
+        };
+        let mut report = step_report(&object, &told);
+        report.prepare_seconds = Some(context.clock.seconds() - start);
+        report.marks = problem.marks(&object, shapes[0].as_ref(), fair.as_ref());
+        put_back(scene, &object, fair.as_ref())?;
+        Ok(report)
+    }
+}
+
+struct Problem<'a> {
+    energy: Energy,
+    constraints: Vec<Constraint>,
+    lock: Vec<i64>,
+    others: &'a [Box<dyn Shape>],
+    solver: Arc<dyn Solver>,
+}
+
+impl Problem<'_> {
+    fn solve<S: Shape + Clone>(&self, shape: &S) -> Result<(Box<dyn Shape>, FairReport), OperationError> {
+        let mut fair = Fair::new(shape).energy(self.energy.clone()).lock(self.lock.iter().copied());
+        for other in self.others {
+            fair = fair.beside(other.boxed());
+        }
+        for constraint in &self.constraints {
+            fair = fair.ask(constraint.clone());
+        }
+        let done = fair.solve_with(Arc::clone(&self.solver))?;
+        Ok((done.shape().boxed(), done.report().clone()))
+    }
+
+    /// What a picture should mark: where something was asked of the shape.
+    fn marks(&self, object: &str, before: &dyn Shape, after: &dyn Shape) -> Vec<Mark> {
+        let mut marks = Vec::new();
+        for constraint in &self.constraints {
+            let Some((0, at)) = constraint.functional().location() else { continue };
+            let place = |shape: &dyn Shape| shape.value(at, Derivative::POSITION).ok().map(Point::from);
+            let (Some(old), Some(new)) = (place(before), place(after)) else { continue };
+            let kind = if constraint.functional().is_vector() && old == new {
+                MarkKind::Kept
+            } else {
+                MarkKind::Other
+            };
+            marks.push(Mark {
+                object: object.to_owned(),
+                kind,
+                position: new,
+                before: old,
+                vector: None,
+                label: constraint.describe(),
+            });
+        }
+        marks
+    }
+}
+
+fn energy(parameters: &Parameters) -> Result<Energy, ParameterError> {
+    const WORDS: [(&str, u8); 5] =
+        [("stretch", 0), ("membrane", 0), ("bend", 1), ("thin-plate", 1), ("variation", 2)];
+    const KINDS: [(&str, u8); 7] = [
+        ("stretch", 0),
+        ("membrane", 0),
+        ("bend", 1),
+        ("thin-plate", 1),
+        ("variation", 2),
+        ("near", 3),
+        ("data", 4),
+    ];
+    let named = |word| match word {
+        0 => stretch(),
+        1 => bend(),
+        _ => variation(),
+    };
+    match parameters.value("energy") {
+        None => Ok(bend()),
+        Some(value) if !value.is_array() => Ok(named(parameters.choice("energy", &WORDS)?)),
+        Some(_) => {
+            let mut sum: Option<Energy> = None;
+            for table in parameters.tables("energy")? {
+                let kind = table.choice("kind", &KINDS)?;
+                let term = match kind {
+                    3 => near(),
+                    4 => data(points(&table)?),
+                    word => named(word),
+                };
+                let known = ["kind", "weight", "points"].map(|name| Field::optional(name, "", "", ""));
+                table.check(&known[..if kind == 4 { 3 } else { 2 }])?;
+                let weight = table.number_or("weight", 1.0)?;
+                if !(weight > 0.0 && weight.is_finite()) {
+                    return Err(table.error("weight", "a positive number is needed"));
+                }
+                let term = weight * term;
+                sum = Some(match sum {
+                    None => term,
+                    Some(sum) => sum + term,
+                });
+            }
+            sum.ok_or_else(|| parameters.error("energy", "a sum needs at least one energy"))
+        }
+    }
+}
+
+fn points(table: &Parameters) -> Result<Vec<Datum>, ParameterError> {
+    let known = ["at", "to", "weight"].map(|name| Field::optional(name, "", "", ""));
+    let each = table.tables("points")?.into_iter().map(|point| {
+        point.check(&known)?;
+        let weight = point.number_or("weight", 1.0)?;
+        if !(weight > 0.0 && weight.is_finite()) {
+            return Err(point.error("weight", "a positive number is needed"));
+        }
+        Ok(Datum { at: point.location("at")?, to: point.point("to")?, weight })
+    });
+    each.collect()
+}
+
+fn step_report(object: &str, told: &FairReport) -> StepReport {
+    let mut notes = vec![format!("{}: {:.6e} → {:.6e}", told.energy, told.energy_before, told.energy_after)];
+    notes.extend(told.notes.iter().cloned());
+    StepReport {
+        op: "fair".into(),
+        object: Some(object.into()),
+        solver: Some(told.solver.clone()),
+        equations: Some(told.equations),
+        rank: Some(told.rank),
+        redundant: told.redundant.clone(),
+        residual: Some(told.residual),
+        condition: Some(told.condition),
+        adjustment: Some(told.adjustment),
+        iterations: Some(told.iterations),
+        constraints: told.constraints.clone(),
+        energy: Some([told.energy_before, told.energy_after]),
+        notes,
+        ..StepReport::default()
+    }
+}
