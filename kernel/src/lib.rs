@@ -16,6 +16,7 @@ pub mod functional;
 pub mod material;
 pub mod mesh;
 pub mod named;
+pub mod parallel;
 pub mod placement;
 pub mod plugin;
 pub mod scene;

@@ -30,6 +30,55 @@ pub(crate) fn extraction(space: &Space, span: usize, a: f64, b: f64, out: &mut V
     }
 }
 
+/// Restricts a Bézier net of `rows × columns` (row after row along `u`), given over `[0, 1]²`, to a box within it.
+///
+/// De Casteljau, twice a direction: all steps are convex combinations. `O(rows columns (rows + columns))`.
+pub(crate) fn restrict<const L: usize>(
+    net: &mut [[f64; L]],
+    rows: usize,
+    columns: usize,
+    low: [f64; 2],
+    high: [f64; 2],
+) {
+    for (direction, (a, b)) in [(low[0], high[0]), (low[1], high[1])].into_iter().enumerate() {
+        if a > 0.0 {
+            part(net, rows, columns, direction, a, true);
+        }
+        if b < 1.0 {
+            part(net, rows, columns, direction, (b - a) / (1.0 - a), false);
+        }
+    }
+}
+
+/// Keeps the part of a net after (or before) `at` of one direction.
+fn part<const L: usize>(
+    net: &mut [[f64; L]],
+    rows: usize,
+    columns: usize,
+    direction: usize,
+    at: f64,
+    after: bool,
+) {
+    let mut mix = |from: usize, to: usize, share: f64| {
+        for lane in 0..L {
+            net[to][lane] += (net[from][lane] - net[to][lane]) * share;
+        }
+    };
+    let count = if direction == 0 { rows } else { columns };
+    for r in 1..count {
+        for k in 0..count - r {
+            // Towards the end `k` ascends and takes from `k + 1`; towards the start the other way round.
+            let (to, from, share) =
+                if after { (k, k + 1, at) } else { (count - 1 - k, count - 2 - k, 1.0 - at) };
+            if direction == 0 {
+                (0..columns).for_each(|j| mix(from * columns + j, to * columns + j, share));
+            } else {
+                (0..rows).for_each(|i| mix(i * columns + from, i * columns + to, share));
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -51,5 +100,23 @@ mod tests {
         let mut basis = [0.0; MAX_ORDER];
         space.basis_into(3, 0.5, 0, &mut basis);
         assert_eq!(rows[0], basis);
+    }
+
+    #[test]
+    fn a_restricted_net_is_what_extraction_gives() {
+        let space = Space::clamped_uniform(3, 4).unwrap();
+        let mut rows = Vec::new();
+        extraction(&space, 3, 0.25, 0.875, &mut rows);
+        let mut net: Vec<[f64; 4]> =
+            (0..4).map(|i| std::array::from_fn(|j| f64::from(u8::from(i == j)))).collect();
+        let mut across: Vec<_> = net.clone();
+        restrict(&mut net, 4, 1, [0.25, 0.0], [0.875, 1.0]);
+        restrict(&mut across, 1, 4, [0.0, 0.25], [1.0, 0.875]);
+        assert_eq!(net, across);
+        for (row, expected) in net.iter().zip(&rows) {
+            for (value, e) in row.iter().zip(expected) {
+                assert!((value - e).abs() < 1e-15, "{row:?} {expected:?}");
+            }
+        }
     }
 }

@@ -42,6 +42,11 @@ impl Frame {
         Ok(Self { centre: low + (high - low) * 0.5, size, largest })
     }
 
+    /// The frame in which coordinates are what they are.
+    pub(crate) fn absolute() -> Self {
+        Self { centre: Point::origin(), size: 1.0, largest: 0.0 }
+    }
+
     /// What a fineness asks in this frame; `samples` are points of the shape itself, whose box is never larger
     /// than the shape's own, so that a relative tolerance is never wider than promised.
     pub(crate) fn target(

@@ -3,22 +3,33 @@
 //! [`Adaptive`] is the kernel's [`Tessellator`]: it bounds the distance between chord and curve (or triangle and
 //! surface) from control points, so that no wiggle between samples can be missed, and says how it rounds:
 //!
-//! * *curves* ([`Adaptive::curve_parameters`]): each Bézier piece is divided until its control polygon is within
-//!   the chord tolerance and the angle, or a bound on the second derivative says that it is;
-//! * *surfaces*: a grid of parameter lines, finer where the surface bends more, whose cells are bounded by the
-//!   second derivatives of their Bézier patches; seams and poles share their vertices, so that a closed surface
-//!   gives a closed mesh.
+//! * *curves* ([`Adaptive::curve_parameters`]): as few chords as the tolerance permits, across knots, with the error
+//!   spread evenly; corners are kept;
+//! * *surfaces* ([`Adaptive::measured_surface`]): each Bézier patch is divided into cells until every triangle is
+//!   certified to be near enough, measured across its plane; patches share their edges' points, seams and poles are
+//!   one, so that a closed surface gives a closed mesh.
+//!
+//! An edge of a surface is cut by its own control points, the tolerance and the angle, and by nothing else: surfaces
+//! whose edges coincide (the same Bézier pieces, run through either way) get the same points there when the tolerance
+//! is a length. A relative one is a length of its own for each surface.
 //!
 //! The same input gives the same bytes. [`Tessellation`] registers it.
 
+mod assemble;
 mod bezier;
-mod bounds;
+mod cell;
 mod curve;
-mod evaluate;
+mod distinct;
+mod edge;
 mod fineness;
-mod lines;
+mod flat;
+mod form;
 mod normals;
+mod patch;
+mod refine;
 mod surface;
+mod topology;
+mod tree;
 mod weld;
 
 use loftsman_kernel::Result;
@@ -41,8 +52,9 @@ impl Default for Adaptive {
 }
 
 impl Adaptive {
-    /// The parameters whose points make the polyline of [`curve`](Tessellator::curve), from one end of the
-    /// domain to the other (both included; every knot among them). `O(points · p³)`.
+    /// The parameters whose points make the polyline of [`curve`](Tessellator::curve), from one end of the domain to
+    /// the other, both included. (Where the curve jumps the polyline also has the point before.) A chord costs some
+    /// ten decisions of `O(p²)`.
     ///
     /// # Errors
     /// When the fineness is not positive, is below what the coordinates resolve, or needs more than
@@ -50,12 +62,21 @@ impl Adaptive {
     pub fn curve_parameters(&self, curve: &Curve, fineness: &Fineness) -> Result<Vec<f64>> {
         curve::parameters(curve, fineness, self.budget)
     }
+
+    /// The mesh of [`surface`](Tessellator::surface), and the largest distance between mesh and surface that the
+    /// bounds leave possible: never more than the tolerance.
+    ///
+    /// # Errors
+    /// As for [`surface`](Tessellator::surface).
+    pub fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<(Mesh, f64)> {
+        surface::mesh(surface, fineness, self.budget)
+    }
 }
 
 impl Tessellator for Adaptive {
-    /// Every point of the curve is within the chord tolerance of its segment and every point of a segment within
-    /// it of the curve; neighbouring segments turn by no more than the angle, except at real corners and cusps
-    /// (where pieces shorter than 1e-5 of the curve's size are left alone).
+    /// Every point of the curve is within the chord tolerance of its segment and every point of a segment within it
+    /// of the curve; neighbouring segments turn by no more than the angle, except at corners and where segments are
+    /// no longer than twice the tolerance (at a cusp the angle is never met).
     ///
     /// Curves that end where they start, periodic or not, give closed polylines.
     fn curve(&self, curve: &Curve, fineness: &Fineness) -> Result<Polyline> {
@@ -67,16 +88,14 @@ impl Tessellator for Adaptive {
         curve::parameters(curve, fineness, self.budget)
     }
 
-    /// Every point of a triangle is within the chord tolerance of the surface at the same parameters, so that
-    /// the bound holds both ways; the surface's normals at neighbouring vertices differ by no more than the angle
-    /// (measured at the vertices, creases and singular points excepted).
+    /// No point of the surface is further than the chord tolerance from the mesh, and none of the mesh from the
+    /// surface. Normals at the ends of a cell's edge differ by no more than the angle, except where the edge is no
+    /// longer than twice the tolerance, along the surface's own edges, and at singular points.
     ///
-    /// Seams (periodic, or edges that coincide) and poles share their vertices. At a seam the shared vertex keeps
-    /// the parameter of the start, so that `uvs` run back from nearly 1 to 0 over the last row of triangles; at a
-    /// pole it keeps the first. Across a crease (an interior knot of full multiplicity) the normals of both sides
-    /// are averaged.
+    /// Seams (periodic, or edges that coincide) and poles share their points. Normals are split only where tangent
+    /// planes differ by more than 2e-3; `uvs` differ at seams, and at poles by triangle.
     fn surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Mesh> {
-        surface::mesh(surface, fineness, self.budget)
+        Ok(surface::mesh(surface, fineness, self.budget)?.0)
     }
 }
 

@@ -1,47 +1,65 @@
 //! Unit normals, also where the two first derivatives do not span a plane.
 
-use loftsman_kernel::spline::Surface;
-use loftsman_kernel::{Result, Vector};
+use loftsman_kernel::Vector;
 
-use crate::evaluate::Jet;
+use crate::patch::{Jet, Patch};
 
-/// Derivatives smaller than this fraction of the surface's size (over the whole domain), or an angle between
-/// them smaller than this, give no normal that rounding would not have made.
+/// Derivatives smaller than this fraction of the patch's size, or an angle between them smaller than this, give no
+/// normal that rounding would not have made.
 const SINGULAR: f64 = 1e-9;
 
-/// `S_u × S_v`, normalised; `None` where the surface is singular.
-pub(crate) fn unit_normal(jet: &Jet) -> Option<Vector> {
+/// The unit normal at parameters of a patch, or its limit from inside; zero where there is neither.
+///
+/// Where `S_u × S_v` vanishes on the patch's border, its derivative into the patch takes its place: along `v` that is
+/// `S_uv × S_v + S_u × S_vv`, along `u` `S_uu × S_v + S_u × S_uv`. At a pole, where all of an edge is one point, it is
+/// the tangent plane's normal.
+pub(crate) fn normal(patch: &Patch, at: [f64; 2], jet: &Jet) -> Vector {
+    let least = SINGULAR * patch.size;
     let (lu, lv) = (jet.u.norm(), jet.v.norm());
-    if !(lu > SINGULAR && lv > SINGULAR) {
-        return None;
+    if lu > least && lv > least {
+        let cross = (jet.u / lu).cross(&(jet.v / lv));
+        let length = cross.norm();
+        if length > SINGULAR {
+            return cross / length;
+        }
     }
-    let normal = (jet.u / lu).cross(&(jet.v / lv));
-    let length = normal.norm();
-    (length > SINGULAR).then(|| normal / length)
+    limit(patch, at, jet)
 }
 
-/// The limit of the normal at a singular point of an edge, seen from inside; zero where a second-order limit does
-/// not exist either.
-///
-/// There `S_u × S_v` vanishes and its derivative into the surface takes its place: along `v` it is
-/// `S_uv × S_v + S_u × S_vv`, along `u` `S_uu × S_v + S_u × S_uv`. At a pole where all of an edge is one point
-/// that is the tangent plane's normal. `across_u` says that the way in is along `u`; `inward` is 1 at the start
-/// of the domain and -1 at its end.
-pub(crate) fn limit(surface: &Surface, u: f64, v: f64, across_u: bool, inward: f64) -> Result<Vector> {
-    let (lu, lv) = (surface.u().length(), surface.v().length());
-    let d = |a: usize, b: usize| -> Result<Vector> {
-        Ok(surface.derivative(u, v, a, b)? * (lu.powi(a as i32) * lv.powi(b as i32)))
-    };
-    let (su, sv, suv) = (d(1, 0)?, d(0, 1)?, d(1, 1)?);
-    let size = suv.amax().max(su.amax()).max(sv.amax());
+fn limit(patch: &Patch, at: [f64; 2], jet: &Jet) -> Vector {
+    let size = patch.size;
     if !(size > 0.0 && size.is_finite()) {
-        return Ok(Vector::zeros());
+        return Vector::zeros();
     }
-    let normal = if across_u {
-        (d(2, 0)? / size).cross(&(sv / size)) + (su / size).cross(&(suv / size))
-    } else {
-        (suv / size).cross(&(sv / size)) + (su / size).cross(&(d(0, 2)? / size))
-    };
-    let length = normal.norm();
-    Ok(if length > SINGULAR { normal * (inward / length) } else { Vector::zeros() })
+    let inward = at.map(|x| {
+        if x <= 0.0 {
+            1.0
+        } else if x >= 1.0 {
+            -1.0
+        } else {
+            0.0
+        }
+    });
+    let [uu, uv, vv] = patch.second(at).map(|d| d / size);
+    let (u, v) = (jet.u / size, jet.v / size);
+    let along = [uu.cross(&v) + u.cross(&uv), uv.cross(&v) + u.cross(&vv)];
+    let ways = [along[1] * inward[1], along[0] * inward[0], along[0] * inward[0] + along[1] * inward[1]];
+    ways.into_iter().find(|way| way.norm() > SINGULAR).map_or_else(Vector::zeros, |way| way.normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_collapsed_edge_has_the_normal_of_its_tangent_plane() {
+        // A bilinear patch whose edge v = 0 is one point: a flat triangle, upwards.
+        let net =
+            vec![[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]];
+        let patch = Patch::new(net, 2, 2, false);
+        for at in [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [0.5, 0.5]] {
+            let normal = normal(&patch, at, &patch.jet(at));
+            assert!((normal + Vector::z()).norm() < 1e-15, "{at:?} {normal}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Points of the grid that are one point: seams and poles.
 
 /// Sets of grid points that are one vertex: a forest in one array, the least index of a set its root.
+#[derive(Debug)]
 pub(crate) struct Welds {
     parent: Vec<u32>,
 }

@@ -90,11 +90,11 @@ fn no_sliver_of_nothing(mesh: &Mesh) {
         let [a, b, c] = [f[0], f[1], f[2]].map(|k| mesh.points()[k as usize]);
         assert!(a != b && b != c && c != a && (b - a).cross(&(c - a)).norm() > 0.0);
     }
-    for n in mesh.normals.values() {
-        assert!((n.norm() - 1.0).abs() < 1e-12);
+    mesh.check().unwrap();
+    for (corner, &point) in mesh.corners().iter().enumerate() {
+        assert!((mesh.normals.at(corner, point).unwrap().norm() - 1.0).abs() < 1e-12);
+        assert!(mesh.uvs.at(corner, point).is_some());
     }
-    assert_eq!(mesh.normals.values().len(), mesh.points().len());
-    assert_eq!(mesh.uvs.values().len(), mesh.points().len());
 }
 
 #[test]
@@ -103,6 +103,7 @@ fn a_sphere_is_closed_has_fans_at_its_poles_and_exact_normals() {
         let mesh = Adaptive::default().surface(&sphere(radius), &Fineness::default()).unwrap();
         assert_eq!(euler(&mesh), 2);
         no_sliver_of_nothing(&mesh);
+        assert!(mesh.normals.corners().is_none(), "one normal a point, at the poles and the seam too");
         for (p, n) in mesh.points().iter().zip(mesh.normals.values()) {
             assert!((p.coords / radius - n).norm() < 1e-7, "{p} {n}");
             assert!((p.coords.norm() / radius - 1.0).abs() < 1e-14);
@@ -141,11 +142,21 @@ fn a_cone_has_an_apex_and_an_open_rim() {
     let cone = Surface::rational(arcs(4), Space::clamped_uniform(1, 2).unwrap(), points, weights).unwrap();
     let mesh = Adaptive::default().surface(&cone, &Fineness::default()).unwrap();
     no_sliver_of_nothing(&mesh);
-    let apex = mesh.points().iter().position(|p| p.z > 1.0 - 1e-9).unwrap();
-    assert!(mesh.normals.values()[apex].xy().norm() < 1e-2);
-    // A fan: as many triangles meet at the apex as the rim has points.
-    let fan = mesh.faces().filter(|f| f.contains(&(apex as u32))).count();
-    assert_eq!(fan, mesh.points().iter().filter(|p| p.z < 1e-9).count());
+    // A fan at the apex, each face with its own normal there: across its own generator, not up.
+    let apex = mesh.points().iter().position(|p| p.z > 1.0 - 1e-9).unwrap() as u32;
+    let mut fan = 0;
+    for (face, corners) in mesh.faces().enumerate() {
+        if let Some(k) = corners.iter().position(|&c| c == apex) {
+            fan += 1;
+            let normal = mesh.normals.at(3 * face + k, apex).unwrap();
+            let middle =
+                corners.iter().filter(|c| **c != apex).map(|&c| mesh.points()[c as usize].coords.xy());
+            let expected = middle.sum::<nalgebra::Vector2<f64>>().normalize().push(1.0) * 0.5_f64.sqrt();
+            // The parameters run so that the inside is in front.
+            assert!((normal + expected).norm() < 1e-2, "{normal} {expected}");
+        }
+    }
+    assert!(fan >= 8);
 }
 
 #[test]
@@ -158,7 +169,10 @@ fn a_plane_is_two_triangles() {
     let mesh = mesh.unwrap();
     assert_eq!((mesh.points().len(), mesh.face_count()), (4, 2));
     assert_eq!(mesh.normals.values(), [Vector::z(); 4]);
-    assert_eq!(mesh.uvs.values(), [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
+    for (corner, &point) in mesh.corners().iter().enumerate() {
+        let (p, uv) = (mesh.points()[point as usize], mesh.uvs.at(corner, point).unwrap());
+        assert_eq!([p.x, p.y], *uv);
+    }
 }
 
 #[test]
@@ -169,29 +183,94 @@ fn a_tolerance_beyond_reason_is_refused_by_name() {
         assert!(message.contains(&format!("{tolerance:e}")) && message.contains("triangles"), "{message}");
     }
     let fine = Fineness { chord: Chord::Absolute(1e-3), angle: 1e-9 };
-    assert!(Adaptive::default().surface(&sphere(1.0), &fine).is_err());
+    let small = Adaptive { budget: 10_000 };
+    let message = small.surface(&sphere(1.0), &fine).unwrap_err().to_string();
+    assert!(message.contains("10000") && message.contains("degrees"), "{message}");
+    assert!(small.surface(&sphere(1.0), &Fineness::default()).is_ok());
 }
 
-/// Barycentric samples of every triangle against the surface at the same parameters (open surfaces only, where
-/// `uvs` do not wrap).
-fn deviation(surface: &Surface, mesh: &Mesh) -> f64 {
+/// The point of the surface nearest to `to`, from parameters near it: Gauss–Newton steps of which only those that
+/// come nearer count.
+fn nearest(surface: &Surface, uv: [f64; 2], to: Vector) -> f64 {
     let ((u0, u1), (v0, v1)) = (surface.u().domain(), surface.v().domain());
-    let mut worst = 0.0_f64;
-    for f in mesh.faces() {
-        for [s, t] in [[1.0, 1.0], [4.0, 1.0], [1.0, 4.0], [0.0, 1.0], [1.0, 0.0], [5.0, 0.0], [0.0, 5.0]] {
-            let (a, b) = (s / 6.0, t / 6.0);
-            let mix = [1.0 - a - b, a, b];
-            let (mut p, mut uv) = (Vector::zeros(), [0.0, 0.0]);
-            for (k, m) in f.iter().zip(mix) {
-                p += mesh.points()[*k as usize].coords * m;
-                let here = mesh.uvs.values()[*k as usize];
-                (uv[0], uv[1]) = (uv[0] + here[0] * m, uv[1] + here[1] * m);
+    let (mut u, mut v) = (u0 + (u1 - u0) * uv[0], v0 + (v1 - v0) * uv[1]);
+    let away = |u: f64, v: f64| to - surface.point(u, v).unwrap().coords;
+    let mut rest = away(u, v);
+    for _ in 0..30 {
+        let (a, b) = (surface.derivative(u, v, 1, 0).unwrap(), surface.derivative(u, v, 0, 1).unwrap());
+        let (aa, ab, bb) = (a.dot(&a), a.dot(&b), b.dot(&b));
+        let (e, f) = (a.dot(&rest), b.dot(&rest));
+        let det = aa * bb - ab * ab;
+        if det <= 1e-14 * aa * bb {
+            break;
+        }
+        let mut step = 1.0;
+        let better = loop {
+            let x = (u + step * (bb * e - ab * f) / det).clamp(u0, u1);
+            let y = (v + step * (aa * f - ab * e) / det).clamp(v0, v1);
+            let next = away(x, y);
+            if next.norm() < rest.norm() {
+                (u, v, rest) = (x, y, next);
+                break true;
             }
-            let exact = surface.point(u0 + (u1 - u0) * uv[0], v0 + (v1 - v0) * uv[1]).unwrap();
-            worst = worst.max((exact.coords - p).norm());
+            step *= 0.5;
+            if step < 1e-3 {
+                break false;
+            }
+        };
+        if !better {
+            break;
         }
     }
-    worst
+    rest.norm()
+}
+
+/// The distance from a point to a triangle.
+fn to_triangle(p: Vector, [a, b, c]: [Vector; 3]) -> f64 {
+    let segment = |a: Vector, b: Vector| {
+        let d = b - a;
+        let t = ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+        (p - a - d * t).norm()
+    };
+    let (s, t) = (b - a, c - a);
+    let normal = s.cross(&t).normalize();
+    let inside = |a: Vector, b: Vector| normal.dot(&(b - a).cross(&(p - a))) >= 0.0;
+    if inside(a, b) && inside(b, c) && inside(c, a) {
+        normal.dot(&(p - a)).abs()
+    } else {
+        segment(a, b).min(segment(b, c)).min(segment(c, a))
+    }
+}
+
+/// The largest distances found: from points of the mesh to the surface, and from points of the surface to the mesh
+/// (to the triangle of the same parameters and to those around it).
+fn deviation(surface: &Surface, mesh: &Mesh) -> (f64, f64) {
+    let ((u0, u1), (v0, v1)) = (surface.u().domain(), surface.v().domain());
+    let corners = |f: &[u32]| [f[0], f[1], f[2]].map(|k| mesh.points()[k as usize].coords);
+    let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
+    let faces: Vec<&[u32]> = mesh.faces().collect();
+    for (face, f) in faces.iter().enumerate() {
+        f.iter().for_each(|&c| around.entry(c).or_default().push(face));
+    }
+    let (mut out, mut back) = (0.0_f64, 0.0_f64);
+    for (face, f) in faces.iter().enumerate() {
+        let points = corners(f);
+        let uvs = [0, 1, 2].map(|k| *mesh.uvs.at(3 * face + k, f[k]).unwrap());
+        for [s, t] in [[2.0, 2.0], [4.0, 1.0], [1.0, 4.0], [1.0, 1.0], [0.0, 3.0], [3.0, 0.0], [3.0, 3.0]] {
+            let mix = [(6.0 - s - t) / 6.0, s / 6.0, t / 6.0];
+            let p: Vector = points.iter().zip(mix).map(|(p, m)| p * m).sum();
+            let uv =
+                [0, 1].map(|d| uvs.iter().zip(mix).map(|(uv, m)| uv[d] * m).sum::<f64>().clamp(0.0, 1.0));
+            out = out.max(nearest(surface, uv, p));
+            let on = surface.point(u0 + (u1 - u0) * uv[0], v0 + (v1 - v0) * uv[1]).unwrap().coords;
+            let mut near = to_triangle(on, points);
+            for &other in f.iter().flat_map(|c| &around[c]) {
+                near = near.min(to_triangle(on, corners(faces[other])));
+            }
+            back = back.max(near);
+        }
+    }
+    (out, back)
 }
 
 proptest! {
@@ -213,10 +292,10 @@ proptest! {
             rational.then(|| weights[..rows * columns].to_vec()),
         ).unwrap();
         let fineness = Fineness { chord: Chord::Absolute(0.02), angle: 0.8 };
-        let mesh = Adaptive::default().surface(&surface, &fineness).unwrap();
+        let (mesh, certified) = Adaptive::default().measured_surface(&surface, &fineness).unwrap();
         no_sliver_of_nothing(&mesh);
-        let worst = deviation(&surface, &mesh);
-        prop_assert!(worst <= 0.02, "{worst}");
+        let (out, back) = deviation(&surface, &mesh);
+        prop_assert!(certified <= 0.02 && out <= certified && back <= certified, "{out} {back} {certified}");
         prop_assert_eq!(&mesh, &Adaptive::default().surface(&surface, &fineness).unwrap());
     }
 }

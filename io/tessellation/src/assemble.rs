@@ -1,0 +1,289 @@
+//! The mesh of the patches' cells: one point where patches share it, and what differs by corner beside it.
+
+use std::collections::BTreeMap;
+
+use loftsman_kernel::mesh::{Mesh, NONE};
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::{Error, Point, Result, Vector};
+
+use crate::cell::Poles;
+use crate::distinct::Distinct;
+use crate::edge::Border;
+use crate::fineness::Frame;
+use crate::patch::Patches;
+use crate::refine::Cells;
+use crate::topology::Topology;
+
+/// Normals of one point that differ by less than this angle (as a chord of the unit sphere) are one: the angle below
+/// which CAD systems call tangent planes the same.
+const CREASE: f64 = 2e-3;
+
+/// A triangle with less area than this part of the square of the mesh's width is a line.
+const NO_AREA: f64 = 1e-14;
+
+/// The points' numbers, by where they are.
+struct Numbers {
+    corners: Vec<u32>,
+    edges: Vec<u32>,
+    next: u32,
+}
+
+impl Numbers {
+    /// Corners first, then the vertices of each edge.
+    fn new(topology: &mut Topology, cells: &[Cells], edges: &[Vec<f64>]) -> Self {
+        let mut numbers =
+            Self { corners: vec![NONE; topology.corner_count()], edges: vec![NONE; edges.len()], next: 0 };
+        for (k, cells) in cells.iter().enumerate() {
+            for corner in 0..4 {
+                let root = topology.corner(k, corner);
+                if numbers.corners[root] == NONE {
+                    numbers.corners[root] = numbers.next;
+                    numbers.next += 1;
+                }
+            }
+            for side in (0..4).filter(|&side| !cells.poles.0[side]) {
+                let edge = topology.edge(k, side);
+                if numbers.edges[edge] == NONE {
+                    numbers.edges[edge] = numbers.next;
+                    numbers.next += edges[edge].len() as u32;
+                }
+            }
+        }
+        numbers
+    }
+
+    /// The numbers of all vertices of a patch; those inside it get new ones.
+    fn of(&mut self, topology: &mut Topology, k: usize, cells: &Cells) -> Vec<u32> {
+        let mut out = vec![NONE; cells.tree.vertices.len()];
+        for (side, ends) in ENDS.into_iter().enumerate() {
+            let chain = cells.tree.side(side);
+            let [first, last] = ends.map(|corner| self.corners[topology.corner(k, corner)]);
+            let base = self.edges[topology.edge(k, side)];
+            let end = chain.len() - 1;
+            for (at, &vertex) in chain.iter().enumerate() {
+                out[vertex as usize] = match at {
+                    0 => first,
+                    _ if at == end => last,
+                    _ if cells.poles.0[side] => first,
+                    _ => base + at as u32 - 1,
+                };
+            }
+        }
+        for number in out.iter_mut().filter(|number| **number == NONE) {
+            *number = self.next;
+            self.next += 1;
+        }
+        out
+    }
+}
+
+/// The corners at which each side starts and ends, its direction being its parameter's.
+const ENDS: [[usize; 2]; 4] = [[0, 1], [1, 2], [3, 2], [0, 3]];
+
+/// An edge of the surface: that side of that patch.
+pub(crate) struct BorderSide {
+    pub(crate) edge: usize,
+    pub(crate) patch: usize,
+    pub(crate) side: usize,
+    pub(crate) border: Border,
+}
+
+/// The layers while they grow: distinct values of each point, and which of them each corner has.
+struct Corners {
+    points: Vec<u32>,
+    normals: Distinct<Vector>,
+    of_normals: Vec<u32>,
+    uvs: Distinct<[f64; 2]>,
+    of_uvs: Vec<u32>,
+}
+
+/// Puts the mesh together.
+pub(crate) fn assemble(
+    surface: &Surface,
+    frame: &Frame,
+    patches: &Patches<'_>,
+    topology: &mut Topology,
+    cells: &[Cells],
+    edges: &[Vec<f64>],
+    borders: &[BorderSide],
+) -> Result<Mesh> {
+    let mut numbers = Numbers::new(topology, cells, edges);
+    let maps: Vec<Vec<u32>> =
+        cells.iter().enumerate().map(|(k, cells)| numbers.of(topology, k, cells)).collect();
+    let count = numbers.next as usize;
+    let mut points = points(frame, cells, &maps, count);
+    for BorderSide { edge, patch, side, border } in borders {
+        let base = numbers.edges[*edge] as usize;
+        for (at, &fraction) in edges[*edge].iter().enumerate() {
+            points[base + at] = border.point(fraction);
+        }
+        for (fraction, corner) in [0.0, 1.0].into_iter().zip(ENDS[*side]) {
+            points[numbers.corners[topology.corner(*patch, corner)] as usize] = border.point(fraction);
+        }
+    }
+    let scale = Scale::new(surface, patches);
+    let mut corners = Corners {
+        points: Vec::new(),
+        normals: Distinct::new(count),
+        of_normals: Vec::new(),
+        uvs: Distinct::new(count),
+        of_uvs: Vec::new(),
+    };
+    let poles = poles(cells, &maps);
+    for (k, (cells, map)) in cells.iter().zip(&maps).enumerate() {
+        let uv = |at: [f64; 2]| scale.uv(k / topology.counts[1], k % topology.counts[1], at);
+        corners.add(cells, map, &poles, uv);
+    }
+    corners.into_mesh(points)
+}
+
+/// The points in the surface's own coordinates; where patches share one, as the first of them has it.
+fn points(frame: &Frame, cells: &[Cells], maps: &[Vec<u32>], count: usize) -> Vec<Point> {
+    let mut points = vec![Point::from([f64::NAN; 3]); count];
+    for (cells, map) in cells.iter().zip(maps) {
+        for (vertex, &number) in cells.tree.vertices.iter().zip(map) {
+            let point = &mut points[number as usize];
+            if point.x.is_nan() {
+                *point = frame.centre + vertex.point * frame.size;
+            }
+        }
+    }
+    points
+}
+
+/// The normal of every pole at which all that ends there agrees; `None` at the others (the apex of a cone).
+fn poles(cells: &[Cells], maps: &[Vec<u32>]) -> BTreeMap<u32, Option<Vector>> {
+    let mut poles = BTreeMap::new();
+    for (cells, map) in cells.iter().zip(maps).filter(|(cells, _)| cells.poles != Poles::default()) {
+        for (vertex, &number) in cells.tree.vertices.iter().zip(map) {
+            if cells.poles.key(vertex.at).is_some() {
+                let normal = Some(vertex.normal).filter(|n| *n != Vector::zeros());
+                let known = poles.entry(number).or_insert(normal);
+                *known = known.zip(normal).filter(|(a, b)| (a - b).norm() <= CREASE).map(|(a, _)| a);
+            }
+        }
+    }
+    poles
+}
+
+impl Corners {
+    /// The triangles of a patch. Those that a pole or a seam has made edges are left out.
+    fn add(
+        &mut self,
+        cells: &Cells,
+        map: &[u32],
+        poles: &BTreeMap<u32, Option<Vector>>,
+        uv: impl Fn([f64; 2]) -> [f64; 2],
+    ) {
+        for triangle in cells.triangles() {
+            let [a, b, c] = triangle.map(|v| map[v as usize]);
+            if a == b || b == c || c == a {
+                continue;
+            }
+            let vertices = triangle.map(|v| &cells.tree.vertices[v as usize]);
+            for (at, number) in [a, b, c].into_iter().enumerate() {
+                self.points.push(number);
+                let vertex = vertices[at];
+                let [next, last] = [1, 2].map(|step| vertices[(at + step) % 3]);
+                let (mut place, mut normal) = (vertex.at, vertex.normal);
+                if let Some(side) = cells.poles.key(vertex.at) {
+                    // A fan: every triangle takes what lies between its two other corners.
+                    let along = side % 2;
+                    place[along] = 0.5 * (next.at[along] + last.at[along]);
+                    let between = || (next.normal + last.normal).try_normalize(1e-3).unwrap_or_default();
+                    normal = poles.get(&number).copied().flatten().unwrap_or_else(between);
+                }
+                self.of_uvs.push(self.uvs.find(number, uv(place), |x, y| x == y));
+                self.of_normals.push(if normal == Vector::zeros() {
+                    NONE
+                } else {
+                    self.normals.find(number, normal, |x, y| (x - y).norm() <= CREASE)
+                });
+            }
+        }
+    }
+
+    fn into_mesh(mut self, mut points: Vec<Point>) -> Result<Mesh> {
+        let widest = points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
+        let thin = |face: &[u32]| {
+            let corner = |k: usize| points[face[k] as usize];
+            let (s, t) = ((corner(1) - corner(0)) / widest, (corner(2) - corner(0)) / widest);
+            s.cross(&t).norm() <= NO_AREA
+        };
+        if self.points.chunks_exact(3).all(thin) {
+            return Err(Error::Invalid(
+                "the surface has no area: all of it is on one curve or at one point".into(),
+            ));
+        }
+        self.fill_normals(&points);
+        let kept = compact(&mut points, &mut self.points);
+        let starts = (0..=self.points.len() / 3).map(|f| 3 * f).collect();
+        let mut mesh = Mesh::from_parts(points, self.points, starts)?;
+        mesh.normals = self.normals.into_layer(self.of_normals, &kept);
+        mesh.uvs = self.uvs.into_layer(self.of_uvs, &kept);
+        Ok(mesh)
+    }
+
+    /// Where the surface has no normal, nor a limit: the mean of the faces around, by their angles there.
+    fn fill_normals(&mut self, points: &[Point]) {
+        if !self.of_normals.contains(&NONE) {
+            return;
+        }
+        let mut sums = vec![Vector::zeros(); points.len()];
+        for face in self.points.chunks_exact(3) {
+            for k in 0..3 {
+                let corner = |step: usize| points[face[(k + step) % 3] as usize];
+                let (s, t) = (corner(1) - corner(0), corner(2) - corner(0));
+                let size = s.amax().max(t.amax());
+                if size > 0.0 {
+                    let (s, t) = (s / size, t / size);
+                    sums[face[k] as usize] +=
+                        s.cross(&t).try_normalize(0.0).unwrap_or_default() * s.angle(&t);
+                }
+            }
+        }
+        for (of, &number) in self.of_normals.iter_mut().zip(&self.points) {
+            if *of == NONE {
+                let normal = sums[number as usize].try_normalize(1e-9).unwrap_or_else(Vector::z);
+                *of = self.normals.find(number, normal, |x, y| (x - y).norm() <= CREASE);
+            }
+        }
+    }
+}
+
+/// Takes out points that no triangle has; the old numbers of those that stay.
+fn compact(points: &mut Vec<Point>, corners: &mut [u32]) -> Vec<u32> {
+    let mut number = vec![NONE; points.len()];
+    corners.iter().for_each(|&c| number[c as usize] = 0);
+    let kept: Vec<u32> = (0..points.len() as u32).filter(|&k| number[k as usize] == 0).collect();
+    for (new, &old) in kept.iter().enumerate() {
+        number[old as usize] = new as u32;
+        points[new] = points[old as usize];
+    }
+    points.truncate(kept.len());
+    corners.iter_mut().for_each(|c| *c = number[*c as usize]);
+    kept
+}
+
+/// Parameters of the surface scaled to `[0, 1]²`.
+struct Scale {
+    ends: [Vec<(f64, f64)>; 2],
+}
+
+impl Scale {
+    fn new(surface: &Surface, patches: &Patches<'_>) -> Self {
+        let domains = [surface.u().domain(), surface.v().domain()];
+        let counts = patches.counts();
+        let ends = [0, 1].map(|d| {
+            let (start, end) = domains[d];
+            let scaled = |x: f64| (x - start) / (end - start);
+            (0..counts[d]).map(|k| patches.ends(d, k)).map(|(a, b)| (scaled(a), scaled(b))).collect()
+        });
+        Self { ends }
+    }
+
+    fn uv(&self, i: usize, j: usize, at: [f64; 2]) -> [f64; 2] {
+        let mix = |(a, b): (f64, f64), t: f64| if t >= 1.0 { b } else { a + (b - a) * t };
+        [mix(self.ends[0][i], at[0]), mix(self.ends[1][j], at[1])]
+    }
+}

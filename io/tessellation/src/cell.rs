@@ -1,0 +1,389 @@
+//! One cell: the triangles it is made of, and how far they are from the surface at most.
+
+use loftsman_kernel::Vector;
+
+use crate::fineness::Target;
+use crate::form::Form;
+use crate::patch::Patch;
+use crate::tree::{Cell, Cut, Tree, Vertex};
+
+/// Above this many choices the triangles are not chosen by their certified error, but by their edges' lengths.
+const CHOICES: usize = 64;
+/// Above this error (in tolerances) a cell is cut without a closer look.
+const HOPELESS: f64 = 8.0;
+/// Cells are not cut beyond this part of a patch: a power of two, far above where fractions cease to be exact.
+const SMALLEST: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// What a cell comes to.
+pub(crate) enum Verdict {
+    /// It is close enough: its triangles are in [`Judge::triangles`].
+    Meets {
+        /// The certified distance between triangles and surface.
+        error: f64,
+    },
+    /// It must be cut.
+    Cut(Cut),
+}
+
+/// Which sides of the patch are one point. Vertices there are one, however many the tree has.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Poles(pub(crate) [bool; 4]);
+
+impl Poles {
+    /// Whether two places are the same point of the surface.
+    fn same(&self, a: [f64; 2], b: [f64; 2]) -> bool {
+        self.key(a).is_some_and(|k| Some(k) == self.key(b))
+    }
+
+    /// The collapsed side that a place is on; sides that meet at a corner are one point.
+    pub(crate) fn key(&self, at: [f64; 2]) -> Option<usize> {
+        let on = [at[1] <= 0.0, at[0] >= 1.0, at[1] >= 1.0, at[0] <= 0.0];
+        let side = (0..4).find(|&k| on[k] && self.0[k])?;
+        let mut first = side;
+        for back in 1..4 {
+            let k = (side + 4 - back) % 4;
+            if !self.0[k] {
+                break;
+            }
+            first = k;
+        }
+        if self.0 == [true; 4] { Some(0) } else { Some(first) }
+    }
+}
+
+/// Judges cells of one patch; its room is used again from cell to cell.
+#[derive(Default)]
+pub(crate) struct Judge {
+    form: Form,
+    sides: [Vec<u32>; 4],
+    near: Vec<u32>,
+    far: Vec<u32>,
+    table: Vec<(f64, bool)>,
+    /// The triangles of the last cell that met the target, counterclockwise in parameters.
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+impl Judge {
+    /// The number of vertices around a cell.
+    pub(crate) fn look(&mut self, tree: &Tree, cell: &Cell) -> usize {
+        for (k, side) in self.sides.iter_mut().enumerate() {
+            side.clear();
+            tree.chain(cell, k, side);
+        }
+        self.sides.iter().map(Vec::len).sum()
+    }
+
+    /// Judges the cell last [looked at](Self::look).
+    pub(crate) fn judge(
+        &mut self,
+        tree: &Tree,
+        patch: &Patch,
+        poles: &Poles,
+        target: &Target,
+        cell: &Cell,
+    ) -> Verdict {
+        // Where both opposite edges are cut, cutting the cell adds no vertex.
+        let cut = cell.edges.map(|edge| tree.middle(edge).is_some());
+        if cut[0] && cut[2] {
+            return Verdict::Cut(Cut::Even);
+        }
+        if cut[1] && cut[3] {
+            return Verdict::Cut(Cut::Odd);
+        }
+        let corners = cell.corners.map(|c| tree.vertices[c as usize]);
+        let bound = |k: usize, pick: fn(f64, f64) -> f64| {
+            corners.iter().map(|c| c.at[k]).fold(corners[0].at[k], pick)
+        };
+        let (low, high) =
+            ([bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)]);
+        self.form.set(patch, low, high);
+        let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
+        if let Some(rough) = self.rough(&corners, target).filter(|_| !tiny) {
+            return self.divide(tree, cell, &corners, rough);
+        }
+        self.chains();
+        self.choose(&tree.vertices, poles, target);
+        let error = self.certify(&tree.vertices, poles);
+        if (error.is_nan() || error > target.chord) && !tiny {
+            let normal = crossing(&corners);
+            return self.divide(tree, cell, &corners, normal);
+        }
+        if let Some(cut) = turn(tree, cell, &corners, poles, target).filter(|_| !tiny) {
+            return Verdict::Cut(cut);
+        }
+        Verdict::Meets { error }
+    }
+
+    /// The normal of a cell that is far from meeting the target whichever way it is triangulated.
+    fn rough(&self, corners: &[Vertex; 4], target: &Target) -> Option<Vector> {
+        let normal = crossing(corners);
+        let ranges = self.form.across(&normal, &corners[0].point);
+        let edge = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
+        let least = edge(0, 1).max(edge(1, 2)).max(edge(2, 3)).max(edge(3, 0));
+        (least > HOPELESS * target.chord).then_some(normal)
+    }
+
+    /// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across
+    /// the longer ones.
+    fn divide(&self, tree: &Tree, cell: &Cell, corners: &[Vertex; 4], normal: Vector) -> Verdict {
+        let ranges = self.form.across(&normal, &corners[0].point);
+        let edge = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
+        let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
+        let bend = [edge(0, 1).max(edge(2, 3)), edge(1, 2).max(edge(3, 0))];
+        let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
+        let diagonal = edge(0, 2).max(edge(1, 3));
+        let even =
+            if bend[0].max(bend[1]) < 0.25 * diagonal { long[0] >= long[1] } else { bend[0] >= bend[1] };
+        Verdict::Cut(allowed(tree, cell, if even { Cut::Even } else { Cut::Odd }))
+    }
+
+    /// Sorts the vertices around the cell into two chains that run the same way: the side with the most vertices,
+    /// and all others.
+    fn chains(&mut self) {
+        let most = (0..4).max_by_key(|&k| (self.sides[k].len(), 4 - k)).unwrap_or(0);
+        let [_, right, top, left] = [0, 1, 2, 3].map(|k| (most + k) % 4);
+        self.near.clone_from(&self.sides[most]);
+        self.near.push(self.sides[right][0]);
+        self.far.clear();
+        self.far.extend(self.sides[left][1..].iter().rev());
+        self.far.push(self.sides[left][0]);
+        self.far.extend(self.sides[top].iter().rev());
+        self.far.extend(self.sides[right][1..].iter().rev());
+    }
+
+    /// Triangulates between the two chains: from one end to the other, each triangle takes a step on one of them.
+    ///
+    /// The steps are chosen so that the worst triangle is best (dynamic programming over all ways); of long chains by
+    /// the shorter of the two next diagonals.
+    fn choose(&mut self, vertices: &[Vertex], poles: &Poles, target: &Target) {
+        let (n, m) = (self.near.len(), self.far.len());
+        self.triangles.clear();
+        if n * m > CHOICES {
+            self.zip(vertices);
+            return;
+        }
+        self.table.clear();
+        self.table.resize(n * m, (f64::INFINITY, false));
+        self.table[n * m - 1].0 = 0.0;
+        for j in (0..n).rev() {
+            for i in (0..m).rev() {
+                let mut best = self.table[j * m + i];
+                if j + 1 < n {
+                    let triangle = [self.near[j], self.near[j + 1], self.far[i]];
+                    let rest = self.table[(j + 1) * m + i].0;
+                    if rest < best.0 {
+                        let worst = rest.max(self.cost(vertices, triangle, poles, target));
+                        if worst < best.0 {
+                            best = (worst, true);
+                        }
+                    }
+                }
+                if i + 1 < m {
+                    let triangle = [self.near[j], self.far[i + 1], self.far[i]];
+                    let rest = self.table[j * m + i + 1].0;
+                    if rest < best.0 {
+                        let worst = rest.max(self.cost(vertices, triangle, poles, target));
+                        if worst < best.0 {
+                            best = (worst, false);
+                        }
+                    }
+                }
+                self.table[j * m + i] = best;
+            }
+        }
+        let (mut j, mut i) = (0, 0);
+        while j + 1 < n || i + 1 < m {
+            if i + 1 == m || (j + 1 < n && self.table[j * m + i].1) {
+                self.triangles.push([self.near[j], self.near[j + 1], self.far[i]]);
+                j += 1;
+            } else {
+                self.triangles.push([self.near[j], self.far[i + 1], self.far[i]]);
+                i += 1;
+            }
+        }
+    }
+
+    /// What is wrong with a triangle: its distance from the surface; among those that hardly differ the length of
+    /// its longest edge; far too much where it is turned over or has no area in parameters.
+    fn cost(&self, vertices: &[Vertex], triangle: [u32; 3], poles: &Poles, target: &Target) -> f64 {
+        let [a, b, c] = triangle.map(|k| &vertices[k as usize]);
+        if area(a.at, b.at, c.at) <= 0.0 {
+            return f64::INFINITY;
+        }
+        if poles.same(a.at, b.at) || poles.same(b.at, c.at) || poles.same(c.at, a.at) {
+            return 0.0;
+        }
+        let normal = plane(a, b, c);
+        let error = self.form.across(&normal, &a.point).triangle([a.at, b.at, c.at]);
+        let long = (b.point - a.point).norm().max((c.point - b.point).norm()).max((a.point - c.point).norm());
+        let turned = [a, b, c].iter().any(|v| v.normal.dot(&normal) < 0.0);
+        let scale = if turned { 4.0 } else { 1.0 };
+        scale * error.max(0.05 * target.chord) + 1e-6 * target.chord * long
+    }
+
+    /// Long chains: by the shorter diagonal.
+    fn zip(&mut self, vertices: &[Vertex]) {
+        let (n, m) = (self.near.len(), self.far.len());
+        let (mut j, mut i) = (0, 0);
+        let at = |k: u32| vertices[k as usize].at;
+        let point = |k: u32| vertices[k as usize].point;
+        while j + 1 < n || i + 1 < m {
+            let valid = |x: u32, y: u32, z: u32| area(at(x), at(y), at(z)) > 0.0;
+            // The last vertex of the near side waits for those of the side that ends there.
+            let waits = j + 2 == n
+                && i + 1 < m
+                && !(i + 2 == m && valid(self.near[n - 1], self.far[m - 1], self.far[i]));
+            let step_near = j + 1 < n && !waits;
+            let step_far = i + 1 < m && valid(self.near[j], self.far[i + 1], self.far[i]);
+            let near_first = match (step_near, step_far) {
+                (true, true) => {
+                    (point(self.near[j + 1]) - point(self.far[i])).norm_squared()
+                        < (point(self.near[j]) - point(self.far[i + 1])).norm_squared()
+                }
+                (near, far) => near || (!far && j + 1 < n),
+            };
+            if near_first {
+                self.triangles.push([self.near[j], self.near[j + 1], self.far[i]]);
+                j += 1;
+            } else {
+                self.triangles.push([self.near[j], self.far[i + 1], self.far[i]]);
+                i += 1;
+            }
+        }
+    }
+
+    /// The certified distance of the chosen triangles from the surface.
+    ///
+    /// A point of the patch is within `N` of its triangle's plane, and its foot there is within `T` of the triangle
+    /// where the patch's edges are within `T` of the triangle's (measured in the plane): what is bounded by curves in
+    /// a convex set is in that set. That takes a patch that does not turn over, seen along the normal; where the normals at
+    /// the corners say otherwise, the whole distance between points of equal parameters is bounded instead.
+    fn certify(&self, vertices: &[Vertex], poles: &Poles) -> f64 {
+        let mut worst = 0.0_f64;
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            let [a, b, c] = triangle.map(|k| &vertices[k as usize]);
+            let same = [poles.same(a.at, b.at), poles.same(b.at, c.at), poles.same(c.at, a.at)];
+            let normal = match same.iter().filter(|s| **s).count() {
+                0 => plane(a, b, c),
+                1 => match self.neighbour(vertices, index, poles) {
+                    // The triangle is an edge only, which its neighbour has too: what belongs to it is near that one.
+                    Some(normal) => normal,
+                    None => continue,
+                },
+                _ => continue,
+            };
+            let at = [a.at, b.at, c.at];
+            let ends = [(a, b), (b, c), (c, a)];
+            let across = self.form.across(&normal, &a.point).triangle(at);
+            let turned = [a, b, c].iter().any(|v| v.normal.dot(&normal) <= 0.0 && poles.key(v.at).is_none());
+            let error = if turned {
+                let along = (b.point - a.point).try_normalize(0.0).unwrap_or_default();
+                let side = normal.cross(&along);
+                let more = [along, side].map(|d| self.form.across(&d, &a.point));
+                // Along an edge the interpolation is exact at its ends only: all three directions count in full.
+                let slack = |k: usize| more[k].triangle(at);
+                Vector::new(across, slack(0), slack(1)).norm()
+            } else {
+                let mut within = 0.0_f64;
+                for (k, (from, to)) in ends.into_iter().enumerate() {
+                    if same[k] {
+                        continue;
+                    }
+                    if let Some(side) = normal.cross(&(to.point - from.point)).try_normalize(0.0) {
+                        within = within.max(self.form.across(&side, &from.point).along(from.at, to.at));
+                    }
+                }
+                across.hypot(within)
+            };
+            worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
+        }
+        worst
+    }
+
+    /// The normal of the triangle beside one that a pole has made an edge.
+    fn neighbour(&self, vertices: &[Vertex], index: usize, poles: &Poles) -> Option<Vector> {
+        let thin = self.triangles[index];
+        let shares = |t: &[u32; 3]| t.iter().filter(|k| thin.contains(k)).count() == 2;
+        let whole = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|k| vertices[k as usize].at);
+            !(poles.same(a, b) || poles.same(b, c) || poles.same(c, a))
+        };
+        let found = self.triangles.iter().find(|t| shares(t) && whole(t))?;
+        let [a, b, c] = found.map(|k| &vertices[k as usize]);
+        Some(plane(a, b, c))
+    }
+}
+
+/// The cut that a cell needs because normals at the ends of an edge differ by more than the angle. Edges no longer
+/// than twice the chord tolerance are left alone: what turns there is smaller than what the tolerance lets go.
+fn turn(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], poles: &Poles, target: &Target) -> Option<Cut> {
+    let mut turns = [0.0_f64; 2];
+    for k in 0..4 {
+        let (a, b) = (&corners[k], &corners[(k + 1) % 4]);
+        let known = |v: &Vertex| v.normal != Vector::zeros() && poles.key(v.at).is_none();
+        if known(a) && known(b) && (a.point - b.point).norm() > 2.0 * target.chord {
+            turns[k % 2] = turns[k % 2].max(angle(&a.normal, &b.normal));
+        }
+    }
+    let worst = turns[0].max(turns[1]);
+    // Rounding must not decide where the angle is met exactly.
+    if worst <= target.angle * (1.0 + 1e-9) {
+        return None;
+    }
+    let wish = if turns[0] >= turns[1] { Cut::Even } else { Cut::Odd };
+    let cut = allowed(tree, cell, wish);
+    // Where an edge must stay whole, cells along it are cut towards it, but not without end.
+    let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
+    let long = [length(0, 1).max(length(2, 3)), length(1, 2).max(length(3, 0))];
+    let (along, over) = if wish == Cut::Even { (long[0], long[1]) } else { (long[1], long[0]) };
+    (cut == wish || over > 0.25 * along).then_some(cut)
+}
+
+/// The wished cut, or the next best that leaves whole what must stay whole.
+fn allowed(tree: &Tree, cell: &Cell, wish: Cut) -> Cut {
+    let blocked = cell.edges.map(|edge| tree.blocked(edge));
+    let (even, odd) = (!blocked[0] && !blocked[2], !blocked[1] && !blocked[3]);
+    match (wish, even, odd) {
+        (Cut::Even, true, _) | (_, true, false) => Cut::Even,
+        (_, _, true) => Cut::Odd,
+        _ if blocked.iter().filter(|b| **b).count() == 2 => {
+            // Two neighbouring edges: k is the corner where they meet, edges k and k - 1.
+            Cut::Corner((0..4).find(|&k| blocked[k] && blocked[(k + 3) % 4]).unwrap_or(0))
+        }
+        _ => Cut::Inset,
+    }
+}
+
+/// Twice the area of a triangle of parameters (exact: they are dyadic fractions).
+fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// The unit normal of a triangle; where its corners are in line, one across that line nearest to the surface's.
+fn plane(a: &Vertex, b: &Vertex, c: &Vertex) -> Vector {
+    let (s, t) = (b.point - a.point, c.point - a.point);
+    let cross = s.cross(&t);
+    let length = cross.norm();
+    if length > 1e-12 * s.norm() * t.norm() && length > 0.0 {
+        return cross / length;
+    }
+    let line = if s.norm_squared() > t.norm_squared() { s } else { t };
+    let line = line.try_normalize(0.0).unwrap_or_default();
+    let mean = a.normal + b.normal + c.normal;
+    let any = Vector::ith(line.iamin(), 1.0);
+    let off = |n: Vector| (n - line * n.dot(&line)).try_normalize(1e-6);
+    off(mean).or_else(|| off(any)).unwrap_or_else(Vector::z)
+}
+
+/// A normal across both diagonals of a cell.
+fn crossing(corners: &[Vertex; 4]) -> Vector {
+    let (s, t) = (corners[2].point - corners[0].point, corners[3].point - corners[1].point);
+    let cross = s.cross(&t);
+    let clear = 1e-9 * s.norm() * t.norm();
+    cross.try_normalize(clear).unwrap_or_else(|| plane(&corners[0], &corners[1], &corners[2]))
+}
+
+/// The angle between unit vectors, right to rounding also where it is small (Kahan).
+fn angle(a: &Vector, b: &Vector) -> f64 {
+    2.0 * (a - b).norm().atan2((a + b).norm())
+}

@@ -1,0 +1,252 @@
+//! One Bézier patch: its points, its derivatives, and its second derivatives as nets of their own.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::spline::space::MAX_ORDER;
+
+use crate::bezier::extraction;
+use crate::fineness::Frame;
+
+/// A homogeneous control point `(w x, w y, w z, w)`.
+pub(crate) type Homogeneous = [f64; 4];
+
+/// A point with its first derivatives by the patch's own parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Jet {
+    pub(crate) point: Vector,
+    pub(crate) u: Vector,
+    pub(crate) v: Vector,
+}
+
+/// A patch over `[0, 1]²`, row after row of control points along `u`.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Patch {
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+    pub(crate) rational: bool,
+    pub(crate) net: Vec<Homogeneous>,
+    /// `A_uu` of degree `(p - 2, q)`, `A_uv` of degree `(p - 1, q - 1)`, `A_vv` of degree `(p, q - 2)`.
+    pub(crate) uu: Vec<Homogeneous>,
+    pub(crate) uv: Vec<Homogeneous>,
+    pub(crate) vv: Vec<Homogeneous>,
+    /// The diagonal of the control points' box.
+    pub(crate) size: f64,
+}
+
+impl Patch {
+    /// The patch of these control points, with weights scaled so that the largest is about 1.
+    pub(crate) fn new(mut net: Vec<Homogeneous>, rows: usize, columns: usize, rational: bool) -> Self {
+        let largest = net.iter().map(|h| h[3]).fold(f64::MIN_POSITIVE, f64::max);
+        if rational {
+            // A power of two, so that nothing is rounded.
+            let scale = largest.log2().floor().exp2();
+            net.iter_mut().flatten().for_each(|x| *x /= scale);
+        }
+        let (p, q) = (rows as f64 - 1.0, columns as f64 - 1.0);
+        let at = |i: usize, j: usize| net[i * columns + j];
+        let (mut uu, mut uv, mut vv) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..rows {
+            for j in 0..columns {
+                if i + 2 < rows {
+                    let f = p * (p - 1.0);
+                    uu.push(lanes(|l| f * (at(i + 2, j)[l] - 2.0 * at(i + 1, j)[l] + at(i, j)[l])));
+                }
+                if i + 1 < rows && j + 1 < columns {
+                    let d = |l: usize| at(i + 1, j + 1)[l] - at(i + 1, j)[l] - at(i, j + 1)[l] + at(i, j)[l];
+                    uv.push(lanes(|l| p * q * d(l)));
+                }
+                if j + 2 < columns {
+                    let f = q * (q - 1.0);
+                    vv.push(lanes(|l| f * (at(i, j + 2)[l] - 2.0 * at(i, j + 1)[l] + at(i, j)[l])));
+                }
+            }
+        }
+        let points = net.iter().map(project);
+        let (low, high) = points
+            .fold((Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)), |(l, h), p| (l.inf(&p), h.sup(&p)));
+        Self { rows, columns, rational, net, uu, uv, vv, size: (high - low).norm() }
+    }
+
+    /// The point alone.
+    pub(crate) fn point(&self, at: [f64; 2]) -> Vector {
+        self.jet(at).point
+    }
+
+    /// Point and first derivatives. `O(p q)`.
+    pub(crate) fn jet(&self, [u, v]: [f64; 2]) -> Jet {
+        let [a, au, av] = self.homogeneous(u, v);
+        if !self.rational {
+            return Jet { point: xyz(&a), u: xyz(&au), v: xyz(&av) };
+        }
+        let point = project(&a);
+        Jet { point, u: (xyz(&au) - point * au[3]) / a[3], v: (xyz(&av) - point * av[3]) / a[3] }
+    }
+
+    /// `A`, `A_u`, `A_v`.
+    fn homogeneous(&self, u: f64, v: f64) -> [Homogeneous; 3] {
+        let ((bu, du), (bv, dv)) = (bernstein(self.rows, u), bernstein(self.columns, v));
+        let mut sums = [[0.0; 4]; 3];
+        for (i, row) in self.net.chunks_exact(self.columns).enumerate() {
+            let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
+            for (j, h) in row.iter().enumerate() {
+                for l in 0..4 {
+                    value[l] += bv[j] * h[l];
+                    slope[l] += dv[j] * h[l];
+                }
+            }
+            for l in 0..4 {
+                sums[0][l] += bu[i] * value[l];
+                sums[1][l] += du[i] * value[l];
+                sums[2][l] += bu[i] * slope[l];
+            }
+        }
+        sums
+    }
+
+    /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets.
+    pub(crate) fn second(&self, at: [f64; 2]) -> [Vector; 3] {
+        let jet = self.jet(at);
+        let [a, au, av] = self.homogeneous(at[0], at[1]);
+        let (p, q) = (self.rows, self.columns);
+        let quotient = |net: &[Homogeneous], rows: usize, columns: usize, terms: Vector| {
+            let h = value(net, rows, columns, at);
+            (xyz(&h) - jet.point * h[3] - terms) / a[3]
+        };
+        [
+            quotient(&self.uu, p.saturating_sub(2), q, jet.u * (2.0 * au[3])),
+            quotient(&self.uv, p.saturating_sub(1), q.saturating_sub(1), jet.v * au[3] + jet.u * av[3]),
+            quotient(&self.vv, p, q.saturating_sub(2), jet.v * (2.0 * av[3])),
+        ]
+    }
+
+    /// The four corners' control points in the order of the sides: along `u`, then `v`, counterclockwise.
+    pub(crate) fn side(&self, side: usize) -> Vec<Homogeneous> {
+        let (p, q) = (self.rows, self.columns);
+        let at = |k: usize| match side {
+            0 => self.net[k * q],
+            1 => self.net[(p - 1) * q + k],
+            2 => self.net[k * q + q - 1],
+            _ => self.net[k],
+        };
+        (0..if side.is_multiple_of(2) { p } else { q }).map(at).collect()
+    }
+}
+
+/// All patches of a surface, made one by one from its control points in a frame.
+pub(crate) struct Patches<'a> {
+    surface: &'a Surface,
+    net: Vec<Homogeneous>,
+    spans: [Vec<usize>; 2],
+    rows: [Vec<Vec<[f64; MAX_ORDER]>>; 2],
+}
+
+impl<'a> Patches<'a> {
+    pub(crate) fn new(surface: &'a Surface, frame: &Frame) -> Self {
+        let weight = |i: usize| surface.weights().map_or(1.0, |w| w[i]);
+        let local = |(i, p): (usize, &loftsman_kernel::Point)| {
+            let (x, w) = ((p - frame.centre) / frame.size, weight(i));
+            [x.x * w, x.y * w, x.z * w, w]
+        };
+        let net = surface.points().iter().enumerate().map(local).collect();
+        let spaces = [surface.u(), surface.v()];
+        let spans = spaces.map(|space| space.spans().collect::<Vec<_>>());
+        let rows = [0, 1].map(|d| {
+            let (space, flat) = (spaces[d], spaces[d].flat());
+            let matrix = |&span: &usize| {
+                let mut rows = Vec::new();
+                extraction(space, span, flat[span], flat[span + 1], &mut rows);
+                rows
+            };
+            spans[d].iter().map(matrix).collect()
+        });
+        Self { surface, net, spans, rows }
+    }
+
+    /// How many patches there are along `u` and along `v`.
+    pub(crate) fn counts(&self) -> [usize; 2] {
+        [self.spans[0].len(), self.spans[1].len()]
+    }
+
+    /// The parameters between which patch `k` of a direction lies.
+    pub(crate) fn ends(&self, direction: usize, k: usize) -> (f64, f64) {
+        let space = if direction == 0 { self.surface.u() } else { self.surface.v() };
+        let span = self.spans[direction][k];
+        (space.flat()[span], space.flat()[span + 1])
+    }
+
+    /// Patch `(i, j)`. `O(p q (p + q))`.
+    pub(crate) fn get(&self, i: usize, j: usize) -> Patch {
+        let (u, v) = (self.surface.u(), self.surface.v());
+        let (p, q) = (u.degree(), v.degree());
+        let (su, sv) = (self.spans[0][i], self.spans[1][j]);
+        let mut strip = vec![[0.0; 4]; (p + 1) * (q + 1)];
+        for (k, shares) in self.rows[1][j].iter().enumerate() {
+            for r in 0..=p {
+                let first = u.vertex(su - p + r) * v.len();
+                let out = &mut strip[r * (q + 1) + k];
+                for (c, share) in shares[..=q].iter().enumerate() {
+                    let h = &self.net[first + v.vertex(sv - q + c)];
+                    for l in 0..4 {
+                        out[l] += share * h[l];
+                    }
+                }
+            }
+        }
+        let mut net = vec![[0.0; 4]; (p + 1) * (q + 1)];
+        for (k, shares) in self.rows[0][i].iter().enumerate() {
+            for (r, share) in shares[..=p].iter().enumerate() {
+                for c in 0..=q {
+                    for l in 0..4 {
+                        net[k * (q + 1) + c][l] += share * strip[r * (q + 1) + c][l];
+                    }
+                }
+            }
+        }
+        Patch::new(net, p + 1, q + 1, self.surface.weights().is_some())
+    }
+}
+
+pub(crate) fn xyz(h: &Homogeneous) -> Vector {
+    Vector::new(h[0], h[1], h[2])
+}
+
+pub(crate) fn project(h: &Homogeneous) -> Vector {
+    xyz(h) / h[3]
+}
+
+fn lanes(f: impl Fn(usize) -> f64) -> Homogeneous {
+    [f(0), f(1), f(2), f(3)]
+}
+
+/// The value of a net; zero where it is empty (a second derivative of a straight direction).
+fn value(net: &[Homogeneous], rows: usize, columns: usize, at: [f64; 2]) -> Homogeneous {
+    if net.is_empty() {
+        return [0.0; 4];
+    }
+    let (bu, bv) = (bernstein(rows, at[0]).0, bernstein(columns, at[1]).0);
+    let mut sum = [0.0; 4];
+    for (k, h) in net.iter().enumerate() {
+        let b = bu[k / columns] * bv[k % columns];
+        (0..4).for_each(|l| sum[l] += b * h[l]);
+    }
+    sum
+}
+
+/// The Bernstein polynomials of an order and their derivatives. `O(order²)`.
+fn bernstein(order: usize, t: f64) -> ([f64; MAX_ORDER], [f64; MAX_ORDER]) {
+    let (mut b, mut d) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
+    b[0] = 1.0;
+    let s = 1.0 - t;
+    for k in 1..order {
+        if k + 1 == order {
+            let p = k as f64;
+            d[0] = -p * b[0];
+            (1..k).for_each(|i| d[i] = p * (b[i - 1] - b[i]));
+            d[k] = p * b[k - 1];
+        }
+        b[k] = t * b[k - 1];
+        (1..k).rev().for_each(|i| b[i] = s * b[i] + t * b[i - 1]);
+        b[0] *= s;
+    }
+    (b, d)
+}
