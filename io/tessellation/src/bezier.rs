@@ -59,23 +59,44 @@ fn part<const L: usize>(
     at: f64,
     after: bool,
 ) {
-    let mut mix = |from: usize, to: usize, share: f64| {
-        for lane in 0..L {
-            net[to][lane] += (net[from][lane] - net[to][lane]) * share;
-        }
-    };
-    let count = if direction == 0 { rows } else { columns };
-    for r in 1..count {
-        for k in 0..count - r {
-            // Towards the end `k` ascends and takes from `k + 1`; towards the start the other way round.
-            let (to, from, share) =
-                if after { (k, k + 1, at) } else { (count - 1 - k, count - 2 - k, 1.0 - at) };
-            if direction == 0 {
-                (0..columns).for_each(|j| mix(from * columns + j, to * columns + j, share));
-            } else {
-                (0..rows).for_each(|i| mix(i * columns + from, i * columns + to, share));
+    // Towards the end `k` ascends and takes from `k + 1`; towards the start the other way round.
+    let share = if after { at } else { 1.0 - at };
+    if direction == 0 {
+        for r in 1..rows {
+            for k in 0..rows - r {
+                let to = if after { k } else { rows - 1 - k };
+                let (head, tail) = net.split_at_mut((to + usize::from(after)) * columns);
+                let (to, from) = if after {
+                    (&mut head[to * columns..], &tail[..columns])
+                } else {
+                    (&mut tail[..columns], &head[(to - 1) * columns..])
+                };
+                to.iter_mut().zip(from).for_each(|(to, from)| mix(to, from, share));
             }
         }
+    } else {
+        for row in net.chunks_exact_mut(columns) {
+            for r in 1..columns {
+                if after {
+                    for k in 0..columns - r {
+                        let from = row[k + 1];
+                        mix(&mut row[k], &from, share);
+                    }
+                } else {
+                    for k in (r..columns).rev() {
+                        let from = row[k - 1];
+                        mix(&mut row[k], &from, share);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[inline]
+fn mix<const L: usize>(to: &mut [f64; L], from: &[f64; L], share: f64) {
+    for lane in 0..L {
+        to[lane] += (from[lane] - to[lane]) * share;
     }
 }
 

@@ -3,7 +3,7 @@
 use loftsman_kernel::Vector;
 
 use crate::fineness::Target;
-use crate::form::Form;
+use crate::form::{Form, Ranges};
 use crate::patch::Patch;
 use crate::tree::{Cell, Cut, Tree, Vertex};
 
@@ -98,43 +98,22 @@ impl Judge {
             ([bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)]);
         self.form.set(patch, low, high);
         let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
-        if let Some(rough) = self.rough(&corners, target).filter(|_| !tiny) {
-            return self.divide(tree, cell, &corners, rough);
+        let ranges = self.form.across(&crossing(&corners), &corners[0].point);
+        let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
+        // Whichever way such a cell is triangulated, it is far from the target.
+        if bends.into_iter().fold(0.0, f64::max) > HOPELESS * target.chord && !tiny {
+            return divide(tree, cell, &corners, &ranges, bends);
         }
         self.chains();
         self.choose(&tree.vertices, poles, target);
-        let error = self.certify(&tree.vertices, poles);
+        let error = self.certify(&tree.vertices, poles, target);
         if (error.is_nan() || error > target.chord) && !tiny {
-            let normal = crossing(&corners);
-            return self.divide(tree, cell, &corners, normal);
+            return divide(tree, cell, &corners, &ranges, bends);
         }
         if let Some(cut) = turn(tree, cell, &corners, poles, target).filter(|_| !tiny) {
             return Verdict::Cut(cut);
         }
         Verdict::Meets { error }
-    }
-
-    /// The normal of a cell that is far from meeting the target whichever way it is triangulated.
-    fn rough(&self, corners: &[Vertex; 4], target: &Target) -> Option<Vector> {
-        let normal = crossing(corners);
-        let ranges = self.form.across(&normal, &corners[0].point);
-        let edge = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
-        let least = edge(0, 1).max(edge(1, 2)).max(edge(2, 3)).max(edge(3, 0));
-        (least > HOPELESS * target.chord).then_some(normal)
-    }
-
-    /// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across
-    /// the longer ones.
-    fn divide(&self, tree: &Tree, cell: &Cell, corners: &[Vertex; 4], normal: Vector) -> Verdict {
-        let ranges = self.form.across(&normal, &corners[0].point);
-        let edge = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
-        let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
-        let bend = [edge(0, 1).max(edge(2, 3)), edge(1, 2).max(edge(3, 0))];
-        let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
-        let diagonal = edge(0, 2).max(edge(1, 3));
-        let even =
-            if bend[0].max(bend[1]) < 0.25 * diagonal { long[0] >= long[1] } else { bend[0] >= bend[1] };
-        Verdict::Cut(allowed(tree, cell, if even { Cut::Even } else { Cut::Odd }))
     }
 
     /// Sorts the vertices around the cell into two chains that run the same way: the side with the most vertices,
@@ -252,13 +231,13 @@ impl Judge {
         }
     }
 
-    /// The certified distance of the chosen triangles from the surface.
+    /// The certified distance of the chosen triangles from the surface, or of the first found to be too far.
     ///
     /// A point of the patch is within `N` of its triangle's plane, and its foot there is within `T` of the triangle
     /// where the patch's edges are within `T` of the triangle's (measured in the plane): what is bounded by curves in
     /// a convex set is in that set. That takes a patch that does not turn over, seen along the normal; where the normals at
     /// the corners say otherwise, the whole distance between points of equal parameters is bounded instead.
-    fn certify(&self, vertices: &[Vertex], poles: &Poles) -> f64 {
+    fn certify(&self, vertices: &[Vertex], poles: &Poles, target: &Target) -> f64 {
         let mut worst = 0.0_f64;
         for (index, triangle) in self.triangles.iter().enumerate() {
             let [a, b, c] = triangle.map(|k| &vertices[k as usize]);
@@ -275,6 +254,9 @@ impl Judge {
             let at = [a.at, b.at, c.at];
             let ends = [(a, b), (b, c), (c, a)];
             let across = self.form.across(&normal, &a.point).triangle(at);
+            if across > target.chord {
+                return across;
+            }
             let turned = [a, b, c].iter().any(|v| v.normal.dot(&normal) <= 0.0 && poles.key(v.at).is_none());
             let error = if turned {
                 let along = (b.point - a.point).try_normalize(0.0).unwrap_or_default();
@@ -337,6 +319,18 @@ fn turn(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], poles: &Poles, target: 
     let long = [length(0, 1).max(length(2, 3)), length(1, 2).max(length(3, 0))];
     let (along, over) = if wish == Cut::Even { (long[0], long[1]) } else { (long[1], long[0]) };
     (cut == wish || over > 0.25 * along).then_some(cut)
+}
+
+/// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across the
+/// longer ones.
+fn divide(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], ranges: &Ranges, bends: [f64; 4]) -> Verdict {
+    let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
+    let bend = [bends[0].max(bends[2]), bends[1].max(bends[3])];
+    let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
+    let diagonal = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
+    let twist = bend[0].max(bend[1]) < 0.25 * diagonal(0, 2).max(diagonal(1, 3));
+    let even = if twist { long[0] >= long[1] } else { bend[0] >= bend[1] };
+    Verdict::Cut(allowed(tree, cell, if even { Cut::Even } else { Cut::Odd }))
 }
 
 /// The wished cut, or the next best that leaves whole what must stay whole.

@@ -61,7 +61,9 @@ impl Form {
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
             for h in net {
                 let value = normal.x * h[0] + normal.y * h[1] + normal.z * h[2] - offset * h[3];
-                (low, high) = (low.min(value), high.max(value));
+                // Coefficients are finite: comparisons will do, where `min` would have to look for a NaN.
+                low = if low < value { low } else { value };
+                high = if high > value { high } else { value };
             }
             if net.is_empty() { [0.0; 2] } else { [0.5 * (low + high), 0.5 * (high - low)] }
         };

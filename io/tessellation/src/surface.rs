@@ -2,7 +2,7 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::parallel;
-use loftsman_kernel::plugin::{Chord, Fineness};
+use loftsman_kernel::plugin::Fineness;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Result, Vector};
 
@@ -24,28 +24,18 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     let mut topology = Topology::new(surface, &patches);
     let [nu, nv] = topology.counts;
     let count = nu * nv;
-    let place = |k: usize| (k / nv, k % nv);
-    let samples = match fineness.chord {
-        Chord::Absolute(_) => Vec::new(),
-        Chord::Relative(_) => {
-            let boxes = parallel::map(count, |k| around(&patches.get(place(k).0, place(k).1)));
-            boxes.into_iter().flatten().map(|p| frame.centre + p * frame.size).collect()
-        }
-    };
+    let patch = |k: usize| patches.get(k / nv, k % nv);
+    let starts = parallel::map(count, |k| Start::new(&patch(k)));
+    let samples = starts.iter().flat_map(|start| start.around).map(|p| frame.centre + p * frame.size);
     let target = frame.target(fineness, samples)?;
     let budget_of = |triangles: f64| Err(over_budget(fineness, triangles, "triangles", budget));
     // The indices of a mesh are 32 bits wide.
     let limit = budget.min(u32::MAX as usize / 4);
-    let estimates = parallel::map(count, |k| estimate(&patches.get(place(k).0, place(k).1), &target));
-    let estimate: f64 = estimates.iter().sum();
+    let estimate: f64 = starts.iter().map(|start| start.estimate(&target)).sum();
     if estimate > BEYOND * limit as f64 {
         return budget_of(estimate);
     }
-
-    let mut cells = parallel::map(count, |k| {
-        let patch = patches.get(place(k).0, place(k).1);
-        Cells::new(&patch, poles(&patch))
-    });
+    let mut cells: Vec<Cells> = starts.into_iter().map(|start| start.cells).collect();
     for (k, cells) in cells.iter().enumerate() {
         topology.collapse(k, &cells.poles);
     }
@@ -61,11 +51,11 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     let mut first = true;
     while stale.iter().any(|s| *s) {
         let shared = &topology;
-        let worked = parallel::map_mut(&mut cells, |k, cells| {
+        let worked = parallel::map_mut(&mut cells, Judge::default, |judge, k, cells| {
             if !stale[k] {
                 return true;
             }
-            let patch = patches.get(place(k).0, place(k).1);
+            let patch = patch(k);
             for side in 0..4 {
                 let edge = shared.edge(k, side);
                 for &at in &edges[edge] {
@@ -75,7 +65,7 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
                     cells.tree.fix(side);
                 }
             }
-            cells.refine(&patch, &target, &mut Judge::default(), &spent)
+            cells.refine(&patch, &target, judge, &spent)
         });
         if worked.contains(&false) {
             return budget_of(limit as f64);
@@ -155,20 +145,35 @@ fn sort(fractions: &mut Vec<f64>) {
     fractions.dedup();
 }
 
-/// The corners of the box around some points of a patch, which is never larger than the patch's own.
-fn around(patch: &Patch) -> [Vector; 2] {
-    let (p, q) = (patch.rows, patch.columns);
-    let corners = [0, q - 1, (p - 1) * q, p * q - 1].map(|k| project(&patch.net[k]));
-    let inside = [[0.5, 0.5], [0.5, 0.0], [0.0, 0.5]].map(|at| patch.point(at));
-    let first = corners[0];
-    corners.iter().chain(&inside).fold([first, first], |[low, high], p| [low.inf(p), high.sup(p)])
+/// A patch as one cell, and what decides how fine it must become.
+struct Start {
+    cells: Cells,
+    /// The corners of the box around some points of the patch, which is never larger than the patch's own.
+    around: [Vector; 2],
+    /// How much the middle bends across its tangent plane, by direction.
+    bends: [f64; 2],
 }
 
-/// About how many triangles a patch will need: from its curvatures in the middle.
-fn estimate(patch: &Patch, target: &Target) -> f64 {
-    let jet = patch.jet([0.5, 0.5]);
-    let Some(normal) = jet.u.cross(&jet.v).try_normalize(0.0) else { return 2.0 };
-    let [uu, _, vv] = patch.second([0.5, 0.5]);
-    let pieces = |bend: Vector| (normal.dot(&bend).abs() / (4.0 * target.chord)).sqrt().max(1.0);
-    2.0 * pieces(uu) * pieces(vv)
+impl Start {
+    fn new(patch: &Patch) -> Self {
+        let (p, q) = (patch.rows, patch.columns);
+        let corners = [0, q - 1, (p - 1) * q, p * q - 1].map(|k| project(&patch.net[k]));
+        let middle = [0.5, 0.5];
+        let jet = patch.jet(middle);
+        let inside = [jet.point, patch.point([0.5, 0.0]), patch.point([0.0, 0.5])];
+        let first = corners[0];
+        let around =
+            corners.iter().chain(&inside).fold([first, first], |[low, high], p| [low.inf(p), high.sup(p)]);
+        let bends = jet.u.cross(&jet.v).try_normalize(0.0).map_or([0.0; 2], |normal| {
+            let [uu, _, vv] = patch.second(middle);
+            [uu, vv].map(|bend| normal.dot(&bend).abs())
+        });
+        Self { cells: Cells::new(patch, poles(patch)), around, bends }
+    }
+
+    /// About how many triangles the patch will need.
+    fn estimate(&self, target: &Target) -> f64 {
+        let [u, v] = self.bends.map(|bend| (bend / (4.0 * target.chord)).sqrt().max(1.0));
+        2.0 * u * v
+    }
 }
