@@ -39,6 +39,9 @@ pub(crate) struct Own {
     pub(crate) place: Option<[[f64; 4]; 4]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) layer: Option<String>,
+    /// The colour of what has no mesh, whose material would show it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) color: Option<[f64; 4]>,
 }
 
 /// Rows of a matrix.

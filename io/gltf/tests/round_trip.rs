@@ -100,11 +100,6 @@ fn splines_colours_layers_and_transforms_come_back_to_the_bit() {
         let file = write(&scene);
         let (read, report) = read(&file);
         for (a, b) in scene.objects().iter().zip(read.objects()) {
-            // Groups have neither a place for colours, nor do they need one.
-            let mut a = a.clone();
-            if a.geometry == Geometry::Group {
-                a.color = None;
-            }
             assert_eq!(format!("{a:?}"), format!("{b:?}"), "{unit:?} {up:?}");
         }
         assert_eq!((read.unit, read.up), (unit, up));
@@ -290,17 +285,26 @@ fn only_meshes_for_programs_that_take_lines_for_triangles() {
     assert!(modes.len() == 3 && modes.iter().all(|p| p["mode"] == 4), "{modes:?}");
 }
 
-/// The kernel's samples without the trimmed surface, which is not tessellated.
-fn samples() -> Scene {
-    let mut scene = sample_scene();
-    scene.remove("window").unwrap();
-    scene
+#[test]
+fn what_cannot_be_shown_comes_back_too() {
+    // No tessellator: nothing of a spline is to be seen, trimmed or not.
+    let mut file = Memory::new("part.glb", "");
+    let report = Gltf.write(&sample_scene(), &mut file, &WriteOptions::default()).unwrap();
+    assert!(report.objects.iter().all(|o| o.fate != Fate::LeftOut), "{report:?}");
+    let (read, _) = read(&file);
+    for (a, b) in sample_scene().objects().iter().zip(read.objects()) {
+        let same = format!("{a:?}") == format!("{b:?}");
+        assert!(
+            same || matches!(a.geometry, Geometry::Mesh(_) | Geometry::Polyline(_) | Geometry::Cloud(_)),
+            "{a:?} {b:?}"
+        );
+    }
 }
 
 #[test]
 fn every_kind_goes_there_and_back_at_every_size() {
     for size in [1e-9, 1e-3, 1.0, 1e9] {
-        let mut scene = samples();
+        let mut scene = sample_scene();
         for object in scene.objects().iter().map(|o| o.name().to_owned()).collect::<Vec<_>>() {
             let map = Matrix4::new_scaling(size);
             let geometry = scene.object(&object).unwrap().geometry.transformed(&map).unwrap();
@@ -464,11 +468,11 @@ fn base64_decode(text: &str) -> Vec<u8> {
 
 #[test]
 fn a_scene_of_one_fate_is_reported_as_such() {
-    let (_, report) = read(&write(&samples()));
+    let (_, report) = read(&write(&sample_scene()));
     assert!(report.kept > 0 && report.left_out.is_empty(), "{report:?}");
     let tessellator = Adaptive::default();
     let options = WriteOptions { tessellator: Some(&tessellator), ..coarse() };
-    let report = Gltf.write(&samples(), &mut Memory::new("a.glb", ""), &options).unwrap();
+    let report = Gltf.write(&sample_scene(), &mut Memory::new("a.glb", ""), &options).unwrap();
     assert!(report.objects.iter().all(|o| o.fate != Fate::LeftOut));
     assert!(report.notes.iter().any(|n| n.contains("rounded by at most")), "{report:?}");
 }

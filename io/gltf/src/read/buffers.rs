@@ -1,6 +1,7 @@
 //! Where the bytes are: the BIN chunk, data URIs, files beside the document.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 use base64::Engine as _;
 use base64::engine::DecodePaddingMode;
@@ -10,8 +11,12 @@ use loftsman_kernel::plugin::{FormatError, Place, Source};
 use super::file::{File, clip};
 use super::schema::{Buffer, Raw};
 
-/// The bytes of every buffer, or why they are not there.
-pub(super) struct Buffers<'a>(Vec<Result<Cow<'a, [u8]>, String>>);
+/// The bytes of every buffer, or why they are not there. Buffers of the same file share its bytes.
+pub(super) struct Buffers<'a> {
+    resources: Vec<Cow<'a, [u8]>>,
+    /// The resource of each buffer, and how many of its bytes are the buffer's.
+    buffers: Vec<Result<(usize, usize), String>>,
+}
 
 /// Base 64 as writers have it: with padding or without.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -24,45 +29,55 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 impl<'a> Buffers<'a> {
     /// Reads all buffers. What is missing is an error only where it is needed.
     pub(super) fn load(buffers: &[Buffer<'a>], binary: Option<&'a [u8]>, source: &'a dyn Source) -> Self {
-        let load = |(i, buffer): (usize, &Buffer<'a>)| -> Result<Cow<'a, [u8]>, String> {
-            let (bytes, what) = match (buffer.uri, binary) {
-                (Some(uri), _) => resource(uri, source)?,
-                (None, Some(binary)) if i == 0 => (Cow::Borrowed(binary), "the BIN chunk".to_owned()),
-                (None, _) => return Err("it has no uri, and there is no BIN chunk for it".to_owned()),
+        let mut all = Self { resources: Vec::new(), buffers: Vec::with_capacity(buffers.len()) };
+        let mut files: HashMap<String, usize> = HashMap::new();
+        for (i, buffer) in buffers.iter().enumerate() {
+            let found = match (buffer.uri, binary) {
+                (Some(uri), _) => all.resource(uri, source, &mut files),
+                (None, Some(binary)) if i == 0 => {
+                    all.resources.push(Cow::Borrowed(binary));
+                    Ok((all.resources.len() - 1, "the BIN chunk".to_owned()))
+                }
+                (None, _) => Err("it has no uri, and there is no BIN chunk for it".to_owned()),
             };
             let length = buffer.byte_length.index();
-            if bytes.len() < length {
-                let found = bytes.len();
-                return Err(format!(
-                    "it says {length} bytes, but {what} has only {found}: get the file again"
-                ));
-            }
-            Ok(match bytes {
-                Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[..length]),
-                Cow::Owned(mut bytes) => {
-                    bytes.truncate(length);
-                    Cow::Owned(bytes)
+            let found = found.and_then(|(resource, what)| match all.resources[resource].len() {
+                has if has < length => {
+                    Err(format!("it says {length} bytes, but {what} has only {has}: get the file again"))
                 }
-            })
-        };
-        Self(buffers.iter().enumerate().map(load).collect())
+                _ => Ok((resource, length)),
+            });
+            all.buffers.push(found);
+        }
+        all
     }
 
     /// The number of bytes in all of them.
     pub(super) fn len(&self) -> u64 {
-        self.0.iter().flatten().map(|b| b.len() as u64).sum()
+        self.resources.iter().map(|b| b.len() as u64).sum()
     }
-}
 
-/// The bytes that a URI stands for, and what to call them.
-fn resource<'a>(uri: Raw<'a>, source: &'a dyn Source) -> Result<(Cow<'a, [u8]>, String), String> {
-    let text = string(uri)?;
-    if let Some((_, bytes)) = data(&text)? {
-        return Ok((Cow::Owned(bytes), "its data URI".to_owned()));
+    /// The resource that a URI stands for, and what to call it.
+    fn resource(
+        &mut self,
+        uri: Raw<'a>,
+        source: &'a dyn Source,
+        files: &mut HashMap<String, usize>,
+    ) -> Result<(usize, String), String> {
+        let text = string(uri)?;
+        if let Some((_, bytes)) = data(&text)? {
+            self.resources.push(Cow::Owned(bytes));
+            return Ok((self.resources.len() - 1, "its data URI".to_owned()));
+        }
+        let name = relative(&text)?;
+        let what = format!("the file \"{}\"", clip(&name));
+        if let Some(&known) = files.get(&name) {
+            return Ok((known, what));
+        }
+        self.resources.push(source.sibling(&name).map_err(|e| e.problem)?);
+        files.insert(name, self.resources.len() - 1);
+        Ok((self.resources.len() - 1, what))
     }
-    let name = relative(&text)?;
-    let bytes = source.sibling(&name).map_err(|e| e.problem)?;
-    Ok((bytes, format!("the file \"{}\"", clip(&name))))
 }
 
 /// The text of a JSON string.
@@ -143,10 +158,10 @@ impl File<'_> {
             return Err(self.fail(path(), problem));
         }
         let buffer = view.buffer.index();
-        let bytes = match self.buffers.0.get(buffer) {
-            Some(Ok(bytes)) => bytes,
+        let bytes = match self.buffers.buffers.get(buffer) {
+            Some(Ok((resource, length))) => &self.buffers.resources[*resource][..*length],
             Some(Err(problem)) => return Err(self.fail(format!("buffers[{buffer}]"), problem.clone())),
-            None => return Err(self.missing("buffers", buffer, self.buffers.0.len())),
+            None => return Err(self.missing("buffers", buffer, self.buffers.buffers.len())),
         };
         let (start, length) = (view.byte_offset.index(), view.byte_length.index());
         let stride = match view.byte_stride {

@@ -14,6 +14,9 @@ use super::schema;
 use crate::texture::flipped;
 use crate::words::{EXTRAS, PREFIX, SOURCES, media_type};
 
+/// The largest text of another program that is kept: as a tree it takes many times the memory.
+const LARGEST: usize = 1 << 20;
+
 /// What a material of the file became.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Look {
@@ -64,6 +67,7 @@ fn images(
             }
             (None, Some(view)) => {
                 let bytes = file.view(view.index())?.bytes;
+                file.take(&path, bytes.len(), 1)?;
                 (Ok((raw.mime_type.unwrap_or_default(), bytes.to_vec())), None)
             }
             (None, None) => {
@@ -74,7 +78,6 @@ fn images(
         };
         let data = match data {
             Ok((media_type_said, bytes)) => {
-                file.take(&path, bytes.len(), 1)?;
                 let found = media_type(&bytes).map(str::to_owned);
                 let media_type =
                     if media_type_said.is_empty() { found.unwrap_or_default() } else { media_type_said };
@@ -154,7 +157,10 @@ impl Reader<'_, '_> {
         for (extension, value) in raw.extensions.iter().flatten() {
             self.extension(extension, value.get(), &mut material, report)?;
         }
-        let own = raw.extras.and_then(|extras| serde_json::from_str::<Value>(extras.get()).ok());
+        let large = raw.extras.is_some_and(|extras| extras.get().len() > LARGEST);
+        report.count_many(Fate::LeftOut, "extras of a material, larger than a megabyte", usize::from(large));
+        let own =
+            raw.extras.filter(|_| !large).and_then(|extras| serde_json::from_str::<Value>(extras.get()).ok());
         match own.as_ref().and_then(|e| e.get(EXTRAS)).and_then(Value::as_str) {
             // Whoever changed the material since then wants a material.
             Some(mark @ ("color" | "none")) if is_plain(&material) => {
@@ -182,6 +188,13 @@ impl Reader<'_, '_> {
         report: &mut ReadReport,
     ) -> Result<(), FormatError> {
         let path = format!("{}.extensions.{}", self.path, clip(name));
+        if text.len() > LARGEST {
+            report.count(
+                Fate::LeftOut,
+                &format!("extension {} of a material, larger than a megabyte", clip(name)),
+            );
+            return Ok(());
+        }
         let mut value: Value = parse(self.file.name, &path, text)?;
         if name == "KHR_materials_emissive_strength" {
             let strength = value.get("emissiveStrength").and_then(Value::as_f64).unwrap_or(1.0);

@@ -8,22 +8,29 @@ mod file;
 mod material;
 mod mesh;
 mod nodes;
+mod noted;
 mod report;
 mod schema;
+mod tree;
 
 use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Unit, Up};
 use serde::Deserialize;
-use serde_json::Value;
 
 use buffers::{Buffers, whole};
 use file::{Budget, File, clip, parse};
 use schema::Root;
 
 use crate::OPTIONS;
-use crate::words::{EXTRAS, SOURCES};
+use crate::words::SOURCES;
 
-/// The unit and up axis that our writer notes in `asset.extras.loftsman`.
+/// `asset.extras`, as far as they are ours.
+#[derive(Debug, Deserialize)]
+struct AssetExtras {
+    loftsman: Noted,
+}
+
+/// The unit and up axis that our writer notes.
 #[derive(Debug, Deserialize)]
 struct Noted {
     unit: Unit,
@@ -48,11 +55,9 @@ pub(crate) fn read(
     let file = File { name, root, buffers, budget };
     let mut scene = Scene::new();
     (scene.unit, scene.up) = (Unit::Metre, Up::Y);
-    let noted = file.root.asset.as_ref().and_then(|a| a.extras).and_then(|extras| {
-        let extras: Value = serde_json::from_str(extras.get()).ok()?;
-        Noted::deserialize(extras.get(EXTRAS)?).ok()
-    });
-    let (unit, up) = noted.map_or((scene.unit, scene.up), |n| (n.unit, n.up));
+    let extras = file.root.asset.as_ref().and_then(|asset| asset.extras);
+    let noted = extras.and_then(|extras| serde_json::from_str::<AssetExtras>(extras.get()).ok());
+    let (unit, up) = noted.map_or((scene.unit, scene.up), |n| (n.loftsman.unit, n.loftsman.up));
     let looks = material::read(&file, &mut scene, &mut report)?;
     let mut scene = nodes::read(&file, scene, (unit, up), &looks, options, &mut report)?;
     for (count, what) in [

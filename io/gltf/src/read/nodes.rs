@@ -1,4 +1,4 @@
-//! Nodes as objects: hierarchy, transforms, meshes, frames; and what our own writer noted in their extras.
+//! Nodes as objects: hierarchy, transforms, meshes, frames; each led back to where it was.
 
 use std::collections::HashMap;
 
@@ -8,16 +8,16 @@ use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport}
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
-use serde_json::Value;
 
 use super::animation::{self, Track};
-use super::file::{File, parse};
+use super::file::File;
 use super::material::Look;
 use super::mesh::{self, Content, Shape};
+use super::noted::{Exact, exact, own};
 use super::schema;
-use crate::extras::{Own, fingerprint, matrix};
+use super::tree::Tree;
+use crate::extras::{Own, matrix};
 use crate::place::{Change, Placement};
-use crate::words::EXTRAS;
 
 /// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
 /// programs pass transforms on.
@@ -136,86 +136,6 @@ fn finish(
     Ok(scene)
 }
 
-/// Which nodes there are, and what hangs under what.
-struct Tree {
-    /// Those of the scene, ascending.
-    nodes: Vec<usize>,
-    parent: Vec<Option<usize>>,
-    mesh: Vec<Option<usize>>,
-}
-
-impl Tree {
-    fn of(file: &File<'_>, report: &mut ReadReport) -> Result<Self, FormatError> {
-        let count = file.root.nodes.len();
-        let mut tree = Self { nodes: Vec::new(), parent: vec![None; count], mesh: vec![None; count] };
-        let mut seen = vec![false; count];
-        let (roots, list) = roots(file, report)?;
-        let mut open: Vec<(usize, Option<usize>)> = roots.into_iter().rev().map(|r| (r, None)).collect();
-        while let Some((node, parent)) = open.pop() {
-            let path = match parent {
-                Some(parent) => format!("nodes[{parent}].children"),
-                None => list.clone(),
-            };
-            if node >= count {
-                return Err(file.fail(path, format!("the node {node} does not exist; there are {count}")));
-            }
-            if std::mem::replace(&mut seen[node], true) {
-                let problem = format!(
-                    "the node {node} is there twice, or hangs under itself: a node has one place in a scene; give each \
-                     place a node of its own"
-                );
-                return Err(file.fail(path, problem));
-            }
-            // An object with its name and its place in tables.
-            file.take(&path, 1, size_of::<Object>() + 256)?;
-            let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
-            tree.parent[node] = parent;
-            tree.mesh[node] = raw.mesh.map(schema::Whole::index);
-            tree.nodes.push(node);
-            open.extend(raw.children.iter().rev().map(|c| (c.index(), Some(node))));
-        }
-        report.count_many(Fate::LeftOut, "node outside of the scene that is shown", count - tree.nodes.len());
-        tree.nodes.sort_unstable();
-        Ok(tree)
-    }
-}
-
-/// The nodes at the top of the scene that is shown, and where they are listed: of the default scene, else of the first;
-/// in a file without scenes those that hang under no other.
-fn roots(file: &File<'_>, report: &mut ReadReport) -> Result<(Vec<usize>, String), FormatError> {
-    let scenes = file.root.scenes.len();
-    if scenes > 0 {
-        let shown = file.root.scene.map_or(0, schema::Whole::index);
-        report.count_many(Fate::LeftOut, "scene besides the one that is shown", scenes - 1);
-        let scene: schema::Scene<'_> = file.entry("scenes", &file.root.scenes, shown)?;
-        super::report::extras(scene.extras, "scene", report);
-        super::report::extensions(scene.extensions.as_ref(), "scene", report);
-        let nodes = scene.nodes.into_iter().map(schema::Whole::index).collect();
-        return Ok((nodes, format!("scenes[{shown}].nodes")));
-    }
-    let count = file.root.nodes.len();
-    let mut hangs = vec![false; count];
-    for node in 0..count {
-        let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
-        for child in raw.children {
-            if let Some(flag) = hangs.get_mut(child.index()) {
-                *flag = true;
-            }
-        }
-    }
-    let roots: Vec<usize> = (0..count).filter(|&n| !hangs[n]).collect();
-    if roots.is_empty() && count > 0 {
-        return Err(file.fail("nodes", "every node hangs under another: the hierarchy is cyclic"));
-    }
-    Ok((roots, "nodes".to_owned()))
-}
-
-/// An exact spline and its exact frames.
-struct Exact {
-    geometry: Geometry,
-    animation: Option<Animation>,
-}
-
 /// What a node became, still without its place.
 struct Part {
     name: String,
@@ -289,6 +209,11 @@ impl Reader<'_, '_> {
             (part.color, part.materials) = self.dress(&shape.slots, scene)?;
             part.geometry = shape.geometry;
             part.points = content.points.geometry.is_some().then_some(content.points);
+        }
+        if raw.mesh.is_none() {
+            // A spline that could not be shown.
+            part.exact = part.own.as_ref().and_then(|own| exact(own, None, report));
+            part.color = part.own.as_ref().and_then(|own| own.color);
         }
         if part.name.is_empty() {
             part.name = format!("node {node}");
@@ -413,46 +338,6 @@ impl Reader<'_, '_> {
         let noted = own.and_then(|own| matrix(own.transform.as_ref()?)).filter(near);
         // No transform is noted as one that does nothing.
         Some(noted.unwrap_or(map)).filter(|map| *map != Matrix4::identity())
-    }
-}
-
-/// What our writer noted about a node.
-fn own(file: &File<'_>, path: &str, extras: &str, report: &mut ReadReport) -> Option<Own> {
-    let extras: HashMap<String, Value> = serde_json::from_str(extras).ok()?;
-    let text = extras.get(EXTRAS)?.as_str()?;
-    match parse::<Own>(file.name, &format!("{path}.extras.{EXTRAS}"), text) {
-        Ok(own) => Some(own),
-        Err(error) => {
-            report.count(Fate::LeftOut, "extras.loftsman that cannot be read: the mesh is taken instead");
-            report.notes.push(error.to_string());
-            None
-        }
-    }
-}
-
-/// The exact spline of a node, where its mesh still has the vertices that were written with it.
-fn exact(own: &Own, shown: Option<&Geometry>, report: &mut ReadReport) -> Option<Exact> {
-    let spline = own.spline()?;
-    let positions = shown?.points().iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]);
-    if own.shown_by.as_ref().is_some_and(|noted| *noted != fingerprint(positions)) {
-        let reason = "exact spline whose mesh was changed since: the mesh is taken instead";
-        report.count(Fate::LeftOut, reason);
-        return None;
-    }
-    match spline {
-        Ok(geometry) => {
-            let count = geometry.points().len();
-            let animation = own.animation.as_ref().and_then(|a| a.make(count));
-            report.count(Fate::Kept, "");
-            Some(Exact { geometry, animation })
-        }
-        Err(error) => {
-            report.count(
-                Fate::LeftOut,
-                &format!("exact spline that cannot be: {error}; the mesh is taken instead"),
-            );
-            None
-        }
     }
 }
 

@@ -34,7 +34,9 @@ pub(super) fn number(nodes: Vec<Node>, tree: &Tree, objects: &[Object]) -> Nodes
     let mut shown: Vec<bool> = nodes
         .iter()
         .zip(objects)
-        .map(|(node, object)| node.mesh.is_some() || matches!(object.geometry, Geometry::Group))
+        .map(|(node, object)| {
+            node.mesh.is_some() || node.is_unseen || matches!(object.geometry, Geometry::Group)
+        })
         .collect();
     // From the leaves up: what hangs under it keeps a node.
     let mut order = Vec::with_capacity(objects.len());

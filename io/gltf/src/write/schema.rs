@@ -69,6 +69,9 @@ pub(super) struct Node {
     pub(super) scale: Option<[f64; 3]>,
     #[serde(skip_serializing_if = "Map::is_empty")]
     pub(super) extras: Map<String, Value>,
+    /// Whether the extras hold a spline that no mesh shows.
+    #[serde(skip)]
+    pub(super) is_unseen: bool,
 }
 
 #[derive(Debug, Serialize)]

@@ -1,0 +1,302 @@
+//! Meshes as primitives: one for each material, one for the lines, all with the same vertices.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::mesh::{Layer, Mesh, NONE};
+
+use super::bin::{Bin, Kind, Out, Use};
+use super::frame::Frame;
+use super::material::shade;
+use super::shape::{Failure, LINES, POINTS, Shaped, TRIANGLES, positions, primitive, put, put_index, values};
+use crate::place::Change;
+use crate::triangulate;
+
+/// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. `None` where
+/// nothing is to be seen.
+pub(super) fn mesh<'a>(
+    mesh: Cow<'a, Mesh>,
+    change: Change,
+    faces_only: bool,
+    bin: &mut Bin<'a>,
+) -> Result<Option<Shaped>, Failure> {
+    match mesh {
+        Cow::Borrowed(mesh) => {
+            let by_point = mesh.by_point()?;
+            match by_point.mesh {
+                Cow::Borrowed(flat) => Planner {
+                    original: mesh,
+                    flat,
+                    lent: Some(flat),
+                    change,
+                    faces_only,
+                    doubled: Vec::new(),
+                }
+                .plan(bin),
+                Cow::Owned(flat) => {
+                    let doubled = by_point.doubled;
+                    Planner { original: mesh, flat: &flat, lent: None, change, faces_only, doubled }.plan(bin)
+                }
+            }
+        }
+        Cow::Owned(mesh) => {
+            let by_point = mesh.by_point()?;
+            let doubled = by_point.doubled;
+            Planner { original: &mesh, flat: &by_point.mesh, lent: None, change, faces_only, doubled }
+                .plan(bin)
+        }
+    }
+}
+
+struct Planner<'m, 'a> {
+    /// As the scene has it.
+    original: &'m Mesh,
+    /// With all layers by point.
+    flat: &'m Mesh,
+    /// The same, where the scene lends it.
+    lent: Option<&'a Mesh>,
+    change: Change,
+    faces_only: bool,
+    doubled: Vec<u32>,
+}
+
+impl<'a> Planner<'_, 'a> {
+    fn lend<T: Clone>(&self, list: impl for<'x> Fn(&'x Mesh) -> &'x [T]) -> Cow<'a, [T]> {
+        match self.lent {
+            Some(mesh) => Cow::Borrowed(list(mesh)),
+            None => Cow::Owned(list(self.flat).to_vec()),
+        }
+    }
+
+    fn plan(self, bin: &mut Bin<'a>) -> Result<Option<Shaped>, Failure> {
+        let mut remarks = Vec::new();
+        let faces = self.faces(&mut remarks);
+        let lines = if self.faces_only { 0 } else { self.flat.lines().map(|l| l.len() - 1).sum::<usize>() };
+        let has_faces = faces.iter().any(|(_, list)| list.count() > 0);
+        let points_only = !self.faces_only && self.flat.face_count() == 0 && lines == 0;
+        if self.flat.points().is_empty() || !(has_faces || lines > 0 || points_only) {
+            return Ok(None);
+        }
+        let frame = Frame::of(self.flat.points(), self.change)?;
+        let position = positions(bin, self.lend(Mesh::points), frame)?;
+        let attributes = self.attributes(frame, bin, &mut remarks)?;
+        let count = self.flat.points().len();
+        let kind = Kind::indices(count);
+        let (mut primitives, mut slots, mut triangles) = (Vec::new(), Vec::new(), 0);
+        let mut has_colors = false;
+        let mut add = |attributes: &Attributes, indices, mode, slot| {
+            let (map, sets) = attributes.of(slot, position);
+            has_colors |= map.contains_key("COLOR_0");
+            primitives.push(primitive(map, indices, mode));
+            slots.push((slot.unwrap_or(0), sets));
+        };
+        for (slot, list) in faces {
+            if list.count() == 0 {
+                continue;
+            }
+            triangles += list.count() / 3;
+            let one = move |i: &u32, out: &mut Out<'_>| put_index(*i, kind, out);
+            let indices = match list {
+                Indices::Corners(_) => values(bin, self.lend(Mesh::corners), kind, Use::Indices, None, one)?,
+                Indices::List(list) => values(bin, Cow::Owned(list), kind, Use::Indices, None, one)?,
+            };
+            add(&attributes, Some(indices), TRIANGLES, Some(slot));
+        }
+        let mut form = if triangles > 0 { format!("{triangles} triangles") } else { String::new() };
+        if lines > 0 {
+            let pairs: Vec<u32> =
+                self.flat.lines().flat_map(|l| l.windows(2).flatten().copied().collect::<Vec<_>>()).collect();
+            let one = move |i: &u32, out: &mut Out<'_>| put_index(*i, kind, out);
+            let indices = values(bin, Cow::Owned(pairs), kind, Use::Indices, None, one)?;
+            add(&attributes, Some(indices), LINES, None);
+            form += if triangles > 0 { ", " } else { "" };
+            form += &format!("{lines} line segments");
+        }
+        if points_only {
+            add(&attributes, None, POINTS, None);
+            form = format!("{count} points");
+        }
+        if self.faces_only && self.flat.lines().next().is_some() {
+            remarks.push("its lines were left out, as only meshes were asked for".to_owned());
+        }
+        if !self.original.groups.is_empty() {
+            remarks.push("its groups of faces were left out".to_owned());
+        }
+        if !self.original.smoothing.is_empty() {
+            remarks.push("its smoothing groups were left out".to_owned());
+        }
+        Ok(Some(Shaped { primitives, slots, frame, form, remarks, has_colors, doubled: self.doubled }))
+    }
+
+    /// The triangles of each slot.
+    fn faces(&self, remarks: &mut Vec<String>) -> Vec<(u32, Indices)> {
+        let mesh = self.flat;
+        let first = mesh.materials.first().copied().unwrap_or(0);
+        let one_slot = mesh.materials.iter().all(|&s| s == first);
+        let only_triangles = mesh.corners().len() == 3 * mesh.face_count();
+        let is_flat = |t: &[u32]| t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+        if one_slot && only_triangles && !mesh.corners().chunks_exact(3).any(is_flat) {
+            return vec![(first, Indices::Corners(mesh.corners().len()))];
+        }
+        let mut by_slot: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        let (mut large, mut flat) = (false, 0);
+        for (face, corners) in mesh.faces().enumerate() {
+            let slot = mesh.materials.get(face).copied().unwrap_or(0);
+            let list = by_slot.entry(slot).or_default();
+            let before = list.len();
+            triangulate::face(mesh.points(), corners, list);
+            flat += corners.len() - 2 - (list.len() - before) / 3;
+            large |= corners.len() > triangulate::EARS;
+        }
+        if flat > 0 {
+            remarks.push(format!("{flat} triangle(s) that use a point twice were left out"));
+        }
+        if large {
+            remarks.push("very large faces were cut as fans".to_owned());
+        }
+        by_slot.into_iter().map(|(slot, list)| (slot, Indices::List(list))).collect()
+    }
+
+    fn attributes(
+        &self,
+        frame: Frame,
+        bin: &mut Bin<'a>,
+        remarks: &mut Vec<String>,
+    ) -> Result<Attributes, Failure> {
+        let (flat, original) = (self.flat, self.original);
+        let mut found = Attributes::default();
+        if !flat.normals.is_empty() {
+            let good = |n: &Vector| n.iter().all(|x| x.is_finite()) && n.amax() > 0.0;
+            // Points without faces may lack one.
+            let of_corners = || flat.corners().iter().filter_map(|&p| flat.normals.values().get(p as usize));
+            if flat.normals.values().iter().all(good) || of_corners().all(good) {
+                let list = self.lend(|m: &Mesh| m.normals.values());
+                let one = move |n: &Vector, out: &mut Out<'_>| put(frame.normal(n), out);
+                let accessor = values(bin, list, Kind::floats(3), Use::Vertices, None, one)?;
+                found.normals = Some((accessor, self.slots(&original.normals, "normals", remarks)));
+            } else {
+                remarks.push("normals without length were left out, and all others with them".to_owned());
+            }
+        }
+        let sets = std::iter::once(&flat.uvs).chain(&flat.more_uvs);
+        let originals = std::iter::once(&original.uvs).chain(&original.more_uvs);
+        for (k, (layer, original)) in sets.zip(originals).enumerate() {
+            let finite = |uv: &[f64; 2]| (uv[0] as f32).is_finite() && ((1.0 - uv[1]) as f32).is_finite();
+            if layer.is_empty() || !layer.values().iter().all(finite) {
+                if !layer.is_empty() {
+                    remarks.push("texture coordinates that are not finite were left out".to_owned());
+                }
+                found.uvs.push(None);
+                continue;
+            }
+            let list = self.lend(|m: &Mesh| if k == 0 { m.uvs.values() } else { m.more_uvs[k - 1].values() });
+            let one = |uv: &[f64; 2], out: &mut Out<'_>| put([uv[0] as f32, (1.0 - uv[1]) as f32], out);
+            let accessor = values(bin, list, Kind::floats(2), Use::Vertices, None, one)?;
+            found.uvs.push(Some((accessor, self.slots(original, "texture coordinates", remarks))));
+        }
+        // Sets count up from 0 without a gap.
+        while found.uvs.last().is_some_and(Option::is_none) {
+            found.uvs.pop();
+        }
+        if found.uvs.iter().any(Option::is_none) {
+            let count = flat.points().len();
+            let zeros = move |out: &mut Out<'_>| (0..count).try_for_each(|_| put([0.0, 0.0], out));
+            found.filler = Some(bin.later(Kind::floats(2), Use::Vertices, count, None, Box::new(zeros)));
+        }
+        if !flat.colors.is_empty() {
+            let colors = flat.colors.values();
+            if !colors.iter().flatten().all(|c| (0.0..=1.0).contains(c)) {
+                remarks.push("colours outside 0 to 1 were cut off there".to_owned());
+            }
+            let list = self.lend(|m: &Mesh| m.colors.values());
+            let is_opaque = colors.iter().all(|c| c[3] == 1.0);
+            let accessor = if is_opaque {
+                let one =
+                    |c: &[f64; 4], out: &mut Out<'_>| put([c[0], c[1], c[2]].map(|x| shade(x) as f32), out);
+                values(bin, list, Kind::floats(3), Use::Vertices, None, one)?
+            } else {
+                let one = |c: &[f64; 4], out: &mut Out<'_>| put(c.map(|x| shade(x) as f32), out);
+                values(bin, list, Kind::floats(4), Use::Vertices, None, one)?
+            };
+            found.colors = Some((accessor, self.slots(&original.colors, "colours", remarks)));
+        }
+        Ok(found)
+    }
+
+    /// The slots whose faces have values in a layer: `None` for all, lines and points too.
+    fn slots<T>(&self, layer: &Layer<T>, what: &str, remarks: &mut Vec<String>) -> Option<BTreeSet<u32>> {
+        let corners = layer.corners()?;
+        let (mut with, mut without) = (BTreeSet::new(), BTreeSet::new());
+        for (face, pair) in self.original.starts().windows(2).enumerate() {
+            let slot = self.original.materials.get(face).copied().unwrap_or(0);
+            for &corner in &corners[pair[0]..pair[1]] {
+                if corner == NONE {
+                    without.insert(slot)
+                } else {
+                    with.insert(slot)
+                };
+            }
+        }
+        if with.intersection(&without).next().is_some() {
+            remarks.push(format!("{what} that some corners lack were filled in there"));
+        }
+        Some(with)
+    }
+}
+
+/// Indices of triangles.
+enum Indices {
+    /// All of the mesh's corners, so many.
+    Corners(usize),
+    List(Vec<u32>),
+}
+
+impl Indices {
+    fn count(&self) -> usize {
+        match self {
+            Self::Corners(count) => *count,
+            Self::List(list) => list.len(),
+        }
+    }
+}
+
+/// An accessor, and the slots that refer to it (`None` for all).
+type Attribute = (usize, Option<BTreeSet<u32>>);
+
+/// The accessors of a mesh's layers.
+#[derive(Default)]
+struct Attributes {
+    normals: Option<Attribute>,
+    uvs: Vec<Option<Attribute>>,
+    /// Zeros for sets that a later set needs before it.
+    filler: Option<usize>,
+    colors: Option<Attribute>,
+}
+
+impl Attributes {
+    /// The attributes of a slot's primitive (of lines and points without one), and how many sets it has.
+    fn of(&self, slot: Option<u32>, position: usize) -> (BTreeMap<String, usize>, u32) {
+        let has = |attribute: &Option<Attribute>| match (attribute, slot) {
+            (Some((accessor, None)), _) => Some(*accessor),
+            (Some((accessor, Some(slots))), Some(slot)) => slots.contains(&slot).then_some(*accessor),
+            _ => None,
+        };
+        let mut map = BTreeMap::from([("POSITION".to_owned(), position)]);
+        if let Some(accessor) = has(&self.normals) {
+            map.insert("NORMAL".to_owned(), accessor);
+        }
+        if let Some(accessor) = has(&self.colors) {
+            map.insert("COLOR_0".to_owned(), accessor);
+        }
+        let last = self.uvs.iter().rposition(|set| has(set).is_some());
+        let sets = last.map_or(0, |last| last + 1);
+        for (k, set) in self.uvs.iter().enumerate().take(sets) {
+            let any = set.as_ref().map(|(accessor, _)| *accessor).or(self.filler);
+            if let Some(accessor) = has(set).or(any) {
+                map.insert(format!("TEXCOORD_{k}"), accessor);
+            }
+        }
+        (map, sets as u32)
+    }
+}

@@ -1,0 +1,353 @@
+//! One object: what of it is to be seen, exactly or tessellated, and as what it goes into the document.
+
+use std::borrow::Cow;
+
+use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::placement::transform_point;
+use loftsman_kernel::plugin::{Chord, Fate, Fineness, Written};
+use loftsman_kernel::scene::{Animation, Geometry, Object};
+use loftsman_kernel::{Error, Point};
+use nalgebra::Matrix4;
+use serde_json::json;
+
+use super::animation::{self, Moves};
+use super::shape::{self, Failure, LINE_STRIP, POINTS, Shaped};
+use super::{Writer, mesh, schema};
+use crate::extras::{AnimationFields, Own};
+use crate::place::Change;
+
+/// What is to be seen of an object.
+pub(super) enum Shown<'a> {
+    /// Nothing: a group, or what is left out.
+    Nothing,
+    /// Nothing, but its exact spline is in extras.
+    Unseen(Box<Own>),
+    /// A shape, its frames, and what is noted beside it.
+    Shaped(Box<Shaped>, Option<Moves<'a>>, Box<Own>),
+}
+
+impl<'a> Writer<'a, '_> {
+    /// What to show of an object, moved by `rest`; how it moves; and its exact spline. `stretch` is how much its
+    /// transforms may stretch a length.
+    pub(super) fn shape(
+        &mut self,
+        object: &'a Object,
+        rest: &Matrix4<f64>,
+        stretch: f64,
+        report: &mut Written,
+    ) -> Result<Shown<'a>, Failure> {
+        let leave_out = |report: &mut Written, reason: String| {
+            (report.fate, report.reason) = (Fate::LeftOut, Some(reason));
+            Ok(Shown::Nothing)
+        };
+        let mesh_like = matches!(
+            object.geometry,
+            Geometry::Group | Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Mesh(_)
+        );
+        if self.meshes_only && !mesh_like {
+            return leave_out(report, "only meshes were asked for".to_owned());
+        }
+        // Shapes that are baked are in the file's coordinates already; others change as they are poured.
+        let baked = *rest != Matrix4::identity();
+        let total = rest * self.change.map();
+        let (geometry, change) = if baked {
+            (Cow::Owned(object.geometry.transformed(&total)?), Change::none())
+        } else {
+            (Cow::Borrowed(&object.geometry), self.change)
+        };
+        let frames = object.animation.as_ref().map(|animation| {
+            if baked {
+                let frame = |f: &Vec<Point>| f.iter().map(|p| transform_point(&total, p)).collect();
+                Cow::Owned(Animation {
+                    rate: animation.rate,
+                    frames: animation.frames.iter().map(frame).collect(),
+                })
+            } else {
+                Cow::Borrowed(animation)
+            }
+        });
+        let frames = frames.filter(|f| !f.frames.is_empty());
+        let frames = match frames {
+            Some(frames) if frames.frames.len() > animation::LARGEST => {
+                let reason = format!(
+                    "its animation of {} frames was left out: glTF needs the square of their number, at most {} are written",
+                    frames.frames.len(),
+                    animation::LARGEST
+                );
+                explain(report, Fate::Approximated, &reason);
+                None
+            }
+            frames => frames,
+        };
+        let fineness = self.fineness(stretch, baked);
+        let in_scene = stretch / if baked { self.change.scale } else { 1.0 };
+        let Some(tessellator) = self.options.tessellator else {
+            if matches!(object.geometry, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_)) {
+                let reason = "splines need a tessellator, and none is registered".to_owned();
+                return Ok(self.unseen(object, &reason, report));
+            }
+            return self.plain(geometry, change, frames, report);
+        };
+        let could_not = |e: Error| format!("it could not be tessellated: {e}");
+        match geometry.as_ref() {
+            Geometry::Curve(curve) => {
+                let line = match tessellator.curve(curve, &fineness) {
+                    Ok(line) if line.points.len() >= 2 => line,
+                    Ok(_) => return Ok(self.unseen(object, "the curve has no extent", report)),
+                    Err(e) => return Ok(self.unseen(object, &could_not(e), report)),
+                };
+                let (line, moves) = match frames {
+                    None => (line, None),
+                    Some(frames) => {
+                        let parameters = tessellator.curve_parameters(curve, &fineness)?;
+                        let (line, moves) = animation::of_curve(curve, &parameters, line.closed, &frames)?;
+                        (line, Some(moves))
+                    }
+                };
+                report.tolerance = Some(self.tolerance(&fineness, &line.points, in_scene));
+                explain(report, Fate::Approximated, "the curve became segments; the exact one is in extras");
+                let shaped = shape::chain(
+                    Cow::Owned(line.points.clone()),
+                    LINE_STRIP,
+                    line.closed,
+                    change,
+                    &mut self.bin,
+                )?;
+                Ok(self.exact(object, shaped, &line.points, moves))
+            }
+            Geometry::Surface(surface) => {
+                let mut mesh = match tessellator.surface(surface, &fineness) {
+                    Ok(mesh) => mesh,
+                    Err(e) => return Ok(self.unseen(object, &could_not(e), report)),
+                };
+                // A surface's normal is mirrored inward, a mesh's stays outside.
+                if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
+                    mesh.turn_inside_out();
+                }
+                let moves = match frames {
+                    None => None,
+                    Some(frames) => animation::of_surface(surface, &mesh, &frames)?,
+                };
+                report.tolerance = Some(self.tolerance(&fineness, mesh.points(), in_scene));
+                explain(
+                    report,
+                    Fate::Approximated,
+                    "the surface became triangles; the exact one is in extras",
+                );
+                self.spline_mesh(object, mesh, change, moves, report)
+            }
+            Geometry::Trimmed(_) => {
+                Ok(self.unseen(object, "trimmed surfaces cannot be tessellated yet", report))
+            }
+            _ => self.plain(geometry, change, frames, report),
+        }
+    }
+
+    /// A spline that cannot be shown: it goes out in extras alone, for our own reader.
+    fn unseen(&self, object: &Object, reason: &str, report: &mut Written) -> Shown<'a> {
+        if self.meshes_only {
+            (report.fate, report.reason) = (Fate::LeftOut, Some(reason.to_owned()));
+            return Shown::Nothing;
+        }
+        report.form = "node".to_owned();
+        let reason = format!("{reason}: other programs see nothing of it; the exact one is in extras");
+        explain(report, Fate::Approximated, &reason);
+        let mut own = Own::of(&object.geometry);
+        own.animation = object.animation.as_ref().map(AnimationFields::of);
+        Shown::Unseen(Box::new(own))
+    }
+
+    fn spline_mesh(
+        &mut self,
+        object: &Object,
+        mesh: Mesh,
+        change: Change,
+        moves: Option<Moves<'a>>,
+        report: &mut Written,
+    ) -> Result<Shown<'a>, Failure> {
+        let points = mesh.points().to_vec();
+        match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &mut self.bin)? {
+            Some(shaped) => Ok(self.exact(object, shaped, &points, moves)),
+            None => Ok(self.unseen(object, "it has no triangle of any extent", report)),
+        }
+    }
+
+    /// A shape with the exact spline that it shows.
+    fn exact(
+        &self,
+        object: &Object,
+        shaped: Shaped,
+        points: &[Point],
+        moves: Option<Moves<'a>>,
+    ) -> Shown<'a> {
+        let mut own = Own::of(&object.geometry);
+        own.shown_by = Some(shape::shown_by(points, &shaped.frame));
+        own.animation = object.animation.as_ref().map(AnimationFields::of);
+        Shown::Shaped(Box::new(shaped), moves, Box::new(own))
+    }
+
+    /// What needs no tessellator.
+    fn plain(
+        &mut self,
+        geometry: Cow<'a, Geometry>,
+        change: Change,
+        frames: Option<Cow<'a, Animation>>,
+        report: &mut Written,
+    ) -> Result<Shown<'a>, Failure> {
+        let mut leave_out = |reason: String| {
+            (report.fate, report.reason) = (Fate::LeftOut, Some(reason));
+            Ok(Shown::Nothing)
+        };
+        let base = geometry.points().to_vec_if(frames.is_some());
+        let shaped = match geometry {
+            Cow::Borrowed(Geometry::Group) | Cow::Owned(Geometry::Group) => {
+                report.form = "node".to_owned();
+                return Ok(Shown::Nothing);
+            }
+            Cow::Borrowed(Geometry::Polyline(line)) if line.points.len() >= 2 => shape::chain(
+                Cow::Borrowed(line.points.as_slice()),
+                LINE_STRIP,
+                line.closed,
+                change,
+                &mut self.bin,
+            )?,
+            Cow::Owned(Geometry::Polyline(line)) if line.points.len() >= 2 => {
+                shape::chain(Cow::Owned(line.points), LINE_STRIP, line.closed, change, &mut self.bin)?
+            }
+            Cow::Borrowed(Geometry::Cloud(cloud)) if !cloud.points.is_empty() => {
+                shape::chain(Cow::Borrowed(cloud.points.as_slice()), POINTS, false, change, &mut self.bin)?
+            }
+            Cow::Owned(Geometry::Cloud(cloud)) if !cloud.points.is_empty() => {
+                shape::chain(Cow::Owned(cloud.points), POINTS, false, change, &mut self.bin)?
+            }
+            Cow::Borrowed(Geometry::Mesh(mesh)) => {
+                cut(mesh, report);
+                match mesh::mesh(Cow::Borrowed(mesh), change, self.meshes_only, &mut self.bin)? {
+                    Some(shaped) => shaped,
+                    None => return nothing(report),
+                }
+            }
+            Cow::Owned(Geometry::Mesh(mesh)) => {
+                cut(&mesh, report);
+                match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &mut self.bin)? {
+                    Some(shaped) => shaped,
+                    None => return nothing(report),
+                }
+            }
+            other => {
+                return leave_out(match other.as_ref() {
+                    Geometry::Polyline(_) => "a line needs two points".to_owned(),
+                    Geometry::Cloud(_) => "it has no points".to_owned(),
+                    other => {
+                        format!("a {} cannot be tessellated yet: convert it to a mesh first", other.kind())
+                    }
+                });
+            }
+        };
+        let moves = frames.map(|frames| Moves::new(base, frames));
+        Ok(Shown::Shaped(Box::new(shaped), moves, Box::default()))
+    }
+
+    /// Puts a shape into the document as a mesh.
+    pub(super) fn mesh(
+        &mut self,
+        index: usize,
+        object: &'a Object,
+        mut shaped: Shaped,
+        moves: Option<Moves<'a>>,
+        noted: &mut Own,
+        report: &mut Written,
+    ) -> Result<usize, Failure> {
+        for (primitive, &(slot, sets)) in shaped.primitives.iter_mut().zip(&shaped.slots) {
+            let named = object.materials.get(slot as usize);
+            let found = named.and_then(|name| self.materials.named(name, sets, &mut self.bin));
+            let made_up = || self.materials.color(object.color, shaped.has_colors);
+            primitive.material = Some(found.unwrap_or_else(made_up));
+        }
+        let mut extras = None;
+        if let Some(moves) = moves {
+            let count = moves.count();
+            let targets = moves.targets(&shaped, &mut self.bin)?;
+            for primitive in &mut shaped.primitives {
+                primitive.targets.clone_from(&targets);
+            }
+            let names: Vec<String> = (0..count).map(|k| format!("frame {k}")).collect();
+            extras = Some(json!({ "targetNames": names }));
+            self.keys.add(index, count, moves.rate(), &mut self.bin);
+            if noted.animation.is_none() {
+                noted.rate = Some(moves.rate());
+            }
+        }
+        report.form.clone_from(&shaped.form);
+        for remark in &shaped.remarks {
+            explain(report, Fate::Approximated, remark);
+        }
+        self.meshes.push(schema::Mesh {
+            name: object.name().to_owned(),
+            primitives: shaped.primitives,
+            extras,
+        });
+        Ok(self.meshes.len() - 1)
+    }
+
+    /// The fineness in the coordinates in which a shape is tessellated.
+    fn fineness(&self, stretch: f64, baked: bool) -> Fineness {
+        let mut fineness = self.options.fineness;
+        if let Chord::Absolute(length) = &mut fineness.chord {
+            if baked {
+                *length *= self.change.scale;
+            }
+            if stretch > 0.0 {
+                *length /= stretch;
+            }
+        }
+        fineness
+    }
+
+    /// The chord tolerance in the scene's unit.
+    fn tolerance(&self, fineness: &Fineness, points: &[Point], in_scene: f64) -> f64 {
+        match (self.options.fineness.chord, fineness.chord) {
+            (Chord::Absolute(length), _) => length,
+            (_, Chord::Relative(fraction)) | (_, Chord::Absolute(fraction)) => {
+                let first = points.first().copied().unwrap_or_default();
+                let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
+                fraction * (high - low).norm() * in_scene
+            }
+        }
+    }
+}
+
+/// Points that are needed later, or none.
+trait Keep {
+    fn to_vec_if(&self, needed: bool) -> Vec<Point>;
+}
+
+impl Keep for [Point] {
+    fn to_vec_if(&self, needed: bool) -> Vec<Point> {
+        if needed { self.to_vec() } else { Vec::new() }
+    }
+}
+
+/// Says that larger faces are cut.
+fn cut(mesh: &Mesh, report: &mut Written) {
+    if mesh.faces().any(|f| f.len() > 3) {
+        explain(report, Fate::Approximated, "glTF has triangles only: larger faces were cut");
+    }
+}
+
+fn nothing<'a>(report: &mut Written) -> Result<Shown<'a>, Failure> {
+    (report.fate, report.reason) = (Fate::LeftOut, Some("it has nothing that could be seen".to_owned()));
+    Ok(Shown::Nothing)
+}
+
+/// Adds a reason, unless the object is left out anyway.
+pub(super) fn explain(report: &mut Written, fate: Fate, reason: &str) {
+    if report.fate == Fate::LeftOut {
+        return;
+    }
+    report.fate = fate;
+    report.reason = Some(match report.reason.take() {
+        Some(before) => format!("{before}; {reason}"),
+        None => reason.to_owned(),
+    });
+}
