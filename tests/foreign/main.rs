@@ -7,6 +7,7 @@ mod blender_curves;
 mod example;
 mod gltf;
 mod meshes;
+mod obj;
 mod regions;
 
 use std::path::{Path, PathBuf};
