@@ -41,6 +41,9 @@ fn samples(kind: &str) -> Vec<(bool, serde_json::Value)> {
             vec![(false, json!({ "at": 0.9 })), (false, json!({ "at": 0.9, "direction": [1, 2, 3] }))]
         }
         "magnitude" | "curvature" => vec![(false, json!({ "at": 0.9 }))],
+        "signed-curvature" => {
+            vec![(false, json!({ "at": 0.9 })), (false, json!({ "at": 0.9, "normal": [1, 2, 3] }))]
+        }
         "orthogonal" => vec![(false, json!({ "at": 0.9, "to": [1, 2, 3] }))],
         "normal" => vec![(true, json!({ "at": [0.9, 1.3], "to": [1, 2, 3] }))],
         "vertex" => vec![(false, json!({ "index": -1 })), (true, json!({ "index": 4 }))],
@@ -63,7 +66,7 @@ fn every_registered_functional() {
     let mut registry = Registry::new();
     functional::register(&mut registry);
     let kinds: Vec<_> = registry.functionals().map(|d| d.name).collect();
-    assert!(kinds.len() >= 11);
+    assert!(kinds.len() >= 12);
     let mut checks = 0;
     for kind in kinds {
         for (surfaces, fields) in samples(kind) {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::functional::Functional;
+use crate::solve::Sense;
 use crate::{Point, Vector};
 
 /// An axis of space.
@@ -28,6 +29,12 @@ impl From<f64> for Value {
 
 impl From<[f64; 3]> for Value {
     fn from(value: [f64; 3]) -> Self {
+        Self(value.to_vec())
+    }
+}
+
+impl From<[f64; 2]> for Value {
+    fn from(value: [f64; 2]) -> Self {
         Self(value.to_vec())
     }
 }
@@ -63,9 +70,9 @@ pub enum Wanted {
     Keep,
     /// Zero: a condition holds.
     Hold,
-    /// This value or more (solvers of inequalities only).
+    /// This value or more.
     AtLeast(Value),
-    /// This value or less (solvers of inequalities only).
+    /// This value or less.
     AtMost(Value),
 }
 
@@ -109,6 +116,28 @@ impl Constraint {
         }
     }
 
+    /// What it is, and for an inequality its bound: `y of position at 0.25 ≥ 1`.
+    pub fn label(&self) -> String {
+        let (sign, value) = match &self.wanted {
+            Wanted::AtLeast(value) => ("≥", value),
+            Wanted::AtMost(value) => ("≤", value),
+            _ => return self.describe(),
+        };
+        let numbers: Vec<String> = value.0.iter().map(f64::to_string).collect();
+        let all = numbers.join(", ");
+        let bound = if numbers.len() == 1 { all } else { format!("({all})") };
+        format!("{} {sign} {bound}", self.describe())
+    }
+
+    /// Which side of its target its value must be on.
+    pub(crate) fn sense(&self) -> Sense {
+        match self.wanted {
+            Wanted::AtLeast(_) => Sense::AtLeast,
+            Wanted::AtMost(_) => Sense::AtMost,
+            _ => Sense::Equal,
+        }
+    }
+
     /// Which of the functional's equations are asked.
     pub(crate) fn asks(&self, equation: usize) -> bool {
         self.axis.is_none_or(|axis| axis as usize == equation)
@@ -142,15 +171,59 @@ pub trait Ask: Functional + Sized + 'static {
         Constraint::new(Arc::new(self), Wanted::Hold)
     }
 
-    /// The value should be this or more. Only solvers of inequalities take it.
+    /// One axis of a vector, to be asked alone: `position(0.5).axis(Axis::Y).at_least(1.0)`. The others stay free.
+    fn axis(self, axis: Axis) -> AxisOf<Self> {
+        AxisOf { functional: self, axis }
+    }
+
+    /// The value should be this or more; of a vector, each of its numbers.
     fn at_least(self, value: impl Into<Value>) -> Constraint {
         Constraint::new(Arc::new(self), Wanted::AtLeast(value.into()))
     }
 
-    /// The value should be this or less. Only solvers of inequalities take it.
+    /// The value should be this or less; of a vector, each of its numbers.
     fn at_most(self, value: impl Into<Value>) -> Constraint {
         Constraint::new(Arc::new(self), Wanted::AtMost(value.into()))
     }
 }
 
 impl<F: Functional + 'static> Ask for F {}
+
+/// One axis of a vector, to be asked for something.
+#[derive(Debug, Clone)]
+pub struct AxisOf<F> {
+    functional: F,
+    axis: Axis,
+}
+
+impl<F: Ask> AxisOf<F> {
+    /// The coordinate should become this.
+    pub fn to(self, value: f64) -> Constraint {
+        self.functional.to(value).axis(self.axis)
+    }
+
+    /// The coordinate should change by this.
+    pub fn by(self, change: f64) -> Constraint {
+        self.functional.by(change).axis(self.axis)
+    }
+
+    /// The coordinate should be multiplied by this.
+    pub fn scale(self, factor: f64) -> Constraint {
+        self.functional.scale(factor).axis(self.axis)
+    }
+
+    /// The coordinate should stay.
+    pub fn keep(self) -> Constraint {
+        self.functional.keep().axis(self.axis)
+    }
+
+    /// The coordinate should be this or more.
+    pub fn at_least(self, value: f64) -> Constraint {
+        self.functional.at_least(value).axis(self.axis)
+    }
+
+    /// The coordinate should be this or less.
+    pub fn at_most(self, value: f64) -> Constraint {
+        self.functional.at_most(value).axis(self.axis)
+    }
+}

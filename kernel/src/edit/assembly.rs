@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::functional::{Equation, Shapes, Store};
-use crate::solve::{SparseRows, System};
+use crate::solve::{Sense, SparseRows, System};
 
 use super::ask::Constraint;
 use super::metric::Metric;
@@ -64,6 +64,21 @@ impl Assembly {
         slot.row as usize * self.system.sides() + slot.side as usize
     }
 
+    /// The rows `kept` (ascending) of it; constraints keep their numbers.
+    pub(super) fn select(&self, kept: &[usize]) -> Self {
+        let mut slots = Vec::with_capacity(self.slots.len());
+        let mut starts = Vec::with_capacity(self.starts.len());
+        for k in 0..self.starts.len() - 1 {
+            starts.push(slots.len());
+            slots.extend(self.slots(k).iter().filter_map(|slot| {
+                let row = kept.binary_search(&(slot.row as usize)).ok()? as u32;
+                Some(Slot { row, ..*slot })
+            }));
+        }
+        starts.push(slots.len());
+        Self { system: self.system.select(kept), slots, starts }
+    }
+
     pub(super) fn new(
         shapes: &Shapes<'_>,
         constraints: &[&Constraint],
@@ -93,7 +108,10 @@ impl Assembly {
                 blocks.push(rows.blocks());
             }
         }
-        let alike = constraints.iter().enumerate().all(|(k, c)| c.axis.is_none() || border(k))
+        let alike = constraints
+            .iter()
+            .enumerate()
+            .all(|(k, c)| c.axis.is_none() && c.sense() == Sense::Equal || border(k))
             && (0..store.blocks()).all(|i| matches!(store.block(i), Equation::Alike { .. }));
         let sides = if alike { 3 } else { 1 };
 

@@ -88,3 +88,23 @@ pub(super) fn explain(
         "{release}{knot}: they ask {equations} {what} of {vertices} control vertices that may move"
     ))
 }
+
+/// The error for rows that cannot all hold, some of them inequalities.
+pub(super) fn contradiction(constraints: &[&Constraint], assembly: &Assembly, rows: &[usize]) -> SolveError {
+    let all: BTreeSet<usize> = rows.iter().map(|&row| assembly.constraint_of(row)).collect();
+    let quoted = |k: &usize| {
+        let name = constraints[*k].label();
+        let twin = all.iter().any(|other| other != k && constraints[*other].label() == name);
+        if twin { format!("\"{name}\" (constraints[{k}])") } else { format!("\"{name}\"") }
+    };
+    let names: Vec<String> = all.iter().map(quoted).collect();
+    let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
+    SolveError::Conflict(match (&names[..], rows) {
+        ([only], [row]) if untouched(row) => format!(
+            "{only} does not hold, and no control vertex that may move has any influence there; unlock one, or widen \
+             the locality"
+        ),
+        ([only], _) => format!("{only} cannot hold; move the bound"),
+        _ => format!("{} cannot all hold; release one of them, or move a bound", names.join(", ")),
+    })
+}

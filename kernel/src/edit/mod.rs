@@ -32,10 +32,10 @@ mod problem;
 mod report;
 mod session;
 
-pub use ask::{Ask, Axis, Constraint, Value, Wanted};
+pub use ask::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
 pub use error::EditError;
 pub use locality::{Locality, localise, localities, pick};
 pub use metric::Metric;
 pub use problem::Edit;
-pub use report::{ConstraintReport, Report};
+pub use report::{ConstraintReport, Convergence, Report};
 pub use session::{ConstraintId, Edited, Session};

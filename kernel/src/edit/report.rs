@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-pub use crate::plugin::ConstraintReport;
+pub use crate::plugin::{ConstraintReport, Convergence};
 
 /// What solving an edit gave: printed by `Display`, kept by serde.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
@@ -23,6 +23,10 @@ pub struct Report {
     pub adjustment: f64,
     /// Linear solves that were needed: 1 unless something is not linear.
     pub iterations: usize,
+    /// How it converged, where something is not linear.
+    pub convergence: Option<Convergence>,
+    /// The inequalities that hold with equality.
+    pub active: Vec<String>,
     /// Whether some constraints are missed because only a best effort was asked for.
     pub best_effort: bool,
     /// Every constraint with its error and its multipliers.
@@ -37,6 +41,9 @@ impl fmt::Display for Report {
         write!(f, "rank {rank} of {equations} · residual {residual:.1e} · ‖d‖ {adjustment:.4} · {solver}")?;
         if self.iterations > 1 {
             write!(f, " · {} iterations", self.iterations)?;
+        }
+        if !self.active.is_empty() {
+            write!(f, " · active: {}", self.active.join(", "))?;
         }
         if !self.redundant.is_empty() {
             let count = self.redundant.len();

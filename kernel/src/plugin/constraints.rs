@@ -50,8 +50,12 @@ pub fn constraint_from(
     let wanted = match given[..] {
         [] if functional.is_condition() => Wanted::Hold,
         [] => {
-            return Err(parameters
-                .error("", format!("\"{kind}\" says nothing: give one of to, by, scale or keep = true")));
+            return Err(parameters.error(
+                "",
+                format!(
+                    "\"{kind}\" says nothing: give one of to, by, scale, keep = true, at_least or at_most"
+                ),
+            ));
         }
         [wish] => wanted(parameters, wish)?,
         _ => {

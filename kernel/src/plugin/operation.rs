@@ -124,6 +124,12 @@ pub struct StepReport {
     /// Solves that were needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterations: Option<usize>,
+    /// How a nonlinear problem converged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub convergence: Option<Convergence>,
+    /// The inequalities that hold with equality.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub active: Vec<String>,
     /// Time to prepare, in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prepare_seconds: Option<f64>,
@@ -179,6 +185,17 @@ pub enum MarkKind {
     Locked,
     /// Anything else.
     Other,
+}
+
+/// How a nonlinear problem converged.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Convergence {
+    /// Quadratic programs (or linear systems) that were solved.
+    pub iterations: usize,
+    /// Steps among them that had to be shortened, because the whole step did not bring the shape nearer.
+    pub shortened: usize,
+    /// The last change of the adjustment, relative to the adjustment.
+    pub change: f64,
 }
 
 /// What became of one constraint.

@@ -171,6 +171,28 @@ impl InverseMetric {
 }
 
 impl Whitened {
+    /// `dᵀWd`, `sides` numbers a column.
+    pub(crate) fn squared_length(&mut self, d: &[f64], sides: usize) -> f64 {
+        match &mut self.back {
+            Back::Scale(scale) => {
+                let share = |(d, s): (&[f64], &f64)| d.iter().map(|v| (v / s) * (v / s)).sum::<f64>();
+                d.chunks_exact(sides).zip(&*scale).map(share).sum()
+            }
+            Back::Triangular { factor, order, inverse, work } => {
+                let work = &mut work[..d.len()];
+                for (value, &row) in work.chunks_exact_mut(sides).zip(order.iter()) {
+                    value.copy_from_slice(&d[row * sides..(row + 1) * sides]);
+                }
+                if *inverse {
+                    factor.forward(work, sides);
+                } else {
+                    factor.multiply_upper(work, sides);
+                }
+                work.iter().map(|v| v * v).sum()
+            }
+        }
+    }
+
     /// `d = T e`, in place.
     pub(crate) fn finish(&mut self, d: &mut [f64], sides: usize) {
         match &mut self.back {

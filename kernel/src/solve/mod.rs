@@ -11,7 +11,11 @@
 //! | [`HouseholderQr`] | ill-conditioned systems; shows rank | as it is |
 //! | [`DenseLu`] | small systems with any metric; an independent check of the others | as the bordered system |
 //! | [`Automatic`] | picks the first that is fast and safe | |
+//!
+//! Inequalities make a quadratic program ([`Program`]): which of them are active is found first
+//! ([`Solver::program`]), and the least adjustment is then that of the equations and the active ones.
 
+mod active_set;
 mod adjoint;
 mod automatic;
 mod envelope;
@@ -25,6 +29,7 @@ mod symmetric;
 mod system;
 mod unit;
 
+pub use active_set::{Outcome, Program, Sense};
 pub use adjoint::Adjoint;
 pub use automatic::Automatic;
 pub use envelope::EnvelopeCholesky;
@@ -48,6 +53,17 @@ pub trait Solver: Send + Sync {
     /// # Errors
     /// When the system is too large or too ill-conditioned for this solver; the error names a better one.
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError>;
+
+    /// Finds out which inequalities of a quadratic program hold with equality; the least adjustment is then that of the
+    /// equations and these, which [`factor`](Self::factor) solves. The default is the dual active-set method of
+    /// Goldfarb and Idnani (1983) on an orthonormal basis of the active rows; a solver with another method of its own
+    /// overrides it.
+    ///
+    /// # Errors
+    /// When the metric is not positive definite, or there are too many rows to decide.
+    fn program(&self, program: &Program<'_>) -> Result<Outcome, SolveError> {
+        active_set::active_set(program)
+    }
 }
 
 impl Solver for std::sync::Arc<dyn Solver> {
@@ -57,6 +73,10 @@ impl Solver for std::sync::Arc<dyn Solver> {
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         self.as_ref().factor(system)
+    }
+
+    fn program(&self, program: &Program<'_>) -> Result<Outcome, SolveError> {
+        self.as_ref().program(program)
     }
 }
 
@@ -135,5 +155,15 @@ pub enum SolveError {
         residual: f64,
         /// The constraint that has it.
         worst: String,
+    },
+    /// A nonlinear problem whose constraints are met, but whose adjustment is not yet the least one.
+    #[error(
+        "not solved after {iterations} iterations: every constraint is met, but the adjustment still changes by {change:.1e} of itself, so it is not the least one; ask for less at once"
+    )]
+    StillMoving {
+        /// Iterations made.
+        iterations: usize,
+        /// The last change of the adjustment, relative to the adjustment.
+        change: f64,
     },
 }

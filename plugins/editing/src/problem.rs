@@ -19,7 +19,12 @@ pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
 pub(crate) const SHARED: [Field; 9] = [
     OBJECT,
-    Field::optional("constraints", "[{ kind, …, to | by | scale | keep }, …]", "none", "what is asked"),
+    Field::optional(
+        "constraints",
+        "[{ kind, …, to | by | scale | keep | at_least | at_most }, …]",
+        "none",
+        "what is asked",
+    ),
     Field::optional("solver", "name", "automatic", "the solver; `loftsman plugins` lists them"),
     Field::optional(
         "metric",
@@ -267,6 +272,8 @@ pub(crate) fn step_report(op: &str, object: &str, report: &Report) -> StepReport
         condition: Some(report.condition),
         adjustment: Some(report.adjustment),
         iterations: Some(report.iterations),
+        convergence: report.convergence,
+        active: report.active.clone(),
         constraints: report.constraints.clone(),
         notes,
         ..StepReport::default()

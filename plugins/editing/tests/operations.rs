@@ -75,7 +75,7 @@ fn every_mistake_has_its_message() {
         (json!({ "kind": "position", "at": [1.0, 2.0], "keep": true }), vec!["2 parameter(s)"]),
         (json!({ "kind": "position", "at": 1.0, "to": [0, 0] }), vec!["2 number(s)", "3 are needed"]),
         (json!({ "kind": "position", "at": 1.0, "to": [0, "a", 0] }), vec!["to[1]", "\"a\""]),
-        (json!({ "kind": "position", "at": 1.0, "at_least": [0, 0, 0] }), vec!["inequalities"]),
+        (json!({ "kind": "position", "at": 1.0, "at_least": [0, 0] }), vec!["2 number(s)"]),
         (json!({ "kind": "position", "at": 1.0, "to": 2.0, "axis": "w" }), vec!["axis", "x, y, z"]),
         (json!({ "kind": "tangent", "at": 1.0, "keep": true, "axis": "x" }), vec!["no axes"]),
         (

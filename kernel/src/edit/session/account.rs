@@ -3,8 +3,9 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 
-use super::bound::Bound;
+use super::bound::{Bound, error_of};
 use super::{Session, view};
+use crate::edit::assembly::Slot;
 use crate::edit::conflict::agrees;
 use crate::edit::report::{ConstraintReport, Report};
 use crate::functional::Shapes;
@@ -24,6 +25,7 @@ impl<S: Shape> Session<S> {
             rank: diagnosis.rank * sides + bordering,
             condition: diagnosis.condition,
             iterations: prepared.iterations,
+            convergence: prepared.convergence,
             ..Report::default()
         };
         let mut lost: BTreeMap<usize, usize> = BTreeMap::new();
@@ -34,6 +36,12 @@ impl<S: Shape> Session<S> {
             let rows = prepared.assembly.slots(k).len() / sides;
             let name = self.bound[k].constraint.describe();
             report.redundant.push(if lost < rows { format!("{name} ({lost} of {rows} rows)") } else { name });
+        }
+        for (row, bounds) in prepared.bounds.iter().flat_map(|b| b.active.iter().map(move |row| (*row, b))) {
+            let name = self.bound[bounds.full.constraint_of(row)].constraint.label();
+            if !report.active.contains(&name) {
+                report.active.push(name);
+            }
         }
         let mut adjustment = 0.0_f64;
         for &(shape, vertex, before) in &self.start {
@@ -47,12 +55,12 @@ impl<S: Shape> Session<S> {
                 Err(_) => f64::NAN,
                 Ok(()) => (0..value.len())
                     .filter(|&e| bound.constraint.asks(e))
-                    .map(|e| (value[e] - bound.target[e]).abs())
+                    .map(|e| error_of(bound.constraint.sense(), bound.target[e] - value[e]))
                     .fold(0.0, f64::max),
             };
             report.residual = report.residual.max(residual);
             report.constraints.push(ConstraintReport {
-                name: bound.constraint.describe(),
+                name: bound.constraint.label(),
                 residual,
                 multipliers: Vec::new(),
             });
@@ -85,8 +93,16 @@ impl<S: Shape> Session<S> {
             factored.multipliers_into(&rhs, &mut multipliers);
         }
         for (k, constraint) in report.constraints.iter_mut().enumerate() {
-            constraint.multipliers =
-                prepared.assembly.slots(k).iter().map(|s| multipliers[prepared.assembly.entry(s)]).collect();
+            let part = prepared.assembly.slots(k);
+            let of = |slot: &Slot| multipliers[prepared.assembly.entry(slot)];
+            constraint.multipliers = match &prepared.bounds {
+                None => part.iter().map(of).collect(),
+                // Zero for an inequality that is not active.
+                Some(bounds) => {
+                    let known = |all: &Slot| part.iter().find(|s| s.equation == all.equation);
+                    bounds.full.slots(k).iter().map(|all| known(all).map_or(0.0, of)).collect()
+                }
+            };
         }
         let bordering = prepared.border.iter().flat_map(|border| border.rows.iter().zip(&border.multipliers));
         for (&(k, _), &multiplier) in bordering {

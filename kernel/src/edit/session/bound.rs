@@ -6,7 +6,7 @@ use crate::edit::ask::{Constraint, Value, Wanted};
 use crate::edit::assembly::Assembly;
 use crate::error::{Error, Result};
 use crate::functional::{Functional, Shapes};
-use crate::solve::SolveError;
+use crate::solve::Sense;
 use std::sync::Arc;
 
 /// A constraint whose functional is bound and whose target is a number.
@@ -22,8 +22,11 @@ pub(super) struct Bound {
 pub(super) fn add_companions(constraints: &mut Vec<Constraint>, handle: Option<&dyn Functional>) {
     let mut asked: Vec<String> = constraints.iter().map(|c| c.functional.describe()).collect();
     asked.extend(handle.map(Functional::describe));
-    let mut wanted: Vec<Arc<dyn Functional>> =
-        constraints.iter().flat_map(|c| c.functional.companions()).collect();
+    let mut wanted: Vec<Arc<dyn Functional>> = constraints
+        .iter()
+        .filter(|c| c.sense() == Sense::Equal)
+        .flat_map(|c| c.functional.companions())
+        .collect();
     wanted.extend(handle.into_iter().flat_map(Functional::companions));
     for companion in wanted {
         let name = companion.describe();
@@ -69,20 +72,13 @@ pub(super) fn bind(
     match &constraint.wanted {
         Wanted::Keep => {}
         Wanted::Hold => target.fill(0.0),
-        Wanted::To(value) => target = check(value)?,
+        Wanted::To(value) | Wanted::AtLeast(value) | Wanted::AtMost(value) => target = check(value)?,
         Wanted::By(value) => target.iter_mut().zip(check(value)?).for_each(|(t, by)| *t += by),
         Wanted::Scale(factor) if factor.is_finite() => target.iter_mut().for_each(|t| *t *= factor),
         Wanted::Scale(factor) => {
             return Err(
                 Error::Invalid(format!("{name}: {factor} is not a factor; give a finite number")).into()
             );
-        }
-        Wanted::AtLeast(_) | Wanted::AtMost(_) => {
-            return Err(SolveError::Unsupported(format!(
-                "{name}: \"at_least\" and \"at_most\" need a solver of inequalities, and none is registered; \
-                 ask \"to\" or \"keep\" instead"
-            ))
-            .into());
         }
     }
     if let Some(bad) = target.iter().find(|t| !t.is_finite()) {
@@ -117,9 +113,18 @@ pub(super) fn right_hand_side(
             let (at, equation) = (assembly.entry(slot), slot.equation as usize);
             rhs[at] = b.target[equation] - value[equation];
             size[at] = slot.magnitude + b.target[equation].abs() + value[equation].abs();
-            worst = (worst.0.max(rhs[at].abs()), worst.1.max(size[at]));
+            worst = (worst.0.max(error_of(b.constraint.sense(), rhs[at])), worst.1.max(size[at]));
         }
         errors.push(worst);
     }
     Ok(errors)
+}
+
+/// By how much a value misses its target that is `wanted` above it (below it, where negative).
+pub(super) fn error_of(sense: Sense, wanted: f64) -> f64 {
+    match sense {
+        Sense::Equal => wanted.abs(),
+        Sense::AtLeast => wanted.max(0.0),
+        Sense::AtMost => (-wanted).max(0.0),
+    }
 }

@@ -26,7 +26,11 @@ impl<S: Shape> Session<S> {
         if let Some(border) = &mut self.prepared.border {
             border.before.copy_from_slice(&self.prepared.d);
         }
-        let result = if self.alternating.is_some() { self.one_axis() } else { self.all_axes() };
+        let mut result = if self.alternating.is_some() { self.one_axis() } else { self.all_axes() };
+        // Where whole steps do not arrive, shortened ones may.
+        if self.alternating.is_none() && result.is_err() && self.iterate().is_ok() {
+            result = Ok(());
+        }
         if result.is_err()
             && let Some(border) = &self.prepared.border
         {

@@ -1,22 +1,16 @@
 //! One event: new targets, new vertices.
 
-use super::bound::right_hand_side;
+use super::Session;
 use super::effort::soften;
 use super::prepared::response_of;
-use super::{Session, put, snapshot, view};
+use super::program::Bounds;
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
-use crate::edit::assembly::Assembly;
 use crate::edit::conflict::{agrees, explain, involved};
 use crate::error::Error;
 use crate::functional::Linearity;
 use crate::shape::Shape;
 use crate::solve::SolveError;
-
-/// Iterations before a nonlinear problem is given up.
-const ITERATIONS: usize = 60;
-/// A nonlinear constraint is met at this error, relative to the numbers it is made of.
-const MET: f64 = 1e-12;
 
 impl<S: Shape> Session<S> {
     fn is_linear(&self) -> bool {
@@ -30,6 +24,9 @@ impl<S: Shape> Session<S> {
         }
         if !self.is_linear() {
             return self.iterate();
+        }
+        if let Some(bounds) = self.prepared.bounds.take() {
+            return self.bounded(bounds);
         }
         self.solve_linear()?;
         self.check_finite()?;
@@ -84,91 +81,39 @@ impl<S: Shape> Session<S> {
 
     pub(super) fn check_finite(&self) -> Result<(), EditError> {
         if self.prepared.d.iter().any(|d| !d.is_finite()) {
-            return Err(Error::Invalid("the adjustment overflows: ask for a smaller change".into()).into());
+            return Err(overflow());
         }
         Ok(())
     }
 
-    /// Newton's iteration for the least adjustment under constraints that are not linear: linearized where the shapes
-    /// are, with the whole adjustment since the start as unknown, so that it converges to the least one.
-    fn iterate(&mut self) -> Result<(), EditError> {
-        if self.alternating.is_some() {
-            return Err(SolveError::Unsupported(
-                "the axes cannot alternate here: a constraint that is not linear depends on the others, or they are too \
-                 many; let all axes move together"
-                    .into(),
-            )
-            .into());
+    /// The same where there are inequalities: which are active is found anew at every event.
+    fn bounded(&mut self, mut bounds: Bounds) -> Result<(), EditError> {
+        if let Some(handle) = self.handle {
+            let target = &self.bound[handle].target;
+            for slot in bounds.full.slots(handle) {
+                let at = bounds.full.entry(slot);
+                bounds.rhs[at] = target[slot.equation as usize] - self.handle_start[slot.equation as usize];
+            }
         }
-        let state = snapshot(&self.shapes, &self.prepared);
-        let result = self.iterate_from_here();
-        if result.is_err() {
-            put(&mut self.shapes, &state);
+        let solved = self.program(&bounds.full, &bounds.rhs, &bounds.size);
+        let prepared = &mut self.prepared;
+        let solved = match solved {
+            Ok(solved) if solved.d.iter().all(|d| d.is_finite()) => solved,
+            other => {
+                prepared.bounds = Some(bounds);
+                other?;
+                return Err(overflow());
+            }
+        };
+        bounds.active = solved.active;
+        if let Some((part, _)) = solved.part {
+            prepared.assembly = part;
         }
-        result
-    }
-
-    fn iterate_from_here(&mut self) -> Result<(), EditError> {
-        self.restore();
-        let mut worst = (f64::INFINITY, String::new());
-        let mut previous = vec![0.0; self.prepared.d.len()];
-        for iteration in 1..=ITERATIONS {
-            let shapes = view(&self.shapes);
-            let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
-            let assembly = Assembly::new(&shapes, &constraints, &self.freedom, &self.metric)?;
-            if assembly.system.touched() != self.prepared.assembly.system.touched() {
-                return Err(Error::Invalid(
-                    "a constraint touches other control vertices than when the edit was prepared; prepare anew".into(),
-                )
-                .into());
-            }
-            let (mut rhs, mut size) = (Vec::new(), Vec::new());
-            let error = right_hand_side(&shapes, &self.bound, &assembly, &mut rhs, &mut size)?;
-            let met = error.iter().all(|(e, s)| *e <= MET * s);
-            let step = {
-                let change =
-                    previous.iter().zip(&self.prepared.d).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                let whole = self.prepared.d.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                iteration > 1 && change <= 1e-10 * whole
-            };
-            if met && (step || iteration > ITERATIONS / 2) {
-                self.prepared.iterations = iteration - 1;
-                self.prepared.rhs = rhs;
-                return Ok(());
-            }
-            worst = error.iter().zip(&self.bound).fold((0.0, String::new()), |w, ((e, _), b)| {
-                if *e > w.0 { (*e, b.constraint.describe()) } else { w }
-            });
-            // b + F (P - P₀): the unknown is the adjustment from the start, not from here.
-            let mut sofar = vec![0.0; rhs.len()];
-            if iteration > 1 {
-                assembly.system.rows().multiply(&self.prepared.d, assembly.system.sides(), &mut sofar);
-            }
-            rhs.iter_mut().zip(&sofar).for_each(|(b, s)| *b += s);
-            let mut factored = self.solver.factor(&assembly.system)?;
-            let dependencies = factored.diagnosis().dependencies;
-            self.prepared.assembly = assembly;
-            self.prepared.dependencies = dependencies;
-            let disagree = self
-                .prepared
-                .dependencies
-                .iter()
-                .position(|d| !agrees(&self.prepared.assembly, d, &rhs, &size));
-            if let Some(at) = disagree {
-                if !self.best_effort {
-                    return Err(self.conflict(at).into());
-                }
-                rhs = soften(&self.prepared.assembly, &self.prepared.dependencies, &rhs);
-            }
-            previous.copy_from_slice(&self.prepared.d);
-            factored.solve_into(&rhs, &mut self.prepared.d);
-            self.prepared.factored = factored;
-            self.prepared.rhs = rhs;
-            self.prepared.size = size;
-            self.place();
-        }
-        let (residual, worst) = worst;
-        Err(SolveError::NotConverged { iterations: ITERATIONS, residual, worst }.into())
+        (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
+        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d);
+        prepared.bounds = Some(bounds);
+        self.place();
+        Ok(())
     }
 
     pub(super) fn conflict(&self, at: usize) -> SolveError {
@@ -177,4 +122,8 @@ impl<S: Shape> Session<S> {
         debug_assert!(!involved(&self.prepared.assembly, dependency).is_empty());
         explain(&self.shapes, &constraints, &self.freedom, &self.prepared.assembly, dependency)
     }
+}
+
+pub(super) fn overflow() -> EditError {
+    Error::Invalid("the adjustment overflows: ask for a smaller change".into()).into()
 }

@@ -8,7 +8,10 @@ mod edited;
 mod effort;
 mod event;
 mod inspect;
+mod mixing;
 mod prepared;
+mod program;
+mod sequential;
 mod slide;
 
 use std::any::Any;
@@ -34,7 +37,7 @@ use crate::solve::{SolveError, Solver};
 pub struct ConstraintId(u64);
 
 /// An edit under way. Events do not allocate and do not depend on the size of the shapes (as long as everything
-/// asked is linear and the handle does not slide). Where something is not linear, an event costs a few times what that
+/// asked is a linear equation and the handle does not slide). Where something is not linear, an event costs a few times what that
 /// touches; the linear constraints beside it are factored once.
 pub struct Session<S> {
     shapes: Vec<Box<dyn Shape>>,

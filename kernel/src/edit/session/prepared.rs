@@ -2,12 +2,14 @@
 
 use super::border::{Border, members};
 use super::bound::{Bound, right_hand_side};
+use super::program::{Bounds, equations, gather, has_inequalities, senses};
 use super::view;
 use crate::Point;
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
 use crate::edit::assembly::{Assembly, Freedom};
 use crate::edit::metric::Metric;
+use crate::edit::report::Convergence;
 use crate::shape::Shape;
 use crate::solve::{Dependency, Factored, Solver};
 
@@ -29,6 +31,9 @@ pub(super) struct Prepared {
     /// Shape and vertex of each.
     pub(super) places: Vec<(u32, u32)>,
     pub(super) iterations: usize,
+    pub(super) convergence: Option<Convergence>,
+    /// All rows, where some are inequalities: the assembly above holds the others and the active ones.
+    pub(super) bounds: Option<Bounds>,
     /// The constraints that are not linear, where they are not in the system but beside it.
     pub(super) border: Option<Border>,
 }
@@ -44,7 +49,7 @@ pub(super) fn prepare(
     solver: &dyn Solver,
     bordered: bool,
 ) -> Result<Prepared, EditError> {
-    let members = if bordered { members(bound) } else { Vec::new() };
+    let members = if bordered && !has_inequalities(bound) { members(bound) } else { Vec::new() };
     if !members.is_empty() {
         let mut prepared = prepare_system(boxes, bound, handle, freedom, metric, solver, &members)?;
         let shapes = view(boxes);
@@ -71,9 +76,18 @@ fn prepare_system(
 ) -> Result<Prepared, EditError> {
     let shapes = view(boxes);
     let constraints: Vec<&Constraint> = bound.iter().map(|b| &b.constraint).collect();
-    let assembly = Assembly::beside(&shapes, &constraints, freedom, metric, &|k| aside.contains(&k))?;
+    let mut assembly = Assembly::beside(&shapes, &constraints, freedom, metric, &|k| aside.contains(&k))?;
     let (mut rhs, mut size) = (Vec::new(), Vec::new());
     right_hand_side(&shapes, bound, &assembly, &mut rhs, &mut size)?;
+    let mut bounds = None;
+    if has_inequalities(bound) {
+        let kept = equations(&senses(&assembly, &constraints));
+        let part = assembly.select(&kept);
+        let some = (gather(&rhs, &kept), gather(&size, &kept));
+        bounds = Some(Bounds { full: assembly, rhs, size, active: Vec::new() });
+        assembly = part;
+        (rhs, size) = some;
+    }
     let mut factored = solver.factor(&assembly.system)?;
     let sides = assembly.system.sides();
     let touched = assembly.system.touched();
@@ -93,7 +107,7 @@ fn prepare_system(
     let d = vec![0.0; touched.len() * sides];
     let mut still = Vec::new();
     let mut response = Vec::new();
-    if let Some(handle) = handle {
+    if let Some(handle) = handle.filter(|_| bounds.is_none()) {
         for slot in assembly.slots(handle) {
             rhs[assembly.entry(slot)] = 0.0;
         }
@@ -129,6 +143,8 @@ fn prepare_system(
         base,
         places,
         iterations: 1,
+        convergence: None,
+        bounds,
         border: None,
     })
 }

@@ -1,0 +1,258 @@
+//! Constraints that are not linear: sequential quadratic programming.
+
+use super::bound::{error_of, right_hand_side};
+use super::event::overflow;
+use super::mixing::Mixing;
+use super::program::{Bounds, Solved, senses};
+use super::{Session, put, snapshot, view};
+use crate::edit::EditError;
+use crate::edit::ask::Constraint;
+use crate::edit::assembly::Assembly;
+use crate::edit::report::Convergence;
+use crate::error::Error;
+use crate::shape::Shape;
+use crate::solve::{Sense, SolveError};
+
+/// Iterations before a problem is given up.
+const ITERATIONS: usize = 100;
+/// A constraint is met at this error, relative to the numbers it is made of.
+const MET: f64 = 1e-12;
+/// The adjustment stands still where a whole step would change it by no more than this, relative to itself; after half of
+/// the iterations, where rounding keeps an ill-conditioned one moving, by no more than that.
+const STILL: [f64; 2] = [1e-10, 1e-7];
+/// The share of the decrease that the linear problem promises, which a step must bring.
+const SHARE: f64 = 1e-4;
+/// The shortest step, as a share of the whole one.
+const SHORTEST: f64 = 1e-6;
+/// A step may be worse than the one before, but not worse than the worst of so many.
+const MEMORY: usize = 5;
+
+/// The constraints at the present shapes: rows, wanted minus present values, the sizes of these numbers.
+struct Linearized {
+    assembly: Assembly,
+    rhs: Vec<f64>,
+    size: Vec<f64>,
+    /// The largest error of each constraint, and the size to measure it by.
+    errors: Vec<(f64, f64)>,
+}
+
+/// `½ dᵀWd + Σ μ|violation|`, exact for `μ` above the multipliers (Han 1977): where it is least, so is the adjustment
+/// under the constraints.
+struct Merit {
+    penalty: Vec<f64>,
+    /// `½ dᵀWd` and the violations of the last points.
+    points: Vec<(f64, Vec<f64>)>,
+}
+
+impl Merit {
+    fn value(&self, half: f64, violations: &[f64]) -> f64 {
+        half + self.penalty.iter().zip(violations).map(|(p, v)| p * v).sum::<f64>()
+    }
+
+    /// The worst of the last points. Accepting what is worse than the last one only keeps whole steps near a curved
+    /// constraint from being cut down (Grippo, Lampariello and Lucidi 1986).
+    fn reference(&self) -> f64 {
+        self.points.iter().map(|(half, violations)| self.value(*half, violations)).fold(f64::MIN, f64::max)
+    }
+
+    fn remember(&mut self, half: f64, violations: Vec<f64>) {
+        if self.points.len() == MEMORY {
+            self.points.remove(0);
+        }
+        self.points.push((half, violations));
+    }
+
+    /// Keeps the penalties above the multipliers of a solved problem.
+    fn cover(&mut self, solved: &mut Solved) {
+        let mut multipliers = vec![0.0; solved.rhs.len()];
+        solved.factored.multipliers_into(&solved.rhs, &mut multipliers);
+        for (k, multiplier) in multipliers.iter().enumerate() {
+            let entry = solved.part.as_ref().map_or(k, |(_, kept)| kept[k]);
+            if let Some(penalty) = self.penalty.get_mut(entry).filter(|p| **p < 1.5 * multiplier.abs()) {
+                *penalty = 3.0 * multiplier.abs();
+            }
+        }
+    }
+}
+
+impl<S: Shape> Session<S> {
+    /// The least adjustment under constraints that are not linear: a sequence of linear problems, linearized where the
+    /// shapes are, with the whole adjustment since the start as unknown, so that it converges to the least one. Steps are
+    /// mixed with those before, or shortened, until a merit function decreases. A failure leaves the shapes as they were.
+    pub(super) fn iterate(&mut self) -> Result<(), EditError> {
+        if self.alternating.is_some() {
+            return Err(SolveError::Unsupported(
+                "the axes cannot alternate here: a constraint that is not linear depends on the others, there are \
+                 inequalities, or they are too many; let all axes move together"
+                    .into(),
+            )
+            .into());
+        }
+        let state = snapshot(&self.shapes, &self.prepared);
+        let d = self.prepared.d.clone();
+        let result = self.iterate_from_start();
+        if result.is_err() {
+            put(&mut self.shapes, &state);
+            self.prepared.d = d;
+        }
+        result
+    }
+
+    fn iterate_from_start(&mut self) -> Result<(), EditError> {
+        self.restore();
+        let mut here = self.linearize()?;
+        let sides = here.assembly.system.sides();
+        // The metric alone, without rows.
+        let mut metric = here.assembly.system.select(&[]).whitened()?;
+        let mut half = |d: &[f64]| match &mut metric {
+            None => 0.5 * d.iter().map(|v| v * v).sum::<f64>(),
+            Some(whitened) => 0.5 * whitened.squared_length(d, sides),
+        };
+        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
+        let senses = senses(&here.assembly, &constraints);
+        let mut merit = Merit { penalty: vec![0.0; here.rhs.len()], points: Vec::new() };
+        merit.remember(0.0, violations(&senses, sides, &here.rhs));
+        let mut convergence = Convergence { change: f64::INFINITY, ..Convergence::default() };
+        let mut mixing = Mixing::default();
+        for iteration in 1..=ITERATIONS {
+            convergence.iterations = iteration;
+            // b + F d: the unknown is the adjustment from the start, not from here.
+            let from = self.prepared.d.clone();
+            let mut wanted = vec![0.0; here.rhs.len()];
+            here.assembly.system.rows().multiply(&from, sides, &mut wanted);
+            wanted.iter_mut().zip(&here.rhs).for_each(|(w, b)| *w += b);
+            let mut solved = self.program(&here.assembly, &wanted, &here.size)?;
+            if solved.d.iter().any(|d| !d.is_finite()) {
+                return Err(overflow());
+            }
+            let step: Vec<f64> = solved.d.iter().zip(&from).map(|(to, from)| to - from).collect();
+            convergence.change = match (largest(&step), largest(&solved.d)) {
+                (0.0, _) => 0.0,
+                (step, whole) => step / whole,
+            };
+            let met = here.errors.iter().all(|(error, size)| *error <= MET * size);
+            if met && convergence.change <= STILL[usize::from(iteration > ITERATIONS / 2)] {
+                self.prepared.iterations = iteration;
+                self.prepared.convergence = Some(convergence);
+                self.keep(
+                    solved,
+                    Bounds { full: here.assembly, rhs: wanted, size: here.size, active: Vec::new() },
+                );
+                return Ok(());
+            }
+            merit.cover(&mut solved);
+            let missed = violations(&senses, sides, &here.rhs);
+            // dᵀW(d⁺ - d) from three lengths; the linear problem takes all violations away.
+            let slope = half(&solved.d) - half(&from) - half(&step);
+            let promised = slope - merit.value(0.0, &missed);
+            let reference = merit.reference();
+            let rounding = MET * (reference.abs() + merit.value(0.0, &here.size));
+            // First what the last steps taught, then the whole step, then ever shorter ones.
+            let mut mixed = mixing.next(&from, &step);
+            let mut share = 1.0;
+            let mut failure = None;
+            loop {
+                match &mixed {
+                    Some(mixed) => self.prepared.d.copy_from_slice(mixed),
+                    None => {
+                        let points = from.iter().zip(&solved.d).zip(&step);
+                        for (d, ((from, to), step)) in self.prepared.d.iter_mut().zip(points) {
+                            *d = if share < 1.0 { from + share * step } else { *to };
+                        }
+                    }
+                }
+                self.place();
+                // Where something cannot be asked (a tangent that vanishes), the step is too long.
+                match self.violations(&here.assembly, &senses) {
+                    Err(error) => failure = Some(error),
+                    Ok(violations) => {
+                        let half = half(&self.prepared.d);
+                        let reached = merit.value(half, &violations);
+                        if solved.softened || reached <= reference + SHARE * share * promised + rounding {
+                            merit.remember(half, violations);
+                            break;
+                        }
+                    }
+                }
+                if mixed.take().is_some() {
+                    mixing.forget();
+                    continue;
+                }
+                share *= 0.5;
+                if share < SHORTEST {
+                    return Err(failure.map_or_else(|| self.unsolved(&here, &convergence), EditError::from));
+                }
+            }
+            convergence.shortened += usize::from(share < 1.0);
+            here = self.linearize()?;
+        }
+        Err(self.unsolved(&here, &convergence))
+    }
+
+    fn linearize(&self) -> Result<Linearized, EditError> {
+        let shapes = view(&self.shapes);
+        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
+        let assembly = Assembly::new(&shapes, &constraints, &self.freedom, &self.metric)?;
+        if !vertices(&assembly).eq(vertices(&self.prepared.assembly)) {
+            return Err(Error::Invalid(
+                "a constraint touches other control vertices than when the edit was prepared; prepare anew"
+                    .into(),
+            )
+            .into());
+        }
+        let (mut rhs, mut size) = (Vec::new(), Vec::new());
+        let errors = right_hand_side(&shapes, &self.bound, &assembly, &mut rhs, &mut size)?;
+        Ok(Linearized { assembly, rhs, size, errors })
+    }
+
+    /// By how much each entry misses its side at the present shapes.
+    fn violations(&self, assembly: &Assembly, senses: &[Sense]) -> Result<Vec<f64>, Error> {
+        let (mut rhs, mut size) = (Vec::new(), Vec::new());
+        right_hand_side(&view(&self.shapes), &self.bound, assembly, &mut rhs, &mut size)?;
+        Ok(violations(senses, assembly.system.sides(), &rhs))
+    }
+
+    /// What was solved last, for reports and for the next event.
+    fn keep(&mut self, solved: Solved, full: Bounds) {
+        let prepared = &mut self.prepared;
+        (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
+        (prepared.rhs, prepared.size) = (solved.rhs, solved.size);
+        prepared.border = None;
+        match solved.part {
+            None => prepared.assembly = full.full,
+            Some((part, _)) => {
+                prepared.assembly = part;
+                prepared.bounds = Some(Bounds { active: solved.active, ..full });
+            }
+        }
+    }
+
+    fn unsolved(&self, here: &Linearized, convergence: &Convergence) -> EditError {
+        let iterations = convergence.iterations;
+        let relative = |(error, size): &(f64, f64)| if *error <= MET * size { 0.0 } else { *error };
+        let worst =
+            here.errors.iter().map(relative).zip(&self.bound).fold((0.0, None), |worst, (error, b)| {
+                if error > worst.0 { (error, Some(b)) } else { worst }
+            });
+        match worst {
+            (residual, Some(bound)) => {
+                SolveError::NotConverged { iterations, residual, worst: bound.constraint.label() }.into()
+            }
+            _ => SolveError::StillMoving { iterations, change: convergence.change }.into(),
+        }
+    }
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m, v| m.max(v.abs()))
+}
+
+/// The vertices that move.
+fn vertices(assembly: &Assembly) -> impl Iterator<Item = usize> {
+    let (system, alike) = (&assembly.system, assembly.system.sides() == 3);
+    system.touched().iter().step_by(if alike { 1 } else { 3 }).map(move |&c| if alike { c } else { c / 3 })
+}
+
+fn violations(senses: &[Sense], sides: usize, rhs: &[f64]) -> Vec<f64> {
+    rhs.iter().enumerate().map(|(entry, wanted)| error_of(senses[entry / sides], *wanted)).collect()
+}
