@@ -27,6 +27,10 @@ impl Operation for EditOperation {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         let problem = Problem::new(scene, parameters, context, false)?;
+        if problem.constraints.is_empty() {
+            let text = "nothing is asked, so nothing would change: give at least one constraint";
+            return Err(parameters.error("constraints", text).into());
+        }
         let any: &dyn std::any::Any = problem.shapes[0].as_ref();
         let solved = if let Some(curve) = any.downcast_ref::<Curve>() {
             let edit = problem.edit(curve);

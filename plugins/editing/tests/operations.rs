@@ -60,6 +60,34 @@ fn an_edit_reports_and_marks() {
 }
 
 #[test]
+fn bounds_hold_and_contradictions_are_named() {
+    let bound = |at: f64, word: &str, y: f64| json!({ "kind": "position", "at": at, word: y, "axis": "y" });
+    let mut constraints: Vec<Value> =
+        (0..=18).map(|k| bound(0.5 * f64::from(k), "at_least", -0.25)).collect();
+    constraints.push(json!({ "kind": "position", "at": 4.5, "by": [0.0, 1.0, 0.0] }));
+    constraints.push(json!({ "kind": "signed-curvature", "at": 2.0, "at_most": 0.5 }));
+    let mut scene = scene();
+    let report = run(&mut scene, "edit", json!({ "object": "section", "constraints": constraints })).unwrap();
+    let moved = scene.curve("section").unwrap();
+    for k in 0..=18 {
+        assert!(moved.point(0.5 * f64::from(k)).unwrap().y >= -0.25 - 1e-12);
+    }
+    assert!(!report.active.is_empty() && report.active.iter().all(|name| name.contains('≥')), "{report:?}");
+    assert!(report.convergence.is_some_and(|c| c.change < 1e-7) && report.residual.unwrap() < 1e-11);
+    let path = json!([[4.0, 0.0, 0.0], [4.0, 2.0, 0.0]]);
+    let handle = json!({ "kind": "position", "at": 4.5 });
+    let drag = json!({ "handle": handle, "path": path, "constraints": [bound(5.5, "at_most", 0.5)] });
+    assert_eq!(run(&mut scene, "drag", drag).unwrap().active.len(), 1);
+    assert!(scene.curve("section").unwrap().point(5.5).unwrap().y <= 0.5 + 1e-12);
+    let both = json!([bound(3.0, "at_least", 1.0), bound(3.0, "at_most", 0.0), bound(7.0, "at_most", 3.0)]);
+    let message = fails("edit", json!({ "constraints": both }));
+    assert!(
+        message.contains("y of position at 3 ≥ 1\", \"y of position at 3 ≤ 0\" cannot all hold"),
+        "{message}"
+    );
+}
+
+#[test]
 fn every_mistake_has_its_message() {
     let edit = |constraint: Value| fails("edit", json!({ "constraints": [constraint] }));
     let at = "step[0].constraints[0]";
@@ -98,6 +126,9 @@ fn every_mistake_has_its_message() {
     assert!(fails("edit", json!({ "object": "hull" })).contains("no object \"hull\""));
     assert!(fails("edit", json!({ "metric": "bent" })).contains("did you mean \"bend\"?"));
     assert!(fails("edt", json!({})).contains("did you mean \"edit\"?"));
+    for nothing in [json!({}), json!({ "constraints": [] })] {
+        assert!(fails("edit", nothing).contains("constraints: nothing is asked"));
+    }
     assert!(fails("refine", json!({ "knots": [f64::MAX] })).contains("outside the domain"));
     assert!(fails("elevate", json!({ "by": 1_000_000_000 })).contains("degree"));
 }
