@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use super::bound::right_hand_side;
 use super::{Session, view};
+use crate::edit::ask::Constraint;
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, Shapes};
 use crate::plugin::ConstraintReport;
 use crate::shape::Shape;
-use crate::solve::System;
+use crate::solve::{Sense, System};
 
 impl<S: Shape> Session<S> {
     /// The linear equations of what is asked, over the control vertices that it touches and that may move (numbered through
@@ -21,6 +22,12 @@ impl<S: Shape> Session<S> {
     pub fn nonlinear(&self) -> Option<&Arc<dyn Functional>> {
         let functionals = self.bound.iter().map(|b| &b.constraint.functional);
         functionals.into_iter().find(|f| f.linearity() != Linearity::Linear)
+    }
+
+    /// The first inequality asked, as it is called in reports: the [`system`](Self::system) has those only that are active.
+    pub fn inequality(&self) -> Option<String> {
+        let mut constraints = self.bound.iter().map(|b| &b.constraint);
+        constraints.find(|c| c.sense() != Sense::Equal).map(Constraint::label)
     }
 
     /// All shapes of the problem as they are now.
