@@ -129,6 +129,12 @@ fn main() {
     let cases: Vec<Case> = SIZES.into_iter().map(case).collect();
     let contestants = ["store", "floor", "loftsman", "loftsman, one by one", "curvo", "truck"];
     for group in ["W1 points", "W1 derivatives"] {
-        measure::summary(group, &contestants, "loftsman", &["store", "loftsman"], &cases);
+        measure::summary(
+            group,
+            &contestants,
+            "loftsman",
+            &["store", "loftsman", "loftsman, one by one"],
+            &cases,
+        );
     }
 }

@@ -38,6 +38,17 @@ pub fn coil(n: usize) -> Vec<[f64; 3]> {
         .collect()
 }
 
+/// W2: the net of a wavy rational sheet of `n × n` vertices, row after row: `x, y, z` and the weight.
+pub fn sheet(n: usize) -> Vec<[f64; 4]> {
+    let last = (n - 1) as f64;
+    let at = |k: usize| ((k / n) as f64, (k % n) as f64);
+    let vertex = |(i, j): (f64, f64)| {
+        let z = 0.1 * (0.7 * i).sin() * (0.5 * j).cos();
+        [i / last, j / last, z, 1.0 + 0.5 * (0.9 * i + 1.3 * j).sin()]
+    };
+    (0..n * n).map(at).map(vertex).collect()
+}
+
 /// `(k + ½) / m`.
 pub fn parameters(m: usize) -> Vec<f64> {
     (0..m).map(|k| (k as f64 + 0.5) / m as f64).collect()

@@ -127,7 +127,7 @@ pub fn summary(group: &str, contestants: &[&str], ours: &str, mine: &[&str], cas
 }
 
 /// The median of a case of the last run, in nanoseconds.
-fn median(group: &str, contestant: &str, case: &str) -> Option<f64> {
+pub fn median(group: &str, contestant: &str, case: &str) -> Option<f64> {
     let home = std::env::var_os("CRITERION_HOME").map(PathBuf::from).or_else(|| {
         let target =
             std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);

@@ -1,5 +1,9 @@
 //! Plain scalar references: what the structure of each workload allows on this machine.
 
+mod grid;
+
+pub use grid::grid;
+
 use crate::inputs::{Rows, cubic, cubic_slope};
 
 /// W4: Cholesky of `F Fᵀ` in its band, rows in the order they come.
