@@ -16,4 +16,4 @@ for name in "${names[@]}"; do
     cargo bench -q --locked --bench "$name" "${features[@]}" 2>"target/$name.log" | grep -E '^(\||## |$)' | cat -s \
         || { cat "target/$name.log" >&2; exit 1; }
 done
-cargo run -q --release --locked --bin chart > ../docs/performance.svg
+cargo run -q --profile bench --locked --bin chart > ../docs/performance.svg

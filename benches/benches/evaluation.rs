@@ -2,8 +2,10 @@
 //!
 //! Aims, one thread: a fifth of the best peer's time and 2.5 × the floor. The floor converts to one polynomial a span
 //! beforehand and counts only Horner's rule; "store" is what writing the answer to memory costs. "loftsman" evaluates
-//! in a batch, on one thread (spans resolved once, then Horner's rule too); "loftsman, one by one" asks for one
-//! parameter at a time, as the peers do: what bounds it is the search for the span and the recurrence, anew each time.
+//! in a batch, on one thread (spans found and expanded once, within the time; then Horner's rule on four parameters at
+//! once); "loftsman, one by one" asks for one parameter at a time, as the peers do: what bounds it is the search for the
+//! span and the recurrence, anew each time. For a million, memory bounds: storing the answer takes three quarters of the
+//! time. For 10,000, ten a span, half of the time is the expansion of the spans.
 
 use std::hint::black_box;
 

@@ -17,9 +17,7 @@ use loftsman_kernel::spline::batch::OrientedPoint;
 use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Point4;
-use truck_geometry::prelude::{
-    BSplineSurface, KnotVec, NurbsSurface, ParametricSurface, ParametricSurface3D, Vector4,
-};
+use truck_geometry::prelude::{BSplineSurface, KnotVec, NurbsSurface, ParametricSurface3D, Vector4};
 
 const VERTICES: usize = 50;
 const SIZES: [usize; 3] = [100, 300, 1000];

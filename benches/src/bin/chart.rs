@@ -1,5 +1,5 @@
 //! Draws what the last runs of the benches left in `target/criterion`: nanoseconds an element over how many there are,
-//! both on logarithmic axes, a panel a question. `cargo run --release --bin chart > chart.svg`.
+//! both on logarithmic axes, a panel a question. `cargo run --profile bench --bin chart > chart.svg`.
 
 use std::fmt::Write as _;
 
