@@ -101,3 +101,102 @@ fn blender_shows_what_the_scene_holds() {
         }
     }
 }
+
+/// A unit square of two triangles with a material each, values by corner, a loose edge; a moved child; a curve, a
+/// surface and a mesh with frames.
+fn painted_and_moving() -> Value {
+    let square = json!({
+        "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 2]],
+        "faces": [[0, 1, 2], [0, 2, 3]], "lines": [[0, 4]], "materials": [0, 1],
+        "normals": { "values": [[0, 0, 1], [0, 0.6, 0.8]], "corners": [0, 0, 0, 1, 1, 1] },
+        "uvs": { "values": [[0, 0], [1, 0], [1, 1], [0.5, 0.75]], "corners": [0, 1, 2, 0, 2, 3] }
+    });
+    let tinted = json!({
+        "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 2]], "faces": [[0, 1, 2], [0, 2, 3]],
+        "colors": [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 0, 0.5], [1, 1, 1, 1]]
+    });
+    let moved = |points: &Value, k: usize| -> Value {
+        let up = |p: &Value| json!([p[0], p[1], p[2].as_f64().unwrap() + k as f64]);
+        points.as_array().unwrap().iter().map(up).collect()
+    };
+    let frames = |points: &Value| json!({ "rate": 24, "frames": (0..13).map(|k| moved(points, k)).collect::<Vec<_>>() });
+    let curve = curve_json(&curve("clamped", 3, false, 1.0));
+    let tube = tube_json(8, 6, false);
+    // The frames of a surface list its points row after row.
+    let net: Value =
+        tube["points"].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap().clone()).collect();
+    let shift = json!([[1, 0, 0, 1_000_000], [0, 1, 0, 20], [0, 0, 1, 30], [0, 0, 0, 1]]);
+    let mut document = document(
+        "m",
+        &[
+            json!({ "name": "crane ü", "group": {}, "transform": shift }),
+            json!({ "name": "square", "mesh": square, "materials": ["red", "see-through"], "parent": "crane ü" }),
+            json!({ "name": "tinted", "mesh": tinted }),
+            json!({ "name": "rib", "animation": frames(&curve["points"]), "curve": curve }),
+            json!({ "name": "hull", "animation": frames(&net), "surface": tube }),
+            json!({ "name": "box", "animation": frames(&box_json([0.0; 3], [1.0; 3])["points"]),
+                    "mesh": box_json([0.0; 3], [1.0; 3]) }),
+            json!({ "name": "empty", "group": {} }),
+            json!({ "name": "flat", "mesh": { "points": [[0, 0, 0], [1, 0, 0]], "faces": [[0, 1, 1]] } }),
+            json!({ "name": "nothing", "mesh": { "points": [], "faces": [] } }),
+        ],
+    );
+    document["materials"] = json!([
+        { "name": "red", "base_color": [1, 0, 0, 1], "roughness": 0.25, "double_sided": true },
+        { "name": "see-through", "base_color": [0, 1, 0, 0.5], "blend": true, "emissive": [0, 0, 3] }
+    ]);
+    document
+}
+
+#[test]
+fn blender_shows_materials_layers_hierarchy_and_key_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    save(folder.path(), "all.loft.json", &painted_and_moving());
+    for out in ["all.glb", "all.gltf"] {
+        program::succeed(folder.path(), &["convert", "all.loft.json", out]);
+    }
+    let files = ["all.glb", "all.gltf"].map(|name| folder.path().join(name));
+    if let Some(reports) = Oracle::GltfValidator.ask(&files, &[]) {
+        for report in reports {
+            assert_eq!((&report["errors"], &report["warnings"]), (&json!(0), &json!(0)), "{report:#}");
+        }
+    }
+    let Some(reports) = Oracle::Blender.ask(&files, &["--eval", "--frames", "0,6,12"]) else { return };
+    for report in &reports {
+        let square = object(report, "square");
+        assert_eq!(square["parent"], "crane ü");
+        assert_eq!(list(square, "matrix_world/0")[3], 1e6);
+        assert_eq!((number(square, "faces"), number(square, "wire_edges")), (2.0, 1.0));
+        assert_eq!(square["faces_per_material_slot"], json!({ "0": 1, "1": 1 }));
+        assert_eq!(square["custom_normals"], true);
+        let tilt = number(square, "corner_normals/max_degrees_from_face");
+        assert!((tilt - 0.8_f64.acos().to_degrees()).abs() < 0.1, "{tilt}");
+        assert_eq!(square["uv_layers"][0]["range"], json!([[0.0, 0.0], [1.0, 1.0]]));
+        let attributes = list(object(report, "tinted"), "attributes");
+        assert!(attributes.iter().any(|a| a["type"].as_str().unwrap().contains("COLOR")), "{attributes:?}");
+        for (slot, name, colour) in [(0, "red", [1.0, 0.0, 0.0]), (1, "see-through", [0.0, 1.0, 0.0])] {
+            assert_eq!(square["materials"][slot], name);
+            let material = list(report, "materials").iter().find(|m| m["name"] == name).unwrap();
+            let base: Vec<f64> = list(material, "base_colour").iter().filter_map(Value::as_f64).collect();
+            assert!((0..3).all(|k| (base[k] - colour[k]).abs() < 1e-3), "{name} is {base:?}");
+            assert_eq!(number(material, "metallic"), 0.0);
+        }
+        for name in ["rib", "hull", "box"] {
+            let keys = list(object(report, name), "shape_keys");
+            assert_eq!(
+                (keys.len(), &keys[1]["name"], &keys[13]["name"]),
+                (14, &json!("frame 0"), &json!("frame 12"))
+            );
+            // Frame k lies k higher than the first.
+            let low = |frame: usize| position(&report["frames"][frame]["objects"][name]["bbox"][0])[2];
+            for (frame, k) in [(1, 6.0), (2, 12.0)] {
+                assert!(
+                    (low(frame) - low(0) - k).abs() < 1e-4,
+                    "{name} at frame {k}: {}",
+                    low(frame) - low(0)
+                );
+            }
+        }
+        assert_eq!(object(report, "empty")["type"], "EMPTY");
+    }
+}

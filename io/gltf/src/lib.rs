@@ -19,6 +19,9 @@
 //! * *Texture coordinates* point up in Loftsman and down in glTF: `v` goes out as `1 - v`.
 //! * *Frames* of an animation are morph targets, shown one after the other by an animation of their weights.
 //!
+//! Tangents are neither kept nor written: where a material has a normal map, the Khronos validator warns that each
+//! program will make its own.
+//!
 //! The option `meshes-only` leaves lines and points out: MeshLab reads every primitive as triangles.
 //!
 //! # In

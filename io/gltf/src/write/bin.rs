@@ -135,7 +135,8 @@ impl<'a> Bin<'a> {
         count: usize,
         bounds: Option<[Vec<f32>; 2]>,
     ) -> usize {
-        let [min, max] = bounds.unwrap_or_default();
+        // As doubles: the shortest text of a single is another double.
+        let [min, max] = bounds.unwrap_or_default().map(|ends| ends.into_iter().map(f64::from).collect());
         let component_type = kind.component.0;
         self.accessors.push(Accessor { buffer_view, component_type, count, kind: kind.name, min, max });
         self.accessors.len() - 1

@@ -131,9 +131,9 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub(super) kind: &'static str,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) min: Vec<f32>,
+    pub(super) min: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) max: Vec<f32>,
+    pub(super) max: Vec<f64>,
 }
 
 #[derive(Debug, Serialize)]
