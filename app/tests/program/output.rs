@@ -134,4 +134,12 @@ fn points_become_a_curve_and_curves_a_picture() {
         bench.done(&["plot", "wave.loft.json", out, "--dark", "--view", "top", "--pixels", "400"]);
     }
     assert!(bench.read("a.svg").starts_with(b"<?xml") && bench.read("a.png").starts_with(b"\x89PNG"));
+    let all = ["--view", "all", "--profile=parameter", "--title", "Wave", "--columns", "2"];
+    bench.done(&[&["plot", "wave.loft.json", "all.svg", "--before", "sine.loft.json"], &all[..]].concat());
+    let svg = String::from_utf8(bench.read("all.svg")).unwrap();
+    for words in [">perspective<", ">right<", ">parameter u<", ">Wave<", "id=\"curves-5\""] {
+        assert!(svg.contains(words), "{words}");
+    }
+    bench.fails(&["plot", "wave.loft.json", "b.svg", "--object", "wafe"], 1, &["wafe", "did you mean"]);
+    bench.fails(&["plot", "wave.loft.json", "b.svg", "--view", "bottom"], 2, &["perspective"]);
 }

@@ -10,7 +10,7 @@ use loftsman_kernel::plugin::{Mark, MarkKind};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
-use loftsman_picture::{Beads, Combs, Picture, Theme, View};
+use loftsman_picture::{Against, Beads, Combs, Panel, Picture, Theme, View};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).ok_or("which folder?")?);
@@ -89,6 +89,12 @@ fn section(folder: &Path) -> Result<(), Box<dyn Error>> {
     write(folder, "section", &picture.clone().title("Blade section: the upper side pushed out"))?;
     let comb = picture.combs(Combs::Automatic).beads(Beads::Knots).control_polygons(false);
     write(folder, "section-comb", &comb.clone().title("Blade section with curvature combs"))?;
+    let profile = [Panel::view(View::Automatic), Panel::profile(Against::ArcLength)];
+    write(
+        folder,
+        "section-profile",
+        &comb.clone().title("Blade section with its curvature").panels(profile),
+    )?;
     write(folder, "section-dark", &comb.theme(Theme::Dark).title("Dark"))
 }
 
@@ -143,7 +149,39 @@ fn surface(folder: &Path) -> Result<(), Box<dyn Error>> {
     scene.add(Object::new("torus", (&torus).into()))?;
     write(folder, "surfaces", &Picture::of(&scene).title("Surfaces").control_polygons(false))?;
     write(folder, "surfaces-nets", &Picture::of(&scene).title("Surfaces and their control nets"))?;
-    write(folder, "surfaces-top", &Picture::of(&scene).view(View::Top).control_polygons(false))
+    write(folder, "surfaces-top", &Picture::of(&scene).view(View::Top).control_polygons(false))?;
+    let views = [
+        ("top", View::Top),
+        ("perspective", View::Perspective),
+        ("front", View::Front),
+        ("right", View::Right),
+    ];
+    let panels = views.map(|(name, view)| Panel::view(view).caption(name));
+    let sheet = Picture::of(&scene).title("Four views").control_polygons(false).panels(panels);
+    write(folder, "surfaces-four", &sheet)?;
+    // A line through the torus, one in the sheet, a mesh that cuts both, and points around.
+    let skewer = vec![Point::new(-1.0, 9.0, -2.0), Point::new(15.0, -1.0, 2.5)];
+    scene.add(Object::new("skewer", Polyline { points: skewer, closed: false }.into()))?;
+    let along = (0..30).map(|i| sheet_point(&scene, f64::from(i) / 29.0)).collect::<Result<Vec<_>, _>>()?;
+    let lies = Curve::new(Space::clamped_uniform(3, along.len())?, along)?;
+    scene.add(Object::new("in the sheet", (&lies).into()))?;
+    let wall = [[5.0, -1.0, -2.0], [5.0, 9.0, -2.0], [5.0, 9.0, 2.0], [5.0, -1.0, 2.0]].map(Point::from);
+    scene.add(Object::new("wall", Mesh::new(wall.to_vec(), &[[0, 1, 2, 3]])?.into()))?;
+    let scan = (0..600).map(f64::from);
+    let scan = scan.map(|i| {
+        Point::new(10.5 + 5.0 * (i * 0.61).sin(), 4.0 + 5.0 * (i * 1.7).cos(), 1.5 * (i * 2.9).sin())
+    });
+    scene.add(Object::new("scan", Cloud { points: scan.collect() }.into()))?;
+    let through = Picture::of(&scene).title("Hidden lines").control_polygons(false);
+    write(folder, "hidden", &through.clone())?;
+    write(folder, "hidden-perspective", &through.clone().view(View::Perspective).theme(Theme::Dark))?;
+    write(folder, "hidden-nets", &through.control_polygons(true).combs(Combs::Automatic))
+}
+
+fn sheet_point(scene: &Scene, t: f64) -> Result<Point, loftsman_kernel::Error> {
+    let sheet = scene.surface("sheet")?;
+    let ((_, u), (_, v)) = (sheet.u().domain(), sheet.v().domain());
+    sheet.point(u * (0.1 + 0.8 * t), v * (0.5 + 0.4 * (9.0 * t).sin()))
 }
 
 /// One of each kind of object, with awkward names.

@@ -72,6 +72,12 @@ impl Layout {
         [self.origin[0] + self.scale * p.x, self.origin[1] - self.scale * p.y]
     }
 
+    /// A point of the stage on the page, and how near the viewer it is, in millimetres as across.
+    pub(crate) fn place(&self, p: &Vector) -> Vector {
+        let p = self.lens.flat(p);
+        Vector::new(self.origin[0] + self.scale * p.x, self.origin[1] - self.scale * p.y, self.scale * p.z)
+    }
+
     /// A displacement of the stage at one of its points, on the page.
     pub(crate) fn shift(&self, at: &Vector, v: &Vector) -> Spot {
         let v = self.lens.shift(at, v);

@@ -74,7 +74,7 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
             let left = MARGIN + column as f64 * (cell + GUTTER);
             let area = Rect { low: [left, y], high: [left + cell, y + high] };
             let mut sheet = part.sheet(picture.theme, area, common, highest, told, count == 1);
-            part.draw(&mut sheet, &picture.choices, unit);
+            part.draw(&mut sheet, &picture.choices, unit)?;
             let number = row * columns + column + 1;
             let suffix = if count == 1 { String::new() } else { format!("-{number}") };
             content.push_str(&sheet.content(&suffix));
@@ -82,8 +82,8 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
             lines = lines.max(part.lines(cell).len());
             told = sheet.told;
         }
-        let lines = if several { lines.max(1) } else { lines };
-        y += high + if lines > 0 { CAPTION + LEADING * (lines - 1) as f64 } else { 0.0 } + GUTTER;
+        let captions = if lines > 0 { CAPTION + LEADING * (lines - 1) as f64 } else { 0.0 };
+        y += high + captions.max(if several { 9.0 } else { 0.0 }) + GUTTER;
     }
     let mut bottom = y - GUTTER + MARGIN;
     if picture.legend {
@@ -232,12 +232,13 @@ impl<'a> Part<'a> {
         Sheet::new(theme, layout, room, told)
     }
 
-    fn draw(&self, sheet: &mut Sheet, choices: &Choices, unit: Unit) {
+    fn draw(&self, sheet: &mut Sheet, choices: &Choices, unit: Unit) -> Result<(), PictureError> {
         match &self.content {
             Content::Drawing { combs, .. } => draw::draw(sheet, &self.stage, combs, choices, unit),
             Content::Chart(chart) => {
                 let area = sheet.layout.area;
                 chart.draw(sheet, &self.stage, &area, unit);
+                Ok(())
             }
         }
     }
@@ -246,7 +247,7 @@ impl<'a> Part<'a> {
     fn caption(&self, theme: Theme, area: &Rect, with_axes: bool) -> String {
         let mut out = String::new();
         if let (true, Some(view)) = (with_axes, self.view()) {
-            out.push_str(&legend::axes(theme, view, [area.low[0] + 3.0, area.high[1] + 4.5], 4.0));
+            out.push_str(&legend::axes(theme, view, [area.low[0] + 3.0, area.high[1] + 7.5], 4.0));
         }
         let middle = (area.low[0] + area.high[0]) / 2.0;
         for (i, line) in self.lines(area.size()[0]).iter().enumerate() {

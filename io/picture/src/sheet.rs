@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use loftsman_kernel::Vector;
 
+use crate::draw::depth::{Depth, IN_SURFACE, Run};
 use crate::labels::{Ink, Label};
 use crate::layout::{Layout, Rect};
 use crate::path::{Path, Spot};
@@ -200,6 +201,8 @@ pub(crate) struct Sheet {
     /// Where lines are, so that labels can keep away from them.
     pub(crate) ink: Ink,
     layers: Vec<(Layer, String)>,
+    /// The depth of the faces, where there are any.
+    pub(crate) depth: Option<Depth>,
     /// Labels to be placed when everything else is drawn.
     pub(crate) labels: Vec<Label>,
     /// What the reader is told about it.
@@ -209,7 +212,7 @@ pub(crate) struct Sheet {
 impl Sheet {
     /// An empty sheet, whose labels may stand anywhere in `room`; what is told goes on after `told`.
     pub(crate) fn new(theme: Theme, layout: Layout, room: Rect, told: Told) -> Self {
-        Self { theme, layout, ink: Ink::new(room), layers: Vec::new(), labels: Vec::new(), told }
+        Self { theme, layout, ink: Ink::new(room), layers: Vec::new(), depth: None, labels: Vec::new(), told }
     }
 
     /// Puts a finished element on a layer.
@@ -223,6 +226,42 @@ impl Sheet {
     /// A point of the stage on the page.
     pub(crate) fn spot(&self, p: &Vector) -> Spot {
         self.layout.spot(p)
+    }
+
+    /// The parts of a chain of the stage that are seen and that faces hide, in order; depths less than `slack` millimetres apart
+    /// are the same.
+    pub(crate) fn runs<'a>(&self, points: impl IntoIterator<Item = &'a Vector>, slack: f64) -> Vec<Run> {
+        let places = points.into_iter().map(|p| self.layout.place(p));
+        match &self.depth {
+            Some(depth) => depth.runs(places, slack),
+            None => vec![Run { seen: true, spots: places.map(|p| [p.x, p.y]).collect() }],
+        }
+    }
+
+    /// Whether faces hide a point of the stage.
+    pub(crate) fn hides(&self, p: &Vector) -> bool {
+        self.depth.as_ref().is_some_and(|depth| depth.hides(&self.layout.place(p), IN_SURFACE))
+    }
+
+    /// A chain of the stage as paths, of what is seen of it and of what faces hide; it also leaves its ink.
+    pub(crate) fn parted<'a>(
+        &mut self,
+        points: impl IntoIterator<Item = &'a Vector>,
+        weight: u16,
+    ) -> [String; 2] {
+        let mut paths = [Path::default(), Path::default()];
+        for run in self.runs(points, IN_SURFACE) {
+            let path = &mut paths[usize::from(!run.seen)];
+            for (i, &spot) in run.spots.iter().enumerate() {
+                if i == 0 {
+                    path.move_to(spot);
+                } else {
+                    path.line_to(spot);
+                    self.ink.segment(run.spots[i - 1], spot, if run.seen { weight } else { 1 });
+                }
+            }
+        }
+        paths.map(Path::finish)
     }
 
     /// The path through points of the stage, which also leaves its ink.

@@ -101,7 +101,10 @@ impl Theme {
 
     /// A face of a colour, lit with `light` from 0 (edge on) to 1 (facing the light).
     pub(crate) fn lit(self, color: Color, light: f64) -> Color {
-        color.mixed(self.paper(), 0.45 + 0.45 * light.clamp(0.0, 1.0))
+        let light = light.clamp(0.0, 1.0);
+        // Towards the paper, which is light or dark.
+        let share = if self == Self::Light { 0.45 + 0.45 * light } else { 0.82 - 0.45 * light };
+        color.mixed(self.paper(), share)
     }
 }
 

@@ -64,6 +64,14 @@ impl Lens {
         }
     }
 
+    /// The direction from a point of the stage towards the viewer, of any length.
+    pub(crate) fn toward(self, p: &Vector) -> Vector {
+        match self.eye {
+            None => Vector::z(),
+            Some(eye) => Vector::z() * eye - p,
+        }
+    }
+
     /// Whether lengths in the picture's plane have one scale.
     pub(crate) fn is_parallel(self) -> bool {
         self.eye.is_none()

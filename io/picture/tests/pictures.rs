@@ -268,6 +268,88 @@ fn segments_alternate_and_vertices_have_arrows() {
     assert_eq!(of_class(&svg, "arrow", "d").len() - 2, 11 + 1);
 }
 
+/// A sphere of radius 1: a half circle turned about z.
+fn sphere() -> Surface {
+    let w = 0.5_f64.sqrt();
+    let net = [[0.0, -1.0], [1.0, -1.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let net = net.map(|[x, z]| Point::new(x, 0.0, z)).to_vec();
+    let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0];
+    let half = Curve::rational(Space::open(2, knots).unwrap(), net, vec![1.0, w, 1.0, w, 1.0]).unwrap();
+    Surface::revolution(&half, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap()
+}
+
+/// Chains of path data without curves.
+fn chains(data: &str) -> Vec<Vec<[f64; 2]>> {
+    let pieces = data.split('M').filter(|piece| !piece.is_empty());
+    pieces.map(|piece| numbers(piece).chunks(2).map(|p| [p[0], p[1]]).collect()).collect()
+}
+
+#[test]
+fn a_sphere_shows_its_outline_and_the_half_in_front() {
+    let axes =
+        Polyline { points: [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]].map(Point::from).to_vec(), closed: false };
+    let scene = scene([("ball", sphere().into()), ("axis", axes.into())]);
+    let svg = Picture::of(&scene).view(View::Front).control_polygons(false).to_svg().unwrap();
+    // The axis gives middle and scale; it is hidden within the ball.
+    let seen = chains(&of_class(&svg, "polyline", "d")[0]);
+    let hidden = chains(&of_class(&svg, "hidden", "d")[0]);
+    assert_eq!((seen.len(), hidden.len()), (2, 1));
+    let (left, right) = (seen[0][0], seen[1][1]);
+    let (middle, radius) = ([(left[0] + right[0]) / 2.0, left[1]], (right[0] - left[0]) / 4.0);
+    for (end, exact) in [(hidden[0][0][0], middle[0] - radius), (hidden[0][1][0], middle[0] + radius)] {
+        assert!((end - exact).abs() < 0.2, "{end} {exact}");
+    }
+    let off = |p: &[f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]);
+    let outline = chains(&of_class(&svg, "outline", "d").concat());
+    assert!(outline.iter().flatten().all(|p| (off(p) - radius).abs() < 0.1));
+    assert!(outline.iter().flatten().count() > 60);
+    // Meridians in front meet the equator in front; those behind are not there: 8 of 16 spans of the equator's
+    // lines, so half of what a wire frame has.
+    let inner = chains(&of_class(&svg, "inner", "d").concat());
+    let length = |chains: &[Vec<[f64; 2]>]| -> f64 {
+        let steps = chains.iter().flat_map(|c| c.windows(2));
+        steps.map(|s| (s[1][0] - s[0][0]).hypot(s[1][1] - s[0][1])).sum()
+    };
+    let before = self::scene([("ball", sphere().into())]);
+    let nothing =
+        self::scene([("axis", Polyline { points: vec![Point::origin(); 2], closed: false }.into())]);
+    let wires = Picture::of(&nothing).before(&before).view(View::Front).to_svg().unwrap();
+    let wires = chains(&of_class(&wires, "surface", "d")[0]);
+    let all: f64 = length(&wires);
+    let scale = {
+        let x = wires.iter().flatten().map(|p| p[0]);
+        let (low, high) = x.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+        2.0 * radius / (high - low)
+    };
+    let share = length(&inner) / (all * scale);
+    assert!((0.4..0.6).contains(&share), "{share}");
+    assert_eq!(of_class(&svg, "shading", "width").len(), 1);
+}
+
+#[test]
+fn of_a_trimmed_surface_only_what_is_left_is_drawn() {
+    use loftsman_kernel::spline::trimmed::{ParameterCurve, Region, Trimmed};
+    let (u, v) = (Space::clamped(1, &[0.0, 1.0]).unwrap(), Space::clamped(1, &[0.0, 1.0]).unwrap());
+    let net = [[0.0, 0.0], [0.0, 10.0], [10.0, 0.0], [10.0, 10.0]].map(|[x, y]| Point::new(x, y, 0.0));
+    let plane = Surface::new(u, v, net.to_vec()).unwrap();
+    let corners = [[0.1, 0.1], [0.9, 0.1], [0.1, 0.9], [0.1, 0.1]].map(|[x, y]| Point::new(x, y, 0.0));
+    let triangle = Curve::new(Space::clamped_uniform(1, 4).unwrap(), corners.to_vec()).unwrap();
+    let outer = vec![ParameterCurve::whole(triangle).unwrap()];
+    let region = Region { outer, holes: Vec::new() };
+    let trimmed = Trimmed::new(plane, vec![region], Vec::new(), Vec::new()).unwrap();
+    let scene = scene([("panel", Geometry::Trimmed(trimmed))]);
+    let svg = Picture::of(&scene).view(View::Top).control_polygons(false).to_svg().unwrap();
+    let border = chains(&of_class(&svg, "border", "d")[0]);
+    assert_eq!((border.len(), border[0].len()), (1, 4));
+    let (low, high) = (border[0][0], [border[0][1][0], border[0][2][1]]);
+    let inner = chains(&of_class(&svg, "inner", "d")[0]);
+    assert!(inner.len() > 8);
+    for p in inner.iter().flatten() {
+        let [s, t] = [0, 1].map(|i| (p[i] - low[i]) / (high[i] - low[i]));
+        assert!(s > -0.03 && t > -0.03 && s + t < 1.03, "{s} {t}");
+    }
+}
+
 #[test]
 fn options_that_cannot_be_are_refused_with_reasons() {
     let scene = scene([("c", cubic(1.0).into())]);
@@ -345,7 +427,7 @@ fn very_many_vertices_points_and_faces_stay_small() {
         let picture = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots);
         let svg = picture.to_svg().unwrap();
         assert!(svg.len() < most, "{}", svg.len());
-        assert!(svg.contains(" stand for ") || svg.contains("shaded raster"));
+        assert!(svg.contains(" stand for ") || svg.contains("class=\"shading\""));
     }
 }
 

@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use loftsman::convert::{self, Conversion, UPS};
 use loftsman::kernel::plugin::{Chord, Fineness, Format, UpChoice, nearest};
 use loftsman::kernel::scene::{Unit, Up};
-use loftsman::picture::{PIXELS, View};
+use loftsman::picture::{Against, PIXELS, View};
 use serde_json::Value;
 
 /// Edits splines under constraints and hands them to Blender, MeshLab and CAD.
@@ -29,7 +29,7 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Fit a spline through points.
     Fit(FitArgs),
-    /// Draw curves with their control polygons and curvature combs.
+    /// Draw curves with control polygons, combs and curvature profiles, surfaces and meshes from all sides.
     Plot(PlotArgs),
     /// Run a recipe with every solver and compare what they make of it; writes nothing.
     Compare(CompareArgs),
@@ -173,42 +173,109 @@ pub(crate) struct PlotArgs {
     /// The picture: .svg or .png.
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
-    /// From where the scene is seen [default: square on where it is planar, else isometric].
-    #[arg(long, value_enum)]
-    pub(crate) view: Option<Seen>,
+    /// From where the scene is seen; several, with commas, make a sheet of panels, `all` is
+    /// top,perspective,front,right [default: square on where it is planar, else isometric].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "VIEW,…")]
+    pub(crate) view: Vec<Seen>,
+    /// Add a chart of curvature along the curves, against arc length or the parameter.
+    #[arg(long, value_enum, value_name = "AGAINST", num_args = 0..=1, require_equals = true, default_missing_value = "arc-length")]
+    pub(crate) profile: Option<Along>,
+    /// Show the scene of this file too, lighter: how it was before.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) before: Option<PathBuf>,
+    /// Only this object; may be repeated.
+    #[arg(long = "object", value_name = "NAME")]
+    pub(crate) objects: Vec<String>,
+    /// A line above the picture.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) title: Option<String>,
+    /// Show frames of animations, dashed.
+    #[arg(long)]
+    pub(crate) frames: bool,
+    /// Show the segments of curves dark and light in turn.
+    #[arg(long)]
+    pub(crate) segments: bool,
+    /// Show arrows from control vertices before to where they are.
+    #[arg(long, requires = "before")]
+    pub(crate) movements: bool,
     /// Light on dark.
     #[arg(long)]
     pub(crate) dark: bool,
+    /// A tooth of a curvature comb is this times the curvature long [default: as fits].
+    #[arg(long, value_name = "SCALE", value_parser = positive, conflicts_with = "no_combs")]
+    pub(crate) comb_scale: Option<f64>,
     /// Leave out the curvature combs.
     #[arg(long)]
     pub(crate) no_combs: bool,
+    /// This many beads in each knot span, uniform in the parameter, instead of one at each knot.
+    #[arg(long, value_name = "N", conflicts_with = "no_knots")]
+    pub(crate) beads: Option<u16>,
     /// Leave out the beads at the knots.
     #[arg(long)]
     pub(crate) no_knots: bool,
-    /// Leave out the control polygons.
+    /// Leave out the control polygons and nets.
     #[arg(long)]
     pub(crate) no_polygons: bool,
+    /// Leave out legend, axes and scale bar.
+    #[arg(long)]
+    pub(crate) no_legend: bool,
+    /// Panels in a row [default: by their number and shape].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) columns: Option<u16>,
+    /// The width of the page in millimetres [default: 180].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(crate) width: Option<f64>,
+    /// The greatest height of a drawing in millimetres [default: two thirds of the width].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(crate) height: Option<f64>,
     /// The width of a PNG.
     #[arg(long, value_name = "N", default_value_t = PIXELS)]
     pub(crate) pixels: u32,
 }
 
 /// From where a scene is seen.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Seen {
+    Automatic,
     Front,
     Top,
     Right,
     Isometric,
+    Perspective,
+    All,
 }
 
-impl From<Seen> for View {
-    fn from(seen: Seen) -> Self {
-        match seen {
-            Seen::Front => Self::Front,
-            Seen::Top => Self::Top,
-            Seen::Right => Self::Right,
-            Seen::Isometric => Self::Isometric,
+impl Seen {
+    /// The views with their captions.
+    pub(crate) fn views(self) -> Vec<(&'static str, View)> {
+        match self {
+            Self::Automatic => vec![("", View::Automatic)],
+            Self::Front => vec![("front", View::Front)],
+            Self::Top => vec![("top", View::Top)],
+            Self::Right => vec![("right", View::Right)],
+            Self::Isometric => vec![("isometric", View::Isometric)],
+            Self::Perspective => vec![("perspective", View::Perspective)],
+            // As drawings are arranged: above the front is the top, to its right what is seen from there.
+            Self::All => [Self::Top, Self::Perspective, Self::Front, Self::Right]
+                .into_iter()
+                .flat_map(Self::views)
+                .collect(),
+        }
+    }
+}
+
+/// What curvature is drawn against.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Along {
+    ArcLength,
+    Parameter,
+}
+
+impl From<Along> for Against {
+    fn from(along: Along) -> Self {
+        match along {
+            Along::ArcLength => Self::ArcLength,
+            Along::Parameter => Self::Parameter,
         }
     }
 }

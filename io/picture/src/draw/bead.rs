@@ -29,6 +29,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
         places.push(last.point(1.0));
         all += 1;
     }
+    places.retain(|place| !sheet.hides(place));
     let spots = places.iter().map(|p| sheet.layout.spot(p));
     let kept = spread(spots, 0.8, MOST);
     let color = color(sheet, body, false);

@@ -146,6 +146,10 @@ impl Combing {
                 let (tip, cut) = self.tip(sample);
                 let (foot, tip) = (sheet.spot(&sample.foot), sheet.spot(&tip));
                 any_cut |= cut;
+                if sheet.hides(&sample.foot) {
+                    last = None;
+                    continue;
+                }
                 if sample.tooth && !comb.old {
                     teeth.move_to(foot);
                     teeth.line_to(tip);

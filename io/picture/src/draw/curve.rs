@@ -1,5 +1,7 @@
 //! Curves as SVG paths: exact where a cubic Bézier segment is, within a twentieth of a pixel elsewhere.
 
+use loftsman_kernel::Vector;
+
 use crate::labels::Ink;
 use crate::layout::Layout;
 use crate::path::{Path, Spot};
@@ -49,6 +51,18 @@ pub(crate) fn trace<'p>(
         path.close();
     }
     path.finish()
+}
+
+/// Points along pieces, closer than half a millimetre on the page or about that: what faces hide of them can be told.
+pub(crate) fn flattened(pieces: &[Piece], layout: &Layout) -> Vec<Vector> {
+    let mut chain: Vec<Vector> = pieces.first().map(|piece| piece.point(0.0)).into_iter().collect();
+    for piece in pieces {
+        let spots: Vec<Spot> = (0..=piece.degree()).map(|i| layout.spot(&piece.vertex(i))).collect();
+        let length: f64 = spots.windows(2).map(|s| (s[1][0] - s[0][0]).hypot(s[1][1] - s[0][1])).sum();
+        let steps = (length / 0.4).ceil().clamp(2.0, 512.0) as usize;
+        chain.extend((1..=steps).map(|i| piece.point(i as f64 / steps as f64)));
+    }
+    chain
 }
 
 /// Two thirds of the way: the cubic control point of a quadratic Bézier segment.

@@ -1,207 +1,449 @@
-//! Faces of surfaces and meshes: shaded, the far ones first, so that the near ones hide them (painter's order).
+//! Faces of surfaces and meshes, shaded, and their lines as far as no face hides them.
 
+use std::collections::HashMap;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use loftsman_kernel::Vector;
 
 use crate::draw::color;
-use crate::draw::raster::Raster;
-use crate::draw::surface::{Line, Samples, samples};
+use crate::draw::depth::{Depth, ON_FACE, Run};
+use crate::draw::surface::{Line, Samples, kept, loop_of, samples};
+use crate::error::PictureError;
 use crate::path::{Path, Spot};
-use crate::sheet::{Layer, Sheet};
+use crate::sheet::{Layer, Sheet, Stroke};
 use crate::stage::Stage;
 use crate::stage::body::Form;
+use crate::stage::trim::Mask;
 use crate::svg::Element;
-use crate::theme::Color;
+use crate::theme::{Color, Theme};
+use crate::view::Lens;
 
-/// Levels of shading: faces of one level share their colour, which keeps documents small.
-const LEVELS: f64 = 48.0;
+/// Levels of shading: few enough that an image of them is small, and more than the eye can tell.
+const LEVELS: usize = 48;
 
-/// The most faces that are drawn one by one; more become a raster.
-const MOST: usize = 30_000;
+/// Edges of meshes that are neither borders nor outlines nor creases are drawn where they are this long on average, in millimetres: on
+/// finer meshes they would be a smear.
+const LONG: f64 = 1.6;
 
-/// Widths of lines on faces, in millimetres: isoparametric lines and edges; outlines, where a surface turns
-/// away from the viewer; borders.
-const WIDTHS: [f64; 3] = [0.12, 0.25, 0.35];
+/// Faces that meet at more than this angle make a crease: the cosine of 30 degrees.
+const CREASE: f64 = 0.866;
 
-/// A polygon on the stage.
-struct Face {
-    corners: Vec<Vector>,
-    color: Color,
-    /// The width of each side that is drawn, as an index of `WIDTHS`: the side from corner `i` to the next.
-    sides: Vec<(usize, usize)>,
-    /// How near the viewer it is: the mean of its corners.
-    depth: f64,
+/// How heavy a line on a face is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Weight {
+    /// Isoparametric lines, edges between faces.
+    Inner,
+    /// Edges where a mesh bends sharply.
+    Crease,
+    /// Where a shape turns away from the viewer.
+    Outline,
+    /// Where a shape ends.
+    Border,
 }
 
-impl Face {
-    fn new(corners: Vec<Vector>, color: Color, sides: Vec<(usize, usize)>) -> Self {
-        let depth = corners.iter().map(|p| p.z).sum::<f64>() / corners.len() as f64;
-        Self { corners, color, sides, depth }
-    }
-}
+impl Weight {
+    const ALL: [Self; 4] = [Self::Inner, Self::Crease, Self::Outline, Self::Border];
 
-/// The faces so far: a list, or a raster when they have become too many.
-#[derive(Default)]
-struct Faces {
-    list: Vec<Face>,
-    raster: Option<Raster>,
-    count: usize,
-}
-
-impl Faces {
-    fn add(&mut self, sheet: &Sheet, face: Face) {
-        self.count += 1;
-        self.list.push(face);
-        if self.count > MOST {
-            let raster = self.raster.get_or_insert_with(|| Raster::new(sheet.layout.area));
-            for face in self.list.drain(..) {
-                let flat = |p: &Vector| {
-                    let [x, y] = sheet.spot(p);
-                    Vector::new(x, y, p.z)
-                };
-                let corners: Vec<Vector> = face.corners.iter().map(flat).collect();
-                raster.add(&corners, sheet.theme.lit(face.color, light(&face.corners)));
-            }
+    /// In millimetres.
+    fn width(self) -> f64 {
+        match self {
+            Self::Inner => 0.12,
+            Self::Crease => 0.18,
+            Self::Outline => 0.25,
+            Self::Border => 0.35,
         }
     }
 }
 
-/// Draws the faces of all surfaces and meshes together.
-pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) {
+/// The lines of an object: chains of places on the page with their depth.
+struct Lines {
+    color: Color,
+    chains: Vec<(Weight, Vec<Vector>)>,
+}
+
+/// Draws the faces of all surfaces and meshes together, and leaves the sheet their depth: what is drawn later is hidden by
+/// them too.
+///
+/// # Errors
+/// When the image of the faces cannot be made.
+pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureError> {
+    let solid = |form: &Form| matches!(form, Form::Surface { .. } | Form::Mesh { .. });
+    if !stage.new.iter().any(|body| solid(&body.form)) {
+        return Ok(());
+    }
     let surfaces = stage.surfaces();
-    let mut faces = Faces::default();
+    let lens = stage.projection.lens();
+    let mut depth = Depth::new(&sheet.layout.area.grown(0.5));
+    let mut all = Vec::new();
     for body in &stage.new {
         let base = color(sheet, body, false);
-        let mut add = |corners, sides| faces.add(sheet, Face::new(corners, base, sides));
+        let tones = tones(sheet.theme, base);
+        let mut lines = Lines { color: base.mixed(sheet.theme.ink(), 0.25), chains: Vec::new() };
         match &body.form {
-            Form::Surface { surface, .. } => of_surface(&samples(surface, surfaces), &mut add),
-            Form::Mesh { points, corners, starts } => {
-                for range in starts.windows(2) {
-                    let corners: Vec<Vector> =
-                        corners[range[0]..range[1]].iter().map(|&i| points[i as usize]).collect();
-                    let sides = (0..corners.len()).map(|i| (i, 0)).collect();
-                    add(corners, sides);
+            Form::Surface { surface, trim, .. } => {
+                let grid = samples(surface, surfaces);
+                let mask = trim.as_ref().map(|trim| Mask::new(trim, surface));
+                of_surface(&grid, mask.as_ref(), sheet, lens, &mut depth, &tones, &mut lines);
+                for points in trim.iter().flat_map(|trim| &trim.loops) {
+                    let edge = loop_of(surface, points).iter().map(|p| sheet.layout.place(p)).collect();
+                    lines.chains.push((Weight::Border, edge));
                 }
             }
-            _ => {}
+            Form::Mesh { points, corners, starts } => {
+                of_mesh((points, corners, starts), sheet, lens, &mut depth, &tones, &mut lines);
+            }
+            _ => continue,
+        }
+        all.push(lines);
+    }
+    if let Some((png, place)) = depth.image()? {
+        let [width, height] = place.size();
+        let image = Element::new("image")
+            .attribute("class", "shading")
+            .length("x", place.low[0])
+            .length("y", place.low[1])
+            .length("width", width)
+            .length("height", height)
+            .attribute("preserveAspectRatio", "none")
+            .attribute("href", &format!("data:image/png;base64,{}", STANDARD.encode(png)));
+        sheet.put(Layer::Faces, &image.empty());
+    }
+    for weight in Weight::ALL {
+        for lines in &all {
+            let mut path = Path::default();
+            for (_, chain) in lines.chains.iter().filter(|(w, _)| *w == weight) {
+                for run in depth.runs(chain.iter().copied(), ON_FACE) {
+                    trace(sheet, &run, &mut path);
+                }
+            }
+            let data = path.finish();
+            if !data.is_empty() {
+                let class = format!("{weight:?}").to_lowercase();
+                let stroke = Stroke::plain(lines.color, weight.width());
+                sheet.put(Layer::Faces, &stroke.path(&class, data).empty());
+            }
         }
     }
-    let Faces { mut list, raster, count } = faces;
-    if let Some(raster) = raster {
-        sheet.told.note(format!("{count} faces are drawn as a shaded raster"));
-        let content = raster.finish(&mut sheet.ink);
-        sheet.put(Layer::Faces, &content);
+    sheet.depth = Some(depth);
+    Ok(())
+}
+
+/// Adds a run that is seen to a path.
+fn trace(sheet: &mut Sheet, run: &Run, path: &mut Path) {
+    if !run.seen {
         return;
     }
-    // A stable sort: equal depths keep the order of the scene.
-    list.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-    let mut out = String::new();
-    for face in &list {
-        paint(sheet, face, &mut out);
-    }
-    if !out.is_empty() {
-        // A hair of its own colour around each face closes the seams that anti-aliasing leaves between them.
-        let group = Element::new("g").length("stroke-width", 0.06);
-        sheet.put(Layer::Faces, &group.around(&out));
+    let mut last: Option<Spot> = None;
+    for &spot in &run.spots {
+        match last {
+            None if path.pen() == Some(spot) => {}
+            None => path.move_to(spot),
+            Some(from) => {
+                sheet.ink.segment(from, spot, 1);
+                path.line_to(spot);
+            }
+        }
+        last = Some(spot);
     }
 }
 
-fn paint(sheet: &mut Sheet, face: &Face, out: &mut String) {
-    let spots: Vec<Spot> = face.corners.iter().map(|p| sheet.spot(p)).collect();
-    for (i, &spot) in spots.iter().enumerate() {
-        sheet.ink.segment(spot, spots[(i + 1) % spots.len()], 1);
-    }
-    let mut path = Path::default();
-    spots.iter().for_each(|&spot| path.line_to(spot));
-    path.close();
-    let fill = sheet.theme.lit(face.color, light(&face.corners)).hex();
-    let polygon = Element::new("path").attribute("d", &path.finish()).attribute("fill", &fill);
-    out.push_str(&polygon.attribute("stroke", &fill).empty());
-    let line = face.color.mixed(sheet.theme.ink(), 0.25).hex();
-    for (width, millimetres) in WIDTHS.into_iter().enumerate() {
-        let mut path = Path::default();
-        for &(side, _) in face.sides.iter().filter(|(_, w)| *w == width) {
-            path.move_to(spots[side]);
-            path.line_to(spots[(side + 1) % spots.len()]);
-        }
-        let data = path.finish();
-        if !data.is_empty() {
-            let element = Element::new("path").attribute("d", &data).attribute("fill", "none");
-            out.push_str(&element.attribute("stroke", &line).length("stroke-width", millimetres).empty());
-        }
-    }
+/// A colour in all lights.
+fn tones(theme: Theme, base: Color) -> Vec<Color> {
+    (0..=LEVELS).map(|level| theme.lit(base, level as f64 / LEVELS as f64)).collect()
 }
 
-/// How much light a face gets from above the viewer's left shoulder, 0 to 1; both sides alike.
-fn light(corners: &[Vector]) -> f64 {
-    let normal = normal(corners);
+/// The tone of a place with a normal (of any length): light comes from above the viewer's left shoulder, and both sides
+/// are alike.
+fn tone(tones: &[Color], normal: &Vector) -> Color {
     let light = normal.dot(&Vector::new(-0.45, 0.55, 0.7)).abs() / normal.norm();
-    if light.is_finite() { (light * LEVELS).round() / LEVELS } else { 0.0 }
+    let level = if light.is_finite() { (light * LEVELS as f64).round() as usize } else { 0 };
+    tones[level.min(tones.len() - 1)]
+}
+
+/// A surface, or what a mask leaves of it: cells as pairs of triangles with normals at their corners, isoparametric lines, borders and
+/// outlines.
+#[allow(clippy::too_many_arguments, reason = "three to read from, three to write to, and the mask")]
+fn of_surface(
+    grid: &Samples,
+    mask: Option<&Mask>,
+    sheet: &Sheet,
+    lens: Lens,
+    depth: &mut Depth,
+    tones: &[Color],
+    lines: &mut Lines,
+) {
+    let (rows, columns) = (grid.rows.len(), grid.columns.len());
+    let places: Vec<Vector> = grid.points.iter().map(|p| sheet.layout.place(p)).collect();
+    let normals = normals(grid);
+    let facing: Vec<f64> = grid.points.iter().zip(&normals).map(|(p, n)| n.dot(&lens.toward(p))).collect();
+    let parameters = |at: usize| [grid.u[at / columns], grid.v[at % columns]];
+    let has = |at: [f64; 2]| mask.is_none_or(|mask| mask.has(at));
+    let mut turns = Turns::default();
+    for row in 0..rows - 1 {
+        for column in 0..columns - 1 {
+            let at = row * columns + column;
+            let [a, b, c, d] = [at, at + 1, at + columns + 1, at + columns];
+            for [a, b, c] in [[a, b, c], [a, c, d]] {
+                let [p, q, r] = [normals[a], normals[b], normals[c]];
+                let corners = [a, b, c].map(parameters);
+                let between = |v: f64, w: f64| {
+                    let [p, q, r] = corners;
+                    [0, 1].map(|i| p[i] + (q[i] - p[i]) * v + (r[i] - p[i]) * w)
+                };
+                depth.triangle([&places[a], &places[b], &places[c]], |v, w| {
+                    has(between(v, w)).then(|| tone(tones, &(p + (q - p) * v + (r - p) * w)))
+                });
+                if has(between(1.0 / 3.0, 1.0 / 3.0)) {
+                    turns.triangle([a, b, c], &facing, &places);
+                }
+            }
+        }
+    }
+    let weight = |line: Line| match line {
+        Line::None => None,
+        // Loops are the borders of what is left.
+        Line::Border if mask.is_some() => Some(Weight::Inner),
+        Line::Border => Some(Weight::Border),
+        Line::Inner => Some(Weight::Inner),
+    };
+    let mut add = |line: Line, at: &mut dyn Iterator<Item = usize>| {
+        let Some(weight) = weight(line) else { return };
+        let ends: Vec<([f64; 2], Vector)> = at.map(|i| (parameters(i), places[i])).collect();
+        let chains = if mask.is_some() {
+            kept(&ends, &has)
+        } else {
+            vec![ends.into_iter().map(|(_, place)| place).collect()]
+        };
+        lines.chains.extend(chains.into_iter().map(|chain| (weight, chain)));
+    };
+    for row in 0..rows {
+        add(grid.rows[row], &mut (row * columns..(row + 1) * columns));
+    }
+    for column in 0..columns {
+        add(grid.columns[column], &mut (column..rows * columns).step_by(columns));
+    }
+    lines.chains.extend(turns.chains().into_iter().map(|chain| (Weight::Outline, chain)));
+}
+
+/// Unit normals at the points of a grid, from differences of their neighbours; across a seam where the grid closes. At a pole,
+/// where these vanish, the normal of the next row or column; zero where there is none.
+fn normals(grid: &Samples) -> Vec<Vector> {
+    let (rows, columns) = (grid.rows.len(), grid.columns.len());
+    let closed = [grid.rows[0] == Line::Inner, grid.columns[0] == Line::Inner];
+    // The points before and after, beyond the seam those that are one further.
+    let beside = |at: usize, count: usize, closed: bool| {
+        let before = if at > 0 {
+            at - 1
+        } else if closed {
+            count - 2
+        } else {
+            0
+        };
+        let after = if at + 1 < count {
+            at + 1
+        } else if closed {
+            1
+        } else {
+            at
+        };
+        (before, after)
+    };
+    let point = |row: usize, column: usize| grid.points[row * columns + column];
+    let at = |row: usize, column: usize| {
+        let ((up, down), (left, right)) = (beside(row, rows, closed[0]), beside(column, columns, closed[1]));
+        let along = point(down, column) - point(up, column);
+        let across = point(row, right) - point(row, left);
+        across.cross(&along).try_normalize(1e-200)
+    };
+    let inward = |at: usize, count: usize| if at == 0 { 1 } else { at.min(count - 2) };
+    (0..rows * columns)
+        .map(|i| {
+            let (row, column) = (i / columns, i % columns);
+            at(row, column)
+                .or_else(|| at(inward(row, rows), column))
+                .or_else(|| at(row, inward(column, columns)))
+                .unwrap_or_else(Vector::zeros)
+        })
+        .collect()
+}
+
+/// Where a smooth surface turns away from the viewer: segments from side to side of triangles, along which the normal is
+/// square to the view.
+#[derive(Default)]
+struct Turns {
+    /// The places on sides, by the numbers of their ends.
+    sides: HashMap<(usize, usize), usize>,
+    places: Vec<Vector>,
+    segments: Vec<(usize, usize)>,
+}
+
+impl Turns {
+    fn triangle(&mut self, corners: [usize; 3], facing: &[f64], places: &[Vector]) {
+        let [a, b, c] = corners;
+        let mut ends = [(a, b), (b, c), (c, a)].into_iter().filter(|(a, b)| {
+            // Strictly on one side and not on it: a corner of zero belongs to the side away.
+            (facing[*a] > 0.0) != (facing[*b] > 0.0)
+        });
+        if let (Some(from), Some(to)) = (ends.next(), ends.next()) {
+            let [from, to] = [from, to].map(|(a, b)| {
+                let side = (a.min(b), a.max(b));
+                *self.sides.entry(side).or_insert_with(|| {
+                    let (a, b) = side;
+                    let t = facing[a] / (facing[a] - facing[b]);
+                    self.places.push(places[a] + (places[b] - places[a]) * t);
+                    self.places.len() - 1
+                })
+            });
+            self.segments.push((from, to));
+        }
+    }
+
+    fn chains(&self) -> Vec<Vec<Vector>> {
+        linked(&self.segments)
+            .into_iter()
+            .map(|chain| chain.into_iter().map(|i| self.places[i]).collect())
+            .collect()
+    }
+}
+
+/// Segments between numbered places as chains, as long as they go; each segment once. Linear but for a sort.
+fn linked(segments: &[(usize, usize)]) -> Vec<Vec<usize>> {
+    let mut ends: Vec<(usize, usize)> =
+        segments.iter().enumerate().flat_map(|(i, (a, b))| [(*a, i), (*b, i)]).collect();
+    ends.sort_unstable();
+    let first = |place: usize| ends.partition_point(|(p, _)| *p < place);
+    let mut used = vec![false; segments.len()];
+    // Where the next unused segment of a place is looked for: what is before is used.
+    let mut next: HashMap<usize, usize> = HashMap::new();
+    let mut chains = Vec::new();
+    let mut walk = |start: usize, used: &mut Vec<bool>| {
+        let mut chain = vec![start];
+        let mut place = start;
+        loop {
+            let at = next.entry(place).or_insert_with(|| first(place));
+            while ends.get(*at).is_some_and(|(p, i)| *p == place && used[*i]) {
+                *at += 1;
+            }
+            match ends.get(*at) {
+                Some(&(p, i)) if p == place => {
+                    used[i] = true;
+                    let (a, b) = segments[i];
+                    place = if a == place { b } else { a };
+                    chain.push(place);
+                }
+                _ => return chain,
+            }
+        }
+    };
+    // From the places where an odd number of segments end, so that chains begin at their ends; then what is left are loops.
+    let mut at = 0;
+    let mut odd = Vec::new();
+    while at < ends.len() {
+        let place = ends[at].0;
+        let count = ends[at..].iter().take_while(|(p, _)| *p == place).count();
+        if count % 2 == 1 {
+            odd.push(place);
+        }
+        at += count;
+    }
+    for start in odd.into_iter().chain(segments.iter().map(|(a, _)| *a)) {
+        let chain = walk(start, &mut used);
+        if chain.len() > 1 {
+            chains.push(chain);
+        }
+    }
+    chains
+}
+
+/// A mesh: flat faces; borders, outlines and creases, and all other edges where they are not too many to see.
+fn of_mesh(
+    (points, corners, starts): (&[Vector], &[u32], &[usize]),
+    sheet: &Sheet,
+    lens: Lens,
+    depth: &mut Depth,
+    tones: &[Color],
+    lines: &mut Lines,
+) {
+    let places: Vec<Vector> = points.iter().map(|p| sheet.layout.place(p)).collect();
+    let mut sides: Vec<Side> = Vec::with_capacity(corners.len());
+    let mut normals = Vec::with_capacity(starts.len());
+    let mut facing = Vec::with_capacity(starts.len());
+    for (face, range) in starts.windows(2).enumerate() {
+        let face_corners = &corners[range[0]..range[1]];
+        let outline: Vec<Vector> = face_corners.iter().map(|&i| points[i as usize]).collect();
+        let normal = newell(&outline);
+        let flat: Vec<Vector> = face_corners.iter().map(|&i| places[i as usize]).collect();
+        depth.face(&flat, tone(tones, &normal));
+        facing.push(outline.first().is_some_and(|p| normal.dot(&lens.toward(p)) > 0.0));
+        normals.push(normal.try_normalize(1e-200).unwrap_or_else(Vector::zeros));
+        for (i, &a) in face_corners.iter().enumerate() {
+            let b = face_corners[(i + 1) % face_corners.len()];
+            sides.push(Side { ends: (a.min(b), a.max(b)), face, forward: a < b });
+        }
+    }
+    sides.sort_unstable_by_key(|side| (side.ends, side.face));
+    let mut by_weight: [Vec<(usize, usize)>; 4] = Default::default();
+    let mut rest = &sides[..];
+    while let Some(first) = rest.first() {
+        let count = rest.iter().take_while(|side| side.ends == first.ends).count();
+        let weight = match &rest[..count] {
+            [one, other] => {
+                // Neighbours of one orientation run through their edge in opposite directions.
+                let flip = one.forward == other.forward;
+                let same = if flip { -1.0 } else { 1.0 };
+                if (facing[one.face] != facing[other.face]) != flip {
+                    Weight::Outline
+                } else if normals[one.face].dot(&normals[other.face]) * same < CREASE {
+                    Weight::Crease
+                } else {
+                    Weight::Inner
+                }
+            }
+            _ => Weight::Border,
+        };
+        by_weight[weight as usize].push((first.ends.0 as usize, first.ends.1 as usize));
+        rest = &rest[count..];
+    }
+    let inner = &by_weight[Weight::Inner as usize];
+    let length: f64 = inner.iter().map(|(a, b)| (places[*a] - places[*b]).xy().norm()).sum();
+    let too_many = length < LONG * inner.len() as f64;
+    for weight in Weight::ALL.into_iter().skip(usize::from(too_many)) {
+        let chains = linked(&by_weight[weight as usize]);
+        let chains = chains.into_iter().map(|chain| chain.into_iter().map(|i| places[i]).collect());
+        lines.chains.extend(chains.map(|chain: Vec<Vector>| (weight, chain)));
+    }
+}
+
+/// A side of a face: its ends in order, and whether the face runs from the first to the second.
+struct Side {
+    ends: (u32, u32),
+    face: usize,
+    forward: bool,
 }
 
 /// Newell's normal, right for faces that are neither plane nor triangles; as long as twice the area.
-fn normal(corners: &[Vector]) -> Vector {
+fn newell(corners: &[Vector]) -> Vector {
     let from = |i: usize| corners[i % corners.len()] - corners[0];
     (0..corners.len()).fold(Vector::zeros(), |sum, i| sum + from(i).cross(&from(i + 1)))
-}
-
-/// The cells of a surface. Where a cell faces the viewer and its neighbour faces away, an outline runs.
-fn of_surface(grid: &Samples, add: &mut impl FnMut(Vec<Vector>, Vec<(usize, usize)>)) {
-    let (rows, columns) = (grid.rows.len() - 1, grid.columns.len() - 1);
-    let corners = |row: usize, column: usize| {
-        let at = row * (columns + 1) + column;
-        [at, at + 1, at + columns + 2, at + columns + 1].map(|i| grid.points[i])
-    };
-    let facing: Vec<bool> =
-        (0..rows * columns).map(|cell| normal(&corners(cell / columns, cell % columns)).z > 0.0).collect();
-    // The neighbour in a direction that may be closed; none beyond a border.
-    let step = |at: usize, count: usize, forward: bool, closed: bool| match (at, forward) {
-        (0, false) => closed.then(|| count - 1),
-        (_, false) => Some(at - 1),
-        (_, true) if at + 1 == count => closed.then_some(0),
-        (_, true) => Some(at + 1),
-    };
-    let (rows_closed, columns_closed) = (grid.rows[0] == Line::Inner, grid.columns[0] == Line::Inner);
-    for row in 0..rows {
-        for column in 0..columns {
-            let beside = [
-                step(row, rows, false, rows_closed).map(|r| (r, column)),
-                step(column, columns, true, columns_closed).map(|c| (row, c)),
-                step(row, rows, true, rows_closed).map(|r| (r, column)),
-                step(column, columns, false, columns_closed).map(|c| (row, c)),
-            ];
-            let lines = [grid.rows[row], grid.columns[column + 1], grid.rows[row + 1], grid.columns[column]];
-            let side = |i: usize| {
-                let turns =
-                    beside[i].is_some_and(|(r, c)| facing[r * columns + c] != facing[row * columns + column]);
-                match lines[i] {
-                    Line::Border => Some((i, 2)),
-                    _ if turns => Some((i, 1)),
-                    Line::Inner => Some((i, 0)),
-                    Line::None => None,
-                }
-            };
-            let sides = (0..4).filter_map(side).collect();
-            add(corners(row, column).to_vec(), sides);
-        }
-    }
 }
 
 /// The most edges of a mesh that are drawn as outlines.
 const EDGES: usize = 40_000;
 
-/// The edges of a mesh that hides nothing, each once, as path data; `None` where there are too many to see.
+/// The edges of a mesh that hides nothing, each once and as far as no face hides them, as path data; `None` where there are too many to see.
 pub(crate) fn outlines(
     sheet: &mut Sheet,
     points: &[Vector],
     corners: &[u32],
     starts: &[usize],
 ) -> Option<String> {
-    let mut edges: Vec<(u32, u32)> = Vec::with_capacity(corners.len());
+    let mut edges: Vec<(usize, usize)> = Vec::with_capacity(corners.len());
     for range in starts.windows(2) {
         let face = &corners[range[0]..range[1]];
         for (i, &a) in face.iter().enumerate() {
             let b = face[(i + 1) % face.len()];
-            edges.push((a.min(b), a.max(b)));
+            edges.push((a.min(b) as usize, a.max(b) as usize));
         }
     }
     edges.sort_unstable();
@@ -210,11 +452,10 @@ pub(crate) fn outlines(
         return None;
     }
     let mut path = Path::default();
-    for (a, b) in edges {
-        let (from, to) = (sheet.spot(&points[a as usize]), sheet.spot(&points[b as usize]));
-        sheet.ink.segment(from, to, 1);
-        path.move_to(from);
-        path.line_to(to);
+    for chain in linked(&edges) {
+        for run in sheet.runs(chain.iter().map(|&i| &points[i]), ON_FACE) {
+            trace(sheet, &run, &mut path);
+        }
     }
     Some(path.finish())
 }
@@ -226,10 +467,27 @@ mod tests {
     #[test]
     fn light_does_not_depend_on_the_side_or_the_size() {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.2], [1.0, 1.0, 0.3], [0.0, 1.0, 0.0]].map(Vector::from);
+        let tones: Vec<Color> = (0..=LEVELS).map(|i| Color([i as u8; 3])).collect();
+        let light = |corners: &[Vector]| tone(&tones, &newell(corners));
         let mut turned = corners;
         turned.reverse();
         assert_eq!(light(&corners), light(&turned));
         assert_eq!(light(&corners), light(&corners.map(|c| c * 1e-8)));
-        assert_eq!(light(&[corners[0]; 3]), 0.0);
+        assert_eq!(light(&[corners[0]; 3]), tones[0]);
+    }
+
+    #[test]
+    fn chains_have_every_segment_once() {
+        // A square with a tail, and a loop of its own.
+        let segments = [(0, 1), (1, 2), (2, 3), (3, 0), (3, 4), (7, 8), (8, 9), (9, 7)];
+        let chains = linked(&segments);
+        let mut found: Vec<(usize, usize)> =
+            chains.iter().flat_map(|c| c.windows(2)).map(|s| (s[0].min(s[1]), s[0].max(s[1]))).collect();
+        found.sort_unstable();
+        let mut expected = segments.map(|(a, b)| (a.min(b), a.max(b)));
+        expected.sort_unstable();
+        assert_eq!(found, expected);
+        assert_eq!(chains.len(), 2);
+        assert_eq!(linked(&[]), Vec::<Vec<usize>>::new());
     }
 }

@@ -3,16 +3,17 @@
 pub(crate) mod bead;
 pub(crate) mod comb;
 pub(crate) mod curve;
+pub(crate) mod depth;
 pub(crate) mod face;
 pub(crate) mod legend;
 pub(crate) mod mark;
 pub(crate) mod net;
-pub(crate) mod raster;
 pub(crate) mod surface;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
 
+use crate::error::PictureError;
 use crate::layout::Rect;
 use crate::picture::Choices;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
@@ -69,8 +70,19 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
 }
 
 /// Draws everything but labels and legend.
-pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, combs: &Combing, choices: &Choices, unit: Unit) {
+///
+/// # Errors
+/// When the image of the faces cannot be made.
+pub(crate) fn draw(
+    sheet: &mut Sheet,
+    stage: &Stage<'_>,
+    combs: &Combing,
+    choices: &Choices,
+    unit: Unit,
+) -> Result<(), PictureError> {
     let surfaces = stage.surfaces();
+    // First, so that it is known what the faces hide of the rest.
+    face::draw(sheet, stage)?;
     for body in &stage.new {
         object(sheet, body, false, surfaces, choices.alternate);
     }
@@ -86,7 +98,6 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, combs: &Combing, choice
             sheet.told.note(format!("and {more} more objects"));
         }
     }
-    face::draw(sheet, stage);
     combs.draw(sheet, stage, unit);
     if choices.control_polygons {
         for body in &stage.old {
@@ -103,6 +114,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, combs: &Combing, choice
         bead::draw(sheet, body, choices.beads);
     }
     mark::draw(sheet, stage, choices.labels);
+    Ok(())
 }
 
 /// The colour of a body.
@@ -118,6 +130,18 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
     let stroke = Stroke::plain(color, if old { 0.4 } else { 0.5 });
     let (element, sample) = match &body.form {
         Form::Empty => return,
+        Form::Curve { pieces, .. } if sheet.depth.is_some() => {
+            let chain = curve::flattened(pieces, &sheet.layout);
+            parted(sheet, body, old, ("curve", stroke), &chain);
+            return;
+        }
+        Form::Polyline { points, closed } if sheet.depth.is_some() => {
+            let thin = Stroke { width: 0.3, ..stroke };
+            let chain: Vec<Vector> =
+                points.iter().chain(points.first().filter(|_| *closed)).copied().collect();
+            parted(sheet, body, old, ("polyline", thin), &chain);
+            return;
+        }
         Form::Curve { pieces, .. } if alternate => {
             let pale = Stroke { color: color.mixed(sheet.theme.paper(), 0.55), ..stroke };
             let mut every = |first: usize, stroke: Stroke| {
@@ -142,10 +166,10 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
             (thin.path("polyline", path.finish()), Sample::Line(thin))
         }
         Form::Cloud(points) => {
-            let places = points.iter().map(|p| sheet.layout.spot(p));
-            let kept = spread(places, 0.25, 20_000);
+            let seen: Vec<Vector> = points.iter().filter(|p| !sheet.hides(p)).copied().collect();
+            let kept = spread(seen.iter().map(|p| sheet.layout.spot(p)), 0.25, 20_000);
             kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
-            sheet.told.note_thinned(body.object.name(), (kept.len(), "dots"), (points.len(), "points"));
+            sheet.told.note_thinned(body.object.name(), (kept.len(), "dots"), (seen.len(), "points"));
             let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
             if !old {
                 named(sheet, body, old, Sample::Dot(color));
@@ -154,8 +178,8 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
             }
             (element, Sample::Dot(color))
         }
-        Form::Surface { surface, .. } if old => {
-            let data = surface::wires(sheet, surface, surfaces);
+        Form::Surface { surface, trim, .. } if old => {
+            let data = surface::wires(sheet, surface, trim.as_ref(), surfaces);
             let thin = Stroke { width: 0.2, ..stroke };
             (thin.path("surface", data), Sample::Line(thin))
         }
@@ -184,6 +208,19 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
     sheet.put(layer, &titled(element, body.object.name()));
 }
 
+/// Draws a line of an object that faces may hide: what is hidden is thin, pale and dashed.
+fn parted(sheet: &mut Sheet, body: &Body<'_>, old: bool, (class, stroke): (&str, Stroke), chain: &[Vector]) {
+    let [seen, hidden] = sheet.parted(chain, 6);
+    let layer = if old { Layer::Old } else { Layer::Curves };
+    let pale = Stroke::plain(stroke.color.mixed(sheet.theme.paper(), 0.35), 0.18);
+    named(sheet, body, old, Sample::Line(stroke));
+    if !hidden.is_empty() && !old {
+        sheet.told.explain_once(Sample::Line(pale.dashed()), "hidden");
+        sheet.put(layer, &titled(pale.dashed().path("hidden", hidden), body.object.name()));
+    }
+    sheet.put(layer, &titled(stroke.path(class, seen), body.object.name()));
+}
+
 /// The dashes of frames, in turn.
 const DASHES: [&str; 4] = ["1.8 1", "0.3 0.9", "3 0.8 0.3 0.8", "0.9 0.6"];
 
@@ -198,9 +235,10 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, number: usize) {
             (curve::trace(pieces, *closed, &sheet.layout, &mut sheet.ink), stroke)
         }
         Form::Polyline { points, closed } => (sheet.chain(points, *closed, 3).finish(), stroke),
-        Form::Surface { surface, .. } => {
-            (surface::wires(sheet, surface, 9), Stroke { width: 0.15, dashes: None, ..stroke })
-        }
+        Form::Surface { surface, trim, .. } => (
+            surface::wires(sheet, surface, trim.as_ref(), 13),
+            Stroke { width: 0.15, dashes: None, ..stroke },
+        ),
         Form::Mesh { points, .. } | Form::Cloud(points) => {
             let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 5_000);
             (dots(&kept), Stroke { width: 0.4, dashes: None, ..stroke })

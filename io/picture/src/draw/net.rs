@@ -4,11 +4,11 @@ use loftsman_kernel::Vector;
 
 use crate::draw::color;
 use crate::draw::mark::arrow;
-use crate::path::Path;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
 use crate::svg::{Element, length};
+use crate::theme::Color;
 
 /// The side of a square, in millimetres.
 const SIDE: f64 = 1.2;
@@ -18,18 +18,26 @@ const MOST: usize = 2000;
 
 /// Draws the control polygon or net of a curve or surface.
 pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
-    let (points, paths): (&[Vector], Vec<Path>) = match &body.form {
-        Form::Curve { net, closed, .. } => (net, vec![sheet.chain(net, *closed, 2)]),
+    let mut data = [String::new(), String::new()];
+    let mut add = |sheet: &mut Sheet, chain: Vec<Vector>, closed: bool, weight: u16| {
+        let first = chain.first().copied().filter(|_| closed);
+        let parts = sheet.parted(chain.iter().chain(&first), weight);
+        data.iter_mut().zip(parts).for_each(|(data, part)| data.push_str(&part));
+    };
+    let points: &[Vector] = match &body.form {
+        Form::Curve { net, closed, .. } => {
+            add(sheet, net.clone(), *closed, 2);
+            net
+        }
         Form::Surface { net, grid, .. } => {
-            let mut paths = Vec::new();
-            for row in net.chunks(grid.columns.max(1)) {
-                paths.push(sheet.chain(row, grid.columns_wrap, 1));
+            let columns = grid.columns.max(1);
+            for row in net.chunks(columns) {
+                add(sheet, row.to_vec(), grid.columns_wrap, 1);
             }
             for column in 0..grid.columns {
-                let along = net.iter().skip(column).step_by(grid.columns.max(1));
-                paths.push(sheet.chain(along, grid.rows_wrap, 1));
+                add(sheet, net.iter().skip(column).step_by(columns).copied().collect(), grid.rows_wrap, 1);
             }
-            (net, paths)
+            net
         }
         _ => return,
     };
@@ -38,31 +46,46 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     let tone = if old { base.mixed(theme.paper(), 0.3) } else { base.mixed(theme.ink(), 0.35) };
     let (layer, width) = if old { (Layer::Old, 0.14) } else { (Layer::Nets, 0.16) };
     let stroke = Stroke::plain(tone, width);
-    let data: String = paths.into_iter().map(Path::finish).collect();
-    sheet.put(layer, &stroke.path("control-polygon", data).empty());
-
-    let half = SIDE / 2.0;
-    let places = points.iter().map(|p| sheet.layout.spot(p));
-    let kept = spread(places, SIDE * 0.75, MOST);
-    let squares: String = kept
-        .iter()
-        .map(|[x, y]| format!("M{} {}h{SIDE}v{SIDE}h-{SIDE}z", length(x - half), length(y - half)))
-        .collect();
-    let element = Element::new("path")
-        .attribute("class", "control-vertices")
-        .attribute("d", &squares)
-        .attribute("fill", &theme.paper().hex())
-        .attribute("stroke", &tone.hex())
-        .length("stroke-width", if old { 0.16 } else { 0.22 });
-    sheet.put(layer, &element.empty());
+    let [seen, hidden] = data;
+    // What faces hide of a net shows through them, pale: half a net would be hard to read.
+    let pale = Stroke { color: tone.mixed(theme.paper(), 0.55), ..stroke };
+    let (front, back): (Vec<Vector>, Vec<Vector>) = points.iter().partition(|p| !sheet.hides(p));
+    let all = points.len();
+    let spots = |points: &[Vector], most: usize| {
+        spread(points.iter().map(|p| sheet.layout.spot(p)), SIDE * 0.75, most)
+    };
+    let (kept, through) = (spots(&front, MOST), spots(&back, MOST / 2));
+    if !hidden.is_empty() && !old {
+        sheet.put(layer, &pale.path("control-polygon-hidden", hidden).empty());
+        sheet.put(layer, &squares(&through, None, pale.color, 0.18));
+    }
+    sheet.put(layer, &stroke.path("control-polygon", seen).empty());
+    sheet.put(layer, &squares(&kept, Some(theme.paper()), tone, if old { 0.16 } else { 0.22 }));
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 4);
     }
-    sheet.told.note_thinned(body.object.name(), (kept.len(), "squares"), (points.len(), "control vertices"));
+    let shown = kept.len() + through.len();
+    sheet.told.note_thinned(body.object.name(), (shown, "squares"), (all, "control vertices"));
     if !old {
         let what = if matches!(body.form, Form::Curve { .. }) { "control polygon" } else { "control net" };
         sheet.told.explain_once(Sample::Net(stroke), what);
     }
+}
+
+/// Small squares about places of the page.
+fn squares(spots: &[[f64; 2]], fill: Option<Color>, color: Color, width: f64) -> String {
+    let half = SIDE / 2.0;
+    let data: String = spots
+        .iter()
+        .map(|[x, y]| format!("M{} {}h{SIDE}v{SIDE}h-{SIDE}z", length(x - half), length(y - half)))
+        .collect();
+    Element::new("path")
+        .attribute("class", "control-vertices")
+        .attribute("d", &data)
+        .attribute("fill", &fill.map_or_else(|| "none".to_owned(), Color::hex))
+        .attribute("stroke", &color.hex())
+        .length("stroke-width", width)
+        .empty()
 }
 
 /// Arrows from each control vertex before to where it is now; none where they are too many to see or too short.

@@ -4,12 +4,13 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::spline::{Space, Surface};
 
 use crate::sheet::Sheet;
+use crate::stage::trim::{Mask, Trim};
 
 /// At least about this many isoparametric lines each way, and at most twice as many.
 const LINES: usize = 8;
 
 /// Cells from one isoparametric line to the next, so that lines look round.
-const CELLS: usize = 6;
+const CELLS: usize = 8;
 
 /// What a row or column of the grid is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -27,6 +28,9 @@ pub(crate) enum Line {
 pub(crate) struct Samples {
     /// Row after row.
     pub(crate) points: Vec<Vector>,
+    /// The parameters of each row and of each column.
+    pub(crate) u: Vec<f64>,
+    pub(crate) v: Vec<f64>,
     /// What each row and each column is; as many as there are.
     pub(crate) rows: Vec<Line>,
     pub(crate) columns: Vec<Line>,
@@ -35,8 +39,9 @@ pub(crate) struct Samples {
 /// Samples a surface, one of `among`: the more there are, the fewer cells each has.
 pub(crate) fn samples(surface: &Surface, among: usize) -> Samples {
     let cells = match among {
-        0..=8 => CELLS,
-        9..=32 => 3,
+        0..=4 => CELLS,
+        5..=12 => 6,
+        13..=40 => 3,
         _ => 1,
     };
     let (u, rows) = parameters(surface.u(), cells);
@@ -49,7 +54,7 @@ pub(crate) fn samples(surface: &Surface, among: usize) -> Samples {
             points.push(surface.point(u, v).map_or(last, |p| p.coords));
         }
     }
-    Samples { points, rows, columns }
+    Samples { points, u, v, rows, columns }
 }
 
 /// Parameters of a grid in one direction: lines at knots where their number is right, more between few knots,
@@ -90,20 +95,56 @@ fn subdivided(values: &[f64], parts: usize) -> Vec<f64> {
     all
 }
 
-/// The isoparametric lines of a surface that hides nothing, as path data.
-pub(crate) fn wires(sheet: &mut Sheet, surface: &Surface, among: usize) -> String {
+/// The isoparametric lines and loops of a surface that hides nothing, as far as no face hides them, as path data.
+pub(crate) fn wires(sheet: &mut Sheet, surface: &Surface, trim: Option<&Trim>, among: usize) -> String {
     let grid = samples(surface, among);
-    let columns = grid.columns.len();
+    let mask = trim.map(|trim| Mask::new(trim, surface));
+    let (rows, columns) = (grid.rows.len(), grid.columns.len());
     let mut data = String::new();
-    for row in (0..grid.rows.len()).filter(|&r| grid.rows[r] != Line::None) {
-        let line = &grid.points[row * columns..(row + 1) * columns];
-        data.push_str(&sheet.chain(line, false, 1).finish());
+    let mut add = |sheet: &mut Sheet, at: &mut dyn Iterator<Item = usize>| {
+        let line: Vec<_> = at.map(|i| ([grid.u[i / columns], grid.v[i % columns]], grid.points[i])).collect();
+        let chains = match &mask {
+            Some(mask) => kept(&line, &|at| mask.has(at)),
+            None => vec![line.into_iter().map(|(_, place)| place).collect()],
+        };
+        chains.iter().for_each(|chain| data.push_str(&sheet.parted(chain, 1)[0]));
+    };
+    for row in (0..rows).filter(|&r| grid.rows[r] != Line::None) {
+        add(sheet, &mut (row * columns..(row + 1) * columns));
     }
     for column in (0..columns).filter(|&c| grid.columns[c] != Line::None) {
-        let line = grid.points.iter().skip(column).step_by(columns);
-        data.push_str(&sheet.chain(line, false, 1).finish());
+        add(sheet, &mut (column..rows * columns).step_by(columns));
+    }
+    for points in trim.iter().flat_map(|trim| &trim.loops) {
+        let edge = loop_of(surface, points);
+        data.push_str(&sheet.parted(&edge, 1)[0]);
     }
     data
+}
+
+/// A loop of a trimmed surface, in space.
+pub(crate) fn loop_of(surface: &Surface, points: &[[f64; 2]]) -> Vec<Vector> {
+    let closed = points.iter().chain(points.first());
+    closed.filter_map(|[u, v]| surface.point(*u, *v).ok()).map(|p| p.coords).collect()
+}
+
+/// The parts of a line (parameters and places) that count, to an eighth of a step.
+pub(crate) fn kept(line: &[([f64; 2], Vector)], has: &impl Fn([f64; 2]) -> bool) -> Vec<Vec<Vector>> {
+    let mut chains = Vec::new();
+    let mut chain: Vec<Vector> = Vec::new();
+    for pair in line.windows(2) {
+        let [(a, p), (b, q)] = [pair[0], pair[1]];
+        for i in 0..=8 {
+            let t = f64::from(i) / 8.0;
+            if has([0, 1].map(|k| a[k] + (b[k] - a[k]) * t)) {
+                chain.push(p + (q - p) * t);
+            } else if !chain.is_empty() {
+                chains.push(std::mem::take(&mut chain));
+            }
+        }
+    }
+    chains.push(chain);
+    chains
 }
 
 #[cfg(test)]

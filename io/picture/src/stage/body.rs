@@ -7,6 +7,7 @@ use loftsman_kernel::{Point, Vector};
 use nalgebra::Vector4;
 
 use super::piece::Piece;
+use super::trim::Trim;
 use crate::error::PictureError;
 
 /// An object in stage coordinates.
@@ -25,8 +26,8 @@ pub(crate) enum Form {
     Empty,
     /// A curve: its Bézier pieces, one a knot span, and its control vertices.
     Curve { pieces: Vec<Piece>, net: Vec<Vector>, closed: bool },
-    /// A surface in stage coordinates, with its control net.
-    Surface { surface: Box<Surface>, net: Vec<Vector>, grid: Grid },
+    /// A surface in stage coordinates, with its control net, and what counts of it.
+    Surface { surface: Box<Surface>, net: Vec<Vector>, grid: Grid, trim: Option<Trim> },
     /// A polyline.
     Polyline { points: Vec<Vector>, closed: bool },
     /// A mesh: points, corners, face starts.
@@ -42,9 +43,8 @@ impl Form {
             Geometry::Curve(curve) => {
                 Self::Curve { pieces: pieces(curve, &points)?, closed: curve.is_periodic(), net: points }
             }
-            Geometry::Surface(surface) => Self::surface(surface, points)?,
-            // Of a trimmed surface the whole surface is drawn.
-            Geometry::Trimmed(trimmed) => Self::surface(trimmed.surface(), points)?,
+            Geometry::Surface(surface) => Self::surface(surface, points, None)?,
+            Geometry::Trimmed(trimmed) => Self::surface(trimmed.surface(), points, Trim::of(trimmed)?)?,
             Geometry::Mesh(mesh) => {
                 Self::Mesh { points, corners: mesh.corners().to_vec(), starts: mesh.starts().to_vec() }
             }
@@ -54,11 +54,12 @@ impl Form {
         })
     }
 
-    fn surface(surface: &Surface, points: Vec<Vector>) -> Result<Self, PictureError> {
+    fn surface(surface: &Surface, points: Vec<Vector>, trim: Option<Trim>) -> Result<Self, PictureError> {
         let staged = points.iter().map(|p| Point::from(*p)).collect();
         let (u, v, _, weights) = surface.clone().into_parts();
         let grid = loftsman_kernel::shape::Shape::grid(surface);
-        Ok(Self::Surface { surface: Box::new(Surface::build(u, v, staged, weights)?), net: points, grid })
+        let surface = Box::new(Surface::build(u, v, staged, weights)?);
+        Ok(Self::Surface { surface, net: points, grid, trim })
     }
 }
 
@@ -87,8 +88,12 @@ impl Form {
                     && pieces.len() == others.len()
                     && pieces.iter().zip(others).all(|(a, b)| same(a, b))
             }
-            (Self::Surface { surface, net, .. }, Self::Surface { surface: other, net: others, .. }) => {
+            (
+                Self::Surface { surface, net, trim, .. },
+                Self::Surface { surface: other, net: others, trim: other_trim, .. },
+            ) => {
                 near(net, others)
+                    && trim == other_trim
                     && (surface.u(), surface.v(), surface.weights())
                         == (other.u(), other.v(), other.weights())
             }

@@ -1,11 +1,13 @@
 //! `plot FILE OUT.svg|OUT.png`
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::ExitCode;
 
 use loftsman::file::{Input, Outputs};
-use loftsman::kernel::plugin::{ReadOptions, Source};
-use loftsman::picture::{self, Beads, Combs, Picture, Theme, View};
+use loftsman::kernel::plugin::{ReadOptions, ReadReport, Source};
+use loftsman::kernel::scene::Scene;
+use loftsman::picture::{self, Beads, Combs, Look, Panel, View};
 
 use super::report;
 use crate::Usage;
@@ -17,25 +19,75 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     if !picture::is_picture(&args.out) {
         return Err(Usage(format!("{}: a picture is .svg or .png", args.out.display())).into());
     }
+    let look = look(args);
     let mut outputs = Outputs::new();
-    let input = Input::open(&args.file)?;
-    outputs.protect(Source::name(&input));
-    outputs.claim(&args.out)?;
-    let format = input.format(loftsman::registry())?;
     let progress = Progress::start();
-    let options = ReadOptions { observer: &progress, ..ReadOptions::default() };
-    let (scene, read) = format.read(&input, &options)?;
-    let bare = Picture::of(&scene).control_polygons(!args.no_polygons);
-    let picture = bare
-        .view(args.view.map_or(View::Automatic, Into::into))
-        .theme(if args.dark { Theme::Dark } else { Theme::Light })
-        .combs(if args.no_combs { Combs::Off } else { Combs::Automatic })
-        .beads(if args.no_knots { Beads::Off } else { Beads::Knots });
-    outputs.add(&args.out, picture::encode(&args.out, &picture, args.pixels)?, BTreeMap::new())?;
+    let (scene, read) = open(&args.file, &mut outputs, &progress)?;
+    let before = args.before.as_ref().map(|file| open(file, &mut outputs, &progress)).transpose()?;
+    outputs.claim(&args.out)?;
+    let picture = look.picture(&scene, before.as_ref().map(|(scene, _)| scene), &[]);
+    outputs.add(&args.out, picture::encode(&args.out, &picture, look.pixels)?, BTreeMap::new())?;
     drop(progress);
     for produced in outputs.commit()? {
         let head = styled(BOLD, &produced.path);
         console::print(&format!("wrote {head}, {}\n{}", bytes(produced.bytes), report::read(&read)))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Reads a scene and protects its file.
+fn open(file: &Path, outputs: &mut Outputs, progress: &Progress) -> anyhow::Result<(Scene, ReadReport)> {
+    let input = Input::open(file)?;
+    outputs.protect(Source::name(&input));
+    let format = input.format(loftsman::registry())?;
+    let options = ReadOptions { observer: progress, ..ReadOptions::default() };
+    Ok(format.read(&input, &options)?)
+}
+
+/// How the picture is to look.
+fn look(args: &PlotArgs) -> Look {
+    let views: Vec<(&str, View)> = args.view.iter().flat_map(|seen| seen.views()).collect();
+    let objects = (!args.objects.is_empty()).then(|| args.objects.clone());
+    let only = |panel: Panel| match &objects {
+        Some(names) => panel.objects(names.iter().cloned()),
+        None => panel,
+    };
+    let mut panels: Vec<Panel> = Vec::new();
+    if views.len() > 1 {
+        panels.extend(views.iter().map(|(name, view)| only(Panel::view(*view).caption(*name))));
+    }
+    let view = views.first().map_or(View::Automatic, |(_, view)| *view);
+    if let Some(along) = args.profile {
+        if panels.is_empty() {
+            panels.push(only(Panel::view(view)));
+        }
+        panels.push(only(Panel::profile(along.into())));
+    }
+    Look {
+        title: args.title.clone(),
+        view,
+        objects,
+        panels,
+        columns: args.columns.map(usize::from),
+        frames: args.frames,
+        combs: match args.comb_scale {
+            Some(scale) => Combs::Scale(scale),
+            None if args.no_combs => Combs::Off,
+            None => Combs::Automatic,
+        },
+        beads: match args.beads {
+            Some(count) => Beads::Uniform(usize::from(count)),
+            None if args.no_knots => Beads::Off,
+            None => Beads::Knots,
+        },
+        polygons: !args.no_polygons,
+        movements: args.movements,
+        segments: args.segments,
+        legend: !args.no_legend,
+        dark: args.dark,
+        width: args.width,
+        height: args.height,
+        pixels: args.pixels,
+        ..Look::default()
+    }
 }
