@@ -8,6 +8,7 @@
 
 mod conformance;
 mod errors;
+mod recipes;
 mod samples;
 mod sessions;
 mod values;

@@ -1,0 +1,85 @@
+//! What surfaces and curves enclose: MeshLab and Blender measure the tessellation, and come to what we say at second order.
+
+use loftsman::area_volume::{surface_area, volume};
+use loftsman_kernel::Point;
+use loftsman_kernel::functional::{Functional, Shapes};
+use loftsman_kernel::spline::{Space, Surface};
+use loftsman_tests::curves::document;
+use loftsman_tests::oracle::{Oracle, list, number, object};
+use loftsman_tests::program;
+use serde_json::json;
+
+use crate::save;
+
+/// A wobbly torus: periodic both ways, so that its mesh is closed without any seam.
+fn torus() -> Surface {
+    let n = 12;
+    let at = |k: usize| {
+        let turn = |i: usize| std::f64::consts::TAU * i as f64 / n as f64;
+        let (a, b) = (turn(k / n), turn(k % n));
+        let r = 0.4 + 0.05 * (3.0 * a + 2.0 * b).sin();
+        Point::new((1.0 + r * b.cos()) * a.cos(), (1.0 + r * b.cos()) * a.sin(), r * b.sin())
+    };
+    let space = Space::periodic_uniform(3, n).unwrap();
+    Surface::new(space.clone(), space, (0..n * n).map(at).collect()).unwrap()
+}
+
+#[test]
+fn volumes_and_surface_areas_of_meshes_come_to_ours() {
+    let surface = torus();
+    let measured = |functional: &dyn Functional| {
+        let mut out = [f64::NAN];
+        functional.value(&Shapes::one(&surface), &mut out).unwrap();
+        out[0]
+    };
+    let (inside, area) = (measured(&volume()).abs(), measured(&surface_area()));
+    let space: Vec<f64> = surface.u().knots().to_vec();
+    let net: Vec<Vec<[f64; 3]>> =
+        surface.points().chunks(12).map(|row| row.iter().map(|p| [p.x, p.y, p.z]).collect()).collect();
+    let direction = json!({ "degree": 3, "periodic": true, "knots": space });
+    let ring = json!({ "name": "ring", "surface": { "u": direction, "v": direction, "points": net } });
+    let folder = tempfile::tempdir().unwrap();
+    save(folder.path(), "ring.loft.json", &document("m", &[ring]));
+    // A quarter of the distance is about half the chord, four times as many triangles.
+    let tolerances = [4e-3, 1e-3, 2.5e-4];
+    let files: Vec<_> = tolerances
+        .iter()
+        .map(|tolerance| {
+            let out = format!("ring-{tolerance}.glb");
+            let tolerance = tolerance.to_string();
+            program::succeed(folder.path(), &["convert", "ring.loft.json", &out, "--tolerance", &tolerance]);
+            folder.path().join(out)
+        })
+        .collect();
+    if let Some(reports) = Oracle::MeshLab.ask(&files, &["--weld"]) {
+        let mesh = |k: usize| &list(&reports[k], "meshes")[0];
+        let faces = |k: usize| number(mesh(k), "faces");
+        converges("MeshLab's volume", inside, &tolerances, faces, |k| number(mesh(k), "welded/volume").abs());
+        converges("MeshLab's area", area, &tolerances, faces, |k| number(mesh(k), "area"));
+    }
+    if let Some(reports) = Oracle::Blender.ask(&files, &[]) {
+        let seen = |k: usize| object(&reports[k], "ring");
+        let faces = |k: usize| number(seen(k), "faces");
+        let volumes = |k: usize| number(seen(k), "welded_at_1e-6/volume_signed").abs();
+        converges("Blender's volume", inside, &tolerances, faces, volumes);
+    }
+}
+
+/// Each error is about its tolerance's share, and from the coarsest to the finest they fall with the square of the
+/// triangles' size: in proportion to their area, as one over their number.
+fn converges(
+    what: &str,
+    exact: f64,
+    tolerances: &[f64],
+    faces: impl Fn(usize) -> f64,
+    measured: impl Fn(usize) -> f64,
+) {
+    let errors: Vec<f64> = (0..tolerances.len()).map(|k| (measured(k) / exact - 1.0).abs()).collect();
+    for (error, tolerance) in errors.iter().zip(tolerances) {
+        // A tube of radius 0.4 that loses t everywhere loses 2t/0.4 of its volume.
+        assert!(*error <= 5.0 * tolerance, "{what}: {errors:?}");
+    }
+    let last = tolerances.len() - 1;
+    let order = 2.0 * (errors[0] / errors[last]).ln() / (faces(last) / faces(0)).ln();
+    assert!((1.6..2.4).contains(&order), "{what} converges at order {order:.2}: {errors:?}");
+}
