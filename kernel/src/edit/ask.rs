@@ -107,6 +107,11 @@ impl Constraint {
         &self.wanted
     }
 
+    /// The axis that it is narrowed to.
+    pub fn narrowed(&self) -> Option<Axis> {
+        self.axis
+    }
+
     /// What it is, for people: `position at 0.25`, `x of position at 0.25`.
     pub fn describe(&self) -> String {
         let name = self.functional.describe();

@@ -11,11 +11,13 @@ use loftsman_kernel::shape::{Shape, vertex_index};
 use loftsman_kernel::solve::{Automatic, SolveError, Solver};
 use loftsman_kernel::{Point, Vector};
 
+use crate::bounds::{Candidate, bounded, split};
 use crate::energy::Energy;
 use crate::idle::{idle_motions, notes};
 use crate::minimise::{Projection, Search, finite, minimise};
 use crate::precondition::Preconditioner;
 use crate::squares::Squares;
+use crate::within::Leash;
 
 /// Says what should be fair, and under which constraints.
 ///
@@ -45,6 +47,7 @@ pub struct Fair<S> {
     energy: Energy,
     constraints: Vec<Constraint>,
     locks: Vec<i64>,
+    within: Option<f64>,
 }
 
 impl<S: Shape + Clone> Fair<S> {
@@ -56,6 +59,7 @@ impl<S: Shape + Clone> Fair<S> {
             energy: Energy::default(),
             constraints: Vec::new(),
             locks: Vec::new(),
+            within: None,
         }
     }
 
@@ -73,7 +77,7 @@ impl<S: Shape + Clone> Fair<S> {
         self
     }
 
-    /// Asks something. Everything linear can be asked.
+    /// Asks something. Everything linear can be asked, also for bounds (`at_least`, `at_most`).
     #[must_use]
     pub fn ask(mut self, constraint: Constraint) -> Self {
         self.constraints.push(constraint);
@@ -84,6 +88,14 @@ impl<S: Shape + Clone> Fair<S> {
     #[must_use]
     pub fn lock(mut self, vertices: impl IntoIterator<Item = i64>) -> Self {
         self.locks.extend(vertices);
+        self
+    }
+
+    /// Lets no point move further than a distance: no control vertex does, which is a little more than that. The energy is
+    /// then within a thousandth of the least possible ([`FairReport::gap`] says how near); it takes some dozens of searches.
+    #[must_use]
+    pub fn within(mut self, distance: f64) -> Self {
+        self.within = Some(distance);
         self
     }
 
@@ -100,9 +112,33 @@ impl<S: Shape + Clone> Fair<S> {
     ///
     /// # Errors
     /// When something cannot be asked of the shapes, is not linear, or the constraints cannot all hold; when the energy needs
-    /// derivatives that the degree does not have.
-    pub fn solve_with(self, solver: impl Solver + 'static) -> Result<Fairer<S>, EditError> {
+    /// derivatives that the degree does not have; when the constraints move a control vertex beyond [`within`](Self::within).
+    pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<Fairer<S>, EditError> {
         let solver: Arc<dyn Solver> = Arc::new(solver);
+        let constraints = std::mem::take(&mut self.constraints);
+        let all = std::iter::once(&self.shape as &dyn Shape).chain(self.others.iter().map(AsRef::as_ref));
+        let (equations, bounds) = split(constraints, &Shapes::new(all))?;
+        if bounds.is_empty() {
+            return Ok(self.equal(&solver, equations)?.fairer);
+        }
+        if self.within.is_some() {
+            return Err(SolveError::Unsupported(
+                "a distance and inequalities cannot be had together: bound the places where it matters instead".into(),
+            )
+            .into());
+        }
+        let (found, account, active) =
+            bounded(&equations, &bounds, &|constraints| self.equal(&solver, constraints))?;
+        let Fairer { shape, mut report } = found.fairer;
+        report.constraints.truncate(equations.len());
+        report.residual = account.iter().chain(&report.constraints).fold(0.0, |m, c| m.max(c.residual));
+        report.constraints.extend(account);
+        report.active = active;
+        Ok(Fairer { shape, report })
+    }
+
+    /// The shape of least energy under equations.
+    fn equal(&self, solver: &Arc<dyn Solver>, constraints: Vec<Constraint>) -> Result<Found<S>, EditError> {
         let origin = self.shape.control_vertices().first().copied().unwrap_or_else(Point::origin);
         let squares = Squares::new(&self.shape, &self.energy, origin)?;
         let mut free = vec![true; self.shape.control_vertices().len()];
@@ -116,10 +152,10 @@ impl<S: Shape + Clone> Fair<S> {
             let count = other.control_vertices().len() as i64;
             edit = edit.with(other.boxed()).lock_on(index + 1, 0..count);
         }
-        for constraint in self.constraints {
+        for constraint in constraints {
             edit = edit.ask(constraint);
         }
-        let mut session = edit.prepare(Arc::clone(&solver))?;
+        let mut session = edit.prepare(Arc::clone(solver))?;
         if let Some(functional) = session.nonlinear() {
             let name = functional.describe();
             return Err(SolveError::Unsupported(format!(
@@ -141,21 +177,28 @@ impl<S: Shape + Clone> Fair<S> {
         let system = session.system();
         let factored = solver.factor(system)?;
         let told = session.report();
+        let leash = self.leash(&before, &free, &x)?;
         let idle = idle_motions(&self.shape, &squares, &free, system);
         let notes = notes(&self.shape, &squares, idle.len());
         let mut projection = Projection::new(system, factored, idle);
         let mut search = Search::default();
         if free.contains(&true) {
             let grid = self.shape.grid();
-            let mut preconditioner =
-                Preconditioner::new(&squares, &free, &grid, system).ok_or_else(|| {
-                    let vertices = free.len();
-                    Error::Invalid(format!(
-                        "the energy of {vertices} control vertices cannot be factored: it vanishes, or is beyond all \
-                         memory; take another energy, or fair a part of the shape"
-                    ))
-                })?;
+            let precondition = |squares: &Squares| Preconditioner::new(squares, &free, &grid, system);
+            let mut preconditioner = precondition(&squares).ok_or_else(|| {
+                let vertices = free.len();
+                Error::Invalid(format!(
+                    "the energy of {vertices} control vertices cannot be factored: it vanishes, or is beyond all memory; \
+                     take another energy, or fair a part of the shape"
+                ))
+            })?;
+            let start = x.clone();
             search = minimise(&squares, &free, &mut projection, &mut preconditioner, &mut x)?;
+            if let Some(leash) = leash.as_ref().filter(|leash| leash.farthest(&x).0 > leash.radius) {
+                x = start;
+                projection.tether();
+                search = leash.minimise(&squares, &mut projection, &precondition, &mut x)?;
+            }
         }
         // What the projections' rounding left.
         let mut fair = self.shape.clone();
@@ -198,10 +241,60 @@ impl<S: Shape + Clone> Fair<S> {
             farthest: x.iter().zip(&before).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max),
             iterations: search.steps,
             gap: search.gap,
+            active: Vec::new(),
             constraints: session.account(&misfit, &multipliers),
             notes,
         };
-        Ok(Fairer { shape: fair, report })
+        if let Some(leash) = leash.filter(|leash| leash.farthest(&x).0 > leash.radius) {
+            let (far, vertex) = leash.farthest(&x);
+            let text =
+                format!("control vertex {vertex} would move by {far}, beyond {}: allow more", leash.radius);
+            return Err(Error::Invalid(text).into());
+        }
+        let others = self.others.iter().map(|other| other.boxed()).collect();
+        Ok(Found { fairer: Fairer { shape: fair, report }, others })
+    }
+
+    /// The bound on how far vertices move, where there is one and the start `x` is within it.
+    fn leash<'a>(
+        &self,
+        rest: &'a [Vector],
+        free: &'a [bool],
+        x: &[Vector],
+    ) -> Result<Option<Leash<'a>>, Error> {
+        let Some(radius) = self.within else { return Ok(None) };
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(Error::Invalid(format!(
+                "a distance of {radius} is not possible: give a positive number"
+            )));
+        }
+        let leash = Leash { rest, radius, free };
+        let (far, vertex) = leash.farthest(x);
+        if far >= radius * (1.0 - 1e-6) {
+            return Err(Error::Invalid(format!(
+                "the constraints alone move control vertex {vertex} by {far}, and none may move further than {radius}: allow \
+                 more, or ask for less"
+            )));
+        }
+        Ok(Some(leash))
+    }
+}
+
+/// A fair shape among the others of its problem.
+struct Found<S> {
+    fairer: Fairer<S>,
+    others: Vec<Box<dyn Shape>>,
+}
+
+impl<S: Shape> Candidate for Found<S> {
+    fn shapes(&self) -> Shapes<'_> {
+        Shapes::new(
+            std::iter::once(&self.fairer.shape as &dyn Shape).chain(self.others.iter().map(AsRef::as_ref)),
+        )
+    }
+
+    fn constraints(&self) -> &[ConstraintReport] {
+        &self.fairer.report.constraints
     }
 }
 
@@ -262,6 +355,8 @@ pub struct FairReport {
     pub iterations: usize,
     /// Estimate of the energy that more steps would gain, relative to the energy.
     pub gap: f64,
+    /// The inequalities that hold with equality.
+    pub active: Vec<String>,
     /// Every constraint with its error and its multipliers: how much the least energy would change with its value.
     pub constraints: Vec<ConstraintReport>,
     /// Anything else worth saying.
@@ -277,6 +372,9 @@ impl fmt::Display for FairReport {
              ‖d‖ {adjustment:.4} · {} steps",
             self.iterations
         )?;
+        if !self.active.is_empty() {
+            write!(f, " · active: {}", self.active.join(", "))?;
+        }
         for note in &self.notes {
             write!(f, " · {note}")?;
         }

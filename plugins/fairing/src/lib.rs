@@ -5,10 +5,14 @@
 //! the kernel and of other plug-ins. [`Fair`] says and does it; in recipes it is the operation `fair` ([`FairOperation`]),
 //! brought by the plug-in [`Fairing`].
 //!
+//! Bounds (`at_least`, `at_most`) are met by an active set that the conditions of Karush, Kuhn and Tucker confirm; a distance from the old
+//! shape by tethers, with a certified gap.
+//!
 //! The search is one of projected conjugate gradients with an envelope Cholesky factor as preconditioner: work is linear in the control
 //! vertices of a curve. Energies that do not see some motions (a stretched line may be anywhere, a bent one anywhere and
 //! as steep as it likes) need no care: what neither energy nor constraints say anything about stays as near as it can.
 
+mod bounds;
 mod energy;
 mod fair;
 mod idle;
@@ -16,6 +20,7 @@ mod minimise;
 mod operation;
 mod precondition;
 mod squares;
+mod within;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 

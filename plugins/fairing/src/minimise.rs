@@ -50,6 +50,11 @@ impl<'a> Projection<'a> {
         }
     }
 
+    /// From here on every motion has an energy.
+    pub(crate) fn tether(&mut self) {
+        self.idle.clear();
+    }
+
     fn gather(&mut self, v: &[Vector]) {
         let sides = self.system.sides();
         for (slot, &column) in self.touched.chunks_exact_mut(sides).zip(self.system.touched()) {

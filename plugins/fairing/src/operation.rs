@@ -22,7 +22,7 @@ use crate::fair::{Fair, FairReport};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FairOperation;
 
-const FIELDS: [Field; 5] = [
+const FIELDS: [Field; 6] = [
     Field::optional("object", "text", "the only curve or surface", "the object to make fair"),
     Field::optional(
         "energy",
@@ -32,11 +32,12 @@ const FIELDS: [Field; 5] = [
     ),
     Field::optional(
         "constraints",
-        "[{ kind, …, to | by | scale | keep }, …]",
+        "[{ kind, …, to | by | scale | keep | at_least | at_most }, …]",
         "none",
         "what is asked; other objects that it names stay as they are",
     ),
     Field::optional("lock", "[index, …]", "none", "control vertices that may not move; -1 is the last"),
+    Field::optional("within", "number", "any distance", "how far no point may move"),
     Field::optional("solver", "name", "automatic", "the constraints' solver; `loftsman plugins` lists them"),
 ];
 
@@ -71,6 +72,7 @@ impl Operation for FairOperation {
             energy: energy(parameters)?,
             constraints,
             lock: if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() },
+            within: if parameters.has("within") { Some(parameters.number("within")?) } else { None },
             others: &shapes[1..],
             solver: Arc::clone(solver),
         };
@@ -95,6 +97,7 @@ struct Problem<'a> {
     energy: Energy,
     constraints: Vec<Constraint>,
     lock: Vec<i64>,
+    within: Option<f64>,
     others: &'a [Box<dyn Shape>],
     solver: Arc<dyn Solver>,
 }
@@ -102,6 +105,9 @@ struct Problem<'a> {
 impl Problem<'_> {
     fn solve<S: Shape + Clone>(&self, shape: &S) -> Result<(Box<dyn Shape>, FairReport), OperationError> {
         let mut fair = Fair::new(shape).energy(self.energy.clone()).lock(self.lock.iter().copied());
+        if let Some(distance) = self.within {
+            fair = fair.within(distance);
+        }
         for other in self.others {
             fair = fair.beside(other.boxed());
         }
@@ -198,6 +204,9 @@ fn points(table: &Parameters) -> Result<Vec<Datum>, ParameterError> {
 
 fn step_report(object: &str, told: &FairReport) -> StepReport {
     let mut notes = vec![format!("{}: {:.6e} → {:.6e}", told.energy, told.energy_before, told.energy_after)];
+    if !told.active.is_empty() {
+        notes.push(format!("active: {}", told.active.join(", ")));
+    }
     notes.extend(told.notes.iter().cloned());
     StepReport {
         op: "fair".into(),

@@ -67,6 +67,14 @@ impl Preconditioner {
                 }
             }
         }
+        for (&place, weight) in place.iter().zip(squares.tethers()) {
+            if place != LOCKED {
+                for axis in 0..axes {
+                    let at = place as usize * axes + axis;
+                    matrix.add(at, at, *weight);
+                }
+            }
+        }
         let largest = matrix.diagonal().fold(0.0, f64::max);
         if !(largest > 0.0 && largest.is_finite()) {
             return None;

@@ -29,6 +29,9 @@ pub(crate) struct Squares {
     targets: Vec<Vector>,
     /// The lowest order of derivative that is integrated; 0 where there is none.
     order: usize,
+    /// Tethers: `Σ τ_i |x_i - rest_i|²` beside all that, where there are any.
+    tethers: Vec<f64>,
+    rest: Vec<Vector>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -99,6 +102,17 @@ impl Squares {
         Ok(squares)
     }
 
+    /// Ties every vertex to where it rests, with these weights.
+    pub(crate) fn tether(&mut self, weights: &[f64], rest: &[Vector]) {
+        self.tethers = weights.to_vec();
+        self.rest = rest.to_vec();
+    }
+
+    /// The weight that ties each vertex; none where nothing is tied.
+    pub(crate) fn tethers(&self) -> &[f64] {
+        &self.tethers
+    }
+
     pub(crate) fn blocks(&self) -> impl Iterator<Item = View<'_>> {
         self.blocks.iter().map(|b| View {
             vertices: &self.vertices[b.vertices..b.vertices + b.width],
@@ -136,6 +150,11 @@ impl Squares {
                 size += magnitude.norm_squared();
             }
         }
+        for ((weight, x), rest) in self.tethers.iter().zip(x).zip(&self.rest) {
+            let rest = if targets { *rest } else { Vector::zeros() };
+            energy += weight * (x - rest).norm_squared();
+            size += weight * (x.abs() + rest.abs()).norm_squared();
+        }
         (energy, size)
     }
 
@@ -162,6 +181,9 @@ impl Squares {
             for (&v, sum) in block.vertices.iter().zip(&sum) {
                 out[v as usize] += sum;
             }
+        }
+        for (((out, weight), x), rest) in out.iter_mut().zip(&self.tethers).zip(x).zip(&self.rest) {
+            *out += if targets { x - rest } else { *x } * *weight;
         }
     }
 

@@ -78,6 +78,34 @@ fn fair<S: Shape + Clone>(shape: &S, case: &Value, number: usize) -> (Vec<Point>
 }
 
 #[test]
+fn within_a_distance_the_energy_is_nearly_the_least() {
+    let golden: Value = serde_json::from_str(include_str!("golden/within.json")).unwrap();
+    let cases = golden.as_array().unwrap();
+    assert!(cases.len() >= 30);
+    for (number, case) in cases.iter().enumerate() {
+        let weights = case["weights"].as_array().map(|_| numbers(&case["weights"]));
+        let space = space(&case["degree"], &case["knots"], &case["periodic"]);
+        let curve = Curve::build(space, points(&case["points"]), weights).unwrap();
+        let (distance, least) = (case["distance"].as_f64().unwrap(), case["least"].as_f64().unwrap());
+        let mut fair = Fair::new(&curve).energy(energy(case)).within(distance);
+        for asked in case["constraints"].as_array().unwrap() {
+            let order = asked[2].as_u64().unwrap() as usize;
+            fair = fair.ask(derivative(asked[1].as_f64().unwrap(), order).keep());
+        }
+        let fair = fair.solve().unwrap();
+        let report = fair.report();
+        let far =
+            curve.points().iter().zip(fair.shape().points()).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(far <= distance && report.farthest <= distance, "case {number}: {far}, {report}");
+        // What scipy found is the least but for its own tolerance.
+        let slack = 1e-6 * case["before"].as_f64().unwrap().min(1e3 * least);
+        assert!(report.energy_after >= least - slack, "case {number}: {least}, {report}");
+        assert!(report.energy_after <= 1.0011 * least + slack, "case {number}: {least}, {report}");
+        assert!(report.residual < 1e-12 && report.gap <= 1.1e-3, "case {number}: {report}");
+    }
+}
+
+#[test]
 fn curves_and_surfaces_agree_with_dense_algebra() {
     let golden: Value = serde_json::from_str(include_str!("golden/fair.json")).unwrap();
     let cases = golden.as_array().unwrap();

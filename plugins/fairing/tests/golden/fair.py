@@ -195,6 +195,7 @@ def cases():
             yield dict(degree=p, knots=knots, periodic=periodic, points=points, weights=None, energy=energy, data=[], lock=[], constraints=constraints)
 
 
-print("[")
-print(",\n".join(json.dumps(solve(case)) for case in cases()))
-print("]")
+if __name__ == "__main__":
+    print("[")
+    print(",\n".join(json.dumps(solve(case)) for case in cases()))
+    print("]")

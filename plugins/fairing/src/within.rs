@@ -1,0 +1,123 @@
+//! The least energy with no control vertex further from its place than a distance.
+//!
+//! `min E(x)` subject to `F x = b` and `|x_i - x⁰_i| ≤ r` is convex. Its multipliers `τ_i ≥ 0` are the weights of tethers:
+//! `D(τ) = min E(x) + Σ τ_i (|x_i - x⁰_i|² - r²)` is never above the least energy, and is reached by the minimiser where the
+//! tethers that pull hold their vertices at exactly `r`. Tethers grow where a vertex is too far away and shrink where it
+//! is nearer; after each change the minimiser is drawn back along the line to a shape that is surely within the
+//! distance, as far as it must be. So there is at every time a shape that meets everything and a bound for how much energy it has
+//! too much, and the search ends where that is small.
+//!
+//! Every point of a shape is a convex combination of control vertices (of rational shapes, too: their weights are positive and
+//! stay), so that no point moves further than the vertices do.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::solve::SolveError;
+
+use crate::minimise::{Projection, Search, minimise};
+use crate::precondition::Preconditioner;
+use crate::squares::Squares;
+
+/// Rounds of new tethers, and the part of the energy that may remain to be gained.
+const ROUNDS: usize = 400;
+const GAP: f64 = 1e-3;
+/// How fast tethers follow: `τ ← τ (|d| / r)^γ`. At 1 they creep, beyond 2 they swing.
+const GAMMA: f64 = 1.5;
+
+/// What is to be kept within the distance, and how the search begins.
+pub(crate) struct Leash<'a> {
+    /// The vertices as they were.
+    pub(crate) rest: &'a [Vector],
+    /// The largest distance, positive.
+    pub(crate) radius: f64,
+    /// Which vertices may move.
+    pub(crate) free: &'a [bool],
+}
+
+impl Leash<'_> {
+    /// The largest distance of a vertex from its place, and which vertex that is.
+    pub(crate) fn farthest(&self, x: &[Vector]) -> (f64, usize) {
+        let far = x.iter().zip(self.rest).map(|(x, rest)| (x - rest).norm());
+        far.enumerate().fold((0.0, 0), |best, (i, d)| if d > best.0 { (d, i) } else { best })
+    }
+
+    /// Moves `x`, which meets the constraints and is within the distance, to (nearly) the least energy. `precondition` factors
+    /// the tethered energy. `O(rounds · steps · size)`.
+    ///
+    /// # Errors
+    /// As for [`minimise`]; when the gap does not close.
+    pub(crate) fn minimise(
+        &self,
+        squares: &Squares,
+        projection: &mut Projection<'_>,
+        precondition: &dyn Fn(&Squares) -> Option<Preconditioner>,
+        x: &mut [Vector],
+    ) -> Result<Search, SolveError> {
+        // A hair inside, so that rounding and the last correction cannot leave the distance.
+        let radius = self.radius * (1.0 - 1e-9);
+        let mut search = Search::default();
+        let mut best = x.to_vec();
+        let mut best_energy = squares.energy(x).0;
+        // An energy this small, compared with the start's, is none.
+        let nothing = 1e-9 * best_energy;
+        let mut bound = 0.0_f64;
+        let mut gradient = vec![Vector::zeros(); x.len()];
+        squares.gradient(x, true, &mut gradient);
+        let largest = gradient.iter().map(Vector::norm).fold(0.0, f64::max);
+        if largest == 0.0 {
+            return Ok(search);
+        }
+        let safe = x.to_vec();
+        // What would hold each vertex at the distance if it alone moved.
+        let mut tethers: Vec<f64> = gradient.iter().map(|g| g.norm().max(1e-6 * largest) / radius).collect();
+        let mut tied = squares.clone();
+        for _ in 0..ROUNDS {
+            tied.tether(&tethers, self.rest);
+            let Some(mut preconditioner) = precondition(&tied) else { break };
+            search.steps += minimise(&tied, self.free, projection, &mut preconditioner, x)?.steps;
+            let slack: f64 = tethers
+                .iter()
+                .zip(self.free)
+                .filter(|(_, free)| **free)
+                .map(|(t, _)| t * radius * radius)
+                .sum();
+            bound = bound.max(tied.energy(x).0 - slack);
+            let inside = self.drawn_back(&safe, x, radius);
+            let energy = squares.energy(&inside).0;
+            if energy < best_energy {
+                (best_energy, best) = (energy, inside);
+            }
+            search.gap = (best_energy - bound).max(0.0) / best_energy;
+            if best_energy - bound <= (GAP * best_energy).max(nothing) {
+                x.copy_from_slice(&best);
+                return Ok(search);
+            }
+            for (tether, (x, rest)) in tethers.iter_mut().zip(x.iter().zip(self.rest)) {
+                let ratio = ((x - rest).norm() / radius).clamp(0.1, 10.0);
+                *tether *= ratio.powf(GAMMA);
+            }
+        }
+        Err(SolveError::Unsupported(format!(
+            "no shape within {} of the old one was found that is surely the fairest: after {} steps its energy may be {:.1} % \
+             above the least; allow more, or take an energy that is less stiff",
+            self.radius,
+            search.steps,
+            100.0 * search.gap
+        )))
+    }
+
+    /// The point nearest to `x` on the way from `safe` to it that is within the distance.
+    fn drawn_back(&self, safe: &[Vector], x: &[Vector], radius: f64) -> Vec<Vector> {
+        let mut share = 1.0_f64;
+        for ((s, x), rest) in safe.iter().zip(x).zip(self.rest) {
+            let (from, by) = (s - rest, x - s);
+            // |from + t by| = r for the larger t: the root of a quadratic, written so that nothing cancels.
+            let (a, b, c) = (by.norm_squared(), from.dot(&by), radius * radius - from.norm_squared());
+            if a > 0.0 && (from + by).norm() > radius {
+                let root = (b * b + a * c).max(0.0).sqrt();
+                let t = if b > 0.0 { c / (b + root) } else { (root - b) / a };
+                share = share.min(t.clamp(0.0, 1.0));
+            }
+        }
+        safe.iter().zip(x).map(|(s, x)| s + (x - s) * share).collect()
+    }
+}

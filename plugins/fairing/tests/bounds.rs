@@ -1,0 +1,123 @@
+//! Inequalities: obstacle problems whose answers are known, and the conditions that every answer meets.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+use loftsman_fairing::{Fair, bend, near, stretch};
+use loftsman_kernel::Point;
+use loftsman_kernel::edit::{Ask, Axis, Constraint};
+use loftsman_kernel::functional::position;
+use loftsman_kernel::spline::{Curve, Space};
+
+fn flat(n: usize, degree: usize) -> Curve {
+    let space = Space::clamped_uniform(degree, n).unwrap();
+    let points = (0..n).map(|i| Point::new(space.greville(i), 0.0, 0.0)).collect();
+    Curve::new(space, points).unwrap()
+}
+
+/// A position whose y is bounded.
+fn y(constraint: Constraint) -> Constraint {
+    constraint.axis(Axis::Y)
+}
+
+#[test]
+fn a_string_over_pegs_is_its_upper_hull() {
+    // A polyline: its stretch is least where it is the least concave function above the pegs.
+    let string = flat(11, 1);
+    let pegs = [(2.0, 1.0), (3.0, 2.0), (4.0, 1.5), (6.0, 2.0), (7.0, 0.5), (8.0, 1.2)];
+    let mut fair = Fair::new(&string).energy(stretch()).ask(position(0.0).keep()).ask(position(10.0).keep());
+    for (u, height) in pegs {
+        fair = fair.ask(y(position(u).at_least(height)));
+    }
+    let fair = fair.solve().unwrap();
+    for (u, height) in
+        [(0.0, 0.0), (1.5, 1.0), (3.0, 2.0), (4.5, 2.0), (6.0, 2.0), (7.0, 1.6), (8.0, 1.2), (10.0, 0.0)]
+    {
+        assert!((fair.shape().point(u).unwrap().y - height).abs() < 1e-12, "{u}: {}", fair.report());
+    }
+    assert_eq!(
+        fair.report().active,
+        ["y of position at 3 ≥ 2", "y of position at 6 ≥ 2", "y of position at 8 ≥ 1.2"]
+    );
+    // What each peg carries: twice the change of slope. d/dy of Σ Δy²/Δu.
+    let carried = |name: &str| {
+        let told = fair.report().constraints.iter().find(|c| c.name.starts_with(name)).unwrap();
+        told.multipliers[0]
+    };
+    assert!(
+        (carried("y of position at 3") - 2.0 * (2.0 / 3.0)).abs() < 1e-11,
+        "{:?}",
+        fair.report().constraints
+    );
+    assert!((carried("y of position at 6") - 2.0 * 0.4).abs() < 1e-11);
+    assert!((carried("y of position at 8") - 2.0 * (0.6 - 0.4)).abs() < 1e-11);
+    assert_eq!(carried("y of position at 2"), 0.0);
+}
+
+#[test]
+fn a_curve_through_gates_meets_every_gate_and_no_gate_could_let_go() {
+    let wire = flat(40, 3);
+    let end = wire.domain().1;
+    let gates: Vec<(f64, f64)> =
+        (1..12).map(|i| (end * f64::from(i) / 12.0, 4.0 * (1.9 * f64::from(i)).sin())).collect();
+    let ask = |scale: f64| {
+        let mut fair = Fair::new(&wire).energy(bend()).ask(position(0.0).keep()).ask(position(end).keep());
+        for &(u, middle) in &gates {
+            fair = fair
+                .ask(y(position(u).at_least(scale * (middle - 0.8))))
+                .ask(y(position(u).at_most(scale * (middle + 0.8))));
+        }
+        fair.solve().unwrap()
+    };
+    let fair = ask(1.0);
+    let report = fair.report();
+    assert!(report.residual < 1e-11 && report.active.len() >= 5, "{report}");
+    for &(u, middle) in &gates {
+        assert!((fair.shape().point(u).unwrap().y - middle).abs() < 0.8 + 1e-11);
+    }
+    // Multipliers of both kinds of bound push the right way.
+    for told in &report.constraints[2..] {
+        let sign = if told.name.contains('≥') { 1.0 } else { -1.0 };
+        assert!(sign * told.multipliers[0] >= 0.0, "{told:?}");
+    }
+    // The equations alone, and all gates as equations, are the two ends between which its energy lies.
+    assert!(report.energy_after > 0.0 && report.energy_after < report.energy_before + 1e9);
+    let mut hit = Fair::new(&wire).energy(bend()).ask(position(0.0).keep()).ask(position(end).keep());
+    for &(u, middle) in &gates {
+        hit = hit.ask(y(position(u).to(middle)));
+    }
+    assert!(report.energy_after < hit.solve().unwrap().report().energy_after);
+    // The same at other scales: energies go with the square.
+    for scale in [1e-6, 1e6] {
+        let other = ask(scale);
+        assert!(
+            (other.report().energy_after / (scale * scale) / report.energy_after - 1.0).abs() < 1e-6,
+            "{scale:e}"
+        );
+    }
+}
+
+#[test]
+fn bounds_that_hold_anyway_change_nothing_and_impossible_ones_are_refused() {
+    let wire = flat(14, 3);
+    let plain = Fair::new(&wire).energy(bend() + near()).ask(position(4.0).to([4.0, 1.0, 0.0]));
+    let plain = plain.solve().unwrap();
+    let loose = Fair::new(&wire)
+        .energy(bend() + near())
+        .ask(position(4.0).to([4.0, 1.0, 0.0]))
+        .ask(position(6.0).at_most([100.0, 100.0, 100.0]))
+        .solve()
+        .unwrap();
+    assert_eq!(plain.shape(), loose.shape());
+    assert!(loose.report().active.is_empty());
+    let apart = Fair::new(&wire)
+        .energy(bend())
+        .ask(position(4.0).to([4.0, 1.0, 0.0]))
+        .ask(y(position(4.0).at_least(2.0)))
+        .solve();
+    let text = apart.unwrap_err().to_string();
+    assert!(text.contains("position at 4") && text.contains("cannot all hold"), "{text}");
+    let both = Fair::new(&wire).energy(bend()).within(1.0).ask(y(position(4.0).at_least(2.0)));
+    assert!(both.solve().unwrap_err().to_string().contains("together"));
+    let odd = Fair::new(&wire).energy(bend()).ask(position(4.0).at_least(vec![1.0, 2.0]));
+    assert!(odd.solve().is_err());
+}
