@@ -87,7 +87,9 @@ fn main() -> Outcome<()> {
     );
     let program = program.to_str().ok_or("the path of the program is not UTF-8")?;
     if !Path::new(program).exists() {
-        return Err(format!("{program} is not there: cargo build --release, or set LOFTSMAN").into());
+        // Said aloud and passed over, so that a run of all benches goes on.
+        eprintln!("W7 is left out: {program} is not there (cargo build --release, or set LOFTSMAN)");
+        return Ok(());
     }
     let this = std::env::current_exe()?;
     let this = this.to_str().ok_or("the path of this bench is not UTF-8")?;
