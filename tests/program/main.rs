@@ -4,3 +4,4 @@
 mod examples;
 mod figures;
 mod golden;
+mod truncated;

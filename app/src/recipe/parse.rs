@@ -57,9 +57,7 @@ impl Text {
     fn parse_json(&self) -> Result<Value> {
         let mut deserializer = serde_json::Deserializer::from_str(&self.text);
         Strict.deserialize(&mut deserializer).and_then(|v| deserializer.end().map(|()| v)).map_err(|e| {
-            // Its text ends with the position, which is said elsewhere.
-            let text = e.to_string();
-            let problem = text.split(" at line ").next().unwrap_or(&text).to_owned();
+            let problem = json_problem(&self.text, &e);
             let position = (e.line() > 0).then(|| (e.line(), e.column().max(1)));
             RecipeError::at(&self.name, "", problem).in_line(position)
         })
@@ -73,6 +71,46 @@ impl Text {
         let fail = |path: String, problem: &str| self.locate(RecipeError::at(&self.name, path, problem));
         from_toml(toml::Value::Table(table), String::new()).map_err(|(path, problem)| fail(path, problem))
     }
+}
+
+/// What the JSON parser found, and what to do.
+fn json_problem(text: &str, error: &serde_json::Error) -> String {
+    let message = error.to_string();
+    // It ends with the position, which is said elsewhere.
+    let message = message.split(" at line ").next().unwrap_or(&message);
+    if error.is_eof() {
+        return format!(
+            "the text ends in the middle ({message}): it was cut off, or a bracket is not closed"
+        );
+    }
+    match message {
+        "recursion limit exceeded" => {
+            "brackets are nested deeper here than any field needs; close those before".to_owned()
+        }
+        "number out of range" => {
+            "the number is too large: every number must be finite, at most 1.8e308".to_owned()
+        }
+        _ => match not_a_number(text, error.line(), error.column()) {
+            Some(word) => {
+                format!(
+                    "{word} is not a number that JSON can hold: every number must be finite; write a finite one"
+                )
+            }
+            None => message.to_owned(),
+        },
+    }
+}
+
+/// `NaN`, `Infinity` and the like where the parser expected a value: it stands on the word or behind it.
+fn not_a_number(text: &str, line: usize, column: usize) -> Option<&str> {
+    let line = text.split('\n').nth(line.checked_sub(1)?)?;
+    let word = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'+');
+    let (before, after) = line.as_bytes().split_at_checked(column)?;
+    let start = column - before.iter().rev().take_while(|b| word(b)).count();
+    let end = column + after.iter().take_while(|b| word(b)).count();
+    let found = line.get(start..end)?;
+    let plain = found.trim_start_matches(['-', '+']).to_ascii_lowercase();
+    matches!(plain.as_str(), "nan" | "inf" | "infinity").then_some(found)
 }
 
 /// A TOML value as a JSON one: TOML also has dates and infinite numbers, which no field takes.
@@ -202,6 +240,22 @@ mod tests {
         assert_eq!(position("a.toml", "a = [1, nan]"), Some((1, 9)));
         let error = Text::new("a.toml", b"input = 'x'\n\xff").unwrap_err();
         assert_eq!(error.position, Some((2, 1)));
+    }
+
+    #[test]
+    fn what_json_cannot_hold_is_said() {
+        let problem =
+            |text: &str| Text::new("r.json", text.as_bytes()).unwrap().table().unwrap_err().to_string();
+        for (value, part) in [
+            ("NaN", "NaN is not a number"),
+            ("-Infinity", "-Infinity is not a number"),
+            ("1e999", "too large"),
+            ("[", "ends in the middle"),
+        ] {
+            let text = format!("{{ \"step\": [\n{{ \"by\": {value}");
+            let message = problem(&text);
+            assert!(message.contains(part) && message.contains("line 2"), "{value}: {message}");
+        }
     }
 
     #[test]

@@ -143,3 +143,31 @@ fn points_become_a_curve_and_curves_a_picture() {
     bench.fails(&["plot", "wave.loft.json", "b.svg", "--object", "wafe"], 1, &["wafe", "did you mean"]);
     bench.fails(&["plot", "wave.loft.json", "b.svg", "--view", "bottom"], 2, &["perspective"]);
 }
+
+#[test]
+fn plot_and_fit_report_to_programs_and_warn_of_what_is_missing() {
+    let bench = Bench::with_wave();
+    let plotted = bench.json(&["plot", "wave.loft.json", "wave.svg"]);
+    assert_eq!(
+        (plotted["input"].as_str(), plotted["output"].as_str()),
+        (Some("wave.loft.json"), Some("wave.svg"))
+    );
+    assert_eq!(plotted["bytes"].as_u64(), Some(bench.read("wave.svg").len() as u64));
+    assert_eq!(plotted["format"].as_str(), Some("loft"));
+    assert!(plotted["report"]["kept"].as_u64().unwrap() > 0);
+    // How a line is displayed is left out.
+    bench.write("part.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 2 1 0\nbevel on\nl 1 2 3 4\n");
+    let run = bench.run(&["convert", "part.obj", "part.loft.json", "--json"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let warning = run.err;
+    assert!(warning.starts_with("warning: part.obj: left out"), "{warning}");
+    std::fs::create_dir(bench.path("out")).unwrap();
+    for arguments in [
+        &["plot", "part.obj", "part.svg", "--json"][..],
+        &["fit", "part.obj", "fit.loft.json", "--degree", "2", "--json"],
+        &["convert", "part.obj", "--to", "loft.json", "--into", "out"],
+    ] {
+        let run = bench.run(arguments);
+        assert_eq!((run.code, run.err.as_str()), (Some(0), warning.as_str()), "{arguments:?}");
+    }
+}

@@ -164,13 +164,6 @@ impl<S: Shape + Clone> Fair<S> {
             ))
             .into());
         }
-        if let Some(name) = session.inequality() {
-            return Err(SolveError::Unsupported(format!(
-                "\"{name}\" is an inequality, and a fair shape is sought under equations only: leave it out, or use \"edit\" \
-                 with the metric \"bend\""
-            ))
-            .into());
-        }
         // What conflicts is named here; then the nearest shape that meets the constraints is where the search starts.
         session.apply()?;
         let mut x = relative(session.shape(), origin);

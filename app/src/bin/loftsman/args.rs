@@ -231,6 +231,8 @@ pub(crate) struct PlotArgs {
     /// The width of a PNG.
     #[arg(long, value_name = "N", default_value_t = PIXELS)]
     pub(crate) pixels: u32,
+    #[command(flatten)]
+    pub(crate) json: Json,
 }
 
 /// From where a scene is seen.

@@ -85,13 +85,17 @@ fn parser_problem(text: &str, error: &serde_json::Error) -> String {
         return format!("the file ends in the middle ({message}): it was cut off; get it again as a whole");
     }
     if let Some(word) = not_a_number(text, error.line(), error.column()) {
-        return format!("{word} is not a number that JSON can hold: every number must be finite");
+        return format!(
+            "{word} is not a number that JSON can hold: every number must be finite; write a finite one"
+        );
     }
     match message {
         "number out of range" => {
             "the number is too large: every number must be finite, at most 1.8e308".to_owned()
         }
-        "recursion limit exceeded" => "the brackets are nested too deeply for a document".to_owned(),
+        "recursion limit exceeded" => {
+            "the brackets are nested too deeply for a document; close those before".to_owned()
+        }
         message if error.classify() == Category::Syntax => {
             format!("this is not JSON: {}", clip_message(message))
         }

@@ -49,8 +49,9 @@ pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode>
     let failed = files.iter().filter(|f| matches!(f, Outcome::Failed { .. })).count();
     let summary = Summary { converted: files.len() - failed, failed, files };
     for file in &summary.files {
-        if let Outcome::Failed { error, .. } = file {
-            console::error(error);
+        match file {
+            Outcome::Done(done) => done.warn(),
+            Outcome::Failed { error, .. } => console::error(error),
         }
     }
     if args.json.wanted {

@@ -50,11 +50,14 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
         format: format.declaration().name,
         report: read,
     };
-    let report = RunReport { input: Some(input), steps: vec![step], outputs: vec![written] };
+    let whole = RunReport { input: Some(input), steps: vec![step], outputs: vec![written] };
     if args.json.wanted {
-        console::print_json(&report)?;
+        if let Some(input) = &whole.input {
+            report::warn(&input.path, &input.report);
+        }
+        console::print_json(&whole)?;
     } else {
-        console::print(&report::run(&report))?;
+        console::print(&report::run(&whole))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -15,6 +15,16 @@ use crate::args::PlotArgs;
 use crate::console::{self, BOLD, bytes, styled};
 use crate::progress::Progress;
 
+/// What was drawn.
+#[derive(serde::Serialize)]
+struct Plotted<'a> {
+    input: &'a str,
+    format: &'static str,
+    output: &'a str,
+    bytes: u64,
+    report: &'a ReadReport,
+}
+
 pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     if !picture::is_picture(&args.out) {
         return Err(Usage(format!("{}: a picture is .svg or .png", args.out.display())).into());
@@ -22,26 +32,41 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     let look = look(args);
     let mut outputs = Outputs::new();
     let progress = Progress::start();
-    let (scene, read) = open(&args.file, &mut outputs, &progress)?;
+    let Opened { name, format, scene, read } = open(&args.file, &mut outputs, &progress)?;
     let before = args.before.as_ref().map(|file| open(file, &mut outputs, &progress)).transpose()?;
     outputs.claim(&args.out)?;
-    let picture = look.picture(&scene, before.as_ref().map(|(scene, _)| scene), &[]);
+    let picture = look.picture(&scene, before.as_ref().map(|b| &b.scene), &[]);
     outputs.add(&args.out, picture::encode(&args.out, &picture, look.pixels)?, BTreeMap::new())?;
     drop(progress);
     for produced in outputs.commit()? {
-        let head = styled(BOLD, &produced.path);
-        console::print(&format!("wrote {head}, {}\n{}", bytes(produced.bytes), report::read(&read)))?;
+        if args.json.wanted {
+            report::warn(&name, &read);
+            let (output, bytes) = (&produced.path, produced.bytes);
+            console::print_json(&Plotted { input: &name, format, output, bytes, report: &read })?;
+        } else {
+            let head = styled(BOLD, &produced.path);
+            console::print(&format!("wrote {head}, {}\n{}", bytes(produced.bytes), report::read(&read)))?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
 
+/// A file that was read.
+struct Opened {
+    name: String,
+    format: &'static str,
+    scene: Scene,
+    read: ReadReport,
+}
+
 /// Reads a scene and protects its file.
-fn open(file: &Path, outputs: &mut Outputs, progress: &Progress) -> anyhow::Result<(Scene, ReadReport)> {
+fn open(file: &Path, outputs: &mut Outputs, progress: &Progress) -> anyhow::Result<Opened> {
     let input = Input::open(file)?;
     outputs.protect(Source::name(&input));
     let format = input.format(loftsman::registry())?;
     let options = ReadOptions { observer: progress, ..ReadOptions::default() };
-    Ok(format.read(&input, &options)?)
+    let (scene, read) = format.read(&input, &options)?;
+    Ok(Opened { name: Source::name(&input).to_owned(), format: format.declaration().name, scene, read })
 }
 
 /// How the picture is to look.
