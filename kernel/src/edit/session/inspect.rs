@@ -24,12 +24,6 @@ impl<S: Shape> Session<S> {
         functionals.into_iter().find(|f| f.linearity() != Linearity::Linear)
     }
 
-    /// The first inequality asked, as it is called in reports: the [`system`](Self::system) has those only that are active.
-    pub fn inequality(&self) -> Option<String> {
-        let mut constraints = self.bound.iter().map(|b| &b.constraint);
-        constraints.find(|c| c.sense() != Sense::Equal).map(Constraint::label)
-    }
-
     /// All shapes of the problem as they are now.
     pub fn shapes(&self) -> Shapes<'_> {
         view(&self.shapes)
