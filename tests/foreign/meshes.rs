@@ -51,3 +51,46 @@ fn meshlab_measures_a_tessellated_tube() {
         assert_eq!(topology["is_mesh_two_manifold"], true, "{topology:#}");
     }
 }
+
+#[test]
+fn meshlab_finds_closed_surfaces_watertight_and_their_areas_right() {
+    // Closed by coinciding edges, with poles and without: no welding is needed. Areas are OpenCASCADE's.
+    let folder = tempfile::tempdir().unwrap();
+    let golden: serde_json::Value =
+        serde_json::from_str(include_str!("../golden/tessellation.json")).unwrap();
+    let entries: Vec<_> = list(&golden, "surfaces").iter().filter(|s| s.get("points").is_some()).collect();
+    assert_eq!(entries.len(), 4);
+    let files: Vec<_> = entries
+        .iter()
+        .map(|entry| {
+            let name = entry["name"].as_str().unwrap();
+            let degree = |d: usize| entry["degrees"][d].as_u64().unwrap() as usize;
+            let columns = entry["knots"][1].as_array().unwrap().len() - degree(1) - 1;
+            let rows =
+                |field: &str| list(entry, field).chunks(columns).map(<[_]>::to_vec).collect::<Vec<_>>();
+            let direction =
+                |d: usize| json!({ "degree": degree(d), "periodic": false, "knots": entry["knots"][d] });
+            let mut surface = json!({ "u": direction(0), "v": direction(1), "points": rows("points") });
+            if entry.get("weights").is_some() {
+                surface["weights"] = json!(rows("weights"));
+            }
+            let document = document("m", &[json!({ "name": name, "surface": surface })]);
+            save(folder.path(), &format!("{name}.loft.json"), &document);
+            let tolerance = number(entry, "tolerance").to_string();
+            program::succeed(
+                folder.path(),
+                &["convert", &format!("{name}.loft.json"), &format!("{name}.obj"), "--tolerance", &tolerance],
+            );
+            folder.path().join(format!("{name}.obj"))
+        })
+        .collect();
+    let Some(reports) = Oracle::MeshLab.ask(&files, &[]) else { return };
+    for (entry, report) in entries.iter().zip(&reports) {
+        let (name, seen) = (entry["name"].as_str().unwrap(), &list(report, "meshes")[0]);
+        let closed = matches!(name, "sphere" | "torus");
+        assert_eq!(seen["watertight"], closed, "{name}: {seen:#}");
+        // A mesh within t of a surface whose least radius is some hundred t is off by a few parts in a hundred at most.
+        let (area, exact) = (number(seen, "area"), number(entry, "area"));
+        assert!((area / exact - 1.0).abs() < 0.02, "{name}: {area} of {exact}");
+    }
+}
