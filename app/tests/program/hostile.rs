@@ -85,15 +85,15 @@ fn documents_that_contradict_themselves() {
 fn a_file_of_which_nothing_can_be_kept_is_an_error() {
     let bench = Bench::new();
     let points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
-    let surface = "cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 1\nparm v 0 1\nend\n";
-    bench.write("surf.obj", format!("{points}{surface}")).write("out.glb", "precious");
-    bench.write("r.toml", "input = \"surf.obj\"\noutput = \"out.glb\"\n");
-    bench.fails(&["convert", "surf.obj", "out.glb"], 1, &["surf.obj", "nothing", "surf is not read"]);
-    bench.fails(&["run", "r.toml"], 1, &["surf.obj", "nothing", "surf is not read"]);
+    let surface = "bzp 1 2 3 4 1 2 3 4 1 2 3 4 1 2 3 4\n";
+    bench.write("old.obj", format!("{points}{surface}")).write("out.glb", "precious");
+    bench.write("r.toml", "input = \"old.obj\"\noutput = \"out.glb\"\n");
+    bench.fails(&["convert", "old.obj", "out.glb"], 1, &["old.obj", "nothing", "superseded"]);
+    bench.fails(&["run", "r.toml"], 1, &["old.obj", "nothing", "superseded"]);
 
     bench.write("both.obj", format!("{points}f 1 2 4 3\n{surface}"));
     let run = bench.run(&["convert", "both.obj", "out.glb", "--json"]);
     assert_eq!(run.code, Some(0), "{}", run.err);
     assert!(run.err.starts_with("warning: both.obj: left out 1 of"), "{}", run.err);
-    assert!(run.err.contains("surf is not read"), "{}", run.err);
+    assert!(run.err.contains("superseded"), "{}", run.err);
 }

@@ -17,8 +17,37 @@ use crate::topology::{Topology, poles};
 /// How far an estimate of the triangles may be beyond the budget before the work is refused without being begun.
 const BEYOND: f64 = 8.0;
 
+/// How much finer borders are cut, in turn, where a surface folds over at its border: as their own data asks, and then
+/// ever finer, until the cells beside them can be certified.
+const FINER: [f64; 6] = [1.0, 8.0, 64.0, 512.0, 4096.0, 32768.0];
+
 /// The mesh of a surface, and the largest certified distance between the two (a length).
+///
+/// Borders are cut by their own data only, so that surfaces that share one fit. Where a surface folds over right there,
+/// that can be too coarse for the certificate; its borders are then cut finer, and fit those of the same data only if
+/// these had to be cut finer, too.
 pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<(Mesh, f64)> {
+    let mut nearest = f64::INFINITY;
+    for finer in FINER {
+        match attempt(surface, fineness, budget, finer)? {
+            Attempt::Meets(mesh, error) => return Ok((mesh, error)),
+            Attempt::Misses(error) => nearest = nearest.min(error),
+        }
+    }
+    Err(Error::Invalid(format!(
+        "the surface is too singular to be tessellated: {nearest:e} is the nearest that could be certified"
+    )))
+}
+
+/// What came of one way to cut the borders.
+enum Attempt {
+    /// A mesh and its certified error.
+    Meets(Mesh, f64),
+    /// The smallest error that could be certified, more than allowed.
+    Misses(f64),
+}
+
+fn attempt(surface: &Surface, fineness: &Fineness, budget: usize, finer: f64) -> Result<Attempt> {
     let frame = Frame::of(surface.points())?;
     let patches = Patches::new(surface, &frame);
     let mut topology = Topology::new(surface, &patches);
@@ -42,7 +71,7 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     let borders = borders(surface, &topology, &cells);
     let mut edges = vec![Vec::new(); topology.edge_count()];
     for BorderSide { edge, border, .. } in &borders {
-        edges[*edge] = border.fractions(target.chord * frame.size, target.angle);
+        edges[*edge] = border.fractions(target.chord * frame.size / finer, target.angle);
     }
     first_cuts(&topology, &cells, &mut edges);
 
@@ -75,12 +104,10 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     }
     let error = cells.iter().map(Cells::error).fold(0.0, f64::max) * frame.size;
     if error > target.chord * frame.size * (1.0 + 1e-9) {
-        return Err(Error::Invalid(format!(
-            "the surface is too singular to be tessellated: {error:e} is the nearest that could be certified"
-        )));
+        return Ok(Attempt::Misses(error));
     }
     let mesh = assemble(surface, &frame, &patches, &mut topology, &cells, &edges, &borders)?;
-    Ok((mesh, error))
+    Ok(Attempt::Meets(mesh, error))
 }
 
 /// The edges that only one patch has.

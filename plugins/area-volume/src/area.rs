@@ -8,6 +8,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
 
+use crate::NOTHING;
 use crate::members::{OBJECT, OBJECTS};
 use crate::region::{HOLES, NORMAL, Outline, Region, Work};
 
@@ -114,13 +115,13 @@ impl Functional for Area {
 
     fn check_target(&self, present: &[f64], wanted: &[f64]) -> Result<()> {
         let (Some(&present), Some(&wanted)) = (present.first(), wanted.first()) else { return Ok(()) };
-        if wanted * present > 0.0 {
+        if wanted * present > 0.0 && wanted / present > NOTHING {
             return Ok(());
         }
         let what = self.describe();
-        Err(Error::Invalid(if wanted == 0.0 {
+        Err(Error::Invalid(if wanted.abs() <= NOTHING * present.abs() {
             format!(
-                "{what}: nothing is left of it at an area of 0; ask for one like the present {present:.6}"
+                "{what}: nothing is left of it at an area of {wanted:e}; ask for one like the present {present:.6}"
             )
         } else {
             format!(

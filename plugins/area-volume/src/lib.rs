@@ -48,6 +48,9 @@ use loftsman_kernel::functional::{Functional, Shapes};
 use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::spline::{Curve, Surface};
 
+/// The share of the present area or volume below which nothing is left of a shape: its points' rounding is more.
+const NOTHING: f64 = 1e-12;
+
 pub use area::{Area, area};
 pub use centroid::{Centroid, centroid};
 pub use form::AreaForm;

@@ -7,6 +7,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
 
+use crate::NOTHING;
 use crate::members::{Members, OBJECT, OBJECTS};
 use crate::solid::Solid;
 use crate::ties::Closed;
@@ -84,13 +85,13 @@ impl Functional for Volume {
 
     fn check_target(&self, present: &[f64], wanted: &[f64]) -> Result<()> {
         let (Some(&present), Some(&wanted)) = (present.first(), wanted.first()) else { return Ok(()) };
-        if wanted * present > 0.0 {
+        if wanted * present > 0.0 && wanted / present > NOTHING {
             return Ok(());
         }
         let what = self.describe();
-        Err(Error::Invalid(if wanted == 0.0 {
+        Err(Error::Invalid(if wanted.abs() <= NOTHING * present.abs() {
             format!(
-                "{what}: nothing is left of it at a volume of 0; ask for one like the present {present:.6}"
+                "{what}: nothing is left of it at a volume of {wanted:e}; ask for one like the present {present:.6}"
             )
         } else {
             format!(
