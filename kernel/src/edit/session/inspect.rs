@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use super::bound::right_hand_side;
 use super::{Session, view};
-use crate::edit::ask::Constraint;
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, Shapes};
 use crate::plugin::ConstraintReport;
 use crate::shape::Shape;
-use crate::solve::{Sense, System};
+use crate::solve::System;
 
 impl<S: Shape> Session<S> {
     /// The linear equations of what is asked, over the control vertices that it touches and that may move (numbered through
