@@ -30,8 +30,8 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     let mut nearest = f64::INFINITY;
     for finer in FINER {
         match attempt(surface, fineness, budget, finer)? {
-            Attempt::Meets(mesh, error) => return Ok((mesh, error)),
-            Attempt::Misses(error) => nearest = nearest.min(error),
+            (Some(mesh), error) => return Ok((mesh, error)),
+            (None, error) => nearest = nearest.min(error),
         }
     }
     Err(Error::Invalid(format!(
@@ -39,15 +39,8 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     )))
 }
 
-/// What came of one way to cut the borders.
-enum Attempt {
-    /// A mesh and its certified error.
-    Meets(Mesh, f64),
-    /// The smallest error that could be certified, more than allowed.
-    Misses(f64),
-}
-
-fn attempt(surface: &Surface, fineness: &Fineness, budget: usize, finer: f64) -> Result<Attempt> {
+/// The mesh for borders cut so much finer, where its error is within the target, and the largest error certified.
+fn attempt(surface: &Surface, fineness: &Fineness, budget: usize, finer: f64) -> Result<(Option<Mesh>, f64)> {
     let frame = Frame::of(surface.points())?;
     let patches = Patches::new(surface, &frame);
     let mut topology = Topology::new(surface, &patches);
@@ -104,10 +97,10 @@ fn attempt(surface: &Surface, fineness: &Fineness, budget: usize, finer: f64) ->
     }
     let error = cells.iter().map(Cells::error).fold(0.0, f64::max) * frame.size;
     if error > target.chord * frame.size * (1.0 + 1e-9) {
-        return Ok(Attempt::Misses(error));
+        return Ok((None, error));
     }
     let mesh = assemble(surface, &frame, &patches, &mut topology, &cells, &edges, &borders)?;
-    Ok(Attempt::Meets(mesh, error))
+    Ok((Some(mesh), error))
 }
 
 /// The edges that only one patch has.
