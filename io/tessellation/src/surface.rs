@@ -17,19 +17,14 @@ use crate::topology::{Topology, poles};
 /// How far an estimate of the triangles may be beyond the budget before the work is refused without being begun.
 const BEYOND: f64 = 8.0;
 
-/// How much finer borders are cut, in turn, where a surface folds over at its border: as their own data asks, and then
-/// ever finer, until the cells beside them can be certified.
-const FINER: [f64; 6] = [1.0, 8.0, 64.0, 512.0, 4096.0, 32768.0];
-
 /// The mesh of a surface, and the largest certified distance between the two (a length).
 ///
-/// Borders are cut by their own data only, so that surfaces that share one fit. Where a surface folds over right there,
-/// that can be too coarse for the certificate; its borders are then cut finer, and fit those of the same data only if
-/// these had to be cut finer, too.
+/// Borders are cut by their own data only, so that surfaces that share one fit. Where that is too coarse for the cells
+/// beside a border (it folds over there, say), cells cut it as they need: such a surface fits no neighbour.
 pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<(Mesh, f64)> {
     let mut nearest = f64::INFINITY;
-    for finer in FINER {
-        match attempt(surface, fineness, budget, finer)? {
+    for whole_borders in [true, false] {
+        match attempt(surface, fineness, budget, whole_borders)? {
             (Some(mesh), error) => return Ok((mesh, error)),
             (None, error) => nearest = nearest.min(error),
         }
@@ -39,8 +34,14 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     )))
 }
 
-/// The mesh for borders cut so much finer, where its error is within the target, and the largest error certified.
-fn attempt(surface: &Surface, fineness: &Fineness, budget: usize, finer: f64) -> Result<(Option<Mesh>, f64)> {
+/// The mesh, where its error is within the target, and the largest error certified. Borders stay as their own data cuts
+/// them where they are to be whole.
+fn attempt(
+    surface: &Surface,
+    fineness: &Fineness,
+    budget: usize,
+    whole_borders: bool,
+) -> Result<(Option<Mesh>, f64)> {
     let frame = Frame::of(surface.points())?;
     let patches = Patches::new(surface, &frame);
     let mut topology = Topology::new(surface, &patches);
@@ -64,7 +65,7 @@ fn attempt(surface: &Surface, fineness: &Fineness, budget: usize, finer: f64) ->
     let borders = borders(surface, &topology, &cells);
     let mut edges = vec![Vec::new(); topology.edge_count()];
     for BorderSide { edge, border, .. } in &borders {
-        edges[*edge] = border.fractions(target.chord * frame.size / finer, target.angle);
+        edges[*edge] = border.fractions(target.chord * frame.size, target.angle);
     }
     first_cuts(&topology, &cells, &mut edges);
 
@@ -83,7 +84,7 @@ fn attempt(surface: &Surface, fineness: &Fineness, budget: usize, finer: f64) ->
                 for &at in &edges[edge] {
                     cells.tree.cut_side(&patch, side, at);
                 }
-                if first && shared.is_border(edge) && !cells.poles.0[side] {
+                if first && whole_borders && shared.is_border(edge) && !cells.poles.0[side] {
                     cells.tree.fix(side);
                 }
             }
