@@ -2,9 +2,11 @@
 
 use loftsman_kernel::Vector;
 
+use crate::bezier::restrict;
 use crate::fineness::Target;
+use crate::flat::Chord;
 use crate::form::{Form, Ranges};
-use crate::patch::Patch;
+use crate::patch::{Homogeneous, Patch, project};
 use crate::tree::{Cell, Cut, Tree, Vertex};
 
 /// Above this many choices the triangles are not chosen by their certified error, but by their edges' lengths.
@@ -13,6 +15,8 @@ const CHOICES: usize = 64;
 const HOPELESS: f64 = 8.0;
 /// Cells are not cut beyond this part of a patch: a power of two, far above where fractions cease to be exact.
 const SMALLEST: f64 = 1.0 / (1_u64 << 40) as f64;
+/// Into so many strips a cell along an edge is divided, so that the hulls of their control points are narrow.
+const STRIPS: u32 = 8;
 
 /// What a cell comes to.
 pub(crate) enum Verdict {
@@ -59,6 +63,7 @@ pub(crate) struct Judge {
     near: Vec<u32>,
     far: Vec<u32>,
     table: Vec<(f64, bool)>,
+    strip: Vec<Homogeneous>,
     /// The triangles of the last cell that met the target, counterclockwise in parameters.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
@@ -101,12 +106,19 @@ impl Judge {
         let ranges = self.form.across(&crossing(&corners), &corners[0].point);
         let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
         // Whichever way such a cell is triangulated, it is far from the target.
-        if bends.into_iter().fold(0.0, f64::max) > HOPELESS * target.chord && !tiny {
+        let hopeless = bends.into_iter().fold(0.0, f64::max) > HOPELESS * target.chord;
+        let whole = whole_edge(tree, cell, &corners, low, high);
+        let hugging =
+            |judge: &mut Self| whole.and_then(|k| judge.hugging(patch, &corners, k, [low, high], target.chord));
+        if hopeless && !tiny && hugging(self).is_none() {
             return divide(tree, cell, &corners, &ranges, bends);
         }
         self.chains();
         self.choose(&tree.vertices, poles, target);
-        let error = self.certify(&tree.vertices, poles, target);
+        let mut error = self.certify(&tree.vertices, poles, target);
+        if error.is_nan() || error > target.chord {
+            error = hugging(self).unwrap_or(error);
+        }
         if (error.is_nan() || error > target.chord) && !tiny {
             return divide(tree, cell, &corners, &ranges, bends);
         }
@@ -282,6 +294,50 @@ impl Judge {
         worst
     }
 
+    /// How far a cell that is thin along its edge `k` is from that edge's chord, and back, if that is within `limit`: a
+    /// certificate that does not mind how the patch turns there, so that an edge of the surface never has to be cut finer
+    /// than its own data asks.
+    ///
+    /// Every point of the cell is within `R` of the chord (the hulls of control points, strip by strip); so are the
+    /// corners of its triangles, which are such points, and what is between them. Every point of the chord is within
+    /// `r` of the edge itself, whose foot runs over all of the chord. So mesh and patch are within `R + r` of each other.
+    /// As the cell gets thin, `R` tends to `r`, which is less than half the tolerance.
+    fn hugging(
+        &mut self,
+        patch: &Patch,
+        corners: &[Vertex; 4],
+        k: usize,
+        [low, high]: [[f64; 2]; 2],
+        limit: f64,
+    ) -> Option<f64> {
+        let (a, b) = (&corners[k], &corners[(k + 1) % 4]);
+        let chord = Chord { from: a.point, to: b.point, reach: limit, half: 0.0 };
+        let along = usize::from(a.at[0] == b.at[0]);
+        let at_end = a.at[1 - along] > low[1 - along];
+        let (rows, columns) = (patch.rows, patch.columns);
+        let (mut all, mut own) = (0.0_f64, 0.0_f64);
+        for strip in 0..STRIPS {
+            let at = |s: u32| low[along] + (high[along] - low[along]) * f64::from(s) / f64::from(STRIPS);
+            let (mut from, mut to) = (low, high);
+            (from[along], to[along]) = (at(strip), at(strip + 1));
+            self.strip.clone_from(&patch.net);
+            restrict(&mut self.strip, rows, columns, from, to);
+            for (index, h) in self.strip.iter().enumerate() {
+                let distance = chord.distance(&project(h));
+                if distance.is_nan() || distance > limit {
+                    return None;
+                }
+                all = all.max(distance);
+                let (place, count) =
+                    if along == 0 { (index % columns, columns) } else { (index / columns, rows) };
+                if place == if at_end { count - 1 } else { 0 } {
+                    own = own.max(distance);
+                }
+            }
+        }
+        (all + own <= limit).then_some(all + own)
+    }
+
     /// The normal of the triangle beside one that a pole has made an edge.
     fn neighbour(&self, vertices: &[Vertex], index: usize, poles: &Poles) -> Option<Vector> {
         let thin = self.triangles[index];
@@ -331,6 +387,22 @@ fn divide(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], ranges: &Ranges, bend
     let twist = bend[0].max(bend[1]) < 0.25 * diagonal(0, 2).max(diagonal(1, 3));
     let even = if twist { long[0] >= long[1] } else { bend[0] >= bend[1] };
     Verdict::Cut(allowed(tree, cell, if even { Cut::Even } else { Cut::Odd }))
+}
+
+/// The only edge of a cell that must stay whole, where the cell's box is no wider than it.
+fn whole_edge(
+    tree: &Tree,
+    cell: &Cell,
+    corners: &[Vertex; 4],
+    low: [f64; 2],
+    high: [f64; 2],
+) -> Option<usize> {
+    let mut blocked = (0..4).filter(|&k| tree.blocked(cell.edges[k]));
+    let k = blocked.next().filter(|_| blocked.next().is_none())?;
+    let (a, b) = (corners[k].at, corners[(k + 1) % 4].at);
+    let along = usize::from(a[0] == b[0]);
+    let ends = [a[along].min(b[along]), a[along].max(b[along])];
+    (ends == [low[along], high[along]]).then_some(k)
 }
 
 /// The wished cut, or the next best that leaves whole what must stay whole.

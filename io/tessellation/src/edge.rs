@@ -6,8 +6,9 @@ use crate::bezier::restrict;
 use crate::flat::Chord;
 use crate::patch::{Homogeneous, project, xyz};
 
-/// The part of the tolerance that edges may take: cells beside them keep the rest for what bends across.
-const SHARE: f64 = 0.5;
+/// The part of the tolerance that edges may take: cells beside them keep the rest for what bends across. Less than half,
+/// so that a cell that is thin enough along an edge can always be certified (see `Judge::hugging`).
+const SHARE: f64 = 0.45;
 /// Halvings of an edge at most.
 const DEPTH: u32 = 30;
 
@@ -34,7 +35,7 @@ impl Border {
     }
 
     /// The fractions (of the surface's parameter, ascending) at which the edge is cut into chords that are within
-    /// half the tolerance of it and turn by no more than the angle. All are reached by halving.
+    /// not quite half the tolerance of it and turn by no more than the angle. All are reached by halving.
     ///
     /// Nothing but the edge's own control points, the tolerance (a length) and the angle has a say.
     pub(crate) fn fractions(&self, chord: f64, angle: f64) -> Vec<f64> {

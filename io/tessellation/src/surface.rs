@@ -19,29 +19,8 @@ const BEYOND: f64 = 8.0;
 
 /// The mesh of a surface, and the largest certified distance between the two (a length).
 ///
-/// Borders are cut by their own data only, so that surfaces that share one fit. Where that is too coarse for the cells
-/// beside a border (it folds over there, say), cells cut it as they need: such a surface fits no neighbour.
+/// Borders are cut by their own data only, so that surfaces that share one fit.
 pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<(Mesh, f64)> {
-    let mut nearest = f64::INFINITY;
-    for whole_borders in [true, false] {
-        match attempt(surface, fineness, budget, whole_borders)? {
-            (Some(mesh), error) => return Ok((mesh, error)),
-            (None, error) => nearest = nearest.min(error),
-        }
-    }
-    Err(Error::Invalid(format!(
-        "the surface is too singular to be tessellated: {nearest:e} is the nearest that could be certified"
-    )))
-}
-
-/// The mesh, where its error is within the target, and the largest error certified. Borders stay as their own data cuts
-/// them where they are to be whole.
-fn attempt(
-    surface: &Surface,
-    fineness: &Fineness,
-    budget: usize,
-    whole_borders: bool,
-) -> Result<(Option<Mesh>, f64)> {
     let frame = Frame::of(surface.points())?;
     let patches = Patches::new(surface, &frame);
     let mut topology = Topology::new(surface, &patches);
@@ -84,7 +63,7 @@ fn attempt(
                 for &at in &edges[edge] {
                     cells.tree.cut_side(&patch, side, at);
                 }
-                if first && whole_borders && shared.is_border(edge) && !cells.poles.0[side] {
+                if first && shared.is_border(edge) && !cells.poles.0[side] {
                     cells.tree.fix(side);
                 }
             }
@@ -98,10 +77,12 @@ fn attempt(
     }
     let error = cells.iter().map(Cells::error).fold(0.0, f64::max) * frame.size;
     if error > target.chord * frame.size * (1.0 + 1e-9) {
-        return Ok((None, error));
+        return Err(Error::Invalid(format!(
+            "the surface is too singular to be tessellated: {error:e} is the nearest that could be certified"
+        )));
     }
     let mesh = assemble(surface, &frame, &patches, &mut topology, &cells, &edges, &borders)?;
-    Ok((Some(mesh), error))
+    Ok((mesh, error))
 }
 
 /// The edges that only one patch has.
