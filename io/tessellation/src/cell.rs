@@ -108,10 +108,11 @@ impl Judge {
         // Whichever way such a cell is triangulated, it is far from the target.
         let hopeless = bends.into_iter().fold(0.0, f64::max) > HOPELESS * target.chord;
         let whole = whole_edge(tree, cell, &corners, low, high);
-        let hugging =
-            |judge: &mut Self| whole.and_then(|k| judge.hugging(patch, &corners, k, [low, high], target.chord));
+        let hugging = |judge: &mut Self| {
+            whole.and_then(|k| judge.hugging(patch, &corners, k, [low, high], target.chord))
+        };
         if hopeless && !tiny && hugging(self).is_none() {
-            return divide(tree, cell, &corners, &ranges, bends);
+            return self.divide(tree, cell, &corners, &ranges, bends, target);
         }
         self.chains();
         self.choose(&tree.vertices, poles, target);
@@ -120,7 +121,7 @@ impl Judge {
             error = hugging(self).unwrap_or(error);
         }
         if (error.is_nan() || error > target.chord) && !tiny {
-            return divide(tree, cell, &corners, &ranges, bends);
+            return self.divide(tree, cell, &corners, &ranges, bends, target);
         }
         if let Some(cut) = turn(tree, cell, &corners, poles, target).filter(|_| !tiny) {
             return Verdict::Cut(cut);
@@ -294,6 +295,43 @@ impl Judge {
         worst
     }
 
+    /// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across the
+    /// longer ones. Where what bends out of the plane is no reason to cut, what bends within it is, and at last what
+    /// runs unevenly along the edges.
+    fn divide(
+        &self,
+        tree: &Tree,
+        cell: &Cell,
+        corners: &[Vertex; 4],
+        ranges: &Ranges,
+        mut bends: [f64; 4],
+        target: &Target,
+    ) -> Verdict {
+        let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
+        let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
+        let diagonal = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
+        let most = |bends: &[f64; 4]| bends.iter().copied().fold(0.0, f64::max);
+        let diagonal = diagonal(0, 2).max(diagonal(1, 3));
+        let twist = most(&bends) < 0.25 * diagonal;
+        if most(&bends).max(diagonal) <= target.chord {
+            let normal = crossing(corners);
+            for across in [true, false] {
+                for (k, bend) in bends.iter_mut().enumerate() {
+                    let (from, to) = (&corners[k], &corners[(k + 1) % 4]);
+                    let along = (to.point - from.point).try_normalize(0.0).unwrap_or_default();
+                    let direction = if across { normal.cross(&along) } else { along };
+                    *bend = bend.hypot(self.form.across(&direction, &from.point).along(from.at, to.at));
+                }
+                if most(&bends) > target.chord {
+                    break;
+                }
+            }
+        }
+        let bend = [bends[0].max(bends[2]), bends[1].max(bends[3])];
+        let even = if twist || most(&bends) == 0.0 { long[0] >= long[1] } else { bend[0] >= bend[1] };
+        Verdict::Cut(allowed(tree, cell, if even { Cut::Even } else { Cut::Odd }))
+    }
+
     /// How far a cell that is thin along its edge `k` is from that edge's chord, and back, if that is within `limit`: a
     /// certificate that does not mind how the patch turns there, so that an edge of the surface never has to be cut finer
     /// than its own data asks.
@@ -375,18 +413,6 @@ fn turn(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], poles: &Poles, target: 
     let long = [length(0, 1).max(length(2, 3)), length(1, 2).max(length(3, 0))];
     let (along, over) = if wish == Cut::Even { (long[0], long[1]) } else { (long[1], long[0]) };
     (cut == wish || over > 0.25 * along).then_some(cut)
-}
-
-/// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across the
-/// longer ones.
-fn divide(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], ranges: &Ranges, bends: [f64; 4]) -> Verdict {
-    let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
-    let bend = [bends[0].max(bends[2]), bends[1].max(bends[3])];
-    let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
-    let diagonal = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
-    let twist = bend[0].max(bend[1]) < 0.25 * diagonal(0, 2).max(diagonal(1, 3));
-    let even = if twist { long[0] >= long[1] } else { bend[0] >= bend[1] };
-    Verdict::Cut(allowed(tree, cell, if even { Cut::Even } else { Cut::Odd }))
 }
 
 /// The only edge of a cell that must stay whole, where the cell's box is no wider than it.

@@ -68,10 +68,10 @@ fn places(curve: &Curve, fineness: &Fineness, budget: usize) -> Result<Vec<Place
     let pieces = pieces(curve, &frame);
     let samples = pieces.iter().flat_map(|piece| [0.0, 0.25, 0.5, 0.75, 1.0].map(|t| piece.at(t)));
     let target = frame.target(fineness, samples.map(|p| frame.centre + p * frame.size))?;
-    let over = |chords: f64| Err(over_budget(fineness, chords, "segments", budget));
+    let over = |chords: Option<f64>| Err(over_budget(fineness, chords, ("segments", 0.5), budget));
     let estimate: f64 = pieces.iter().map(|piece| piece.estimate(&target)).sum();
     if estimate > BEYOND * budget as f64 {
-        return over(estimate);
+        return over(Some(estimate));
     }
     let mut places = vec![Place::At(curve.domain().0)];
     let mut start = 0;
@@ -82,7 +82,7 @@ fn places(curve: &Curve, fineness: &Fineness, budget: usize) -> Result<Vec<Place
         }
         let run = Run { pieces: &pieces[start..end], target: &target };
         let Some(cuts) = run.cuts(budget.saturating_sub(places.len() - 1)) else {
-            return over(budget as f64);
+            return over(None);
         };
         let (last, jumps) = (pieces[end - 1].at(1.0), open && jumps(&pieces[end - 1], &pieces[end]));
         for (k, &u) in cuts.iter().enumerate() {

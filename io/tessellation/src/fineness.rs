@@ -83,16 +83,32 @@ impl Frame {
     }
 }
 
-/// The error for a tolerance that needs more than the budget of segments or triangles.
-pub(crate) fn over_budget(fineness: &Fineness, needed: f64, what: &str, budget: usize) -> Error {
+/// The error for a tolerance that needs more than the budget of segments or triangles: `needed` of them, where that is
+/// known beforehand; their number goes with the tolerance to the power of minus `power`.
+pub(crate) fn over_budget(
+    fineness: &Fineness,
+    needed: Option<f64>,
+    (what, power): (&str, f64),
+    budget: usize,
+) -> Error {
     let (tolerance, of) = match fineness.chord {
         Chord::Absolute(length) => (length, ""),
         Chord::Relative(fraction) => (fraction, " of the diagonal"),
     };
     let degrees = fineness.angle.to_degrees();
-    Error::Invalid(format!(
-        "a chord tolerance of {tolerance:e}{of} with an angle of {degrees} degrees needs about {needed:.0} {what}, more than {budget}: choose a coarser one"
-    ))
+    let asked = format!("a chord tolerance of {tolerance:e}{of} with an angle of {degrees} degrees needs");
+    Error::Invalid(match needed {
+        Some(needed) => {
+            let enough = tolerance * (needed / budget as f64).powf(1.0 / power);
+            format!(
+                "{asked} about {needed:.0} {what}, more than {budget}: choose a coarser one, {enough:.1e}{of} or more"
+            )
+        }
+        None => format!(
+            "{asked} more than {budget} {what}: choose a coarser tolerance or angle (a tolerance {:.0} times as coarse takes half as many)",
+            2_f64.powf(1.0 / power)
+        ),
+    })
 }
 
 /// The distance between two corners, without overflow in between.

@@ -28,26 +28,30 @@ pub(crate) struct Cells {
     pub(crate) poles: Poles,
 }
 
-/// Counts the triangles of all patches; the work ends where there are more than allowed.
+/// Counts the triangles and the cells of all patches; the work ends where there are more than allowed. (Cells are cut
+/// before there are triangles of them.)
 pub(crate) struct Budget {
-    left: AtomicUsize,
+    triangles: AtomicUsize,
+    cells: AtomicUsize,
 }
 
 impl Budget {
     pub(crate) fn new(triangles: usize) -> Self {
-        Self { left: AtomicUsize::new(triangles) }
+        Self { triangles: AtomicUsize::new(triangles), cells: AtomicUsize::new(triangles) }
     }
 
     /// Takes so many triangles; false where there are none left.
     fn take(&self, triangles: usize) -> bool {
-        self.left
-            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(triangles))
-            .is_ok()
+        take(&self.triangles, triangles)
     }
 
     fn give(&self, triangles: usize) {
-        self.left.fetch_add(triangles, Ordering::Relaxed);
+        self.triangles.fetch_add(triangles, Ordering::Relaxed);
     }
+}
+
+fn take(left: &AtomicUsize, count: usize) -> bool {
+    left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(count)).is_ok()
 }
 
 impl Cells {
@@ -96,6 +100,9 @@ impl Cells {
                             again = true;
                             parts.clear();
                             self.tree.cut(patch, &leaf.cell, how, &mut parts);
+                            if !take(&budget.cells, parts.len() - 1) {
+                                return false;
+                            }
                             open.extend(parts.drain(..).rev().map(|cell| Leaf {
                                 cell,
                                 seen: 0,

@@ -30,12 +30,12 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
     let starts = parallel::map(count, |k| Start::new(&patch(k)));
     let samples = starts.iter().flat_map(|start| start.around).map(|p| frame.centre + p * frame.size);
     let target = frame.target(fineness, samples)?;
-    let budget_of = |triangles: f64| Err(over_budget(fineness, triangles, "triangles", budget));
+    let over = |triangles: Option<f64>| Err(over_budget(fineness, triangles, ("triangles", 1.0), budget));
     // The indices of a mesh are 32 bits wide.
     let limit = budget.min(u32::MAX as usize / 4);
     let estimate: f64 = starts.iter().map(|start| start.estimate(&target)).sum();
     if estimate > BEYOND * limit as f64 {
-        return budget_of(estimate);
+        return over(Some(estimate));
     }
     let mut cells: Vec<Cells> = starts.into_iter().map(|start| start.cells).collect();
     for (k, cells) in cells.iter().enumerate() {
@@ -70,7 +70,7 @@ pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Res
             cells.refine(&patch, &target, judge, &spent)
         });
         if worked.contains(&false) {
-            return budget_of(limit as f64);
+            return over(None);
         }
         first = false;
         merge(&topology, &cells, &mut edges, &mut stale);

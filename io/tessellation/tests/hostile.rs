@@ -1,0 +1,220 @@
+//! Surfaces that attack the tessellator: folds, collapsed edges, repeated knots, weights and sizes far apart.
+
+#![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
+
+mod common;
+
+use common::{deviation, euler, no_sliver_of_nothing};
+use loftsman_kernel::Point;
+use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::plugin::{Chord, Fineness, Tessellator};
+use loftsman_kernel::spline::{Space, Surface};
+use loftsman_tessellation::Adaptive;
+use proptest::prelude::*;
+
+/// A cubic patch by columns along `v`: `net(i, j)`.
+fn cubic(rows: usize, columns: usize, net: impl Fn(f64, f64) -> [f64; 3]) -> Surface {
+    let points =
+        (0..rows * columns).map(|k| net((k / columns) as f64, (k % columns) as f64).into()).collect();
+    let space = |n: usize| Space::clamped_uniform(3, n).unwrap();
+    Surface::new(space(rows), space(columns), points).unwrap()
+}
+
+/// The points on the edge `u = 0`, in the order of `v`.
+fn on_edge(mesh: &Mesh) -> Vec<Point> {
+    let mut found: Vec<(f64, u32)> = mesh
+        .corners()
+        .iter()
+        .enumerate()
+        .map(|(corner, &point)| (*mesh.uvs.at(corner, point).unwrap(), point))
+        .filter(|(uv, _)| uv[0] == 0.0)
+        .map(|(uv, point)| (uv[1], point))
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.dedup();
+    found.into_iter().map(|(_, point)| mesh.points()[point as usize]).collect()
+}
+
+#[test]
+fn a_patch_that_folds_over_at_its_edge_has_its_neighbours_points_there() {
+    let edge = |y: f64| [0.0, y, 0.4 * (1.1 * y).sin()];
+    let calm = cubic(4, 7, |x, y| [-x, y, edge(y)[2]]);
+    for steep in [0.2, 1.0, 5.0] {
+        // The second row swings from one side of the edge to the other: the surface turns over along the edge.
+        let folding = cubic(4, 7, |x, y| {
+            let [_, b, c] = edge(y);
+            [steep * x * (1.7 * y + 0.3 * x).cos(), b, c + 0.2 * x * (2.3 * y).sin()]
+        });
+        for chord in [0.1, 0.01, 1e-3] {
+            let fineness = Fineness { chord: Chord::Absolute(chord), angle: 3.0 };
+            let (mesh, certified) = Adaptive::default().measured_surface(&folding, &fineness).unwrap();
+            let beside = Adaptive::default().surface(&calm, &fineness).unwrap();
+            assert_eq!(on_edge(&mesh), on_edge(&beside), "{steep} {chord}");
+            assert!(on_edge(&mesh).len() > 4 && certified <= chord);
+            let (out, back) = deviation(&folding, &mesh, certified);
+            assert!(out <= certified && back <= certified, "{steep} {chord}: {out} {back} {certified}");
+        }
+    }
+}
+
+#[test]
+fn what_bends_only_within_its_plane_is_cut_where_it_bends() {
+    // One edge is one point; everything is flat. Cut across the other direction for ever, this would not end.
+    let points: Vec<Point> = (0..28)
+        .map(|k| ((k / 7) as f64, (k % 7) as f64))
+        .map(|(x, y)| if y == 0.0 { Point::origin() } else { Point::new(x, y, 0.0) })
+        .collect();
+    let (u, v) = (Space::clamped_uniform(3, 4).unwrap(), Space::clamped_uniform(4, 7).unwrap());
+    let surface = Surface::new(u, v, points).unwrap();
+    let fineness = Fineness { chord: Chord::Relative(1e-3), angle: 3.0 };
+    let (mesh, certified) = Adaptive::default().measured_surface(&surface, &fineness).unwrap();
+    no_sliver_of_nothing(&mesh);
+    assert!(mesh.face_count() < 1000, "{}", mesh.face_count());
+    let (out, back) = deviation(&surface, &mesh, certified);
+    assert!(out <= certified && back <= certified, "{out} {back} {certified}");
+}
+
+#[test]
+fn a_refusal_says_which_tolerance_would_do() {
+    let small = Adaptive { budget: 1000 };
+    let surface = cubic(6, 6, |x, y| [x, y, (x * y).sin()]);
+    let fineness = |chord: f64| Fineness { chord: Chord::Absolute(chord), angle: 3.0 };
+    let message = small.surface(&surface, &fineness(1e-7)).unwrap_err().to_string();
+    let enough: f64 =
+        message.split("coarser one, ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(enough > 1e-6 && small.surface(&surface, &fineness(4.0 * enough)).is_ok(), "{message}");
+    let spent = small.surface(&surface, &fineness(1e-3)).unwrap_err().to_string();
+    assert!(spent.contains("more than 1000 triangles"), "{spent}");
+}
+
+/// A space of a degree: open, closed, or with knots of any multiplicity, some of them close together.
+fn spaces() -> impl Strategy<Value = Space> {
+    let inner = prop::collection::vec((0_usize..4, 1_usize..7), 0..3);
+    (1_usize..6, 0_usize..5, 0_usize..4, inner).prop_map(|(p, kind, more, inner)| match kind {
+        0 => Space::periodic_uniform(p, p + 2 + more).unwrap(),
+        1 => Space::floating_uniform(p, p + 1 + more).unwrap(),
+        2 => Space::clamped_uniform(p, p + 1 + more).unwrap(),
+        _ => {
+            let (mut knots, mut at) = (vec![0.0; p + 1], 0.0);
+            for (gap, times) in inner {
+                at += [1e-6, 0.5, 1.0, 1e3][gap];
+                knots.extend(vec![at; times.min(p + 1)]);
+            }
+            knots.extend(vec![at + 1.0; p + 1]);
+            Space::open(p, knots).unwrap()
+        }
+    })
+}
+
+/// A number between -½ and ½ that looks random: value `k` of a seed.
+fn noise(seed: u32, k: usize) -> f64 {
+    let mut x = (u64::from(seed) << 32) ^ (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    for _ in 0..2 {
+        x = (x ^ (x >> 31)).wrapping_mul(0xd6e8_feb8_6659_fd93);
+    }
+    (x >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+}
+
+/// Makes points of a net one: an edge, two, all that ends at a seam, or any two.
+fn collapse(points: &mut [Point], columns: usize, kind: usize, pick: [usize; 2]) {
+    let last = points.len() - columns;
+    match kind {
+        0 => points[..columns].fill(Point::new(0.0, 0.0, 0.0)),
+        1 => points.iter_mut().step_by(columns).for_each(|p| *p = Point::origin()),
+        2 => (0..points.len()).step_by(columns).for_each(|k| points[k + columns - 1] = points[k]),
+        3 => {
+            points[..columns].fill(Point::origin());
+            points[last..].fill(Point::new(3.0, 3.0, 1.0));
+        }
+        4 => points[pick[0] % last.max(1)] = points[pick[1] % last.max(1)],
+        _ => {}
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_surface_is_met_or_refused(
+        u in spaces(), v in spaces(),
+        seed in any::<u32>(),
+        wild in prop::sample::select(vec![0.0, 1e-6, 0.1, 1.0, 10.0]),
+        size in prop::sample::select(vec![1e-9, 1.0, 1e9]),
+        far in prop::sample::select(vec![0.0, 1e3]),
+        span in prop::sample::select(vec![1.0_f64, 1e3]),
+        rational in any::<bool>(),
+        (kind, pick) in (0_usize..9, [any::<u16>(), any::<u16>()]),
+        chord in prop::sample::select(vec![0.3, 0.03]), angle in prop::sample::select(vec![0.4, 3.0]),
+    ) {
+        let columns = v.len();
+        let count = u.len() * columns;
+        prop_assume!(count <= 900);
+        let noise = |k: usize| noise(seed, k);
+        let mut points: Vec<Point> = (0..count)
+            .map(|k| Point::new(
+                (k / columns) as f64 + wild * noise(4 * k),
+                (k % columns) as f64 + wild * noise(4 * k + 1),
+                wild * noise(4 * k + 2),
+            ))
+            .collect();
+        collapse(&mut points, columns, kind, pick.map(usize::from));
+        points.iter_mut().for_each(|p| p.coords = p.coords.add_scalar(far) * size);
+        let weights = rational.then(|| (0..count).map(|k| span.powf(2.0 * noise(4 * k + 3))).collect());
+        let Ok(surface) = Surface::build(u, v, points, weights) else { return Ok(()) };
+        let fineness = Fineness { chord: Chord::Relative(chord), angle };
+        let tessellator = Adaptive { budget: 60_000 };
+        match tessellator.measured_surface(&surface, &fineness) {
+            Ok((mesh, certified)) => {
+                mesh.check().unwrap();
+                let diagonal = surface.points().iter().fold((surface.points()[0], surface.points()[0]), |(l, h), p| (l.inf(p), h.sup(p)));
+                let tolerance = chord * (diagonal.1 - diagonal.0).norm();
+                prop_assert!(certified <= tolerance * (1.0 + 1e-9), "{certified} {tolerance}");
+                prop_assert_eq!(&mesh, &tessellator.surface(&surface, &fineness).unwrap());
+                if mesh.face_count() < 3000 {
+                    let (out, back) = deviation(&surface, &mesh, certified);
+                    // What rounding does to coordinates far from the origin.
+                    let slack = certified + 1e-12 * (1.0 + far) * size * 30.0;
+                    prop_assert!(out <= slack && back <= slack, "{out} {back} {certified}");
+                }
+            }
+            Err(error) => {
+                let message = error.to_string();
+                let known = ["no area", "coincide", "too singular", "triangles"];
+                prop_assert!(known.iter().any(|part| message.contains(part)), "{}", message);
+            }
+        }
+    }
+
+    #[test]
+    fn closed_surfaces_are_watertight(
+        p in 1_usize..5, q in 1_usize..5,
+        seed in any::<u32>(),
+        wild in 0.0_f64..1.5, poles in any::<bool>(), chord in prop::sample::select(vec![0.2, 0.02]),
+    ) {
+        let (n, m) = (8, 8);
+        let closed = |p: usize| Space::periodic_uniform(p, n).unwrap();
+        let along = if poles { Space::clamped_uniform(q, m).unwrap() } else { closed(q) };
+        let tau = std::f64::consts::TAU / 8.0;
+        let points = (0..n * m)
+            .map(|k| {
+                let (a, j) = ((k / m) as f64 * tau, k % m);
+                let (radius, height) = if poles {
+                    let b = std::f64::consts::PI * j as f64 / 7.0;
+                    (2.0 * b.sin(), -2.0 * b.cos())
+                } else {
+                    (4.0 + (j as f64 * tau).cos(), (j as f64 * tau).sin())
+                };
+                if poles && (j == 0 || j == m - 1) {
+                    return Point::new(0.0, 0.0, height);
+                }
+                let shake = |l: usize| 2.0 * wild * noise(seed, 3 * k + l);
+                Point::new(radius * a.cos() + shake(0), radius * a.sin() + shake(1), height + shake(2))
+            })
+            .collect();
+        let surface = Surface::new(closed(p), along, points).unwrap();
+        let fineness = Fineness { chord: Chord::Absolute(chord), angle: 1.0 };
+        let (mesh, certified) = Adaptive::default().measured_surface(&surface, &fineness).unwrap();
+        prop_assert!(certified <= chord);
+        prop_assert_eq!(euler(&mesh), if poles { 2 } else { 0 });
+    }
+}
