@@ -1,7 +1,9 @@
 //! Everything that is registered passes the kernel's suites; what is new and has no sample here fails.
 
 use loftsman::kernel::Point;
-use loftsman::kernel::conformance::{format_conformance, operation_conformance, sample_scene};
+use loftsman::kernel::conformance::{
+    format_conformance, operation_conformance, sample_scene, solver_conformance,
+};
 use loftsman::kernel::mesh::Polyline;
 use loftsman::kernel::plugin::Parameters;
 use loftsman::kernel::scene::{Geometry, Object, Scene};
@@ -25,6 +27,16 @@ fn every_format() {
             let verdict = format_conformance(format.as_ref(), &scene);
             assert!(verdict.passed(), "{}: {verdict}", format.declaration().name);
         }
+    }
+}
+
+#[test]
+fn every_solver() {
+    let solvers = loftsman::registry().solvers();
+    assert!(solvers.len() >= 6);
+    for solver in solvers {
+        let verdict = solver_conformance(solver.as_ref());
+        assert!(verdict.passed(), "{}: {verdict}", solver.name());
     }
 }
 

@@ -13,6 +13,7 @@
 mod format;
 mod functional;
 mod operation;
+mod program;
 mod solver;
 
 pub use format::{format_conformance, sample_scene};

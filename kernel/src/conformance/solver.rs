@@ -9,7 +9,9 @@ use crate::solve::{SolveError, Solver, SparseRows, Symmetric, System, SystemMetr
 
 /// Checks a solver: the least adjustment to `1e-9` against a dense pseudo-inverse, for every metric, one and three
 /// sides; ranks and dependencies of redundant and zero rows; rows scaled from 1e-9 to 1e9; multipliers. A solver may
-/// refuse systems as too large or ill-conditioned, but not all of them.
+/// refuse systems as too large or ill-conditioned, but not all of them. And its quadratic programs: small ones against all
+/// sets of inequalities that could be active, large ones by the conditions of Karush, Kuhn and Tucker, contradictions named
+/// with no row too many.
 pub fn solver_conformance(solver: &dyn Solver) -> Verdict {
     solver_conformance_counting(solver, None)
 }
@@ -66,6 +68,7 @@ pub fn solver_conformance_counting(solver: &dyn Solver, allocations: Option<&dyn
     rows.push([(0, 1.0), (1, 1.0)]);
     let refused = solver.factor(&System::new(rows, vec![0, 1], 1, bad)).is_err();
     verdict.check(refused, || "a weight of zero is not refused".into());
+    super::program::programs(&mut verdict, solver);
     verdict
 }
 
@@ -180,7 +183,7 @@ fn one(
 }
 
 /// A metric of a kind, and its inverse densely.
-fn metric(kind: usize, m: usize, random: &mut Lcg) -> (SystemMetric, DMatrix<f64>) {
+pub(super) fn metric(kind: usize, m: usize, random: &mut Lcg) -> (SystemMetric, DMatrix<f64>) {
     let band = |random: &mut Lcg| -> Vec<(usize, usize, f64)> {
         (0..m)
             .flat_map(|i| {

@@ -51,6 +51,8 @@ pub enum Outcome {
 const MET: f64 = 1e-12;
 /// A row whose part outside the span of the active ones is shorter than this (of its own length) lies in it.
 const DEPENDENT: f64 = 1e-11;
+/// More rows than this are guessed at first.
+const MANY: usize = 48;
 /// The most numbers that the active rows may have: 400 MB.
 const LIMIT: usize = 50_000_000;
 
@@ -73,6 +75,12 @@ pub(super) fn active_set(program: &Program<'_>) -> Result<Outcome, SolveError> {
         return Err(SolveError::Unsupported(
             "a quadratic program needs a system with one side, and a right-hand side, a sense and a size a row".into(),
         ));
+    }
+    // Many rows: a few good guesses are cheaper than one row at a time, where they arrive.
+    if count > MANY {
+        if let Some(outcome) = program.settle(&[]) {
+            return Ok(outcome);
+        }
     }
     let mut whitened = program.system.whitened()?;
     let rows = whitened.as_ref().map_or(program.system.rows(), |w| &w.rows).clone();

@@ -13,7 +13,8 @@
 //! | [`Automatic`] | picks the first that is fast and safe | |
 //!
 //! Inequalities make a quadratic program ([`Program`]): which of them are active is found first
-//! ([`Solver::program`]), and the least adjustment is then that of the equations and the active ones.
+//! ([`Solver::program`]), and the least adjustment is then that of the equations and the active ones. Many are guessed
+//! and put right together ([`Program::settle`]), few or obstinate ones found one by one.
 
 mod active_set;
 mod adjoint;
@@ -24,6 +25,8 @@ mod lu;
 mod metric;
 mod order;
 mod rank;
+mod saddle;
+mod settle;
 mod sparse;
 mod symmetric;
 mod system;
@@ -55,9 +58,9 @@ pub trait Solver: Send + Sync {
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError>;
 
     /// Finds out which inequalities of a quadratic program hold with equality; the least adjustment is then that of the
-    /// equations and these, which [`factor`](Self::factor) solves. The default is the dual active-set method of
-    /// Goldfarb and Idnani (1983) on an orthonormal basis of the active rows; a solver with another method of its own
-    /// overrides it.
+    /// equations and these, which [`factor`](Self::factor) solves. The default is [`Program::settle`] for more than some
+    /// dozens of rows; where that does not arrive, and for fewer, the dual active-set method of Goldfarb and Idnani (1983) on
+    /// an orthonormal basis of the active rows. A solver with another method of its own overrides it.
     ///
     /// # Errors
     /// When the metric is not positive definite, or there are too many rows to decide.
