@@ -8,6 +8,9 @@ use super::solver::metric;
 use super::{Lcg, Verdict};
 use crate::solve::{Outcome, Program, Sense, Solver, SparseRows, System, SystemMetric};
 
+/// The entries of a row, the side of its right-hand side, and that.
+type Row = (Vec<(usize, f64)>, Sense, f64);
+
 /// A program with its numbers spelled out densely: rows of unit length, every inequality turned to `≥`.
 struct Dense {
     system: System,
@@ -64,7 +67,7 @@ fn small(round: usize, scale: f64, random: &mut Lcg) -> Dense {
     let m = 2 + random.below(7);
     let (metric, inverse) = metric(round / 4 % 4, m, random);
     let count = 2 + random.below(4);
-    let mut rows: Vec<(Vec<(usize, f64)>, Sense, f64)> = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     for k in 0..count {
         let (first, run) = (random.below(m), 1 + random.below(m.min(3)));
         let size = 10_f64.powi(2 * (k as i32 % 3) - 2);
@@ -112,13 +115,7 @@ fn large(round: usize, scale: f64, random: &mut Lcg) -> Dense {
 }
 
 impl Dense {
-    fn new(
-        m: usize,
-        rows: Vec<(Vec<(usize, f64)>, Sense, f64)>,
-        metric: SystemMetric,
-        inverse: DMatrix<f64>,
-        scale: f64,
-    ) -> Self {
+    fn new(m: usize, rows: Vec<Row>, metric: SystemMetric, inverse: DMatrix<f64>, scale: f64) -> Self {
         let mut sparse = SparseRows::new(m);
         let mut dense = DMatrix::zeros(rows.len(), m);
         let (mut rhs, mut senses, mut size, mut wanted) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());

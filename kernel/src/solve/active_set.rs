@@ -77,10 +77,10 @@ pub(super) fn active_set(program: &Program<'_>) -> Result<Outcome, SolveError> {
         ));
     }
     // Many rows: a few good guesses are cheaper than one row at a time, where they arrive.
-    if count > MANY {
-        if let Some(outcome) = program.settle(&[]) {
-            return Ok(outcome);
-        }
+    if count > MANY
+        && let Some(outcome) = program.settle(&[])
+    {
+        return Ok(outcome);
     }
     let mut whitened = program.system.whitened()?;
     let rows = whitened.as_ref().map_or(program.system.rows(), |w| &w.rows).clone();

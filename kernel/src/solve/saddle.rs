@@ -80,7 +80,7 @@ impl<'a> Bordered<'a> {
         nodes.extend(waiting.map(Node::Row));
         let entries = |i: usize, put: &mut dyn FnMut(usize, f64)| match nodes[i] {
             Node::Unknown(u) => {
-                self.metric.row(u).filter(|(j, _)| at[*j] <= i).for_each(|(j, v)| put(at[j], v))
+                self.metric.row(u).filter(|(j, _)| at[*j] <= i).for_each(|(j, v)| put(at[j], v));
             }
             Node::Row(k) => {
                 self.rows.iter_row(kept[k]).filter(|(_, v)| *v != 0.0).for_each(|(j, v)| put(at[j], v));
@@ -119,9 +119,9 @@ impl<'a> Bordered<'a> {
             for (w, reciprocal) in row.iter_mut().zip(&reciprocals[low..]) {
                 let share = *w * *w * reciprocal;
                 if *reciprocal > 0.0 {
-                    length += share
+                    length += share;
                 } else {
-                    taken -= share
+                    taken -= share;
                 }
                 *w *= reciprocal;
             }

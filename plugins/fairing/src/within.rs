@@ -58,7 +58,7 @@ impl Leash<'_> {
         let mut best = x.to_vec();
         let mut best_energy = squares.energy(x).0;
         // An energy this small, compared with the start's, is none.
-        let nothing = 1e-9 * best_energy;
+        let nothing = 1e-13 * best_energy;
         let mut bound = 0.0_f64;
         let mut gradient = vec![Vector::zeros(); x.len()];
         squares.gradient(x, true, &mut gradient);
