@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Measures everything and prints the tables of docs/performance.md; draws docs/performance.svg.
 # On a quiet machine: each bench counts processor time, but caches and memory are shared with whatever else runs.
-# `benches/run.sh evaluation grid` runs only those.
+# `benches/run.sh evaluation grid` runs only those. Peers in Python (peers/NAME.py, with numpy and scipy) run before the bench
+# of that name, and their numbers stand in its tables; PYTHON says which interpreter to ask (python3).
 set -euo pipefail
 cd "$(dirname "$0")"
 echo "$(date -u +%F), load $(cut -d' ' -f1-3 /proc/loadavg), $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -1), $(rustc --version)"
@@ -9,7 +10,17 @@ cargo build -q --release --manifest-path ../Cargo.toml --bin loftsman --locked
 mkdir -p target
 names=("$@")
 [ ${#names[@]} -gt 0 ] || names=(evaluation grid threads tessellation least_adjustment interpolation area_volume conversion)
+results="${CRITERION_HOME:-${CARGO_TARGET_DIR:-target}/criterion}"
 for name in "${names[@]}"; do
+    if [ -f "peers/$name.py" ]; then
+        # Never numbers of an earlier run beside today's.
+        find "$results" -mindepth 2 -maxdepth 2 -name numpy -prune -exec rm -r {} + 2>/dev/null || true
+        if "${PYTHON:-python3}" -c 'import numpy, scipy' 2>/dev/null; then
+            OPENBLAS_NUM_THREADS=1 "${PYTHON:-python3}" "peers/$name.py" "$results"
+        else
+            echo "SKIPPED: peers/$name.py: ${PYTHON:-python3} has no numpy and scipy; set PYTHON to one that has" >&2
+        fi
+    fi
     features=()
     [ "$name" != threads ] || features=(--features parallel)
     # Criterion's own lines stay away; what went wrong does not.

@@ -4,8 +4,8 @@
 //! bicubic. `area event`, `volume event`: a drag of one point by a hundredth of the size with the area (the volume) kept,
 //! `n` control vertices (`n × n`), all axes together, from `Session::to_point`.
 //!
-//! The peer is numpy with the same Gauss rules and inputs: `peers/area_volume.py`, run by hand in the same minutes; its
-//! lines read like the table that this prints.
+//! The peer is numpy with the same Gauss rules, iteration and inputs: `benches/run.sh area_volume` runs `peers/area_volume.py`
+//! first, which leaves its medians among criterion's, and then this, which prints both; without numpy the column is empty.
 
 use criterion::measurement::Measurement;
 use criterion::{BenchmarkId, Criterion};
@@ -139,6 +139,6 @@ fn main() {
         ("W5 volume and gradient", SURFACES, true),
         ("W5 volume event", SURFACES, true),
     ] {
-        summary(group, &["loftsman"], "loftsman", &["loftsman"], &cases(&sizes, square));
+        summary(group, &["loftsman", "numpy"], "loftsman", &["loftsman"], &cases(&sizes, square));
     }
 }

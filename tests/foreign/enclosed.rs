@@ -62,11 +62,12 @@ fn volumes_and_surface_areas_of_meshes_come_to_ours() {
         let faces = |k: usize| number(seen(k), "faces");
         let volumes = |k: usize| number(seen(k), "welded_at_1e-6/volume_signed").abs();
         converges("Blender's volume", inside, &tolerances, faces, volumes);
+        converges("Blender's area", area, &tolerances, faces, |k| number(seen(k), "area"));
     }
 }
 
-/// Each error is about its tolerance's share, and from the coarsest to the finest they fall with the square of the
-/// triangles' size: in proportion to their area, as one over their number.
+/// Each error is about its tolerance's share, and from one tolerance to the next they fall with the square of the triangles'
+/// size (as one over their number): at about half the size, to about a quarter.
 fn converges(
     what: &str,
     exact: f64,
@@ -79,7 +80,21 @@ fn converges(
         // A tube of radius 0.4 that loses t everywhere loses 2t/0.4 of its volume.
         assert!(*error <= 5.0 * tolerance, "{what}: {errors:?}");
     }
-    let last = tolerances.len() - 1;
-    let order = 2.0 * (errors[0] / errors[last]).ln() / (faces(last) / faces(0)).ln();
-    assert!((1.6..2.4).contains(&order), "{what} converges at order {order:.2}: {errors:?}");
+    // Triangles of a tolerance are not all of one size, so that a single step may be off by more than all together.
+    let order =
+        |from: usize, to: usize| 2.0 * (errors[from] / errors[to]).ln() / (faces(to) / faces(from)).ln();
+    for k in 1..errors.len() {
+        assert!(
+            (1.5..2.5).contains(&order(k - 1, k)),
+            "{what} converges at order {:.2}: {errors:?}",
+            order(k - 1, k)
+        );
+        let ratio = errors[k - 1] / errors[k];
+        assert!(
+            (2.5..6.5).contains(&ratio),
+            "{what}: a quarter of the tolerance divides the error by {ratio:.2}"
+        );
+    }
+    let whole = order(0, errors.len() - 1);
+    assert!((1.7..2.3).contains(&whole), "{what} converges at order {whole:.2}: {errors:?}");
 }

@@ -1,11 +1,13 @@
 //! What is promised about cost: an event allocates nothing and does not depend on the size of the curve.
 
 use allocation_counter::measure;
-use loftsman_kernel::Point;
-use loftsman_kernel::edit::{Ask, Edit, Session};
+use loftsman::area_volume::{area, volume};
+use loftsman_kernel::edit::{Ask, Edit, Metric, Session};
 use loftsman_kernel::functional::{curvature, position, tangent};
+use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Solver, Sparse};
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
 
 fn coil(vertices: usize) -> Curve {
     let at = |i: usize| {
@@ -50,6 +52,72 @@ fn an_event_with_coupled_constraints_allocates_nothing() {
         }
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
+}
+
+fn turn(i: usize, n: usize) -> (f64, f64) {
+    (std::f64::consts::TAU * i as f64 / n as f64).sin_cos()
+}
+
+/// A wavy ring, periodic.
+fn ring(n: usize) -> Curve {
+    let at = |i: usize| {
+        let ((sin, cos), (wave, _)) = (turn(i, n), turn(3 * i, n));
+        Point::new(cos, sin, 0.0) * (1.0 + 0.2 * wave)
+    };
+    Curve::new(Space::periodic_uniform(3, n).unwrap(), (0..n).map(at).collect()).unwrap()
+}
+
+/// A torus, periodic both ways.
+fn torus(n: usize) -> Surface {
+    let at = |k: usize| {
+        let ((sa, ca), (sb, cb)) = (turn(k / n, n), turn(k % n, n));
+        Point::new((1.0 + 0.4 * cb) * ca, (1.0 + 0.4 * cb) * sa, 0.4 * sb)
+    };
+    let space = Space::periodic_uniform(3, n).unwrap();
+    Surface::new(space.clone(), space, (0..n * n).map(at).collect()).unwrap()
+}
+
+/// What fifty events allocate after two that have made room, handle at `from`.
+fn allocations<S: Shape>(mut session: Session<S>, from: Point) -> u64 {
+    let to = |i: u32| from + Vector::new(0.01 * f64::from(i % 7), 0.005 * f64::from(i % 3), 0.0);
+    for i in 0..2 {
+        session.to_point(to(3 + i)).unwrap();
+    }
+    let counted = measure(|| {
+        for i in 0..50 {
+            session.to_point(to(i)).unwrap();
+        }
+    });
+    let report = session.commit();
+    assert!(report.report().iterations > 1, "the events were curved ones");
+    counted.count_total
+}
+
+#[test]
+fn an_event_that_keeps_an_area_or_a_volume_allocates_nothing() {
+    let curve = ring(200);
+    let from = curve.point(20.0).unwrap();
+    let edit = Edit::new(&curve).ask(area().keep()).ask(position(120.0).keep()).handle(position(20.0));
+    assert_eq!(allocations(edit.prepare(Automatic).unwrap(), from), 0, "area");
+    let compound =
+        Edit::new(&curve).with(Box::new(ring(30))).ask(area().of([0]).keep()).ask(area().on(1).scale(1.1));
+    assert_eq!(
+        allocations(compound.handle(position(20.0)).prepare(Automatic).unwrap(), from),
+        0,
+        "two areas"
+    );
+    let bent = Edit::new(&curve).ask(area().keep()).metric(Metric::Bend).ask(position(120.0).keep());
+    assert_eq!(allocations(bent.handle(position(20.0)).prepare(Automatic).unwrap(), from), 0, "area, bent");
+    let surface = torus(12);
+    let at = [3.0, 3.0];
+    let from = surface.point(3.0, 3.0).unwrap();
+    let edit = Edit::new(&surface).ask(volume().keep()).handle(position(at));
+    assert_eq!(allocations(edit.prepare(Automatic).unwrap(), from), 0, "volume");
+    // Where the axes alternate, every event measures the linear constraints anew where the shape has come to: each
+    // allocates its row, and the event the list of all.
+    let edit = Edit::new(&surface).ask(volume().keep()).handle(position(at)).alternating();
+    let some = allocations(edit.prepare(Automatic).unwrap(), from);
+    assert!(some <= 50 * 8, "{some} in 50 events");
 }
 
 #[test]

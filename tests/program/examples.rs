@@ -31,6 +31,12 @@ fn every_example_runs_and_writes_the_same_bytes_again() {
             }
             let run = || {
                 let report = program::json(folder.path(), &["run", &recipe.to_string_lossy()]);
+                for step in report["steps"].as_array().unwrap() {
+                    // In document units: the largest numbers here are second derivatives by parameters over [0, 1], some
+                    // thousand times the size of the shapes; their rounding is a thousand times 1e-16.
+                    let residual = step["residual"].as_f64().unwrap_or(0.0);
+                    assert!(residual <= 2e-12, "{}: {step:#}", recipe.display());
+                }
                 let outputs = report["outputs"].as_array().unwrap();
                 assert!(!outputs.is_empty(), "{} writes nothing", recipe.display());
                 let written = |output: &Value| {

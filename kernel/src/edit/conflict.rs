@@ -45,19 +45,21 @@ pub(super) fn explain(
 ) -> SolveError {
     let all = involved(assembly, dependency);
     // Two constraints of one name are told apart by their number.
-    let quoted = |k: &usize| {
+    let told = |k: &usize| {
         let name = constraints[*k].describe();
         let twin = all.iter().any(|other| other != k && constraints[*other].describe() == name);
-        if twin { format!("\"{name}\" (constraints[{k}])") } else { format!("\"{name}\"") }
+        let name = quoted(&name);
+        if twin { format!("{name} (constraints[{k}])") } else { name }
     };
     let own = constraints[assembly.constraint_of(dependency.row)].describe();
     if dependency.combination.is_empty() {
         return SolveError::Conflict(format!(
-            "\"{own}\" cannot be met: no control vertex that may move has any influence there; \
-             unlock one, or widen the locality"
+            "{} cannot be met: no control vertex that may move has any influence there; \
+             unlock one, or widen the locality",
+            quoted(&own)
         ));
     }
-    let names: Vec<String> = all.iter().map(quoted).collect();
+    let names: Vec<String> = all.iter().map(told).collect();
     // Distinct vertices behind the rows: fewer than the equations means that refinement can help.
     let rows = assembly.system.rows();
     let columns: BTreeSet<u32> = dependency
@@ -89,15 +91,21 @@ pub(super) fn explain(
     ))
 }
 
+/// A constraint's name in quotes, unless it has some itself: `"position at 0.25"`, `area of "section"`.
+pub(super) fn quoted(name: &str) -> String {
+    if name.contains('"') { name.to_owned() } else { format!("\"{name}\"") }
+}
+
 /// The error for rows that cannot all hold, some of them inequalities.
 pub(super) fn contradiction(constraints: &[&Constraint], assembly: &Assembly, rows: &[usize]) -> SolveError {
     let all: BTreeSet<usize> = rows.iter().map(|&row| assembly.constraint_of(row)).collect();
-    let quoted = |k: &usize| {
+    let told = |k: &usize| {
         let name = constraints[*k].label();
         let twin = all.iter().any(|other| other != k && constraints[*other].label() == name);
-        if twin { format!("\"{name}\" (constraints[{k}])") } else { format!("\"{name}\"") }
+        let name = quoted(&name);
+        if twin { format!("{name} (constraints[{k}])") } else { name }
     };
-    let names: Vec<String> = all.iter().map(quoted).collect();
+    let names: Vec<String> = all.iter().map(told).collect();
     let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
     SolveError::Conflict(match (&names[..], rows) {
         ([only], [row]) if untouched(row) => format!(

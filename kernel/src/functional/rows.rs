@@ -1,5 +1,9 @@
 //! The rows that a functional contributes: sparse, over all control vertices of a problem.
 
+use std::any::Any;
+
+use smallvec::SmallVec;
+
 use super::shapes::Shapes;
 use crate::Vector;
 use crate::shape::Stencil;
@@ -40,13 +44,31 @@ pub struct Store {
     vertices: Vec<usize>,
     coefficients: Vec<f64>,
     vectors: Vec<Vector>,
+    rooms: Rooms,
+}
+
+/// What functionals work with, one of a type.
+#[derive(Default)]
+struct Rooms(Vec<Box<dyn Any + Send + Sync>>);
+
+impl Clone for Rooms {
+    /// Empty: what is in them says nothing about the rows.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl std::fmt::Debug for Rooms {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} room(s)", self.0.len())
+    }
 }
 
 /// Where a functional puts its rows.
 #[derive(Debug)]
 pub struct Rows<'a> {
     store: &'a mut Store,
-    offsets: Vec<usize>,
+    offsets: SmallVec<[usize; 5]>,
 }
 
 impl Store {
@@ -206,6 +228,21 @@ impl Rows<'_> {
             None => {}
         }
         self
+    }
+
+    /// Room to work in, for a functional that needs some: what was [given back](Self::give_back) last of this type to these
+    /// rows' store, whatever is in it, else a new one. With it, linearizing again allocates nothing.
+    #[must_use]
+    pub fn room<T: Any + Default + Send + Sync>(&mut self) -> Box<T> {
+        let rooms = &mut self.store.rooms.0;
+        let known = rooms.iter().position(|room| room.is::<T>());
+        let known = known.and_then(|at| rooms.swap_remove(at).downcast().ok());
+        known.unwrap_or_default()
+    }
+
+    /// Keeps the room for the next linearization.
+    pub fn give_back<T: Any + Send + Sync>(&mut self, room: Box<T>) {
+        self.store.rooms.0.push(room);
     }
 
     /// The number of blocks so far.

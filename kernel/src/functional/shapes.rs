@@ -1,5 +1,7 @@
 //! The shapes of a problem, with their control vertices numbered through.
 
+use smallvec::SmallVec;
+
 use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::Shape;
@@ -8,15 +10,16 @@ use crate::shape::Shape;
 /// `offset(s) + i`.
 #[derive(Debug, Clone)]
 pub struct Shapes<'a> {
-    shapes: Vec<&'a dyn Shape>,
-    offsets: Vec<usize>,
+    // A few are kept in place, so that looking at them anew at every event allocates nothing.
+    shapes: SmallVec<[&'a dyn Shape; 4]>,
+    offsets: SmallVec<[usize; 5]>,
 }
 
 impl<'a> Shapes<'a> {
     /// These shapes, in this order.
     pub fn new(shapes: impl IntoIterator<Item = &'a dyn Shape>) -> Self {
-        let shapes: Vec<_> = shapes.into_iter().collect();
-        let mut offsets = Vec::with_capacity(shapes.len() + 1);
+        let shapes: SmallVec<[_; 4]> = shapes.into_iter().collect();
+        let mut offsets = SmallVec::with_capacity(shapes.len() + 1);
         let mut total = 0;
         offsets.push(0);
         for shape in &shapes {

@@ -149,7 +149,7 @@ pub enum SolveError {
     Unsupported(String),
     /// A nonlinear problem whose iterations did not arrive.
     #[error(
-        "not solved after {iterations} iterations: the largest constraint error is still {residual:.3e} (in \"{worst}\"); ask for less at once"
+        "not solved after {iterations} iterations: the largest constraint error is still {residual:.3e} (in {worst}); ask for less at once"
     )]
     NotConverged {
         /// Iterations made.

@@ -80,7 +80,7 @@ impl Functional for Area {
     fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
         let bound = self.prepared(shapes)?;
         let plane = &bound.plane;
-        let mut work = Work::default();
+        let mut work = rows.room::<Work>();
         let mut total = 0.0;
         rows.equation();
         for piece in &bound.pieces {
@@ -93,6 +93,7 @@ impl Functional for Area {
         if let Some(value) = value.first_mut() {
             *value = total;
         }
+        rows.give_back(work);
         Ok(())
     }
 

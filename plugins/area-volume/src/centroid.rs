@@ -10,7 +10,7 @@ use crate::members::{OBJECT, OBJECTS, curve, is_surface};
 use crate::plane::Plane;
 use crate::region::{HOLES, NORMAL, Region};
 use crate::rule::Rule;
-use crate::solid::Solid;
+use crate::solid::{Solid, Work};
 
 /// The centroid of the region inside closed curves, or of the solid inside closed surfaces: first moments over area (or
 /// volume). Three equations, a point; nonlinear.
@@ -113,15 +113,16 @@ impl Centroid {
         match self.prepared(shapes)?.as_ref() {
             Bound::Plane { plane, pieces } => planar(shapes, plane, pieces),
             Bound::Solid(solid) => {
-                let measured = solid.measure(shapes)?;
+                let mut work = Work::default();
+                let measured = solid.measure(shapes, &mut work)?;
                 let [volume, moments @ ..] = measured.values;
                 let middle = Vector::from(moments) / volume;
-                let gradients = measured.gradients.into_iter().map(|(shape, gradients)| {
+                let gradients = measured.gradients.iter().map(|(shape, gradients)| {
                     let of = |k: usize| {
                         let both = gradients[k + 1].iter().zip(&gradients[0]);
                         both.map(|(m, v)| (m - v * middle[k]) / volume).collect()
                     };
-                    (shape, std::array::from_fn(of))
+                    (*shape, std::array::from_fn(of))
                 });
                 Ok((solid.origin + middle, gradients.collect()))
             }

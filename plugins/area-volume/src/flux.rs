@@ -67,7 +67,8 @@ impl Flux {
             return Ok(flux);
         }
         let middle = crate::members::middle_of(surface.points());
-        let mut last = flux.integrate(surface.points(), &middle);
+        let (mut work, mut last, mut now) = (Strip::default(), Vec::new(), Vec::new());
+        flux.integrate(surface.points(), &middle, &mut work, &mut last);
         for _ in 0..12 {
             if per[0].max(per[1]) < MOST {
                 per = [per[0] + surface.u().degree() + 1, per[1] + surface.v().degree() + 1];
@@ -75,14 +76,15 @@ impl Flux {
                 parts *= 2;
             }
             let finer = make(per, parts);
-            let now = finer.integrate(surface.points(), &middle);
+            finer.integrate(surface.points(), &middle, &mut work, &mut now);
             let size = |f: &[Vec<Vector>]| f.iter().flatten().fold(0.0_f64, |m, v| m.max(v.amax()));
             let change = now.iter().flatten().zip(last.iter().flatten());
             let settled = change.fold(0.0_f64, |m, (a, b)| m.max((a - b).amax())) <= SETTLED * size(&now);
             if settled {
                 return Ok(flux);
             }
-            (flux, last) = (finer, now);
+            flux = finer;
+            std::mem::swap(&mut last, &mut now);
         }
         Err(Error::Invalid(
             "the surface's weights differ too much for its volume to be told; insert knots where they do"
@@ -90,22 +92,30 @@ impl Flux {
         ))
     }
 
-    /// `F_ij` for each `h`, in the surface's order of vertices; coordinates are taken from `origin`.
-    pub(crate) fn integrate(&self, points: &[Point], origin: &Point) -> Vec<Vec<Vector>> {
-        let kinds = if self.moments { 4 } else { 1 };
-        let mut out = vec![vec![Vector::zeros(); points.len()]; kinds];
+    /// `F_ij` for each `h`, in the surface's order of vertices, into `out`; coordinates are taken from `origin`. Allocates
+    /// nothing where `work` and `out` have been through it before.
+    pub(crate) fn integrate(
+        &self,
+        points: &[Point],
+        origin: &Point,
+        work: &mut Strip,
+        out: &mut Vec<Vec<Vector>>,
+    ) {
+        out.resize_with(if self.moments { 4 } else { 1 }, Vec::new);
+        for out in out.iter_mut() {
+            out.clear();
+            out.resize(points.len(), Vector::zeros());
+        }
         let panels = self.v.0.panels();
         let strip = (STRIP / self.v.0.per).max(1);
-        let mut work = Strip::default();
         for first in (0..panels).step_by(strip) {
-            self.strip(points, origin, first, (first + strip).min(panels), &mut work, &mut out);
+            self.strip(points, origin, first, (first + strip).min(panels), work, out);
         }
         if let Some(weights) = &self.weights {
-            for out in &mut out {
+            for out in out {
                 out.iter_mut().zip(weights).for_each(|(f, w)| *f *= *w);
             }
         }
-        out
     }
 
     fn strip(
@@ -213,8 +223,8 @@ impl Flux {
 }
 
 /// What a strip works with: for each row of vertices, component after component, the numbers at all Gauss points.
-#[derive(Default)]
-struct Strip {
+#[derive(Debug, Default)]
+pub(crate) struct Strip {
     values: Vec<f64>,
     slopes: Vec<f64>,
     back: Vec<f64>,

@@ -148,7 +148,8 @@ impl Region {
 }
 
 fn check_planar(shapes: &Shapes<'_>, members: &[On], plane: &Plane, size: f64, what: &str) -> Result<()> {
-    let (mut low, mut high) = (0.0_f64, 0.0_f64);
+    // The plane's origin, the middle of a box, need not lie in it.
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for on in members {
         for p in shapes.get(on.shape)?.control_vertices() {
             let height = (p - plane.origin).dot(&plane.normal);

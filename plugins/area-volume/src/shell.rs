@@ -4,7 +4,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{On, Shapes};
 use loftsman_kernel::shape::Stencil;
 use loftsman_kernel::spline::space::MAX_ORDER;
-use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::spline::{Conversion, Curve, Space, Surface};
 use loftsman_kernel::{Point, Result};
 
 use crate::contour::TOGETHER;
@@ -31,11 +31,11 @@ struct EdgeCurve {
     stencils: Vec<Stencil>,
 }
 
-/// How an edge lies on another.
+/// Two edges that are one curve, in one space: their vertices in pairs.
 struct Match {
-    distance: f64,
-    /// For each vertex of the first edge, that of the second.
-    vertices: Vec<usize>,
+    first: Vec<Stencil>,
+    second: Vec<Stencil>,
+    /// Whether the second runs the other way.
     reversed: bool,
 }
 
@@ -60,22 +60,33 @@ impl Shell {
                 open.push(k);
             }
         }
-        while let Some(k) = open.pop() {
-            let edge = &edges[k];
-            let found = open.iter().enumerate().find_map(|(at, &other)| {
-                lies_on(&edge.curve, &edges[other].curve).filter(|m| m.distance <= near).map(|m| (at, m))
+        // Edges that are one have one middle (or are closed): in the order of its x, partners are near one another.
+        let middles: Vec<Option<Point>> = edges.iter().map(|edge| middle(&edge.curve, near)).collect();
+        let place = |k: usize| middles[k].map_or(f64::NEG_INFINITY, |m| m.x);
+        open.sort_by(|&a, &b| place(a).total_cmp(&place(b)));
+        let mut alone = vec![true; open.len()];
+        for at in 0..open.len() {
+            if !std::mem::take(&mut alone[at]) {
+                continue;
+            }
+            let (k, edge) = (open[at], &edges[open[at]]);
+            let candidates = (at + 1..open.len()).take_while(|&j| place(open[j]) <= place(k) + near);
+            let found = candidates.filter(|&j| alone[j]).find_map(|j| {
+                let apart = match (middles[k], middles[open[j]]) {
+                    (Some(a), Some(b)) => (b - a).norm() > near,
+                    (a, b) => a.is_some() != b.is_some(),
+                };
+                let found = if apart { None } else { lies_on(edge, &edges[open[j]], near) };
+                found.map(|m| (j, m))
             });
-            let Some((at, found)) = found else {
+            let Some((j, found)) = found else {
                 return Err(unmatched(&edges, k, members, near, what));
             };
-            let other = &edges[open.remove(at)];
+            alone[j] = false;
+            let other = &edges[open[j]];
             let (a, b) = (members[edge.member].shape, members[other.member].shape);
-            for (i, &j) in found.vertices.iter().enumerate() {
-                ties.push(Tie {
-                    first: (a, edge.stencils[i].clone()),
-                    second: (b, other.stencils[j].clone()),
-                });
-            }
+            let pairs = found.first.into_iter().zip(found.second);
+            ties.extend(pairs.map(|(first, second)| Tie { first: (a, first), second: (b, second) }));
             // Around a patch its edges run v0, u1, -v1, -u0; two patches turned alike run along a common edge in
             // opposite directions.
             let forward = |side: usize| side == 1 || side == 2;
@@ -89,7 +100,7 @@ impl Shell {
     pub(crate) fn gap(shapes: &Shapes<'_>, members: &[On]) -> Result<f64> {
         let edges = edges(shapes, members, "gap")?;
         let gap = |k: usize| {
-            nearest(&edges, k).map_or(f64::INFINITY, |(d, _)| d).min(spread(edges[k].curve.points()))
+            nearest(&edges, k).map_or(f64::INFINITY, |n| n.distance).min(spread(edges[k].curve.points()))
         };
         Ok((0..edges.len()).map(gap).fold(0.0, f64::max))
     }
@@ -189,25 +200,107 @@ fn spread(points: &[Point]) -> f64 {
     (high - low).norm()
 }
 
-/// Whether two curves have the same space and weights, so that they are one where their vertices are; and how far these are
-/// apart, run the way in which they are nearer. `None` where they differ.
-fn lies_on(first: &Curve, second: &Curve) -> Option<Match> {
-    let n = second.points().len();
-    // The other way round, each vertex numbered by where it came from.
-    let numbers: Vec<Point> = (0..n).map(|i| Point::new(i as f64, 0.0, 0.0)).collect();
-    let numbered = Curve::new(second.space().clone(), numbers).ok()?.reverse().ok()?;
-    let backwards: Vec<usize> = numbered.points().iter().map(|p| p.x.round() as usize).collect();
-    let both =
-        [(second.space().clone(), (0..n).collect(), false), (numbered.space().clone(), backwards, true)];
-    let fitting = both.into_iter().filter_map(|(space, vertices, reversed)| {
-        if !same(first.space(), &space) || !proportional(first, second, &vertices) {
-            return None;
+/// The point in the middle of a curve's parameters, wherever they run from; none of a closed curve, which may start anywhere.
+fn middle(curve: &Curve, near: f64) -> Option<Point> {
+    let (a, b) = curve.domain();
+    let (start, end) = (curve.point(a).ok()?, curve.point(b).ok()?);
+    if curve.is_periodic() || (end - start).norm() <= near {
+        None
+    } else {
+        curve.point(0.5 * a + 0.5 * b).ok()
+    }
+}
+
+impl EdgeCurve {
+    /// The edge in another space: of a rational one, `c_i W_i / Σ c_i W_i` of each stencil.
+    fn converted(&self, conversion: &Conversion) -> Result<Self> {
+        let weight = |i: usize| self.curve.weights().map_or(1.0, |w| w[i]);
+        let row = |k: usize| -> Stencil {
+            let total: f64 = conversion.row(k).map(|(i, c)| c * weight(i)).sum();
+            let terms = conversion.row(k).filter(|(_, c)| *c != 0.0);
+            let terms = terms.map(|(i, c)| (i, c * weight(i) / total));
+            terms.flat_map(|(i, share)| self.stencils[i].iter().map(move |(v, c)| (v, share * c))).collect()
+        };
+        Ok(Self {
+            curve: self.curve.convert(conversion)?,
+            stencils: (0..conversion.to().len()).map(row).collect(),
+            ..*self
+        })
+    }
+
+    fn through(&self, steps: &[Conversion]) -> Result<Self> {
+        let mut edge = Self { curve: self.curve.clone(), stencils: self.stencils.clone(), ..*self };
+        for step in steps {
+            edge = edge.converted(step)?;
         }
-        let apart = |(p, &j): (&Point, &usize)| (p - second.points()[j]).norm();
-        let distance = first.points().iter().zip(&vertices).map(apart).fold(0.0, f64::max);
-        Some(Match { distance, vertices, reversed })
-    });
-    fitting.reduce(|a, b| if b.distance < a.distance { b } else { a })
+        Ok(edge)
+    }
+}
+
+/// Whether two edges are one curve, run either way with parameters that differ by scale and shift, and closed ones from
+/// anywhere: in the space that holds both, their weights are proportional and their vertices the same to `near`. The ties of
+/// these vertices keep them one, however the edges' own knots and degrees differ.
+fn lies_on(first: &EdgeCurve, second: &EdgeCurve, near: f64) -> Option<Match> {
+    if first.curve.is_periodic() && !second.curve.is_periodic() {
+        let Match { first, second, reversed } = lies_on(second, first, near)?;
+        return Some(Match { first: second, second: first, reversed });
+    }
+    let reversed = second.converted(&second.curve.space().reversing().ok()?).ok()?;
+    let mut candidates = vec![(second, false), (&reversed, true)];
+    // A periodic curve starts where the other one does.
+    let mut turned = Vec::new();
+    for &(edge, reversed) in &candidates {
+        if edge.curve.is_periodic()
+            && let Some(turned_edge) = starting(edge, first.curve.point(first.curve.domain().0).ok()?)
+        {
+            turned.push((turned_edge, reversed));
+        }
+    }
+    candidates.extend(turned.iter().map(|(edge, reversed)| (edge, *reversed)));
+    candidates.into_iter().find_map(|(second, reversed)| {
+        let (first, second) = if same(first.curve.space(), second.curve.space()) {
+            (first.through(&[]).ok()?, second.through(&[]).ok()?)
+        } else {
+            let second = snapped(second, first.curve.space())?;
+            let common = first.curve.space().common(second.curve.space()).ok()?;
+            (first.through(&common.first).ok()?, second.through(&common.second).ok()?)
+        };
+        let pairs = first.curve.points().iter().zip(second.curve.points());
+        let together = pairs.into_iter().all(|(a, b)| (a - b).norm() <= near);
+        (together && proportional(&first.curve, &second.curve)).then_some(Match {
+            first: first.stencils,
+            second: second.stencils,
+            reversed,
+        })
+    })
+}
+
+/// The edge over another space's domain, its knots on those of that space where they are nearly there: else the spans between
+/// them, made of nothing but rounding, would ask for ties that say nearly the same.
+fn snapped(edge: &EdgeCurve, to: &Space) -> Option<EdgeCurve> {
+    let (a, b) = to.domain();
+    let moved = edge.converted(&edge.curve.space().reparametrising(a, b).ok()?).ok()?;
+    let (targets, slack) = (to.breakpoints(), TOGETHER * (b - a));
+    let nearest = |&k: &f64| {
+        let at = targets.partition_point(|&t| t < k - slack);
+        targets.get(at).filter(|&&t| t <= k + slack).copied().unwrap_or(k)
+    };
+    let space = moved.curve.space();
+    let knots: Vec<f64> = space.knots().iter().map(nearest).collect();
+    let p = space.degree();
+    let space = if space.is_periodic() { Space::periodic(p, knots) } else { Space::open(p, knots) }.ok()?;
+    let (_, points, weights) = moved.curve.into_parts();
+    Some(EdgeCurve { curve: Curve::build(space, points, weights).ok()?, ..moved })
+}
+
+/// A periodic edge opened where it is nearest to a point.
+fn starting(edge: &EdgeCurve, point: Point) -> Option<EdgeCurve> {
+    let space = edge.curve.space();
+    let found = edge.curve.closest(point).ok()?.at;
+    // Where that is a knot but for rounding, it is the knot.
+    let slack = TOGETHER * space.length();
+    let start = space.breakpoints().into_iter().find(|k| (k - found).abs() <= slack).unwrap_or(found);
+    edge.converted(&space.restricting(start, start + space.length()).ok()?).ok()
 }
 
 /// Whether two spaces are the same but for where their domains lie.
@@ -219,46 +312,79 @@ fn same(a: &Space, b: &Space) -> bool {
         && a.flat().iter().zip(b.flat()).all(|(x, y)| (relative(a, *x) - relative(b, *y)).abs() <= TOGETHER)
 }
 
-fn proportional(a: &Curve, b: &Curve, vertices: &[usize]) -> bool {
+fn proportional(a: &Curve, b: &Curve) -> bool {
     let weight = |curve: &Curve, i: usize| curve.weights().map_or(1.0, |w| w[i]);
-    let factor = weight(a, 0) / weight(b, vertices[0]);
-    (0..vertices.len()).all(|i| {
-        let (x, y) = (weight(a, i), factor * weight(b, vertices[i]));
+    let factor = weight(a, 0) / weight(b, 0);
+    (0..a.points().len()).all(|i| {
+        let (x, y) = (weight(a, i), factor * weight(b, i));
         (x - y).abs() <= TOGETHER * x
     })
 }
 
-/// The other edge that an edge is nearest to, and the largest distance of the edge from it (sampled).
-fn nearest(edges: &[EdgeCurve], k: usize) -> Option<(f64, usize)> {
-    const SAMPLES: usize = 16;
-    let own = &edges[k].curve;
-    let (a, b) = own.domain();
-    let points: Vec<Point> =
-        (0..=SAMPLES).filter_map(|i| own.point(a + (b - a) * i as f64 / SAMPLES as f64).ok()).collect();
-    let others = (0..edges.len()).filter(|&other| other != k);
-    let measured = others.map(|other| {
-        let apart = |p: &Point| edges[other].curve.closest(*p).map_or(f64::INFINITY, |c| c.distance);
-        (points.iter().map(apart).fold(0.0, f64::max), other)
-    });
-    measured.reduce(|a, b| if b.0 < a.0 { b } else { a })
+/// The other edge that an edge is nearest to, the largest distance of the edge from it, and its largest distance from
+/// whatever is next to it there (sampled).
+struct Neighbour {
+    edge: usize,
+    distance: f64,
+    in_parts: f64,
+}
+
+/// Points evenly along a curve's parameters.
+fn samples(curve: &Curve) -> Vec<Point> {
+    const COUNT: usize = 16;
+    let (a, b) = curve.domain();
+    (0..=COUNT).filter_map(|i| curve.point(a + (b - a) * i as f64 / COUNT as f64).ok()).collect()
+}
+
+fn apart(curve: &Curve, point: Point) -> f64 {
+    curve.closest(point).map_or(f64::INFINITY, |c| c.distance)
+}
+
+fn nearest(edges: &[EdgeCurve], k: usize) -> Option<Neighbour> {
+    let points = samples(&edges[k].curve);
+    let mut least = vec![f64::INFINITY; points.len()];
+    let mut best: Option<(f64, usize)> = None;
+    for other in (0..edges.len()).filter(|&other| other != k) {
+        let mut largest = 0.0_f64;
+        for (p, least) in points.iter().zip(&mut least) {
+            let apart = apart(&edges[other].curve, *p);
+            (largest, *least) = (largest.max(apart), least.min(apart));
+        }
+        if best.is_none_or(|(distance, _)| largest < distance) {
+            best = Some((largest, other));
+        }
+    }
+    let in_parts = least.into_iter().fold(0.0, f64::max);
+    best.map(|(distance, edge)| Neighbour { edge, distance, in_parts })
 }
 
 fn unmatched(edges: &[EdgeCurve], k: usize, members: &[On], near: f64, what: &str) -> Error {
     let label = |edge: &EdgeCurve| format!("{} of {}", NAMES[edge.side], name_of(&members[edge.member]));
-    let edge = &edges[k];
-    Error::Invalid(match nearest(edges, k) {
-        Some((distance, other)) if distance <= near => format!(
-            "{what}: the edges {} and {} meet, but have other knots or weights, so that they would part; refine or elevate \
-             one so that they match",
-            label(edge),
-            label(&edges[other])
-        ),
-        Some((distance, other)) => format!(
-            "{what}: the boundary is open: the edge {} is {distance:.3e} away from the nearest other one, {}; close it, or \
-             name all of its patches in \"objects\"",
-            label(edge),
-            label(&edges[other])
-        ),
-        None => format!("{what}: the boundary is open at the edge {}; close it", label(edge)),
+    let edge = label(&edges[k]);
+    let Some(Neighbour { edge: other, distance, in_parts }) = nearest(edges, k) else {
+        return Error::Invalid(format!("{what}: the boundary is open at the edge {edge}; close it"));
+    };
+    let goes_on = samples(&edges[other].curve).into_iter().any(|p| apart(&edges[k].curve, p) > near);
+    let other = label(&edges[other]);
+    Error::Invalid(if distance <= near && goes_on {
+        format!(
+            "{what}: the edge {edge} meets only a part of {other}; split the patch of the latter where the former ends, so \
+             that every edge meets one other all along"
+        )
+    } else if distance <= near {
+        format!(
+            "{what}: the edges {edge} and {other} meet, but run through the same points with different parameters (more than \
+             scaled or reversed) or weights, so that they would part; make one from the other's curve, or rebuild the patch"
+        )
+    } else if in_parts <= near {
+        format!(
+            "{what}: the edge {edge} meets several edges, {other} among them; split its patch where they end, so that \
+             every edge meets one other all along"
+        )
+    } else {
+        format!(
+            "{what}: the boundary is open: the edge {edge} is {distance:.3e} away from the nearest other one, {other}; close \
+             it, or name all of its patches in \"objects\""
+        )
     })
 }

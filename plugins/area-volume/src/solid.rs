@@ -6,7 +6,7 @@ use loftsman_kernel::shape::{Derivative, Location, Shape, Stencil};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Result, Vector};
 
-use crate::flux::Flux;
+use crate::flux::{Flux, Strip};
 use crate::members::{extent, surface};
 use crate::rule::Rule;
 use crate::shell::Shell;
@@ -46,6 +46,13 @@ pub(crate) struct Measured {
     pub(crate) gradients: Vec<(usize, Vec<Vec<Vector>>)>,
 }
 
+/// What measuring works with, and what it found.
+#[derive(Debug, Default)]
+pub(crate) struct Work {
+    strip: Strip,
+    measured: Measured,
+}
+
 /// Below this, of the sizes of its parts, a volume is zero.
 const NONE: f64 = 1e-10;
 
@@ -62,7 +69,8 @@ impl Solid {
             patches.push(Patch { shape: on.shape, sign, flux: Flux::new(own, moments)?, rim });
         }
         let solid = Self { origin, patches };
-        let measured = solid.measure(shapes)?;
+        let mut work = Work::default();
+        let measured = solid.measure(shapes, &mut work)?;
         let volume = measured.values[0].abs();
         if volume.is_nan() || volume <= NONE * measured.size {
             return Err(Error::Invalid(format!(
@@ -72,11 +80,15 @@ impl Solid {
         Ok(solid)
     }
 
-    pub(crate) fn measure(&self, shapes: &Shapes<'_>) -> Result<Measured> {
-        let mut measured = Measured::default();
-        for patch in &self.patches {
+    /// Measures the shapes as they are now. Allocates nothing where `work` has measured them before.
+    pub(crate) fn measure<'w>(&self, shapes: &Shapes<'_>, work: &'w mut Work) -> Result<&'w Measured> {
+        let Work { strip, measured } = work;
+        (measured.values, measured.size) = ([0.0; 4], 0.0);
+        measured.gradients.resize_with(self.patches.len(), Default::default);
+        for (patch, (shape, gradients)) in self.patches.iter().zip(&mut measured.gradients) {
+            *shape = patch.shape;
             let points = shapes.get(patch.shape)?.control_vertices();
-            let mut gradients = patch.flux.integrate(points, &self.origin);
+            patch.flux.integrate(points, &self.origin, strip, gradients);
             for (kind, gradient) in gradients.iter_mut().enumerate() {
                 // Homogeneous of degree 3 and 4: Euler's theorem gives the value from the gradient.
                 let share = patch.sign / if kind == 0 { 3.0 } else { 4.0 };
@@ -103,7 +115,6 @@ impl Solid {
                     }
                 }
             }
-            measured.gradients.push((patch.shape, gradients));
         }
         Ok(measured)
     }

@@ -33,7 +33,9 @@ impl Tie {
 ///
 /// It goes along with [`Area`](crate::Area), [`Volume`](crate::Volume) and [`Centroid`](crate::Centroid) by itself. Which
 /// points belong together is found when an edit starts: ends and edges within 1e-9 of the size of the whole; [`gap`] says
-/// by how much a boundary is open.
+/// by how much a boundary is open. Edges may differ in degree, knots, direction, where their parameters run from and to and,
+/// if periodic, where they start: compared, and tied, in the space that holds both, `n + m` rows for `n` and `m` knots (what
+/// these say twice is found redundant). An edge meets one other all along; one that several share must be split.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Closed {
     members: Members,

@@ -9,14 +9,14 @@ use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
 
 use crate::NOTHING;
 use crate::members::{Members, OBJECT, OBJECTS};
-use crate::solid::Solid;
+use crate::solid::{Solid, Work};
 use crate::ties::Closed;
 
 /// The volume inside closed surfaces, `⅓ ∫∫ S·(S_u × S_v) du dv`: trilinear in the three coordinates. One equation, with
 /// gradient `∫∫ R_ij (S_u × S_v)`, by sum-factorised quadrature that is exact for polynomial surfaces.
 ///
 /// *Which surfaces*: periodic ones, ones whose edges coincide or shrink to poles, and closed sets of patches that meet edge
-/// to edge. What meets is kept together ([`Closed`]) while it is edited.
+/// to edge, whatever the degrees and knots of the edges. What meets is kept together ([`Closed`]) while it is edited.
 ///
 /// *Its sign*: positive where `S_u × S_v` (of the first patch) points outwards.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +61,9 @@ impl Functional for Volume {
     }
 
     fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
-        let measured = self.prepared(shapes)?.measure(shapes)?;
+        let solid = self.prepared(shapes)?;
+        let mut work = rows.room::<Work>();
+        let measured = solid.measure(shapes, &mut work)?;
         rows.equation();
         for (shape, gradients) in &measured.gradients {
             rows.terms(*shape, 0, gradients[0].iter().copied());
@@ -69,6 +71,7 @@ impl Functional for Volume {
         if let Some(value) = value.first_mut() {
             *value = measured.values[0];
         }
+        rows.give_back(work);
         Ok(())
     }
 
@@ -78,7 +81,7 @@ impl Functional for Volume {
 
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
         if let Some(out) = out.first_mut() {
-            *out = self.prepared(shapes)?.measure(shapes)?.values[0];
+            *out = self.prepared(shapes)?.measure(shapes, &mut Work::default())?.values[0];
         }
         Ok(())
     }

@@ -154,5 +154,11 @@ fn run<S: Shape + Clone>(
     for index in 0..count {
         shapes.push(edited.shape_at(index)?.boxed());
     }
+    // The last frame is what stays.
+    for (frames, shape) in frames.iter_mut().zip(&shapes) {
+        if let Some(last) = frames.last_mut() {
+            *last = shape.control_vertices().to_vec();
+        }
+    }
     Ok(Dragged { shapes, frames, report })
 }

@@ -30,12 +30,16 @@ pub(super) struct Border {
     numbers: Vec<f64>,
     raised: Vec<f64>,
     work: Vec<f64>,
+    /// `F q` of a projected gradient, which should vanish.
+    missed: Vec<f64>,
     /// Linearized where the shapes were when prepared, and where they are now.
     pub(super) base: Linearization,
     pub(super) here: Linearization,
     /// The adjustment that meets the linear constraints, and the last one that met all.
     pub(super) linear: Vec<f64>,
     pub(super) before: Vec<f64>,
+    /// Whether an event has succeeded since it was prepared.
+    pub(super) moved: bool,
     /// The adjustment that is tried next.
     pub(super) next: Vec<f64>,
     /// The size of the coordinates that the shapes started with, as a length over all of them.
@@ -125,10 +129,12 @@ impl Border {
             numbers: vec![0.0; most],
             raised: vec![0.0; width],
             work: vec![0.0; width],
+            missed: vec![0.0; system.rows().len() * system.sides()],
             base: room.clone(),
             here: room,
             linear: vec![0.0; width],
             before: vec![0.0; width],
+            moved: false,
             next: vec![0.0; width],
             reach,
             multipliers: vec![0.0; m],
@@ -222,6 +228,13 @@ impl Border {
                 for (p, r) in projected.iter_mut().zip(raised) {
                     *p = r - *p;
                 }
+                // A metric's condition (that of bending grows with the fourth power of the vertices' number) leaves the
+                // linear constraints disturbed by more than rounding; taken out once more, they are not.
+                if !matches!(self.inverse, InverseMetric::Same) {
+                    linear.multiply(projected, self.sides, &mut self.missed);
+                    factored.solve_into(&self.missed, &mut self.work);
+                    projected.iter_mut().zip(&self.work).for_each(|(p, w)| *p -= w);
+                }
             }
             own[i] = dot(gradient, raised);
             if !(own[i].is_finite() && here.value[i].is_finite()) {
@@ -255,19 +268,19 @@ impl Border {
         }
     }
 
-    /// What is missing of the targets: the largest error relative to the numbers wanted, and its row.
+    /// What row `row` misses of its target, relative to the numbers wanted.
+    pub(super) fn error_of(&self, bound: &[Bound], row: usize) -> f64 {
+        let (k, e) = self.rows[row];
+        let (wanted, value) = (bound[k].target[e], self.here.value[row]);
+        let error = (wanted - value).abs();
+        // A value and a target of zero agree; otherwise what counts is the larger of the two.
+        if error == 0.0 { 0.0 } else { error / wanted.abs().max(value.abs()) }
+    }
+
+    /// The largest of these errors, and its row.
     pub(super) fn error(&self, bound: &[Bound]) -> (f64, usize) {
-        let mut worst = (0.0, 0);
-        for (i, &(k, e)) in self.rows.iter().enumerate() {
-            let (wanted, value) = (bound[k].target[e], self.here.value[i]);
-            let error = (wanted - value).abs();
-            // A value and a target of zero agree; otherwise what counts is the larger of the two.
-            let relative = if error == 0.0 { 0.0 } else { error / wanted.abs().max(value.abs()) };
-            if relative > worst.0 {
-                worst = (relative, i);
-            }
-        }
-        worst
+        let each = (0..self.rows.len()).map(|row| (self.error_of(bound, row), row));
+        each.fold((0.0, 0), |worst, own| if own.0 > worst.0 { own } else { worst })
     }
 
     /// Whether row `i` misses its target by no more than its terms' rounding errors.

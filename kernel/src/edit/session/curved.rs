@@ -2,9 +2,10 @@
 //! least adjustment with all axes together, or one axis an event (paper 2).
 
 use super::bound::right_hand_side;
+use super::prepared::Prepared;
 use super::{Session, view};
 use crate::edit::EditError;
-use crate::edit::conflict::agrees;
+use crate::edit::conflict::{agrees, quoted};
 use crate::error::Error;
 use crate::shape::Shape;
 use crate::solve::{Dependency, SolveError};
@@ -13,9 +14,11 @@ use crate::solve::{Dependency, SolveError};
 const ITERATIONS: usize = 200;
 /// A constraint is met at this error, relative to the value wanted.
 const MET: f64 = 2e-13;
-/// The adjustment is the least one where it changes by less than this share of itself: its length, which is flat at the
-/// least one, is least to the square of it.
+/// After an event the adjustment changes by less than this share of itself: its length, which is flat at the least one, is
+/// least to the square of it.
 const STILL: f64 = 1e-6;
+/// The same when the session ends.
+const SETTLED: f64 = 1e-11;
 /// A share of the tangential way below which shortening it further does not help.
 const SHORTEST: f64 = 1.0 / 64.0;
 
@@ -48,17 +51,55 @@ impl<S: Shape> Session<S> {
         border.linear.copy_from_slice(&self.prepared.d);
         border.step_from_base(&self.bound, &mut self.prepared.d);
         self.check_finite()?;
+        self.descend(STILL)?;
+        if let Some(border) = &mut self.prepared.border {
+            border.moved = true;
+        }
+        Ok(())
+    }
+
+    /// Brings the last event's adjustment nearer to the least one than an event does, for good. Where that fails, the shapes
+    /// stay as the event left them: all constraints hold there.
+    pub(super) fn settle(&mut self) {
+        let Some(border) = self.prepared.border.as_mut().filter(|border| border.moved) else { return };
+        if self.alternating.is_some() {
+            return;
+        }
+        border.before.copy_from_slice(&self.prepared.d);
+        let iterations = self.prepared.iterations;
+        let mut result = self.solve_linear();
+        if let Some(border) = &mut self.prepared.border {
+            border.linear.copy_from_slice(&self.prepared.d);
+            self.prepared.d.copy_from_slice(&border.before);
+        }
+        result = result.and_then(|()| self.descend(SETTLED));
+        if result.is_ok() {
+            self.prepared.iterations += iterations;
+        } else if let Some(border) = &self.prepared.border {
+            self.prepared.d.copy_from_slice(&border.before);
+            self.prepared.iterations = iterations;
+            self.place();
+        }
+    }
+
+    /// Goes on from an adjustment near the least one until all constraints hold and it changes by less than `still` of itself,
+    /// or by no less than before where only rounding is left.
+    fn descend(&mut self, still: f64) -> Result<(), EditError> {
         let (mut share, mut tangential, mut missed) = (1.0, f64::INFINITY, f64::INFINITY);
+        let mut changed = f64::INFINITY;
         for iteration in 1..=ITERATIONS {
             self.place();
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
             border.evaluate(&view(&self.shapes), &self.bound)?;
             let (error, worst) = border.error(&self.bound);
-            // Below 1e-12 there may be no more to gain than rounding.
+            // Below 1e-12 there may be no more to gain than rounding; each row for itself, as one may never do better.
+            let stalled = error >= 0.5 * missed;
+            let rounding = |row| border.is_rounding(&self.bound, row, &prepared.base, &prepared.d);
             let met = error <= MET
-                || error >= 0.5 * missed
-                    && border.is_rounding(&self.bound, worst, &prepared.base, &prepared.d);
+                || stalled
+                    && (0..border.rows.len())
+                        .all(|row| border.error_of(&self.bound, row) <= MET || rounding(row));
             match border.project(&prepared.assembly, prepared.factored.as_mut()) {
                 Ok(true) => {}
                 Ok(false) => return Err(self.vanished(worst).into()),
@@ -68,7 +109,8 @@ impl<S: Shape> Session<S> {
             let Some(border) = &mut prepared.border else { return Ok(()) };
             let step = border.step_from_here(&self.bound, share, &prepared.d);
             let floor = 4.0 * f64::EPSILON * border.reach;
-            if met && step.change <= (STILL * step.whole).max(floor) {
+            let rests = step.change <= STILL * step.whole && step.change >= changed;
+            if met && (rests || step.change <= (still * step.whole).max(floor)) {
                 prepared.iterations = iteration;
                 return Ok(());
             }
@@ -82,7 +124,7 @@ impl<S: Shape> Session<S> {
             if step.tangential > 0.8 * tangential && share > SHORTEST {
                 share *= 0.5;
             }
-            (tangential, missed) = (step.tangential, error);
+            (tangential, missed, changed) = (step.tangential, error, step.change);
             std::mem::swap(&mut prepared.d, &mut border.next);
         }
         Ok(())
@@ -153,23 +195,23 @@ impl<S: Shape> Session<S> {
         if let Some(at) = prepared.dependencies.iter().position(|d| !agree(d)) {
             return Err(self.conflict(at).into());
         }
-        prepared.factored.solve_into(&prepared.rhs, &mut prepared.d);
+        let Prepared { refinement, assembly, factored, rhs, d, .. } = prepared;
+        refinement.solve(assembly, factored.as_mut(), rhs, d);
         Ok(())
     }
 
     fn vanished(&self, row: usize) -> SolveError {
-        let name = self.border_name(row);
+        let name = quoted(&self.border_name(row));
         let how = if self.alternating.is_some() { " by moving vertices along one axis" } else { "" };
         SolveError::Conflict(format!(
-            "\"{name}\" cannot be met{how}: where the shape has come to, what could change it is all held by the other \
+            "{name} cannot be met{how}: where the shape has come to, what could change it is all held by the other \
              constraints (or nothing can); release one of them, or ask for less at once"
         ))
     }
 
     fn overflow(&self, row: usize) -> EditError {
         let name = self.border_name(row);
-        Error::Invalid(format!("\"{name}\": the numbers on the way there overflow; ask for less at once"))
-            .into()
+        Error::Invalid(format!("{name}: the numbers on the way there overflow; ask for less at once")).into()
     }
 
     fn not_converged(&self, row: usize) -> SolveError {
@@ -177,7 +219,7 @@ impl<S: Shape> Session<S> {
             let (k, e) = border.rows[row];
             (self.bound[k].target[e] - border.here.value[row]).abs()
         });
-        SolveError::NotConverged { iterations: ITERATIONS, residual, worst: self.border_name(row) }
+        SolveError::NotConverged { iterations: ITERATIONS, residual, worst: quoted(&self.border_name(row)) }
     }
 
     fn border_name(&self, row: usize) -> String {

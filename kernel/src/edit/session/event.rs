@@ -2,7 +2,7 @@
 
 use super::Session;
 use super::effort::soften;
-use super::prepared::response_of;
+use super::prepared::{Prepared, response_of};
 use super::program::Bounds;
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
@@ -74,7 +74,8 @@ impl<S: Shape> Session<S> {
                 }
             }
         } else {
-            prepared.factored.solve_into(&prepared.rhs, &mut prepared.d);
+            let Prepared { refinement, assembly, factored, rhs, d, .. } = prepared;
+            refinement.solve(assembly, factored.as_mut(), rhs, d);
         }
         Ok(())
     }

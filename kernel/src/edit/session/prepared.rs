@@ -11,7 +11,7 @@ use crate::edit::assembly::{Assembly, Freedom};
 use crate::edit::metric::Metric;
 use crate::edit::report::Convergence;
 use crate::shape::Shape;
-use crate::solve::{Dependency, Factored, Solver};
+use crate::solve::{Dependency, Factored, Solver, SystemMetric};
 
 /// What is known for one set of constraints at one state of the shapes.
 pub(super) struct Prepared {
@@ -30,6 +30,7 @@ pub(super) struct Prepared {
     pub(super) base: Vec<Point>,
     /// Shape and vertex of each.
     pub(super) places: Vec<(u32, u32)>,
+    pub(super) refinement: Refinement,
     pub(super) iterations: usize,
     pub(super) convergence: Option<Convergence>,
     /// All rows, where some are inequalities: the assembly above holds the others and the active ones.
@@ -112,7 +113,8 @@ fn prepare_system(
             rhs[assembly.entry(slot)] = 0.0;
         }
         still = d.clone();
-        factored.solve_into(&rhs, &mut still);
+        let mut refinement = Refinement::of(&assembly);
+        refinement.solve(&assembly, factored.as_mut(), &rhs, &mut still);
         let mut one = vec![0.0; rhs.len()];
         let mut column = d.clone();
         for slot in assembly.slots(handle) {
@@ -121,7 +123,7 @@ fn prepare_system(
                 continue;
             }
             one[assembly.entry(slot)] = 1.0;
-            factored.solve_into(&one, &mut column);
+            refinement.solve(&assembly, factored.as_mut(), &one, &mut column);
             one[assembly.entry(slot)] = 0.0;
             response.push(column.iter().step_by(sides).copied().collect());
         }
@@ -132,7 +134,6 @@ fn prepare_system(
         Vec::new()
     };
     Ok(Prepared {
-        assembly,
         factored,
         dependencies,
         rhs,
@@ -142,11 +143,43 @@ fn prepare_system(
         response,
         base,
         places,
+        refinement: Refinement::of(&assembly),
         iterations: 1,
         convergence: None,
         bounds,
         border: None,
+        assembly,
     })
+}
+
+/// Solving with one step of iterative refinement where there is a metric: `d = C b`, then `d += C (b - F d)`. A metric's
+/// condition (that of bending grows with the fourth power of the vertices' number) leaves the rows met to far less than
+/// rounding; what is missing is met as badly, and so to rounding. Without a metric the solvers meet them to rounding.
+#[derive(Debug, Default)]
+pub(super) struct Refinement(Option<[Vec<f64>; 2]>);
+
+impl Refinement {
+    fn of(assembly: &Assembly) -> Self {
+        let system = &assembly.system;
+        let plain = matches!(system.metric(), SystemMetric::Least);
+        let room = |count: usize| vec![0.0; count * system.sides()];
+        Self((!plain).then(|| [room(system.rows().len()), room(system.touched().len())]))
+    }
+
+    pub(super) fn solve(
+        &mut self,
+        assembly: &Assembly,
+        factored: &mut dyn Factored,
+        rhs: &[f64],
+        d: &mut [f64],
+    ) {
+        factored.solve_into(rhs, d);
+        let Some([missed, again]) = &mut self.0 else { return };
+        assembly.system.rows().multiply(d, assembly.system.sides(), missed);
+        missed.iter_mut().zip(rhs).for_each(|(m, b)| *m = b - *m);
+        factored.solve_into(missed, again);
+        d.iter_mut().zip(again.iter()).for_each(|(d, more)| *d += more);
+    }
 }
 
 /// Whether rows may have been dropped. The rank is always known without asking for the condition.

@@ -8,6 +8,7 @@ use super::{Session, put, snapshot, view};
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
 use crate::edit::assembly::Assembly;
+use crate::edit::conflict::quoted;
 use crate::edit::report::Convergence;
 use crate::error::Error;
 use crate::shape::Shape;
@@ -236,7 +237,8 @@ impl<S: Shape> Session<S> {
             });
         match worst {
             (residual, Some(bound)) => {
-                SolveError::NotConverged { iterations, residual, worst: bound.constraint.label() }.into()
+                SolveError::NotConverged { iterations, residual, worst: quoted(&bound.constraint.label()) }
+                    .into()
             }
             _ => SolveError::StillMoving { iterations, change: convergence.change }.into(),
         }

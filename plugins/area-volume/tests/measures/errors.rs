@@ -2,8 +2,9 @@
 
 use loftsman_area_volume::{area, volume};
 use loftsman_kernel::edit::{Ask, Edit};
-use loftsman_kernel::functional::{Functional, On, Shapes};
+use loftsman_kernel::functional::{Functional, On, Shapes, position};
 use loftsman_kernel::shape::Shape;
+use loftsman_kernel::solve::Automatic;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
@@ -46,10 +47,6 @@ fn what_cannot_be_asked_of_a_shape_says_so() {
     let mut pressed = ball(6, 6);
     pressed.control_vertices_mut().iter_mut().for_each(|p| p.z = 0.0);
     refuses(&volume().on(named("hull")), &[&pressed], &["\"hull\"", "no volume"]);
-    let mut mixed = sides.clone();
-    mixed[0] = mixed[0].elevate(loftsman_kernel::spline::Direction::U, 1).unwrap();
-    let mixed: Vec<&dyn Shape> = mixed.iter().map(|s| s as &dyn Shape).collect();
-    refuses(&volume().of(0..6), &mixed, &["meet", "other knots or weights", "refine or elevate"]);
 }
 
 #[test]
@@ -66,6 +63,18 @@ fn targets_that_cannot_be_are_refused() {
     refused(up().to(f64::NAN), &["not a finite number"]);
     let error = Edit::new(&ball(6, 6)).ask(volume().to(-1.0)).solve().unwrap_err().to_string();
     assert!(error.contains("inside out") && error.contains("normals"), "{error}");
+}
+
+#[test]
+fn axes_do_not_alternate_where_there_are_bounds() {
+    let edit = Edit::new(&oval()).ask(area().on(named("rib")).keep()).ask(position(1.0).at_most([3.0; 3]));
+    let error = edit.alternating().handle(position(0.0)).prepare(Automatic).unwrap_err().to_string();
+    for word in ["bounds", "area of \"rib\" may break \"position at 1 ≤ (3, 3, 3)\"", "together"] {
+        assert!(error.contains(word), "\"{word}\" is not in: {error}");
+    }
+    // Together they can.
+    let edit = Edit::new(&oval()).ask(area().keep()).ask(position(1.0).at_most([3.0; 3]));
+    edit.ask(position(0.0).by([0.1, 0.0, 0.0])).solve().unwrap();
 }
 
 #[test]

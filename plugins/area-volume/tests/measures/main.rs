@@ -8,6 +8,8 @@
 
 mod conformance;
 mod errors;
+mod kept;
+mod patches;
 mod recipes;
 mod samples;
 mod sessions;
