@@ -4,4 +4,5 @@
 mod examples;
 mod figures;
 mod golden;
+mod measures;
 mod truncated;

@@ -1,7 +1,5 @@
 //! The shapes of a problem, with their control vertices numbered through.
 
-use smallvec::SmallVec;
-
 use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::Shape;
@@ -10,23 +8,48 @@ use crate::shape::Shape;
 /// `offset(s) + i`.
 #[derive(Debug, Clone)]
 pub struct Shapes<'a> {
+    count: usize,
     // A few are kept in place, so that looking at them anew at every event allocates nothing.
-    shapes: SmallVec<[&'a dyn Shape; 4]>,
-    offsets: SmallVec<[usize; 5]>,
+    few: [Option<&'a dyn Shape>; FEW],
+    starts: [usize; FEW + 1],
+    many: Vec<&'a dyn Shape>,
+    offsets: Vec<usize>,
 }
+
+/// So many shapes are kept in place.
+const FEW: usize = 4;
 
 impl<'a> Shapes<'a> {
     /// These shapes, in this order.
     pub fn new(shapes: impl IntoIterator<Item = &'a dyn Shape>) -> Self {
-        let shapes: SmallVec<[_; 4]> = shapes.into_iter().collect();
-        let mut offsets = SmallVec::with_capacity(shapes.len() + 1);
+        let mut all =
+            Self { count: 0, few: [None; FEW], starts: [0; FEW + 1], many: Vec::new(), offsets: Vec::new() };
         let mut total = 0;
-        offsets.push(0);
-        for shape in &shapes {
+        for shape in shapes {
+            if all.count == FEW {
+                all.many = all.few.into_iter().flatten().collect();
+                all.offsets = all.starts.to_vec();
+            }
             total += shape.control_vertices().len();
-            offsets.push(total);
+            if all.count < FEW {
+                all.few[all.count] = Some(shape);
+                all.starts[all.count + 1] = total;
+            } else {
+                all.many.push(shape);
+                all.offsets.push(total);
+            }
+            all.count += 1;
         }
-        Self { shapes, offsets }
+        all
+    }
+
+    /// Where each shape's vertices start, and the number of all.
+    fn offsets(&self) -> &[usize] {
+        if self.count <= FEW { &self.starts[..=self.count] } else { &self.offsets }
+    }
+
+    fn find(&self, index: usize) -> Option<&'a dyn Shape> {
+        if self.count <= FEW { self.few.get(index).copied().flatten() } else { self.many.get(index).copied() }
     }
 
     /// One shape.
@@ -36,12 +59,12 @@ impl<'a> Shapes<'a> {
 
     /// How many shapes there are.
     pub fn len(&self) -> usize {
-        self.shapes.len()
+        self.count
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.shapes.is_empty()
+        self.count == 0
     }
 
     /// Shape `index`.
@@ -49,8 +72,8 @@ impl<'a> Shapes<'a> {
     /// # Errors
     /// When there are not as many.
     pub fn get(&self, index: usize) -> Result<&'a dyn Shape> {
-        self.shapes.get(index).copied().ok_or_else(|| {
-            let count = self.shapes.len();
+        self.find(index).ok_or_else(|| {
+            let count = self.count;
             Error::Invalid(format!(
                 "there is no shape {index} in the problem: it has {count}, numbered from 0"
             ))
@@ -59,19 +82,20 @@ impl<'a> Shapes<'a> {
 
     /// Where the control vertices of shape `index` start; for `index = len()`, their total number.
     pub fn offset(&self, index: usize) -> usize {
-        self.offsets[index.min(self.shapes.len())]
+        self.offsets()[index.min(self.count)]
     }
 
     /// All control vertices of all shapes: their number.
     pub fn vertex_count(&self) -> usize {
-        self.offset(self.shapes.len())
+        self.offset(self.count)
     }
 
     /// The control vertex of this number, counted through all shapes. The origin where there is none.
     pub fn vertex(&self, global: usize) -> Point {
-        let shape = self.offsets.partition_point(|&o| o <= global).saturating_sub(1);
-        let local = global - self.offsets.get(shape).copied().unwrap_or(0);
-        let points = self.shapes.get(shape).map(|s| s.control_vertices());
+        let offsets = self.offsets();
+        let shape = offsets.partition_point(|&o| o <= global).saturating_sub(1);
+        let local = global - offsets.get(shape).copied().unwrap_or(0);
+        let points = self.find(shape).map(|s| s.control_vertices());
         points.and_then(|p| p.get(local)).copied().unwrap_or_else(Point::origin)
     }
 }

@@ -1,0 +1,96 @@
+//! Areas and volumes asked of what has none: one error each, which names the recipe's place, the object, and what to do; and
+//! nothing is written.
+
+use loftsman_tests::curves::document;
+use loftsman_tests::program;
+use serde_json::{Value, json};
+
+fn ring(name: &str, points: Value) -> Value {
+    let knots: Vec<usize> = (0..=points.as_array().unwrap().len()).collect();
+    json!({ "name": name, "curve": { "degree": 3, "periodic": true, "knots": knots, "points": points } })
+}
+
+fn objects() -> Vec<Value> {
+    let flat = json!({ "degree": 1, "knots": [0, 0, 1, 1] });
+    vec![
+        ring("rib", json!([[0, 0, 0], [1, 0, 0], [2, 1, 0], [1, 2, 0], [0, 2, 0], [-1, 1, 0]])),
+        ring("bent", json!([[0, 0, 0], [1, 0, 0], [2, 1, 0], [1, 2, 1], [0, 2, 0], [-1, 1, 0]])),
+        ring("flat", json!([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [2, 0, 0], [1, 0, 0]])),
+        json!({ "name": "open", "curve": { "degree": 3, "knots": [0, 0, 0, 0, 1, 2, 2, 2, 2],
+                "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [-0.5, 0.5, 0]] } }),
+        json!({ "name": "sail", "surface": { "u": flat, "v": flat,
+                "points": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]] } }),
+        json!({ "name": "panel", "mesh": { "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]] } }),
+    ]
+}
+
+#[test]
+fn what_encloses_nothing_is_told_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = document("m", &objects());
+    std::fs::write(folder.path().join("scene.loft.json"), scene.to_string()).unwrap();
+    let constraint = "step[0].constraints[0]";
+    let locked = json!({ "lock": [0, 1, 2, 3, 4, 5] });
+    let alternating = json!({ "axes": "alternating" });
+    let nothing = json!({});
+    let keep = |kind: &str| json!([{ "kind": kind, "keep": true }]);
+    let cases: Vec<(&str, Value, &Value, &[&str])> = vec![
+        ("open", keep("area"), &nothing, &[constraint, "the end of \"open\" is 7.071e-1 away", "close it"]),
+        ("bent", keep("area"), &nothing, &[constraint, "\"bent\"", "not planar", "8.427e-1", "\"normal\""]),
+        ("flat", keep("area"), &nothing, &[constraint, "\"flat\"", "encloses no area", "give it some first"]),
+        (
+            "rib",
+            json!([{ "kind": "area", "normal": [1, 0, 0], "keep": true }]),
+            &nothing,
+            &[constraint, "\"rib\"", "area is zero", "is the normal right?"],
+        ),
+        ("sail", keep("volume"), &nothing, &[constraint, "\"sail\"", "open", "1.225e0 away", "close it"]),
+        ("sail", keep("area"), &nothing, &[constraint, "\"sail\" is a surface", "ask for its volume"]),
+        ("rib", keep("volume"), &nothing, &[constraint, "\"rib\" is a curve", "ask for its area"]),
+        ("panel", keep("volume"), &nothing, &["\"panel\" is a mesh", "fit"]),
+        (
+            "rib",
+            json!([{ "kind": "area", "to": -3.0 }]),
+            &nothing,
+            &["\"rib\"", "is 3.344444", "-3.000000", "inside out", "same sign, or reverse the curve"],
+        ),
+        (
+            "rib",
+            json!([{ "kind": "area", "to": 0 }]),
+            &nothing,
+            &["\"rib\"", "nothing is left", "the present 3.344444"],
+        ),
+        (
+            "rib",
+            json!([{ "kind": "area", "scale": 1.5 }]),
+            &locked,
+            &["area of \"rib\" cannot be met", "no control vertex that may move", "unlock one"],
+        ),
+        (
+            "rib",
+            json!([{ "kind": "area", "keep": true }, { "kind": "position", "at": 1, "axis": "x", "at_most": 3 }]),
+            &alternating,
+            &["cannot alternate where there are bounds", "area of \"rib\"", "let them move together"],
+        ),
+        (
+            "rib",
+            json!([{ "kind": "length", "keep": true }]),
+            &alternating,
+            &["length of \"rib\" is not linear in each axis", "let them move together"],
+        ),
+    ];
+    for (object, constraints, more, words) in cases {
+        let mut step = json!({ "op": "edit", "object": object, "constraints": constraints });
+        step.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        let recipe = json!({ "input": "scene.loft.json", "output": ["out.loft.json"], "step": [step] });
+        std::fs::write(folder.path().join("recipe.json"), recipe.to_string()).unwrap();
+        let output = program::run_in(folder.path(), &["run", "recipe.json"]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{step}: {error}");
+        assert!(error.trim_end().lines().count() == 1 && error.contains("recipe.json"), "one error: {error}");
+        for word in words {
+            assert!(error.contains(word), "\"{word}\" is not in: {error}");
+        }
+        assert!(!folder.path().join("out.loft.json").exists(), "nothing is written");
+    }
+}
