@@ -29,24 +29,24 @@ fn what_encloses_nothing_is_told_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let scene = document("m", &objects());
     std::fs::write(folder.path().join("scene.loft.json"), scene.to_string()).unwrap();
-    let constraint = "step[0].constraints[0]";
+    const CONSTRAINT: &str = "step[0].constraints[0]";
     let locked = json!({ "lock": [0, 1, 2, 3, 4, 5] });
     let alternating = json!({ "axes": "alternating" });
     let nothing = json!({});
     let keep = |kind: &str| json!([{ "kind": kind, "keep": true }]);
     let cases: Vec<(&str, Value, &Value, &[&str])> = vec![
-        ("open", keep("area"), &nothing, &[constraint, "the end of \"open\" is 7.071e-1 away", "close it"]),
-        ("bent", keep("area"), &nothing, &[constraint, "\"bent\"", "not planar", "8.427e-1", "\"normal\""]),
-        ("flat", keep("area"), &nothing, &[constraint, "\"flat\"", "encloses no area", "give it some first"]),
+        ("open", keep("area"), &nothing, &[CONSTRAINT, "the end of \"open\" is 7.071e-1 away", "close it"]),
+        ("bent", keep("area"), &nothing, &[CONSTRAINT, "\"bent\"", "not planar", "8.427e-1", "\"normal\""]),
+        ("flat", keep("area"), &nothing, &[CONSTRAINT, "\"flat\"", "encloses no area", "give it some first"]),
         (
             "rib",
             json!([{ "kind": "area", "normal": [1, 0, 0], "keep": true }]),
             &nothing,
-            &[constraint, "\"rib\"", "area is zero", "is the normal right?"],
+            &[CONSTRAINT, "\"rib\"", "area is zero", "is the normal right?"],
         ),
-        ("sail", keep("volume"), &nothing, &[constraint, "\"sail\"", "open", "1.225e0 away", "close it"]),
-        ("sail", keep("area"), &nothing, &[constraint, "\"sail\" is a surface", "ask for its volume"]),
-        ("rib", keep("volume"), &nothing, &[constraint, "\"rib\" is a curve", "ask for its area"]),
+        ("sail", keep("volume"), &nothing, &[CONSTRAINT, "\"sail\"", "open", "1.225e0 away", "close it"]),
+        ("sail", keep("area"), &nothing, &[CONSTRAINT, "\"sail\" is a surface", "ask for its volume"]),
+        ("rib", keep("volume"), &nothing, &[CONSTRAINT, "\"rib\" is a curve", "ask for its area"]),
         ("panel", keep("volume"), &nothing, &["\"panel\" is a mesh", "fit"]),
         (
             "rib",

@@ -364,6 +364,13 @@ fn unmatched(edges: &[EdgeCurve], k: usize, members: &[On], near: f64, what: &st
     let Some(Neighbour { edge: other, distance, in_parts }) = nearest(edges, k) else {
         return Error::Invalid(format!("{what}: the boundary is open at the edge {edge}; close it"));
     };
+    if lies_on(&edges[k], &edges[other], near).is_some() {
+        let other = label(&edges[other]);
+        return Error::Invalid(format!(
+            "{what}: the edge {edge} meets {other}, which meets another edge already: of the patches that meet there, two bound \
+             a volume; leave the others out"
+        ));
+    }
     let goes_on = samples(&edges[other].curve).into_iter().any(|p| apart(&edges[k].curve, p) > near);
     let other = label(&edges[other]);
     Error::Invalid(if distance <= near && goes_on {

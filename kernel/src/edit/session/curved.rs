@@ -17,7 +17,8 @@ const MET: f64 = 2e-13;
 /// After an event the adjustment changes by less than this share of itself: its length, which is flat at the least one, is
 /// least to the square of it.
 const STILL: f64 = 1e-6;
-/// The same when the session ends.
+/// The same when the session ends. The iteration converges linearly: drags by a tenth to the whole of a shape's size take 5 to
+/// 13 iterations to the first and 4 to 11 more to this, which would be half as much again for every event.
 const SETTLED: f64 = 1e-11;
 /// A share of the tangential way below which shortening it further does not help.
 const SHORTEST: f64 = 1.0 / 64.0;
