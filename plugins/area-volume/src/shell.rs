@@ -80,7 +80,12 @@ impl Shell {
                 found.map(|m| (j, m))
             });
             let Some((j, found)) = found else {
-                return Err(unmatched(&edges, k, members, near, what));
+                // The one that is open the most, of so many as can be looked at without the work growing with their square.
+                let rest = (at + 1..open.len()).filter(|&j| alone[j]).map(|j| open[j]);
+                let distance = |k: usize| nearest(&edges, k).map_or(f64::INFINITY, |n| n.distance);
+                let each = std::iter::once(k).chain(rest).take(32).map(|k| (distance(k), k));
+                let worst = each.reduce(|worst, own| if own.0 > worst.0 { own } else { worst });
+                return Err(unmatched(&edges, worst.map_or(k, |(_, k)| k), members, near, what));
             };
             alone[j] = false;
             let other = &edges[open[j]];
