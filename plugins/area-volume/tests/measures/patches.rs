@@ -143,13 +143,12 @@ fn edges_that_meet_only_as_sets_of_points_say_what_to_do() {
     let mut halves = all[0].split(Direction::U, 0.5).unwrap();
     all[0] = halves.remove(0);
     all.append(&mut halves);
-    refused(&all, &["meets only a part of", "split"]);
+    refused(&all, &["meets several edges", "split"]);
     // A wall inside: three patches meet at each of its edges.
     let mut walled = patches(1, 0.0);
     let (u, v, points, _) = walled[0].clone().into_parts();
     walled.push(Surface::new(u, v, points).unwrap());
     refused(&walled, &["meets another edge already", "leave the others out"]);
-    // From the other side, where the longer edge is asked first.
     all.rotate_left(1);
-    refused(&all, &["split", "every edge meets one other"]);
+    refused(&all, &["meets several edges", "every edge meets one other"]);
 }
