@@ -10,7 +10,7 @@ use std::hint::black_box;
 use cpu_time::ProcessTime;
 use curvo::prelude::{AdaptiveTessellationOptions, NurbsSurface3D, Tessellation};
 use loftsman_benches::inputs::knots;
-use loftsman_kernel::plugin::{Chord, Fineness};
+use loftsman_kernel::plugin::{Chord, Fineness, Tessellated, Tessellator};
 use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use loftsman_tessellation::Adaptive;
@@ -138,7 +138,7 @@ fn main() {
         let tolerance = entry["tolerance"].as_f64().unwrap_or(f64::NAN);
         let surface = net.ours();
         let fineness = Fineness { chord: Chord::Absolute(tolerance), angle: std::f64::consts::PI };
-        let (seconds, (mesh, certified)) =
+        let (seconds, Tessellated { mesh, error: certified }) =
             best(|| Adaptive::default().measured_surface(&surface, &fineness).expect("it is met"));
         let ((u0, u1), (v0, v1)) = (surface.u().domain(), surface.v().domain());
         let corner = |face: usize, k: usize| {

@@ -162,6 +162,11 @@ fn surfaces_are_exact_and_tessellated_or_one_of_both() {
         let (file, report) = write(&scene, &with(word));
         assert_eq!(report.objects[0].fate, fate);
         assert_eq!(report.objects[0].tolerance, (word != "exact").then_some(0.01));
+        let error = report.objects[0].error;
+        assert!(
+            error.is_some() == (word != "exact") && error.is_none_or(|e| e > 0.0 && e <= 0.01),
+            "{error:?}"
+        );
         let back = read(&file);
         let found: Vec<_> = back.objects().iter().map(|o| o.geometry.kind()).collect();
         assert_eq!(found.join(" "), kinds);

@@ -50,6 +50,13 @@ impl Ink {
         inside.then(|| row as usize * self.columns + column as usize)
     }
 
+    /// The weight of all ink on a line, cell by cell.
+    fn crossed(&self, from: Spot, to: Spot) -> f64 {
+        let steps = ((to[0] - from[0]).hypot(to[1] - from[1]) / CELL).ceil().clamp(1.0, 4096.0) as usize;
+        let at = |i: usize| [0, 1].map(|k| from[k] + (to[k] - from[k]) * i as f64 / steps as f64);
+        (0..=steps).filter_map(|i| self.cell(at(i))).map(|cell| f64::from(self.cells[cell])).sum()
+    }
+
     /// The weight of all ink in a rectangle.
     fn covered(&self, rect: &Rect) -> f64 {
         let index = |c: f64, low: f64, count: usize| (((c - low) / CELL) as usize).min(count - 1);
@@ -93,7 +100,8 @@ pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme) -> String {
                 .sum::<f64>();
             let collisions = placed.iter().filter(|other| other.overlaps(rect)).count() as f64;
             let covered = ink.covered(rect);
-            1000.0 * collisions + 100.0 * outside + 2.0 * covered + 1.5 * radius
+            let crossed = leader(label, rect, *radius).map_or(0.0, |[start, end]| ink.crossed(start, end));
+            1000.0 * collisions + 100.0 * outside + 2.0 * covered + crossed + 1.5 * radius
         };
         let Some((rect, radius)) = candidates.iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).copied()
         else {
@@ -122,25 +130,29 @@ fn candidates(label: &Label) -> Vec<(Rect, f64)> {
     list
 }
 
+/// The ends of the line from a label's anchor to its text; none where they are close together.
+fn leader(label: &Label, rect: &Rect, radius: f64) -> Option<[Spot; 2]> {
+    let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]));
+    let d = [near[0] - label.anchor[0], near[1] - label.anchor[1]];
+    let distance = d[0].hypot(d[1]);
+    (radius > 3.0 && distance > 2.5).then(|| {
+        let start = [0, 1].map(|i| label.anchor[i] + d[i] * 1.4 / distance);
+        [start, [0, 1].map(|i| near[i] - d[i] * 0.4 / distance)]
+    })
+}
+
 fn draw(label: &Label, rect: &Rect, radius: f64, theme: Theme) -> String {
     let mut out = String::new();
-    if radius > 3.0 {
-        let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]));
-        let d = [near[0] - label.anchor[0], near[1] - label.anchor[1]];
-        let distance = d[0].hypot(d[1]);
-        if distance > 2.5 {
-            let start = [0, 1].map(|i| label.anchor[i] + d[i] * 1.4 / distance);
-            let end = [0, 1].map(|i| near[i] - d[i] * 0.4 / distance);
-            let leader = Element::new("line")
-                .attribute("class", "leader")
-                .length("x1", start[0])
-                .length("y1", start[1])
-                .length("x2", end[0])
-                .length("y2", end[1])
-                .attribute("stroke", &theme.faint().hex())
-                .length("stroke-width", 0.15);
-            out.push_str(&leader.empty());
-        }
+    if let Some([start, end]) = leader(label, rect, radius) {
+        let leader = Element::new("line")
+            .attribute("class", "leader")
+            .length("x1", start[0])
+            .length("y1", start[1])
+            .length("x2", end[0])
+            .length("y2", end[1])
+            .attribute("stroke", &theme.faint().hex())
+            .length("stroke-width", 0.15);
+        out.push_str(&leader.empty());
     }
     // Beside its anchor a text is flush with it; above or below it is centred.
     let (anchor, x) = if rect.low[0] >= label.anchor[0] {
@@ -194,6 +206,20 @@ mod tests {
         assert_eq!(lines.len(), 6);
         lines.dedup();
         assert_eq!(lines.len(), 6);
+    }
+
+    #[test]
+    fn a_leader_keeps_off_lines_that_lead_elsewhere() {
+        let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        // No room but above and below, and above a line in between.
+        (0..=20).for_each(|k| {
+            let y = 25.0 + 0.5 * f64::from(k);
+            ink.segment([0.0, y], [100.0, y], 9);
+        });
+        ink.segment([0.0, 22.0], [100.0, 22.0], 9);
+        let text = place(&[label([50.0, 30.0], "position")], &ink, Theme::Light);
+        let y2: f64 = text.split("y2=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+        assert!(y2 > 30.0, "{text}");
     }
 
     #[test]

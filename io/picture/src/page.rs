@@ -265,19 +265,34 @@ impl<'a> Part<'a> {
 
     /// The lines of the caption in a width, at most three.
     fn lines(&self, width: f64) -> Vec<String> {
-        let mut lines: Vec<String> = Vec::new();
-        for word in self.panel.caption.iter().flat_map(|caption| caption.split_whitespace()) {
-            let full = lines.len() == 3;
-            match lines.last_mut() {
-                Some(line) if full || lines_fit(line, word, width) => {
-                    line.push(' ');
-                    line.push_str(word);
-                }
-                _ => lines.push(word.to_owned()),
-            }
-        }
-        lines.iter().map(|line| fitting(line, SIZE, width)).collect()
+        let caption = self.panel.caption.as_deref().unwrap_or_default();
+        balanced(caption, width).iter().map(|line| fitting(line, SIZE, width)).collect()
     }
+}
+
+/// A text in as few lines as a width needs, these about equally long: no word stands alone below the others.
+fn balanced(text: &str, width: f64) -> Vec<String> {
+    let lines = wrapped(text, width);
+    (1..8)
+        .map(|eighth| wrapped(text, width * f64::from(eighth) / 8.0))
+        .find(|narrow| narrow.len() == lines.len() && lines.len() < 3)
+        .unwrap_or(lines)
+}
+
+/// A text in lines of a width, at most three; what is too long for them is in the last.
+fn wrapped(text: &str, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let full = lines.len() == 3;
+        match lines.last_mut() {
+            Some(line) if full || lines_fit(line, word, width) => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Whether a word still fits into a line of a caption.

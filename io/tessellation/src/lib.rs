@@ -5,7 +5,7 @@
 //!
 //! * *curves* ([`Adaptive::curve_parameters`]): as few chords as the tolerance permits, across knots, with the error
 //!   spread evenly; corners are kept;
-//! * *surfaces* ([`Adaptive::measured_surface`]): each Bézier patch is divided into cells until every triangle is
+//! * *surfaces* ([`Tessellator::measured_surface`]): each Bézier patch is divided into cells until every triangle is
 //!   certified to be near enough, measured across its plane; patches share their edges' points, seams and poles are
 //!   one, so that a closed surface gives a closed mesh.
 //!
@@ -33,8 +33,8 @@ mod tree;
 mod weld;
 
 use loftsman_kernel::Result;
-use loftsman_kernel::mesh::{Mesh, Polyline};
-use loftsman_kernel::plugin::{Fineness, Plugin, Registry, Tessellator};
+use loftsman_kernel::mesh::Polyline;
+use loftsman_kernel::plugin::{Fineness, Plugin, Registry, Tessellated, Tessellator};
 use loftsman_kernel::spline::{Curve, Surface};
 
 /// The tessellator with a guaranteed chord tolerance.
@@ -62,15 +62,6 @@ impl Adaptive {
     pub fn curve_parameters(&self, curve: &Curve, fineness: &Fineness) -> Result<Vec<f64>> {
         curve::parameters(curve, fineness, self.budget)
     }
-
-    /// The mesh of [`surface`](Tessellator::surface), and the largest distance between mesh and surface that the
-    /// bounds leave possible: never more than the tolerance.
-    ///
-    /// # Errors
-    /// As for [`surface`](Tessellator::surface).
-    pub fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<(Mesh, f64)> {
-        surface::mesh(surface, fineness, self.budget)
-    }
 }
 
 impl Tessellator for Adaptive {
@@ -94,8 +85,9 @@ impl Tessellator for Adaptive {
     ///
     /// Seams (periodic, or edges that coincide) and poles share their points. Normals are split only where tangent
     /// planes differ by more than 2e-3; `uvs` differ at seams, and at poles by triangle.
-    fn surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Mesh> {
-        Ok(surface::mesh(surface, fineness, self.budget)?.0)
+    fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated> {
+        let (mesh, error) = surface::mesh(surface, fineness, self.budget)?;
+        Ok(Tessellated { mesh, error })
     }
 }
 

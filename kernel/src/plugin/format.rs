@@ -315,6 +315,10 @@ pub struct Written {
     /// The chord tolerance in the scene's unit, where approximated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// How far the triangles of a surface are from it at most, in the scene's unit: what the tessellator has certified,
+    /// before coordinates are rounded to those of the format.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
     /// Why, where not exact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,

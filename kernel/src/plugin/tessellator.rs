@@ -29,6 +29,16 @@ impl Default for Fineness {
     }
 }
 
+/// A surface as a mesh, and how near the two are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tessellated {
+    /// Triangles with unit normals and `uvs` (the surface's parameters scaled to `[0, 1]²`).
+    pub mesh: Mesh,
+    /// The largest distance that a point of either can have from the other, in the surface's unit: bounded, not sampled,
+    /// and never more than the chord asked for.
+    pub error: f64,
+}
+
 /// Turns curves into polylines and surfaces into meshes.
 pub trait Tessellator: Send + Sync {
     /// Points of the curve, in order, so that no point of it is further from the segments than the chord.
@@ -44,9 +54,17 @@ pub trait Tessellator: Send + Sync {
     /// As for [`curve`](Self::curve).
     fn curve_parameters(&self, curve: &Curve, fineness: &Fineness) -> Result<Vec<f64>>;
 
-    /// Triangles of the surface with unit normals and `uvs` (its parameters scaled to `[0, 1]²`).
+    /// Triangles of the surface, and how far they are from it at most.
     ///
     /// # Errors
     /// As for [`curve`](Self::curve).
-    fn surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Mesh>;
+    fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated>;
+
+    /// The mesh of [`measured_surface`](Self::measured_surface) alone.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve).
+    fn surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Mesh> {
+        Ok(self.measured_surface(surface, fineness)?.mesh)
+    }
 }

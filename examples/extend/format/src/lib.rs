@@ -49,7 +49,7 @@ impl Format for Dots {
             if cloud.is_some() { text += &format!("cloud {}\n", object.name().replace('\n', " ")); }
             text.extend(points.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)));
             let (fate, reason) = if cloud.is_some() { (Fate::Kept, None) } else { (Fate::LeftOut, Some("not a cloud".into())) };
-            report.objects.push(Written { object: object.name().into(), form: "text".into(), fate, tolerance: None, reason });
+            report.objects.push(Written { object: object.name().into(), form: "text".into(), fate, tolerance: None, error: None, reason });
         }
         let name = sink.name().to_owned();
         sink.main().write_all(text.as_bytes()).map_err(|e| FormatError::new(name, Place::File, e.to_string()))?;

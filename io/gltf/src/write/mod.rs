@@ -185,6 +185,7 @@ impl<'a> Writer<'a, '_> {
             form: "nothing".to_owned(),
             fate: Fate::Kept,
             tolerance: None,
+            error: None,
             reason: None,
         };
         let mut node = Node { name: object.name().to_owned(), ..Node::default() };

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::plugin::{Chord, Fate, Fineness, Written};
+use loftsman_kernel::plugin::{Chord, Fate, Fineness, Tessellated, Written};
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
@@ -116,8 +116,8 @@ impl<'a> Writer<'a, '_> {
                 Ok(self.exact(object, shaped, &line.points, moves))
             }
             Geometry::Surface(surface) => {
-                let mut mesh = match tessellator.surface(surface, &fineness) {
-                    Ok(mesh) => mesh,
+                let Tessellated { mut mesh, error } = match tessellator.measured_surface(surface, &fineness) {
+                    Ok(tessellated) => tessellated,
                     Err(e) => return Ok(self.unseen(object, &could_not(e), report)),
                 };
                 // A surface's normal is mirrored inward, a mesh's stays outside.
@@ -129,6 +129,7 @@ impl<'a> Writer<'a, '_> {
                     Some(frames) => animation::of_surface(surface, &mesh, &frames)?,
                 };
                 report.tolerance = Some(self.tolerance(&fineness, mesh.points(), in_scene));
+                report.error = Some(error * in_scene);
                 explain(
                     report,
                     Fate::Approximated,

@@ -140,6 +140,7 @@ fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> 
         form: String::new(),
         fate: Fate::Kept,
         tolerance: None,
+        error: None,
         reason: None,
     };
     out.key(object.geometry.kind())?;

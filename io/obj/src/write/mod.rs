@@ -14,8 +14,8 @@ use std::io::{BufWriter, Write};
 use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, FormatError, ParameterError, Place, Sink, UpChoice, WriteOptions, WriteReport,
-    Written,
+    Chord, Fate, Fineness, FormatError, ParameterError, Place, Sink, Tessellated, UpChoice, WriteOptions,
+    WriteReport, Written,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
 use loftsman_kernel::spline::Surface;
@@ -248,6 +248,7 @@ impl<W: Write> Writer<'_, W> {
             form: "nothing".to_owned(),
             fate: Fate::Kept,
             tolerance: None,
+            error: None,
             reason: None,
         };
         let mut leave_out = |reason: String| {
@@ -311,11 +312,11 @@ impl<W: Write> Writer<'_, W> {
             _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
             None => Err("surfaces need a tessellator, and none is registered".to_owned()),
             Some(tessellator) => tessellator
-                .surface(surface, &self.fineness())
+                .measured_surface(surface, &self.fineness())
                 .map_err(|e| format!("it could not be tessellated: {e}")),
         };
         match mesh {
-            Ok(mut mesh) => {
+            Ok(Tessellated { mut mesh, error }) => {
                 if mirrored {
                     mesh.turn_inside_out();
                 }
@@ -323,6 +324,7 @@ impl<W: Write> Writer<'_, W> {
                 self.mesh(&mesh, &object.materials)?;
                 written.form = format!("{} triangles", mesh.face_count());
                 written.tolerance = Some(self.tolerance(&mesh));
+                written.error = Some(error / self.scale);
                 if !exact {
                     written.fate = Fate::Approximated;
                     written.reason = Some("the surface was tessellated".to_owned());

@@ -108,21 +108,27 @@ impl Depth {
         }
     }
 
-    /// Adds a face of one colour. One of more than four corners is taken as plane, and may be concave.
-    pub(crate) fn face(&mut self, corners: &[Vector], color: Color) {
+    /// Adds a face. `paint` gets the numbers of three of its corners and the barycentric coordinates of the second and third.
+    /// A face of more than four corners is taken as plane, may be concave, and has one colour, that of the middle of three corners.
+    pub(crate) fn face(&mut self, corners: &[Vector], paint: impl Fn([usize; 3], f64, f64) -> Color) {
         match corners {
-            [a, b, c] => self.triangle([a, b, c], |_, _| Some(color)),
+            [a, b, c] => self.triangle([a, b, c], |v, w| Some(paint([0, 1, 2], v, w))),
             [a, b, c, d] => {
                 // Cut where both halves turn the same way, so that an arrowhead stays one.
                 let turn = |a: &Vector, b: &Vector, c: &Vector| (b - a).xy().perp(&(c - a).xy());
                 let halves = if turn(a, b, c) * turn(a, c, d) >= 0.0 {
-                    [[a, b, c], [a, c, d]]
+                    [[0, 1, 2], [0, 2, 3]]
                 } else {
-                    [[b, c, d], [b, d, a]]
+                    [[1, 2, 3], [1, 3, 0]]
                 };
-                halves.into_iter().for_each(|half| self.triangle(half, |_, _| Some(color)));
+                for half in halves {
+                    self.triangle(half.map(|k| &corners[k]), |v, w| Some(paint(half, v, w)));
+                }
             }
-            [_, _, _, ..] => self.polygon(corners, color),
+            [_, _, _, ..] => {
+                let third = corners.len() / 3;
+                self.polygon(corners, paint([0, third, 2 * third], 1.0 / 3.0, 1.0 / 3.0));
+            }
             _ => {}
         }
     }
@@ -302,7 +308,7 @@ mod tests {
             let mut depth = buffer();
             for i in order {
                 let (corners, color) = [(square(10.0, 20.0, 0.0), RED), (square(10.0, 15.0, 1.0), BLUE)][i];
-                depth.face(&corners, color);
+                depth.face(&corners, |_, _, _| color);
             }
             let count = |color: Color| {
                 (0..depth.near.len())
@@ -316,7 +322,7 @@ mod tests {
     #[test]
     fn a_line_through_a_face_is_cut_where_it_goes_in() {
         let mut depth = buffer();
-        depth.face(&square(12.0, 18.0, 0.0), RED);
+        depth.face(&square(12.0, 18.0, 0.0), |_, _, _| RED);
         // From the front on the left through the face at 15 to behind it, and out on the right at 18.
         let line = [Vector::new(10.0, 12.0, 5.0), Vector::new(20.0, 12.0, -5.0)];
         let runs = depth.runs(line, ON_FACE);
@@ -335,7 +341,7 @@ mod tests {
         let mut depth = buffer();
         let up = |x: f64, y: f64| Vector::new(x, y, (x - 15.0) * 40.0);
         let corners = [up(14.0, 10.0), up(16.0, 10.0), up(16.0, 15.0), up(14.0, 15.0)];
-        depth.face(&corners, RED);
+        depth.face(&corners, |_, _, _| RED);
         for [a, b] in [[[14.0, 10.5], [16.0, 14.0]], [[14.7, 10.2], [14.7, 14.8]]] {
             let runs = depth.runs([up(a[0], a[1]), up(b[0], b[1])], ON_FACE);
             assert!(runs.len() == 1 && runs[0].seen, "{runs:?}");
@@ -352,7 +358,7 @@ mod tests {
             .collect();
         for corners in [&arrowhead[..], &star] {
             let mut depth = buffer();
-            depth.face(corners, RED);
+            depth.face(corners, |_, _, _| RED);
             let covered = depth.near.iter().filter(|z| z.is_finite()).count() as f64 * CELL * CELL;
             let area = (0..corners.len())
                 .map(|i| (corners[i], corners[(i + 1) % corners.len()]))
@@ -376,8 +382,8 @@ mod tests {
             [corner(1.0, 1.0); 3],
             [corner(f64::NAN, 1.0), corner(2.0, 2.0), corner(3.0, 1.0)],
         ] {
-            depth.face(&corners, RED);
-            depth.face(&[corners[0], corners[1], corners[2], corners[0], corners[1]], RED);
+            depth.face(&corners, |_, _, _| RED);
+            depth.face(&[corners[0], corners[1], corners[2], corners[0], corners[1]], |_, _, _| RED);
         }
         assert!(depth.image().is_ok());
         assert!(!depth.hides(&corner(f64::NAN, 0.0), 0.0));
@@ -388,7 +394,10 @@ mod tests {
     fn the_image_has_smooth_edges() {
         let mut depth = buffer();
         assert!(depth.image().unwrap().is_none());
-        depth.face(&square(12.05, 14.05, 0.0).map(|p| p.component_mul(&Vector::new(1.0, 1.0, 1.0))), BLUE);
+        depth.face(
+            &square(12.05, 14.05, 0.0).map(|p| p.component_mul(&Vector::new(1.0, 1.0, 1.0))),
+            |_, _, _| BLUE,
+        );
         let (png, place) = depth.image().unwrap().unwrap();
         let image = Pixmap::decode_png(&png).unwrap();
         assert!((place.low[0] - 12.0).abs() < 0.2 && place.high[0] >= 14.0);

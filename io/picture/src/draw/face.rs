@@ -90,8 +90,8 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
                     lines.chains.push((Weight::Border, edge));
                 }
             }
-            Form::Mesh { points, corners, starts } => {
-                of_mesh((points, corners, starts), sheet, lens, &mut depth, &tones, &mut lines);
+            Form::Mesh { points, corners, starts, normals } => {
+                of_mesh((points, corners, starts), normals, sheet, lens, &mut depth, &tones, &mut lines);
             }
             _ => continue,
         }
@@ -356,9 +356,23 @@ fn linked(segments: &[(usize, usize)]) -> Vec<Vec<usize>> {
     chains
 }
 
-/// A mesh: flat faces; borders, outlines and creases, and all other edges where they are not too many to see.
+/// The first of all points at a place, for each point: exporters split a mesh where normals or textures differ, which makes
+/// it no border. `O(points)`.
+fn merged(points: &[Vector]) -> Vec<u32> {
+    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(points.len());
+    // Adding 0 makes one zero of both.
+    let key = |p: &Vector| [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
+    points.iter().zip(0..).map(|(p, index)| *first.entry(key(p)).or_insert(index)).collect()
+}
+
+/// A mesh: faces that are smooth where their corners have normals, else flat; borders, outlines and creases, and all other edges where they are not too many to see.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "the mesh and its normals, three to read from, three to write to"
+)]
 fn of_mesh(
     (points, corners, starts): (&[Vector], &[u32], &[usize]),
+    by_corner: &[Vector],
     sheet: &Sheet,
     lens: Lens,
     depth: &mut Depth,
@@ -366,6 +380,7 @@ fn of_mesh(
     lines: &mut Lines,
 ) {
     let places: Vec<Vector> = points.iter().map(|p| sheet.layout.place(p)).collect();
+    let same = merged(points);
     let mut sides: Vec<Side> = Vec::with_capacity(corners.len());
     let mut normals = Vec::with_capacity(starts.len());
     let mut facing = Vec::with_capacity(starts.len());
@@ -374,11 +389,20 @@ fn of_mesh(
         let outline: Vec<Vector> = face_corners.iter().map(|&i| points[i as usize]).collect();
         let normal = newell(&outline);
         let flat: Vec<Vector> = face_corners.iter().map(|&i| places[i as usize]).collect();
-        depth.face(&flat, tone(tones, &normal));
+        let given =
+            by_corner.get(range[0]..range[1]).filter(|given| given.iter().all(|n| *n != Vector::zeros()));
+        match given {
+            Some(n) => depth
+                .face(&flat, |[a, b, c], v, w| tone(tones, &(n[a] + (n[b] - n[a]) * v + (n[c] - n[a]) * w))),
+            None => {
+                let tone = tone(tones, &normal);
+                depth.face(&flat, |_, _, _| tone);
+            }
+        }
         facing.push(outline.first().is_some_and(|p| normal.dot(&lens.toward(p)) > 0.0));
         normals.push(normal.try_normalize(1e-200).unwrap_or_else(Vector::zeros));
         for (i, &a) in face_corners.iter().enumerate() {
-            let b = face_corners[(i + 1) % face_corners.len()];
+            let [a, b] = [a, face_corners[(i + 1) % face_corners.len()]].map(|k| same[k as usize]);
             sides.push(Side { ends: (a.min(b), a.max(b)), face, forward: a < b });
         }
     }
@@ -474,6 +498,12 @@ mod tests {
         assert_eq!(light(&corners), light(&turned));
         assert_eq!(light(&corners), light(&corners.map(|c| c * 1e-8)));
         assert_eq!(light(&[corners[0]; 3]), tones[0]);
+    }
+
+    #[test]
+    fn points_at_one_place_are_one() {
+        let points = [[0.0, 1.0, 2.0], [3.0, 1.0, 2.0], [-0.0, 1.0, 2.0], [3.0, 1.0, 2.0]].map(Vector::from);
+        assert_eq!(merged(&points), [0, 1, 0, 1]);
     }
 
     #[test]

@@ -183,7 +183,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
             let thin = Stroke { width: 0.2, ..stroke };
             (thin.path("surface", data), Sample::Line(thin))
         }
-        Form::Mesh { points, corners, starts } if old => {
+        Form::Mesh { points, corners, starts, .. } if old => {
             let thin = Stroke { width: 0.12, ..stroke };
             match face::outlines(sheet, points, corners, starts) {
                 Some(data) => (thin.path("mesh", data), Sample::Line(thin)),

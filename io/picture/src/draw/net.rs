@@ -50,7 +50,8 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     // What faces hide of a net shows through them, pale: half a net would be hard to read.
     let pale = Stroke { color: tone.mixed(theme.paper(), 0.55), ..stroke };
     let (front, back): (Vec<Vector>, Vec<Vector>) = points.iter().partition(|p| !sheet.hides(p));
-    let all = points.len();
+    // Those that are one behind the other in this view are one.
+    let all = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.05, usize::MAX).len();
     let spots = |points: &[Vector], most: usize| {
         spread(points.iter().map(|p| sheet.layout.spot(p)), SIDE * 0.75, most)
     };

@@ -30,15 +30,19 @@ pub(crate) enum Form {
     Surface { surface: Box<Surface>, net: Vec<Vector>, grid: Grid, trim: Option<Trim> },
     /// A polyline.
     Polyline { points: Vec<Vector>, closed: bool },
-    /// A mesh: points, corners, face starts.
-    Mesh { points: Vec<Vector>, corners: Vec<u32>, starts: Vec<usize> },
+    /// A mesh: points, corners, face starts, and normals by corner where it has any (of any length).
+    Mesh { points: Vec<Vector>, corners: Vec<u32>, starts: Vec<usize>, normals: Vec<Vector> },
     /// Loose points.
     Cloud(Vec<Vector>),
 }
 
 impl Form {
-    /// What there is to draw of a geometry whose points are `points` on the stage.
-    pub(super) fn of(geometry: &Geometry, points: Vec<Vector>) -> Result<Self, PictureError> {
+    /// What there is to draw of a geometry whose points are `points` on the stage, and whose normals `normal` turns there.
+    pub(super) fn of(
+        geometry: &Geometry,
+        points: Vec<Vector>,
+        normal: impl Fn(&Vector) -> Vector,
+    ) -> Result<Self, PictureError> {
         Ok(match geometry {
             Geometry::Curve(curve) => {
                 Self::Curve { pieces: pieces(curve, &points)?, closed: curve.is_periodic(), net: points }
@@ -46,7 +50,12 @@ impl Form {
             Geometry::Surface(surface) => Self::surface(surface, points, None)?,
             Geometry::Trimmed(trimmed) => Self::surface(trimmed.surface(), points, Trim::of(trimmed)?)?,
             Geometry::Mesh(mesh) => {
-                Self::Mesh { points, corners: mesh.corners().to_vec(), starts: mesh.starts().to_vec() }
+                let corners = mesh.corners().to_vec();
+                let of =
+                    |(corner, &point)| mesh.normals.at(corner, point).map_or_else(Vector::zeros, &normal);
+                let given = !mesh.normals.values().is_empty();
+                let normals = if given { corners.iter().enumerate().map(of).collect() } else { Vec::new() };
+                Self::Mesh { points, corners, starts: mesh.starts().to_vec(), normals }
             }
             Geometry::Polyline(line) => Self::Polyline { points, closed: line.closed },
             Geometry::Cloud(_) => Self::Cloud(points),
@@ -101,8 +110,8 @@ impl Form {
                 closed == other_closed && near(points, others)
             }
             (
-                Self::Mesh { points, corners, starts },
-                Self::Mesh { points: others, corners: other_corners, starts: other_starts },
+                Self::Mesh { points, corners, starts, .. },
+                Self::Mesh { points: others, corners: other_corners, starts: other_starts, .. },
             ) => corners == other_corners && starts == other_starts && near(points, others),
             (Self::Cloud(points), Self::Cloud(others)) => near(points, others),
             _ => false,

@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{Mark, nearest};
 use loftsman_kernel::scene::{Object, Scene};
-use nalgebra::Matrix4;
+use loftsman_kernel::{Point, Vector};
+use nalgebra::{Matrix3, Matrix4};
 
 use super::body::{Body, Form};
 use super::{Place, Projection, Spotlight, Stage};
@@ -92,7 +92,13 @@ impl<'a> Scenery<'a> {
 
         let body = |p: &Placed<'a>, points: &[Point]| {
             let staged = staged(&projection, &p.place, points, p.object.name())?;
-            let form = Form::of(&p.object.geometry, staged)?;
+            // Normals go by the cofactors: by the inverse transposed, but for a factor, and where there is no inverse.
+            let cofactors = p.place.map(|map| {
+                let [a, b, c] = [0, 1, 2].map(|k| map.fixed_view::<3, 1>(0, k).into_owned());
+                Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
+            });
+            let normal = |n: &Vector| projection.direction(&cofactors.map_or(*n, |map| map * n));
+            let form = Form::of(&p.object.geometry, staged, normal)?;
             Ok::<_, PictureError>(Body { object: p.object, index: p.index, form })
         };
         let bodies = |list: &[Placed<'a>]| {
@@ -171,7 +177,7 @@ fn staged(
     place: &Place,
     points: &[Point],
     name: &str,
-) -> Result<Vec<loftsman_kernel::Vector>, PictureError> {
+) -> Result<Vec<Vector>, PictureError> {
     points.iter().map(|p| Ok(projection.point(&at(place, p, name)?))).collect()
 }
 

@@ -57,6 +57,7 @@ pub(crate) fn file(
             form: format!("{} of {} points{by}", object.geometry.kind(), points.len()),
             fate: Fate::Kept,
             tolerance: None,
+            error: None,
             reason: None,
         });
         plain += usize::from(object.color.is_some() || object.layer.is_some() || object.animation.is_some());
@@ -99,6 +100,7 @@ fn left_out(object: &Object) -> Written {
         form: "nothing".to_owned(),
         fate: Fate::LeftOut,
         tolerance: None,
+        error: None,
         reason: Some(match object.geometry.kind() {
             "group" => "a group has no points of its own".to_owned(),
             kind => format!("a point file holds clouds and polylines, not a {kind}: tessellate it first"),

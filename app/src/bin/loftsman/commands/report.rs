@@ -101,12 +101,14 @@ pub(crate) fn written(objects: &[Written], notes: &[String]) -> String {
     const SHOWN: usize = 12;
     let mut text = String::new();
     for object in objects.iter().take(SHOWN) {
+        let certified =
+            object.error.map(|error| format!(" (certified {})", figure(error))).unwrap_or_default();
+        let within = object.tolerance.map(|tolerance| format!("within {}{certified}", figure(tolerance)));
         let how = match object.fate {
-            Fate::Kept => "exact".to_owned(),
-            Fate::Approximated => match object.tolerance {
-                Some(tolerance) => format!("within {}", figure(tolerance)),
-                None => "approximated".to_owned(),
-            },
+            Fate::Kept => {
+                within.map_or_else(|| "exact".to_owned(), |within| format!("exact, triangles {within}"))
+            }
+            Fate::Approximated => within.unwrap_or_else(|| "approximated".to_owned()),
             Fate::LeftOut => "left out".to_owned(),
         };
         let reason = object.reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default();
