@@ -2,11 +2,15 @@
 
 use loftsman::kernel::Point;
 use loftsman::kernel::conformance::{
-    format_conformance, operation_conformance, sample_scene, solver_conformance,
+    format_conformance, functional_conformance, operation_conformance, sample_scene, solver_conformance,
 };
+use loftsman::kernel::error::Error;
+use loftsman::kernel::functional::ShapeNames;
 use loftsman::kernel::mesh::Polyline;
 use loftsman::kernel::plugin::Parameters;
 use loftsman::kernel::scene::{Geometry, Object, Scene};
+use loftsman::kernel::shape::Shape;
+use loftsman::kernel::spline::{Curve, Space, Surface};
 use serde_json::json;
 
 #[test]
@@ -85,4 +89,75 @@ fn with_squares() -> Scene {
         scene.add(Object::new(name, Polyline { points, closed: true }.into())).unwrap();
     }
     scene
+}
+
+/// Two shapes by any names.
+struct Two;
+
+impl ShapeNames for Two {
+    fn shape(&mut self, name: &str) -> Result<usize, Error> {
+        Ok(usize::from(name == "b"))
+    }
+}
+
+#[test]
+fn every_functional() {
+    let registry = loftsman::registry();
+    let turn = |i: usize, n: usize| std::f64::consts::TAU * i as f64 / n as f64;
+    let ring = |n: usize| {
+        let at =
+            |i: usize| Point::new((2.0 + (3.0 * turn(i, n)).sin()) * turn(i, n).cos(), turn(i, n).sin(), 0.0);
+        Curve::new(Space::periodic_uniform(3, n).unwrap(), (0..n).map(at).collect()).unwrap()
+    };
+    let torus = {
+        let at = |k: usize| {
+            let (a, b) = (turn(k / 6, 7), turn(k % 6, 6));
+            Point::new((3.0 + b.cos()) * a.cos(), (3.0 + b.cos()) * a.sin(), b.sin() * (1.2 + 0.2 * a.cos()))
+        };
+        let (u, v) = (Space::periodic_uniform(3, 7).unwrap(), Space::periodic_uniform(2, 6).unwrap());
+        Surface::new(u, v, (0..42).map(at).collect()).unwrap()
+    };
+    let arch = {
+        let at = |i: i32| Point::new(f64::from(i) - 3.0, f64::from((i - 3) * (i - 3)), 0.5);
+        Curve::new(Space::clamped_uniform(3, 7).unwrap(), (0..7).map(at).collect()).unwrap()
+    };
+    let curves = || -> Vec<Box<dyn Shape>> { vec![Box::new(arch.clone()), Box::new(ring(9))] };
+    let loops = || -> Vec<Box<dyn Shape>> { vec![Box::new(ring(9)), Box::new(ring(8))] };
+    let surfaces = || -> Vec<Box<dyn Shape>> { vec![Box::new(torus.clone())] };
+    let mut kinds = 0;
+    for declaration in registry.functionals() {
+        let samples = match declaration.name {
+            "position" | "tangent" | "magnitude" | "curvature" | "signed-curvature" => {
+                vec![(curves(), json!({ "at": 0.9 }))]
+            }
+            "derivative" => vec![(curves(), json!({ "at": 0.9, "order": 3 }))],
+            "orthogonal" => vec![(curves(), json!({ "at": 0.9, "to": [1, 2, 3] }))],
+            "normal" => vec![(surfaces(), json!({ "at": [0.9, 1.3], "to": [1, 2, 3] }))],
+            "vertex" => vec![(curves(), json!({ "index": -1 })), (surfaces(), json!({ "index": 4 }))],
+            "linear" => vec![(curves(), json!({ "terms": [{ "vertex": 0, "vector": [1, 2, 3] }] }))],
+            "join" => {
+                vec![(loops(), json!({ "at": 1.9, "with": { "object": "b", "at": 0.2 }, "continuity": 2 }))]
+            }
+            "symmetry" => vec![(curves(), json!({ "normal": [1, 0, 0] }))],
+            "area" => vec![(loops(), json!({})), (loops(), json!({ "normal": [0.3, -0.2, 1.0] }))],
+            "length" => vec![(curves(), json!({}))],
+            "volume" | "surface-area" => vec![(surfaces(), json!({}))],
+            "centroid" => vec![(loops(), json!({})), (surfaces(), json!({}))],
+            "closed" => {
+                let mut points = arch.points().to_vec();
+                points[6] = points[0];
+                let lasso = Curve::new(arch.space().clone(), points).unwrap();
+                vec![(vec![Box::new(lasso) as Box<dyn Shape>], json!({}))]
+            }
+            other => panic!("the kind \"{other}\" has no sample: add one"),
+        };
+        for (shapes, fields) in samples {
+            let parameters = Parameters::new(fields, "test").unwrap();
+            let functional = registry.build_functional(declaration.name, &parameters, &mut Two).unwrap();
+            let verdict = functional_conformance(functional.as_ref(), &shapes);
+            assert!(verdict.passed() && verdict.checks >= 12, "{}: {verdict}", declaration.name);
+        }
+        kinds += 1;
+    }
+    assert!(kinds >= 18, "{kinds}");
 }

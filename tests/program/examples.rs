@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use loftsman::kernel::scene::Geometry;
 use loftsman_tests::program;
 use serde_json::Value;
 
@@ -52,4 +53,47 @@ fn every_example_runs_and_writes_the_same_bytes_again() {
         }
     }
     assert!(ran > 0, "there are examples");
+}
+
+/// What `examples/gates` says of itself: which poles are touched, that the line passes every gate, and what it gains.
+#[test]
+fn the_line_through_the_gates_touches_seven_poles() {
+    let folder = tempfile::tempdir().unwrap();
+    let examples = folder.path().join("examples");
+    copy(&program::repository().join("examples"), &examples);
+    let report =
+        program::json(folder.path(), &["run", &examples.join("gates/recipe.toml").to_string_lossy()]);
+    let steps = report["steps"].as_array().unwrap();
+    let energy = |step: usize| steps[step]["energy"][1].as_f64().unwrap();
+    assert!(energy(0) > 0.0 && energy(1) > 2.8 * energy(0), "{} and {}", energy(0), energy(1));
+    let scene = loftsman::read(folder.path().join("out/gates/course.loft.json")).unwrap();
+    let line = scene.curve("line").unwrap();
+    let told = steps[0]["constraints"].as_array().unwrap();
+    let pull = |end: String| {
+        let one = told.iter().find(|c| c["name"].as_str().unwrap().ends_with(&end));
+        one.unwrap_or_else(|| panic!("{end} in {told:?}"))["multipliers"][0].as_f64().unwrap()
+    };
+    let mut touched = Vec::new();
+    for gate in 1..=9 {
+        let poles = match &scene.object(&format!("gate {gate}")).unwrap().geometry {
+            Geometry::Polyline(poles) => poles.points.clone(),
+            other => panic!("{other:?}"),
+        };
+        let (low, high) = (poles[0], poles[1]);
+        let at = line.point(low.x).unwrap();
+        assert!((at.x - low.x).abs() < 1e-9 && at.z == 0.0, "gate {gate}: {at}");
+        assert!(low.y - 1e-12 <= at.y && at.y <= high.y + 1e-12, "gate {gate}: {at}");
+        let (up, down) =
+            (pull(format!("at {} ≥ {}", low.x, low.y)), pull(format!("at {} ≤ {}", low.x, high.y)));
+        // A pole that is touched pushes the line away, one that is not does nothing.
+        let (on_low, on_high) = (at.y - low.y < 1e-12, high.y - at.y < 1e-12);
+        assert!(if on_low { up > 0.0 } else { up == 0.0 }, "gate {gate}: {up}");
+        assert!(if on_high { down < 0.0 } else { down == 0.0 }, "gate {gate}: {down}");
+        if on_low || on_high {
+            touched.push(gate);
+        } else {
+            assert!((at.y - low.y).min(high.y - at.y) > 0.1, "gate {gate}: {at}");
+        }
+    }
+    assert_eq!(touched, [1, 2, 3, 4, 5, 7, 8]);
 }

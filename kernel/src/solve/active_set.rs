@@ -1,6 +1,7 @@
 //! Inequalities: which of them hold with equality at the least adjustment.
 
 use super::SolveError;
+use super::envelope::dot;
 use super::system::{SparseRows, System};
 
 /// Which side of its right-hand side a row's value must be on.
@@ -316,17 +317,4 @@ impl<'a> Search<'a> {
         rows.sort_unstable();
         rows
     }
-}
-
-/// In four sums: one alone would wait for each product in turn.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
-    let mut sums = [0.0; 4];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..4 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }

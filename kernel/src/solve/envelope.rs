@@ -11,6 +11,24 @@ pub struct EnvelopeCholesky {
     smallest_pivot: f64,
 }
 
+/// `a · b`, in eight sums where it is long: one alone would wait for each product in turn.
+#[inline]
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() < 16 {
+        return a.iter().zip(b).map(|(a, b)| a * b).sum();
+    }
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    let half: [f64; 4] = std::array::from_fn(|k| sums[k] + sums[k + 4]);
+    (half[0] + half[2]) + (half[1] + half[3]) + rest
+}
+
 impl EnvelopeCholesky {
     /// Factors the matrix whose row `i` has its first non-zero at column `first[i] ≤ i` and whose entries are
     /// `entry(i, j)` for `first[i] ≤ j ≤ i`. Work: the sum over rows of the square of their envelope.
@@ -42,8 +60,7 @@ impl EnvelopeCholesky {
                 let fj = first[j] as usize;
                 let other = &done[starts[j]..starts[j + 1]];
                 let low = fi.max(fj);
-                let products: f64 =
-                    row[low - fi..j - fi].iter().zip(&other[low - fj..j - fj]).map(|(a, b)| a * b).sum();
+                let products = dot(&row[low - fi..j - fi], &other[low - fj..j - fj]);
                 let value = (entry(i, j) - products) * other[j - fj];
                 row[j - fi] = value;
                 diagonal -= value * value;

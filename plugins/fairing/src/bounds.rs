@@ -94,6 +94,11 @@ impl Bound {
         }
     }
 
+    /// By how much the value is on the wrong side of its bound.
+    pub(crate) fn violation(&self, shapes: &Shapes<'_>) -> Result<f64, Error> {
+        Ok((-self.slack(shapes, &mut Vec::new())?.0).max(0.0))
+    }
+
     /// How far on the right side of its bound the value is, and the size of the numbers that says.
     fn slack(&self, shapes: &Shapes<'_>, values: &mut Vec<f64>) -> Result<(f64, f64), Error> {
         values.clear();
@@ -113,13 +118,14 @@ pub(crate) trait Candidate {
 }
 
 /// The candidate under the equations and those bounds that hold with equality, with an account of every bound and the
-/// number of candidates that it took. `solve` gives the candidate of some equations.
+/// names of those that do. `solve` gives the candidate of some equations; `active` is where the search begins and what it
+/// ends with.
 pub(crate) fn bounded<C: Candidate>(
     equations: &[Constraint],
     bounds: &[Bound],
+    active: &mut Vec<usize>,
     solve: &dyn Fn(Vec<Constraint>) -> Result<C, EditError>,
 ) -> Result<(C, Vec<ConstraintReport>, Vec<String>), EditError> {
-    let mut active: Vec<usize> = Vec::new();
     let limit = 50 + 20 * bounds.len();
     let mut values = Vec::new();
     for _ in 0..limit {

@@ -11,7 +11,7 @@ use loftsman_kernel::shape::{Shape, vertex_index};
 use loftsman_kernel::solve::{Automatic, SolveError, Solver};
 use loftsman_kernel::{Point, Vector};
 
-use crate::bounds::{Candidate, bounded, split};
+use crate::bounds::{Bound, Candidate, bounded, split};
 use crate::energy::Energy;
 use crate::idle::{idle_motions, notes};
 use crate::minimise::{Projection, Search, finite, minimise};
@@ -112,23 +112,29 @@ impl<S: Shape + Clone> Fair<S> {
     ///
     /// # Errors
     /// When something cannot be asked of the shapes, is not linear, or the constraints cannot all hold; when the energy needs
-    /// derivatives that the degree does not have; when the constraints move a control vertex beyond [`within`](Self::within).
+    /// derivatives that the degree does not have; when the constraints alone move a control vertex beyond [`within`](Self::within).
     pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<Fairer<S>, EditError> {
         let solver: Arc<dyn Solver> = Arc::new(solver);
         let constraints = std::mem::take(&mut self.constraints);
         let all = std::iter::once(&self.shape as &dyn Shape).chain(self.others.iter().map(AsRef::as_ref));
+        let asked = constraints.clone();
         let (equations, bounds) = split(constraints, &Shapes::new(all))?;
         if bounds.is_empty() {
-            return Ok(self.equal(&solver, equations)?.fairer);
+            let how = self.within.map_or(Moving::Anywhere, Moving::Within);
+            return Ok(self.equal(&solver, equations, how)?.fairer);
         }
-        if self.within.is_some() {
-            return Err(SolveError::Unsupported(
-                "a distance and inequalities cannot be had together: bound the places where it matters instead".into(),
-            )
-            .into());
+        let solve = |constraints| self.equal(&solver, constraints, Moving::Anywhere);
+        let (found, account, active) = match bounded(&equations, &bounds, &mut Vec::new(), &solve) {
+            // The kernel knows the bounds as such, and names those that contradict each other with their sides.
+            Err(EditError::Solve(SolveError::Conflict(conflict))) => {
+                let told = self.edit(asked).solve_with(Arc::clone(&solver));
+                return Err(told.err().unwrap_or(SolveError::Conflict(conflict).into()));
+            }
+            done => done?,
+        };
+        if let Some(radius) = self.within.filter(|r| r.is_nan() || found.fairer.report.farthest > *r) {
+            return self.between(&solver, asked, &equations, &bounds, radius);
         }
-        let (found, account, active) =
-            bounded(&equations, &bounds, &|constraints| self.equal(&solver, constraints))?;
         let Fairer { shape, mut report } = found.fairer;
         report.constraints.truncate(equations.len());
         report.residual = account.iter().chain(&report.constraints).fold(0.0, |m, c| m.max(c.residual));
@@ -138,7 +144,12 @@ impl<S: Shape + Clone> Fair<S> {
     }
 
     /// The shape of least energy under equations.
-    fn equal(&self, solver: &Arc<dyn Solver>, constraints: Vec<Constraint>) -> Result<Found<S>, EditError> {
+    fn equal(
+        &self,
+        solver: &Arc<dyn Solver>,
+        constraints: Vec<Constraint>,
+        moving: Moving<'_>,
+    ) -> Result<Found<S>, EditError> {
         let origin = self.shape.control_vertices().first().copied().unwrap_or_else(Point::origin);
         let squares = Squares::new(&self.shape, &self.energy, origin)?;
         let mut free = vec![true; self.shape.control_vertices().len()];
@@ -147,15 +158,7 @@ impl<S: Shape + Clone> Fair<S> {
             free[at] = false;
         }
         let before = relative(&self.shape, origin);
-        let mut edit = Edit::new(&self.shape).lock(self.locks.iter().copied());
-        for (index, other) in self.others.iter().enumerate() {
-            let count = other.control_vertices().len() as i64;
-            edit = edit.with(other.boxed()).lock_on(index + 1, 0..count);
-        }
-        for constraint in constraints {
-            edit = edit.ask(constraint);
-        }
-        let mut session = edit.prepare(Arc::clone(solver))?;
+        let mut session = self.edit(constraints).prepare(Arc::clone(solver))?;
         if let Some(functional) = session.nonlinear() {
             let name = functional.describe();
             return Err(SolveError::Unsupported(format!(
@@ -170,15 +173,26 @@ impl<S: Shape + Clone> Fair<S> {
         let system = session.system();
         let factored = solver.factor(system)?;
         let told = session.report();
-        let leash = self.leash(&before, &free, &x)?;
+        let leash = match moving {
+            Moving::Within(radius) => Some(Leash::new(&before, radius, &free, &x)?),
+            _ => None,
+        };
+        // What is minimised: the energy, and the tethers where there are any.
+        let mut tied = squares.clone();
+        if let Moving::Tethered(tethers) = moving {
+            tied.tether(tethers, &before);
+        }
         let idle = idle_motions(&self.shape, &squares, &free, system);
         let notes = notes(&self.shape, &squares, idle.len());
         let mut projection = Projection::new(system, factored, idle);
+        if matches!(moving, Moving::Tethered(_)) {
+            projection.tether();
+        }
         let mut search = Search::default();
         if free.contains(&true) {
             let grid = self.shape.grid();
             let precondition = |squares: &Squares| Preconditioner::new(squares, &free, &grid, system);
-            let mut preconditioner = precondition(&squares).ok_or_else(|| {
+            let mut preconditioner = precondition(&tied).ok_or_else(|| {
                 let vertices = free.len();
                 Error::Invalid(format!(
                     "the energy of {vertices} control vertices cannot be factored: it vanishes, or is beyond all memory; \
@@ -186,11 +200,16 @@ impl<S: Shape + Clone> Fair<S> {
                 ))
             })?;
             let start = x.clone();
-            search = minimise(&squares, &free, &mut projection, &mut preconditioner, &mut x)?;
+            search = minimise(&tied, &free, &mut projection, &mut preconditioner, &mut x)?;
             if let Some(leash) = leash.as_ref().filter(|leash| leash.farthest(&x).0 > leash.radius) {
                 x = start;
                 projection.tether();
-                search = leash.minimise(&squares, &mut projection, &precondition, &mut x)?;
+                let mut solve = |tethers: &[f64], x: &mut [Vector]| {
+                    tied.tether(tethers, &before);
+                    let Some(mut preconditioner) = precondition(&tied) else { return Ok(None) };
+                    Ok(Some(minimise(&tied, &free, &mut projection, &mut preconditioner, x)?.steps))
+                };
+                search = leash.minimise(&squares, &mut solve, &mut x)?;
             }
         }
         // What the projections' rounding left.
@@ -216,7 +235,7 @@ impl<S: Shape + Clone> Fair<S> {
             }
         }
         let mut gradient = vec![Vector::zeros(); x.len()];
-        squares.gradient(&x, true, &mut gradient);
+        tied.gradient(&x, true, &mut gradient);
         gradient.iter_mut().zip(&free).filter(|(_, free)| !**free).for_each(|(g, _)| *g = Vector::zeros());
         let multipliers: Vec<f64> = projection.multipliers(&gradient).iter().map(|m| 2.0 * m).collect();
         let adjustment = x.iter().zip(&before).map(|(a, b)| (a - b).norm()).fold(0.0, f64::hypot);
@@ -248,29 +267,86 @@ impl<S: Shape + Clone> Fair<S> {
         Ok(Found { fairer: Fairer { shape: fair, report }, others })
     }
 
-    /// The bound on how far vertices move, where there is one and the start `x` is within it.
-    fn leash<'a>(
+    /// The shape of least energy under equations and bounds, and within a distance. With tethers in place of the distance it is a
+    /// problem with bounds alone, and its shape is drawn back towards the least adjustment, as far as it must be.
+    fn between(
         &self,
-        rest: &'a [Vector],
-        free: &'a [bool],
-        x: &[Vector],
-    ) -> Result<Option<Leash<'a>>, Error> {
-        let Some(radius) = self.within else { return Ok(None) };
-        if !(radius > 0.0 && radius.is_finite()) {
-            return Err(Error::Invalid(format!(
-                "a distance of {radius} is not possible: give a positive number"
-            )));
+        solver: &Arc<dyn Solver>,
+        asked: Vec<Constraint>,
+        equations: &[Constraint],
+        bounds: &[Bound],
+        radius: f64,
+    ) -> Result<Fairer<S>, EditError> {
+        let origin = self.shape.control_vertices().first().copied().unwrap_or_else(Point::origin);
+        let squares = Squares::new(&self.shape, &self.energy, origin)?;
+        let mut free = vec![true; self.shape.control_vertices().len()];
+        for &lock in &self.locks {
+            let at = vertex_index(lock, free.len())?;
+            free[at] = false;
         }
-        let leash = Leash { rest, radius, free };
-        let (far, vertex) = leash.farthest(x);
-        if far >= radius * (1.0 - 1e-6) {
-            return Err(Error::Invalid(format!(
-                "the constraints alone move control vertex {vertex} by {far}, and none may move further than {radius}: allow \
-                 more, or ask for less"
-            )));
+        let edited = self.edit(asked).solve_with(Arc::clone(solver))?;
+        let (rest, mut x) = (relative(&self.shape, origin), relative(edited.shape(), origin));
+        let leash = Leash::new(&rest, radius, &free, &x)?;
+        let (mut active, mut last) = (Vec::new(), None);
+        let mut solve = |tethers: &[f64], x: &mut [Vector]| {
+            let equal = |constraints| self.equal(solver, constraints, Moving::Tethered(tethers));
+            let done = bounded(equations, bounds, &mut active, &equal)?;
+            let found = &done.0.fairer;
+            for (x, point) in x.iter_mut().zip(found.shape.control_vertices()) {
+                *x = point - origin;
+            }
+            let steps = found.report.iterations;
+            last = Some(done);
+            Ok(Some(steps))
+        };
+        let search = leash.minimise(&squares, &mut solve, &mut x)?;
+        let mut shape = self.shape.clone();
+        for (at, (vertex, x)) in shape.control_vertices_mut().iter_mut().zip(&x).enumerate() {
+            if free[at] {
+                *vertex = origin + x;
+            }
         }
-        Ok(Some(leash))
+        let Some((found, mut account, names)) = last else {
+            // The least adjustment has no energy that could be less.
+            let report = FairReport { energy: self.energy.to_string(), ..FairReport::default() };
+            return Ok(Fairer { shape, report });
+        };
+        let all = std::iter::once(&shape as &dyn Shape).chain(self.others.iter().map(AsRef::as_ref));
+        let shapes = Shapes::new(all);
+        for (told, bound) in account.iter_mut().zip(bounds) {
+            told.residual = bound.violation(&shapes)?;
+        }
+        let mut report = found.fairer.report;
+        report.constraints.truncate(equations.len());
+        report.constraints.extend(account);
+        let residual = report.constraints.iter().fold(0.0, |m: f64, c| m.max(c.residual));
+        report.residual = residual.max(edited.report().residual);
+        report.energy_after = squares.energy(&x).0;
+        report.adjustment = x.iter().zip(&rest).map(|(a, b)| (a - b).norm()).fold(0.0, f64::hypot);
+        (report.farthest, report.iterations, report.gap) = (leash.farthest(&x).0, search.steps, search.gap);
+        report.active = names;
+        Ok(Fairer { shape, report })
     }
+
+    /// An edit of the shape beside the others, which stay.
+    fn edit(&self, constraints: Vec<Constraint>) -> Edit<S> {
+        let mut edit = Edit::new(&self.shape).lock(self.locks.iter().copied());
+        for (index, other) in self.others.iter().enumerate() {
+            let count = other.control_vertices().len() as i64;
+            edit = edit.with(other.boxed()).lock_on(index + 1, 0..count);
+        }
+        constraints.into_iter().fold(edit, Edit::ask)
+    }
+}
+
+/// How far vertices may move.
+#[derive(Clone, Copy)]
+enum Moving<'a> {
+    Anywhere,
+    /// No further than this.
+    Within(f64),
+    /// Tied to where they were, with these weights.
+    Tethered(&'a [f64]),
 }
 
 /// A fair shape among the others of its problem.

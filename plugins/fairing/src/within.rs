@@ -11,10 +11,11 @@
 //! stay), so that no point moves further than the vertices do.
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::edit::EditError;
+use loftsman_kernel::error::Error;
 use loftsman_kernel::solve::SolveError;
 
-use crate::minimise::{Projection, Search, minimise};
-use crate::precondition::Preconditioner;
+use crate::minimise::Search;
 use crate::squares::Squares;
 
 /// Rounds of new tethers, and the part of the energy that may remain to be gained.
@@ -23,35 +24,61 @@ const GAP: f64 = 1e-3;
 /// How fast tethers follow: `τ ← τ (|d| / r)^γ`. At 1 they creep, beyond 2 they swing.
 const GAMMA: f64 = 1.5;
 
+/// Moves a shape to the least of the energy and tethers of some weights; the steps that took.
+pub(crate) type Tied<'a> = dyn FnMut(&[f64], &mut [Vector]) -> Result<Option<usize>, EditError> + 'a;
+
 /// What is to be kept within the distance, and how the search begins.
 pub(crate) struct Leash<'a> {
     /// The vertices as they were.
-    pub(crate) rest: &'a [Vector],
+    rest: &'a [Vector],
     /// The largest distance, positive.
     pub(crate) radius: f64,
     /// Which vertices may move.
-    pub(crate) free: &'a [bool],
+    free: &'a [bool],
 }
 
-impl Leash<'_> {
+impl<'a> Leash<'a> {
+    /// A bound on how far vertices move from where they rest; the start `x` must be within it.
+    pub(crate) fn new(
+        rest: &'a [Vector],
+        radius: f64,
+        free: &'a [bool],
+        x: &[Vector],
+    ) -> Result<Self, Error> {
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(Error::Invalid(format!(
+                "a distance of {radius} is not possible: give a positive number"
+            )));
+        }
+        let leash = Leash { rest, radius, free };
+        let (far, vertex) = leash.farthest(x);
+        if far >= radius * (1.0 - 1e-6) {
+            return Err(Error::Invalid(format!(
+                "the constraints alone move control vertex {vertex} by {far}, and none may move further than {radius}: allow \
+                 more, or ask for less"
+            )));
+        }
+        Ok(leash)
+    }
+
     /// The largest distance of a vertex from its place, and which vertex that is.
     pub(crate) fn farthest(&self, x: &[Vector]) -> (f64, usize) {
         let far = x.iter().zip(self.rest).map(|(x, rest)| (x - rest).norm());
         far.enumerate().fold((0.0, 0), |best, (i, d)| if d > best.0 { (d, i) } else { best })
     }
 
-    /// Moves `x`, which meets the constraints and is within the distance, to (nearly) the least energy. `precondition` factors
-    /// the tethered energy. `O(rounds · steps · size)`.
+    /// Moves `x`, which meets the constraints and is within the distance, to (nearly) the least energy. `solve` moves it to the
+    /// least of the energy and the tethers together, whatever the distance, and says in how many steps; `None` where
+    /// that cannot be factored. The constraints must be convex: what lies between two shapes that meet them does, too.
     ///
     /// # Errors
-    /// As for [`minimise`]; when the gap does not close.
+    /// Those of `solve`; when the gap does not close.
     pub(crate) fn minimise(
         &self,
         squares: &Squares,
-        projection: &mut Projection<'_>,
-        precondition: &dyn Fn(&Squares) -> Option<Preconditioner>,
+        solve: &mut Tied<'_>,
         x: &mut [Vector],
-    ) -> Result<Search, SolveError> {
+    ) -> Result<Search, EditError> {
         // A hair inside, so that rounding and the last correction cannot leave the distance.
         let radius = self.radius * (1.0 - 1e-9);
         let mut search = Search::default();
@@ -69,18 +96,15 @@ impl Leash<'_> {
         let safe = x.to_vec();
         // What would hold each vertex at the distance if it alone moved.
         let mut tethers: Vec<f64> = gradient.iter().map(|g| g.norm().max(1e-6 * largest) / radius).collect();
-        let mut tied = squares.clone();
         for _ in 0..ROUNDS {
-            tied.tether(&tethers, self.rest);
-            let Some(mut preconditioner) = precondition(&tied) else { break };
-            search.steps += minimise(&tied, self.free, projection, &mut preconditioner, x)?.steps;
-            let slack: f64 = tethers
-                .iter()
-                .zip(self.free)
-                .filter(|(_, free)| **free)
-                .map(|(t, _)| t * radius * radius)
-                .sum();
-            bound = bound.max(tied.energy(x).0 - slack);
+            let Some(steps) = solve(&tethers, x)? else { break };
+            search.steps += steps;
+            let pull = |(t, (x, rest)): (&f64, (&Vector, &Vector))| {
+                t * ((x - rest).norm_squared() - radius * radius)
+            };
+            let moving =
+                tethers.iter().zip(x.iter().zip(self.rest)).zip(self.free).filter(|(_, free)| **free);
+            bound = bound.max(squares.energy(x).0 + moving.map(|(one, _)| pull(one)).sum::<f64>());
             let inside = self.drawn_back(&safe, x, radius);
             let energy = squares.energy(&inside).0;
             if energy < best_energy {
@@ -102,7 +126,8 @@ impl Leash<'_> {
             self.radius,
             search.steps,
             100.0 * search.gap
-        )))
+        ))
+        .into())
     }
 
     /// The point nearest to `x` on the way from `safe` to it that is within the distance.

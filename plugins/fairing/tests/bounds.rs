@@ -117,7 +117,72 @@ fn bounds_that_hold_anyway_change_nothing_and_impossible_ones_are_refused() {
     let text = apart.unwrap_err().to_string();
     assert!(text.contains("position at 4") && text.contains("cannot all hold"), "{text}");
     let both = Fair::new(&wire).energy(bend()).within(1.0).ask(y(position(4.0).at_least(2.0)));
-    assert!(both.solve().unwrap_err().to_string().contains("together"));
+    let text = both.solve().unwrap_err().to_string();
+    assert!(text.contains("none may move further than 1"), "{text}");
     let odd = Fair::new(&wire).energy(bend()).ask(position(4.0).at_least(vec![1.0, 2.0]));
     assert!(odd.solve().is_err());
+}
+
+/// Bounds and a distance at once: both hold, and no other shape that keeps to both has noticeably less energy.
+#[test]
+fn within_a_distance_and_between_bounds() {
+    let points = (0..20).map(|i| Point::new(f64::from(i), (2.3 * f64::from(i)).sin(), 0.0)).collect();
+    let wild = Curve::new(Space::clamped_uniform(3, 20).unwrap(), points).unwrap();
+    let end = wild.domain().1;
+    let ask = |distance: f64, gates: bool| {
+        let mut fair = Fair::new(&wild).energy(bend()).ask(position(0.0).keep()).within(distance);
+        if gates {
+            fair = fair.ask(y(position(4.25).at_least(0.3))).ask(y(position(0.6 * end).at_most(-0.25)));
+        }
+        fair.solve().unwrap()
+    };
+    for distance in [0.9, 1.0, 1.3, 2.0, 50.0] {
+        let (plain, both) = (ask(distance, false), ask(distance, true));
+        let report = both.report();
+        let far =
+            wild.points().iter().zip(both.shape().points()).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(far <= distance && report.farthest <= distance, "{distance}: {far}, {report}");
+        assert!(both.shape().point(4.25).unwrap().y >= 0.3 - 1e-12, "{distance}: {report}");
+        assert!(both.shape().point(0.6 * end).unwrap().y <= -0.25 + 1e-12, "{distance}: {report}");
+        assert!(report.gap <= 1.1e-3 && report.residual < 1e-12, "{distance}: {report}");
+        assert_eq!(report.active.len(), 2, "{distance}: {report}");
+        assert!(report.energy_after > plain.report().energy_after * 0.999, "{distance}: {report}");
+        assert!(report.energy_after < 0.5 * report.energy_before, "{distance}: {report}");
+        // The energy on the way to other shapes that keep to both: none is lower by more than the gap.
+        let kept = |shape: &Curve| {
+            let near = wild.points().iter().zip(shape.points()).all(|(a, b)| (a - b).norm() <= distance);
+            near && shape.point(4.25).unwrap().y >= 0.3 && shape.point(0.6 * end).unwrap().y <= -0.25
+        };
+        let energy = |shape: &Curve| {
+            Fair::new(shape).energy(bend()).lock(0..20).solve().unwrap().report().energy_before
+        };
+        let mut tried = 0;
+        for k in 0..304_usize {
+            // One vertex after another, up and down.
+            let push = |i: usize| match i == k % 19 + 1 {
+                true => [1.0, -1.0][k / 19 % 2],
+                false => 0.0,
+            };
+            let size = [1e-1, 1e-2, 1e-3, 1e-4][k / 38 % 4];
+            let moved = both
+                .shape()
+                .points()
+                .iter()
+                .enumerate()
+                .map(|(i, p)| Point::new(p.x, if i == 0 { p.y } else { p.y + size * push(i) }, p.z));
+            let other = Curve::new(wild.space().clone(), moved.collect()).unwrap();
+            if kept(&other) {
+                tried += 1;
+                assert!(
+                    energy(&other) >= report.energy_after * (1.0 - 1.2e-3),
+                    "{distance}: {}",
+                    energy(&other)
+                );
+            }
+        }
+        assert!(tried > 10, "{distance}: {tried}");
+    }
+    // Farther may be fairer.
+    let energies: Vec<f64> = [0.9, 1.3, 50.0].map(|d| ask(d, true).report().energy_after).to_vec();
+    assert!(energies.windows(2).all(|w| w[1] <= w[0] * 1.002), "{energies:?}");
 }
