@@ -34,7 +34,7 @@ impl Geometry {
     /// The geometry moved by an affine map (the last row is taken as `0 0 0 1`).
     ///
     /// Splines follow their control vertices; their weights stay, and loops stay where they are in the parameter plane.
-    /// Normals follow the cofactor matrix and come
+    /// Normals follow the cofactor matrix, tangents the map itself, and both come
     /// out with unit length; a map that mirrors reverses the faces, so that outside stays outside. `O(points)`.
     ///
     /// # Errors
@@ -98,6 +98,12 @@ fn transform_mesh(mesh: &Mesh, points: Vec<Point>, map: &Matrix4<f64>) -> Result
         let turned: Vector = cofactors * *n * sign;
         *n = turned.try_normalize(0.0).unwrap_or(turned);
     }
+    for t in moved.tangents.values_mut() {
+        let turned: Vector = a * Vector::new(t[0], t[1], t[2]);
+        let unit = turned.try_normalize(0.0).unwrap_or(turned);
+        // n × t turns round under a mirror, and the bitangent does not.
+        *t = [unit.x, unit.y, unit.z, t[3] * sign];
+    }
     Ok(moved)
 }
 
@@ -149,6 +155,7 @@ impl Scene {
         (scene.unit, scene.up) = (unit, up);
         scene.materials.clone_from(&self.materials);
         scene.images.clone_from(&self.images);
+        scene.statements.clone_from(&self.statements);
         for object in self.objects() {
             let named = |e: Error| Error::Invalid(format!("\"{}\" in {}: {e}", object.name(), unit.name()));
             let mut new = Object::new(object.name(), object.geometry.transformed(&map).map_err(named)?);
@@ -164,6 +171,7 @@ impl Scene {
                 changed
             });
             new.materials.clone_from(&object.materials);
+            new.statements.clone_from(&object.statements);
             new.animation.clone_from(&object.animation);
             for frame in new.animation.iter_mut().flat_map(|a| &mut a.frames) {
                 frame.iter_mut().for_each(|p| *p = transform_point(&map, p));

@@ -175,6 +175,8 @@ pub struct Object {
     pub animation: Option<Animation>,
     /// The names of its materials, among the scene's; a mesh's faces say which, others have the first.
     pub materials: Vec<String>,
+    /// What a format said of it beyond all this, word for word, for the same format: `("gltf extras", "{…}")`.
+    pub statements: Vec<(String, String)>,
 }
 
 impl Object {
@@ -189,7 +191,13 @@ impl Object {
             transform: None,
             animation: None,
             materials: Vec::new(),
+            statements: Vec::new(),
         }
+    }
+
+    /// What was said of it under this heading, first.
+    pub fn statement(&self, heading: &str) -> Option<&str> {
+        self.statements.iter().find(|(known, _)| known == heading).map(|(_, text)| text.as_str())
     }
 
     /// The same object under another name.
@@ -215,6 +223,8 @@ pub struct Scene {
     pub materials: NamedList<Material>,
     /// The pictures that materials' textures name.
     pub images: NamedList<Image>,
+    /// What a format said of the whole beyond all this, word for word, for the same format.
+    pub statements: Vec<(String, String)>,
     objects: Vec<Object>,
     connections: Vec<Connection>,
     index: HashMap<String, usize>,
@@ -224,6 +234,11 @@ impl Scene {
     /// An empty scene in metres, z up.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// What was said of the whole under this heading, first.
+    pub fn statement(&self, heading: &str) -> Option<&str> {
+        self.statements.iter().find(|(known, _)| known == heading).map(|(_, text)| text.as_str())
     }
 
     /// The objects, in their order.

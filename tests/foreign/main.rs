@@ -5,6 +5,7 @@
 
 mod blender_curves;
 mod enclosed;
+mod every_file;
 mod example;
 mod gltf;
 mod meshes;

@@ -17,11 +17,23 @@ pub(super) struct Pending {
     real: PathBuf,
     bytes: Vec<u8>,
     siblings: Vec<Self>,
+    /// Whether missing folders are made for it.
+    new_folders: bool,
 }
 
 impl Pending {
     pub(super) fn new(shown: &Path, real: PathBuf, bytes: Vec<u8>) -> Self {
-        Self { shown: shown.to_path_buf(), real, bytes, siblings: Vec::new() }
+        Self { shown: shown.to_path_buf(), real, bytes, siblings: Vec::new(), new_folders: false }
+    }
+
+    /// Another file beside it.
+    pub(super) fn push_sibling(&mut self, sibling: Self) {
+        self.siblings.push(sibling);
+    }
+
+    /// The same, with the folders that it needs.
+    pub(super) fn in_new_folders(self) -> Self {
+        Self { new_folders: true, ..self }
     }
 
     pub(super) fn with_siblings(self, siblings: Vec<Self>) -> Self {
@@ -42,10 +54,8 @@ impl Pending {
 pub(super) fn commit(pending: &[Pending], create_folders: bool) -> Result<Vec<Produced>> {
     let mut undo = Undo::default();
     let files: Vec<&Pending> = pending.iter().flat_map(|p| std::iter::once(p).chain(&p.siblings)).collect();
-    if create_folders {
-        for file in &files {
-            undo.create_folder(file)?;
-        }
+    for file in files.iter().filter(|file| create_folders || file.new_folders) {
+        undo.create_folder(file)?;
     }
     let mut staged = Vec::with_capacity(files.len());
     for file in &files {

@@ -58,6 +58,12 @@ impl Input {
         self
     }
 
+    /// Only where its siblings are: what the file itself holds is given up.
+    #[must_use]
+    pub fn without_bytes(self) -> Self {
+        Self { bytes: Vec::new(), ..self }
+    }
+
     /// The format of the file: by its extension where that is known, else by its content.
     ///
     /// # Errors

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use loftsman_kernel::plugin::{Format, Memory, Registry, WriteOptions, WriteReport};
@@ -22,6 +22,8 @@ pub struct Outputs {
     pending: Vec<Pending>,
     claimed: BTreeMap<PathBuf, String>,
     inputs: BTreeMap<PathBuf, String>,
+    /// Pictures that are to be put beside outputs.
+    pictures: BTreeMap<PathBuf, Vec<u8>>,
     create_folders: bool,
 }
 
@@ -96,7 +98,7 @@ impl Outputs {
         let path = path.as_ref();
         let format = format_for(path, registry)?;
         let (memory, report) = encode(scene, &file_name(path), format.as_ref(), options, registry)?;
-        self.add(path, memory.bytes, memory.siblings)?;
+        self.add_memory(path, memory)?;
         Ok(report)
     }
 
@@ -124,6 +126,62 @@ impl Outputs {
         }
         self.pending.push(Pending::new(path, real, bytes).with_siblings(beside));
         Ok(())
+    }
+
+    /// Takes a file that a format wrote, its siblings, and the pictures that it names. A picture that is there already
+    /// stays; folders below the file's own are made for those that are not.
+    ///
+    /// # Errors
+    /// As for [`add`](Self::add); also when a picture's name leads out of the file's folder, or another file has it.
+    pub fn add_memory(&mut self, path: impl AsRef<Path>, memory: Memory) -> Result<()> {
+        let path = path.as_ref();
+        self.add(path, memory.bytes, memory.siblings)?;
+        for (name, bytes) in memory.pictures {
+            if let Some(picture) = self.picture(path, &name, bytes)?
+                && let Some(last) = self.pending.last_mut()
+            {
+                last.push_sibling(picture);
+            }
+        }
+        Ok(())
+    }
+
+    /// The place of a picture below a file's folder; `None` where it is there already.
+    fn picture(&mut self, path: &Path, name: &str, bytes: Vec<u8>) -> Result<Option<Pending>> {
+        let below = Path::new(name);
+        let shown = path.with_file_name(below);
+        let fail = |problem: &str| Err(Error::file(shown.display().to_string(), problem.to_owned()));
+        let inside = below.components().all(|c| matches!(c, Component::Normal(_)));
+        if name.is_empty() || name.contains('\\') || !inside {
+            return fail("a picture of this name would not be beside the output");
+        }
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+        // A folder that will be made below what is there; links must not lead out.
+        let deepest = shown.ancestors().skip(1).find(|a| a.exists() || a.as_os_str().is_empty());
+        let deepest = deepest.filter(|a| !a.as_os_str().is_empty()).unwrap_or(folder);
+        if let (Ok(root), Ok(deepest)) = (folder.canonicalize(), deepest.canonicalize())
+            && !deepest.starts_with(&root)
+        {
+            return fail("a folder on the way to this picture is a link that leads elsewhere");
+        }
+        if fs::symlink_metadata(&shown).is_ok() {
+            return match fs::read(&shown) {
+                Ok(there) if there == bytes => Ok(None),
+                _ => fail(
+                    "another file has the name of a picture that belongs here; write to another folder, or rename one",
+                ),
+            };
+        }
+        let real = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf()).join(below);
+        match self.claimed.get(&real) {
+            // Another output of the same folder names it too.
+            Some(_) if self.pictures.get(&real) == Some(&bytes) => return Ok(None),
+            Some(_) => return fail("another output has the name of a picture that belongs here; rename one"),
+            None => {}
+        }
+        self.claimed.insert(real.clone(), shown.display().to_string());
+        self.pictures.insert(real.clone(), bytes.clone());
+        Ok(Some(Pending::new(&shown, real, bytes).in_new_folders()))
     }
 
     /// Puts all files in place: each is written beside its place under another name, then all are renamed. Where

@@ -39,8 +39,9 @@ pub struct Applied {
     pub input: Option<InputReport>,
     /// Each step.
     pub steps: Vec<StepReport>,
-    /// The format of the input.
+    /// The format of the input, and the file, for its pictures.
     format: &'static str,
+    source: Option<Input>,
 }
 
 impl<'a> Runner<'a> {
@@ -100,7 +101,8 @@ impl<'a> Runner<'a> {
             } else {
                 let output = format_for(file, self.registry)?.declaration().name;
                 let asked = recipe.conversion.write_options(applied.format, output);
-                let options = WriteOptions { observer: self.observer, ..asked };
+                let pictures = applied.source.as_ref().map(|source| source as &dyn Source);
+                let options = WriteOptions { observer: self.observer, pictures, ..asked };
                 let written = outputs.scene(&applied.scene, file, &options, self.registry)?;
                 (report.objects, report.notes) = (written.objects, written.notes);
             }
@@ -181,7 +183,7 @@ impl<'a> Runner<'a> {
     fn read(&self, recipe: &Recipe) -> Result<Applied> {
         let Some(name) = &recipe.input else {
             let (scene, before, steps) = (Scene::new(), Scene::new(), Vec::new());
-            return Ok(Applied { scene, before, input: None, steps, format: "" });
+            return Ok(Applied { scene, before, input: None, steps, format: "", source: None });
         };
         let input = Input::open(recipe.resolve(name)).map_err(|e| match e {
             Error::File { path, problem } => recipe.error("input", format!("{path}: {problem}")),
@@ -192,8 +194,9 @@ impl<'a> Runner<'a> {
         let options = ReadOptions { observer: self.observer, ..recipe.conversion.read_options(kind) };
         let (scene, report) = read_content(&input, format.as_ref(), &options)?;
         let path = Source::name(&input).to_owned();
+        let source = Some(input.without_bytes());
         let input = Some(InputReport { path, format: kind, report });
-        Ok(Applied { before: scene.clone(), scene, input, steps: Vec::new(), format: kind })
+        Ok(Applied { before: scene.clone(), scene, input, steps: Vec::new(), format: kind, source })
     }
 }
 

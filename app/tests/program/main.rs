@@ -6,4 +6,5 @@ mod bench;
 mod files;
 mod hostile;
 mod output;
+mod pictures;
 mod recipes;

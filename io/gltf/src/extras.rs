@@ -39,7 +39,10 @@ pub(crate) struct Own {
     pub(crate) place: Option<[[f64; 4]; 4]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) layer: Option<String>,
-    /// The colour of what has no mesh, whose material would show it.
+    /// Whether the mesh got its tangents when it was written, because its material has a normal map.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) made_tangents: bool,
+    /// The colour of what has no mesh, whose material would show it, or has another material.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) color: Option<[f64; 4]>,
 }

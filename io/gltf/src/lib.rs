@@ -15,12 +15,14 @@
 //! * *Large coordinates*: glTF has single precision. A shape further from its origin than eight times its own size
 //!   is moved to it, and its node back. The report says by how much numbers are rounded.
 //! * *Materials* with their textures and pictures, and one for each colour of objects that have none, `metallicFactor`
-//!   0. What a material kept of glTF's extensions goes out again. Pictures in files stay there, by their names.
+//!   0. What a material kept of glTF's extensions goes out again. Pictures that are files go into a GLB, and beside a
+//!   `.gltf` by their names, where the options say where to find them; else they are named only.
 //! * *Texture coordinates* point up in Loftsman and down in glTF: `v` goes out as `1 - v`.
 //! * *Frames* of an animation are morph targets, shown one after the other by an animation of their weights.
-//!
-//! Tangents are neither kept nor written: where a material has a normal map, the Khronos validator warns that each
-//! program will make its own.
+//! * *Tangents* go out as they are; where a material has a normal map and the mesh has texture coordinates but no
+//!   tangents, they are made as MikkTSpace has them, and marked so that our reader drops them again.
+//! * *What other programs noted* in `extras` of the file, the asset, the scene, nodes, meshes and materials, the names of
+//!   the scene and of meshes, and the copyright go out again.
 //!
 //! The option `meshes-only` leaves lines and points out: MeshLab reads every primitive as triangles.
 //!
@@ -28,11 +30,13 @@
 //!
 //! Every node of the scene that is shown becomes an object, its mesh with a slot for each material; a mesh that several
 //! nodes show is copied for each. Strips and fans become triangles; lines the mesh's lines, or a polyline where there is
-//! one strip and nothing else; points a cloud. Accessors may be sparse, interleaved, normalised or quantised. An exact
-//! spline is taken from the extras as long as the mesh has the vertices that were written with it. Skins, cameras,
-//! lights, animations of nodes, attributes and extensions that Loftsman has nothing for are counted in the report.
-//! Extensions that a file needs and this reader does not know, compression above all, are refused by name. A scene may
-//! take 64 times the memory that the file has bytes (and 64 MB at least): what asks for more is refused.
+//! one strip and nothing else; points a cloud; lines and points with colours or other layers are a mesh of nothing else.
+//! Accessors may be sparse, interleaved, normalised or quantised. An exact spline is taken from the extras as long as the
+//! mesh has the vertices that were written with it. Tangents and the `extras` of other programs are kept. Skins, cameras,
+//! lights, animations of nodes, morph targets that nothing animates (weights bend the shape once), attributes and
+//! extensions that Loftsman has nothing for are counted in the report. Extensions that a file needs and this reader does
+//! not know, compression above all, are refused by name. A scene may take 64 times the memory that the file has bytes
+//! (and 64 MB at least): what asks for more is refused.
 
 mod extras;
 mod place;

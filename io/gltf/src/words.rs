@@ -3,8 +3,31 @@
 /// The field of `extras` that is ours.
 pub(crate) const EXTRAS: &str = "loftsman";
 
-/// How statements of materials that are glTF's begin: the name of an extension comes after it, or `extras`.
+/// How statements that are glTF's begin. Of materials, the name of an extension comes after it, or [`DATA`].
 pub(crate) const PREFIX: &str = "gltf ";
+
+/// What other programs noted: of a node or the whole document.
+pub(crate) const DATA: &str = "gltf extras";
+
+/// What other programs noted of a node's mesh, and its name where it is not the node's.
+pub(crate) const MESH_DATA: &str = "gltf mesh extras";
+pub(crate) const MESH_NAME: &str = "gltf mesh name";
+
+/// What other programs noted of the scene that is shown, and its name.
+pub(crate) const SCENE_DATA: &str = "gltf scene extras";
+pub(crate) const SCENE_NAME: &str = "gltf scene name";
+
+/// What other programs noted of the asset, and whose it is.
+pub(crate) const ASSET_DATA: &str = "gltf asset extras";
+pub(crate) const COPYRIGHT: &str = "gltf asset copyright";
+
+/// The names of morph targets in the extras of a mesh; ours only number the frames.
+pub(crate) const TARGET_NAMES: &str = "targetNames";
+
+/// The name of the morph target that shows a frame.
+pub(crate) fn frame_name(frame: usize) -> String {
+    format!("frame {frame}")
+}
 
 /// Extensions that let textures show pictures of further media types.
 pub(crate) const SOURCES: [(&str, &str); 3] = [

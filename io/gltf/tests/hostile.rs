@@ -309,7 +309,8 @@ fn what_we_have_nothing_for_is_counted() {
     ]);
     document["scenes"][0]["nodes"] = json!([0, 1]);
     document["meshes"][0]["primitives"][0]["attributes"] =
-        json!({ "POSITION": 0, "TANGENT": 0, "JOINTS_0": 0, "_HEAT": 0 });
+        json!({ "POSITION": 0, "JOINTS_0": 0, "_HEAT": 0 });
+    document["accessors"][0]["extras"] = json!({ "from": "elsewhere" });
     document["meshes"].as_array_mut().unwrap().push(json!({ "primitives": [] }));
     document["animations"] = json!([{
         "channels": [{ "sampler": 0, "target": { "node": 0, "path": "rotation" } }],
@@ -323,9 +324,8 @@ fn what_we_have_nothing_for_is_counted() {
     for what in [
         "skin",
         "camera",
-        "extras of a node",
         "KHR_lights_punctual",
-        "TANGENT",
+        "extras of an accessor",
         "JOINTS_0",
         "_HEAT",
         "rotation",
@@ -338,6 +338,42 @@ fn what_we_have_nothing_for_is_counted() {
         assert!(report.left_out.keys().any(|k| k.contains(what)), "{what}: {report:#?}");
     }
     assert_eq!((scene.objects().len(), scene.images.len(), scene.materials.len()), (2, 1, 1));
+    assert_eq!(scene.objects()[0].statement("gltf extras"), Some(r#"{"price":3}"#));
+}
+
+#[test]
+fn tangents_of_three_numbers_are_refused() {
+    let attributes = json!({ "POSITION": 0, "TANGENT": 0 });
+    refused(&with("/meshes/0/primitives/0/attributes", attributes), &["accessors[0]", "3 numbers where 4"]);
+}
+
+#[test]
+fn morph_targets_bend_by_weights_or_are_counted() {
+    let targets = json!([{ "POSITION": 0 }, { "POSITION": 0 }]);
+    let mut document = with("/meshes/0/primitives/0/targets", targets);
+    let corner = |scene: &Scene, k: usize| scene.objects()[k].geometry.points()[1].x;
+    let unmoved = corner(&read(&triangle()).unwrap().0, 0);
+    let (scene, report) = read(&document).unwrap();
+    let counted = |report: &ReadReport| {
+        report
+            .left_out
+            .iter()
+            .filter(|(why, _)| why.contains("nothing animates"))
+            .map(|(_, n)| n)
+            .sum::<usize>()
+    };
+    assert_eq!((corner(&scene, 0), counted(&report)), (unmoved, 2));
+    // The mesh's own weights show its default shape; a node's come before them, whichever node is first.
+    document["meshes"][0]["weights"] = json!([0.5, 0.25]);
+    document["nodes"] =
+        json!([{ "mesh": 0 }, { "mesh": 0, "weights": [1, 1] }, { "mesh": 0, "weights": [0, 0] }]);
+    document["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    let (scene, report) = read(&document).unwrap();
+    assert_eq!([0, 1, 2].map(|k| corner(&scene, k) / unmoved), [1.75, 3.0, 1.0]);
+    assert_eq!(counted(&report), 2);
+    document["meshes"][0]["weights"].take();
+    let (scene, _) = read(&document).unwrap();
+    assert_eq!([0, 1, 2].map(|k| corner(&scene, k) / unmoved), [1.0, 3.0, 1.0]);
 }
 
 #[test]

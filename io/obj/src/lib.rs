@@ -5,7 +5,8 @@
 //!
 //! * *Objects.* Each `o` starts a scene object; `split = "group"` makes one of each `g` instead. Names come from `o`,
 //!   else the file (of curves and surfaces also from `g`). The faces and lines of a section are one mesh; lines without
-//!   faces are a polyline a chain, points a cloud, each curve and surface an object.
+//!   faces are a polyline a chain, points a cloud (meshes of nothing else where the vertices have colours), each curve
+//!   and surface an object.
 //! * *Faces* of any size, every form of index, also negative. Normals and texture coordinates keep their own indices;
 //!   groups, smoothing groups and materials are kept face by face.
 //! * *Materials* of all libraries that can be found; what a material of the kernel has no place for is kept word for

@@ -17,8 +17,8 @@ pub struct ByPoint<'a> {
     pub mesh: Cow<'a, Mesh>,
     /// The old point of each doubled one.
     pub doubled: Vec<u32>,
-    /// How many corners lacked a value that others have: normals were filled with the face's own, texture
-    /// coordinates with 0, colours with white.
+    /// How many corners lacked a value that others have: normals were filled with the face's own, tangents with the x
+    /// axis, texture coordinates with 0, colours with white.
     pub filled: usize,
 }
 
@@ -32,7 +32,8 @@ impl Mesh {
     /// When the mesh does not pass its [`check`](Mesh::check), or has more points than indices can name.
     pub fn by_point(&self) -> Result<ByPoint<'_>> {
         self.check()?;
-        let layers = [self.normals.corners(), self.uvs.corners(), self.colors.corners()];
+        let layers =
+            [self.normals.corners(), self.tangents.corners(), self.uvs.corners(), self.colors.corners()];
         if layers.iter().all(Option::is_none) && self.more_uvs.iter().all(|l| l.corners().is_none()) {
             return Ok(ByPoint { mesh: Cow::Borrowed(self), doubled: Vec::new(), filled: 0 });
         }
@@ -76,6 +77,8 @@ impl Mesh {
         mesh.normals = self.spread(&self.normals, &representative, source, &mut filled, |corner| {
             self.face_normal(self.face_of(corner)).unwrap_or_else(Vector::zeros)
         });
+        mesh.tangents =
+            self.spread(&self.tangents, &representative, source, &mut filled, |_| [1.0, 0.0, 0.0, 1.0]);
         mesh.uvs = self.spread(&self.uvs, &representative, source, &mut filled, |_| [0.0; 2]);
         mesh.more_uvs = (self.more_uvs.iter())
             .map(|layer| self.spread(layer, &representative, source, &mut filled, |_| [0.0; 2]))
@@ -95,6 +98,7 @@ impl Mesh {
             layer.index(a, point) == layer.index(b, point) || layer.at(a, point) == layer.at(b, point)
         }
         same(&self.normals, a, b, point)
+            && same(&self.tangents, a, b, point)
             && same(&self.uvs, a, b, point)
             && same(&self.colors, a, b, point)
             && self.more_uvs.iter().all(|layer| same(layer, a, b, point))

@@ -31,6 +31,9 @@ pub struct Mesh {
     line_starts: Vec<usize>,
     /// Unit normals.
     pub normals: Layer<Vector>,
+    /// Tangents as normal maps want them (glTF 2.0, §3.7.2.1): a unit vector along `u`, and 1 or -1, the sign `s` of
+    /// the bitangent `s n × t`.
+    pub tangents: Layer<[f64; 4]>,
     /// Texture coordinates, `(0, 0)` at the lower left of the picture.
     pub uvs: Layer<[f64; 2]>,
     /// Further sets of texture coordinates.
@@ -185,6 +188,7 @@ impl Mesh {
         self.corners = order.iter().map(|&c| self.corners[c]).collect();
         let order = |c: usize| order[c];
         self.normals.reorder(order);
+        self.tangents.reorder(order);
         self.uvs.reorder(order);
         self.more_uvs.iter_mut().for_each(|layer| layer.reorder(order));
         self.colors.reorder(order);
@@ -194,6 +198,8 @@ impl Mesh {
     pub fn turn_inside_out(&mut self) {
         self.reverse_faces();
         self.normals.values_mut().iter_mut().for_each(|n| *n = -*n);
+        // The bitangent stays where it was.
+        self.tangents.values_mut().iter_mut().for_each(|t| t[3] = -t[3]);
     }
 
     /// Checks what the public fields hold: that it fits the points, corners and faces.
@@ -203,6 +209,7 @@ impl Mesh {
     pub fn check(&self) -> Result<()> {
         let (points, corners, faces) = (self.points.len(), self.corners.len(), self.face_count());
         self.normals.check("normals", points, corners)?;
+        self.tangents.check("tangents", points, corners)?;
         self.uvs.check("texture coordinates", points, corners)?;
         self.more_uvs.iter().try_for_each(|l| l.check("further texture coordinates", points, corners))?;
         self.colors.check("colours", points, corners)?;

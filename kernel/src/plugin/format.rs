@@ -123,6 +123,16 @@ pub trait Sink {
     /// # Errors
     /// When the name leads out of the folder or is the file's own.
     fn sibling(&mut self, name: &str) -> Result<&mut dyn Write, FormatError>;
+
+    /// Puts a picture that the file names beside it, under that name, which may lead into folders below. It is not ours
+    /// to change: what is there under that name with other bytes must stay.
+    ///
+    /// # Errors
+    /// When the name leads out of the folder, or this sink takes no pictures.
+    fn picture(&mut self, name: &str, bytes: &[u8]) -> Result<(), FormatError> {
+        let problem = format!("the picture \"{name}\" of {} bytes cannot be put beside it here", bytes.len());
+        Err(FormatError::new(self.name(), Place::File, problem))
+    }
 }
 
 /// A source or sink in memory.
@@ -134,12 +144,14 @@ pub struct Memory {
     pub bytes: Vec<u8>,
     /// Its siblings.
     pub siblings: BTreeMap<String, Vec<u8>>,
+    /// Pictures that it names, by their paths below its folder.
+    pub pictures: BTreeMap<String, Vec<u8>>,
 }
 
 impl Memory {
     /// A file of these bytes without siblings.
     pub fn new(name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
-        Self { name: name.into(), bytes: bytes.into(), siblings: BTreeMap::new() }
+        Self { name: name.into(), bytes: bytes.into(), ..Self::default() }
     }
 
     fn check(&self, sibling: &str) -> Result<(), FormatError> {
@@ -167,6 +179,9 @@ impl Source for Memory {
     }
 
     fn sibling(&self, name: &str) -> Result<Cow<'_, [u8]>, FormatError> {
+        if let Some(picture) = self.pictures.get(name) {
+            return Ok(Cow::Borrowed(picture));
+        }
         self.check(name)?;
         self.siblings.get(name).map(|b| Cow::Borrowed(b.as_slice())).ok_or_else(|| {
             FormatError::new(&self.name, Place::File, format!("the file \"{name}\" beside it is missing"))
@@ -186,6 +201,13 @@ impl Sink for Memory {
     fn sibling(&mut self, name: &str) -> Result<&mut dyn Write, FormatError> {
         self.check(name)?;
         Ok(self.siblings.entry(name.to_owned()).or_default())
+    }
+
+    fn picture(&mut self, name: &str, bytes: &[u8]) -> Result<(), FormatError> {
+        // Each part of the path is a name of its own.
+        name.split('/').try_for_each(|part| self.check(part))?;
+        self.pictures.entry(name.to_owned()).or_insert_with(|| bytes.to_vec());
+        Ok(())
     }
 }
 
@@ -231,6 +253,8 @@ pub struct WriteOptions<'a> {
     pub fineness: Fineness,
     /// Who tessellates; `None` leaves such objects out, and the report says so.
     pub tessellator: Option<&'a dyn Tessellator>,
+    /// Where the scene's pictures that are files are found, by their names; `None`: they are named and nothing else.
+    pub pictures: Option<&'a dyn Source>,
     /// The format's own options.
     pub own: Parameters,
     /// Who watches.
@@ -244,6 +268,7 @@ impl Default for WriteOptions<'_> {
             up: UpChoice::Usual,
             fineness: Fineness::default(),
             tessellator: None,
+            pictures: None,
             own: Parameters::empty("options"),
             observer: &Quiet,
         }

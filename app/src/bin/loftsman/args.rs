@@ -8,7 +8,12 @@ use loftsman::convert::{self, Conversion, UPS};
 use loftsman::kernel::plugin::{Chord, Fineness, Format, UpChoice, nearest};
 use loftsman::kernel::scene::{Unit, Up};
 use loftsman::picture::{Against, PIXELS, View};
-use serde_json::Value;
+use serde_json::{Map, Value};
+
+use crate::Usage;
+
+/// The option of formats that leaves out what is no mesh.
+const MESHES_ONLY: &str = "meshes-only";
 
 /// Edits splines under constraints and hands them to Blender, MeshLab and CAD.
 #[derive(Debug, Parser)]
@@ -99,6 +104,10 @@ pub(crate) struct ConversionArgs {
     /// The up axis of the input: x, y or z [default: what the file or its format says].
     #[arg(long, value_name = "AXIS", value_parser = from_up)]
     from_up: Option<Up>,
+    /// Leave curves, lines and points out, for programs that take them for triangles (MeshLab); same as --write
+    /// meshes-only=true.
+    #[arg(long)]
+    meshes_only: bool,
     /// An option of the input's format; `loftsman plugins` lists them. May be repeated.
     #[arg(long, value_name = "OPTION=VALUE", value_parser = option)]
     read: Vec<(String, Value)>,
@@ -109,9 +118,23 @@ pub(crate) struct ConversionArgs {
 
 impl ConversionArgs {
     /// What is asked of a conversion to a format.
-    pub(crate) fn conversion(&self, output: &dyn Format) -> Conversion {
+    ///
+    /// # Errors
+    /// When meshes alone are asked for, which the format cannot leave to itself.
+    pub(crate) fn conversion(&self, output: &dyn Format) -> Result<Conversion, Usage> {
         let usual = Fineness::default();
-        Conversion {
+        let mut write: Map<String, Value> = self.write.iter().cloned().collect();
+        if self.meshes_only {
+            let declaration = output.declaration();
+            if !declaration.options.iter().any(|option| option.name == MESHES_ONLY) {
+                let name = declaration.name;
+                return Err(Usage(format!(
+                    "--meshes-only: {name} has no such option; glTF has, whose lines some programs take for triangles"
+                )));
+            }
+            write.insert(MESHES_ONLY.to_owned(), Value::Bool(true));
+        }
+        Ok(Conversion {
             unit: self.unit,
             from_unit: self.from_unit,
             up: self.up.unwrap_or_default(),
@@ -121,11 +144,8 @@ impl ConversionArgs {
                 angle: self.angle.unwrap_or(usual.angle),
             },
             read: self.read.iter().cloned().collect(),
-            write: BTreeMap::from([(
-                output.declaration().name.to_owned(),
-                self.write.iter().cloned().collect(),
-            )]),
-        }
+            write: BTreeMap::from([(output.declaration().name.to_owned(), write)]),
+        })
     }
 }
 

@@ -10,12 +10,10 @@ use serde_json::Value;
 
 use super::buffers::{data, relative, string};
 use super::file::{File, clip, parse};
+use super::report::LARGEST;
 use super::schema;
 use crate::texture::flipped;
 use crate::words::{EXTRAS, PREFIX, SOURCES, media_type};
-
-/// The largest text of another program that is kept: as a tree it takes many times the memory.
-const LARGEST: usize = 1 << 20;
 
 /// What a material of the file became.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +54,9 @@ fn images(
     for index in 0..file.root.images.len() {
         let path = format!("images[{index}]");
         let raw: schema::Image<'_> = file.entry("images", &file.root.images, index)?;
+        super::report::extensions(raw.extensions.as_ref(), "image", report);
+        let noted = usize::from(raw.extras.0);
+        report.count_many(Fate::LeftOut, "extras of an image: data of other programs", noted);
         let fail = |problem: String| file.fail(&path, problem);
         let (data, from) = match (raw.uri, raw.buffer_view) {
             (Some(uri), _) => {
@@ -124,6 +125,9 @@ impl Reader<'_, '_> {
         report: &mut ReadReport,
     ) -> Result<Look, FormatError> {
         let pbr = raw.pbr_metallic_roughness.unwrap_or_default();
+        super::report::extensions(pbr.extensions.as_ref(), "pbrMetallicRoughness", report);
+        let noted = usize::from(pbr.extras.0);
+        report.count_many(Fate::LeftOut, "extras of a pbrMetallicRoughness: data of other programs", noted);
         let wanted = raw.name.filter(|n| !n.is_empty()).unwrap_or_else(|| format!("material {index}"));
         let name = scene.materials.unique_name(&wanted);
         let mut material = Material::new(&name, pbr.base_color_factor.unwrap_or([1.0; 4]));
@@ -231,10 +235,15 @@ impl Reader<'_, '_> {
         let Some(texture) = file.root.textures.get(index) else {
             return Err(file.missing("textures", index, file.root.textures.len()));
         };
-        // An extension's picture comes first: the plain one is for readers that do not know it.
+        // The plain picture is for readers that do not know an extension's, which shows the same.
         let mut source = texture.source;
         for (name, value) in texture.extensions.iter().flat_map(|e| e.iter()) {
-            if SOURCES.iter().any(|(known, _)| known == name) && source.is_none() {
+            if !SOURCES.iter().any(|(known, _)| known == name) {
+                report.count(Fate::LeftOut, &format!("extension {} of a texture", clip(name)));
+            } else if source.is_some() {
+                let what = format!("further picture of a texture ({name}): the plain one is taken");
+                report.count(Fate::LeftOut, &what);
+            } else {
                 let path = format!("textures[{index}].extensions.{name}");
                 let other: schema::Texture<'_> = parse(file.name, &path, value.get())?;
                 source = other.source;
@@ -254,6 +263,11 @@ impl Reader<'_, '_> {
                 Some(Some(name)) => name,
             },
         };
+        let noted = usize::from(info.extras.0);
+        report.count_many(Fate::LeftOut, "extras of a texture in a material: data of other programs", noted);
+        for name in info.extensions.iter().flat_map(|e| e.keys()).filter(|e| *e != "KHR_texture_transform") {
+            report.count(Fate::LeftOut, &format!("extension {} of a texture in a material", clip(name)));
+        }
         let set = |set: schema::Whole| u32::try_from(set.0).unwrap_or(u32::MAX);
         let mut out = Texture::new(image);
         out.set = info.tex_coord.map_or(0, set);

@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-use loftsman_kernel::mesh::{Cloud, Layer, Mesh, NONE, Polyline};
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Fate, FormatError, ReadReport};
 use loftsman_kernel::scene::Geometry;
 use loftsman_kernel::{Point, Vector};
 
 use super::file::{File, clip};
 use super::schema;
+use crate::words::{MESH_DATA, TARGET_NAMES, frame_name};
 
 /// A shape of the file, in its own unit and axes.
 #[derive(Debug, Clone, Default)]
@@ -30,12 +31,15 @@ pub(super) struct Content {
     pub(super) main: Shape,
     pub(super) points: Shape,
     pub(super) weights: Vec<f64>,
+    /// What other programs noted of it.
+    pub(super) statements: Vec<(String, String)>,
 }
 
 /// An attribute that the kernel has a layer for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Attribute {
+pub(super) enum Attribute {
     Normal,
+    Tangent,
     Uv(usize),
     Color,
 }
@@ -47,6 +51,7 @@ impl Attribute {
     fn of(name: &str) -> Option<Self> {
         Some(match name {
             "NORMAL" => Self::Normal,
+            "TANGENT" => Self::Tangent,
             "COLOR_0" => Self::Color,
             _ => {
                 let set: usize = name.strip_prefix("TEXCOORD_")?.parse().ok()?;
@@ -57,31 +62,33 @@ impl Attribute {
 }
 
 /// The vertices of one `POSITION` accessor.
-struct Block {
-    first: usize,
-    count: usize,
+pub(super) struct Block {
+    pub(super) first: usize,
+    pub(super) count: usize,
 }
 
 /// A primitive that was put in.
-struct Part {
-    block: usize,
+pub(super) struct Part {
+    pub(super) block: usize,
     /// Its corners among all corners of faces.
-    corners: Range<usize>,
-    has_lines: bool,
+    pub(super) corners: Range<usize>,
+    pub(super) has_lines: bool,
     /// The accessors of its attributes.
-    layers: BTreeMap<Attribute, usize>,
-    targets: Vec<Option<usize>>,
+    pub(super) layers: BTreeMap<Attribute, usize>,
+    pub(super) targets: Vec<Option<usize>>,
+    /// Attributes other than positions that its morph targets have.
+    further: usize,
 }
 
 /// The shape as far as it is put together.
 #[derive(Default)]
-struct Builder {
-    points: Vec<Point>,
-    blocks: Vec<Block>,
+pub(super) struct Builder {
+    pub(super) points: Vec<Point>,
+    pub(super) blocks: Vec<Block>,
     /// The block of a `POSITION` accessor.
     by_accessor: HashMap<usize, usize>,
-    parts: Vec<Part>,
-    corners: Vec<u32>,
+    pub(super) parts: Vec<Part>,
+    pub(super) corners: Vec<u32>,
     face_slots: Vec<u32>,
     slots: Vec<Option<usize>>,
     line_corners: Vec<u32>,
@@ -94,16 +101,22 @@ struct Builder {
     left_over: usize,
 }
 
-/// Reads a mesh. Its primitives, and what of them is left out, are counted once; its path is `meshes[index]`.
+/// Reads a mesh. Its primitives, and what of them is left out, are counted once; its path is `meshes[index]`. An animation
+/// `moves` its morph targets, or a node `bends` it by weights of its own.
 pub(super) fn read(
     file: &File<'_>,
     index: usize,
-    with_targets: bool,
+    moves: bool,
+    bends: bool,
     report: &mut ReadReport,
 ) -> Result<Content, FormatError> {
     let path = format!("meshes[{index}]");
     let raw: schema::Mesh<'_> = file.entry("meshes", &file.root.meshes, index)?;
-    super::report::extras(raw.extras, "mesh", report);
+    let mut statements = Vec::new();
+    super::report::keep(raw.extras, "mesh", &[TARGET_NAMES], MESH_DATA, &mut statements, report);
+    if moves && raw.extras.is_some_and(|extras| has_names(extras.get())) {
+        report.count(Fate::LeftOut, "names of morph targets that are frames now");
+    }
     super::report::extensions(raw.extensions.as_ref(), "mesh", report);
     let mode = |p: &schema::Primitive<'_>| p.mode.map_or(4, |m| m.0);
     let only_points = raw.primitives.iter().all(|p| mode(p) == 0);
@@ -118,13 +131,28 @@ pub(super) fn read(
         let builder = if mode == 0 && !only_points { &mut loose } else { &mut main };
         builder.primitive(file, &path, primitive, mode, single, report)?;
     }
-    let finish =
-        |builder: Builder, report: &mut ReadReport| builder.finish(file, &path, with_targets, report);
-    Ok(Content {
-        name: raw.name,
-        main: finish(main, report)?,
-        points: finish(loose, report)?,
-        weights: raw.weights.unwrap_or_default(),
+    let weights = raw.weights.unwrap_or_default();
+    let targets = Targets { moves, bends: bends || weights.iter().any(|&w| w != 0.0) };
+    let main = main.finish(file, &path, targets, report)?;
+    // What is an object of its own beside the faces has no frames.
+    let points =
+        loose.finish(file, &path, Targets { moves: false, bends: targets.bends || moves }, report)?;
+    Ok(Content { name: raw.name, main, points, weights, statements })
+}
+
+/// What is done with morph targets: an animation makes frames of them, weights bend the shape once.
+#[derive(Debug, Clone, Copy)]
+struct Targets {
+    moves: bool,
+    bends: bool,
+}
+
+/// Whether the extras of a mesh name morph targets otherwise than our writer does.
+fn has_names(extras: &str) -> bool {
+    let names = serde_json::from_str::<serde_json::Value>(extras).ok();
+    let names = names.as_ref().and_then(|extras| extras.get(TARGET_NAMES)).and_then(|names| names.as_array());
+    names.is_some_and(|names| {
+        names.iter().enumerate().any(|(k, name)| name.as_str() != Some(frame_name(k).as_str()))
     })
 }
 
@@ -177,6 +205,8 @@ impl Builder {
             }
         }
         let targets = primitive.targets.iter().map(|t| t.get("POSITION").map(|a| a.index())).collect();
+        let further =
+            primitive.targets.iter().flat_map(BTreeMap::keys).filter(|&name| name != "POSITION").count();
         let before = self.corners.len();
         file.take(path, sequence.len(), 16)?;
         let base = first as u32;
@@ -194,7 +224,7 @@ impl Builder {
             self.slot(primitive.material.map(schema::Whole::index));
         }
         let corners = before..self.corners.len();
-        self.parts.push(Part { block, corners, has_lines: mode < 4, layers, targets });
+        self.parts.push(Part { block, corners, has_lines: mode < 4, layers, targets, further });
         report.count(Fate::Kept, "");
         Ok(())
     }
@@ -309,7 +339,7 @@ impl Builder {
         mut self,
         file: &File<'_>,
         path: &str,
-        with_targets: bool,
+        wanted: Targets,
         report: &mut ReadReport,
     ) -> Result<Shape, FormatError> {
         if self.flat > 0 {
@@ -321,7 +351,16 @@ impl Builder {
         if self.parts.is_empty() {
             return Ok(Shape::default());
         }
-        let mut targets = if with_targets { self.targets(file, path)? } else { Vec::new() };
+        let count = self.parts.iter().map(|p| p.targets.len()).max().unwrap_or(0);
+        if !wanted.moves {
+            let reason = "morph target that nothing animates: the shape is as the weights say";
+            report.count_many(Fate::LeftOut, reason, count);
+        } else {
+            let reason = "normals, tangents or other attributes of a morph target: only points have frames";
+            report.count_many(Fate::LeftOut, reason, self.parts.iter().map(|p| p.further).sum());
+        }
+        let mut targets =
+            if wanted.moves || wanted.bends { self.targets(file, path, count)? } else { Vec::new() };
         let slots = std::mem::take(&mut self.slots);
         let has_layers = self.parts.iter().any(|p| !p.layers.is_empty());
         if self.corners.is_empty() && self.line_corners.is_empty() && !has_layers {
@@ -342,6 +381,7 @@ impl Builder {
             });
         }
         let normals = self.layer(file, path, Attribute::Normal, 0.0, report, Vector::from)?;
+        let tangents = self.layer(file, path, Attribute::Tangent, 1.0, report, |t: [f64; 4]| t)?;
         let colors = self.layer(file, path, Attribute::Color, 1.0, report, |c: [f64; 4]| c)?;
         let sets = self.parts.iter().flat_map(|p| p.layers.keys());
         let sets = sets.filter_map(|a| if let Attribute::Uv(set) = a { Some(set + 1) } else { None });
@@ -358,7 +398,7 @@ impl Builder {
         let fail = |e: loftsman_kernel::Error| file.fail(path, e.to_string());
         let mut mesh = Mesh::from_parts(self.points, self.corners, starts).map_err(fail)?;
         mesh.set_lines(self.line_corners, self.line_starts).map_err(fail)?;
-        (mesh.normals, mesh.colors) = (normals, colors);
+        (mesh.normals, mesh.tangents, mesh.colors) = (normals, tangents, colors);
         let mut uvs = uvs.into_iter();
         mesh.uvs = uvs.next().unwrap_or_default();
         mesh.more_uvs = uvs.collect();
@@ -367,132 +407,6 @@ impl Builder {
         }
         Ok(Shape { geometry: Some(Geometry::Mesh(mesh)), slots, targets })
     }
-
-    /// What each morph target adds to each point.
-    fn targets(&self, file: &File<'_>, path: &str) -> Result<Vec<Vec<Vector>>, FormatError> {
-        let count = self.parts.iter().map(|p| p.targets.len()).max().unwrap_or(0);
-        let mut targets = Vec::new();
-        for k in 0..count {
-            let user = format!("{path}: morph target {k}");
-            file.take(&user, self.points.len(), size_of::<Vector>())?;
-            let mut moves = vec![Vector::zeros(); self.points.len()];
-            for part in &self.parts {
-                let Some(&Some(accessor)) = part.targets.get(k) else { continue };
-                let block = &self.blocks[part.block];
-                let values = attribute::<3>(file, accessor, block.count, 0.0, &user)?;
-                let Some(values) = values else {
-                    return Err(file.fail(user, "it has numbers that are not finite"));
-                };
-                for (slot, value) in moves[block.first..].iter_mut().zip(values) {
-                    *slot = Vector::from(value);
-                }
-            }
-            targets.push(moves);
-        }
-        Ok(targets)
-    }
-
-    /// A layer: by points where every vertex has one value, else by corners.
-    fn layer<const N: usize, T: Clone>(
-        &self,
-        file: &File<'_>,
-        path: &str,
-        attribute_of: Attribute,
-        fill: f64,
-        report: &mut ReadReport,
-        value: impl Fn([f64; N]) -> T,
-    ) -> Result<Layer<T>, FormatError> {
-        let user = format!("{path}: {attribute_of:?}");
-        // The values of each accessor, read once; `None` where they are not finite.
-        let mut read: BTreeMap<(usize, usize), Option<Vec<T>>> = BTreeMap::new();
-        let mut broken = 0;
-        for part in &self.parts {
-            let Some(&accessor) = part.layers.get(&attribute_of) else { continue };
-            let count = self.blocks[part.block].count;
-            if let std::collections::btree_map::Entry::Vacant(slot) = read.entry((part.block, accessor)) {
-                let values = attribute::<N>(file, accessor, count, fill, &user)?;
-                broken += usize::from(values.is_none());
-                slot.insert(values.map(|v| v.into_iter().map(&value).collect()));
-            }
-        }
-        if broken > 0 {
-            let reason = format!("attribute with numbers that are not finite ({attribute_of:?})");
-            report.count_many(Fate::LeftOut, &reason, broken);
-        }
-        let of = |part: &Part| {
-            let accessor = part.layers.get(&attribute_of)?;
-            let key = (part.block, *accessor);
-            read.get(&key)?.as_ref().map(|values| (key, values))
-        };
-        if self.parts.iter().all(|p| of(p).is_none()) {
-            return Ok(Layer::none());
-        }
-        let mut by_block: Vec<Option<(usize, usize)>> = vec![None; self.blocks.len()];
-        let one_a_point = self.parts.iter().all(|part| match (of(part), by_block[part.block]) {
-            (None, _) => false,
-            (Some((key, _)), Some(known)) => key == known,
-            (Some((key, _)), None) => {
-                by_block[part.block] = Some(key);
-                true
-            }
-        });
-        if one_a_point {
-            let mut values = Vec::with_capacity(self.points.len());
-            for key in by_block.into_iter().flatten() {
-                values.extend(read.remove(&key).flatten().unwrap_or_default());
-            }
-            return Ok(Layer::per_point(values));
-        }
-        // Values in the order in which corners use them first, each once: unused ones are of no use.
-        let (mut values, mut corners) = (Vec::new(), vec![NONE; self.corners.len()]);
-        let mut places: HashMap<((usize, usize), u32), u32> = HashMap::new();
-        let mut at_lines = 0;
-        for part in &self.parts {
-            let Some((key, list)) = of(part) else { continue };
-            at_lines += usize::from(part.has_lines);
-            let first = self.blocks[part.block].first as u32;
-            for corner in part.corners.clone() {
-                let vertex = self.corners[corner] - first;
-                corners[corner] = *places.entry((key, vertex)).or_insert_with(|| {
-                    values.push(list[vertex as usize].clone());
-                    values.len() as u32 - 1
-                });
-            }
-        }
-        if at_lines > 0 {
-            let reason = format!("attribute of lines whose faces differ in it ({attribute_of:?})");
-            report.count_many(Fate::LeftOut, &reason, at_lines);
-        }
-        Ok(Layer::per_corner(values, corners))
-    }
-}
-
-/// The values of an attribute of `count` vertices; `None` where some are not finite.
-fn attribute<const N: usize>(
-    file: &File<'_>,
-    accessor: usize,
-    count: usize,
-    fill: f64,
-    user: &str,
-) -> Result<Option<Vec<[f64; N]>>, FormatError> {
-    let elements = file.elements(accessor, user)?;
-    if elements.count != count {
-        let problem = format!(
-            "{} elements for {count} vertices (used by {user}): there must be one each",
-            elements.count
-        );
-        return Err(file.fail(format!("accessors[{accessor}]"), problem));
-    }
-    // Colours may lack alpha, all else has all its components.
-    let fits = elements.components == N || N == 4 && elements.components == 3;
-    if !fits {
-        let found = elements.components;
-        let problem = format!("elements of {found} numbers where {N} are needed (used by {user})");
-        return Err(file.fail(format!("accessors[{accessor}]"), problem));
-    }
-    let elements = if N == 4 { elements.normalized() } else { elements };
-    let values = file.vectors::<N>(&elements, fill, user)?;
-    Ok(values.iter().flatten().all(|x| x.is_finite()).then_some(values))
 }
 
 /// Whether every index below `count` is there, once.

@@ -5,6 +5,7 @@ mod animation;
 mod buffers;
 mod container;
 mod file;
+mod layers;
 mod material;
 mod mesh;
 mod nodes;
@@ -22,7 +23,7 @@ use file::{Budget, File, clip, parse};
 use schema::Root;
 
 use crate::OPTIONS;
-use crate::words::SOURCES;
+use crate::words::{ASSET_DATA, COPYRIGHT, DATA, EXTRAS, SOURCES};
 
 /// `asset.extras`, as far as they are ours.
 #[derive(Debug, Deserialize)]
@@ -58,6 +59,12 @@ pub(crate) fn read(
     let extras = file.root.asset.as_ref().and_then(|asset| asset.extras);
     let noted = extras.and_then(|extras| serde_json::from_str::<AssetExtras>(extras.get()).ok());
     let (unit, up) = noted.map_or((scene.unit, scene.up), |n| (n.loftsman.unit, n.loftsman.up));
+    if let Some(copyright) = file.root.asset.as_ref().and_then(|asset| asset.copyright.clone()) {
+        scene.statements.push((COPYRIGHT.to_owned(), copyright));
+    }
+    report::keep(extras, "asset", &[EXTRAS], ASSET_DATA, &mut scene.statements, &mut report);
+    report::keep(file.root.extras, "file", &[], DATA, &mut scene.statements, &mut report);
+    report::inner(&file.root, &mut report);
     let looks = material::read(&file, &mut scene, &mut report)?;
     let mut scene = nodes::read(&file, scene, (unit, up), &looks, options, &mut report)?;
     for (count, what) in [
@@ -67,7 +74,6 @@ pub(crate) fn read(
         report.count_many(Fate::LeftOut, what, count);
     }
     report::extensions(file.root.extensions.as_ref(), "file", &mut report);
-    report::extras(file.root.extras, "file", &mut report);
     if let Some(unit) = options.unit.filter(|&unit| unit != scene.unit) {
         report.notes.push(format!("the unit {} is noted instead of glTF's, as asked for", unit.name()));
         scene.unit = unit;

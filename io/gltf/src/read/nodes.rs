@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use loftsman_kernel::material::Material;
+use loftsman_kernel::mesh::Layer;
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
@@ -18,6 +19,7 @@ use super::schema;
 use super::tree::Tree;
 use crate::extras::{Own, matrix};
 use crate::place::{Change, Placement};
+use crate::words::{DATA, EXTRAS, MESH_NAME};
 
 /// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
 /// programs pass transforms on.
@@ -33,15 +35,16 @@ pub(super) fn read(
     options: &ReadOptions<'_>,
     report: &mut ReadReport,
 ) -> Result<Scene, FormatError> {
-    let tree = Tree::of(file, report)?;
+    let tree = Tree::of(file, &mut scene, report)?;
     let tracks = animation::tracks(file, report)?;
     let change = Change::between((scene.unit, scene.up), noted);
-    let mut uses: HashMap<usize, (usize, bool)> = HashMap::new();
+    let mut uses: HashMap<usize, Uses> = HashMap::new();
     for &node in &tree.nodes {
         if let Some(mesh) = tree.mesh[node] {
-            let (count, moves) = uses.entry(mesh).or_default();
-            *count += 1;
-            *moves |= tracks.contains_key(&node);
+            let uses = uses.entry(mesh).or_default();
+            uses.left += 1;
+            uses.moves |= tracks.contains_key(&node);
+            uses.bends |= tree.bends[node];
         }
     }
     let unused = (0..file.root.meshes.len()).filter(|mesh| !uses.contains_key(mesh)).count();
@@ -84,6 +87,10 @@ pub(super) fn read(
         object.transform = reader.transform(node, parent, &part.map, part.own.as_ref());
         object.layer = part.own.and_then(|own| own.layer);
         object.animation = part.animation;
+        object.statements = part.statements;
+        if let Some(mesh) = part.mesh_name.filter(|mesh| *mesh != name) {
+            object.statements.push((MESH_NAME.to_owned(), mesh));
+        }
         (object.color, object.materials) = (part.color, part.materials);
         if let Some(shape) = part.points {
             loose.push((name, shape));
@@ -143,10 +150,22 @@ struct Part {
     color: Option<[f64; 4]>,
     materials: Vec<String>,
     animation: Option<Animation>,
+    statements: Vec<(String, String)>,
+    mesh_name: Option<String>,
     points: Option<Shape>,
     map: Matrix4<f64>,
     own: Option<Own>,
     exact: Option<Exact>,
+}
+
+/// What nodes want of a mesh.
+#[derive(Debug, Clone, Copy, Default)]
+struct Uses {
+    /// How many still want it.
+    left: usize,
+    /// Whether an animation moves its morph targets, and whether a node has weights of its own for them.
+    moves: bool,
+    bends: bool,
 }
 
 struct Reader<'r, 'a> {
@@ -154,8 +173,7 @@ struct Reader<'r, 'a> {
     looks: &'r [Look],
     tracks: &'r HashMap<usize, Track>,
     change: Change,
-    /// How many nodes still want each mesh, and whether one moves its morph targets.
-    uses: HashMap<usize, (usize, bool)>,
+    uses: HashMap<usize, Uses>,
     contents: HashMap<usize, Content>,
     /// For nodes whose object is in its own coordinates again: from those to the node's.
     places: HashMap<usize, Matrix4<f64>>,
@@ -167,7 +185,8 @@ impl Reader<'_, '_> {
         let path = format!("nodes[{node}]");
         let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
         super::report::extensions(raw.extensions.as_ref(), "node", report);
-        super::report::extras(raw.extras, "node", report);
+        let mut statements = Vec::new();
+        super::report::keep(raw.extras, "node", &[EXTRAS], DATA, &mut statements, report);
         if raw.camera.is_some_and(|c| c.index() >= file.root.cameras.len())
             || raw.skin.is_some_and(|s| s.index() >= file.root.skins.len())
         {
@@ -181,16 +200,20 @@ impl Reader<'_, '_> {
             color: None,
             materials: Vec::new(),
             animation: None,
+            statements,
+            mesh_name: None,
             points: None,
             map,
             own,
             exact: None,
         };
         if let Some(mesh) = raw.mesh {
-            let content = self.content(mesh.index(), raw.weights.is_some(), report)?;
+            let content = self.content(mesh.index(), report)?;
             if part.name.is_empty() {
                 part.name = content.name.clone().unwrap_or_default();
             }
+            part.mesh_name = content.name.clone().filter(|name| !name.is_empty());
+            part.statements.extend(content.statements.iter().cloned());
             let weights = raw.weights.as_deref().unwrap_or(&content.weights);
             let mut shape = content.main;
             part.exact = part.own.as_ref().and_then(|own| exact(own, shape.geometry.as_ref(), report));
@@ -206,9 +229,19 @@ impl Reader<'_, '_> {
                 }
             }
             bend(file, &path, &mut shape, weights)?;
+            let mut points = content.points;
+            bend(file, &path, &mut points, weights)?;
             (part.color, part.materials) = self.dress(&shape.slots, scene)?;
+            if part.color.is_none() && !part.materials.is_empty() {
+                part.color = part.own.as_ref().and_then(|own| own.color);
+            }
+            if let (Some(Geometry::Mesh(mesh)), Some(true)) =
+                (&mut shape.geometry, part.own.as_ref().map(|own| own.made_tangents))
+            {
+                mesh.tangents = Layer::none();
+            }
             part.geometry = shape.geometry;
-            part.points = content.points.geometry.is_some().then_some(content.points);
+            part.points = points.geometry.is_some().then_some(points);
         }
         if raw.mesh.is_none() {
             // A spline that could not be shown.
@@ -229,27 +262,24 @@ impl Reader<'_, '_> {
     }
 
     /// The content of a mesh: read once, copied for all nodes but the last that shows it.
-    fn content(
-        &mut self,
-        mesh: usize,
-        weights: bool,
-        report: &mut ReadReport,
-    ) -> Result<Content, FormatError> {
-        let (left, moves) = self.uses.get_mut(&mesh).map_or((0, false), |(count, moves)| {
-            *count -= 1;
-            (*count, *moves)
+    fn content(&mut self, mesh: usize, report: &mut ReadReport) -> Result<Content, FormatError> {
+        let uses = self.uses.get_mut(&mesh).map_or(Uses::default(), |uses| {
+            uses.left -= 1;
+            *uses
         });
         let known = self.contents.remove(&mesh);
         let is_new = known.is_none();
         let content = match known {
             Some(content) => content,
-            None => mesh::read(self.file, mesh, moves || weights, report)?,
+            None => mesh::read(self.file, mesh, uses.moves, uses.bends, report)?,
         };
-        if left > 0 {
+        if uses.left > 0 {
             if !is_new {
                 let points = content.main.geometry.iter().map(|g| g.points().len()).sum::<usize>();
                 // Roughly what a vertex of a triangle mesh with normals and texture coordinates takes.
                 self.file.take(format!("meshes[{mesh}]"), points, 160)?;
+                let noted = content.statements.iter().map(|(_, text)| text.len()).sum::<usize>();
+                self.file.take(format!("meshes[{mesh}].extras"), noted, 1)?;
             }
             self.contents.insert(mesh, content.clone());
         }

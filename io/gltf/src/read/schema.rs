@@ -54,6 +54,16 @@ impl<'de> Deserialize<'de> for Whole {
     }
 }
 
+/// Whether something stands there, whatever it is.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Present(pub(super) bool);
+
+impl<'de> Deserialize<'de> for Present {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        serde::de::IgnoredAny::deserialize(deserializer).map(|_| Self(true))
+    }
+}
+
 /// The document.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -98,6 +108,7 @@ pub(super) struct Root<'a> {
 pub(super) struct Asset<'a> {
     pub(super) version: String,
     pub(super) min_version: Option<String>,
+    pub(super) copyright: Option<String>,
     #[serde(borrow)]
     pub(super) extras: Option<Raw<'a>>,
 }
@@ -105,6 +116,7 @@ pub(super) struct Asset<'a> {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Scene<'a> {
+    pub(super) name: Option<String>,
     pub(super) nodes: Vec<Whole>,
     #[serde(borrow)]
     pub(super) extensions: Option<Extensions<'a>>,
@@ -189,6 +201,9 @@ pub(super) struct Pbr<'a> {
     pub(super) roughness_factor: Option<f64>,
     #[serde(borrow)]
     pub(super) metallic_roughness_texture: Option<TextureInfo<'a>>,
+    #[serde(borrow)]
+    pub(super) extensions: Option<Extensions<'a>>,
+    pub(super) extras: Present,
 }
 
 #[derive(Debug, Deserialize)]
@@ -202,6 +217,8 @@ pub(super) struct TextureInfo<'a> {
     pub(super) strength: Option<f64>,
     #[serde(borrow)]
     pub(super) extensions: Option<Extensions<'a>>,
+    #[serde(default)]
+    pub(super) extras: Present,
 }
 
 /// `KHR_texture_transform`.
@@ -222,6 +239,9 @@ pub(super) struct Image<'a> {
     pub(super) uri: Option<Raw<'a>>,
     pub(super) mime_type: Option<String>,
     pub(super) buffer_view: Option<Whole>,
+    #[serde(borrow)]
+    pub(super) extensions: Option<Extensions<'a>>,
+    pub(super) extras: Present,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -231,6 +251,7 @@ pub(super) struct Texture<'a> {
     pub(super) source: Option<Whole>,
     #[serde(borrow)]
     pub(super) extensions: Option<Box<Extensions<'a>>>,
+    pub(super) extras: Present,
 }
 
 #[derive(Debug, Default, Clone, Copy, Deserialize)]
@@ -240,6 +261,7 @@ pub(super) struct Sampler {
     pub(super) min_filter: Option<Whole>,
     pub(super) wrap_s: Option<Whole>,
     pub(super) wrap_t: Option<Whole>,
+    pub(super) extras: Present,
 }
 
 #[derive(Debug, Deserialize)]
@@ -255,6 +277,8 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub(super) kind: String,
     pub(super) sparse: Option<Box<Sparse>>,
+    #[serde(default)]
+    pub(super) extras: Present,
 }
 
 fn zero() -> Whole {
@@ -295,6 +319,8 @@ pub(super) struct BufferView<'a> {
     pub(super) byte_stride: Option<Whole>,
     #[serde(borrow)]
     pub(super) extensions: Option<Box<Extensions<'a>>>,
+    #[serde(default)]
+    pub(super) extras: Present,
 }
 
 #[derive(Debug, Deserialize)]
@@ -303,6 +329,8 @@ pub(super) struct Buffer<'a> {
     #[serde(borrow)]
     pub(super) uri: Option<Raw<'a>>,
     pub(super) byte_length: Whole,
+    #[serde(default)]
+    pub(super) extras: Present,
 }
 
 #[derive(Debug, Deserialize)]

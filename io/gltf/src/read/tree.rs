@@ -1,10 +1,11 @@
 //! Which nodes the scene that is shown has, and what hangs under what.
 
 use loftsman_kernel::plugin::{Fate, FormatError, ReadReport};
-use loftsman_kernel::scene::Object;
+use loftsman_kernel::scene::{Object, Scene};
 
 use super::file::File;
 use super::schema;
+use crate::words::{SCENE_DATA, SCENE_NAME};
 
 /// Which nodes there are, and what hangs under what.
 pub(super) struct Tree {
@@ -12,14 +13,25 @@ pub(super) struct Tree {
     pub(super) nodes: Vec<usize>,
     pub(super) parent: Vec<Option<usize>>,
     pub(super) mesh: Vec<Option<usize>>,
+    /// Whether a node bends its mesh by weights of its own.
+    pub(super) bends: Vec<bool>,
 }
 
 impl Tree {
-    pub(super) fn of(file: &File<'_>, report: &mut ReadReport) -> Result<Self, FormatError> {
+    pub(super) fn of(
+        file: &File<'_>,
+        scene: &mut Scene,
+        report: &mut ReadReport,
+    ) -> Result<Self, FormatError> {
         let count = file.root.nodes.len();
-        let mut tree = Self { nodes: Vec::new(), parent: vec![None; count], mesh: vec![None; count] };
+        let mut tree = Self {
+            nodes: Vec::new(),
+            parent: vec![None; count],
+            mesh: vec![None; count],
+            bends: vec![false; count],
+        };
         let mut seen = vec![false; count];
-        let (roots, list) = roots(file, report)?;
+        let (roots, list) = roots(file, scene, report)?;
         let mut open: Vec<(usize, Option<usize>)> = roots.into_iter().rev().map(|r| (r, None)).collect();
         while let Some((node, parent)) = open.pop() {
             let path = match parent {
@@ -41,6 +53,7 @@ impl Tree {
             let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
             tree.parent[node] = parent;
             tree.mesh[node] = raw.mesh.map(schema::Whole::index);
+            tree.bends[node] = raw.weights.is_some();
             tree.nodes.push(node);
             open.extend(raw.children.iter().rev().map(|c| (c.index(), Some(node))));
         }
@@ -52,13 +65,18 @@ impl Tree {
 
 /// The nodes at the top of the scene that is shown, and where they are listed: of the default scene, else of the first;
 /// in a file without scenes those that hang under no other.
-fn roots(file: &File<'_>, report: &mut ReadReport) -> Result<(Vec<usize>, String), FormatError> {
+fn roots(
+    file: &File<'_>,
+    shows: &mut Scene,
+    report: &mut ReadReport,
+) -> Result<(Vec<usize>, String), FormatError> {
     let scenes = file.root.scenes.len();
     if scenes > 0 {
         let shown = file.root.scene.map_or(0, schema::Whole::index);
         report.count_many(Fate::LeftOut, "scene besides the one that is shown", scenes - 1);
         let scene: schema::Scene<'_> = file.entry("scenes", &file.root.scenes, shown)?;
-        super::report::extras(scene.extras, "scene", report);
+        super::report::keep(scene.extras, "scene", &[], SCENE_DATA, &mut shows.statements, report);
+        shows.statements.extend(scene.name.map(|name| (SCENE_NAME.to_owned(), name)));
         super::report::extensions(scene.extensions.as_ref(), "scene", report);
         let nodes = scene.nodes.into_iter().map(schema::Whole::index).collect();
         return Ok((nodes, format!("scenes[{shown}].nodes")));

@@ -96,6 +96,11 @@ impl<'a> Bin<'a> {
         self.view(bytes.len(), Use::Other, Section::Pour(Box::new(|out| out.write_all(bytes))))
     }
 
+    /// A view of bytes that nothing lends.
+    pub(super) fn owned(&mut self, bytes: Vec<u8>) -> usize {
+        self.view(bytes.len(), Use::Other, Section::Bytes(bytes))
+    }
+
     /// An accessor of elements that are poured when the file is written.
     pub(super) fn later(
         &mut self,

@@ -70,6 +70,13 @@ impl Frame {
         single(if is_unit { n } else { n.try_normalize(0.0).unwrap_or_else(Vector::z) })
     }
 
+    /// A tangent as it is written: of length 1, its sign 1 or -1.
+    pub(super) fn tangent(&self, t: &[f64; 4]) -> [f32; 4] {
+        let along = self.change.turn * Vector::new(t[0], t[1], t[2]);
+        let [x, y, z] = single(along.try_normalize(0.0).unwrap_or_else(Vector::x));
+        [x, y, z, if t[3] < 0.0 { -1.0 } else { 1.0 }]
+    }
+
     pub(super) fn bounds(&self) -> [Vec<f32>; 2] {
         [self.low.to_vec(), self.high.to_vec()]
     }

@@ -1,9 +1,10 @@
 //! Materials, textures, pictures; and materials made up for colours.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use loftsman_kernel::material::{Alpha, Channel, Filter, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::named::Named;
+use loftsman_kernel::plugin::Source;
 use loftsman_kernel::scene::Scene;
 use serde_json::{Map, Value, json};
 
@@ -29,6 +30,11 @@ pub(super) struct Materials<'a> {
     /// Textures by their picture and sampler.
     by_texture: HashMap<(usize, Option<usize>), usize>,
     by_sampler: HashMap<String, usize>,
+    /// Where pictures that are files are found; whether they stay files.
+    source: Option<&'a dyn Source>,
+    text: bool,
+    /// Pictures that go out beside the document.
+    beside: Vec<(String, Vec<u8>)>,
     pub(super) notes: Vec<String>,
 }
 
@@ -45,7 +51,7 @@ pub(super) fn shade(value: f64) -> f64 {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Self {
+    pub(super) fn new(scene: &'a Scene, source: Option<&'a dyn Source>, text: bool) -> Self {
         Self {
             scene,
             materials: Vec::new(),
@@ -59,17 +65,37 @@ impl<'a> Materials<'a> {
             by_image: HashMap::new(),
             by_texture: HashMap::new(),
             by_sampler: HashMap::new(),
+            source,
+            text,
+            beside: Vec::new(),
             notes: Vec::new(),
         }
     }
 
-    /// Puts everything into the document.
-    pub(super) fn finish(self, root: &mut Root) -> Vec<String> {
+    /// Puts everything into the document; the notes, and the pictures that belong beside it.
+    pub(super) fn finish(self, root: &mut Root) -> (Vec<String>, Vec<(String, Vec<u8>)>) {
         (root.materials, root.textures) = (self.materials, self.textures);
         (root.images, root.samplers) = (self.images, self.samplers);
         root.extensions_used.extend(self.used);
         root.extensions_required.extend(self.required);
-        self.notes
+        (self.notes, self.beside)
+    }
+
+    /// The slots whose material has a texture of normals, and the set of texture coordinates that it uses: of such the
+    /// validator wants tangents.
+    pub(super) fn normal_maps(&self, names: &[String]) -> BTreeMap<u32, u32> {
+        let of = |name: &String| {
+            let textures = &self.scene.materials.get(name)?.textures;
+            let tangent = |channel: &Channel| match channel {
+                Channel::Other(name) => {
+                    name.ends_with("NormalTexture") || name.ends_with(".anisotropyTexture")
+                }
+                channel => *channel == Channel::Normal,
+            };
+            // Normal comes before all others.
+            textures.iter().find(|(channel, _)| tangent(channel)).map(|(_, texture)| texture.set)
+        };
+        (0..).zip(names).filter_map(|(slot, name)| Some((slot, of(name)?))).collect()
     }
 
     /// The material of a colour; of none a light grey, or white where vertices have colours, which it multiplies.
@@ -315,42 +341,71 @@ impl<'a> Materials<'a> {
         }
         let image = self.scene.images.get(name);
         let shown = image.and_then(|image| self.new_image(image, bin));
-        if shown.is_none() {
-            self.notes.push(format!(
-                "the image \"{name}\" is left out: glTF shows PNG, JPEG, WebP, AVIF and KTX2 only"
-            ));
-        }
         self.by_image.insert(name, shown);
         shown
     }
 
     fn new_image(&mut self, image: &'a Image, bin: &mut Bin<'a>) -> Option<Shown> {
-        let kind = match &image.data {
-            ImageData::File(file) => {
-                let ending = file.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
-                match ending.as_str() {
-                    "png" => "image/png",
-                    "jpg" | "jpeg" => "image/jpeg",
-                    "webp" => "image/webp",
-                    "avif" => "image/avif",
-                    "ktx2" => "image/ktx2",
-                    _ => return None,
+        let mut found = None;
+        if let (ImageData::File(file), Some(source)) = (&image.data, self.source) {
+            match source.sibling(file) {
+                Ok(bytes) => found = Some(bytes.into_owned()),
+                Err(error) => {
+                    let (name, problem) = (image.name(), error.problem);
+                    self.notes.push(format!(
+                        "the image \"{name}\" is left out, and what textures show of it: {problem}"
+                    ));
+                    return None;
                 }
             }
-            // What the bytes say counts, whatever they are called.
-            ImageData::Embedded { bytes, .. } => media_type(bytes)?,
+        }
+        let kind = self.media(image, found.as_deref());
+        let Some(kind) = kind else {
+            let name = image.name();
+            self.notes.push(format!(
+                "the image \"{name}\" is left out: glTF shows PNG, JPEG, WebP, AVIF and KTX2 only"
+            ));
+            return None;
         };
         let extension = SOURCES.iter().find(|(_, media)| *media == kind).map(|(name, _)| *name);
-        let value = match &image.data {
-            ImageData::File(file) => {
-                self.notes.push(format!("the image \"{}\" stays a file of its own: {file}", image.name()));
+        let value = match (&image.data, found) {
+            (ImageData::File(_), Some(bytes)) if !self.text => {
+                json!({ "name": image.name(), "mimeType": kind, "bufferView": bin.owned(bytes) })
+            }
+            (ImageData::File(file), found) => {
+                match found {
+                    Some(bytes) => self.beside.push((file.clone(), bytes)),
+                    None => self
+                        .notes
+                        .push(format!("the image \"{}\" stays a file of its own: {file}", image.name())),
+                }
                 json!({ "name": image.name(), "uri": percent_encoded(file) })
             }
-            ImageData::Embedded { bytes, .. } => {
+            (ImageData::Embedded { bytes, .. }, _) => {
                 json!({ "name": image.name(), "mimeType": kind, "bufferView": bin.bytes(bytes) })
             }
         };
         self.images.push(value);
         Some(Shown { index: self.images.len() - 1, extension })
+    }
+
+    /// The media type of a picture, whose bytes were `found` where it is a file.
+    fn media(&self, image: &Image, found: Option<&[u8]>) -> Option<&'static str> {
+        match (&image.data, found) {
+            (ImageData::File(_), Some(bytes)) => media_type(bytes),
+            (ImageData::File(file), None) => {
+                let ending = file.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
+                match ending.as_str() {
+                    "png" => Some("image/png"),
+                    "jpg" | "jpeg" => Some("image/jpeg"),
+                    "webp" => Some("image/webp"),
+                    "avif" => Some("image/avif"),
+                    "ktx2" => Some("image/ktx2"),
+                    _ => None,
+                }
+            }
+            // What the bytes say counts, whatever they are called.
+            (ImageData::Embedded { bytes, .. }, _) => media_type(bytes),
+        }
     }
 }

@@ -10,12 +10,30 @@ use super::bin::{Bin, Kind, Out, Use};
 use super::frame::Frame;
 use super::material::shade;
 use super::shape::{Failure, LINES, POINTS, Shaped, TRIANGLES, positions, primitive, put, put_index, values};
+use super::tangent::with_tangents;
 use crate::place::Change;
 use crate::triangulate;
 
-/// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. `None` where
-/// nothing is to be seen.
+/// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. Slots of which
+/// `maps` says that the material has a normal map, and for which set of texture coordinates, have tangents. `None`
+/// where nothing is to be seen.
 pub(super) fn mesh<'a>(
+    mesh: Cow<'a, Mesh>,
+    change: Change,
+    faces_only: bool,
+    maps: &BTreeMap<u32, u32>,
+    bin: &mut Bin<'a>,
+) -> Result<Option<Shaped>, Failure> {
+    if let Some(mut cut) = with_tangents(&mesh, maps)? {
+        // Only to say that they are left out.
+        cut.groups.clone_from(&mesh.groups);
+        let shaped = shaped(Cow::Owned(cut), change, faces_only, bin)?;
+        return Ok(shaped.map(|shaped| Shaped { made_tangents: true, ..shaped }));
+    }
+    shaped(mesh, change, faces_only, bin)
+}
+
+fn shaped<'a>(
     mesh: Cow<'a, Mesh>,
     change: Change,
     faces_only: bool,
@@ -126,7 +144,8 @@ impl<'a> Planner<'_, 'a> {
         if !self.original.smoothing.is_empty() {
             remarks.push("its smoothing groups were left out".to_owned());
         }
-        Ok(Some(Shaped { primitives, slots, frame, form, remarks, has_colors, doubled: self.doubled }))
+        let (doubled, made_tangents) = (self.doubled, false);
+        Ok(Some(Shaped { primitives, slots, frame, form, remarks, has_colors, doubled, made_tangents }))
     }
 
     /// The triangles of each slot.
@@ -177,6 +196,21 @@ impl<'a> Planner<'_, 'a> {
                 found.normals = Some((accessor, self.slots(&original.normals, "normals", remarks)));
             } else {
                 remarks.push("normals without length were left out, and all others with them".to_owned());
+            }
+        }
+        if !flat.tangents.is_empty() {
+            let good = |t: &[f64; 4]| {
+                t.iter().all(|x| x.is_finite()) && t[..3].iter().any(|x| *x != 0.0) && t[3] != 0.0
+            };
+            if flat.tangents.values().iter().all(good) {
+                let list = self.lend(|m: &Mesh| m.tangents.values());
+                let one = move |t: &[f64; 4], out: &mut Out<'_>| put(frame.tangent(t), out);
+                let accessor = values(bin, list, Kind::floats(4), Use::Vertices, None, one)?;
+                found.tangents = Some((accessor, self.slots(&original.tangents, "tangents", remarks)));
+            } else {
+                remarks.push(
+                    "tangents without length or sign were left out, and all others with them".to_owned(),
+                );
             }
         }
         let sets = std::iter::once(&flat.uvs).chain(&flat.more_uvs);
@@ -268,6 +302,7 @@ type Attribute = (usize, Option<BTreeSet<u32>>);
 #[derive(Default)]
 struct Attributes {
     normals: Option<Attribute>,
+    tangents: Option<Attribute>,
     uvs: Vec<Option<Attribute>>,
     /// Zeros for sets that a later set needs before it.
     filler: Option<usize>,
@@ -285,6 +320,10 @@ impl Attributes {
         let mut map = BTreeMap::from([("POSITION".to_owned(), position)]);
         if let Some(accessor) = has(&self.normals) {
             map.insert("NORMAL".to_owned(), accessor);
+            // Only faces have tangents, and only beside normals.
+            if let Some(accessor) = has(&self.tangents).filter(|_| slot.is_some()) {
+                map.insert("TANGENT".to_owned(), accessor);
+            }
         }
         if let Some(accessor) = has(&self.colors) {
             map.insert("COLOR_0".to_owned(), accessor);

@@ -9,6 +9,7 @@ mod nodes;
 mod object;
 mod schema;
 mod shape;
+mod tangent;
 
 use std::borrow::Cow;
 
@@ -16,7 +17,7 @@ use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written};
 use loftsman_kernel::scene::{Object, Scene, Unit, Up};
 use nalgebra::{Matrix4, Translation3};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use self::animation::Keys;
 use self::bin::{Bin, emit};
@@ -27,7 +28,7 @@ use self::shape::Failure;
 use crate::OPTIONS;
 use crate::extras::{Own, rows};
 use crate::place::{Change, Placement};
-use crate::words::EXTRAS;
+use crate::words::{ASSET_DATA, COPYRIGHT, DATA, EXTRAS, PREFIX, SCENE_DATA, SCENE_NAME};
 
 /// Writes a scene.
 pub(crate) fn write(
@@ -46,6 +47,7 @@ pub(crate) fn write(
         UpChoice::Keep => scene.up,
         UpChoice::To(up) => up,
     };
+    let text = file.to_lowercase().ends_with(".gltf");
     let as_usual = (unit, up) == (Unit::Metre, Up::Y);
     // In glTF's own unit and axes numbers are changed as they are poured, and the file notes what they were; else a
     // reader takes them for metres and y up, and so does this.
@@ -62,20 +64,28 @@ pub(crate) fn write(
         change,
         back: if as_usual { Change::between((unit, up), (scene.unit, scene.up)) } else { change },
         bin: Bin::default(),
-        materials: Materials::new(scene),
+        materials: Materials::new(scene, options.pictures, text),
         meshes: Vec::new(),
         keys: Keys::default(),
         rounding: 0.0,
     };
     let (nodes, report) = writer.scene(&file)?;
     let Writer { bin, materials, meshes, keys, rounding, .. } = writer;
-    let noted =
-        (as_usual && !change.is_none()).then(|| json!({ EXTRAS: { "unit": scene.unit, "up": scene.up } }));
-    let generator = concat!("Loftsman ", env!("CARGO_PKG_VERSION")).to_owned();
-    let mut root =
-        Root { asset: Asset { version: "2.0", generator, extras: noted }, meshes, ..Root::default() };
+    let said =
+        |heading: &str| scene.statement(heading).and_then(|text| serde_json::from_str::<Value>(text).ok());
     let mut notes = notes(scene, rounding / change.scale);
-    let mut of_materials = materials.finish(&mut root);
+    let mut of_asset = said(ASSET_DATA);
+    if as_usual
+        && !change.is_none()
+        && !with(&mut of_asset, EXTRAS, json!({ "unit": scene.unit, "up": scene.up }))
+    {
+        notes.push("what other programs noted of the asset is left out".to_owned());
+    }
+    let generator = concat!("Loftsman ", env!("CARGO_PKG_VERSION")).to_owned();
+    let copyright = scene.statement(COPYRIGHT).map(str::to_owned);
+    let asset = Asset { version: "2.0", generator, copyright, extras: of_asset };
+    let mut root = Root { asset, extras: said(DATA), meshes, ..Root::default() };
+    let (mut of_materials, pictures) = materials.finish(&mut root);
     of_materials.dedup();
     notes.extend(of_materials);
     let (nodes, top, numbers) = nodes;
@@ -84,10 +94,23 @@ pub(crate) fn write(
     // A scene must have nodes; a document need not have a scene.
     if !top.is_empty() {
         root.scene = Some(0);
-        root.scenes.push(SceneNodes { nodes: top });
+        let name = scene.statement(SCENE_NAME).map(str::to_owned);
+        root.scenes.push(SceneNodes { name, nodes: top, extras: said(SCENE_DATA) });
     }
     emit(root, bin, sink)?;
+    for (name, bytes) in pictures {
+        sink.picture(&name, &bytes)?;
+    }
     Ok(WriteReport { objects: report, notes })
+}
+
+/// Adds a field to what other programs noted; `false` where that is no table, and gave way.
+fn with(extras: &mut Option<Value>, key: &str, value: Value) -> bool {
+    if let Some(Value::Object(fields)) = extras {
+        fields.insert(key.to_owned(), value);
+        return true;
+    }
+    extras.replace(json!({ key: value })).is_none()
 }
 
 fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
@@ -103,6 +126,22 @@ fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
     let unused = scene.materials.iter().filter(|m| !used.contains(m.name())).count();
     if unused > 0 {
         notes.push(format!("{unused} material(s) that no object has are left out"));
+    }
+    let mut shown = std::collections::HashSet::new();
+    for material in scene.materials.iter().filter(|m| used.contains(m.name())) {
+        shown.extend(material.textures.values().map(|t| t.image.as_str()));
+    }
+    let unused = scene.images.iter().filter(|i| !shown.contains(i.name())).count();
+    if unused > 0 {
+        notes.push(format!("{unused} picture(s) that nothing shows are left out"));
+    }
+    let other = |list: &[(String, String)]| list.iter().filter(|(key, _)| !key.starts_with(PREFIX)).count();
+    let of_objects = scene.objects().iter().map(|o| other(&o.statements)).sum::<usize>();
+    let of_materials =
+        scene.materials.iter().filter(|m| used.contains(m.name())).map(|m| other(&m.statements));
+    let foreign = other(&scene.statements) + of_objects + of_materials.sum::<usize>();
+    if foreign > 0 {
+        notes.push(format!("{foreign} statement(s) of other formats are left out"));
     }
     if !scene.connections().is_empty() {
         notes.push(format!("{} connection(s) of surfaces are left out", scene.connections().len()));
@@ -189,6 +228,7 @@ impl<'a> Writer<'a, '_> {
             reason: None,
         };
         let mut node = Node { name: object.name().to_owned(), ..Node::default() };
+        node.extras = object.statement(DATA).and_then(|text| serde_json::from_str(text).ok());
         let mut noted = Own::default();
         let mut place = rest;
         let shown = self.shape(object, &rest, stretch, &mut report)?;
@@ -216,7 +256,9 @@ impl<'a> Writer<'a, '_> {
         self.note(object, &placement, &place, &above.rest, node.mesh.is_some(), &mut noted);
         if noted != Own::default() {
             let text = serde_json::to_string(&noted).map_err(|e| Failure::Io(e.into()))?;
-            node.extras.insert(EXTRAS.to_owned(), text.into());
+            if !with(&mut node.extras, EXTRAS, text.into()) {
+                explain(&mut report, Fate::Approximated, "what other programs noted of it is left out");
+            }
         }
         Ok((node, Above { rest: place, stretch }, report))
     }
@@ -244,7 +286,7 @@ impl<'a> Writer<'a, '_> {
             _ => {}
         }
         noted.layer.clone_from(&object.layer);
-        if !has_mesh {
+        if !has_mesh || !object.materials.is_empty() {
             noted.color = object.color.filter(|c| c.iter().all(|x| x.is_finite()));
         }
     }

@@ -8,13 +8,14 @@ use loftsman_kernel::plugin::{Chord, Fate, Fineness, Tessellated, Written};
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::animation::{self, Moves};
 use super::shape::{self, Failure, LINE_STRIP, POINTS, Shaped};
 use super::{Writer, mesh, schema};
 use crate::extras::{AnimationFields, Own};
 use crate::place::Change;
+use crate::words::{MESH_DATA, MESH_NAME, TARGET_NAMES, frame_name};
 
 /// What is to be seen of an object.
 pub(super) enum Shown<'a> {
@@ -86,7 +87,7 @@ impl<'a> Writer<'a, '_> {
                 let reason = "splines need a tessellator, and none is registered".to_owned();
                 return Ok(self.unseen(object, &reason, report));
             }
-            return self.plain(geometry, change, frames, report);
+            return self.plain(object, geometry, change, frames, report);
         };
         let could_not = |e: Error| format!("it could not be tessellated: {e}");
         match geometry.as_ref() {
@@ -140,7 +141,7 @@ impl<'a> Writer<'a, '_> {
             Geometry::Trimmed(_) => {
                 Ok(self.unseen(object, "trimmed surfaces cannot be tessellated yet", report))
             }
-            _ => self.plain(geometry, change, frames, report),
+            _ => self.plain(object, geometry, change, frames, report),
         }
     }
 
@@ -167,7 +168,8 @@ impl<'a> Writer<'a, '_> {
         report: &mut Written,
     ) -> Result<Shown<'a>, Failure> {
         let points = mesh.points().to_vec();
-        match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &mut self.bin)? {
+        let maps = self.materials.normal_maps(&object.materials);
+        match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
             Some(shaped) => Ok(self.exact(object, shaped, &points, moves)),
             None => Ok(self.unseen(object, "it has no triangle of any extent", report)),
         }
@@ -190,6 +192,7 @@ impl<'a> Writer<'a, '_> {
     /// What needs no tessellator.
     fn plain(
         &mut self,
+        object: &Object,
         geometry: Cow<'a, Geometry>,
         change: Change,
         frames: Option<Cow<'a, Animation>>,
@@ -200,6 +203,7 @@ impl<'a> Writer<'a, '_> {
             Ok(Shown::Nothing)
         };
         let base = geometry.points().to_vec_if(frames.is_some());
+        let maps = self.materials.normal_maps(&object.materials);
         let shaped = match geometry {
             Cow::Borrowed(Geometry::Group) | Cow::Owned(Geometry::Group) => {
                 report.form = "node".to_owned();
@@ -223,14 +227,14 @@ impl<'a> Writer<'a, '_> {
             }
             Cow::Borrowed(Geometry::Mesh(mesh)) => {
                 cut(mesh, report);
-                match mesh::mesh(Cow::Borrowed(mesh), change, self.meshes_only, &mut self.bin)? {
+                match mesh::mesh(Cow::Borrowed(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
                     Some(shaped) => shaped,
                     None => return nothing(report),
                 }
             }
             Cow::Owned(Geometry::Mesh(mesh)) => {
                 cut(&mesh, report);
-                match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &mut self.bin)? {
+                match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
                     Some(shaped) => shaped,
                     None => return nothing(report),
                 }
@@ -265,26 +269,40 @@ impl<'a> Writer<'a, '_> {
             let made_up = || self.materials.color(object.color, shaped.has_colors);
             primitive.material = Some(found.unwrap_or_else(made_up));
         }
-        let mut extras = None;
+        let mut extras =
+            object.statement(MESH_DATA).and_then(|text| serde_json::from_str::<Value>(text).ok());
         if let Some(moves) = moves {
             let count = moves.count();
             let targets = moves.targets(&shaped, &mut self.bin)?;
             for primitive in &mut shaped.primitives {
                 primitive.targets.clone_from(&targets);
             }
-            let names: Vec<String> = (0..count).map(|k| format!("frame {k}")).collect();
-            extras = Some(json!({ "targetNames": names }));
+            let names: Vec<String> = (0..count).map(frame_name).collect();
+            match &mut extras {
+                Some(Value::Object(fields)) => _ = fields.insert(TARGET_NAMES.to_owned(), json!(names)),
+                other => {
+                    if other.is_some() {
+                        explain(
+                            report,
+                            Fate::Approximated,
+                            "what other programs noted of its mesh is left out",
+                        );
+                    }
+                    *other = Some(json!({ TARGET_NAMES: names }));
+                }
+            }
             self.keys.add(index, count, moves.rate(), &mut self.bin);
             if noted.animation.is_none() {
                 noted.rate = Some(moves.rate());
             }
         }
+        noted.made_tangents = shaped.made_tangents;
         report.form.clone_from(&shaped.form);
         for remark in &shaped.remarks {
             explain(report, Fate::Approximated, remark);
         }
         self.meshes.push(schema::Mesh {
-            name: object.name().to_owned(),
+            name: object.statement(MESH_NAME).unwrap_or(object.name()).to_owned(),
             primitives: shaped.primitives,
             extras,
         });

@@ -3,13 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 /// The document.
 #[derive(Debug, Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Root {
     pub(super) asset: Asset,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) extras: Option<Value>,
     #[serde(skip_serializing_if = "BTreeSet::is_empty")]
     pub(super) extensions_used: BTreeSet<String>,
     #[serde(skip_serializing_if = "BTreeSet::is_empty")]
@@ -45,12 +47,18 @@ pub(super) struct Asset {
     pub(super) version: &'static str,
     pub(super) generator: String,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) copyright: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) extras: Option<Value>,
 }
 
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Scene {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) name: Option<String>,
     pub(super) nodes: Vec<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) extras: Option<Value>,
 }
 
 #[derive(Debug, Default, Serialize)]
@@ -67,8 +75,8 @@ pub(super) struct Node {
     pub(super) rotation: Option<[f64; 4]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) scale: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Map::is_empty")]
-    pub(super) extras: Map<String, Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) extras: Option<Value>,
     /// Whether the extras hold a spline that no mesh shows.
     #[serde(skip)]
     pub(super) is_unseen: bool,

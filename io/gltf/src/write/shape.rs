@@ -48,6 +48,8 @@ pub(super) struct Shaped {
     pub(super) has_colors: bool,
     /// For each point that was written, the point of the shape that it comes from, where they are not the same.
     pub(super) doubled: Vec<u32>,
+    /// Whether its tangents are not the scene's.
+    pub(super) made_tangents: bool,
 }
 
 /// What can go wrong: with the shape, or with memory that is written to (which does not fail).
@@ -141,6 +143,7 @@ pub(super) fn chain<'a>(
         remarks: Vec::new(),
         has_colors: false,
         doubled: Vec::new(),
+        made_tangents: false,
     })
 }
 

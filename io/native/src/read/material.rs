@@ -172,16 +172,7 @@ impl<'de> Table<'de> for MaterialTable {
             "blend" => self.blend = map.next_value()?,
             "double_sided" => rest.double_sided = map.next_value()?,
             "textures" => map.next_value_seed(TexturesSeed { trail, textures: &mut rest.textures })?,
-            _ => {
-                let pair = List { trail, what: "two texts", item: Text };
-                let pairs = map.next_value_seed(List { trail, what: "pairs of texts", item: pair })?;
-                for (i, pair) in pairs.into_iter().enumerate() {
-                    let pair = <[String; 2]>::try_from(pair)
-                        .map_err(|pair| trail.refuse(format!("{} texts where two are needed", pair.len())));
-                    let [what, value] = trail.index(i, pair)?;
-                    rest.statements.push((what, value));
-                }
-            }
+            _ => rest.statements = statements(map, trail)?,
         }
         Ok(())
     }
@@ -202,6 +193,23 @@ impl<'de> Table<'de> for MaterialTable {
         (material.textures, material.statements) = (self.rest.textures, self.rest.statements);
         Ok(material)
     }
+}
+
+/// Reads what formats said word for word: pairs of texts.
+pub(super) fn statements<'de, A: MapAccess<'de>>(
+    map: &mut A,
+    trail: &Trail,
+) -> Result<Vec<(String, String)>, A::Error> {
+    let pair = List { trail, what: "two texts", item: Text };
+    let pairs = map.next_value_seed(List { trail, what: "pairs of texts", item: pair })?;
+    let mut statements = Vec::with_capacity(pairs.len());
+    for (i, pair) in pairs.into_iter().enumerate() {
+        let pair = <[String; 2]>::try_from(pair)
+            .map_err(|pair| trail.refuse(format!("{} texts where two are needed", pair.len())));
+        let [what, value] = trail.index(i, pair)?;
+        statements.push((what, value));
+    }
+    Ok(statements)
 }
 
 /// Reads the textures of a material.

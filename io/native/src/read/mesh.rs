@@ -18,6 +18,7 @@ pub(super) struct MeshTable {
     faces: Option<Faces>,
     lines: Option<Faces>,
     normals: Layer<[f64; 3]>,
+    tangents: Layer<[f64; 4]>,
     uvs: Layer<[f64; 2]>,
     more_uvs: Vec<Layer<[f64; 2]>>,
     colors: Layer<[f64; 4]>,
@@ -38,6 +39,7 @@ impl<'de> Table<'de> for MeshTable {
         "faces",
         "lines",
         "normals",
+        "tangents",
         "uvs",
         "more_uvs",
         "colors",
@@ -58,6 +60,7 @@ impl<'de> Table<'de> for MeshTable {
             "faces" => self.faces = Some(map.next_value_seed(FacesSeed { trail, what: "face" })?),
             "lines" => self.lines = Some(map.next_value_seed(FacesSeed { trail, what: "line" })?),
             "normals" => self.normals = map.next_value_seed(layer_seed(trail, "[x, y, z]"))?,
+            "tangents" => self.tangents = map.next_value_seed(layer_seed(trail, "[x, y, z, sign]"))?,
             "uvs" => self.uvs = map.next_value_seed(layer_seed(trail, "[u, v]"))?,
             "more_uvs" => {
                 let item = layer_seed(trail, "[u, v]");
@@ -90,12 +93,14 @@ impl<'de> Table<'de> for MeshTable {
             result.map_err(|defect| trail.refuse_table(field, defect.to_string()))
         };
         fits("normals", self.normals.check("normals", points, corners))?;
+        fits("tangents", self.tangents.check("tangents", points, corners))?;
         fits("uvs", self.uvs.check("uvs", points, corners))?;
         for (i, layer) in self.more_uvs.iter().enumerate() {
             fits(&format!("more_uvs[{i}]"), layer.check("uvs", points, corners))?;
         }
         fits("colors", self.colors.check("colors", points, corners))?;
         mesh.normals = self.normals.map(|&n| Vector::from(n));
+        mesh.tangents = self.tangents;
         (mesh.uvs, mesh.more_uvs, mesh.colors) = (self.uvs, self.more_uvs, self.colors);
         (mesh.materials, mesh.smoothing, mesh.groups) = (self.materials, self.smoothing, self.groups);
         // What is left are lists with a number a face, and the groups.

@@ -9,7 +9,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visi
 
 use super::geometry::{AnimationTable, CloudTable, CurveTable, GroupTable, PolylineTable, SurfaceTable};
 use super::lists::{Count, Fixed, List, Text};
-use super::material::{ImageTable, MaterialTable, NamedSeed};
+use super::material::{ImageTable, MaterialTable, NamedSeed, statements};
 use super::mesh::MeshTable;
 use super::table::{Table, TableSeed, clip, need};
 use super::trail::Trail;
@@ -27,6 +27,7 @@ struct ObjectTable {
     parent: Option<String>,
     transform: Option<Matrix4<f64>>,
     animation: Option<Animation>,
+    statements: Vec<(String, String)>,
 }
 
 impl<'de> Table<'de> for ObjectTable {
@@ -47,6 +48,7 @@ impl<'de> Table<'de> for ObjectTable {
         "parent",
         "transform",
         "animation",
+        "statements",
     ];
 
     fn field<A: MapAccess<'de>>(
@@ -75,6 +77,7 @@ impl<'de> Table<'de> for ObjectTable {
                 let seed = TableSeed { trail, table: AnimationTable::default() };
                 self.animation = Some(map.next_value_seed(seed)?);
             }
+            "statements" => self.statements = statements(map, trail)?,
             geometry => {
                 if let Some((other, _)) = self.geometry {
                     let problem = format!(
@@ -112,6 +115,7 @@ impl<'de> Table<'de> for ObjectTable {
         object.parent = self.parent;
         object.transform = self.transform;
         object.animation = self.animation;
+        object.statements = self.statements;
         Ok(object)
     }
 }
@@ -178,7 +182,7 @@ impl<'de> Table<'de> for DocumentTable<'_> {
     type Out = ();
     const WHAT: &'static str = "a document";
     const FIELDS: &'static [&'static str] =
-        &["loftsman", "unit", "up", "images", "materials", "objects", "connections"];
+        &["loftsman", "unit", "up", "statements", "images", "materials", "objects", "connections"];
 
     fn field<A: MapAccess<'de>>(
         &mut self,
@@ -217,6 +221,7 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                 let what = "connections { first, second }";
                 self.connections = map.next_value_seed(List { trail, what, item })?;
             }
+            "statements" => self.scene.statements = statements(map, trail)?,
             "images" => {
                 let (list, table) = (&mut self.scene.images, ImageTable::default);
                 map.next_value_seed(NamedSeed { trail, what: "images", list, table })?;

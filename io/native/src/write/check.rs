@@ -38,6 +38,7 @@ fn check_object(object: &Object) -> Result<(), String> {
         Geometry::Mesh(mesh) => {
             points("point", mesh.points())?;
             each("normal", mesh.normals.values().iter().map(Vector::as_slice))?;
+            each("tangent", mesh.tangents.values().iter().map(<[f64; 4]>::as_slice))?;
             for layer in std::iter::once(&mesh.uvs).chain(&mesh.more_uvs) {
                 each("texture coordinate", layer.values().iter().map(<[f64; 2]>::as_slice))?;
             }

@@ -105,16 +105,21 @@ fn material(material: &Material, out: &mut Layout<'_>) -> io::Result<()> {
         }
         out.close_list()?;
     }
-    if !material.statements.is_empty() {
-        out.key("statements")?;
-        out.open_list()?;
-        for (what, value) in &material.statements {
-            out.entry()?;
-            out.texts([what.as_str(), value].into_iter())?;
-        }
-        out.close_list()?;
+    statements(&material.statements, out)
+}
+
+/// What formats said word for word, as pairs; nothing where there is none.
+pub(super) fn statements(list: &[(String, String)], out: &mut Layout<'_>) -> io::Result<()> {
+    if list.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    out.key("statements")?;
+    out.open_list()?;
+    for (what, value) in list {
+        out.entry()?;
+        out.texts([what.as_str(), value].into_iter())?;
+    }
+    out.close_list()
 }
 
 /// The fields of a texture; those that are as usual are left out.

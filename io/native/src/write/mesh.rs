@@ -20,6 +20,10 @@ pub(super) fn write(mesh: &Mesh, out: &mut Layout<'_>) -> io::Result<()> {
         out.key("normals")?;
         layer(&mesh.normals, |n| [n.x, n.y, n.z], out)?;
     }
+    if is_there(&mesh.tangents) {
+        out.key("tangents")?;
+        layer(&mesh.tangents, |&t| t, out)?;
+    }
     if is_there(&mesh.uvs) {
         out.key("uvs")?;
         layer(&mesh.uvs, |&uv| uv, out)?;

@@ -68,6 +68,7 @@ fn write_scene(
         Up::Y => "y",
         Up::Z => "z",
     })?;
+    material::statements(&scene.statements, out)?;
     material::write_images(&scene.images, out)?;
     material::write_materials(&scene.materials, out)?;
     out.key("objects")?;
@@ -115,6 +116,7 @@ fn write_object(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> {
         out.key("transform")?;
         out.rows((0..4).map(|i| [0, 1, 2, 3].map(|j| transform[(i, j)])))?;
     }
+    material::statements(&object.statements, out)?;
     let written = write_geometry(object, out)?;
     if let Some(animation) = &object.animation {
         out.key("animation")?;

@@ -47,12 +47,14 @@ pub(crate) fn everything() -> Scene {
     scene.add(Object::new("hull", Surface::rational(u, v, points(42), weights).unwrap().into())).unwrap();
     let mut mesh = Mesh::new(points(5), &[vec![0, 1, 2, 3], vec![2, 3, 4]]).unwrap();
     mesh.normals = Layer::per_point(vec![Vector::new(0.6, 0.0, 0.8); 5]);
+    mesh.tangents = Layer::per_point(vec![[0.8, 1.0 / 3.0, -0.6, -1.0]; 5]);
     mesh.uvs = Layer::per_point(vec![[0.25, 1.0 / 3.0]; 5]);
     mesh.colors = Layer::per_point(vec![[0.1, 0.2, 0.3, 0.5]; 5]);
     scene.add(Object::new("panel", mesh.into())).unwrap();
     let mut painted = Mesh::new(points(5), &[vec![0, 1, 2, 3], vec![2, 3, 4], vec![0, 4, 1]]).unwrap();
     let corners = |n: u32| (0..10).map(|c| if c % 4 == 3 { NONE } else { c % n }).collect::<Vec<_>>();
     painted.normals = Layer::per_corner(vec![Vector::z(), -Vector::z()], corners(2));
+    painted.tangents = Layer::per_corner(vec![[1.0, -0.0, 5e-324, 1.0]], corners(1));
     painted.uvs = Layer::per_corner(vec![[0.1, -0.0], [1.0 / 3.0, 2.0], [5e-324, 1e300]], corners(3));
     painted.more_uvs =
         vec![Layer::none(), Layer::per_point(vec![[0.5; 2]; 5]), Layer::per_corner(vec![], vec![NONE; 10])];
@@ -66,8 +68,11 @@ pub(crate) fn everything() -> Scene {
     painted.set_lines(vec![0, 4, 1, 3, 2], vec![0, 3, 5]).unwrap();
     let mut painted = Object::new("painted", painted.into());
     painted.materials = vec!["glass".into(), "wood".into()];
+    painted.statements =
+        vec![("gltf extras".into(), "{\"a\": [1, \"ü\"]}".into()), ("x".into(), String::new())];
     scene.add(painted).unwrap();
     materials(&mut scene);
+    scene.statements = vec![("gltf asset extras".into(), "12".into())];
     scene.add(Object::new("path", Polyline { points: points(3), closed: true }.into())).unwrap();
     scene.add(Object::new("scan", Cloud { points: points(2) }.into())).unwrap();
     scene.add(Object::new("empty", Cloud::default().into())).unwrap();
@@ -134,6 +139,6 @@ fn materials(scene: &mut Scene) {
 /// A text in which every number shows its bits, the sign of zero too.
 pub(crate) fn bits(scene: &Scene) -> String {
     let (images, materials) = (scene.images.as_slice(), scene.materials.as_slice());
-    let (objects, connections) = (scene.objects(), scene.connections());
+    let (objects, connections) = (scene.objects(), (scene.connections(), &scene.statements));
     format!("{:?} {:?} {images:?} {materials:?} {objects:?} {connections:?}", scene.unit, scene.up)
 }

@@ -1,7 +1,7 @@
 //! Scene objects out of sections, and the account of every entity.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::Point;
 use loftsman_kernel::connection::{Connection, Side};
@@ -11,11 +11,11 @@ use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadReport, Source};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 
-use super::mesh::{Uses, mesh};
+use super::mesh::{Uses, colored_chain, colored_points, mesh};
 use super::mtl::Materials;
 use super::raw::Use;
 use super::reader::Reader;
-use super::section::{Section, Shape};
+use super::section::{Look, Section, Shape};
 use crate::text::show;
 
 /// The name of the material that faces before the first `usemtl` of an object have, where others follow.
@@ -45,6 +45,7 @@ impl Reader {
             None => whole(at.problem),
         })?;
         self.raw.finish_block().map_err(whole)?;
+        self.empty_before();
         let lists = [
             (self.raw.points.len(), "vertex"),
             (self.raw.uvs.len(), "texture vertex"),
@@ -61,6 +62,7 @@ impl Reader {
             uvs: vec![Use::Nothing; self.raw.uvs.len()],
             normals: vec![Use::Nothing; self.raw.normals.len()],
             rescaled: 0,
+            colors_left_out: 0,
         };
         self.used.iter().for_each(|&vertex| uses.points[vertex as usize] = Use::Kept);
         let mut materials = self.materials(source, report);
@@ -69,6 +71,7 @@ impl Reader {
             report.notes.push("the file has vertices and nothing else: they are a cloud".to_owned());
             let mut section = Section::new("");
             section.dots = (0..self.raw.points.len() as u32).collect();
+            section.dot_looks.push((0, Look::default()));
             sections.push(section);
         }
         let stem = stem(file);
@@ -90,17 +93,31 @@ impl Reader {
             };
             if !section.corners.is_empty() {
                 let slots = self.slots(&section, &mut materials, &mut used_materials);
+                // Lines of a mesh look as its first material does, and are in no group.
+                let other = section
+                    .chain_looks
+                    .iter()
+                    .filter(|l| l.material != section.slots.first().copied().flatten());
+                self.leave_out("materials of lines beside faces of another", other.count());
+                let grouped = section.chain_looks.iter().filter(|l| l.group.is_some()).count();
+                self.leave_out("groups of lines beside faces", grouped);
                 let last = at + 1 == count && section.dots.is_empty();
                 let mesh = mesh(&mut self.raw, &mut section, last, &mut uses).map_err(named)?;
                 add(&name, mesh.into(), slots)?;
             }
-            for pair in section.chain_starts.windows(2) {
+            for (pair, look) in section.chain_starts.windows(2).zip(&section.chain_looks) {
                 let chain = &section.chains[pair[0]..pair[1]];
-                add(&name, self.polyline(chain, &mut uses).into(), Vec::new())?;
+                let geometry = self.polyline(chain, &mut uses).map_err(named)?;
+                let (wanted, slots) =
+                    self.dress(look, &section.name, &name, &mut materials, &mut used_materials);
+                add(&wanted, geometry, slots)?;
             }
-            if !section.dots.is_empty() {
-                let points = section.dots.iter().map(|&v| self.point(v, &mut uses)).collect();
-                add(&name, Cloud { points }.into(), Vec::new())?;
+            let ends = section.dot_looks.iter().skip(1).map(|(at, _)| *at).chain([section.dots.len()]);
+            for ((start, look), end) in section.dot_looks.iter().zip(ends) {
+                let geometry = self.cloud(&section.dots[*start..end], &mut uses).map_err(named)?;
+                let (wanted, slots) =
+                    self.dress(look, &section.name, &name, &mut materials, &mut used_materials);
+                add(&wanted, geometry, slots)?;
             }
             for element in section.elements {
                 let geometry = match element.shape {
@@ -136,6 +153,13 @@ impl Reader {
         for (reason, count) in materials.left_out {
             self.leave_out(&reason, count);
         }
+        let colored = self.used.iter().filter(|&&v| self.raw.color(v).is_some()).count();
+        self.leave_out("vertex colours of lines, points, curves and surfaces that not all vertices have, or that only meshes can have", uses.colors_left_out + colored);
+        let used: BTreeSet<u32> = self.used.iter().copied().collect();
+        let weights = self.raw.weighted().filter(|v| !used.contains(v)).count();
+        self.leave_out("weights of vertices that no curve or surface uses", weights);
+        let unused = (0..self.groups.list.len()).filter(|g| !self.groups_used.contains(g)).count();
+        self.leave_out("groups (g) that have no elements", unused);
         self.account(&uses, report);
         Ok(())
     }
@@ -145,10 +169,59 @@ impl Reader {
         self.raw.points[vertex as usize]
     }
 
-    fn polyline(&self, chain: &[u32], uses: &mut Uses) -> Polyline {
+    /// A chain of lines; a mesh of nothing else where its vertices have colours, which a polyline cannot.
+    fn polyline(&self, chain: &[u32], uses: &mut Uses) -> loftsman_kernel::Result<Geometry> {
         let closed = chain.len() > 3 && chain.first() == chain.last();
         let chain = &chain[..chain.len() - usize::from(closed)];
-        Polyline { points: chain.iter().map(|&v| self.point(v, uses)).collect(), closed }
+        let points: Vec<Point> = chain.iter().map(|&v| self.point(v, uses)).collect();
+        Ok(match self.colors(chain, uses) {
+            Some(colors) => colored_chain(points, colors, closed)?.into(),
+            None => Polyline { points, closed }.into(),
+        })
+    }
+
+    /// Loose points; a mesh of nothing else where they have colours, which a cloud cannot.
+    fn cloud(&self, dots: &[u32], uses: &mut Uses) -> loftsman_kernel::Result<Geometry> {
+        let points: Vec<Point> = dots.iter().map(|&v| self.point(v, uses)).collect();
+        Ok(match self.colors(dots, uses) {
+            Some(colors) => colored_points(points, colors)?.into(),
+            None => Cloud { points }.into(),
+        })
+    }
+
+    /// The colours of vertices that all have one; where only some have, those are left out.
+    fn colors(&self, vertices: &[u32], uses: &mut Uses) -> Option<Vec<[f64; 4]>> {
+        if !self.raw.colored() {
+            return None;
+        }
+        let colors: Vec<[f64; 4]> = vertices.iter().filter_map(|&v| self.raw.color(v)).collect();
+        if colors.len() == vertices.len() {
+            return Some(colors);
+        }
+        uses.colors_left_out += colors.len();
+        None
+    }
+
+    /// The name and the materials of lines or points: the group's name where the section has none.
+    fn dress(
+        &mut self,
+        look: &Look,
+        section: &str,
+        name: &str,
+        materials: &mut Materials,
+        used: &mut Vec<usize>,
+    ) -> (String, Vec<String>) {
+        let place = look.material.map(|m| materials.place(&self.materials.list[m]));
+        used.extend(place);
+        let slots = place.map(|m| materials.list[m].name().to_owned()).into_iter().collect();
+        match look.group {
+            Some(group) if section.is_empty() => (self.groups.list[group].clone(), slots),
+            Some(_) => {
+                self.leave_out("groups of lines and points that have a name already", 1);
+                (name.to_owned(), slots)
+            }
+            None => (name.to_owned(), slots),
+        }
     }
 
     /// The names of a section's materials, slot by slot; none where no face has one.

@@ -13,6 +13,8 @@ pub(crate) struct Uses {
     pub(crate) normals: Vec<Use>,
     /// Normals that were not of unit length.
     pub(crate) rescaled: usize,
+    /// Colours of vertices that only some of the vertices of lines, points or free-form elements have.
+    pub(crate) colors_left_out: usize,
 }
 
 /// Where faces and lines of a mesh refer to: entries of a list of the file, ascending; `None` for all of it.
@@ -155,7 +157,13 @@ pub(crate) fn mesh(
     mesh.normals = directions(normals, &mesh, uses);
     mesh.colors = match colors {
         Some((values, true)) => Layer::per_point(values.into_iter().flatten().collect()),
-        Some((values, false)) => by_corner(&values, mesh.corners()),
+        Some((values, false)) => {
+            let mut seen = vec![false; values.len()];
+            mesh.corners().iter().for_each(|&c| seen[c as usize] = true);
+            uses.colors_left_out +=
+                (values.iter().zip(seen)).filter(|(c, seen)| c.is_some() && !seen).count();
+            by_corner(&values, mesh.corners())
+        }
         None => Layer::none(),
     };
     mesh.materials = std::mem::take(&mut section.materials);
@@ -175,6 +183,27 @@ fn colors(raw: &Raw, origin: &Origin) -> Option<(Vec<Option<[f64; 4]>>, bool)> {
     };
     let all = values.iter().all(Option::is_some);
     values.iter().any(Option::is_some).then_some((values, all))
+}
+
+/// A chain of lines whose vertices all have colours, as a mesh of that line.
+pub(crate) fn colored_chain(
+    points: Vec<Point>,
+    colors: Vec<[f64; 4]>,
+    closed: bool,
+) -> loftsman_kernel::Result<Mesh> {
+    let mut chain: Vec<u32> = (0..points.len() as u32).collect();
+    chain.extend(closed.then_some(0));
+    let mut mesh = colored_points(points, colors)?;
+    let starts = vec![0, chain.len()];
+    mesh.set_lines(chain, starts)?;
+    Ok(mesh)
+}
+
+/// Points that all have colours, as a mesh of nothing else.
+pub(crate) fn colored_points(points: Vec<Point>, colors: Vec<[f64; 4]>) -> loftsman_kernel::Result<Mesh> {
+    let mut mesh = Mesh::from_parts(points, Vec::new(), vec![0])?;
+    mesh.colors = Layer::per_point(colors);
+    Ok(mesh)
 }
 
 /// Colours that some points do not have.

@@ -77,6 +77,11 @@ impl Raw {
         self.weights.get(vertex as usize).copied().unwrap_or(1.0)
     }
 
+    /// The vertices that have a weight other than 1.
+    pub(crate) fn weighted(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..).zip(&self.weights).filter(|(_, w)| **w != 1.0).map(|(v, _)| v)
+    }
+
     /// The colour of a vertex, where it has one.
     pub(crate) fn color(&self, vertex: u32) -> Option<[f64; 4]> {
         self.colors.get(vertex as usize).copied().filter(|c| !c[0].is_nan())

@@ -1,6 +1,6 @@
 //! Statements whose order counts: the parts one after the other, sorted into the sections that become objects.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::Split;
 use super::freeform::{At, Freeform, Meeting, Outcome, SoFar};
@@ -44,9 +44,13 @@ pub(crate) struct Reader {
     /// The section that elements go to, once it has any.
     current: Option<usize>,
     current_name: String,
+    /// Whether the current name came with a statement of its own.
+    pending: bool,
     split: Split,
     state: State,
     pub(crate) groups: Names,
+    /// Groups that some element was in.
+    pub(crate) groups_used: BTreeSet<usize>,
     pub(crate) materials: Names,
     /// Material libraries, with the line that first names them.
     pub(crate) libraries: Vec<(Vec<u8>, usize)>,
@@ -74,9 +78,11 @@ impl Reader {
             by_name: HashMap::new(),
             current: None,
             current_name: String::new(),
+            pending: false,
             split,
             state: State::default(),
             groups: Names::default(),
+            groups_used: BTreeSet::new(),
             materials: Names::default(),
             libraries: Vec::new(),
             left_out: BTreeMap::new(),
@@ -138,13 +144,22 @@ impl Reader {
         if *done == until {
             return;
         }
+        self.groups_used.extend(&self.state.groups);
         let section = self.section();
         let section = &mut self.sections[section];
         let run = |k: usize| done[k]..until[k];
         section.faces(parsed, run(0), &self.state, &self.groups.list);
-        section.lines(parsed, run(1));
-        section.dots(parsed, run(2));
+        section.lines(parsed, run(1), &self.state);
+        section.dots(parsed, run(2), &self.state);
         *done = until;
+    }
+
+    /// Counts an object that nothing came after.
+    pub(crate) fn empty_before(&mut self) {
+        if std::mem::take(&mut self.pending) && !self.by_name.contains_key(&self.current_name) {
+            self.kept -= 1;
+            self.leave_out("names of objects (o, or g) that have no elements", 1);
+        }
     }
 
     /// The section at hand.
@@ -164,6 +179,8 @@ impl Reader {
     /// Goes on with the section of a name; the name of nothing is that of the file.
     fn switch(&mut self, name: String) {
         self.kept += 1;
+        self.empty_before();
+        self.pending = true;
         self.current_name = name;
         self.current = None;
     }
@@ -273,7 +290,13 @@ impl Reader {
             Outcome::Shape { shape, surface, wrapped } => {
                 self.kept += 1;
                 self.periodic += usize::from(wrapped);
+                self.groups_used.extend(&self.state.groups);
                 let group = self.state.groups.first().map(|&g| self.groups.list[g].clone());
+                let lost = if self.current_name.is_empty() { 1 } else { 0 };
+                self.leave_out(
+                    "groups of curves and surfaces, which have none: at most one is their name",
+                    self.state.groups.len().saturating_sub(lost),
+                );
                 let material = self.state.material;
                 let section = self.section();
                 let section = &mut self.sections[section];

@@ -24,6 +24,13 @@ pub(crate) struct Element {
     pub(crate) material: Option<usize>,
 }
 
+/// The material and the first group that held for lines or points, by their places among all names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Look {
+    pub(crate) material: Option<usize>,
+    pub(crate) group: Option<usize>,
+}
+
 /// What holds for the faces that come now.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct State {
@@ -56,7 +63,11 @@ pub(crate) struct Section {
     group_of: HashMap<usize, usize>,
     pub(crate) chains: Vec<u32>,
     pub(crate) chain_starts: Vec<usize>,
+    /// What held for each chain: its material, and a group where it was in one.
+    pub(crate) chain_looks: Vec<Look>,
     pub(crate) dots: Vec<u32>,
+    /// What held for runs of points, each from this point on.
+    pub(crate) dot_looks: Vec<(usize, Look)>,
     pub(crate) elements: Vec<Element>,
 }
 
@@ -66,6 +77,12 @@ fn append(to: &mut Vec<u32>, before: usize, from: &[u32], run: std::ops::Range<u
     if !run.is_empty() {
         to.resize(before, NONE);
         to.extend_from_slice(&from[run]);
+    }
+}
+
+impl State {
+    fn look(&self) -> Look {
+        Look { material: self.material, group: self.groups.first().copied() }
     }
 }
 
@@ -133,7 +150,8 @@ impl Section {
     }
 
     /// Takes the lines of a run: each is joined to the one before where it starts at its end.
-    pub(crate) fn lines(&mut self, parsed: &Parsed<'_>, run: std::ops::Range<usize>) {
+    pub(crate) fn lines(&mut self, parsed: &Parsed<'_>, run: std::ops::Range<usize>, state: &State) {
+        let look = state.look();
         for k in run {
             let start = k.checked_sub(1).map_or(0, |k| parsed.chain_ends[k] as usize);
             let mut chain = &parsed.chains[start..parsed.chain_ends[k] as usize];
@@ -144,18 +162,25 @@ impl Section {
                 let last = &self.chains[start..];
                 // A chain that has come back to its start is complete.
                 let complete = last.len() > 2 && last.first() == last.last();
-                if !complete && last.last() == chain.first() {
+                let alike = self.chain_looks.last() == Some(&look);
+                if !complete && alike && last.last() == chain.first() {
                     chain = &chain[1..];
                     self.chain_starts.pop();
+                    self.chain_looks.pop();
                 }
             }
             self.chains.extend_from_slice(chain);
             self.chain_starts.push(self.chains.len());
+            self.chain_looks.push(look);
         }
     }
 
     /// Takes the point statements of a run.
-    pub(crate) fn dots(&mut self, parsed: &Parsed<'_>, run: std::ops::Range<usize>) {
+    pub(crate) fn dots(&mut self, parsed: &Parsed<'_>, run: std::ops::Range<usize>, state: &State) {
+        let look = state.look();
+        if !run.is_empty() && self.dot_looks.last().is_none_or(|(_, last)| *last != look) {
+            self.dot_looks.push((self.dots.len(), look));
+        }
         let end = |k: usize| k.checked_sub(1).map_or(0, |k| parsed.dot_ends[k] as usize);
         self.dots.extend_from_slice(&parsed.dots[end(run.start)..end(run.end)]);
     }

@@ -80,6 +80,15 @@ impl<W: Write> Writer<'_, W> {
             }
             self.flush_line()?;
         }
+        if mesh.lines().next().is_some() || mesh.face_count() == 0 {
+            self.use_material(materials.first().map(String::as_str))?;
+        }
+        if mesh.face_count() == 0 && mesh.lines().next().is_none() {
+            for p in 0..mesh.points().len() {
+                _ = write!(self.text, "p {}", point + p);
+                self.flush_line()?;
+            }
+        }
         for line in mesh.lines() {
             for pair in line.windows(2) {
                 _ = write!(self.text, "l {} {}", point + pair[0] as usize, point + pair[1] as usize);

@@ -129,7 +129,7 @@ pub(crate) fn write(
     writer.out.flush().map_err(io)?;
     let told = std::mem::take(&mut writer.notes);
     drop(writer);
-    library.write(&placed, sink, &mut report)?;
+    library.write(&placed, options.pictures, sink, &mut report)?;
     notes(&placed, &world, &told, &mut report);
     Ok(report)
 }
@@ -172,6 +172,16 @@ fn notes<T>(scene: &Scene, world: &[Option<T>], told: &Notes, report: &mut Write
     );
     say(count(&|o| o.color.is_some()), "object colour(s) are left out");
     say(count(&|o| o.layer.is_some()), "layer name(s) are left out");
+    let tangents = |o: &Object| matches!(&o.geometry, Geometry::Mesh(mesh) if !mesh.tangents.is_empty());
+    say(count(&tangents), "mesh(es) have tangents, which are left out");
+    let of_objects = scene.objects().iter().map(|o| o.statements.len()).sum::<usize>();
+    let foreign = |key: &str| !key.starts_with("mtl ");
+    let of_materials =
+        scene.materials.iter().map(|m| m.statements.iter().filter(|(key, _)| foreign(key)).count());
+    say(
+        scene.statements.len() + of_objects + of_materials.sum::<usize>(),
+        "statement(s) of other formats are left out",
+    );
     let more = |o: &Object| matches!(&o.geometry, Geometry::Mesh(mesh) if !mesh.more_uvs.is_empty());
     say(count(&more), "mesh(es) have further texture coordinates, which are left out");
     let cloud = |o: &Object| matches!(o.geometry, Geometry::Cloud(_));
@@ -279,17 +289,24 @@ impl<W: Write> Writer<'_, W> {
             Geometry::Mesh(mesh) => {
                 self.name(object.name())?;
                 self.mesh(mesh, &object.materials)?;
-                written.form = format!("mesh of {} faces", mesh.face_count());
+                written.form = match (mesh.face_count(), mesh.lines().count()) {
+                    (0, 0) => format!("{} points", mesh.points().len()),
+                    (0, lines) => format!("{lines} line(s)"),
+                    (faces, 0) => format!("mesh of {faces} faces"),
+                    (faces, lines) => format!("mesh of {faces} faces and {lines} line(s)"),
+                };
             }
             Geometry::Polyline(line) if line.points.len() < 2 => {
                 leave_out("a line needs two points".to_owned());
             }
             Geometry::Polyline(line) => {
+                self.element_material(object)?;
                 self.name(object.name())?;
                 let segments = self.polyline(line)?;
                 written.form = format!("line of {segments} segments");
             }
             Geometry::Cloud(cloud) => {
+                self.element_material(object)?;
                 self.name(object.name())?;
                 self.cloud(cloud)?;
                 written.form = format!("{} points", cloud.points.len());

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{FormatError, Place, Sink, WriteReport};
+use loftsman_kernel::plugin::{FormatError, Place, Sink, Source, WriteReport};
 use loftsman_kernel::scene::Scene;
 
 use super::print;
@@ -116,6 +116,7 @@ impl Library {
     pub(super) fn write(
         &self,
         scene: &Scene,
+        source: Option<&dyn Source>,
         sink: &mut dyn Sink,
         report: &mut WriteReport,
     ) -> Result<(), FormatError> {
@@ -150,8 +151,25 @@ impl Library {
             unplaced,
             "texture(s) or settings of textures have no place in a material library and are left out",
         );
-        let beside = self.pictures.len() - self.embedded.len();
-        say(beside, "picture file(s) are named, not copied: they belong beside the new file too");
+        let embedded: HashSet<&str> = self.embedded.iter().map(|(_, name)| name.as_str()).collect();
+        let mut files: Vec<&String> = self
+            .pictures
+            .iter()
+            .filter(|(name, _)| !embedded.contains(name.as_str()))
+            .map(|(_, f)| f)
+            .collect();
+        files.sort_unstable();
+        files.dedup();
+        let (mut named, mut missing) = (0, 0);
+        for file in files {
+            match source.map(|source| source.sibling(file)) {
+                Some(Ok(bytes)) => sink.picture(file, &bytes)?,
+                Some(Err(_)) => missing += 1,
+                None => named += 1,
+            }
+        }
+        say(named, "picture file(s) are named, not copied: they belong beside the new file too");
+        say(missing, "picture file(s) are named, but missing beside the source: they are not there either");
         Ok(())
     }
 

@@ -61,9 +61,9 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
     if to_stdout && args.json.wanted {
         return Err(Usage("--json and an output to - cannot share the standard output".to_owned()).into());
     }
+    let conversion = args.how.conversion(format.as_ref())?;
     let input = open(input, args.from.as_deref())?;
     let progress = Progress::start();
-    let conversion = args.how.conversion(format.as_ref());
     if to_stdout {
         let (memory, converted) = encode(&input, "output", format.as_ref(), &conversion, &progress)?;
         drop(progress);
@@ -111,7 +111,7 @@ pub(super) fn convert(
     outputs.claim(output)?;
     let name = output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let (memory, mut converted) = encode(input, &name, format, conversion, observer)?;
-    outputs.add(output, memory.bytes, memory.siblings)?;
+    outputs.add_memory(output, memory)?;
     for produced in outputs.commit()? {
         converted.output = produced.path;
         converted.siblings = produced.siblings;
@@ -131,7 +131,8 @@ fn encode(
     let kind = reader.declaration().name;
     let options = ReadOptions { observer, ..conversion.read_options(kind) };
     let (scene, report) = input::read_content(input, reader.as_ref(), &options)?;
-    let options = WriteOptions { observer, ..conversion.write_options(kind, format.declaration().name) };
+    let asked = conversion.write_options(kind, format.declaration().name);
+    let options = WriteOptions { observer, pictures: Some(input), ..asked };
     let (memory, written) = output::encode(&scene, name, format, &options, registry)?;
     let converted = Converted {
         input: Source::name(input).to_owned(),

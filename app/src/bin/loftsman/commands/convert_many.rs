@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use loftsman::convert::Conversion;
 use loftsman::kernel::plugin::{Format, Quiet};
 use rayon::prelude::*;
 
@@ -30,6 +31,7 @@ enum Outcome {
 pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode> {
     let extension = args.to.as_deref().unwrap_or_default().trim_start_matches('.');
     let format = format_of(extension)?;
+    let conversion = args.how.conversion(format.as_ref())?;
     if !folder.is_dir() {
         anyhow::bail!("{}: there is no such folder; create it first", folder.display());
     }
@@ -39,7 +41,7 @@ pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode>
     let bar = progress::bar(targets.len() as u64);
     let files: Vec<Outcome> = pool.install(|| {
         let work = targets.par_iter().map(|(input, output)| {
-            let outcome = one(input, output, format.as_ref(), args);
+            let outcome = one(input, output, format.as_ref(), &conversion, args);
             bar.inc(1);
             outcome
         });
@@ -98,11 +100,17 @@ fn stem(input: &Path) -> String {
     }
 }
 
-fn one(input: &Path, output: &Result<PathBuf, String>, format: &dyn Format, args: &ConvertArgs) -> Outcome {
+fn one(
+    input: &Path,
+    output: &Result<PathBuf, String>,
+    format: &dyn Format,
+    conversion: &Conversion,
+    args: &ConvertArgs,
+) -> Outcome {
     let name = input.display().to_string();
     let result = match output {
         Ok(output) => open(input, args.from.as_deref())
-            .and_then(|file| convert(&file, output, format, &args.how.conversion(format), &Quiet)),
+            .and_then(|file| convert(&file, output, format, conversion, &Quiet)),
         Err(problem) => Err(Usage(problem.clone()).into()),
     };
     match result {

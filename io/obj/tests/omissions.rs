@@ -1,0 +1,142 @@
+//! Whatever a file says is in the scene, or counted in the report; whatever a scene holds goes out, or is noted.
+
+#![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
+
+use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture};
+use loftsman_kernel::mesh::Layer;
+use loftsman_kernel::plugin::{Format, Memory, ReadOptions, ReadReport, WriteOptions};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_obj::Obj;
+
+fn read(text: &str) -> (Scene, ReadReport) {
+    let (scene, report) = Obj.read(&Memory::new("part.obj", text), &ReadOptions::default()).unwrap();
+    assert!(report.adds_up(), "{report:?}");
+    scene.check().unwrap();
+    (scene, report)
+}
+
+fn write(scene: &Scene) -> (Memory, Vec<String>) {
+    let mut file = Memory::new("part.obj", "");
+    let report = Obj.write(scene, &mut file, &WriteOptions::default()).unwrap();
+    (file, report.notes)
+}
+
+/// How many of what was left out for a reason that has these words.
+fn left_out(report: &ReadReport, words: &str) -> usize {
+    report.left_out.iter().filter(|(why, _)| why.contains(words)).map(|(_, count)| count).sum()
+}
+
+const COLORED: &str = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n";
+
+#[test]
+fn colours_of_lines_and_points_come_back() {
+    for element in ["l 1 2 3", "l 1 2 3 4 1", "p 1 2 4"] {
+        let (scene, report) = read(&format!("{COLORED}o a\n{element}\n"));
+        assert_eq!(left_out(&report, "colour"), 0, "{report:?}");
+        let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { unreachable!("{element}") };
+        assert_eq!((mesh.face_count(), mesh.colors.values().len()), (0, mesh.points().len()));
+        assert_eq!(mesh.lines().count(), usize::from(element.starts_with('l')));
+        let (file, _) = write(&scene);
+        let (back, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
+        let Geometry::Mesh(again) = &back.objects()[0].geometry else { unreachable!("{element}") };
+        assert_eq!(again.points(), mesh.points(), "{element}");
+        assert!(again.lines().eq(mesh.lines()), "{element}");
+        for (a, b) in again.colors.values().iter().zip(mesh.colors.values()) {
+            assert!(a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-15), "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn colours_that_have_no_place_are_counted() {
+    // Only some vertices of the line, and of the points; the control points of a curve; a line beside half-coloured faces.
+    let (_, report) = read("v 0 0 0 1 0 0\nv 1 0 0\nl 1 2\n");
+    assert_eq!(left_out(&report, "colour"), 1, "{report:?}");
+    let (_, report) = read("v 0 0 0 1 0 0\nv 1 0 0\nv 2 0 0 0 0 1\np 1 2 3\n");
+    assert_eq!(left_out(&report, "colour"), 2, "{report:?}");
+    let curve = "cstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\n";
+    let (scene, report) = read(&format!("{COLORED}{curve}"));
+    assert_eq!((scene.objects().len(), left_out(&report, "colour")), (1, 4), "{report:?}");
+    let (_, report) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5 1 0 0\nf 1 2 3\nl 1 4\n");
+    assert_eq!(left_out(&report, "colour"), 1, "{report:?}");
+}
+
+#[test]
+fn materials_of_lines_and_points_come_back() {
+    let text = "v 0 0 0\nv 1 0 0\nv 2 0 0\nusemtl red\nl 1 2\nusemtl blue\nl 2 3\np 1\nusemtl red\np 3\n";
+    let (scene, report) = read(text);
+    let looks =
+        |scene: &Scene| -> Vec<Vec<String>> { scene.objects().iter().map(|o| o.materials.clone()).collect() };
+    assert_eq!(looks(&scene), [["red"], ["blue"], ["blue"], ["red"]], "{report:?}");
+    let (file, _) = write(&scene);
+    let (back, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
+    assert_eq!(looks(&back), looks(&scene));
+    // Beside faces lines look as the first material does, or it is said.
+    let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+    assert_eq!(left_out(&read(&format!("{faces}l 1 2\n")).1, "materials of lines"), 0);
+    assert_eq!(left_out(&read(&format!("{faces}usemtl blue\nl 1 2\n")).1, "materials of lines"), 1);
+}
+
+#[test]
+fn groups_name_lines_and_points_or_are_counted() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let (scene, report) = read(&format!("{vertices}g keel\nl 1 2\ng stem\np 3\n"));
+    let names: Vec<&str> = scene.objects().iter().map(Object::name).collect();
+    assert_eq!((names.as_slice(), left_out(&report, "group")), (["keel", "stem"].as_slice(), 0));
+    assert_eq!(left_out(&read(&format!("{vertices}o a\ng keel\nl 1 2\n")).1, "groups of lines"), 1);
+    assert_eq!(left_out(&read(&format!("{vertices}g b\nf 1 2 3\nl 1 2\n")).1, "groups of lines beside"), 1);
+    assert_eq!(left_out(&read(&format!("{vertices}g b\ng c\nf 1 2 3\n")).1, "groups (g) that have no"), 1);
+}
+
+#[test]
+fn names_without_elements_and_weights_without_use_are_counted() {
+    let (scene, report) = read("o nothing\nv 0 0 0\nv 1 0 0 2\nv 0 1 0\no a\nf 1 2 3\no b\n");
+    assert_eq!(scene.objects().len(), 1);
+    assert_eq!(left_out(&report, "names of objects"), 2, "{report:?}");
+    assert_eq!(left_out(&report, "weights of vertices"), 1, "{report:?}");
+}
+
+#[test]
+fn statements_about_display_are_counted() {
+    for statement in ["mg 1 0.5", "lod 3", "bevel on", "usemap wood", "maplib a.map", "ctech cparm 1"] {
+        let (_, report) = read(&format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{statement}\nf 1 2 3\n"));
+        assert_eq!(report.left_out.values().sum::<usize>(), 1, "{statement}: {report:?}");
+    }
+    // Smoothing groups are kept.
+    let (scene, report) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\ns 3\nf 1 2 3\n");
+    let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { unreachable!() };
+    assert_eq!((mesh.smoothing.as_slice(), report.left_out.len()), ([3].as_slice(), 0));
+}
+
+#[test]
+fn what_obj_cannot_hold_is_noted() {
+    let (mut scene, _) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let name = scene.objects()[0].name().to_owned();
+    let object = scene.object_mut(&name).unwrap();
+    object.statements.push(("gltf extras".into(), "{}".into()));
+    let Geometry::Mesh(mesh) = &mut object.geometry else { unreachable!() };
+    mesh.tangents = Layer::per_point(vec![[1.0, 0.0, 0.0, 1.0]; 3]);
+    let (_, notes) = write(&scene);
+    for what in ["tangents", "statement(s) of other formats"] {
+        assert!(notes.iter().any(|note| note.contains(what)), "{what}: {notes:?}");
+    }
+}
+
+#[test]
+fn pictures_go_along() {
+    let (mut scene, _) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for picture in ["tex/wood.png", "lost.png"] {
+        scene.images.add(Image::new(picture, ImageData::File(picture.into()))).unwrap();
+    }
+    let mut material = Material::new("wood", [1.0; 4]);
+    material.textures.insert(Channel::BaseColor, Texture::new("tex/wood.png"));
+    material.textures.insert(Channel::Emissive, Texture::new("lost.png"));
+    scene.materials.add(material).unwrap();
+    let mut source = Memory::new("in.obj", "");
+    source.pictures.insert("tex/wood.png".into(), b"picture".to_vec());
+    let mut file = Memory::new("part.obj", "");
+    let options = WriteOptions { pictures: Some(&source), ..WriteOptions::default() };
+    let report = Obj.write(&scene, &mut file, &options).unwrap();
+    assert_eq!(file.pictures, source.pictures);
+    assert!(report.notes.iter().any(|n| n.starts_with("1 picture") && n.contains("missing")), "{report:?}");
+}

@@ -1,0 +1,159 @@
+//! Every file of other programs that lies in `tests/data`, converted: the Khronos validator finds nothing to say of any,
+//! and what the formats hold comes back.
+
+use std::path::{Path, PathBuf};
+
+use loftsman::kernel::scene::{Geometry, Scene};
+use loftsman_tests::oracle::Oracle;
+use loftsman_tests::program;
+use serde_json::json;
+
+/// Files that are refused, with words of the one message that says why: they break their format's rules.
+const REFUSED: [(&str, &str); 3] = [
+    ("number_formats.obj", "line 11"),
+    ("spec_trimmed_nurb_surface.obj", "is repeated 6 times"),
+    ("CubeHierarchy.gltf", "CubeHierarchy.bin"),
+];
+
+/// The files of a folder of the data, by name, with or without those that are refused.
+fn files(folder: &str, refused: bool) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(program::repository().join("tests/data").join(folder)).unwrap();
+    let mut all: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    let is_refused = |name: &str| REFUSED.iter().any(|(file, _)| *file == name);
+    all.retain(|path| {
+        let name = path.file_name().unwrap().to_string_lossy();
+        !name.ends_with(".md") && !name.ends_with(".bin") && is_refused(&name) == refused
+    });
+    all.sort();
+    all
+}
+
+#[test]
+fn the_validator_finds_nothing_to_say_of_any_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut outputs = Vec::new();
+    for (group, least) in [("gltf", 20), ("obj", 25), ("points", 5)] {
+        let inputs = files(group, false);
+        assert!(inputs.len() >= least, "{group} has only {}", inputs.len());
+        for extension in ["glb", "gltf"] {
+            let into = folder.path().join(format!("{group}-{extension}"));
+            std::fs::create_dir(&into).unwrap();
+            for input in &inputs {
+                let out = into.join(format!("{}.{extension}", input.file_name().unwrap().to_string_lossy()));
+                program::succeed(folder.path(), &["convert", &text(input), &text(&out)]);
+                outputs.push(out);
+            }
+        }
+    }
+    let Some(reports) = Oracle::GltfValidator.ask(&outputs, &[]) else { return };
+    for report in reports {
+        assert_eq!((&report["errors"], &report["warnings"]), (&json!(0), &json!(0)), "{report:#}");
+    }
+}
+
+#[test]
+fn files_that_break_the_rules_are_refused_with_one_message() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused: Vec<PathBuf> = ["gltf", "obj"].iter().flat_map(|group| files(group, true)).collect();
+    assert_eq!(refused.len(), REFUSED.len());
+    for input in refused {
+        let output = program::run_in(folder.path(), &["convert", &text(&input), "out.glb"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let name = input.file_name().unwrap().to_string_lossy();
+        let words = REFUSED.iter().find(|(file, _)| *file == name).unwrap().1;
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(words) && said.trim().lines().count() == 1, "{said}");
+        assert!(!folder.path().join("out.glb").exists());
+    }
+}
+
+#[test]
+fn what_gltf_holds_comes_back() {
+    for input in files("gltf", false) {
+        let first = loftsman::file::read(&input).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        for out in ["out.glb", "out.gltf"] {
+            let path = folder.path().join(out);
+            program::succeed(folder.path(), &["convert", &text(&input), out]);
+            same(&input, &first, &loftsman::file::read(path).unwrap(), 0.0, false);
+        }
+    }
+}
+
+#[test]
+fn what_obj_holds_comes_back() {
+    for input in files("obj", false) {
+        let first = loftsman::file::read(&input).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        program::succeed(
+            folder.path(),
+            &["convert", &text(&input), "out.obj", "--write", "knots=any", "--write", "surfaces=exact"],
+        );
+        same(&input, &first, &loftsman::file::read(folder.path().join("out.obj")).unwrap(), 1e-14, true);
+    }
+}
+
+/// Objects by name with their points, frames, layers and materials; the hierarchy. `flat`: the format has none.
+fn same(file: &Path, first: &Scene, second: &Scene, within: f64, flat: bool) {
+    let names = |scene: &Scene| -> Vec<String> {
+        let kept = scene.objects().iter().filter(|o| !flat || !matches!(o.geometry, Geometry::Group));
+        kept.map(|o| o.name().to_owned()).collect()
+    };
+    assert_eq!(names(first), names(second), "{}", file.display());
+    for name in names(first) {
+        let what = format!("{} \"{name}\"", file.display());
+        let (a, b) = (first.get(&name).unwrap(), second.get(&name).unwrap());
+        assert_eq!(a.geometry.kind(), b.geometry.kind(), "{what}");
+        let (p, q) = (a.geometry.points(), b.geometry.points());
+        assert_eq!(p.len(), q.len(), "{what}");
+        for (p, q) in p.iter().zip(q) {
+            assert!((p - q).amax() <= within * p.coords.amax().max(1.0), "{what}: {p} {q}");
+        }
+        assert_eq!((a.materials.len(), a.color), (b.materials.len(), b.color), "{what}");
+        if !flat {
+            assert_eq!(
+                (&a.parent, &a.transform, &a.animation),
+                (&b.parent, &b.transform, &b.animation),
+                "{what}"
+            );
+            assert_eq!((&a.materials, &a.statements), (&b.materials, &b.statements), "{what}");
+        }
+        match (&a.geometry, &b.geometry) {
+            (Geometry::Mesh(a), Geometry::Mesh(b)) => {
+                assert_eq!((a.corners(), a.starts()), (b.corners(), b.starts()), "{what}");
+                assert!(a.lines().eq(b.lines()), "{what}");
+                assert_eq!(
+                    (&a.materials, &a.smoothing, &a.groups),
+                    (&b.materials, &b.smoothing, &b.groups),
+                    "{what}"
+                );
+                for corner in 0..a.corners().len() {
+                    let point = a.corners()[corner];
+                    assert_eq!(a.uvs.at(corner, point), b.uvs.at(corner, point), "{what}");
+                    assert_eq!(a.tangents.at(corner, point), b.tangents.at(corner, point), "{what}");
+                    match (a.normals.at(corner, point), b.normals.at(corner, point)) {
+                        (Some(n), Some(m)) => assert!((n - m).amax() < 1e-6, "{what}: {n} {m}"),
+                        (n, m) => assert_eq!(n.is_some(), m.is_some(), "{what}"),
+                    }
+                    match (a.colors.at(corner, point), b.colors.at(corner, point)) {
+                        (Some(c), Some(d)) => {
+                            assert!((0..4).all(|k| (c[k] - d[k]).abs() < 1e-6), "{what}: {c:?} {d:?}");
+                        }
+                        (c, d) => assert_eq!(c.is_some(), d.is_some(), "{what}"),
+                    }
+                }
+            }
+            (Geometry::Curve(a), Geometry::Curve(b)) => {
+                assert_eq!((a.space(), a.weights()), (b.space(), b.weights()), "{what}");
+            }
+            (Geometry::Surface(a), Geometry::Surface(b)) => {
+                assert_eq!((a.u(), a.v(), a.weights()), (b.u(), b.v(), b.weights()), "{what}");
+            }
+            _ => {}
+        }
+    }
+}
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
