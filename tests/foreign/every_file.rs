@@ -22,7 +22,10 @@ fn files(folder: &str, refused: bool) -> Vec<PathBuf> {
     let is_refused = |name: &str| REFUSED.iter().any(|(file, _)| *file == name);
     all.retain(|path| {
         let name = path.file_name().unwrap().to_string_lossy();
-        !name.ends_with(".md") && !name.ends_with(".bin") && is_refused(&name) == refused
+        !name.starts_with('.')
+            && !name.ends_with(".md")
+            && !name.ends_with(".bin")
+            && is_refused(&name) == refused
     });
     all.sort();
     all
