@@ -113,11 +113,16 @@ fn an_event_that_keeps_an_area_or_a_volume_allocates_nothing() {
     let from = surface.point(3.0, 3.0).unwrap();
     let edit = Edit::new(&surface).ask(volume().keep()).handle(position(at));
     assert_eq!(allocations(edit.prepare(Automatic).unwrap(), from), 0, "volume");
-    // Where the axes alternate, every event measures the linear constraints anew where the shape has come to: each
-    // allocates its row, and the event the list of all.
-    let edit = Edit::new(&surface).ask(volume().keep()).handle(position(at)).alternating();
-    let some = allocations(edit.prepare(Automatic).unwrap(), from);
-    assert!(some <= 50 * 8, "{some} in 50 events");
+    // Where the axes alternate, every event measures all constraints anew where the shape has come to: each with rows or
+    // room of its own, so many whatever the size.
+    let alternating = |n: usize| {
+        let surface = torus(n);
+        let from = surface.point(3.0, 3.0).unwrap();
+        let edit = Edit::new(&surface).ask(volume().keep()).handle(position(at)).alternating();
+        allocations(edit.prepare(Automatic).unwrap(), from)
+    };
+    let (few, many) = (alternating(12), alternating(24));
+    assert!(few <= 50 * 20 && many <= few, "{few} and {many} in 50 events");
 }
 
 #[test]
