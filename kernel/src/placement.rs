@@ -261,4 +261,34 @@ mod tests {
         assert!((place(&turned) - expected).norm() < 1e-15);
         assert!(matches!(scene.converted(Unit::Millimetre, Up::Z).unwrap(), Cow::Borrowed(_)));
     }
+
+    #[test]
+    fn tangents_and_bitangents_follow_every_map() {
+        let mut mesh = Mesh::new(
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| Point::new(x, y, 0.0)).to_vec(),
+            &[[0, 1, 2]],
+        )
+        .unwrap();
+        mesh.normals = Layer::per_point(vec![Vector::z(); 3]);
+        mesh.tangents = Layer::per_point(vec![[1.0, 0.0, 0.0, 1.0]; 3]);
+        let mut mirror = Matrix4::identity();
+        mirror[(0, 0)] = -2.0;
+        let mut turn = Matrix4::identity();
+        turn.fixed_view_mut::<3, 3>(0, 0).copy_from(&Up::Z.turn(Up::Y));
+        for map in [Matrix4::identity(), turn, mirror, turn * mirror] {
+            let Geometry::Mesh(moved) = Geometry::Mesh(mesh.clone()).transformed(&map).unwrap() else {
+                unreachable!()
+            };
+            let (n, t) = (moved.normals.values()[0], moved.tangents.values()[0]);
+            let along = Vector::new(t[0], t[1], t[2]);
+            let linear = map.fixed_view::<3, 3>(0, 0);
+            // Along u and v as the points went, both of length 1 here.
+            assert!((along - (linear * Vector::x()).normalize()).norm() < 1e-15, "{t:?}");
+            assert!((n.cross(&along) * t[3] - linear * Vector::y()).norm() < 1e-15, "{t:?} {n}");
+        }
+        let Geometry::Mesh(mut inside) = Geometry::Mesh(mesh.clone()) else { unreachable!() };
+        inside.turn_inside_out();
+        let (n, t) = (inside.normals.values()[0], inside.tangents.values()[0]);
+        assert_eq!(n.cross(&Vector::x()) * t[3], Vector::y());
+    }
 }
