@@ -17,13 +17,13 @@ pub(super) struct Pending {
     real: PathBuf,
     bytes: Vec<u8>,
     siblings: Vec<Self>,
-    /// Whether missing folders are made for it.
-    new_folders: bool,
+    /// Whether it is a picture: missing folders are made for it, and it takes no other file's place.
+    is_picture: bool,
 }
 
 impl Pending {
     pub(super) fn new(shown: &Path, real: PathBuf, bytes: Vec<u8>) -> Self {
-        Self { shown: shown.to_path_buf(), real, bytes, siblings: Vec::new(), new_folders: false }
+        Self { shown: shown.to_path_buf(), real, bytes, siblings: Vec::new(), is_picture: false }
     }
 
     /// Another file beside it.
@@ -31,9 +31,9 @@ impl Pending {
         self.siblings.push(sibling);
     }
 
-    /// The same, with the folders that it needs.
-    pub(super) fn in_new_folders(self) -> Self {
-        Self { new_folders: true, ..self }
+    /// The same as a picture, with the folders that it needs; it takes no other file's place.
+    pub(super) fn into_picture(self) -> Self {
+        Self { is_picture: true, ..self }
     }
 
     pub(super) fn with_siblings(self, siblings: Vec<Self>) -> Self {
@@ -54,7 +54,7 @@ impl Pending {
 pub(super) fn commit(pending: &[Pending], create_folders: bool) -> Result<Vec<Produced>> {
     let mut undo = Undo::default();
     let files: Vec<&Pending> = pending.iter().flat_map(|p| std::iter::once(p).chain(&p.siblings)).collect();
-    for file in files.iter().filter(|file| create_folders || file.new_folders) {
+    for file in files.iter().filter(|file| create_folders || file.is_picture) {
         undo.create_folder(file)?;
     }
     let mut staged = Vec::with_capacity(files.len());
@@ -63,6 +63,7 @@ pub(super) fn commit(pending: &[Pending], create_folders: bool) -> Result<Vec<Pr
     }
     for (file, staged) in files.iter().zip(&staged) {
         match staged {
+            Some(beside) if file.is_picture => undo.put(file, beside)?,
             Some(beside) => undo.replace(file, beside, files.len() > 1)?,
             // A pipe or a device cannot be replaced; what it takes in cannot be taken back, so it comes last.
             None => continue,
@@ -93,6 +94,10 @@ fn stage(file: &Pending, undo: &mut Undo) -> Result<Option<PathBuf>> {
     Ok(Some(beside))
 }
 
+/// Why a picture is not put in place.
+pub(super) const TAKEN: &str =
+    "another file has the name of a picture that belongs here; write to another folder, or rename one";
+
 /// What has to be undone where a later file fails; undoes it when dropped.
 #[derive(Default)]
 struct Undo {
@@ -108,10 +113,34 @@ impl Undo {
         let missing: Vec<_> =
             folder.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists()).collect();
         for folder in missing.into_iter().rev() {
-            fs::create_dir(folder).map_err(|e| Error::system(folder.display().to_string(), "created", &e))?;
-            self.folders.push(folder.to_path_buf());
+            match fs::create_dir(folder) {
+                Ok(()) => self.folders.push(folder.to_path_buf()),
+                // Another conversion was faster.
+                Err(_) if folder.is_dir() => {}
+                Err(e) => return Err(Error::system(folder.display().to_string(), "created", &e)),
+            }
         }
         Ok(())
+    }
+
+    /// Puts a picture where nothing is: what another conversion put there meanwhile stays, and must be the same.
+    fn put(&mut self, file: &Pending, beside: &Path) -> Result<()> {
+        // Unlike a rename, a second name never takes another file's place.
+        match fs::hard_link(beside, &file.real) {
+            Ok(()) => self.remove.push(file.real.clone()),
+            Err(_) if fs::symlink_metadata(&file.real).is_ok() => {
+                if fs::read(&file.real).ok().as_ref() != Some(&file.bytes) {
+                    return Err(Error::file(file.shown.display().to_string(), TAKEN));
+                }
+            }
+            // The file system has no second names.
+            Err(_) => {
+                fs::rename(beside, &file.real).map_err(|e| failed(file, &e))?;
+                self.remove.push(file.real.clone());
+                return Ok(());
+            }
+        }
+        fs::remove_file(beside).map_err(|e| failed(file, &e))
     }
 
     fn replace(&mut self, file: &Pending, beside: &Path, several: bool) -> Result<()> {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use loftsman_kernel::plugin::{Format, Memory, Registry, WriteOptions, WriteReport};
 use loftsman_kernel::scene::Scene;
 
-use super::commit::{Pending, commit};
+use super::commit::{Pending, TAKEN, commit};
 use super::input::extensions;
 use crate::error::{Error, Result};
 
@@ -167,9 +167,7 @@ impl Outputs {
         if fs::symlink_metadata(&shown).is_ok() {
             return match fs::read(&shown) {
                 Ok(there) if there == bytes => Ok(None),
-                _ => fail(
-                    "another file has the name of a picture that belongs here; write to another folder, or rename one",
-                ),
+                _ => fail(TAKEN),
             };
         }
         let real = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf()).join(below);
@@ -181,7 +179,7 @@ impl Outputs {
         }
         self.claimed.insert(real.clone(), shown.display().to_string());
         self.pictures.insert(real.clone(), bytes.clone());
-        Ok(Some(Pending::new(&shown, real, bytes).in_new_folders()))
+        Ok(Some(Pending::new(&shown, real, bytes).into_picture()))
     }
 
     /// Puts all files in place: each is written beside its place under another name, then all are renamed. Where

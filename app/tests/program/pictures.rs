@@ -41,6 +41,85 @@ fn pictures_are_copied_beside_the_output_or_put_into_it() {
 }
 
 #[test]
+fn pictures_go_along_whatever_their_path_looks_like_and_with_documents_too() {
+    for picture in ["./tex/wood.png", "tex//wood.png", "././tex/./wood.png", "tex\\wood.png"] {
+        for out in ["a.gltf", "a.obj", "a.loft.json"] {
+            let bench = square(picture);
+            bench.write("in/tex/wood.png", PNG);
+            bench.done(&["convert", "in/a.obj", &format!("out/{out}")]);
+            assert_eq!(bench.read("out/tex/wood.png"), PNG, "{picture} {out}");
+            // What was written finds it.
+            let said = bench.json(&["convert", &format!("out/{out}"), "out/b.glb"]);
+            assert!(bench.read("out/b.glb").windows(PNG.len()).any(|bytes| bytes == PNG), "{said}");
+        }
+    }
+    let bench = square("lost.png");
+    let said = bench.json(&["convert", "in/a.obj", "out/a.loft.json"]);
+    assert!(said["notes"].to_string().contains("missing"), "{said}");
+}
+
+#[test]
+fn embedded_pictures_leave_files_their_names() {
+    let bench = square("wood.png");
+    bench.write("in/wood.png", PNG);
+    bench.done(&["convert", "in/a.obj", "in/b.loft.json"]);
+    let text = String::from_utf8(bench.read("in/b.loft.json")).unwrap();
+    let image = "{ \"name\": \"wood\", \"media_type\": \"image/png\", \"base64\": \"iVBORw0KGgo=\" }, {";
+    let both = text.replacen("\"images\": [", "\"images\": [@", 1);
+    let (head, tail) = both.split_once('@').unwrap();
+    let both = format!("{head} {}", tail.replacen('{', image, 1));
+    // A second texture shows it.
+    let (head, tail) = both.split_once("\"textures\": [").unwrap();
+    let emissive = "{ \"channel\": \"emissive\", \"image\": \"wood\" },";
+    bench.write("in/b.loft.json", format!("{head}\"textures\": [ {emissive} {tail}"));
+    bench.done(&["convert", "in/b.loft.json", "out/b.obj"]);
+    assert_eq!(bench.read("out/wood.png"), PNG);
+    assert!(bench.read("out/wood.001.png").starts_with(b"\x89PNG"));
+    // What is taken out of a document is put beside other files, not in their place.
+    bench.write("out/wood.001.png", "another");
+    bench.fails(
+        &["convert", "in/b.loft.json", "out/c.obj"],
+        1,
+        &["wood.001.png", "another file has the name"],
+    );
+}
+
+#[test]
+fn many_conversions_at_once_never_take_the_place_of_a_picture() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("out")).unwrap();
+    let mut arguments = vec!["convert".to_owned()];
+    for k in 0..16 {
+        let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl m\nf 1 2 3\n";
+        bench.write(&format!("in{k}/{k}.obj"), text);
+        bench.write(&format!("in{k}/a.mtl"), "newmtl m\nmap_Kd tex/wood.png\n");
+        bench.write(&format!("in{k}/tex/wood.png"), [PNG, &[k / 8]].concat());
+        arguments.push(format!("in{k}/{k}.obj"));
+    }
+    arguments.extend(["--to", "obj", "--into", "out"].map(str::to_owned));
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    // Eight show one picture, eight another of the same name: whichever came first is what all that were written show.
+    let run = bench.run(&arguments);
+    assert_eq!(run.code, Some(1), "{}", run.err);
+    let refused = (run.out + &run.err).matches("has the name of a picture").count();
+    let there = bench.read("out/tex/wood.png");
+    assert_eq!(refused, 8);
+    let first = 8 * usize::from(there[PNG.len()]);
+    for k in 0..16 {
+        assert_eq!(bench.path(&format!("out/{k}.obj")).exists(), (first..first + 8).contains(&k), "{k}");
+    }
+    assert!(bench.files().iter().all(|f| !f.contains(".part")), "{:?}", bench.files());
+}
+
+#[test]
+fn what_the_standard_output_leaves_out_is_said() {
+    let bench = square("wood.png");
+    bench.write("in/wood.png", PNG);
+    let run = bench.run(&["convert", "in/a.obj", "-", "--to", "obj"]);
+    assert!(run.code == Some(0) && run.err.contains("output.mtl, wood.png left out"), "{}", run.err);
+}
+
+#[test]
 fn other_files_of_a_pictures_name_stay() {
     let bench = square("wood.png");
     bench.write("in/wood.png", PNG);

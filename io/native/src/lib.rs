@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A document has the fields `loftsman` (the version, 1), `unit` (default `"m"`), `up` (default `"z"`), `images` and
-//! `materials` (optional), and `objects`. An object has a `name`, exactly one geometry, and may have more:
+//! `materials` (optional), `statements` and `connections` (optional), and `objects`. An object has a `name`, exactly one geometry, and may have more:
 //!
 //! | field | value |
 //! |---|---|
@@ -21,6 +21,7 @@
 //! | `color` | `[red, green, blue, alpha]` |
 //! | `materials` | the names of its materials; the faces of a mesh say which, all else has the first |
 //! | `layer` | a text |
+//! | `statements` | pairs of texts: what other formats say that the document has no field for, word for word |
 //! | `parent` | the name of the object it hangs under |
 //! | `transform` | four rows of four numbers, the last `[0, 0, 0, 1]`: own coordinates to the parent's |
 //! | `animation` | `rate` (frames a second) and `frames`, each all points of the object, in their order |
@@ -28,13 +29,14 @@
 //! An open shape has `points + degree + 1` knots, a periodic one `points + 1` over one period. Unknown fields,
 //! and anything else that a reader would have to guess, are errors that name the place.
 //!
-//! A mesh may have the layers `normals`, `uvs`, `more_uvs` (a list of layers) and `colors` (linear red, green, blue,
+//! A mesh may have the layers `normals`, `tangents` (`[x, y, z, sign]`), `uvs`, `more_uvs` (a list of layers) and `colors` (linear red, green, blue,
 //! alpha). A layer is a list, one value a point, or a table `{ "values": […], "corners": […] }` with the index of the
 //! value of each corner, face after face, -1 for none. It may have `lines` (chains of point indices), and for each
 //! face a number in `materials` (an entry of the object's list) and in `smoothing` (a group, 0 for flat), and
 //! `groups`, each a `name` and `faces` in ascending order.
 //!
 //! An image has a `name`, and either `file` (a name relative to the document's folder) or `media_type` and `base64`.
+//! A picture that is a file goes along when a document is written elsewhere.
 //! A material has:
 //!
 //! | field | value |

@@ -93,9 +93,12 @@ pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
     if declaration.writes {
         match (write(scene), write(scene)) {
             (Ok((first, report)), Ok((second, _))) => {
-                verdict.check(first.bytes == second.bytes && first.siblings == second.siblings, || {
-                    "writing twice gives other bytes".into()
-                });
+                verdict.check(
+                    first.bytes == second.bytes
+                        && first.siblings == second.siblings
+                        && first.pictures == second.pictures,
+                    || "writing twice gives other bytes".into(),
+                );
                 for object in scene.objects() {
                     let told = report.objects.iter().any(|w| w.object == object.name());
                     verdict.check(told, || {

@@ -179,7 +179,7 @@ impl Source for Memory {
     }
 
     fn sibling(&self, name: &str) -> Result<Cow<'_, [u8]>, FormatError> {
-        if let Some(picture) = self.pictures.get(name) {
+        if let Some(picture) = self.pictures.get(&plain_path(name)) {
             return Ok(Cow::Borrowed(picture));
         }
         self.check(name)?;
@@ -205,10 +205,18 @@ impl Sink for Memory {
 
     fn picture(&mut self, name: &str, bytes: &[u8]) -> Result<(), FormatError> {
         // Each part of the path is a name of its own.
-        name.split('/').try_for_each(|part| self.check(part))?;
-        self.pictures.entry(name.to_owned()).or_insert_with(|| bytes.to_vec());
+        let path = plain_path(name);
+        path.split('/').try_for_each(|part| self.check(part))?;
+        self.pictures.entry(path).or_insert_with(|| bytes.to_vec());
         Ok(())
     }
+}
+
+/// A path below a folder without what says nothing: `./a//b.png` is `a/b.png`. One that begins at the root still does.
+fn plain_path(name: &str) -> String {
+    let parts = name.split('/').enumerate();
+    let said = parts.filter(|(k, part)| *part != "." && (*k == 0 || !part.is_empty()));
+    said.map(|(_, part)| part).collect::<Vec<_>>().join("/")
 }
 
 /// How to read.

@@ -8,7 +8,10 @@ mod spline;
 
 use std::io;
 
-use loftsman_kernel::plugin::{Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written};
+use loftsman_kernel::material::ImageData;
+use loftsman_kernel::plugin::{
+    Fate, FormatError, Place, Sink, Source, UpChoice, WriteOptions, WriteReport, Written,
+};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
 
 use crate::VERSION;
@@ -36,7 +39,32 @@ pub(crate) fn document(
         Stop::Cancelled => FormatError::new(&file, Place::File, "cancelled"),
         Stop::Io(error) => FormatError::new(&file, Place::File, format!("cannot be written: {error}")),
     })?;
+    drop(layout);
+    pictures(&scene, options.pictures, sink, &mut report)?;
     Ok(report)
+}
+
+/// Puts the pictures that are files beside the document, which only names them.
+fn pictures(
+    scene: &Scene,
+    source: Option<&dyn Source>,
+    sink: &mut dyn Sink,
+    report: &mut WriteReport,
+) -> Result<(), FormatError> {
+    let mut missing = 0;
+    for image in &scene.images {
+        if let (ImageData::File(file), Some(source)) = (&image.data, source) {
+            match source.sibling(file) {
+                Ok(bytes) => sink.picture(file, &bytes)?,
+                Err(_) => missing += 1,
+            }
+        }
+    }
+    if missing > 0 {
+        let note = "picture file(s) are named, but missing beside the source: they are not there either";
+        report.notes.push(format!("{missing} {note}"));
+    }
+    Ok(())
 }
 
 /// Why writing stops.

@@ -68,6 +68,14 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
         let (memory, converted) = encode(&input, "output", format.as_ref(), &conversion, &progress)?;
         drop(progress);
         converted.warn();
+        let beside: Vec<&str> =
+            memory.siblings.keys().chain(memory.pictures.keys()).map(String::as_str).collect();
+        if !beside.is_empty() {
+            console::warning(&format!(
+                "the standard output takes one file: {} left out, which it names; name a file to get all",
+                beside.join(", ")
+            ));
+        }
         console::print_bytes(&memory.bytes)?;
         return Ok(ExitCode::SUCCESS);
     }
