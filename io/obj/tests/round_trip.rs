@@ -272,8 +272,8 @@ fn pictures_in_the_scene_become_files_beside_it_and_never_elsewhere() {
     material.textures.insert(Channel::Emissive, Texture::new("out"));
     scene.materials.add(material).unwrap();
     let (file, report) = write(&scene, &keep());
-    let names: Vec<_> = file.siblings.keys().map(String::as_str).collect();
-    assert_eq!(names, ["_.._etc_pass_wd.png", "part.mtl"]);
+    let names: Vec<_> = file.siblings.keys().chain(file.pictures.keys()).map(String::as_str).collect();
+    assert_eq!(names, ["part.mtl", "_.._etc_pass_wd.png"]);
     let library = String::from_utf8(file.siblings["part.mtl"].clone()).unwrap();
     assert!(
         library.contains("newmtl a_b\nKd 0.1 0.2 0.3\n") && library.contains("map_Kd _.._etc_pass_wd.png\n")

@@ -83,6 +83,11 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
     }
     let mut library =
         Library { file: own, names, pictures: HashMap::new(), embedded: Vec::new(), left_out: 0 };
+    // Files keep their names, which embedded pictures must not take.
+    taken.extend(scene.images.iter().filter_map(|image| match &image.data {
+        ImageData::File(path) => Some(path.trim_start_matches("./").to_lowercase()),
+        ImageData::Embedded { .. } => None,
+    }));
     let shown: HashSet<&str> =
         scene.materials.iter().flat_map(|m| m.textures.values()).map(|t| t.image.as_str()).collect();
     for image in scene.images.iter().filter(|image| shown.contains(image.name())) {
@@ -138,7 +143,7 @@ impl Library {
         for (name, image) in &self.embedded {
             if let Some(ImageData::Embedded { bytes, .. }) = scene.images.get(image).map(|i: &Image| &i.data)
             {
-                sink.sibling(name)?.write_all(bytes).map_err(|e| fail(name, e))?;
+                sink.picture(name, bytes)?;
             }
         }
         let mut say = |count: usize, what: &str| {
