@@ -191,3 +191,21 @@ fn pictures_go_along() {
         assert!(loftsman_kernel::plugin::Sink::picture(&mut Memory::new("a", ""), outside, b"").is_err());
     }
 }
+
+#[test]
+fn notes_that_are_no_json_are_said() {
+    let mut scene = Scene::new();
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point::from).to_vec();
+    let mut object = Object::new("t", Mesh::new(corners, &[[0, 1, 2]]).unwrap().into());
+    let pair = |key: &str, text: &str| (key.to_owned(), text.to_owned());
+    object.statements = vec![pair("gltf extras", "{"), pair("gltf mesh extras", "[1]")];
+    scene.add(object).unwrap();
+    scene.statements = vec![pair("gltf what", "1"), pair("gltf scene name", "not json")];
+    let (file, notes) = write_with(&scene, "part.gltf", &WriteOptions::default());
+    assert!(notes.iter().any(|note| note.starts_with("2 statement(s) headed")), "{notes:?}");
+    let value = json_of(&file);
+    assert_eq!(
+        (&value["meshes"][0]["extras"], &value["scenes"][0]["name"]),
+        (&json!([1]), &json!("not json"))
+    );
+}

@@ -28,7 +28,9 @@ use self::shape::Failure;
 use crate::OPTIONS;
 use crate::extras::{Own, rows};
 use crate::place::{Change, Placement};
-use crate::words::{ASSET_DATA, COPYRIGHT, DATA, EXTRAS, PREFIX, SCENE_DATA, SCENE_NAME};
+use crate::words::{
+    ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MESH_DATA, MESH_NAME, PREFIX, SCENE_DATA, SCENE_NAME,
+};
 
 /// Writes a scene.
 pub(crate) fn write(
@@ -113,6 +115,15 @@ fn with(extras: &mut Option<Value>, key: &str, value: Value) -> bool {
     extras.replace(json!({ key: value })).is_none()
 }
 
+/// Whether a statement of the whole or of an object is one that our reader makes.
+fn is_ours(key: &str, text: &str) -> bool {
+    match key {
+        DATA | MESH_DATA | SCENE_DATA | ASSET_DATA => serde_json::from_str::<Value>(text).is_ok(),
+        MESH_NAME | SCENE_NAME | COPYRIGHT => true,
+        _ => false,
+    }
+}
+
 fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
     let unit = scene.unit.name();
     let mut notes = Vec::new();
@@ -142,6 +153,14 @@ fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
     let foreign = other(&scene.statements) + of_objects + of_materials.sum::<usize>();
     if foreign > 0 {
         notes.push(format!("{foreign} statement(s) of other formats are left out"));
+    }
+    let broken = |list: &[(String, String)]| {
+        list.iter().filter(|(key, text)| key.starts_with(PREFIX) && !is_ours(key, text)).count()
+    };
+    let broken =
+        broken(&scene.statements) + scene.objects().iter().map(|o| broken(&o.statements)).sum::<usize>();
+    if broken > 0 {
+        notes.push(format!("{broken} statement(s) headed \"gltf\" are no JSON or unknown, and are left out"));
     }
     if !scene.connections().is_empty() {
         notes.push(format!("{} connection(s) of surfaces are left out", scene.connections().len()));
