@@ -9,7 +9,8 @@ echo "$(date -u +%F), load $(cut -d' ' -f1-3 /proc/loadavg), $(sed -n 's/^model 
 cargo build -q --release --manifest-path ../Cargo.toml --bin loftsman --locked
 mkdir -p target
 names=("$@")
-[ ${#names[@]} -gt 0 ] || names=(evaluation grid threads tessellation least_adjustment interpolation area_volume conversion)
+[ ${#names[@]} -gt 0 ] || names=(evaluation grid threads tessellation least_adjustment interpolation area_volume quadratic_program fairing \
+    five_surfaces conversion)
 results="${CRITERION_HOME:-${CARGO_TARGET_DIR:-target}/criterion}"
 for name in "${names[@]}"; do
     if [ -f "peers/$name.py" ]; then

@@ -106,7 +106,11 @@ fn draw(svg: &mut String, panel: &Panel, x0: f64) {
             say(format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"{color}\"/>"));
         }
         if end < x(1e5) {
-            say(format!("<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{color}\">{who}</text>", end + 8.0, last + 4.0));
+            say(format!(
+                "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{color}\">{who}</text>",
+                end + 8.0,
+                last + 4.0
+            ));
         } else {
             labels.push((last, who, color));
         }
