@@ -54,6 +54,42 @@ fn the_validator_finds_nothing_to_say_of_any_file() {
     }
 }
 
+/// Normal maps need tangents: these are made where a file has none, whatever the texture coordinates are like.
+#[test]
+fn the_validator_finds_nothing_to_say_of_the_tangents_we_make() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = "v 0 0 0\nv 1 0 0\nv 1 1 0.2\nv 0 1 0\nv 0.5 0.5 1\n";
+    // As usual, mirrored, all in one place, along a line, and far out.
+    let coordinates = [
+        ("usual", "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.5 0.5\n"),
+        ("mirrored", "vt 1 0\nvt 0 0\nvt 0 1\nvt 1 1\nvt 0.5 0.5\n"),
+        ("one", "vt 0 0\nvt 0 0\nvt 0 0\nvt 0 0\nvt 0 0\n"),
+        ("line", "vt 0 0\nvt 1 1\nvt 2 2\nvt 3 3\nvt 4 4\n"),
+        ("far", "vt 1e9 0\nvt -1e9 0\nvt 1e-9 1\nvt 0 1e9\nvt 0.5 0.5\n"),
+    ];
+    let library = "newmtl bumpy\nKd 0.8 0.7 0.6\nnorm bump.png\nnewmtl plain\nKd 0.1 0.2 0.3\n";
+    std::fs::write(folder.path().join("a.mtl"), library).unwrap();
+    let picture = program::repository().join("examples/blade-section/section.png");
+    std::fs::copy(picture, folder.path().join("bump.png")).unwrap();
+    let mut outputs = Vec::new();
+    for (name, coordinates) in coordinates {
+        let faces = "usemtl bumpy\nf 1/1 2/2 3/3 4/4\nf 1/1 2/2 5/5\nusemtl plain\nf 3/3 4/4 5/5\n";
+        let source = format!("mtllib a.mtl\n{points}{coordinates}{faces}");
+        std::fs::write(folder.path().join(format!("{name}.obj")), source).unwrap();
+        for extension in ["glb", "gltf"] {
+            let [from, to] = [format!("{name}.obj"), format!("{name}.{extension}")];
+            program::succeed(folder.path(), &["convert", &from, &to]);
+            outputs.push(folder.path().join(to));
+        }
+        let written = std::fs::read_to_string(folder.path().join(format!("{name}.gltf"))).unwrap();
+        assert!(written.contains("\"TANGENT\"") && written.contains("normalTexture"), "{name}: {written}");
+    }
+    let Some(reports) = Oracle::GltfValidator.ask(&outputs, &[]) else { return };
+    for report in reports {
+        assert_eq!((&report["errors"], &report["warnings"]), (&json!(0), &json!(0)), "{report:#}");
+    }
+}
+
 #[test]
 fn files_that_break_the_rules_are_refused_with_one_message() {
     let folder = tempfile::tempdir().unwrap();
