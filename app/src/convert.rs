@@ -97,7 +97,8 @@ pub const UPS: [(&str, UpChoice); 4] = [
     ("keep", UpChoice::Keep),
 ];
 
-/// A chord tolerance: `"0.01"` is a length in the scene's unit, `"0.1%"` a part of each shape's diagonal.
+/// A chord tolerance: `"0.01"` is a length in the scene's unit, `"0.1%"` a part of each shape's diagonal
+/// (of surfaces that share edges: of all of them together).
 ///
 /// # Errors
 /// When it is no number, or not positive and finite; the text says what to write.

@@ -13,6 +13,7 @@ pub mod connection;
 pub mod edit;
 pub mod error;
 pub mod functional;
+mod joined;
 pub mod material;
 pub mod mesh;
 pub mod named;

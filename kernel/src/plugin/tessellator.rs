@@ -9,7 +9,8 @@ use crate::spline::{Curve, Surface};
 pub enum Chord {
     /// A length, in the scene's unit.
     Absolute(f64),
-    /// A fraction of the diagonal of the shape's bounding box.
+    /// A fraction of the diagonal of the shape's bounding box. Formats that write a whole scene take the box of all surfaces that
+    /// hang together by common edges ([`Scene::joined_diagonals`](crate::scene::Scene::joined_diagonals)), so that these stay joined.
     Relative(f64),
 }
 

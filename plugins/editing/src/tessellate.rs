@@ -15,7 +15,12 @@ impl Operation for Tessellate {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
             Field::optional("object", "text", "the only curve or surface", "the object"),
-            Field::optional("tolerance", "length", "1/1000 of its size", "largest distance from the shape"),
+            Field::optional(
+                "tolerance",
+                "length",
+                "1/1000 of its size (with what it shares edges with)",
+                "largest distance from the shape",
+            ),
             Field::optional("angle", "degrees", "15", "largest angle between neighbouring pieces"),
         ];
         Declaration {
@@ -39,6 +44,16 @@ impl Operation for Tessellate {
         }
         if p.has("angle") {
             fineness.angle = p.number("angle")?.to_radians();
+        }
+        if let (Chord::Relative(fraction), Some(at)) = (fineness.chord, scene.position(&name))
+            && let Some(size) = scene.joined_diagonals()?.get(at).copied().flatten()
+        {
+            // In the object's own coordinates; where its transforms stretch, its neighbours' do so too.
+            let map = scene.world_transforms()?.get(at).copied().flatten();
+            let stretch = map.map_or(1.0, |m| m.fixed_view::<3, 3>(0, 0).determinant().abs().cbrt());
+            if stretch > 0.0 {
+                fineness.chord = Chord::Absolute(fraction * size / stretch);
+            }
         }
         let Some(tessellator) = context.registry.tessellator() else {
             return Err(Error::Invalid("no tessellator is registered".into()).into());

@@ -85,7 +85,7 @@ pub(crate) struct ConvertArgs {
 #[derive(Debug, Args)]
 pub(crate) struct ConversionArgs {
     /// Chord tolerance where splines must be tessellated: a length in the scene's unit (0.01) or a part of each
-    /// shape's diagonal (0.1%).
+    /// shape's diagonal (0.1%; of surfaces that share edges: of all of them together).
     #[arg(long, value_name = "T", value_parser = convert::chord)]
     tolerance: Option<Chord>,
     /// Largest angle between neighbouring segments of a tessellation, in degrees [default: 15].

@@ -14,7 +14,9 @@ mod tangent;
 use std::borrow::Cow;
 
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written};
+use loftsman_kernel::plugin::{
+    Chord, Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
+};
 use loftsman_kernel::scene::{Object, Scene, Unit, Up};
 use nalgebra::{Matrix4, Translation3};
 use serde_json::{Value, json};
@@ -59,6 +61,10 @@ pub(crate) fn write(
         (scene.converted(unit, up).map_err(|e| fail(e.to_string()))?, Change::none())
     };
     let scene = scene.as_ref();
+    let joined = match options.fineness.chord {
+        Chord::Relative(_) => scene.joined_diagonals().map_err(|e| fail(e.to_string()))?,
+        Chord::Absolute(_) => Vec::new(),
+    };
     let mut writer = Writer {
         scene,
         options,
@@ -70,6 +76,7 @@ pub(crate) fn write(
         meshes: Vec::new(),
         keys: Keys::default(),
         rounding: 0.0,
+        joined,
     };
     let (nodes, report) = writer.scene(&file)?;
     let Writer { bin, materials, meshes, keys, rounding, .. } = writer;
@@ -181,6 +188,8 @@ struct Writer<'a, 'o> {
     keys: Keys,
     /// By how much a coordinate was rounded, in the file's unit.
     rounding: f64,
+    /// For each object how large all that it hangs together with is ([`Scene::joined_diagonals`]).
+    joined: Vec<Option<f64>>,
 }
 
 /// What hangs over an object: what its parent's node could not hold, in the file's unit and axes.

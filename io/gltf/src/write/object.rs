@@ -80,7 +80,7 @@ impl<'a> Writer<'a, '_> {
             }
             frames => frames,
         };
-        let fineness = self.fineness(stretch, baked);
+        let fineness = self.fineness(object, stretch, baked);
         let in_scene = stretch / if baked { self.change.scale } else { 1.0 };
         let Some(tessellator) = self.options.tessellator else {
             if matches!(object.geometry, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_)) {
@@ -309,9 +309,17 @@ impl<'a> Writer<'a, '_> {
         Ok(self.meshes.len() - 1)
     }
 
-    /// The fineness in the coordinates in which a shape is tessellated.
-    fn fineness(&self, stretch: f64, baked: bool) -> Fineness {
+    /// The fineness in the coordinates in which a shape is tessellated: of surfaces that hang together, relative to all
+    /// of them, so that they still do.
+    fn fineness(&self, object: &Object, stretch: f64, baked: bool) -> Fineness {
         let mut fineness = self.options.fineness;
+        if let Chord::Relative(fraction) = fineness.chord {
+            let joined =
+                self.scene.position(object.name()).and_then(|at| self.joined.get(at).copied().flatten());
+            if let Some(size) = joined {
+                fineness.chord = Chord::Absolute(fraction * size);
+            }
+        }
         if let Chord::Absolute(length) = &mut fineness.chord {
             if baked {
                 *length *= self.change.scale;
@@ -327,7 +335,8 @@ impl<'a> Writer<'a, '_> {
     fn tolerance(&self, fineness: &Fineness, points: &[Point], in_scene: f64) -> f64 {
         match (self.options.fineness.chord, fineness.chord) {
             (Chord::Absolute(length), _) => length,
-            (_, Chord::Relative(fraction)) | (_, Chord::Absolute(fraction)) => {
+            (_, Chord::Absolute(length)) => length * in_scene,
+            (_, Chord::Relative(fraction)) => {
                 let first = points.first().copied().unwrap_or_default();
                 let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
                 fraction * (high - low).norm() * in_scene

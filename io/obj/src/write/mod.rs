@@ -74,6 +74,10 @@ pub(crate) fn write(
     let scale = if unit == scene.unit { 1.0 } else { scene.unit.metres() / unit.metres() };
     let placed = scene.converted(unit, up).map_err(|e| fail(e.to_string()))?;
     let world = placed.world_transforms().map_err(|e| fail(e.to_string()))?;
+    let joined = match options.fineness.chord {
+        Chord::Relative(_) => placed.joined_diagonals().map_err(|e| fail(e.to_string()))?,
+        Chord::Absolute(_) => Vec::new(),
+    };
     let mut report = WriteReport::default();
     let library = mtl::library(&placed, &file);
     let mut writer = Writer {
@@ -114,10 +118,12 @@ pub(crate) fn write(
             None => Cow::Borrowed(&object.geometry),
         };
         let mirrored = transform.is_some_and(|m| m.fixed_view::<3, 3>(0, 0).determinant() < 0.0);
-        let written = writer.object(object, &geometry, mirrored).map_err(|e| match e {
-            Failure::Geometry(e) => fail(e.to_string()).of(object.name()),
-            Failure::Stream(e) => io(e),
-        })?;
+        let written = writer
+            .object(object, &geometry, mirrored, joined.get(index).copied().flatten())
+            .map_err(|e| match e {
+                Failure::Geometry(e) => fail(e.to_string()).of(object.name()),
+                Failure::Stream(e) => io(e),
+            })?;
         report.objects.push(written);
     }
     for connection in placed.connections() {
@@ -252,7 +258,14 @@ impl<W: Write> Writer<'_, W> {
         Ok(())
     }
 
-    fn object(&mut self, object: &Object, geometry: &Geometry, mirrored: bool) -> Result<Written, Failure> {
+    /// `joined` is the size of all that the object hangs together with, if it does.
+    fn object(
+        &mut self,
+        object: &Object,
+        geometry: &Geometry,
+        mirrored: bool,
+        joined: Option<f64>,
+    ) -> Result<Written, Failure> {
         let mut written = Written {
             object: object.name().to_owned(),
             form: "nothing".to_owned(),
@@ -272,7 +285,10 @@ impl<W: Write> Writer<'_, W> {
                 self.curve(curve)?;
                 written.form = "NURBS curve".to_owned();
             }
-            Geometry::Surface(surface) => self.surface_object(object, surface, mirrored, &mut written)?,
+            Geometry::Surface(surface) => {
+                let fineness = self.fineness(joined);
+                self.surface_object(object, surface, mirrored, &fineness, &mut written)?;
+            }
             Geometry::Trimmed(_) if self.surfaces == Surfaces::Mesh => {
                 let what = "trimmed surfaces cannot be tessellated yet: write them exactly";
                 leave_out(format!("{what} (surfaces = \"both\" or \"exact\")"));
@@ -322,6 +338,7 @@ impl<W: Write> Writer<'_, W> {
         object: &Object,
         surface: &Surface,
         mirrored: bool,
+        fineness: &Fineness,
         written: &mut Written,
     ) -> Result<(), Failure> {
         let exact = self.surfaces != Surfaces::Mesh;
@@ -329,7 +346,7 @@ impl<W: Write> Writer<'_, W> {
             _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
             None => Err("surfaces need a tessellator, and none is registered".to_owned()),
             Some(tessellator) => tessellator
-                .measured_surface(surface, &self.fineness())
+                .measured_surface(surface, fineness)
                 .map_err(|e| format!("it could not be tessellated: {e}")),
         };
         match mesh {
@@ -340,7 +357,7 @@ impl<W: Write> Writer<'_, W> {
                 self.name(object.name())?;
                 self.mesh(&mesh, &object.materials)?;
                 written.form = format!("{} triangles", mesh.face_count());
-                written.tolerance = Some(self.tolerance(&mesh));
+                written.tolerance = Some(self.tolerance(fineness, &mesh));
                 written.error = Some(error / self.scale);
                 if !exact {
                     written.fate = Fate::Approximated;
@@ -365,20 +382,23 @@ impl<W: Write> Writer<'_, W> {
         Ok(())
     }
 
-    /// The fineness in the file's unit.
-    fn fineness(&self) -> Fineness {
+    /// The fineness in the file's unit: of surfaces that hang together, relative to all of them, so that they still do.
+    fn fineness(&self, joined: Option<f64>) -> Fineness {
         let mut fineness = self.options.fineness;
-        if let Chord::Absolute(length) = &mut fineness.chord {
-            *length *= self.scale;
-        }
+        fineness.chord = match (fineness.chord, joined) {
+            (Chord::Absolute(length), _) => Chord::Absolute(length * self.scale),
+            (Chord::Relative(fraction), Some(size)) => Chord::Absolute(fraction * size),
+            (chord, None) => chord,
+        };
         fineness
     }
 
     /// The chord tolerance in the scene's unit, as a report gives it.
-    fn tolerance(&self, mesh: &Mesh) -> f64 {
-        match self.options.fineness.chord {
-            Chord::Absolute(length) => length,
-            Chord::Relative(fraction) => {
+    fn tolerance(&self, fineness: &Fineness, mesh: &Mesh) -> f64 {
+        match (self.options.fineness.chord, fineness.chord) {
+            (Chord::Absolute(length), _) => length,
+            (_, Chord::Absolute(length)) => length / self.scale,
+            (_, Chord::Relative(fraction)) => {
                 let points = mesh.points();
                 let first = points.first().copied().unwrap_or_default();
                 let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
