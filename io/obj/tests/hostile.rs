@@ -25,6 +25,7 @@ fn every_defect_is_named_with_its_line() {
         ("f 99999999999999999999 1 2", 4, "not the number"),
         ("v 1 2 nan", 4, "NaN"),
         ("v 1 2 1e999", 4, "inf"),
+        ("v 1 2 3 1 4e200 0", 4, "4e200"),
         ("v 1 2", 4, "2 numbers"),
         ("v 1 2 3.1+e2", 4, "3.1+e2"),
         ("l 1", 4, "at least 2"),

@@ -277,7 +277,14 @@ impl<'a> Parser<'a, '_> {
         if count >= 6 {
             self.out.colors.resize(at, NO_COLOR);
             let alpha = if count == 7 { n[6] } else { 1.0 };
-            self.out.colors.push([linear(n[3]), linear(n[4]), linear(n[5]), alpha]);
+            let color = [linear(n[3]), linear(n[4]), linear(n[5]), alpha];
+            if let Some(k) = color.iter().position(|c| !c.is_finite()) {
+                return Err(format!(
+                    "the vertex colour {:e} is beyond all measure: colours lie between 0 and 1",
+                    n[3 + k]
+                ));
+            }
+            self.out.colors.push(color);
         }
         Ok(())
     }
