@@ -70,6 +70,16 @@ pub enum Linearity {
     Nonlinear,
 }
 
+/// How well an equation holds that is said to hold. Whoever hands out an answer has it measured afresh, and judged by this.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Accuracy {
+    /// To rounding, at the size of the coordinates and targets that went in.
+    #[default]
+    Rounding,
+    /// To this, absolutely: in the units of the functional's value.
+    Within(f64),
+}
+
 /// Something that may be asked of shapes: `f(P)`, one number or several.
 pub trait Functional: Any + Debug + Send + Sync {
     /// How many numbers it is.
@@ -146,6 +156,22 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// (parallel to a direction, symmetric, joined).
     fn is_condition(&self) -> bool {
         false
+    }
+
+    /// How well its equations hold where they are said to. To rounding by default.
+    fn accuracy(&self) -> Accuracy {
+        Accuracy::Rounding
+    }
+
+    /// The same condition elsewhere: for a condition that is meant along an edge but imposed at some places of it, a
+    /// functional that looks *between* these places. Its value, zero where it holds, is measured on what is handed out
+    /// and judged by its own [`accuracy`](Self::accuracy). `None` (the default) where the equations say all there is.
+    ///
+    /// # Errors
+    /// As for [`rows`](Self::rows).
+    fn witness(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
+        let _ = shapes;
+        Ok(None)
     }
 
     /// Whether its equations are one vector's x, y and z, so that it can be narrowed to an axis and be given a
