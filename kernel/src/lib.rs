@@ -15,6 +15,7 @@ pub mod error;
 pub mod functional;
 mod joined;
 pub mod material;
+pub mod measure;
 pub mod mesh;
 pub mod named;
 pub mod parallel;

@@ -308,7 +308,7 @@ fn a_session_drags_adds_removes_and_undoes() {
     drag.remove(id).unwrap();
     assert!(drag.remove(id).is_err());
     drag.to_point(start).unwrap();
-    let edited = drag.commit();
+    let edited = drag.commit().unwrap();
     assert_eq!(edited.undo(), curve);
 }
 

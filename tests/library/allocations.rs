@@ -88,7 +88,7 @@ fn allocations<S: Shape>(mut session: Session<S>, from: Point) -> u64 {
             session.to_point(to(i)).unwrap();
         }
     });
-    let adjustment = session.commit().report().adjustment;
+    let adjustment = session.commit().unwrap().report().adjustment;
     assert!(adjustment > 1e-3, "the handle was dragged");
     counted.count_total
 }

@@ -121,7 +121,7 @@ mod fowler_bartels {
             // A constraint at 2.3 concerns the vertices 2 to 5 and no others.
             assert_eq!(figure.moved(name), [2, 3, 4, 5]);
             let frames = &figure.after.object(name).unwrap().animation.as_ref().unwrap().frames;
-            assert_eq!(frames.len(), 2);
+            assert_eq!(frames.len(), 3, "the start and two events");
         }
         figure
     }

@@ -24,6 +24,9 @@ pub struct Edit<S> {
     pub(super) sliding: bool,
     pub(super) best_effort: bool,
     pub(super) alternating: bool,
+    pub(super) forced: bool,
+    /// The first shape before knots were inserted to keep the edit in an interval.
+    pub(super) original: Option<Box<dyn Shape>>,
     locks: Vec<(usize, i64)>,
     locality: Option<usize>,
     window: Option<(f64, f64)>,
@@ -48,6 +51,8 @@ impl<S: Shape> Edit<S> {
             sliding: false,
             best_effort: false,
             alternating: false,
+            forced: false,
+            original: None,
             locks: Vec::new(),
             locality: None,
             window: None,
@@ -137,6 +142,15 @@ impl<S: Shape> Edit<S> {
         self
     }
 
+    /// Takes an adjustment that is out of all proportion to what is asked. Without it, one that is more than 10⁶ times as long
+    /// as the adjustments together that each equation alone would cost is refused as a near conflict. It never excuses an
+    /// equation that is missed.
+    #[must_use]
+    pub fn force(mut self) -> Self {
+        self.forced = true;
+        self
+    }
+
     /// Solves with the default solver.
     ///
     /// # Errors
@@ -152,7 +166,7 @@ impl<S: Shape> Edit<S> {
     pub fn solve_with(self, solver: impl Solver + 'static) -> Result<Edited<S>, EditError> {
         let mut session = self.prepare(solver)?;
         session.apply()?;
-        Ok(session.commit())
+        session.commit()
     }
 
     /// Does all the work that can be done once. The cost depends on what the constraints touch, not on the size of
@@ -232,7 +246,7 @@ impl<S: Shape> Edit<S> {
         }
         let vertices = self.locality.unwrap_or_else(|| (self.constraints.len() + 1).min(curve.degree() + 1));
         let (refined, _) = localise(curve, start, end, u, vertices)?;
-        self.shapes[0] = Box::new(refined);
+        self.original = Some(std::mem::replace(&mut self.shapes[0], Box::new(refined)));
         Ok(())
     }
 }

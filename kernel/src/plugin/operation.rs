@@ -205,6 +205,9 @@ pub struct ConstraintReport {
     pub name: String,
     /// Largest error of its equations after the step.
     pub residual: f64,
+    /// The same between the places where it was imposed, for a condition that is meant along an edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<f64>,
     /// Lagrange multipliers, one an equation: how much `½ dᵀWd` would change with its value.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub multipliers: Vec<f64>,

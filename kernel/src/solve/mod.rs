@@ -38,7 +38,7 @@ pub use automatic::Automatic;
 pub use envelope::EnvelopeCholesky;
 pub use householder_qr::HouseholderQr;
 pub use lu::DenseLu;
-pub(crate) use metric::InverseMetric;
+pub(crate) use metric::{InverseMetric, Whitened};
 pub use metric::SystemMetric;
 pub use rank::{Dependency, Diagnosis};
 pub use sparse::Sparse;
@@ -140,6 +140,37 @@ pub enum SolveError {
     Metric {
         /// The control vertex where it fails.
         vertex: usize,
+    },
+    /// An answer that misses an equation by more than rounding explains: it is not handed out.
+    #[error(
+        "{constraint} would be missed by {error:.1e}, more than rounding explains ({allowed:.1e}), so the answer of the solver \"{solver}\" is not taken: {advice}"
+    )]
+    Missed {
+        /// What is missed.
+        constraint: String,
+        /// By how much.
+        error: f64,
+        /// What its accuracy allows.
+        allowed: f64,
+        /// The solver's name.
+        solver: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// Constraints that all hold only by an adjustment out of all proportion to what each of them asks.
+    #[error(
+        "{names} nearly contradict one another (condition {condition:.1e}): to meet them all, control vertices would go {length:.1e}, {times:.0e} times as far as each alone would take; release one of them, ask the same of those whose places are so near, move the places apart, or say force = true to take it",
+        names = constraints.join(", ")
+    )]
+    NearConflict {
+        /// The constraints that fight each other, as people know them.
+        constraints: Vec<String>,
+        /// Estimate of the condition number of the equations.
+        condition: f64,
+        /// The length of the adjustment, in the metric.
+        length: f64,
+        /// How many times as long that is as what each equation alone would cost, all together.
+        times: f64,
     },
     /// Constraints that cannot all hold; the text names them and says what could be done.
     #[error("{0}")]

@@ -16,7 +16,7 @@ use crate::problem::{Problem, SHARED, step_report};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Drag;
 
-const FIELDS: [Field; 15] = {
+const FIELDS: [Field; SHARED.len() + 6] = {
     let own = [
         Field::required(
             "handle",
@@ -36,17 +36,17 @@ const FIELDS: [Field; 15] = {
             "false",
             "let the handle slide along with the tangential motion",
         ),
-        Field::optional("frames", "true | false", "false", "keep every event as a frame of an animation"),
+        Field::optional("frames", "true | false", "false", "keep the start and every event as the frames of an animation"),
         Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
     ];
-    let mut all = [own[0]; 15];
+    let mut all = [own[0]; SHARED.len() + 6];
     let mut i = 0;
-    while i < 9 {
+    while i < SHARED.len() {
         all[i] = SHARED[i];
         i += 1;
     }
-    while i < 15 {
-        all[i] = own[i - 9];
+    while i < all.len() {
+        all[i] = own[i - SHARED.len()];
         i += 1;
     }
     all
@@ -130,6 +130,12 @@ fn run<S: Shape + Clone>(
     let mut session = edit.prepare(std::sync::Arc::clone(&problem.solver))?;
     let prepare_seconds = context.clock.seconds() - start;
     let mut frames = vec![Vec::new(); count];
+    if keep {
+        // The starting shape is the first frame, with the knots that the edit has inserted.
+        for (index, frames) in frames.iter_mut().enumerate() {
+            frames.push(session.prepared_shape(index)?.control_vertices().to_vec());
+        }
+    }
     let mut events = Vec::with_capacity(path.len());
     for (done, &point) in path.iter().enumerate() {
         let before = context.clock.seconds();
@@ -146,7 +152,7 @@ fn run<S: Shape + Clone>(
         }
     }
     events.sort_by(f64::total_cmp);
-    let edited = session.commit();
+    let edited = session.commit()?;
     let mut report = step_report("drag", &problem.names[0], edited.report());
     report.prepare_seconds = Some(prepare_seconds);
     report.event_seconds = Some(events[events.len() / 2]);

@@ -76,7 +76,7 @@ fn run<S: Shape + Clone>(
     let prepared = context.clock.seconds();
     session.apply()?;
     let event_seconds = context.clock.seconds() - prepared;
-    let edited = session.commit();
+    let edited = session.commit()?;
     let mut shapes = Vec::with_capacity(problem.names.len());
     for index in 0..problem.names.len() {
         shapes.push(edited.shape_at(index)?.boxed());

@@ -17,7 +17,7 @@ use loftsman_kernel::{Point, Vector};
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
-pub(crate) const SHARED: [Field; 9] = [
+pub(crate) const SHARED: [Field; 10] = [
     OBJECT,
     Field::optional(
         "constraints",
@@ -42,6 +42,12 @@ pub(crate) const SHARED: [Field; 9] = [
         "accept least squares where constraints conflict",
     ),
     Field::optional(
+        "force",
+        "true | false",
+        "false",
+        "take an adjustment that is out of all proportion to what is asked (never a residual)",
+    ),
+    Field::optional(
         "axes",
         "\"together\" | \"alternating\"",
         "together",
@@ -61,6 +67,7 @@ pub(crate) struct Problem {
     pub(crate) within: Option<(f64, f64)>,
     pub(crate) best_effort: bool,
     pub(crate) alternating: bool,
+    pub(crate) forced: bool,
     pub(crate) solver: Arc<dyn Solver>,
 }
 
@@ -101,6 +108,7 @@ impl Problem {
             locality: if parameters.has("locality") { Some(parameters.count("locality")?) } else { None },
             within: within(parameters)?,
             best_effort: parameters.flag("best_effort")?,
+            forced: parameters.flag("force")?,
             alternating: parameters.has("axes")
                 && parameters.choice("axes", &[("together", false), ("alternating", true)])?,
             solver,
@@ -123,6 +131,7 @@ impl Problem {
             edit = edit.shared_handle(Arc::clone(handle));
         }
         let edit = if self.alternating { edit.alternating() } else { edit };
+        let edit = if self.forced { edit.force() } else { edit };
         if self.best_effort { edit.best_effort() } else { edit }
     }
 

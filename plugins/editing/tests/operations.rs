@@ -156,8 +156,9 @@ fn a_drag_keeps_frames() {
     .unwrap();
     assert!(report.residual.unwrap() < 1e-13);
     let animation = scene.object("section").unwrap().animation.clone().unwrap();
-    assert_eq!(animation.frames.len(), 10);
-    assert_eq!(animation.frames[9], scene.curve("section").unwrap().points());
+    assert_eq!(animation.frames.len(), 11);
+    assert_eq!(animation.frames[0], curve().points());
+    assert_eq!(animation.frames[10], scene.curve("section").unwrap().points());
     assert!(
         fails("drag", json!({ "handle": { "kind": "position", "at": 4.0 }, "path": [] })).contains("empty")
     );

@@ -158,6 +158,7 @@ pub(crate) fn bounded<C: Candidate>(
                 worst = Some((b, slack));
             }
             account.push(ConstraintReport {
+                between: None,
                 name: bound.label.clone(),
                 residual: (-slack).max(0.0),
                 multipliers: vec![position.map_or(0.0, |k| bound.sign * pushes[k])],

@@ -383,6 +383,7 @@ fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
     }
     let kept = &fitted.kept;
     let constraint = |(name, residual): &(String, f64)| ConstraintReport {
+        between: None,
         name: name.clone(),
         residual: *residual,
         ..ConstraintReport::default()

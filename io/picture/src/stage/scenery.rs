@@ -50,7 +50,11 @@ impl<'a> Scenery<'a> {
         let old = before.map(|before| placed(before, scene)).transpose()?.unwrap_or_default();
         let place = |object: &str| scene.position(object).and_then(|i| new[i].place);
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
-        let frames: Vec<_> = if frames { new.iter().flat_map(chosen).collect() } else { Vec::new() };
+        let earlier = |object: &Object| old.iter().find(|o| o.object.name() == object.name()).map(|o| o.object);
+        let frames: Vec<_> = match frames {
+            true => new.iter().flat_map(|placed| chosen(placed, earlier(placed.object))).collect(),
+            false => Vec::new(),
+        };
 
         let mut range: Option<(Point, Point)> = None;
         let mut take = |place: &Place, points: &[Point], name: &str| {
@@ -159,11 +163,13 @@ fn placed<'a>(scene: &'a Scene, palette: &Scene) -> Result<Vec<Placed<'a>>, Pict
     Ok(objects.map(|(i, (object, place))| Placed { object, place, index: index(object, i) }).collect())
 }
 
-/// The frames of an object that are drawn: those that differ from how it is now, a few of many.
-fn chosen<'a>(placed: &Placed<'a>) -> Vec<(Placed<'a>, usize, &'a [Point])> {
+/// The frames of an object that are drawn: those that differ from how it is now and was before, a few of many. They are
+/// counted from 1, the first after the start.
+fn chosen<'a>(placed: &Placed<'a>, before: Option<&Object>) -> Vec<(Placed<'a>, usize, &'a [Point])> {
     let now = placed.object.geometry.points();
     let Some(animation) = &placed.object.animation else { return Vec::new() };
-    let mut frames: Vec<_> = (1..).zip(&animation.frames).collect();
+    let start = animation.frames.first().zip(before).is_some_and(|(f, b)| f.as_slice() == b.geometry.points());
+    let mut frames: Vec<_> = (1..).zip(&animation.frames[usize::from(start)..]).collect();
     if frames.last().is_some_and(|(_, last)| last.as_slice() == now) {
         frames.pop();
     }
@@ -232,8 +238,9 @@ mod tests {
     fn few_frames_stand_for_many_and_the_last_is_the_object_itself() {
         let line = |x: f64| vec![Point::origin(), Point::new(x, 0.0, 0.0)];
         let mut object = Object::new("line", Polyline { points: line(20.0), closed: false }.into());
+        let before = Object::new("line", Polyline { points: line(0.0), closed: false }.into());
         let numbers = |object: &Object| -> Vec<usize> {
-            chosen(&Placed { object, place: None, index: 0 }).iter().map(|(_, n, _)| *n).collect()
+            chosen(&Placed { object, place: None, index: 0 }, Some(&before)).iter().map(|(_, n, _)| *n).collect()
         };
         assert_eq!(numbers(&object), [0_usize; 0]);
         let frames = |count: u32| (1..=count).map(|i| line(f64::from(i))).collect();
@@ -241,5 +248,8 @@ mod tests {
         assert_eq!(numbers(&object), [1, 2, 3]);
         object.animation = Some(Animation { rate: 24.0, frames: frames(20) });
         assert_eq!(numbers(&object), [1, 4, 7, 10, 13, 16]);
+        // One that begins with the start is counted from there.
+        object.animation = Some(Animation { rate: 24.0, frames: (0..=3).map(|i| line(f64::from(i))).collect() });
+        assert_eq!(numbers(&object), [1, 2, 3]);
     }
 }

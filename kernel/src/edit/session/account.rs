@@ -3,17 +3,71 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 
-use super::bound::{Bound, error_of};
+use super::bound::Bound;
+use super::check::missed_by;
+use super::event::overflow;
 use super::{Session, view};
+use crate::edit::EditError;
 use crate::edit::assembly::Slot;
 use crate::edit::conflict::agrees;
 use crate::edit::report::{ConstraintReport, Report};
+use crate::error::Result;
 use crate::functional::Shapes;
+use crate::measure::{Measured, measure};
 use crate::shape::Shape;
 
 impl<S: Shape> Session<S> {
-    /// What solving gave: residuals, rank, condition, multipliers. Not free: not for every event.
+    /// What solving gave: residuals (measured afresh on the shapes as they are), rank, condition, multipliers. Not free: not
+    /// for every event.
     pub fn report(&self) -> Report {
+        self.account_for(&self.measured(&view(&self.shapes)))
+    }
+
+    /// The same, once it is sure that what was solved for holds.
+    pub(super) fn judged(&self) -> Result<Report, EditError> {
+        let measured = self.measured(&view(&self.shapes));
+        let report = self.account_for(&measured);
+        if !report.adjustment.is_finite() {
+            return Err(overflow());
+        }
+        if self.solved && !report.best_effort {
+            self.judge(&report.solver, &measured)?;
+        }
+        Ok(report)
+    }
+
+    /// What each constraint misses on shapes of the same kinds as the session's.
+    pub(super) fn measured(&self, shapes: &Shapes<'_>) -> Vec<Result<Measured>> {
+        let start = self.start.iter().fold(0.0_f64, |m, (_, _, p)| p.coords.amax().max(m));
+        let sides = self.prepared.assembly.system.sides();
+        let right = self.prepared.rhs.chunks_exact(sides).map(|b| b.iter().fold(0.0_f64, |m, b| m.max(b.abs())));
+        let rows = self.prepared.assembly.system.rows();
+        // The longest way that one of the linear equations asks for by itself.
+        let asked = right.enumerate().filter(|(_, b)| *b > 0.0).map(|(row, b)| b / rows.norm(row));
+        let reach = start + asked.filter(|way| way.is_finite()).fold(0.0, f64::max);
+        let look = |bound: &Bound| {
+            let Bound { constraint, target, .. } = bound;
+            let asks = |equation| constraint.asks(equation);
+            measure(shapes, constraint.functional.as_ref(), constraint.sense(), target, &asks, reach)
+        };
+        self.bound.iter().map(look).collect()
+    }
+
+    /// Whether what was measured is allowed.
+    pub(super) fn judge(&self, solver: &str, measured: &[Result<Measured>]) -> Result<(), EditError> {
+        for (bound, measured) in self.bound.iter().zip(measured) {
+            match measured {
+                Err(error) => return Err(error.clone().into()),
+                Ok(measured) if measured.holds() => {}
+                Ok(measured) => {
+                    return Err(missed_by(solver, &bound.constraint, measured.verdict()).into());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn account_for(&self, measured: &[Result<Measured>]) -> Report {
         let shapes = view(&self.shapes);
         let prepared = &self.prepared;
         let diagnosis = prepared.factored.diagnosis();
@@ -46,22 +100,21 @@ impl<S: Shape> Session<S> {
         let mut adjustment = 0.0_f64;
         for &(shape, vertex, before) in &self.start {
             let now = self.shapes[shape as usize].control_vertices()[vertex as usize];
-            adjustment = adjustment.hypot((now - before).norm());
+            // Step by step, since squares overflow far below where lengths do.
+            adjustment = (now - before).iter().fold(adjustment, |length, d| length.hypot(*d));
         }
         report.adjustment = adjustment;
-        for bound in &self.bound {
-            let mut value = vec![0.0; bound.constraint.functional.equations()];
-            let residual = match bound.constraint.functional.value(&shapes, &mut value) {
-                Err(_) => f64::NAN,
-                Ok(()) => (0..value.len())
-                    .filter(|&e| bound.constraint.asks(e))
-                    .map(|e| error_of(bound.constraint.sense(), bound.target[e] - value[e]))
-                    .fold(0.0, f64::max),
-            };
-            report.residual = report.residual.max(residual);
+        for (bound, measured) in self.bound.iter().zip(measured) {
+            let nan = Measured { error: f64::NAN, ..Measured::default() };
+            let measured = measured.as_ref().unwrap_or(&nan);
+            // Not `max`, which would pass over NaN.
+            if !(measured.error <= report.residual) {
+                report.residual = measured.error;
+            }
             report.constraints.push(ConstraintReport {
                 name: bound.constraint.label(),
-                residual,
+                residual: measured.error,
+                between: measured.between.map(|between| between.error),
                 multipliers: Vec::new(),
             });
         }
@@ -71,6 +124,9 @@ impl<S: Shape> Session<S> {
                 .dependencies
                 .iter()
                 .any(|d| !agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size));
+        if !self.solved && report.residual > 0.0 {
+            report.notes.push("nothing has been solved for since it was asked".into());
+        }
         for bound in &self.bound {
             if let Some(note) = reversed(&shapes, bound) {
                 report.notes.push(note);

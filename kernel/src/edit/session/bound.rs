@@ -6,6 +6,7 @@ use crate::edit::ask::{Constraint, Value, Wanted};
 use crate::edit::assembly::Assembly;
 use crate::error::{Error, Result};
 use crate::functional::{Functional, Shapes};
+use crate::measure::error_of;
 use crate::solve::Sense;
 use std::sync::Arc;
 
@@ -118,13 +119,4 @@ pub(super) fn right_hand_side(
         errors.push(worst);
     }
     Ok(errors)
-}
-
-/// By how much a value misses its target that is `wanted` above it (below it, where negative).
-pub(super) fn error_of(sense: Sense, wanted: f64) -> f64 {
-    match sense {
-        Sense::Equal => wanted.abs(),
-        Sense::AtLeast => wanted.max(0.0),
-        Sense::AtMost => (-wanted).max(0.0),
-    }
 }

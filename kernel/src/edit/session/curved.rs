@@ -53,6 +53,7 @@ impl<S: Shape> Session<S> {
         border.step_from_base(&self.bound, &mut self.prepared.d);
         self.check_finite()?;
         self.descend(STILL)?;
+        self.check_linear()?;
         if let Some(border) = &mut self.prepared.border {
             border.moved = true;
         }
@@ -68,7 +69,7 @@ impl<S: Shape> Session<S> {
         }
         border.before.copy_from_slice(&self.prepared.d);
         let iterations = self.prepared.iterations;
-        let mut result = self.solve_linear();
+        let mut result = self.solve_linear().map(|_| ());
         if let Some(border) = &mut self.prepared.border {
             border.linear.copy_from_slice(&self.prepared.d);
             self.prepared.d.copy_from_slice(&border.before);
@@ -155,8 +156,9 @@ impl<S: Shape> Session<S> {
                 let error;
                 (error, worst) = border.error(&self.bound);
                 if error <= MET && iteration > 1 {
-                    self.alternating = Some((candidate + 1) % 3);
                     prepared.iterations = iteration - 1;
+                    self.check_linear()?;
+                    self.alternating = Some((candidate + 1) % 3);
                     return Ok(());
                 }
                 border.narrow(candidate % 3);

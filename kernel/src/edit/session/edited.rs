@@ -15,6 +15,8 @@ pub struct Edited<S> {
     pub(super) shapes: Vec<Box<dyn Shape>>,
     pub(super) report: Report,
     pub(super) before: Vec<(u32, u32, Point)>,
+    /// The first shape before knots were inserted to keep the edit in an interval.
+    pub(super) original: Option<Box<dyn Shape>>,
     pub(super) kind: PhantomData<fn() -> S>,
 }
 
@@ -56,10 +58,13 @@ impl<S: Shape> Edited<S> {
         &self.report
     }
 
-    /// Takes the edit back: the shapes as they were.
+    /// Takes the edit back: the shape as it was, without the knots that the edit inserted.
     #[must_use]
     pub fn undo(mut self) -> S {
-        put(&mut self.shapes, &self.before);
+        match self.original.take() {
+            Some(original) => self.shapes[0] = original,
+            None => put(&mut self.shapes, &self.before),
+        }
         self.into_shape()
     }
 }

@@ -1,16 +1,18 @@
 //! One event: new targets, new vertices.
 
 use super::Session;
+use super::check::{excess, missed_by, near_conflict};
 use super::effort::soften;
 use super::prepared::{Prepared, response_of};
-use super::program::Bounds;
+use super::program::{Bounds, Solved, senses};
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
 use crate::edit::conflict::{agrees, explain, involved};
-use crate::error::Error;
+use crate::error::Error as Geometry;
 use crate::functional::Linearity;
+use crate::measure::Error;
 use crate::shape::Shape;
-use crate::solve::SolveError;
+use crate::solve::{HouseholderQr, Sense, SolveError, Solver};
 
 impl<S: Shape> Session<S> {
     fn is_linear(&self) -> bool {
@@ -28,14 +30,16 @@ impl<S: Shape> Session<S> {
         if let Some(bounds) = self.prepared.bounds.take() {
             return self.bounded(bounds);
         }
-        self.solve_linear()?;
-        self.check_finite()?;
+        if self.solve_linear()? {
+            self.check_linear()?;
+        }
         self.place();
         Ok(())
     }
 
-    /// The adjustment that the system's constraints ask for, into `d`.
-    pub(super) fn solve_linear(&mut self) -> Result<(), EditError> {
+    /// The adjustment that the system's constraints ask for, into `d`; whether it should meet them all (a best effort need
+    /// not).
+    pub(super) fn solve_linear(&mut self) -> Result<bool, EditError> {
         let prepared = &mut self.prepared;
         if let Some(handle) = self.handle {
             let target = &self.bound[handle].target;
@@ -54,6 +58,8 @@ impl<S: Shape> Session<S> {
             }
             let softened = soften(&prepared.assembly, &prepared.dependencies, &prepared.rhs);
             prepared.factored.solve_into(&softened, &mut prepared.d);
+            self.check_finite()?;
+            return Ok(false);
         } else if let Some(handle) = self.handle {
             // d = C₀b₀ + Σ response · change: only the columns of C whose b is ever non-zero.
             prepared.d.copy_from_slice(&prepared.still);
@@ -77,7 +83,43 @@ impl<S: Shape> Session<S> {
             let Prepared { refinement, assembly, factored, rhs, d, .. } = prepared;
             refinement.solve(assembly, factored.as_mut(), rhs, d);
         }
-        Ok(())
+        self.check_finite()?;
+        let prepared = &mut self.prepared;
+        let Prepared { check, assembly, factored, rhs, size, d, .. } = prepared;
+        let from = self.handle.map(|handle| (assembly.slots(handle), &*rhs));
+        let changes = from.iter().flat_map(|(slots, rhs)| slots.iter().map(|slot| rhs[assembly.entry(slot)]));
+        match check.excess(assembly.system.sides(), (rhs, size), d, changes) {
+            Some(excess) if !self.forced => {
+                Err(near_conflict(&self.bound, assembly, factored.as_mut(), rhs, excess).into())
+            }
+            _ => Ok(true),
+        }
+    }
+
+    /// Whether the vertices that the adjustment leads to meet every prepared row.
+    ///
+    /// # Errors
+    /// The constraint that is missed, or the constraints that contradict one another.
+    pub(super) fn check_linear(&mut self) -> Result<(), EditError> {
+        let Prepared { check, assembly, rhs, size, base, d, .. } = &mut self.prepared;
+        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), base, d) {
+            None => Ok(()),
+            Some((row, error)) => Err(self.missed(row, error).into()),
+        }
+    }
+
+    /// Why an answer is not handed out: a contradiction that the solver did not see, or its inaccuracy.
+    #[cold]
+    fn missed(&self, row: usize, error: Error) -> SolveError {
+        let Prepared { assembly, rhs, size, factored, .. } = &self.prepared;
+        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
+        if let Ok(second) = HouseholderQr.factor(&assembly.system) {
+            let dependencies = second.diagnosis().dependencies;
+            if let Some(dependency) = dependencies.iter().find(|d| !agrees(assembly, d, rhs, size)) {
+                return explain(&self.shapes, &constraints, &self.freedom, assembly, dependency);
+            }
+        }
+        missed_by(factored.solver(), constraints[assembly.constraint_of(row)], error)
     }
 
     pub(super) fn check_finite(&self) -> Result<(), EditError> {
@@ -97,15 +139,14 @@ impl<S: Shape> Session<S> {
             }
         }
         let solved = self.program(&bounds.full, &bounds.rhs, &bounds.size);
-        let prepared = &mut self.prepared;
-        let solved = match solved {
-            Ok(solved) if solved.d.iter().all(|d| d.is_finite()) => solved,
-            other => {
-                prepared.bounds = Some(bounds);
-                other?;
-                return Err(overflow());
+        let solved = match solved.and_then(|solved| self.check_program(&bounds, solved)) {
+            Ok(solved) => solved,
+            Err(error) => {
+                self.prepared.bounds = Some(bounds);
+                return Err(error);
             }
         };
+        let prepared = &mut self.prepared;
         bounds.active = solved.active;
         if let Some((part, _)) = solved.part {
             prepared.assembly = part;
@@ -117,6 +158,35 @@ impl<S: Shape> Session<S> {
         Ok(())
     }
 
+    /// A solved quadratic program as it is, if it is finite, in proportion, and all its rows hold where the vertices will be.
+    fn check_program(&mut self, bounds: &Bounds, mut solved: Solved) -> Result<Solved, EditError> {
+        if solved.d.iter().any(|d| !d.is_finite()) {
+            return Err(overflow());
+        }
+        if solved.softened {
+            return Ok(solved);
+        }
+        let part = solved.part.as_ref().map_or(&bounds.full, |(part, _)| part);
+        let right = (&solved.rhs[..], &solved.size[..]);
+        if !self.forced
+            && let Some(excess) = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?
+        {
+            let error = near_conflict(&self.bound, part, solved.factored.as_mut(), &solved.rhs, excess);
+            return Err(error.into());
+        }
+        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
+        let senses = senses(&bounds.full, &constraints);
+        let Prepared { check, base, .. } = &mut self.prepared;
+        let right = (&bounds.rhs[..], &bounds.size[..]);
+        match check.missed(&bounds.full.system, |row| senses[row], right, base, &solved.d) {
+            None => Ok(solved),
+            Some((row, error)) => {
+                let constraint = constraints[bounds.full.constraint_of(row)];
+                Err(missed_by(solved.factored.solver(), constraint, error).into())
+            }
+        }
+    }
+
     pub(super) fn conflict(&self, at: usize) -> SolveError {
         let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
         let dependency = &self.prepared.dependencies[at];
@@ -126,5 +196,5 @@ impl<S: Shape> Session<S> {
 }
 
 pub(super) fn overflow() -> EditError {
-    Error::Invalid("the adjustment overflows: ask for a smaller change".into()).into()
+    Geometry::Invalid("the adjustment overflows: ask for a smaller change".into()).into()
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::bound::right_hand_side;
 use super::{Session, view};
+use crate::edit::EditError;
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, Shapes};
 use crate::plugin::ConstraintReport;
@@ -39,6 +40,15 @@ impl<S: Shape> Session<S> {
         Ok(rhs)
     }
 
+    /// Measures all that is asked on other shapes of the same kinds, by the functionals themselves, and judges it: what those
+    /// do who look for another answer, before they hand it out. `solver` is named where something does not hold.
+    ///
+    /// # Errors
+    /// The first constraint that does not hold to the accuracy that it promises, or cannot be asked of these shapes.
+    pub fn verify(&self, shapes: &Shapes<'_>, solver: &str) -> Result<(), EditError> {
+        self.judge(solver, &self.measured(shapes))
+    }
+
     /// Each constraint with the largest of its errors, and its part of `multipliers`: both with an entry for each equation
     /// of the [`system`](Self::system).
     pub fn account(&self, misfit: &[f64], multipliers: &[f64]) -> Vec<ConstraintReport> {
@@ -50,6 +60,7 @@ impl<S: Shape> Session<S> {
         let each = self.bound.iter().enumerate().map(|(k, bound)| ConstraintReport {
             name: bound.constraint.describe(),
             residual: of(misfit, k).iter().fold(0.0, |m, e| m.max(e.abs())),
+            between: None,
             multipliers: of(multipliers, k),
         });
         each.collect()

@@ -3,6 +3,7 @@
 mod account;
 mod border;
 mod bound;
+mod check;
 mod curved;
 mod edited;
 mod effort;
@@ -46,6 +47,10 @@ pub struct ConstraintId(u64);
 /// 1e-6 of itself in its vertices, and so to about 1e-12 in its length; [`commit`](Self::commit) goes on to 1e-11. Where the
 /// axes [alternate](Edit::alternating), each event makes up with one axis for what is missing, and nothing is said of the
 /// length of the way.
+///
+/// *Nobody believes the solver*: every event checks all prepared rows on the vertices that it hands out, and that the way there
+/// is in [proportion](Edit::force); `commit` asks the functionals themselves ([`measure`](crate::measure)). What does not hold
+/// is an error, and the shapes are as they were.
 pub struct Session<S> {
     shapes: Vec<Box<dyn Shape>>,
     bound: Vec<Bound>,
@@ -60,6 +65,12 @@ pub struct Session<S> {
     best_effort: bool,
     /// The axis whose turn it is, where they alternate.
     alternating: Option<usize>,
+    forced: bool,
+    /// Whether the shapes are what the last event made of what is asked now.
+    solved: bool,
+    /// The first shape before knots were inserted to keep the edit in an interval; and whether it is (again) what is shown.
+    original: Option<Box<dyn Shape>>,
+    pristine: bool,
     solver: Box<dyn Solver>,
     prepared: Prepared,
     next_id: u64,
@@ -85,7 +96,8 @@ impl<S: Shape> Session<S> {
         freedom: Freedom,
         metric: Metric,
     ) -> Result<Self, EditError> {
-        let Edit { shapes, mut constraints, handle, sliding, best_effort, alternating, .. } = edit;
+        let Edit { shapes, mut constraints, handle, sliding, best_effort, alternating, forced, original, .. } =
+            edit;
         add_companions(&mut constraints, handle.as_deref());
         let mut bound = Vec::with_capacity(constraints.len() + 1);
         let mut next_id = 0;
@@ -133,6 +145,10 @@ impl<S: Shape> Session<S> {
             metric,
             best_effort,
             alternating: alternating.then_some(0),
+            forced,
+            solved: false,
+            pristine: original.is_some(),
+            original,
             solver,
             prepared,
             next_id,
@@ -147,7 +163,7 @@ impl<S: Shape> Session<S> {
     /// # Panics
     /// Never: the first shape is what the edit was made of.
     pub fn shape(&self) -> &S {
-        let any: &dyn Any = self.shapes[0].as_ref();
+        let any: &dyn Any = self.first();
         match any.downcast_ref() {
             Some(shape) => shape,
             None => unreachable!("the first shape of an edit has the edit's type"),
@@ -159,7 +175,22 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// When there are not as many.
     pub fn shape_at(&self, index: usize) -> Result<&dyn Shape> {
+        if index == 0 { Ok(self.first()) } else { view(&self.shapes).get(index) }
+    }
+
+    /// Shape `index` of the problem with all vertices that events can move: where the edit is kept in an interval, with the
+    /// knots that it inserted, even while nothing has moved and [`shape_at`](Self::shape_at) is the shape as it was.
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn prepared_shape(&self, index: usize) -> Result<&dyn Shape> {
         view(&self.shapes).get(index)
+    }
+
+    /// The first shape as it is now: without the knots that the edit inserted, where nothing has moved.
+    fn first(&self) -> &dyn Shape {
+        let original = self.original.as_deref().filter(|_| self.pristine);
+        original.unwrap_or(self.shapes[0].as_ref())
     }
 
     /// Solves for what is asked, the handle where it is.
@@ -167,8 +198,15 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// When the constraints cannot all hold; the shapes are as they were then.
     pub fn apply(&mut self) -> Result<&S, EditError> {
-        self.event()?;
+        self.turn()?;
         Ok(self.shape())
+    }
+
+    /// An event; what it hands out is solved for.
+    fn turn(&mut self) -> Result<(), EditError> {
+        self.event()?;
+        (self.solved, self.pristine) = (true, false);
+        Ok(())
     }
 
     /// Drags the handle to a value: the least adjustment *of the shape as it was when prepared* that brings it there.
@@ -213,7 +251,7 @@ impl<S: Shape> Session<S> {
         let target = &mut self.bound[handle].target;
         self.handle_last.copy_from_slice(target);
         target.copy_from_slice(value);
-        if let Err(error) = self.event() {
+        if let Err(error) = self.turn() {
             self.bound[handle].target.copy_from_slice(&self.handle_last);
             return Err(error);
         }
@@ -291,16 +329,25 @@ impl<S: Shape> Session<S> {
         if changed {
             self.prepare_again()?;
         }
+        self.pristine |= !any;
         Ok(changed)
     }
 
     /// Ends the session: the shapes as they are now, with a report and the way back. Where something is not linear, the last
     /// event's adjustment is brought to within 1e-11 of the least one first (to rounding where that is more), at the cost of
-    /// another event.
-    pub fn commit(mut self) -> Edited<S> {
+    /// another event. All that was asked is then measured afresh, by the functionals themselves on these shapes.
+    ///
+    /// # Errors
+    /// When a constraint that an event solved for does not hold to the [accuracy](crate::functional::Accuracy) that it
+    /// promises (unless only a best effort was asked for), or a length overflows.
+    pub fn commit(mut self) -> Result<Edited<S>, EditError> {
         self.settle();
-        let report = self.report();
-        Edited { shapes: self.shapes, report, before: self.start, kind: PhantomData }
+        let report = self.judged()?;
+        let mut before = self.start;
+        if let (Some(original), true) = (&self.original, self.pristine) {
+            (self.shapes[0], before) = (original.boxed(), Vec::new());
+        }
+        Ok(Edited { shapes: self.shapes, report, before, original: self.original, kind: PhantomData })
     }
 
     /// Base plus adjustment, into the shapes.
@@ -343,6 +390,7 @@ impl<S: Shape> Session<S> {
             !self.best_effort,
         )?;
         self.prepared = prepared;
+        self.solved = false;
         // What is touched for the first time belongs to the way back, too.
         let known: std::collections::BTreeSet<(u32, u32)> =
             self.start.iter().map(|&(s, v, _)| (s, v)).collect();

@@ -2,6 +2,7 @@
 
 use super::border::{Border, members};
 use super::bound::{Bound, right_hand_side};
+use super::check::Check;
 use super::program::{Bounds, equations, gather, has_inequalities, senses};
 use super::view;
 use crate::Point;
@@ -31,6 +32,8 @@ pub(super) struct Prepared {
     /// Shape and vertex of each.
     pub(super) places: Vec<(u32, u32)>,
     pub(super) refinement: Refinement,
+    /// Of the rows that events check: all of the bounds' where there are some.
+    pub(super) check: Check,
     pub(super) iterations: usize,
     pub(super) convergence: Option<Convergence>,
     /// All rows, where some are inequalities: the assembly above holds the others and the active ones.
@@ -105,6 +108,8 @@ fn prepare_system(
         places.push((shape as u32, (vertex - shapes.offset(shape)) as u32));
         base.push(shapes.vertex(vertex));
     }
+    let whole = bounds.as_ref().map_or(&assembly.system, |bounds| &bounds.full.system);
+    let mut check = Check::new(whole, factored.as_ref(), &base)?;
     let d = vec![0.0; touched.len() * sides];
     let mut still = Vec::new();
     let mut response = Vec::new();
@@ -127,6 +132,7 @@ fn prepare_system(
             one[assembly.entry(slot)] = 0.0;
             response.push(column.iter().step_by(sides).copied().collect());
         }
+        check.of_events(sides, &still, &response);
     }
     let dependencies = if needs_diagnosis(factored.as_ref(), &assembly) {
         factored.diagnosis().dependencies
@@ -144,6 +150,7 @@ fn prepare_system(
         base,
         places,
         refinement: Refinement::of(&assembly),
+        check,
         iterations: 1,
         convergence: None,
         bounds,

@@ -1,6 +1,7 @@
 //! Constraints that are not linear: sequential quadratic programming.
 
-use super::bound::{error_of, right_hand_side};
+use super::bound::right_hand_side;
+use super::check::{excess, near_conflict};
 use super::event::overflow;
 use super::mixing::Mixing;
 use super::program::{Bounds, Solved, senses};
@@ -11,6 +12,7 @@ use crate::edit::assembly::Assembly;
 use crate::edit::conflict::quoted;
 use crate::edit::report::Convergence;
 use crate::error::Error;
+use crate::measure::error_of;
 use crate::shape::Shape;
 use crate::solve::{Sense, SolveError};
 
@@ -133,6 +135,13 @@ impl<S: Shape> Session<S> {
             };
             let met = here.errors.iter().all(|(error, size)| *error <= MET * size);
             if met && convergence.change <= STILL[usize::from(iteration > ITERATIONS / 2)] {
+                let right = (&solved.rhs[..], &solved.size[..]);
+                let part = solved.part.as_ref().map_or(&here.assembly, |(part, _)| part);
+                let out = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?;
+                if let Some(out) = out.filter(|_| !self.forced && !solved.softened) {
+                    let error = near_conflict(&self.bound, part, solved.factored.as_mut(), &solved.rhs, out);
+                    return Err(error.into());
+                }
                 self.prepared.iterations = iteration;
                 self.prepared.convergence = Some(convergence);
                 self.keep(

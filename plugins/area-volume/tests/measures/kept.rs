@@ -323,7 +323,7 @@ fn what_is_committed_is_least() {
         around.to_point(from + way).unwrap();
     }
     around.to_point(goal).unwrap();
-    let (direct, around) = (direct.commit(), around.commit());
+    let (direct, around) = (direct.commit().unwrap(), around.commit().unwrap());
     let asked = Edit::new(&curve).ask(area().keep()).ask(position(0.4).to(goal)).solve().unwrap();
     for other in [around.shape(), asked.shape()] {
         let pairs = direct.shape().points().iter().zip(other.points());
@@ -331,7 +331,7 @@ fn what_is_committed_is_least() {
         assert!(apart <= 1e-10, "{apart:e}");
     }
     // Nothing was dragged: nothing is committed.
-    let still = edit().prepare(Automatic).unwrap().commit();
+    let still = edit().prepare(Automatic).unwrap().commit().unwrap();
     assert_eq!(still.shape(), &curve);
 }
 

@@ -1,0 +1,293 @@
+//! What an event hands out, checked: every prepared row, on the vertices as they will be, and the proportion of the way.
+
+use std::collections::BTreeSet;
+
+use super::bound::Bound;
+use crate::Point;
+use crate::edit::ask::Constraint;
+use crate::edit::assembly::Assembly;
+use crate::edit::conflict::quoted;
+use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
+use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
+
+/// What is known of a system's rows at mouse down, and room to check them at every mouse move.
+#[derive(Debug)]
+pub(super) struct Check {
+    /// `Σ |coefficient|` of each row.
+    rough: Vec<f64>,
+    /// `1 / ‖row‖`: the way that a change of its value by 1 alone would cost; zero for a row without a length.
+    cost: Vec<f64>,
+    /// The largest coordinate of the vertices that move.
+    pub(super) reach: f64,
+    /// The way that the vertices really go, their coordinates being rounded.
+    way: Vec<f64>,
+    measure: Measure,
+}
+
+/// Lengths in a metric.
+#[derive(Debug)]
+struct Lengths {
+    metric: Box<Whitened>,
+    /// `1 / ‖row‖` with the inverse metric.
+    cost: Vec<f64>,
+    /// Of the adjustment without the handle, and of what each number of the handle adds by changing by 1.
+    still: f64,
+    response: Vec<f64>,
+}
+
+/// How the length of an adjustment is measured.
+#[derive(Debug)]
+enum Measure {
+    /// As it is.
+    Plain,
+    /// Not at all: the rows are so well conditioned that no adjustment can be out of proportion.
+    Harmless,
+    /// In a metric.
+    Metric(Box<Lengths>),
+}
+
+/// Below this condition of unit rows no adjustment is out of [`PROPORTION`]: it is at most as many times as long as those
+/// that its equations alone would cost. Conditions are estimated, rarely below a third of what they are.
+const HARMLESS: f64 = 1e4;
+
+impl Measure {
+    fn new(system: &System, factored: &dyn Factored) -> Result<Self, SolveError> {
+        if matches!(system.metric(), SystemMetric::Least) {
+            return Ok(Self::Plain);
+        }
+        if factored.diagnosis().condition < HARMLESS {
+            return Ok(Self::Harmless);
+        }
+        Ok(match system.whitened()? {
+            None => Self::Plain,
+            Some(metric) => {
+                let cost = reciprocals(&metric.rows);
+                Self::Metric(Box::new(Lengths { metric, cost, still: f64::INFINITY, response: Vec::new() }))
+            }
+        })
+    }
+}
+
+/// An adjustment that is out of proportion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Excess {
+    pub(super) length: f64,
+    /// How many times as long it is as the adjustments together that each equation alone would cost.
+    pub(super) times: f64,
+}
+
+impl Excess {
+    fn of(length: f64, alone: f64) -> Option<Self> {
+        (length > PROPORTION * alone).then(|| Self { length, times: length / alone })
+    }
+}
+
+fn reciprocals(rows: &crate::solve::SparseRows) -> Vec<f64> {
+    let cost = |row| {
+        let norm = rows.norm(row);
+        if norm > 0.0 { (1.0 / norm).min(f64::MAX) } else { 0.0 }
+    };
+    (0..rows.len()).map(cost).collect()
+}
+
+impl Check {
+    /// For the rows of a system, whose columns' vertices stand at `base`, and what factored it (or its equations).
+    ///
+    /// # Errors
+    /// When the metric is not positive definite.
+    pub(super) fn new(
+        system: &System,
+        factored: &dyn Factored,
+        base: &[Point],
+    ) -> Result<Self, SolveError> {
+        let rows = system.rows();
+        Ok(Self {
+            rough: (0..rows.len()).map(|row| rows.row(row).1.iter().map(|v| v.abs()).sum()).collect(),
+            cost: reciprocals(rows),
+            reach: base.iter().fold(0.0, |m, p| p.coords.amax().max(m)),
+            way: vec![0.0; 3 * base.len()],
+            measure: Measure::new(system, factored)?,
+        })
+    }
+
+    /// Remembers how long the adjustments are that events are made of: so an event need not measure a length that is
+    /// bounded by theirs.
+    pub(super) fn of_events(&mut self, sides: usize, still: &[f64], response: &[Vec<f64>]) {
+        let Measure::Metric(lengths) = &mut self.measure else { return };
+        lengths.still = lengths.metric.squared_length(still, sides).sqrt();
+        // A response is that of one coordinate: a column of one side.
+        let metric = &mut lengths.metric;
+        lengths.response = response.iter().map(|r| metric.squared_length(r, 1).sqrt()).collect();
+    }
+
+    /// The first row that the adjustment `d` misses by more than rounding explains, once the vertices are where it takes
+    /// them, if any: the row, and its error. `right` are the wanted changes, `size` the sizes of the numbers they come from,
+    /// an entry for each row and side. Allocates nothing.
+    pub(super) fn missed(
+        &mut self,
+        system: &System,
+        senses: impl Fn(usize) -> Sense,
+        (right, size): (&[f64], &[f64]),
+        base: &[Point],
+        d: &[f64],
+    ) -> Option<(usize, Error)> {
+        let mut largest = 0.0_f64;
+        let points = self.way.as_chunks_mut::<3>().0.iter_mut().zip(d.as_chunks::<3>().0).zip(base);
+        for ((way, d), base) in points {
+            for axis in 0..3 {
+                let there = base[axis] + d[axis];
+                way[axis] = there - base[axis];
+                largest = largest.max(there.abs());
+            }
+        }
+        let wanted = self.cost.iter().zip(right.chunks_exact(system.sides()));
+        let asked = wanted.fold(0.0_f64, |m, (cost, b)| b.iter().fold(m, |m, b| m.max(cost * b.abs())));
+        let reach = self.reach + asked;
+        let reach = largest.min(PROPORTION * reach).max(reach);
+        match system.sides() {
+            3 => self.look::<3>(system, senses, (right, size), reach),
+            _ => self.look::<1>(system, senses, (right, size), reach),
+        }
+    }
+
+    fn look<const S: usize>(
+        &self,
+        system: &System,
+        senses: impl Fn(usize) -> Sense,
+        (right, size): (&[f64], &[f64]),
+        reach: f64,
+    ) -> Option<(usize, Error)> {
+        let way = self.way.as_chunks::<S>().0;
+        let sides = right.as_chunks::<S>().0.iter().zip(size.as_chunks::<S>().0);
+        for (row, ((right, size), rough)) in sides.zip(&self.rough).enumerate() {
+            let (columns, values) = system.rows().row(row);
+            let mut sum = [0.0; S];
+            for (&column, value) in columns.iter().zip(values) {
+                let way = &way[column as usize];
+                (0..S).for_each(|s| sum[s] += value * way[s]);
+            }
+            for s in 0..S {
+                let error = error_of(senses(row), right[s] - sum[s]);
+                let allowed = ROUNDING * (size[s] + right[s].abs() + rough * reach);
+                // Written so that NaN fails too.
+                if !(error <= allowed) {
+                    return Some((row, Error { error, allowed }));
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether an adjustment is out of proportion to what its equations would cost, each alone: `‖d‖_W` is more than
+    /// [`PROPORTION`] times `Σ |b_k| / ‖f_k‖_(W⁻¹)`, in which no scale enters. (A change `b_k` counts as no less than the
+    /// rounding of the numbers that it comes from.) `handle` are the changes of the handle's numbers, where the adjustment is
+    /// one of its responses: then the length is known to be no more than a sum, which mostly settles the question.
+    pub(super) fn excess(
+        &mut self,
+        sides: usize,
+        right: (&[f64], &[f64]),
+        d: &[f64],
+        handle: impl Iterator<Item = f64>,
+    ) -> Option<Excess> {
+        match &mut self.measure {
+            Measure::Harmless => None,
+            Measure::Plain => Excess::of(length(d), alone(&self.cost, sides, right)),
+            Measure::Metric(lengths) => {
+                let alone = alone(&lengths.cost, sides, right);
+                let column = |k: usize| if sides == 3 { k / 3 } else { k };
+                let bounds = handle.enumerate().map(|(k, change)| {
+                    change.abs() * lengths.response.get(column(k)).copied().unwrap_or(f64::INFINITY)
+                });
+                if lengths.still + bounds.sum::<f64>() <= PROPORTION * alone {
+                    return None;
+                }
+                Excess::of(lengths.metric.squared_length(d, sides).sqrt(), alone)
+            }
+        }
+    }
+}
+
+/// The same for a system that is solved once.
+///
+/// # Errors
+/// When the metric is not positive definite.
+pub(super) fn excess(
+    system: &System,
+    factored: &dyn Factored,
+    right: (&[f64], &[f64]),
+    d: &[f64],
+) -> Result<Option<Excess>, SolveError> {
+    let sides = system.sides();
+    Ok(match Measure::new(system, factored)? {
+        Measure::Harmless => None,
+        Measure::Plain => Excess::of(length(d), alone(&reciprocals(system.rows()), sides, right)),
+        Measure::Metric(mut lengths) => {
+            let alone = alone(&lengths.cost, sides, right);
+            Excess::of(lengths.metric.squared_length(d, sides).sqrt(), alone)
+        }
+    })
+}
+
+/// `Σ |b_k| / ‖f_k‖`.
+fn alone(cost: &[f64], sides: usize, (right, size): (&[f64], &[f64])) -> f64 {
+    let each = cost.iter().zip(right.chunks_exact(sides).zip(size.chunks_exact(sides)));
+    let term = |b: &f64, size: &f64| b.abs().max(f64::EPSILON * size);
+    each.map(|(cost, (right, size))| cost * right.iter().zip(size).map(|(b, s)| term(b, s)).sum::<f64>()).sum()
+}
+
+/// The Euclidean length, safe from overflow and underflow.
+fn length(d: &[f64]) -> f64 {
+    let squares: f64 = d.iter().map(|v| v * v).sum();
+    if squares > 1e-280 && squares < f64::INFINITY {
+        return squares.sqrt();
+    }
+    let largest = d.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    if largest == 0.0 || !largest.is_finite() {
+        return largest;
+    }
+    largest * d.iter().map(|v| (v / largest) * (v / largest)).sum::<f64>().sqrt()
+}
+
+/// The error for an adjustment out of proportion. It names the constraints that fight each other: those whose multipliers,
+/// times the lengths of their rows, are within a hundredth of the largest.
+#[cold]
+pub(super) fn near_conflict(
+    bound: &[Bound],
+    assembly: &Assembly,
+    factored: &mut dyn Factored,
+    right: &[f64],
+    excess: Excess,
+) -> SolveError {
+    let (rows, sides) = (assembly.system.rows(), assembly.system.sides());
+    let mut multipliers = vec![0.0; rows.len() * sides];
+    factored.multipliers_into(right, &mut multipliers);
+    let force = |row: usize| {
+        let own = &multipliers[row * sides..(row + 1) * sides];
+        rows.norm(row) * own.iter().fold(0.0_f64, |m, v| m.max(v.abs()))
+    };
+    let largest = (0..rows.len()).map(force).fold(0.0, f64::max);
+    let fighting = (0..rows.len()).filter(|&row| force(row) >= 0.01 * largest);
+    let names: BTreeSet<usize> = fighting.map(|row| assembly.constraint_of(row)).collect();
+    SolveError::NearConflict {
+        constraints: names.iter().map(|&k| quoted(&bound[k].constraint.label())).collect(),
+        condition: factored.diagnosis().condition,
+        length: excess.length,
+        times: excess.times,
+    }
+}
+
+/// The error for an answer that misses a constraint.
+#[cold]
+pub(super) fn missed_by(solver: &str, constraint: &Constraint, error: Error) -> SolveError {
+    let advice = match solver {
+        "householder-qr" => "ask for less at once, or release one of the constraints that nearly contradict it",
+        _ => "use the solver \"householder-qr\", or release one of the constraints that nearly contradict it",
+    };
+    SolveError::Missed {
+        constraint: quoted(&constraint.label()),
+        error: error.error,
+        allowed: error.allowed,
+        solver: solver.to_owned(),
+        advice,
+    }
+}
