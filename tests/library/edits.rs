@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Axis, Constraint, Edit, EditError, Wanted};
+use loftsman_kernel::edit::{Axis, Constraint, Edit, EditError, Metric, Wanted};
 use loftsman_kernel::functional::{Functional, derivative, linear, orthogonal, position, tangent, vertex};
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SolveError, Solver, Sparse};
 use loftsman_kernel::spline::{Curve, Space};
@@ -105,4 +105,40 @@ fn every_solver_agrees_with_dense_linear_algebra() {
     assert_eq!(check(&(Arc::new(Automatic) as _)), 300);
     // The adjoint takes up to six equations.
     assert!(check(&(Arc::new(Adjoint) as _)) > 150);
+}
+
+/// Weights, falloff, stretch and bend against matrices made from their definitions: `metrics.json`, by `metrics.py`.
+#[test]
+fn every_solver_agrees_in_other_metrics_too() {
+    let golden: Value = serde_json::from_str(include_str!("../golden/metrics.json")).unwrap();
+    let solvers: [Arc<dyn Solver>; 5] =
+        [Arc::new(Sparse), Arc::new(HouseholderQr), Arc::new(DenseLu), Arc::new(Automatic), Arc::new(Adjoint)];
+    let mut solved = 0;
+    for (number, case) in list(&golden, "cases").enumerate() {
+        let before = curve(&case["curve"]);
+        let metric = match case["metric"].as_str() {
+            Some("stretch") => Metric::Stretch,
+            Some("bend") => Metric::Bend,
+            _ => match case["metric"].get("falloff") {
+                Some(radius) => Metric::Falloff(radius.as_f64().unwrap()),
+                None => Metric::Weights(numbers(&case["metric"]["weights"])),
+            },
+        };
+        for solver in &solvers {
+            let edit = Edit::new(&before).metric(metric.clone());
+            let edit = edit.lock(list(case, "lock").map(|v| v.as_i64().unwrap()));
+            let edit = list(case, "constraints").map(constraint).fold(edit, Edit::ask);
+            let edited = edit.solve_with(Arc::clone(solver));
+            let edited = edited.unwrap_or_else(|e| panic!("case {number}, {}: {e}", solver.name()));
+            let expected: Vec<Vector> = list(case, "points").map(vector).collect();
+            let size = expected.iter().map(Vector::amax).fold(1.0, f64::max);
+            for (i, (got, want)) in edited.shape().points().iter().zip(&expected).enumerate() {
+                let error = (got.coords - want).amax();
+                let (metric, name) = (&case["metric"], solver.name());
+                assert!(error <= 1e-9 * size, "case {number} ({metric}), {name}, vertex {i}: {error:e}");
+            }
+            solved += 1;
+        }
+    }
+    assert_eq!(solved, 128 * 5);
 }
