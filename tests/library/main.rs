@@ -5,3 +5,4 @@ mod allocations;
 mod conformance;
 mod edits;
 mod joined;
+mod walk;

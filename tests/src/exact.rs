@@ -1,0 +1,170 @@
+//! An evaluator that shares nothing with the kernel: native documents, de Boor's algorithm by the book, exact rationals.
+
+use num_rational::BigRational;
+use num_traits::{ToPrimitive, Zero};
+use serde_json::Value;
+
+type Homogeneous = [BigRational; 4];
+
+/// A number of a document, exactly.
+///
+/// # Panics
+/// When it is not finite.
+pub fn exact(value: f64) -> BigRational {
+    BigRational::from_float(value).unwrap_or_else(|| panic!("{value} is not a number"))
+}
+
+/// The numbers of a list.
+///
+/// # Panics
+/// When there is something else among them.
+pub fn numbers(list: &Value) -> Vec<f64> {
+    let all = list.as_array().unwrap_or_else(|| panic!("{list} is not a list"));
+    all.iter().map(|v| v.as_f64().unwrap_or_else(|| panic!("{v} is not a number"))).collect()
+}
+
+/// One direction of a spline as a document has it: knots unrolled, and which vertex each function belongs to.
+#[derive(Debug, Clone)]
+pub struct Direction {
+    degree: usize,
+    flat: Vec<BigRational>,
+    count: usize,
+    first: usize,
+    periodic: bool,
+}
+
+impl Direction {
+    /// From `{ degree, periodic, knots }`.
+    ///
+    /// # Panics
+    /// When it is something else.
+    pub fn new(said: &Value) -> Self {
+        let degree = usize::try_from(said["degree"].as_u64().expect("a degree")).expect("a small degree");
+        let knots: Vec<BigRational> = numbers(&said["knots"]).into_iter().map(exact).collect();
+        if said["periodic"] != true {
+            let count = knots.len() - degree - 1;
+            return Self { degree, flat: knots, count, first: 0, periodic: false };
+        }
+        // Vertex i belongs to the function whose support starts at knots[i]; those of the period before reach into it.
+        let count = knots.len() - 1;
+        let period = &knots[count] - &knots[0];
+        let laps = degree.div_ceil(count) + 1;
+        let at = |i: usize| {
+            let lap = BigRational::from_integer((i / count).into()) - BigRational::from_integer(laps.into());
+            &knots[i % count] + &period * lap
+        };
+        let start = laps * count - degree;
+        let flat = (start..laps * count + count + degree + 1).map(at).collect();
+        Self { degree, flat, count, first: (count - degree % count) % count, periodic: true }
+    }
+
+    /// The interval of its parameter.
+    pub fn domain(&self) -> (f64, f64) {
+        let last = if self.periodic { self.degree + self.count } else { self.count };
+        let end = |k: &BigRational| k.to_f64().unwrap_or(f64::NAN);
+        (end(&self.flat[self.degree]), end(&self.flat[last]))
+    }
+
+    /// The number of control vertices.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// De Boor's algorithm: what remains of the values of `degree + 1` functions at `u`, on the span to its right (at the
+    /// end of the domain, to its left).
+    fn combine(&self, u: &BigRational, value: impl Fn(usize) -> Homogeneous) -> Homogeneous {
+        let (p, t) = (self.degree, &self.flat);
+        let last = t.len() - p - 2;
+        let span = (p..=last).rev().find(|&k| t[k] <= *u && t[k] < t[k + 1]).expect("within the domain");
+        let mut d: Vec<Homogeneous> =
+            (0..=p).map(|j| value((span - p + j + self.first) % self.count)).collect();
+        for r in 1..=p {
+            for j in (r..=p).rev() {
+                let (low, high) = (&t[span - p + j], &t[span + 1 + j - r]);
+                let alpha = (u - low) / (high - low);
+                let before = d[j - 1].clone();
+                for (mine, other) in d[j].iter_mut().zip(before) {
+                    *mine = &*mine * &alpha + other * (BigRational::from_integer(1.into()) - &alpha);
+                }
+            }
+        }
+        d.swap_remove(p)
+    }
+}
+
+fn homogeneous(point: &Value, weight: Option<&Value>) -> Homogeneous {
+    let p = numbers(point);
+    let w = exact(weight.map_or(1.0, |w| w.as_f64().expect("a weight")));
+    [exact(p[0]) * &w, exact(p[1]) * &w, exact(p[2]) * &w, w]
+}
+
+fn project([x, y, z, w]: Homogeneous) -> [f64; 3] {
+    assert!(!w.is_zero(), "a weight of zero");
+    [x, y, z].map(|c| (c / &w).to_f64().unwrap_or(f64::NAN))
+}
+
+/// The point of a document's `curve` at `u`, correct to the last bit but one.
+///
+/// # Panics
+/// When it is no curve or `u` is outside of its domain.
+pub fn curve_point(curve: &Value, u: f64) -> [f64; 3] {
+    let weight = |i: usize| curve.get("weights").map(|w| &w[i]);
+    project(Direction::new(curve).combine(&exact(u), |i| homogeneous(&curve["points"][i], weight(i))))
+}
+
+/// The point of a document's `surface` at `(u, v)`.
+///
+/// # Panics
+/// When it is no surface or the parameters are outside of its domain.
+pub fn surface_point(surface: &Value, u: f64, v: f64) -> [f64; 3] {
+    let (along, across) = (Direction::new(&surface["u"]), Direction::new(&surface["v"]));
+    let weight = |i: usize, j: usize| surface.get("weights").map(|w| &w[i][j]);
+    let v = exact(v);
+    project(along.combine(&exact(u), |i| {
+        across.combine(&v, |j| homogeneous(&surface["points"][i][j], weight(i, j)))
+    }))
+}
+
+/// The object of this name in a document.
+///
+/// # Panics
+/// When there is none.
+pub fn object<'a>(document: &'a Value, name: &str) -> &'a Value {
+    let all = document["objects"].as_array().expect("objects");
+    all.iter().find(|o| o["name"] == name).unwrap_or_else(|| panic!("no \"{name}\" in the document"))
+}
+
+/// The distance of two points, in the largest coordinate.
+pub fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn closed_forms() {
+        // A cubic Bézier curve, a quarter of a circle, and the uniform cubic's knots' points (1, 4, 1)/6.
+        let bezier = json!({ "degree": 3, "periodic": false, "knots": [0, 0, 0, 0, 1, 1, 1, 1],
+            "points": [[0, 0, 0], [0, 8, 0], [8, 8, 0], [8, 0, 0]] });
+        assert_eq!(curve_point(&bezier, 0.5), [4.0, 6.0, 0.0]);
+        assert_eq!(curve_point(&bezier, 1.0), [8.0, 0.0, 0.0]);
+        let arc = json!({ "degree": 2, "periodic": false, "knots": [0, 0, 0, 1, 1, 1],
+            "points": [[1, 0, 0], [1, 1, 0], [0, 1, 0]], "weights": [1, 0.5_f64.sqrt(), 1] });
+        let [x, y, _] = curve_point(&arc, 0.3);
+        assert!((x.hypot(y) - 1.0).abs() < 1e-15);
+        for n in [2, 5] {
+            let points: Vec<_> = (0..n).map(|i| json!([f64::from(i * i), 0, 1])).collect();
+            let knots: Vec<_> = (0..=n).collect();
+            let ring = json!({ "degree": 3, "periodic": true, "knots": knots, "points": points });
+            let at = |i: i32| f64::from(i.rem_euclid(n).pow(2));
+            for k in 0..n {
+                // At knot k the functions that start at k - 3, k - 2 and k - 1 weigh 1, 4 and 1 sixths.
+                let expected = (at(k - 3) + 4.0 * at(k - 2) + at(k - 1)) / 6.0;
+                assert!(apart(curve_point(&ring, f64::from(k)), [expected, 0.0, 1.0]) < 1e-14, "{n} {k}");
+            }
+        }
+    }
+}
