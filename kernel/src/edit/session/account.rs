@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use super::bound::{Bound, error_of};
 use super::{Session, view};
 use crate::edit::assembly::Slot;
-use crate::edit::conflict::agrees;
 use crate::edit::report::{ConstraintReport, Report};
 use crate::functional::Shapes;
 use crate::shape::Shape;
@@ -70,7 +69,7 @@ impl<S: Shape> Session<S> {
             && diagnosis
                 .dependencies
                 .iter()
-                .any(|d| !agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size));
+                .any(|d| !d.agrees(&prepared.assembly.system, &prepared.rhs, &prepared.size, &prepared.d));
         for bound in &self.bound {
             if let Some(note) = reversed(&shapes, bound) {
                 report.notes.push(note);

@@ -2,15 +2,15 @@
 
 use super::Session;
 use super::effort::soften;
-use super::prepared::{Prepared, response_of};
+use super::prepared::{Prepared, prepare};
 use super::program::Bounds;
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
-use crate::edit::conflict::{agrees, explain, involved};
+use crate::edit::conflict::{explain, involved};
 use crate::error::Error;
 use crate::functional::Linearity;
 use crate::shape::Shape;
-use crate::solve::SolveError;
+use crate::solve::{SolveError, System};
 
 impl<S: Shape> Session<S> {
     fn is_linear(&self) -> bool {
@@ -37,47 +37,50 @@ impl<S: Shape> Session<S> {
     /// The adjustment that the system's constraints ask for, into `d`.
     pub(super) fn solve_linear(&mut self) -> Result<(), EditError> {
         let prepared = &mut self.prepared;
-        if let Some(handle) = self.handle {
-            let target = &self.bound[handle].target;
-            for slot in prepared.assembly.slots(handle) {
-                let at = prepared.assembly.entry(slot);
-                prepared.rhs[at] = target[slot.equation as usize] - self.handle_start[slot.equation as usize];
-            }
-        }
-        let conflict = prepared
-            .dependencies
-            .iter()
-            .position(|d| !agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size));
-        if let Some(at) = conflict {
-            if !self.best_effort {
-                return Err(self.conflict(at).into());
-            }
+        std::mem::swap(&mut prepared.d, &mut prepared.other);
+        prepared.meet(&self.bound, self.handle, &self.handle_start);
+        let Some(at) = prepared.disagreement() else { return Ok(()) };
+        if self.best_effort {
             let softened = soften(&prepared.assembly, &prepared.dependencies, &prepared.rhs);
             prepared.factored.solve_into(&softened, &mut prepared.d);
-        } else if let Some(handle) = self.handle {
-            // d = C₀b₀ + Σ response · change: only the columns of C whose b is ever non-zero.
-            prepared.d.copy_from_slice(&prepared.still);
-            let sides = prepared.assembly.system.sides();
-            for (slot, response) in
-                prepared.assembly.slots(handle).iter().zip(response_of(&prepared.response, sides))
-            {
-                let change = prepared.rhs[prepared.assembly.entry(slot)];
-                if sides == 3 {
-                    let side = slot.side as usize;
-                    for (d, r) in prepared.d.chunks_exact_mut(3).zip(response) {
-                        d[side] += change * r;
-                    }
-                } else {
-                    for (d, r) in prepared.d.iter_mut().zip(response) {
-                        *d += change * r;
-                    }
-                }
-            }
-        } else {
-            let Prepared { refinement, assembly, factored, rhs, d, .. } = prepared;
-            refinement.solve(assembly, factored.as_mut(), rhs, d);
+            return Ok(());
         }
-        Ok(())
+        std::mem::swap(&mut prepared.d, &mut prepared.other);
+        // Before it is called a conflict: what is nearly implied is not implied.
+        if self.look_closer()? { self.solve_linear() } else { Err(self.conflict(at).into()) }
+    }
+
+    /// Prepares anew with rank decided [finely](crate::solve::System::finely), where that leaves fewer rows out.
+    fn look_closer(&mut self) -> Result<bool, EditError> {
+        let coarse = &self.prepared;
+        if coarse.assembly.system.tolerance() <= System::FINE {
+            return Ok(false);
+        }
+        let d = coarse.d.clone();
+        self.restore();
+        let fine = prepare(
+            &self.shapes,
+            &self.bound,
+            self.handle,
+            &self.freedom,
+            &self.metric,
+            self.solver.as_ref(),
+            !self.best_effort,
+            true,
+        );
+        self.prepared.d = d;
+        self.place();
+        let (coarse, mut fine) = (&mut self.prepared, fine?);
+        if fine.factored.rank() <= coarse.factored.rank() || fine.border.is_some() != coarse.border.is_some() {
+            return Ok(false);
+        }
+        if let (Some(border), Some(before)) = (&mut fine.border, &mut coarse.border) {
+            std::mem::swap(&mut border.before, &mut before.before);
+            border.moved = before.moved;
+        }
+        let d = std::mem::take(&mut coarse.d);
+        self.prepared = Prepared { d, ..fine };
+        Ok(true)
     }
 
     pub(super) fn check_finite(&self) -> Result<(), EditError> {
@@ -110,6 +113,7 @@ impl<S: Shape> Session<S> {
         if let Some((part, _)) = solved.part {
             prepared.assembly = part;
         }
+        prepared.assembly.decide(solved.tolerance);
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
         (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d);
         prepared.bounds = Some(bounds);

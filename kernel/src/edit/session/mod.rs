@@ -120,7 +120,8 @@ impl<S: Shape> Session<S> {
         if alternating {
             check_alternating(&bound)?;
         }
-        let prepared = prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort)?;
+        let prepared =
+            prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort, false)?;
         let start = snapshot(&shapes, &prepared);
         Ok(Self {
             shapes,
@@ -341,6 +342,7 @@ impl<S: Shape> Session<S> {
             &self.metric,
             self.solver.as_ref(),
             !self.best_effort,
+            false,
         )?;
         self.prepared = prepared;
         // What is touched for the first time belongs to the way back, too.
