@@ -64,6 +64,13 @@ impl Assembly {
         slot.row as usize * self.system.sides() + slot.side as usize
     }
 
+    /// Decides rank at this [`tolerance`](System::tolerance).
+    pub(super) fn decide(&mut self, tolerance: f64) {
+        if tolerance < self.system.tolerance() {
+            self.system = self.system.finely();
+        }
+    }
+
     /// The rows `kept` (ascending) of it; constraints keep their numbers.
     pub(super) fn select(&self, kept: &[usize]) -> Self {
         let mut slots = Vec::with_capacity(self.slots.len());

@@ -9,24 +9,6 @@ use crate::functional::Shapes;
 use crate::shape::Shape;
 use crate::solve::{Dependency, SolveError};
 
-/// Wanted changes that agree to this, relative to the numbers they come from, agree.
-const AGREE: f64 = 1e-10;
-
-/// Whether the right-hand side of a dependent row is what the others imply, on every side.
-pub(super) fn agrees(assembly: &Assembly, dependency: &Dependency, rhs: &[f64], size: &[f64]) -> bool {
-    let sides = assembly.system.sides();
-    (0..sides).all(|side| {
-        let at = dependency.row * sides + side;
-        let (mut implied, mut scale) = (0.0, size[at] + rhs[at].abs());
-        for &(row, factor) in &dependency.combination {
-            let other = row * sides + side;
-            implied += factor * rhs[other];
-            scale += factor.abs() * (size[other] + rhs[other].abs());
-        }
-        (rhs[at] - implied).abs() <= AGREE * scale
-    })
-}
-
 /// The constraints of a dependency: those of the rows it is made of, and its own, ascending.
 pub(super) fn involved(assembly: &Assembly, dependency: &Dependency) -> Vec<usize> {
     let mut set: BTreeSet<usize> =

@@ -6,6 +6,7 @@ use smallvec::SmallVec;
 
 use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, Reflections, reduce};
+use super::refine::Refinement;
 use super::system::{SparseRows, System};
 use super::unit::UnitRows;
 use super::{Factored, SolveError, Solver};
@@ -25,14 +26,22 @@ const SUSPECT: f64 = 1e-9;
 
 /// Below this determinant an answer is corrected once by its own residual.
 const CORRECT: f64 = 1e-2;
+/// Below this it is corrected until it holds, and tried whether it does.
+const REFINE: f64 = 1e-4;
 
 struct FactoredAdjoint {
+    core: Core,
+    /// Corrections without a look at what they are for.
+    corrections: usize,
+    refinement: Option<Box<Refinement>>,
+    dependencies: Vec<Dependency>,
+}
+
+struct Core {
     /// The rows that are used, and beside them `adj(F̂)/f̂` (of unit rows).
     rows: UnitRows,
     whitened: Option<Box<Whitened>>,
     sides: usize,
-    corrections: usize,
-    dependencies: Vec<Dependency>,
 }
 
 impl Solver for Adjoint {
@@ -52,14 +61,14 @@ impl Solver for Adjoint {
         }
         let whitened = system.whitened()?;
         let mut done = Box::new(FactoredAdjoint {
-            rows: UnitRows::empty(),
-            whitened: None,
-            sides: system.sides(),
+            core: Core { rows: UnitRows::empty(), whitened: None, sides: system.sides() },
             corrections: 0,
+            refinement: None,
             dependencies: Vec::new(),
         });
-        done.factor(whitened.as_ref().map_or(system.rows(), |w| &w.rows))?;
-        done.whitened = whitened;
+        let determinant = done.factor(system, whitened.as_ref().map_or(system.rows(), |w| &w.rows))?;
+        done.core.whitened = whitened;
+        done.correct(system, determinant)?;
         Ok(done)
     }
 }
@@ -129,28 +138,77 @@ fn determinant_of(a: &[f64], n: usize) -> f64 {
 }
 
 impl FactoredAdjoint {
-    fn factor(&mut self, rows: &Arc<SparseRows>) -> Result<(), SolveError> {
-        if self.invert(rows, 0..rows.len() as u32) {
-            return Ok(());
+    /// The determinant of the rows that are kept.
+    fn factor(&mut self, system: &System, rows: &Arc<SparseRows>) -> Result<f64, SolveError> {
+        if let Some(determinant) = self.core.invert(rows, 0..rows.len() as u32) {
+            return Ok(determinant);
         }
-        let (kept, diagnosis) = reduce(rows, self.solver())?;
-        if self.invert(rows, kept.iter().map(|&r| r as u32)) {
-            self.dependencies = diagnosis.dependencies;
-            return Ok(());
-        }
-        let condition = diagnosis.condition;
-        Err(SolveError::IllConditioned { solver: self.solver().into(), condition, better: "householder-qr" })
+        let (kept, diagnosis) = reduce(system, self.solver())?;
+        self.dependencies = diagnosis.dependencies;
+        let inverted = self.core.invert(rows, kept.iter().map(|&r| r as u32));
+        inverted.ok_or_else(|| ill_conditioned(diagnosis.condition))
     }
 
-    /// Whether the kept rows could be inverted: their determinant is safely positive.
-    fn invert(&mut self, rows: &Arc<SparseRows>, kept: impl ExactSizeIterator<Item = u32>) -> bool {
+    /// How answers are to be corrected.
+    fn correct(&mut self, system: &System, determinant: f64) -> Result<(), SolveError> {
+        let core = &mut self.core;
+        if determinant < REFINE || core.whitened.as_ref().is_some_and(|whitened| whitened.disturbs()) {
+            let mut refinement = Refinement::new(system, core.rows.kept());
+            if !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d)) {
+                return Err(ill_conditioned(core.condition()));
+            }
+            self.refinement = Some(Box::new(refinement));
+        } else {
+            self.corrections = usize::from(determinant < CORRECT);
+        }
+        Ok(())
+    }
+}
+
+fn ill_conditioned(condition: f64) -> SolveError {
+    SolveError::IllConditioned { solver: Adjoint.name().into(), condition, better: "householder-qr" }
+}
+
+impl Core {
+    /// The determinant of the kept rows; `None` where it is not safely positive. (The smallest eigenvalue of unit rows' Gram
+    /// matrix is no less than a third of it.)
+    fn invert(
+        &mut self,
+        rows: &Arc<SparseRows>,
+        kept: impl ExactSizeIterator<Item = u32>,
+    ) -> Option<f64> {
         let c = kept.len();
         if !self.rows.scale(rows, kept, c * c) {
-            return false;
+            return None;
         }
         let determinant = adjoint(&mut self.rows);
-        self.corrections = usize::from(determinant < CORRECT);
-        determinant > SUSPECT && determinant.is_finite()
+        (determinant > SUSPECT && determinant.is_finite()).then_some(determinant)
+    }
+
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        d.fill(0.0);
+        self.adjust_all(rhs, d, false);
+        if let Some(whitened) = &mut self.whitened {
+            whitened.finish(d, self.sides);
+        }
+    }
+
+    fn adjust_all(&self, rhs: &[f64], e: &mut [f64], again: bool) {
+        match self.sides {
+            3 => self.adjust::<3>(rhs, 0, e, again),
+            sides => (0..sides).for_each(|side| self.adjust::<1>(rhs, side, e, again)),
+        }
+    }
+
+    fn condition(&self) -> f64 {
+        let rank = self.rows.len();
+        if rank < 2 {
+            return 1.0;
+        }
+        let width = (0..rank).flat_map(|i| self.rows.row(i).1).map(|(column, _)| column + 1).max();
+        let mut unit = SparseRows::new(width.unwrap_or(0));
+        (0..rank).for_each(|i| unit.push(self.rows.row(i).1));
+        Reflections::new(&unit, 0..rank, 0.0, "adjoint").map_or(f64::INFINITY, |r| r.condition())
     }
 
     /// `e ← e + Fᵀ F̂⁻¹ (b - F e)` where `again`, `e ← Fᵀ F̂⁻¹ b` (with `e` zero before) where not.
@@ -186,43 +244,39 @@ impl Factored for FactoredAdjoint {
     }
 
     fn rank(&self) -> usize {
-        self.rows.len()
+        self.core.rows.len()
     }
 
     fn diagnosis(&self) -> Diagnosis {
-        let rank = self.rows.len();
-        let condition = if rank < 2 {
-            1.0
-        } else {
-            let width = (0..rank).flat_map(|i| self.rows.row(i).1).map(|(column, _)| column + 1).max();
-            let mut unit = SparseRows::new(width.unwrap_or(0));
-            (0..rank).for_each(|i| unit.push(self.rows.row(i).1));
-            Reflections::new(&unit, "adjoint").map_or(f64::INFINITY, |r| r.diagnosis().condition)
-        };
+        let (rank, condition) = (self.rank(), self.core.condition());
         Diagnosis { rank, condition, dependencies: self.dependencies.clone() }
     }
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        let Self { core, refinement, .. } = self;
+        if let Some(refinement) = refinement {
+            core.solve_into(rhs, d);
+            refinement.refine(rhs, d, |missed, more| core.solve_into(missed, more));
+            return;
+        }
         d.fill(0.0);
         for round in 0..=self.corrections {
-            match self.sides {
-                3 => self.adjust::<3>(rhs, 0, d, round > 0),
-                sides => (0..sides).for_each(|side| self.adjust::<1>(rhs, side, d, round > 0)),
-            }
+            core.adjust_all(rhs, d, round > 0);
         }
-        if let Some(whitened) = &mut self.whitened {
-            whitened.finish(d, self.sides);
+        if let Some(whitened) = &mut core.whitened {
+            whitened.finish(d, core.sides);
         }
     }
 
     fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
         multipliers.fill(0.0);
-        let (sides, c) = (self.sides, self.rows.len());
-        for (i, inverse) in self.rows.beside().chunks_exact(c.max(1)).enumerate() {
-            let (row, _, scale) = self.rows.row(i);
+        let Core { rows, sides, .. } = &self.core;
+        let (sides, c) = (*sides, rows.len());
+        for (i, inverse) in rows.beside().chunks_exact(c.max(1)).enumerate() {
+            let (row, _, scale) = rows.row(i);
             for side in 0..sides {
                 let terms = inverse.iter().enumerate().map(|(k, a)| {
-                    let (row, _, scale) = self.rows.row(k);
+                    let (row, _, scale) = rows.row(k);
                     a * rhs[row * sides + side] * scale
                 });
                 multipliers[row * sides + side] = terms.sum::<f64>() * scale;

@@ -15,10 +15,23 @@ impl Solver for Automatic {
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let first: &dyn Solver = if system.rows().len() <= 3 { &Adjoint } else { &Sparse };
         match first.factor(system) {
-            Err(SolveError::IllConditioned { .. } | SolveError::TooLarge { .. }) => {
-                HouseholderQr.factor(system)
+            Err(error @ (SolveError::IllConditioned { .. } | SolveError::TooLarge { .. })) => {
+                HouseholderQr.factor(system).map_err(|second| neither(&error, second))
             }
             other => other,
         }
     }
+}
+
+/// What no solver can do is not to be sent from one to the other.
+fn neither(first: &SolveError, second: SolveError) -> SolveError {
+    let SolveError::TooLarge { equations, unknowns, .. } = second else { return second };
+    let how = match first {
+        SolveError::IllConditioned { .. } => "nearly dependent, and ",
+        _ => "",
+    };
+    SolveError::Unsupported(format!(
+        "{equations} equations with {unknowns} unknowns that hang together are {how}too many: ask for fewer at once, or \
+         take away constraints that nearly coincide"
+    ))
 }

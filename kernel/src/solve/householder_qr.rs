@@ -1,17 +1,26 @@
 //! The solver that sees the system as it is: Householder reflections from the right.
 
 use super::metric::Whitened;
-use super::rank::{Diagnosis, Reflections};
+use super::rank::{Dependency, Diagnosis, Reflections, reduce};
+use super::refine::Refinement;
 use super::system::System;
 use super::{Factored, SolveError, Solver};
 
 /// Householder QR of `Fᵀ` (reflections applied to `F` from the right, paper 4 §3–4): `F H₁H₂… = L`, forward
 /// substitution, and the reflections undone. Rows are pivoted, so that rank shows; the condition number is not
-/// squared. Rows that share no columns are separate blocks. Work: `O(c² m)` a block of `c` rows and `m` columns.
+/// squared. Rows that share no columns are separate blocks. Work: `O(c² m)` a block of `c` rows and `m` columns. Reflections
+/// leave residuals of rounding at the size of the whole answer; these are corrected until they are rounding at the size of
+/// each row's own terms.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct HouseholderQr;
 
 struct FactoredQr {
+    core: Core,
+    dependencies: Vec<Dependency>,
+    refinement: Refinement,
+}
+
+struct Core {
     whitened: Option<Box<Whitened>>,
     reflections: Reflections,
     sides: usize,
@@ -24,11 +33,52 @@ impl Solver for HouseholderQr {
     }
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        let whitened = system.whitened()?;
-        let rows = whitened.as_ref().map_or(system.rows(), |w| &w.rows);
-        let reflections = Reflections::new(rows, self.name())?;
+        let (whitened, rows) = (system.whitened()?, system.rows());
+        let (reflections, dependencies) = match &whitened {
+            None => {
+                let all = Reflections::new(rows, 0..rows.len(), system.tolerance(), self.name())?;
+                let dependencies = all.dependencies();
+                (all, dependencies)
+            }
+            Some(whitened) => {
+                let (kept, diagnosis) = reduce(system, self.name())?;
+                let part = Reflections::new(&whitened.rows, kept.iter().copied(), 0.0, self.name())?;
+                if part.rank() < kept.len() {
+                    return Err(beyond(f64::INFINITY));
+                }
+                (part, diagnosis.dependencies)
+            }
+        };
+        let kept = reflections.independent();
+        let mut refinement = Refinement::new(system, kept.iter().map(|&row| row as u32));
         let work = vec![0.0; reflections.scratch()];
-        Ok(Box::new(FactoredQr { whitened, reflections, sides: system.sides(), work }))
+        let mut core = Core { whitened, reflections, sides: system.sides(), work };
+        if (core.whitened.is_some() || core.reflections.weakest() < SUSPECT)
+            && !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d))
+        {
+            return Err(beyond(core.reflections.condition()));
+        }
+        Ok(Box::new(FactoredQr { core, dependencies, refinement }))
+    }
+}
+
+/// With a row whose part outside the span of the others is shorter than this, it is tried whether answers hold.
+const SUSPECT: f64 = 1e-4;
+
+/// No other solver can do better.
+fn beyond(condition: f64) -> SolveError {
+    SolveError::Unsupported(format!(
+        "the constraints are so nearly dependent in this metric (condition {condition:.1e}) that no solver meets them to \
+         rounding: take one of those that nearly coincide away, or take a metric of less extreme weights"
+    ))
+}
+
+impl Core {
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        self.reflections.solve_into(rhs, self.sides, d, &mut self.work);
+        if let Some(whitened) = &mut self.whitened {
+            whitened.finish(d, self.sides);
+        }
     }
 }
 
@@ -38,21 +88,23 @@ impl Factored for FactoredQr {
     }
 
     fn rank(&self) -> usize {
-        self.reflections.rank()
+        self.core.reflections.rank()
     }
 
     fn diagnosis(&self) -> Diagnosis {
-        self.reflections.diagnosis()
+        let reflections = &self.core.reflections;
+        let (rank, condition) = (reflections.rank(), reflections.condition());
+        Diagnosis { rank, condition, dependencies: self.dependencies.clone() }
     }
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
-        self.reflections.solve_into(rhs, self.sides, d, &mut self.work);
-        if let Some(whitened) = &mut self.whitened {
-            whitened.finish(d, self.sides);
-        }
+        let Self { core, refinement, .. } = self;
+        core.solve_into(rhs, d);
+        refinement.refine(rhs, d, |missed, more| core.solve_into(missed, more));
     }
 
     fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
-        self.reflections.multipliers_into(rhs, self.sides, multipliers, &mut self.work);
+        let Core { reflections, sides, work, .. } = &mut self.core;
+        reflections.multipliers_into(rhs, *sides, multipliers, work);
     }
 }

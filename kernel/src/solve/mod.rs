@@ -25,6 +25,7 @@ mod lu;
 mod metric;
 mod order;
 mod rank;
+mod refine;
 mod saddle;
 mod settle;
 mod sparse;

@@ -1,7 +1,7 @@
 //! Householder reflections from the right with row pivoting: rank, and which rows the others imply.
 
 use super::SolveError;
-use super::system::SparseRows;
+use super::system::{SparseRows, System};
 
 /// Rank and condition of a system, and the rows that were left out.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -24,12 +24,37 @@ pub struct Dependency {
     pub combination: Vec<(usize, f64)>,
 }
 
-/// A row whose part outside the span of the rows before it is shorter than this (of its own length) depends on
-/// them. Householder reflections are backward stable, so rounding leaves some `10 ε`, whatever the condition.
-const DEPENDENT: f64 = 1e-12;
-
 /// The most numbers a dense block may have: 1.6 GB.
 const BLOCK_LIMIT: usize = 200_000_000;
+
+/// Numbers that differ by so many roundings, of the numbers they come from, agree.
+const AGREE: f64 = 256.0 * f64::EPSILON;
+
+impl Dependency {
+    /// Whether an adjustment that meets the independent rows meets this one as well, on every side, to what rounding explains:
+    /// of its terms, of what is wanted of it (a number made of numbers of `size`), and of what is wanted of the rows that it is
+    /// made of. It is the answer that is judged, not the factors of the combination.
+    ///
+    /// `rhs` and `size` have an entry for each row and side, `d` for each column and side.
+    pub fn agrees(&self, system: &System, rhs: &[f64], size: &[f64], d: &[f64]) -> bool {
+        let sides = system.sides();
+        (0..sides).all(|side| {
+            let at = self.row * sides + side;
+            let (mut reached, mut scale) = (0.0, size[at] + rhs[at].abs());
+            for (column, value) in system.rows().iter_row(self.row) {
+                let term = value * d[column * sides + side];
+                reached += term;
+                scale += term.abs();
+            }
+            for &(row, factor) in &self.combination {
+                let other = row * sides + side;
+                scale += factor.abs() * (size[other] + rhs[other].abs());
+            }
+            // Written so that NaN does not agree.
+            (rhs[at] - reached).abs() <= AGREE * scale
+        })
+    }
+}
 
 /// `S P A = [L 0] Q`: the rows `A`, scaled to unit length (`S`) and reordered (`P`), reflected from the right into
 /// a lower triangle (paper 4, §4), one dense block for each set of rows connected by shared columns.
@@ -56,10 +81,17 @@ struct Block {
 }
 
 impl Reflections {
-    pub(crate) fn new(rows: &SparseRows, solver: &str) -> Result<Self, SolveError> {
+    /// Of the rows `kept`. A row whose part outside the span of the rows before it is no longer than `tolerance` (of its own
+    /// length) depends on them. Reflections are backward stable, so that rounding leaves some `10 ε`, whatever the condition.
+    pub(crate) fn new(
+        rows: &SparseRows,
+        kept: impl Iterator<Item = usize> + Clone,
+        tolerance: f64,
+        solver: &str,
+    ) -> Result<Self, SolveError> {
         let mut empty = Vec::new();
         let mut blocks = Vec::new();
-        for (members, columns) in components(rows, &mut empty) {
+        for (members, columns) in components(rows, kept, &mut empty) {
             if members.len().saturating_mul(columns.len()) > BLOCK_LIMIT {
                 let (equations, unknowns) = (members.len(), columns.len());
                 return Err(SolveError::TooLarge {
@@ -69,9 +101,24 @@ impl Reflections {
                     better: "sparse",
                 });
             }
-            blocks.push(Block::new(rows, members, columns));
+            blocks.push(Block::new(rows, members, columns, tolerance));
         }
         Ok(Self { blocks, empty })
+    }
+
+    /// The shortest part of an independent row outside the span of those before it (of its own length): about the smallest
+    /// singular value of the rows at unit length.
+    pub(crate) fn weakest(&self) -> f64 {
+        self.blocks.iter().flat_map(|b| &b.diagonal).fold(1.0, |least, d| d.abs().min(least))
+    }
+
+    /// The length of that part of each independent row, as long as the row is.
+    pub(crate) fn outside(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let block = |b: &'_ Block| -> Vec<(usize, f64)> {
+            let parts = b.rows.iter().zip(&b.diagonal).zip(&b.scale);
+            parts.map(|((&row, d), s)| (row, d.abs() / s)).collect()
+        };
+        self.blocks.iter().flat_map(block)
     }
 
     pub(crate) fn rank(&self) -> usize {
@@ -79,17 +126,25 @@ impl Reflections {
     }
 
     pub(crate) fn diagnosis(&self) -> Diagnosis {
-        let rank = self.rank();
+        Diagnosis { rank: self.rank(), condition: self.condition(), dependencies: self.dependencies() }
+    }
+
+    /// The rows that are not independent.
+    pub(crate) fn dependencies(&self) -> Vec<Dependency> {
         let mut dependencies: Vec<Dependency> =
             self.empty.iter().map(|&row| Dependency { row, combination: Vec::new() }).collect();
         for block in &self.blocks {
             dependencies.extend((block.rank..block.rows.len()).map(|i| block.dependency(i)));
         }
         dependencies.sort_by_key(|d| d.row);
-        // Blocks share nothing: the condition is that of the largest and smallest singular values of all.
+        dependencies
+    }
+
+    /// Estimate of the condition number. Blocks share nothing: it is that of the largest and smallest singular values of all.
+    pub(crate) fn condition(&self) -> f64 {
         let extremes = self.blocks.iter().map(Block::singular_values);
         let (high, low) = extremes.fold((0.0_f64, f64::INFINITY), |(h, l), (a, b)| (h.max(a), l.min(b)));
-        Diagnosis { rank, condition: if rank == 0 { 1.0 } else { (high / low).max(1.0) }, dependencies }
+        if self.rank() == 0 { 1.0 } else { (high / low).max(1.0) }
     }
 
     /// The independent rows, ascending.
@@ -144,7 +199,7 @@ impl Reflections {
 }
 
 impl Block {
-    fn new(rows: &SparseRows, mut members: Vec<usize>, columns: Vec<u32>) -> Self {
+    fn new(rows: &SparseRows, mut members: Vec<usize>, columns: Vec<u32>, tolerance: f64) -> Self {
         let (count, m) = (members.len(), columns.len());
         let mut work = vec![0.0; count * m];
         let mut scale = Vec::with_capacity(count);
@@ -166,7 +221,8 @@ impl Block {
             let rest = |i: usize| work[i * m + k..(i + 1) * m].iter().map(|v| v * v).sum::<f64>();
             let norms: Vec<f64> = (k..count).map(rest).collect();
             let largest = norms.iter().fold(0.0_f64, |a, b| a.max(*b));
-            if largest.sqrt() <= DEPENDENT {
+            // Written so that NaN stops it, too.
+            if !(largest.sqrt() > tolerance) {
                 break;
             }
             // The first row that is within a factor two of the longest: rows keep their order where they can, so
@@ -232,15 +288,17 @@ impl Block {
         }
     }
 
-    /// How pivot row `i` (beyond the rank) is made of the independent ones: `Lᵀ c = l_i`, in unscaled rows.
+    /// How pivot row `i` (beyond the rank) is made of the independent ones: `Lᵀ c = l_i`, in unscaled rows. A row that could
+    /// be left out without moving the combination by more than rounding is none of them, however large its factor; any other
+    /// is, however small.
     fn dependency(&self, i: usize) -> Dependency {
         let mut c = self.work[i * self.m()..i * self.m() + self.rank].to_vec();
         self.upper(self.rank, &mut c);
-        let largest = c.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let largest = c.iter().fold(1.0_f64, |a, b| a.max(b.abs()));
         let mut combination: Vec<(usize, f64)> = c
             .iter()
             .enumerate()
-            .filter(|(_, c)| c.abs() > 1e-9 * largest)
+            .filter(|(j, c)| (*c * self.diagonal[*j]).abs() > System::FINE * largest)
             .map(|(j, c)| (self.rows[j], c * self.scale[j] / self.scale[i]))
             .collect();
         combination.sort_by_key(|&(row, _)| row);
@@ -296,7 +354,11 @@ fn rotate_row(work: &mut [f64], m: usize, to: usize, from: usize) {
 }
 
 /// The connected sets of rows (sharing columns), each with its columns; rows without entries go to `empty`.
-fn components(rows: &SparseRows, empty: &mut Vec<usize>) -> Vec<(Vec<usize>, Vec<u32>)> {
+fn components(
+    rows: &SparseRows,
+    kept: impl Iterator<Item = usize> + Clone,
+    empty: &mut Vec<usize>,
+) -> Vec<(Vec<usize>, Vec<u32>)> {
     let mut parent: Vec<u32> = (0..rows.width() as u32).collect();
     fn root(parent: &mut [u32], mut i: u32) -> u32 {
         while parent[i as usize] != i {
@@ -305,7 +367,7 @@ fn components(rows: &SparseRows, empty: &mut Vec<usize>) -> Vec<(Vec<usize>, Vec
         }
         i
     }
-    for row in 0..rows.len() {
+    for row in kept.clone() {
         let (columns, _) = rows.row(row);
         if let Some((&first, rest)) = columns.split_first() {
             for &column in rest {
@@ -318,7 +380,7 @@ fn components(rows: &SparseRows, empty: &mut Vec<usize>) -> Vec<(Vec<usize>, Vec
     }
     let mut number = vec![u32::MAX; rows.width()];
     let mut sets: Vec<(Vec<usize>, Vec<u32>)> = Vec::new();
-    for row in 0..rows.len() {
+    for row in kept {
         let (columns, values) = rows.row(row);
         let Some(&first) = columns.first().filter(|_| values.iter().any(|v| *v != 0.0)) else {
             empty.push(row);
@@ -340,8 +402,11 @@ fn components(rows: &SparseRows, empty: &mut Vec<usize>) -> Vec<(Vec<usize>, Vec
     sets
 }
 
-/// The independent ones of whitened rows, and what was left out. For solvers that find a pivot they do not trust.
-pub(crate) fn reduce(rows: &SparseRows, solver: &str) -> Result<(Vec<usize>, Diagnosis), SolveError> {
-    let reflections = Reflections::new(rows, solver)?;
+/// The independent rows of a system, and what was left out. For solvers that find a pivot they do not trust. The metric does
+/// not matter to which rows depend on others, and is not asked: taking it out would add its condition to the rounding, and
+/// connect rows that share nothing.
+pub(crate) fn reduce(system: &System, solver: &str) -> Result<(Vec<usize>, Diagnosis), SolveError> {
+    let rows = system.rows();
+    let reflections = Reflections::new(rows, 0..rows.len(), system.tolerance(), solver)?;
     Ok((reflections.independent(), reflections.diagnosis()))
 }

@@ -4,30 +4,39 @@ use std::sync::Arc;
 
 use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, reduce};
+use super::refine::Refinement;
 use super::system::{SparseRows, System};
 use super::unit::{Stuck, UnitRows};
 use super::{Factored, SolveError, Solver};
 
 /// Sparse Cholesky of `F̂ = F W⁻¹ Fᵀ`. Rows that touch nearby vertices are put side by side, so that `F̂` is a band
 /// (or a narrow envelope) and the work is linear in the number of equations; neither preparing nor solving
-/// depends on the number of control vertices. The condition number is squared, so answers are corrected by their
-/// own residuals where that matters, and nearly dependent systems are refused.
+/// depends on the number of control vertices. The condition number is squared: where that makes rank doubtful, reflections
+/// decide it; answers are corrected by their own residuals where that matters, and where it is not enough, refused.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sparse;
 
-/// Below this relative pivot the rows are looked at by reflections.
+/// Rows whose smallest eigenvalue is below this are looked at by reflections.
 const SUSPECT: f64 = 1e-8;
-/// Below this relative pivot the answer is not to be had from `F̂` at all.
+/// Below this the answer is not to be had from `F̂` at all.
 const HOPELESS: f64 = 1e-12;
-/// Below this relative pivot an answer is corrected once, and twice below its square root of `SUSPECT`.
+/// Below this an answer is corrected once: what that leaves is the share `ε` over it of what was missing.
 const CORRECT: f64 = 1e-2;
+/// Below this it is corrected until it holds, and tried whether it does.
+const REFINE: f64 = 1e-5;
 
 struct FactoredSparse {
+    core: Core,
+    /// Corrections without a look at what they are for.
+    corrections: usize,
+    refinement: Option<Box<Refinement>>,
+    dependencies: Vec<Dependency>,
+}
+
+struct Core {
     rows: UnitRows,
     whitened: Option<Box<Whitened>>,
     sides: usize,
-    corrections: usize,
-    dependencies: Vec<Dependency>,
 }
 
 impl Solver for Sparse {
@@ -38,14 +47,14 @@ impl Solver for Sparse {
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let whitened = system.whitened()?;
         let mut done = Box::new(FactoredSparse {
-            rows: UnitRows::empty(),
-            whitened: None,
-            sides: system.sides(),
+            core: Core { rows: UnitRows::empty(), whitened: None, sides: system.sides() },
             corrections: 0,
+            refinement: None,
             dependencies: Vec::new(),
         });
-        done.factor(whitened.as_ref().map_or(system.rows(), |w| &w.rows))?;
-        done.whitened = whitened;
+        done.factor(system, whitened.as_ref().map_or(system.rows(), |w| &w.rows))?;
+        done.core.whitened = whitened;
+        done.correct(system)?;
         Ok(done)
     }
 }
@@ -62,30 +71,52 @@ fn undecided(error: SolveError) -> SolveError {
 }
 
 impl FactoredSparse {
-    fn factor(&mut self, rows: &Arc<SparseRows>) -> Result<(), SolveError> {
-        let solver = Sparse.name();
-        match self.rows.factor(rows, 0..rows.len() as u32, self.sides, SUSPECT) {
+    fn factor(&mut self, system: &System, rows: &Arc<SparseRows>) -> Result<(), SolveError> {
+        match self.core.rows.factor(rows, 0..rows.len() as u32, system.sides(), SUSPECT) {
             Ok(()) => {}
             Err(Stuck::TooLarge) => return Err(too_large(rows)),
             Err(Stuck::Pivot) => {
-                let (kept, diagnosis) = reduce(rows, solver).map_err(undecided)?;
+                let (kept, diagnosis) = reduce(system, Sparse.name()).map_err(undecided)?;
                 let kept = kept.iter().map(|&r| r as u32);
-                self.rows.factor(rows, kept, self.sides, HOPELESS).map_err(|stuck| match stuck {
+                self.core.rows.factor(rows, kept, system.sides(), HOPELESS).map_err(|stuck| match stuck {
                     Stuck::TooLarge => too_large(rows),
-                    Stuck::Pivot => SolveError::IllConditioned {
-                        solver: solver.into(),
-                        condition: diagnosis.condition,
-                        better: "householder-qr",
-                    },
+                    Stuck::Pivot => ill_conditioned(diagnosis.condition),
                 })?;
                 self.dependencies = diagnosis.dependencies;
             }
         }
-        let pivot = self.rows.smallest_pivot();
-        self.corrections =
-            usize::from(pivot < CORRECT) + usize::from(pivot < SUSPECT.sqrt()) + usize::from(pivot < SUSPECT);
         Ok(())
     }
+
+    /// How answers are to be corrected.
+    fn correct(&mut self, system: &System) -> Result<(), SolveError> {
+        let weakness = self.core.rows.weakness();
+        let core = &mut self.core;
+        if weakness < REFINE || core.whitened.as_ref().is_some_and(|whitened| whitened.disturbs()) {
+            let mut refinement = Refinement::new(system, core.rows.kept());
+            if !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d)) {
+                return Err(ill_conditioned(core.rows.condition()));
+            }
+            self.refinement = Some(Box::new(refinement));
+        } else {
+            self.corrections = usize::from(weakness < CORRECT);
+        }
+        Ok(())
+    }
+}
+
+impl Core {
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        d.fill(0.0);
+        self.rows.adjust(rhs, self.sides, d, false);
+        if let Some(whitened) = &mut self.whitened {
+            whitened.finish(d, self.sides);
+        }
+    }
+}
+
+fn ill_conditioned(condition: f64) -> SolveError {
+    SolveError::IllConditioned { solver: Sparse.name().into(), condition, better: "householder-qr" }
 }
 
 fn too_large(rows: &SparseRows) -> SolveError {
@@ -103,27 +134,32 @@ impl Factored for FactoredSparse {
     }
 
     fn rank(&self) -> usize {
-        self.rows.len()
+        self.core.rows.len()
     }
 
     fn diagnosis(&self) -> Diagnosis {
-        let condition = self.rows.condition();
-        Diagnosis { rank: self.rows.len(), condition, dependencies: self.dependencies.clone() }
+        let (rank, condition) = (self.core.rows.len(), self.core.rows.condition());
+        Diagnosis { rank, condition, dependencies: self.dependencies.clone() }
     }
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
-        d.fill(0.0);
-        self.rows.adjust(rhs, self.sides, d, false);
-        for _ in 0..self.corrections {
-            self.rows.adjust(rhs, self.sides, d, true);
+        let Self { core, refinement, .. } = self;
+        if let Some(refinement) = refinement {
+            core.solve_into(rhs, d);
+            refinement.refine(rhs, d, |missed, more| core.solve_into(missed, more));
+            return;
         }
-        if let Some(whitened) = &mut self.whitened {
-            whitened.finish(d, self.sides);
+        d.fill(0.0);
+        for round in 0..=self.corrections {
+            core.rows.adjust(rhs, core.sides, d, round > 0);
+        }
+        if let Some(whitened) = &mut core.whitened {
+            whitened.finish(d, core.sides);
         }
     }
 
     fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
         multipliers.fill(0.0);
-        self.rows.multipliers(rhs, self.sides, multipliers);
+        self.core.rows.multipliers(rhs, self.core.sides, multipliers);
     }
 }

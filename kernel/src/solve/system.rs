@@ -168,13 +168,36 @@ pub struct System {
     touched: Arc<Vec<usize>>,
     sides: usize,
     metric: SystemMetric,
+    tolerance: f64,
 }
 
 impl System {
+    /// The [`tolerance`](Self::tolerance) of a new system.
+    pub const COARSE: f64 = 1e-10;
+    /// The [`tolerance`](Self::tolerance) below which rounding alone makes rows look independent.
+    pub const FINE: f64 = 64.0 * f64::EPSILON;
+
     /// A system. `touched` are the global columns behind the rows' own, ascending, as many as the rows are wide.
     pub fn new(rows: SparseRows, touched: Vec<usize>, sides: usize, metric: SystemMetric) -> Self {
         debug_assert_eq!(rows.width(), touched.len());
-        Self { rows: Arc::new(rows), touched: Arc::new(touched), sides: sides.max(1), metric }
+        let (rows, touched) = (Arc::new(rows), Arc::new(touched));
+        Self { rows, touched, sides: sides.max(1), metric, tolerance: Self::COARSE }
+    }
+
+    /// A row counts as implied by others where its part outside their span is not longer than this, of its own length.
+    ///
+    /// Where rows are nearly dependent, two answers compete. With the row left out, rounding of the right-hand side stays what
+    /// it is, but the row is met only as far as the others imply it; with the row in, it is met whatever is asked, and rounding
+    /// is magnified by one over this. So systems start [`COARSE`](Self::COARSE), and only where a right-hand side denies what
+    /// is implied, beyond rounding, are they factored anew, [`finely`](Self::finely).
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// The same system at the tolerance [`FINE`](Self::FINE).
+    #[must_use]
+    pub fn finely(&self) -> Self {
+        Self { tolerance: Self::FINE, ..self.clone() }
     }
 
     /// The rows of `F`, over [`touched`](Self::touched) columns.
@@ -209,6 +232,7 @@ impl System {
             touched: Arc::clone(&self.touched),
             sides: self.sides,
             metric: self.metric.clone(),
+            tolerance: self.tolerance,
         }
     }
 }

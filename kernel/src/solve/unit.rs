@@ -21,6 +21,8 @@ struct Place {
     column: u32,
     entries: u32,
     at: usize,
+    /// Its entry of `L⁻¹ s`, for signs `s` that let it grow.
+    growth: f64,
 }
 
 /// Independent rows of unit length, in an order that keeps `F̂ = L Lᵀ` narrow, and scratch for an event. A few rows need
@@ -34,6 +36,7 @@ pub(super) struct UnitRows {
     /// The rows' columns, unless those of each row are neighbours.
     columns: Option<Arc<SparseRows>>,
     smallest_pivot: f64,
+    growth: f64,
 }
 
 /// What keeps rows from being factored.
@@ -49,13 +52,15 @@ impl UnitRows {
     /// No rows yet. Rows are put where they stay: moving them would cost more than scaling a few.
     #[inline]
     pub(super) fn empty() -> Self {
-        Self { places: Vec::new(), numbers: Vec::new(), scratch: 0, columns: None, smallest_pivot: 1.0 }
+        Self { places: Vec::new(), numbers: Vec::new(), scratch: 0, columns: None, smallest_pivot: 1.0, growth: 1.0 }
     }
 
     /// Orders and scales the kept rows and factors `F̂`.
     ///
     /// # Errors
-    /// When a pivot (of unit rows: the squared sine of the angle to the rows before) is not above `threshold`.
+    /// When a pivot (of unit rows: the squared sine of the angle to the rows before) is not above `threshold`, or
+    /// [`weakness`](Self::weakness) is not: small pivots are noise where the factors of the rows before have grown, however
+    /// large each of their pivots is.
     pub(super) fn factor(
         &mut self,
         rows: &Arc<SparseRows>,
@@ -81,7 +86,7 @@ impl UnitRows {
         self.places.reserve_exact(rows);
         self.numbers.clear();
         self.numbers.reserve_exact(numbers);
-        self.smallest_pivot = 1.0;
+        (self.smallest_pivot, self.growth) = (1.0, 1.0);
     }
 
     /// Scales the kept rows, in the order given, without a factor, with `scratch` zeros beside them; whether all have a
@@ -99,7 +104,8 @@ impl UnitRows {
             let (Some(&column), Some(&last)) = (columns.first(), columns.last()) else { return false };
             neighbours &= (last - column) as usize + 1 == columns.len();
             let entries = columns.len() as u32;
-            let place = Place { row, first: position as u32, column, entries, at: self.numbers.len() };
+            let at = self.numbers.len();
+            let place = Place { row, first: position as u32, column, entries, at, growth: 1.0 };
             let scale = 1.0 / norm(values);
             if !(scale.is_finite() && scale > 0.0) {
                 return false;
@@ -178,30 +184,36 @@ impl UnitRows {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(Stuck::Pivot);
         }
-        let place = Place { row, first: first as u32, column, entries: values.len() as u32, at };
+        let entries = values.len() as u32;
+        let mut place = Place { row, first: first as u32, column, entries, at, growth: 1.0 };
         self.numbers.extend(values.iter().map(|v| v * scale));
         let mut reciprocal = 1.0;
         if first < i {
-            let pivot = 1.0 - self.eliminate(rows, &place, scale);
+            let (squares, grown) = self.eliminate(rows, &place, scale);
+            let pivot = 1.0 - squares;
+            reciprocal = 1.0 / pivot.sqrt();
+            let growth = (1.0 + grown.abs()) * reciprocal;
             // Written so that NaN fails too.
-            if !(pivot > threshold && pivot.is_finite()) {
+            if !(pivot > threshold && growth * growth * threshold < 1.0) {
                 return Err(Stuck::Pivot);
             }
             self.smallest_pivot = self.smallest_pivot.min(pivot);
-            reciprocal = 1.0 / pivot.sqrt();
+            self.growth = self.growth.max(growth);
+            place.growth = if grown > 0.0 { -growth } else { growth };
         }
         self.numbers.extend([reciprocal, scale]);
         self.places.push(place);
         Ok(())
     }
 
-    /// The row of `L` before the diagonal of the row that is being appended; the sum of its squares.
-    fn eliminate(&mut self, rows: &SparseRows, place: &Place, scale: f64) -> f64 {
+    /// The row of `L` before the diagonal of the row that is being appended; the sum of its squares, and its product with what
+    /// has grown.
+    fn eliminate(&mut self, rows: &SparseRows, place: &Place, scale: f64) -> (f64, f64) {
         let (i, first) = (self.places.len(), place.first as usize);
         self.numbers.resize(self.numbers.len() + i - first, 0.0);
         let (done, own) = self.numbers.split_at_mut(place.at);
         let (unit, lower) = own.split_at_mut(place.entries as usize);
-        let mut squares = 0.0;
+        let (mut squares, mut grown) = (0.0, 0.0);
         for (j, other) in self.places.iter().enumerate().skip(first) {
             let (theirs, row, reciprocal) = other.split(j, done);
             let dot = match self.columns {
@@ -213,8 +225,9 @@ impl UnitRows {
             let value = (dot - mine.iter().zip(row).map(|(a, b)| a * b).sum::<f64>()) * reciprocal;
             lower[j - first] = value;
             squares += value * value;
+            grown += value * other.growth;
         }
-        squares
+        (squares, grown)
     }
 
     /// What is beside the rows, to be kept there.
@@ -227,14 +240,23 @@ impl UnitRows {
         &mut self.numbers[self.scratch..]
     }
 
+    /// Which rows of the system they are.
+    pub(super) fn kept(&self) -> impl Iterator<Item = u32> + '_ {
+        self.places.iter().map(|place| place.row)
+    }
+
     /// The number of rows.
     pub(super) fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// The smallest pivot: 1 where the rows are orthogonal, small where they are nearly dependent.
-    pub(super) fn smallest_pivot(&self) -> f64 {
-        self.smallest_pivot
+    /// An estimate, from above, of the smallest eigenvalue of `F̂`: 1 where the rows are orthogonal, small where they are nearly
+    /// dependent. It is that of `L Lᵀ`, which differs from `F̂` by no more than some `ε` a row; if it is well above that, the
+    /// rows are independent. No pivot need be small for this to be: where each row leans on the one before, factors grow along
+    /// the chain. So `‖L⁻¹‖` is followed, from below, by `L⁻¹ s` with each sign `s` chosen so that the next entry grows (Cline,
+    /// Moler, Stewart and Wilkinson 1979).
+    pub(super) fn weakness(&self) -> f64 {
+        1.0 / (self.growth * self.growth)
     }
 
     /// Estimate of the condition number of the rows.

@@ -9,7 +9,6 @@ use super::event::overflow;
 use super::{Session, view};
 use crate::edit::EditError;
 use crate::edit::assembly::Slot;
-use crate::edit::conflict::agrees;
 use crate::edit::report::{ConstraintReport, Report};
 use crate::error::Result;
 use crate::functional::Shapes;
@@ -123,7 +122,7 @@ impl<S: Shape> Session<S> {
             && diagnosis
                 .dependencies
                 .iter()
-                .any(|d| !agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size));
+                .any(|d| !d.agrees(&prepared.assembly.system, &prepared.rhs, &prepared.size, &prepared.d));
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }

@@ -2,13 +2,12 @@
 //! least adjustment with all axes together, or one axis an event (paper 2).
 
 use super::bound::right_hand_side;
-use super::prepared::Prepared;
 use super::{Session, view};
 use crate::edit::EditError;
-use crate::edit::conflict::{agrees, quoted};
+use crate::edit::conflict::quoted;
 use crate::error::Error;
 use crate::shape::Shape;
-use crate::solve::{Dependency, SolveError};
+use crate::solve::SolveError;
 
 /// Iterations before an event is given up.
 const ITERATIONS: usize = 200;
@@ -194,13 +193,14 @@ impl<S: Shape> Session<S> {
         }
         let shapes = view(&self.shapes);
         right_hand_side(&shapes, &self.bound, &prepared.assembly, &mut prepared.rhs, &mut prepared.size)?;
-        let agree = |d: &Dependency| agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size);
-        if let Some(at) = prepared.dependencies.iter().position(|d| !agree(d)) {
-            return Err(self.conflict(at).into());
+        prepared.meet(&self.bound, None, &[]);
+        match prepared.disagreement() {
+            None => Ok(()),
+            Some(at) => {
+                self.prepared.d.fill(0.0);
+                Err(self.conflict(at).into())
+            }
         }
-        let Prepared { refinement, assembly, factored, rhs, d, .. } = prepared;
-        refinement.solve(assembly, factored.as_mut(), rhs, d);
-        Ok(())
     }
 
     fn vanished(&self, row: usize) -> SolveError {

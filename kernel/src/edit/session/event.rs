@@ -3,16 +3,16 @@
 use super::Session;
 use super::check::{excess, missed_by, near_conflict};
 use super::effort::soften;
-use super::prepared::{Prepared, response_of};
+use super::prepared::{Prepared, prepare};
 use super::program::{Bounds, Solved, senses};
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
-use crate::edit::conflict::{agrees, explain, involved};
+use crate::edit::conflict::{explain, involved};
 use crate::error::Error as Geometry;
 use crate::functional::Linearity;
 use crate::measure::Error;
 use crate::shape::Shape;
-use crate::solve::{HouseholderQr, Sense, SolveError, Solver};
+use crate::solve::{HouseholderQr, Sense, SolveError, Solver, System};
 
 impl<S: Shape> Session<S> {
     fn is_linear(&self) -> bool {
@@ -30,69 +30,50 @@ impl<S: Shape> Session<S> {
         if let Some(bounds) = self.prepared.bounds.take() {
             return self.bounded(bounds);
         }
-        if self.solve_linear()? {
-            self.check_linear()?;
+        if self.solve_linear()?
+            && let Err(error) = self.check_linear()
+        {
+            std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
+            return Err(error);
         }
         self.place();
         Ok(())
     }
 
     /// The adjustment that the system's constraints ask for, into `d`; whether it should meet them all (a best effort need
-    /// not).
+    /// not). Where it fails, `d` is the last one.
     pub(super) fn solve_linear(&mut self) -> Result<bool, EditError> {
         let prepared = &mut self.prepared;
-        if let Some(handle) = self.handle {
-            let target = &self.bound[handle].target;
-            for slot in prepared.assembly.slots(handle) {
-                let at = prepared.assembly.entry(slot);
-                prepared.rhs[at] = target[slot.equation as usize] - self.handle_start[slot.equation as usize];
+        std::mem::swap(&mut prepared.d, &mut prepared.other);
+        prepared.meet(&self.bound, self.handle, &self.handle_start);
+        if let Some(at) = prepared.disagreement() {
+            if self.best_effort {
+                let softened = soften(&prepared.assembly, &prepared.dependencies, &prepared.rhs);
+                prepared.factored.solve_into(&softened, &mut prepared.d);
+                self.check_finite()?;
+                return Ok(false);
             }
+            std::mem::swap(&mut prepared.d, &mut prepared.other);
+            // Before it is called a conflict: what is nearly implied is not implied.
+            return if self.look_closer()? { self.solve_linear() } else { Err(self.conflict(at).into()) };
         }
-        let conflict = prepared
-            .dependencies
-            .iter()
-            .position(|d| !agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size));
-        if let Some(at) = conflict {
-            if !self.best_effort {
-                return Err(self.conflict(at).into());
-            }
-            let softened = soften(&prepared.assembly, &prepared.dependencies, &prepared.rhs);
-            prepared.factored.solve_into(&softened, &mut prepared.d);
-            self.check_finite()?;
-            return Ok(false);
-        } else if let Some(handle) = self.handle {
-            // d = C₀b₀ + Σ response · change: only the columns of C whose b is ever non-zero.
-            prepared.d.copy_from_slice(&prepared.still);
-            let sides = prepared.assembly.system.sides();
-            for (slot, response) in
-                prepared.assembly.slots(handle).iter().zip(response_of(&prepared.response, sides))
-            {
-                let change = prepared.rhs[prepared.assembly.entry(slot)];
-                if sides == 3 {
-                    let side = slot.side as usize;
-                    for (d, r) in prepared.d.chunks_exact_mut(3).zip(response) {
-                        d[side] += change * r;
-                    }
-                } else {
-                    for (d, r) in prepared.d.iter_mut().zip(response) {
-                        *d += change * r;
-                    }
-                }
-            }
-        } else {
-            let Prepared { refinement, assembly, factored, rhs, d, .. } = prepared;
-            refinement.solve(assembly, factored.as_mut(), rhs, d);
+        let checked = self.check_finite().and_then(|()| self.check_proportion());
+        if checked.is_err() {
+            std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
         }
-        self.check_finite()?;
-        let prepared = &mut self.prepared;
-        let Prepared { check, assembly, factored, rhs, size, d, .. } = prepared;
+        checked.map(|()| true)
+    }
+
+    /// Whether the adjustment is in proportion to what is asked.
+    fn check_proportion(&mut self) -> Result<(), EditError> {
+        let Prepared { check, assembly, factored, rhs, size, d, .. } = &mut self.prepared;
         let from = self.handle.map(|handle| (assembly.slots(handle), &*rhs));
         let changes = from.iter().flat_map(|(slots, rhs)| slots.iter().map(|slot| rhs[assembly.entry(slot)]));
         match check.excess(assembly.system.sides(), (rhs, size), d, changes) {
             Some(excess) if !self.forced => {
                 Err(near_conflict(&self.bound, assembly, factored.as_mut(), rhs, excess).into())
             }
-            _ => Ok(true),
+            _ => Ok(()),
         }
     }
 
@@ -113,13 +94,49 @@ impl<S: Shape> Session<S> {
     fn missed(&self, row: usize, error: Error) -> SolveError {
         let Prepared { assembly, rhs, size, factored, .. } = &self.prepared;
         let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
-        if let Ok(second) = HouseholderQr.factor(&assembly.system) {
+        if let Ok(mut second) = HouseholderQr.factor(&assembly.system) {
             let dependencies = second.diagnosis().dependencies;
-            if let Some(dependency) = dependencies.iter().find(|d| !agrees(assembly, d, rhs, size)) {
+            let mut d = vec![0.0; self.prepared.d.len()];
+            second.solve_into(rhs, &mut d);
+            let disagrees = dependencies.iter().find(|one| !one.agrees(&assembly.system, rhs, size, &d));
+            if let Some(dependency) = disagrees {
                 return explain(&self.shapes, &constraints, &self.freedom, assembly, dependency);
             }
         }
         missed_by(factored.solver(), constraints[assembly.constraint_of(row)], error)
+    }
+
+    /// Prepares anew with rank decided [finely](crate::solve::System::finely), where that leaves fewer rows out.
+    fn look_closer(&mut self) -> Result<bool, EditError> {
+        let coarse = &self.prepared;
+        if coarse.assembly.system.tolerance() <= System::FINE {
+            return Ok(false);
+        }
+        let d = coarse.d.clone();
+        self.restore();
+        let fine = prepare(
+            &self.shapes,
+            &self.bound,
+            self.handle,
+            &self.freedom,
+            &self.metric,
+            self.solver.as_ref(),
+            !self.best_effort,
+            true,
+        );
+        self.prepared.d = d;
+        self.place();
+        let (coarse, mut fine) = (&mut self.prepared, fine?);
+        if fine.factored.rank() <= coarse.factored.rank() || fine.border.is_some() != coarse.border.is_some() {
+            return Ok(false);
+        }
+        if let (Some(border), Some(before)) = (&mut fine.border, &mut coarse.border) {
+            std::mem::swap(&mut border.before, &mut before.before);
+            border.moved = before.moved;
+        }
+        let d = std::mem::take(&mut coarse.d);
+        self.prepared = Prepared { d, ..fine };
+        Ok(true)
     }
 
     pub(super) fn check_finite(&self) -> Result<(), EditError> {
@@ -151,6 +168,7 @@ impl<S: Shape> Session<S> {
         if let Some((part, _)) = solved.part {
             prepared.assembly = part;
         }
+        prepared.assembly.decide(solved.tolerance);
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
         (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d);
         prepared.bounds = Some(bounds);

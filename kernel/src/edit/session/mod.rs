@@ -132,7 +132,8 @@ impl<S: Shape> Session<S> {
         if alternating {
             check_alternating(&bound)?;
         }
-        let prepared = prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort)?;
+        let prepared =
+            prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort, false)?;
         let start = snapshot(&shapes, &prepared);
         Ok(Self {
             shapes,
@@ -388,6 +389,7 @@ impl<S: Shape> Session<S> {
             &self.metric,
             self.solver.as_ref(),
             !self.best_effort,
+            false,
         )?;
         self.prepared = prepared;
         self.solved = false;

@@ -12,7 +12,7 @@ use crate::edit::assembly::{Assembly, Freedom};
 use crate::edit::metric::Metric;
 use crate::edit::report::Convergence;
 use crate::shape::Shape;
-use crate::solve::{Dependency, Factored, Solver, SystemMetric};
+use crate::solve::{Dependency, Factored, Solver, System, SystemMetric};
 
 /// What is known for one set of constraints at one state of the shapes.
 pub(super) struct Prepared {
@@ -25,6 +25,8 @@ pub(super) struct Prepared {
     /// The adjustment of the touched columns, and what it is without the handle.
     pub(super) d: Vec<f64>,
     pub(super) still: Vec<f64>,
+    /// Room for another adjustment: an event that fails gives back the last one.
+    pub(super) other: Vec<f64>,
     /// The adjustment that each number of the handle asks for by changing by 1.
     pub(super) response: Vec<Vec<f64>>,
     /// Where the touched columns' vertices were.
@@ -43,7 +45,9 @@ pub(super) struct Prepared {
 }
 
 /// Prepares the constraints: where some are not linear, those that are, with the others as their border if that can be
-/// (they are few, and none depends on the rest where the shapes are), else all in one system.
+/// (they are few, and none depends on the rest where the shapes are), else all in one system. `finely`: rows that the others
+/// nearly imply are not left out.
+#[allow(clippy::too_many_arguments, reason = "everything that a session is made of")]
 pub(super) fn prepare(
     boxes: &[Box<dyn Shape>],
     bound: &[Bound],
@@ -52,10 +56,11 @@ pub(super) fn prepare(
     metric: &Metric,
     solver: &dyn Solver,
     bordered: bool,
+    finely: bool,
 ) -> Result<Prepared, EditError> {
     let members = if bordered && !has_inequalities(bound) { members(bound) } else { Vec::new() };
     if !members.is_empty() {
-        let mut prepared = prepare_system(boxes, bound, handle, freedom, metric, solver, &members)?;
+        let mut prepared = prepare_system(boxes, bound, handle, freedom, metric, solver, &members, finely)?;
         let shapes = view(boxes);
         let moving = prepared.places.iter().map(|&(s, v)| shapes.offset(s as usize) + v as usize).collect();
         let mut border = Border::new(members, bound, &prepared.assembly, moving, &prepared.base)?;
@@ -66,9 +71,10 @@ pub(super) fn prepare(
             return Ok(prepared);
         }
     }
-    prepare_system(boxes, bound, handle, freedom, metric, solver, &[])
+    prepare_system(boxes, bound, handle, freedom, metric, solver, &[], finely)
 }
 
+#[allow(clippy::too_many_arguments, reason = "everything that a session is made of")]
 fn prepare_system(
     boxes: &[Box<dyn Shape>],
     bound: &[Bound],
@@ -77,10 +83,14 @@ fn prepare_system(
     metric: &Metric,
     solver: &dyn Solver,
     aside: &[usize],
+    finely: bool,
 ) -> Result<Prepared, EditError> {
     let shapes = view(boxes);
     let constraints: Vec<&Constraint> = bound.iter().map(|b| &b.constraint).collect();
     let mut assembly = Assembly::beside(&shapes, &constraints, freedom, metric, &|k| aside.contains(&k))?;
+    if finely {
+        assembly.decide(System::FINE);
+    }
     let (mut rhs, mut size) = (Vec::new(), Vec::new());
     right_hand_side(&shapes, bound, &assembly, &mut rhs, &mut size)?;
     let mut bounds = None;
@@ -144,6 +154,7 @@ fn prepare_system(
         dependencies,
         rhs,
         size,
+        other: d.clone(),
         d,
         still,
         response,
@@ -157,6 +168,40 @@ fn prepare_system(
         border: None,
         assembly,
     })
+}
+
+impl Prepared {
+    /// The right-hand side for the present target of the handle, and the adjustment that the independent rows ask for.
+    pub(super) fn meet(&mut self, bound: &[Bound], handle: Option<usize>, start: &[f64]) {
+        let Some(handle) = handle else {
+            let Self { refinement, assembly, factored, rhs, d, .. } = self;
+            refinement.solve(assembly, factored.as_mut(), rhs, d);
+            return;
+        };
+        // d = C₀b₀ + Σ response · change: only the columns of C whose b is ever non-zero.
+        self.d.copy_from_slice(&self.still);
+        let (target, sides) = (&bound[handle].target, self.assembly.system.sides());
+        for (slot, response) in self.assembly.slots(handle).iter().zip(response_of(&self.response, sides)) {
+            let change = target[slot.equation as usize] - start[slot.equation as usize];
+            self.rhs[self.assembly.entry(slot)] = change;
+            if sides == 3 {
+                let side = slot.side as usize;
+                for (d, r) in self.d.chunks_exact_mut(3).zip(response) {
+                    d[side] += change * r;
+                }
+            } else {
+                for (d, r) in self.d.iter_mut().zip(response) {
+                    *d += change * r;
+                }
+            }
+        }
+    }
+
+    /// The first dependent row that the adjustment does not meet.
+    pub(super) fn disagreement(&self) -> Option<usize> {
+        let Self { assembly, rhs, size, d, .. } = self;
+        self.dependencies.iter().position(|dependency| !dependency.agrees(&assembly.system, rhs, size, d))
+    }
 }
 
 /// Solving with one step of iterative refinement where there is a metric: `d = C b`, then `d += C (b - F d)`. A metric's

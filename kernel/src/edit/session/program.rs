@@ -6,9 +6,9 @@ use super::effort::soften;
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
 use crate::edit::assembly::Assembly;
-use crate::edit::conflict::{agrees, contradiction, explain};
+use crate::edit::conflict::{contradiction, explain};
 use crate::shape::Shape;
-use crate::solve::{Dependency, Factored, Outcome, Program, Sense};
+use crate::solve::{Dependency, Factored, Outcome, Program, Sense, System};
 
 /// The rows of a problem with inequalities, of which the prepared system holds the equations and the active ones.
 #[derive(Debug)]
@@ -33,6 +33,8 @@ pub(super) struct Solved {
     pub(super) d: Vec<f64>,
     /// Whether rows are missed because only a best effort was asked for.
     pub(super) softened: bool,
+    /// The tolerance at which rows count as implied by others.
+    pub(super) tolerance: f64,
 }
 
 /// Whether some constraints are inequalities.
@@ -94,22 +96,41 @@ impl<S: Shape> Session<S> {
         &self,
         constraints: &[&Constraint],
         assembly: &Assembly,
-        mut rhs: Vec<f64>,
+        rhs: Vec<f64>,
         size: Vec<f64>,
     ) -> Result<Solved, EditError> {
-        let mut factored = self.solver.factor(&assembly.system)?;
-        let dropped = factored.rank() < assembly.system.rows().len();
+        let closer = assembly.system.finely();
+        let mut solved = self.meet(&assembly.system, rhs, size)?;
+        let disagrees = |solved: &Solved| {
+            let Solved { dependencies, rhs, size, d, .. } = solved;
+            dependencies.iter().position(|dependency| !dependency.agrees(&assembly.system, rhs, size, d))
+        };
+        let Some(mut at) = disagrees(&solved) else { return Ok(solved) };
+        if self.best_effort {
+            solved.rhs = soften(assembly, &solved.dependencies, &solved.rhs);
+            solved.factored.solve_into(&solved.rhs, &mut solved.d);
+            solved.softened = true;
+            return Ok(solved);
+        }
+        // Before it is called a conflict: what is nearly implied is not implied.
+        if assembly.system.tolerance() > closer.tolerance() {
+            solved = self.meet(&closer, solved.rhs, solved.size)?;
+            match disagrees(&solved) {
+                None => return Ok(solved),
+                Some(still) => at = still,
+            }
+        }
+        Err(explain(&self.shapes, constraints, &self.freedom, assembly, &solved.dependencies[at]).into())
+    }
+
+    /// The least adjustment that meets the independent rows of a system.
+    fn meet(&self, system: &System, rhs: Vec<f64>, size: Vec<f64>) -> Result<Solved, EditError> {
+        let mut factored = self.solver.factor(system)?;
+        let dropped = factored.rank() < system.rows().len();
         let dependencies = if dropped { factored.diagnosis().dependencies } else { Vec::new() };
-        let disagrees = dependencies.iter().find(|d| !agrees(assembly, d, &rhs, &size));
-        if let (Some(dependency), false) = (disagrees, self.best_effort) {
-            return Err(explain(&self.shapes, constraints, &self.freedom, assembly, dependency).into());
-        }
-        let softened = disagrees.is_some();
-        if softened {
-            rhs = soften(assembly, &dependencies, &rhs);
-        }
-        let mut d = vec![0.0; assembly.system.touched().len() * assembly.system.sides()];
+        let mut d = vec![0.0; system.touched().len() * system.sides()];
         factored.solve_into(&rhs, &mut d);
-        Ok(Solved { part: None, active: Vec::new(), factored, dependencies, rhs, size, d, softened })
+        let (part, active, softened, tolerance) = (None, Vec::new(), false, system.tolerance());
+        Ok(Solved { part, active, factored, dependencies, rhs, size, d, softened, tolerance })
     }
 }

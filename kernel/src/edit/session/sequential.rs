@@ -235,6 +235,7 @@ impl<S: Shape> Session<S> {
                 prepared.bounds = Some(Bounds { active: solved.active, ..full });
             }
         }
+        prepared.assembly.decide(solved.tolerance);
     }
 
     fn unsolved(&self, here: &Linearized, convergence: &Convergence) -> EditError {

@@ -1,0 +1,380 @@
+//! Every solver on random families of systems: clustered, repeated, dependent, scaled and empty rows by the hundred, with
+//! right-hand sides that agree and that contradict each other. What comes out is multiplied out here, in twice the precision.
+#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
+
+use std::sync::Arc;
+
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::solve::{
+    Adjoint, Automatic, DenseLu, Diagnosis, HouseholderQr, SolveError, Solver, Sparse, SparseRows, Symmetric,
+    System, SystemMetric,
+};
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::Point;
+
+/// A linear congruential generator: the same families on every machine.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() * n as f64) as usize
+    }
+
+    /// A number of either sign whose magnitude is anything between the two powers of ten.
+    fn magnitude(&mut self, low: f64, high: f64) -> f64 {
+        let sign = if self.next() < 0.5 { -1.0 } else { 1.0 };
+        sign * 10_f64.powf(self.between(low, high))
+    }
+}
+
+/// `Σ a b` in twice the precision (Ogita, Rump and Oishi 2005).
+fn dot(terms: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut sum, mut rest) = (0.0_f64, 0.0);
+    for (a, b) in terms {
+        let product = a * b;
+        let lost = a.mul_add(b, -product);
+        let next = sum + product;
+        let kept = next - sum;
+        rest += (sum - (next - kept)) + (product - kept) + lost;
+        sum = next;
+    }
+    sum + rest
+}
+
+type Row = Vec<(usize, f64)>;
+
+fn curve(random: &mut Random) -> Curve {
+    let degree = [1, 2, 3, 3, 4, 5, 6, 7, 25][random.below(9)];
+    let spans = 2 + random.below(12);
+    let mut breaks = vec![random.between(-3.0, 3.0)];
+    for _ in 0..spans {
+        breaks.push(breaks[breaks.len() - 1] + random.magnitude(-1.0, 0.5).abs());
+    }
+    let space = match random.below(4) {
+        0 => Space::clamped(degree, &breaks).unwrap(),
+        1 => {
+            // Inner knots of multiplicity up to degree + 1.
+            let mut knots = vec![breaks[0]; degree + 1];
+            for &u in &breaks[1..spans] {
+                knots.extend(vec![u; 1 + random.below(degree + 1)]);
+            }
+            knots.extend(vec![breaks[spans]; degree + 1]);
+            Space::open(degree, knots).unwrap()
+        }
+        2 => Space::floating_uniform(degree, degree + 1 + spans).unwrap(),
+        _ => {
+            while breaks.len() < degree + 2 {
+                breaks.push(breaks[breaks.len() - 1] + random.between(0.3, 1.0));
+            }
+            Space::periodic(degree, breaks).unwrap()
+        }
+    };
+    let n = space.len();
+    let points = (0..n).map(|i| Point::new(i as f64, random.next(), random.next())).collect();
+    if random.below(4) == 0 {
+        let weights = (0..n).map(|_| random.magnitude(-1.0, 1.0).abs()).collect();
+        Curve::rational(space, points, weights).unwrap()
+    } else {
+        Curve::new(space, points).unwrap()
+    }
+}
+
+/// The stencil of a position or derivative somewhere, or near a parameter.
+fn stencil(curve: &Curve, u: f64, order: usize) -> Row {
+    let (low, high) = curve.domain();
+    let u = if curve.is_periodic() { u } else { u.max(low).min(high) };
+    curve.stencil(u.into(), order.into()).unwrap().iter().collect()
+}
+
+struct Family {
+    name: &'static str,
+    width: usize,
+    rows: Vec<Row>,
+    /// A row that the others imply, exactly but for rounding.
+    implied: usize,
+}
+
+fn combination(rows: &[Row], picks: &[(usize, f64)]) -> Row {
+    let mut columns: Vec<usize> = picks.iter().flat_map(|&(r, _)| rows[r].iter().map(|t| t.0)).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let entry = |c: usize, r: usize| rows[r].iter().filter(|t| t.0 == c).map(|t| t.1).sum::<f64>();
+    columns.into_iter().map(|c| (c, dot(picks.iter().map(|&(r, f)| (f, entry(c, r)))))).collect()
+}
+
+fn family(kind: usize, random: &mut Random) -> Family {
+    let curve = curve(random);
+    let (n, p) = (curve.points().len(), curve.degree());
+    let (low, high) = curve.domain();
+    let mut rows: Vec<Row> = Vec::new();
+    let name;
+    match kind {
+        0 => {
+            name = "clusters";
+            for _ in 0..1 + random.below(4) {
+                let (u, apart) = (random.between(low, high), (high - low) * random.magnitude(-14.0, -1.0).abs());
+                (0..2 + random.below(p + 1)).for_each(|k| rows.push(stencil(&curve, u + k as f64 * apart, 0)));
+            }
+        }
+        1 => {
+            name = "all kept";
+            (0..n).for_each(|i| rows.push(vec![(i, 1.0)]));
+            (0..1 + random.below(4)).for_each(|_| rows.push(stencil(&curve, random.between(low, high), 0)));
+        }
+        2 => {
+            name = "hundreds";
+            let (from, to) = (random.between(low, high), random.between(low, high));
+            let count = 100 + random.below(300);
+            for k in 0..count {
+                let u = from + (to - from) * k as f64 / count as f64;
+                rows.push(stencil(&curve, u, if p > 1 && k % 7 == 0 { 1 } else { 0 }));
+            }
+        }
+        3 => {
+            name = "combinations";
+            (0..3 + random.below(10)).for_each(|_| {
+                rows.push(stencil(&curve, random.between(low, high), random.below(p.min(3) + 1)));
+            });
+            for _ in 0..1 + random.below(8) {
+                let picks: Vec<(usize, f64)> =
+                    (0..1 + random.below(4)).map(|_| (random.below(rows.len()), random.magnitude(-3.0, 3.0))).collect();
+                rows.push(combination(&rows, &picks));
+            }
+        }
+        4 => {
+            name = "an end";
+            let start = if curve.is_periodic() { random.between(low, high) } else { low };
+            let near = start + (high - low) * random.magnitude(-6.0, -0.5).abs();
+            let touched: Vec<usize> = stencil(&curve, near, 0).iter().map(|t| t.0).collect();
+            touched.iter().for_each(|&i| rows.push(vec![(i, 1.0)]));
+            rows.push(stencil(&curve, near, 0));
+            if random.below(2) == 0 {
+                rows.rotate_right(1);
+            }
+        }
+        5 => {
+            name = "repeated";
+            for _ in 0..2 + random.below(12) {
+                let row = stencil(&curve, random.between(low, high), 0);
+                (0..1 + random.below(20)).for_each(|_| rows.push(row.clone()));
+            }
+        }
+        6 => {
+            name = "tiny factors";
+            let i = random.below(n - 1);
+            rows.push(vec![(i, 1.0)]);
+            rows.push(vec![(i + 1, random.magnitude(-3.0, 3.0))]);
+            let tiny = random.magnitude(-14.0, 0.0);
+            let picks = [(0, 1.0), (1, tiny)];
+            rows.push(combination(&rows, &picks));
+            (0..random.below(3)).for_each(|_| rows.push(stencil(&curve, random.between(low, high), 0)));
+        }
+        _ => {
+            name = "a few";
+            (0..1 + random.below(5)).for_each(|_| {
+                rows.push(stencil(&curve, random.between(low, high), random.below(p.min(3) + 1)));
+            });
+        }
+    }
+    if random.below(4) == 0 {
+        rows.push(Vec::new());
+    }
+    // Whatever else: a combination of some rows, for contradictions.
+    let picks: Vec<(usize, f64)> = (0..1 + random.below(3))
+        .map(|_| (random.below(rows.len()), random.magnitude(-1.0, 1.0)))
+        .filter(|&(r, _)| !rows[r].is_empty())
+        .collect();
+    rows.push(combination(&rows, &picks));
+    let implied = rows.len() - 1;
+    if random.below(3) == 0 {
+        for row in &mut rows {
+            let scale = random.magnitude(-9.0, 9.0);
+            row.iter_mut().for_each(|t| t.1 *= scale);
+        }
+    }
+    Family { name, width: n, rows, implied }
+}
+
+/// A metric, and `dᵀWd` of it.
+fn metric(kind: usize, n: usize, random: &mut Random) -> SystemMetric {
+    match kind {
+        0 | 1 => SystemMetric::Least,
+        2 => SystemMetric::Weights(Arc::new((0..n).map(|_| random.magnitude(-3.0, 3.0).abs()).collect())),
+        3 => {
+            // Mass and bending: (d, d) + L⁴ Σ (second differences)².
+            let stiff = (n as f64).powi(4) * 0.1;
+            let mass = (0..n).map(|i| (i, i, 1.0));
+            let bend = (2..n).flat_map(|i| {
+                let (a, b, c) = (i - 2, i - 1, i);
+                let six = [(a, a, 1.0), (b, b, 4.0), (c, c, 1.0), (a, b, -2.0), (b, c, -2.0), (a, c, 1.0)];
+                six.map(|(i, j, v)| (i, j, v * stiff))
+            });
+            SystemMetric::Matrix(Arc::new(Symmetric::from_entries(n, mass.chain(bend).collect::<Vec<_>>())))
+        }
+        _ => {
+            // Falloff (Wendland 1995).
+            let radius = 1.0 + 6.0 * random.next();
+            let near = (0..n).flat_map(|i| (i..n).map(move |j| (i, j, (j - i) as f64 / radius)));
+            let entries = near.filter(|e| e.2 < 1.0).map(|(i, j, r)| (i, j, (1.0 - r).powi(3) * (3.0 * r + 1.0)));
+            SystemMetric::Inverse(Arc::new(Symmetric::from_entries(n, entries.collect::<Vec<_>>())))
+        }
+    }
+}
+
+/// `dᵀWd`; `None` for metrics that are known by their inverse.
+fn squared(metric: &SystemMetric, d: &[f64]) -> Option<f64> {
+    match metric {
+        SystemMetric::Least => Some(d.iter().map(|v| v * v).sum()),
+        SystemMetric::Weights(w) => Some(d.iter().zip(w.iter()).map(|(v, w)| v * v * w).sum()),
+        SystemMetric::Matrix(w) => {
+            let mut product = vec![0.0; d.len()];
+            w.multiply(d, 1, &mut product);
+            Some(d.iter().zip(product).map(|(a, b)| a * b).sum())
+        }
+        SystemMetric::Inverse(_) => None,
+    }
+}
+
+struct Answer {
+    d: Vec<f64>,
+    diagnosis: Diagnosis,
+}
+
+enum Outcome {
+    Solved(Answer),
+    Conflict,
+    Refused(SolveError),
+}
+
+/// What a session does: rank coarsely, and finely where what was asked denies what seemed to be implied.
+fn answer(solver: &dyn Solver, system: &System, rhs: &[f64]) -> Outcome {
+    for system in [system.clone(), system.finely()] {
+        let mut factored = match solver.factor(&system) {
+            Ok(factored) => factored,
+            Err(error) => return Outcome::Refused(error),
+        };
+        let diagnosis = factored.diagnosis();
+        assert_eq!(diagnosis.rank + diagnosis.dependencies.len(), system.rows().len());
+        let mut d = vec![f64::NAN; system.touched().len() * system.sides()];
+        factored.solve_into(rhs, &mut d);
+        let size: Vec<f64> = rhs.iter().map(|b| b.abs()).collect();
+        if diagnosis.dependencies.iter().all(|row| row.agrees(&system, rhs, &size, &d)) {
+            return Outcome::Solved(Answer { d, diagnosis });
+        }
+    }
+    Outcome::Conflict
+}
+
+/// The largest `|b - F d|`, in roundings of `|b| + |F||d|`.
+fn residual(system: &System, rhs: &[f64], d: &[f64]) -> f64 {
+    let (rows, mut worst) = (system.rows(), 0.0_f64);
+    for (row, b) in rhs.iter().enumerate() {
+        let terms = || rows.iter_row(row).map(|(c, v)| (v, d[c]));
+        let missed = dot(terms().chain([(-1.0, *b)])).abs();
+        let size = terms().map(|(v, d)| (v * d).abs()).sum::<f64>() + b.abs();
+        let own = missed / (f64::EPSILON * size).max(f64::MIN_POSITIVE);
+        worst = if own > worst || own.is_nan() { own } else { worst };
+    }
+    worst
+}
+
+/// Whether an adjustment is a near conflict: a million times longer than what each equation alone would cost.
+fn is_near_conflict(system: &System, rhs: &[f64], d: &[f64]) -> bool {
+    let Some(length) = squared(system.metric(), d) else { return d.iter().any(|v| v.abs() > 1e6) };
+    // ‖f‖ in the inverse metric: by the least adjustment of the row alone.
+    let alone = |row: usize| {
+        let one = system.select(&[row]);
+        let mut d = vec![0.0; one.touched().len()];
+        HouseholderQr.factor(&one).unwrap().solve_into(&rhs[row..=row], &mut d);
+        squared(one.metric(), &d).unwrap().sqrt()
+    };
+    length.sqrt() > 1e6 * (0..rhs.len()).map(alone).sum::<f64>()
+}
+
+const KINDS: usize = 8;
+const ROUNDS: usize = 40;
+
+fn solvers() -> [&'static dyn Solver; 5] {
+    [&Adjoint, &Sparse, &HouseholderQr, &DenseLu, &Automatic]
+}
+
+#[test]
+fn what_agrees_is_solved_to_rounding_and_what_contradicts_is_refused() {
+    let mut random = Random(9);
+    // Of each solver: solved, refused, contradictions found, contradictions refused otherwise, the largest residual.
+    let mut tally = [[0_usize; 4]; 5];
+    let mut largest = [0.0_f64; 5];
+    let mut failures: Vec<String> = Vec::new();
+    for round in 0..KINDS * ROUNDS {
+        let Family { name, width, rows: list, implied } = family(round % KINDS, &mut random);
+        let metric = metric(round / KINDS % 5, width, &mut random);
+        let mut rows = SparseRows::new(width);
+        list.iter().for_each(|row| rows.push(row.iter().copied()));
+        let system = System::new(rows, (0..width).collect(), 1, metric);
+        let wish: Vec<f64> = (0..width).map(|_| random.between(-1.0, 1.0)).collect();
+        let rhs: Vec<f64> = (0..list.len())
+            .map(|row| dot(system.rows().iter_row(row).map(|(c, v)| (v, wish[c]))))
+            .collect();
+        let mut denied = rhs.clone();
+        let size = rhs[implied].abs()
+            + system.rows().iter_row(implied).map(|(c, v)| (v * wish[c]).abs()).sum::<f64>();
+        denied[implied] += random.magnitude(-6.0, 2.0) * if size > 0.0 { size } else { 1.0 };
+        for (k, solver) in solvers().into_iter().enumerate() {
+            let what = format!(
+                "round {round}, {name}, {} rows, {width} columns, {:?}, {}",
+                list.len(),
+                std::mem::discriminant(system.metric()),
+                solver.name()
+            );
+            match answer(solver, &system, &rhs) {
+                Outcome::Solved(Answer { d, diagnosis }) => {
+                    tally[k][0] += 1;
+                    let left = residual(&system, &rhs, &d);
+                    largest[k] = largest[k].max(left);
+                    if !(left <= 256.0) {
+                        failures.push(format!("{what}: residual {left:.1e}, condition {:.1e}", diagnosis.condition));
+                    }
+                    if let (Some(own), Some(least)) =
+                        (squared(system.metric(), &d), squared(system.metric(), &wish))
+                    {
+                        // What rounding of the right-hand side may do.
+                        let slack = 1e-6 + 64.0 * f64::EPSILON * diagnosis.condition;
+                        if !(own.sqrt() <= least.sqrt() * (1.0 + slack)) {
+                            failures.push(format!("{what}: {own:e} is not the least, {least:e} will do"));
+                        }
+                    }
+                }
+                Outcome::Conflict => failures.push(format!("{what}: called a conflict")),
+                Outcome::Refused(SolveError::TooLarge { .. }) if k == 0 => continue,
+                Outcome::Refused(SolveError::IllConditioned { .. }) if k < 2 || k == 3 => tally[k][1] += 1,
+                Outcome::Refused(error) => failures.push(format!("{what}: {error}")),
+            }
+            match answer(solver, &system, &denied) {
+                Outcome::Conflict => tally[k][2] += 1,
+                Outcome::Refused(_) => tally[k][3] += 1,
+                Outcome::Solved(Answer { d, diagnosis }) => {
+                    let left = residual(&system, &denied, &d);
+                    if left <= 256.0 && is_near_conflict(&system, &denied, &d) {
+                        tally[k][3] += 1;
+                    } else {
+                        failures.push(format!(
+                            "{what}: a contradiction is solved, residual {left:.1e}, condition {:.1e}",
+                            diagnosis.condition
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    println!("{tally:?} {largest:?}");
+    assert!(failures.is_empty(), "{} failures:\n{}", failures.len(), failures.join("\n"));
+}
