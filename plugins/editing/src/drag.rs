@@ -16,7 +16,7 @@ use crate::problem::{Problem, SHARED, step_report};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Drag;
 
-const FIELDS: [Field; 15] = {
+const FIELDS: [Field; 16] = {
     let own = [
         Field::required(
             "handle",
@@ -39,14 +39,14 @@ const FIELDS: [Field; 15] = {
         Field::optional("frames", "true | false", "false", "keep every event as a frame of an animation"),
         Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
     ];
-    let mut all = [own[0]; 15];
+    let mut all = [own[0]; 16];
     let mut i = 0;
-    while i < 9 {
+    while i < 10 {
         all[i] = SHARED[i];
         i += 1;
     }
-    while i < 15 {
-        all[i] = own[i - 9];
+    while i < 16 {
+        all[i] = own[i - 10];
         i += 1;
     }
     all

@@ -8,6 +8,7 @@ use super::{Session, view};
 use crate::edit::assembly::Slot;
 use crate::edit::conflict::agrees;
 use crate::edit::report::{ConstraintReport, Report};
+use crate::edit::smooth::is_ours;
 use crate::functional::Shapes;
 use crate::shape::Shape;
 
@@ -33,6 +34,9 @@ impl<S: Shape> Session<S> {
             *lost.entry(prepared.assembly.constraint_of(dependency.row)).or_default() += 1;
         }
         for (k, lost) in lost {
+            if is_ours(&self.bound[k].constraint) {
+                continue;
+            }
             let rows = prepared.assembly.slots(k).len() / sides;
             let name = self.bound[k].constraint.describe();
             report.redundant.push(if lost < rows { format!("{name} ({lost} of {rows} rows)") } else { name });
@@ -71,6 +75,7 @@ impl<S: Shape> Session<S> {
                 .dependencies
                 .iter()
                 .any(|d| !agrees(&prepared.assembly, d, &prepared.rhs, &prepared.size));
+        self.tell_smoothness(&mut report);
         for bound in &self.bound {
             if let Some(note) = reversed(&shapes, bound) {
                 report.notes.push(note);

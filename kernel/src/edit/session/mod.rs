@@ -13,6 +13,7 @@ mod prepared;
 mod program;
 mod sequential;
 mod slide;
+mod smoothing;
 
 use std::any::Any;
 use std::marker::PhantomData;
@@ -21,6 +22,7 @@ use std::sync::Arc;
 use self::bound::{Bound, add_companions, bind};
 pub use self::edited::Edited;
 use self::prepared::{Prepared, prepare};
+use self::smoothing::Smoothing;
 use super::ask::{Constraint, Value, Wanted};
 use super::assembly::Freedom;
 use super::conflict::quoted;
@@ -57,6 +59,7 @@ pub struct Session<S> {
     sliding: Option<(Box<dyn Shape>, f64)>,
     freedom: Freedom,
     metric: Metric,
+    smoothing: Smoothing,
     best_effort: bool,
     /// The axis whose turn it is, where they alternate.
     alternating: Option<usize>,
@@ -85,6 +88,7 @@ impl<S: Shape> Session<S> {
         freedom: Freedom,
         metric: Metric,
     ) -> Result<Self, EditError> {
+        let mut smoothing = Smoothing::new(edit.smooth, edit.names());
         let Edit { shapes, mut constraints, handle, sliding, best_effort, alternating, .. } = edit;
         add_companions(&mut constraints, handle.as_deref());
         let mut bound = Vec::with_capacity(constraints.len() + 1);
@@ -120,6 +124,7 @@ impl<S: Shape> Session<S> {
         if alternating {
             check_alternating(&bound)?;
         }
+        smoothing.renew(&shapes, &mut bound, &freedom, &metric)?;
         let prepared = prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort)?;
         let start = snapshot(&shapes, &prepared);
         Ok(Self {
@@ -131,6 +136,7 @@ impl<S: Shape> Session<S> {
             sliding: slide,
             freedom,
             metric,
+            smoothing,
             best_effort,
             alternating: alternating.then_some(0),
             solver,
@@ -333,6 +339,7 @@ impl<S: Shape> Session<S> {
             let bound = &mut self.bound[handle];
             bound.constraint.functional.value(&view(&self.shapes), &mut self.handle_start)?;
         }
+        let before = self.smoothing.renew(&self.shapes, &mut self.bound, &self.freedom, &self.metric)?;
         let prepared = prepare(
             &self.shapes,
             &self.bound,
@@ -341,8 +348,14 @@ impl<S: Shape> Session<S> {
             &self.metric,
             self.solver.as_ref(),
             !self.best_effort,
-        )?;
-        self.prepared = prepared;
+        );
+        self.prepared = match (prepared, before) {
+            (Ok(prepared), _) => prepared,
+            (Err(error), before) => {
+                self.bound = before.unwrap_or_else(|| std::mem::take(&mut self.bound));
+                return Err(error);
+            }
+        };
         // What is touched for the first time belongs to the way back, too.
         let known: std::collections::BTreeSet<(u32, u32)> =
             self.start.iter().map(|&(s, v, _)| (s, v)).collect();
