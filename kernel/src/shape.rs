@@ -103,6 +103,38 @@ impl From<[usize; 2]> for Derivative {
     }
 }
 
+/// From which side of a knot a derivative is taken: where a knot is repeated often enough, the two differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
+pub enum Side {
+    /// That of the piece which ends at the knot; at the start of a periodic direction, of the piece that ends its period.
+    Left,
+    /// That of the piece which begins at the knot, as everywhere where no side is said.
+    #[default]
+    Right,
+}
+
+/// A side in each parameter; a curve looks at the first only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
+pub struct Sides {
+    /// In `u`.
+    pub u: Side,
+    /// In `v`.
+    pub v: Side,
+}
+
+impl From<Side> for Sides {
+    /// The same side in both parameters.
+    fn from(side: Side) -> Self {
+        Self { u: side, v: side }
+    }
+}
+
+impl From<[Side; 2]> for Sides {
+    fn from([u, v]: [Side; 2]) -> Self {
+        Self { u, v }
+    }
+}
+
 /// The sparse row `S` with `value = Σ S_i P_i`: which control vertices a point (or derivative) of a shape is
 /// made of, and how much of each. On the stack up to bicubic surfaces. Vertices ascend and do not repeat.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -200,6 +232,18 @@ pub trait Shape: Any + Debug + Send + Sync {
     /// # Errors
     /// When the location is outside the domain, has the wrong number of parameters, or the order is beyond 25.
     fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil>;
+
+    /// The same from a side: the limit of the rows of the pieces that end (or begin) at a location. It is another row
+    /// than [`stencil`](Self::stencil)'s, which is that from the right, only at knots that are repeated as often as the
+    /// degree less the derivative's order, or oftener; at the ends of an open domain there is one side. By default
+    /// the sides are alike: right for shapes without such places.
+    ///
+    /// # Errors
+    /// As for [`stencil`](Self::stencil).
+    fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
+        let _ = sides;
+        self.stencil(at, derivative)
+    }
 
     /// The domain: one interval for a curve, two for a surface.
     fn domain(&self) -> Domain;

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::ask::Constraint;
 use super::assembly::{Assembly, Freedom};
 use super::knots::knot_that_helps;
+use super::smooth::{ADVICE, is_ours};
 use crate::functional::Shapes;
 use crate::shape::Shape;
 use crate::solve::{Dependency, SolveError};
@@ -41,7 +42,8 @@ pub(super) fn explain(
             quoted(&own)
         ));
     }
-    let names: Vec<String> = all.iter().map(told).collect();
+    let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
+    let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
     // Distinct vertices behind the rows: fewer than the equations means that refinement can help.
     let rows = assembly.system.rows();
     let columns: BTreeSet<u32> = dependency
@@ -56,7 +58,12 @@ pub(super) fn explain(
     let equations = dependency.combination.len() + 1;
     let release = match names.len() {
         1 => format!("{} contradicts itself", names[0]),
-        _ => format!("{} cannot all hold; release one of them", names.join(", ")),
+        _ => format!(
+            "{}{} cannot all hold; release one of them{}",
+            names.join(", "),
+            more(&ours),
+            advice(&ours)
+        ),
     };
     if equations <= columns.len() {
         return SolveError::Conflict(release);
@@ -78,6 +85,17 @@ pub(super) fn quoted(name: &str) -> String {
     if name.contains('"') { name.to_owned() } else { format!("\"{name}\"") }
 }
 
+/// Of the knots that are kept smooth, so many are named.
+const NAMED: usize = 3;
+
+fn more(ours: &[usize]) -> String {
+    if ours.len() > NAMED { format!(" and {} more smooth knots", ours.len() - NAMED) } else { String::new() }
+}
+
+fn advice(ours: &[usize]) -> &'static str {
+    if ours.is_empty() { "" } else { ADVICE }
+}
+
 /// The error for rows that cannot all hold, some of them inequalities.
 pub(super) fn contradiction(constraints: &[&Constraint], assembly: &Assembly, rows: &[usize]) -> SolveError {
     let all: BTreeSet<usize> = rows.iter().map(|&row| assembly.constraint_of(row)).collect();
@@ -87,7 +105,8 @@ pub(super) fn contradiction(constraints: &[&Constraint], assembly: &Assembly, ro
         let name = quoted(&name);
         if twin { format!("{name} (constraints[{k}])") } else { name }
     };
-    let names: Vec<String> = all.iter().map(told).collect();
+    let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
+    let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
     let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
     SolveError::Conflict(match (&names[..], rows) {
         ([only], [row]) if untouched(row) => format!(
@@ -95,6 +114,11 @@ pub(super) fn contradiction(constraints: &[&Constraint], assembly: &Assembly, ro
              the locality"
         ),
         ([only], _) => format!("{only} cannot hold; move the bound"),
-        _ => format!("{} cannot all hold; release one of them, or move a bound", names.join(", ")),
+        _ => format!(
+            "{}{} cannot all hold; release one of them, or move a bound{}",
+            names.join(", "),
+            more(&ours),
+            advice(&ours)
+        ),
     })
 }

@@ -85,6 +85,18 @@ pub fn localities(curve: &Curve, u: f64) -> Result<Vec<Locality>> {
 /// When the interval is empty or outside the domain, does not contain `u`, or `vertices` is out of range. A periodic
 /// curve's interval may not pass the seam; reparametrise it first.
 pub fn localise(curve: &Curve, start: f64, end: f64, u: f64, vertices: usize) -> Result<(Curve, Vec<usize>)> {
+    localise_beside(curve, start, end, u, vertices, &|_, _| Vec::new())
+}
+
+/// The same where some of the vertices inside the interval are `kept` by something else and do not count.
+pub(super) fn localise_beside(
+    curve: &Curve,
+    start: f64,
+    end: f64,
+    u: f64,
+    vertices: usize,
+    kept: &dyn Fn(&Curve, &[usize]) -> Vec<usize>,
+) -> Result<(Curve, Vec<usize>)> {
     let space = curve.space();
     let (a, b) = space.domain();
     let p = curve.degree();
@@ -108,8 +120,9 @@ pub fn localise(curve: &Curve, start: f64, end: f64, u: f64, vertices: usize) ->
         let inside = supported_inside(refined.space(), start, end);
         let influential = refined.space().clone();
         let here = influential.span(influential.locate(u)?);
-        let count =
-            (here - p..=here).filter(|&k| inside.binary_search(&influential.vertex(k)).is_ok()).count();
+        let kept = kept(&refined, &inside);
+        let counts = |v: usize| inside.binary_search(&v).is_ok() && !kept.contains(&v);
+        let count = (here - p..=here).filter(|&k| counts(influential.vertex(k))).count();
         if count >= vertices {
             return Ok((refined, inside));
         }

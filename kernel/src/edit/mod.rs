@@ -31,11 +31,12 @@ mod metric;
 mod problem;
 mod report;
 mod session;
+mod smooth;
 
 pub use ask::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
 pub use error::EditError;
 pub use locality::{Locality, localise, localities, pick};
 pub use metric::Metric;
 pub use problem::Edit;
-pub use report::{ConstraintReport, Convergence, Report};
+pub use report::{ConstraintReport, Convergence, Corner, Report, Smoothness};
 pub use session::{ConstraintId, Edited, Session};

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use super::ask::{Constraint, Wanted};
 use super::assembly::Freedom;
 use super::error::EditError;
-use super::locality::{localise, most_influential};
+use super::locality::{localise_beside, most_influential};
 use super::metric::Metric;
 use super::session::{Edited, Session};
+use super::smooth::frozen;
 use crate::error::{Error, Result};
-use crate::functional::{Functional, Shapes};
+use crate::functional::{Functional, On, Shapes};
 use crate::shape::{Location, Shape, vertex_index};
 use crate::solve::{Automatic, Solver};
 use crate::spline::Curve;
@@ -31,6 +32,8 @@ pub struct Edit<S> {
     locality: Option<usize>,
     window: Option<(f64, f64)>,
     metric: Metric,
+    pub(super) smooth: u8,
+    names: Vec<(usize, Arc<str>)>,
     kind: PhantomData<fn() -> S>,
 }
 
@@ -57,6 +60,8 @@ impl<S: Shape> Edit<S> {
             locality: None,
             window: None,
             metric: Metric::Least,
+            smooth: 1,
+            names: Vec::new(),
             kind: PhantomData,
         }
     }
@@ -101,6 +106,35 @@ impl<S: Shape> Edit<S> {
     pub fn metric(mut self, metric: Metric) -> Self {
         self.metric = metric;
         self
+    }
+
+    /// How smooth what was smooth stays, at knots that are repeated so often that corners can appear there (every joint of a
+    /// Bézier chain, an exact circle or revolution; the seam of a closed curve). By default 1: where both sides have one
+    /// direction (within 1e-5 radian) at such a knot that the edit touches, `C'₊ = r C'₋` with the ratio as it is, and
+    /// where they meet, they go on meeting; on a surface so along a knot line, for each column of the net. With 2 the
+    /// curvature as well (`C''₊ = r² C''₋ + s C'₋`), where both sides have the same: on a quadratic circle that leaves
+    /// affine images only, on a long chain it moves everything. With 0 corners (and gaps) may appear. More counts as 2.
+    ///
+    /// What is kept is no constraint of the report: [`Report::smooth`](super::Report::smooth) says at how many knots, and
+    /// what corners the edit made.
+    #[must_use]
+    pub fn smooth(mut self, level: u8) -> Self {
+        self.smooth = level.min(2);
+        self
+    }
+
+    /// What messages call shape `shape` of the problem, where they speak of it by themselves.
+    #[must_use]
+    pub fn named(mut self, shape: usize, name: impl Into<Arc<str>>) -> Self {
+        self.names.push((shape, name.into()));
+        self
+    }
+
+    /// How messages name the shapes.
+    pub(super) fn names(&self) -> Vec<On> {
+        let name =
+            |shape| self.names.iter().rev().find(|(s, _)| *s == shape).map(|(_, name)| Arc::clone(name));
+        (0..self.shapes.len()).map(|shape| On { shape, name: name(shape) }).collect()
     }
 
     /// What [`Session::to`] drags.
@@ -245,7 +279,14 @@ impl<S: Shape> Edit<S> {
             ));
         }
         let vertices = self.locality.unwrap_or_else(|| (self.constraints.len() + 1).min(curve.degree() + 1));
-        let (refined, _) = localise(curve, start, end, u, vertices)?;
+        // What must stay for the curve to be as smooth at the interval's ends as it is does not count as free.
+        let kept = |curve: &Curve, inside: &[usize]| {
+            [start, end]
+                .into_iter()
+                .flat_map(|u| frozen(curve, u, inside, self.smooth))
+                .collect::<Vec<usize>>()
+        };
+        let (refined, _) = localise_beside(curve, start, end, u, vertices, &kept)?;
         self.original = Some(std::mem::replace(&mut self.shapes[0], Box::new(refined)));
         Ok(())
     }

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-pub use crate::plugin::{ConstraintReport, Convergence};
+pub use crate::plugin::{ConstraintReport, Convergence, Corner, Smoothness};
 
 /// What solving an edit gave: printed by `Display`, kept by serde.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Report {
     /// The solver that did the work.
     pub solver: String,
-    /// Scalar equations.
+    /// Scalar equations: of what was asked, and of what was [kept smooth](Self::smooth) beside it.
     pub equations: usize,
     /// Independent ones among them.
     pub rank: usize,
@@ -31,6 +31,8 @@ pub struct Report {
     pub best_effort: bool,
     /// Every constraint with its error and its multipliers.
     pub constraints: Vec<ConstraintReport>,
+    /// What was kept smooth without being asked, and the corners that the edit made.
+    pub smooth: Smoothness,
     /// Anything else worth saying.
     pub notes: Vec<String>,
 }
@@ -41,6 +43,9 @@ impl fmt::Display for Report {
         write!(f, "rank {rank} of {equations} · residual {residual:.1e} · ‖d‖ {adjustment:.4} · {solver}")?;
         if self.iterations > 1 {
             write!(f, " · {} iterations", self.iterations)?;
+        }
+        if self.smooth.knots > 0 {
+            write!(f, " · {}", self.smooth)?;
         }
         if !self.active.is_empty() {
             write!(f, " · active: {}", self.active.join(", "))?;

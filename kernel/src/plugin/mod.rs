@@ -20,8 +20,8 @@ pub use format::{
     UpChoice, WriteOptions, WriteReport, Written,
 };
 pub use operation::{
-    Clock, ConstraintReport, Context, Convergence, Mark, MarkKind, NoClock, Observer, Operation,
-    OperationError, Quiet, StepReport,
+    Clock, ConstraintReport, Context, Convergence, Corner, Mark, MarkKind, NoClock, Observer, Operation,
+    OperationError, Quiet, Smoothness, StepReport,
 };
 pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};

@@ -1,5 +1,7 @@
 //! What a recipe step runs.
 
+use std::fmt;
+
 use super::declaration::Declaration;
 use super::parameters::{ParameterError, Parameters};
 use super::registry::Registry;
@@ -139,6 +141,9 @@ pub struct StepReport {
     /// Each constraint: its name, its error after the step and its multiplier.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub constraints: Vec<ConstraintReport>,
+    /// What was kept smooth without being asked, and the corners that appeared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smooth: Option<Smoothness>,
     /// The area of what was made, in document units squared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
@@ -211,6 +216,74 @@ pub struct ConstraintReport {
     /// Lagrange multipliers, one an equation: how much `½ dᵀWd` would change with its value.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub multipliers: Vec<f64>,
+}
+
+/// What became of the knots at which a shape can have corners.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Smoothness {
+    /// Knots (of surfaces: knot lines) at which the shape was smooth, or closed, and was kept so; seams count as knots.
+    pub knots: usize,
+    /// Scalar equations that this took, beside those of what was asked.
+    pub equations: usize,
+    /// Corners that have appeared, or are not what they were.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub corners: Vec<Corner>,
+}
+
+impl Smoothness {
+    /// Whether there is nothing to say.
+    pub fn is_empty(&self) -> bool {
+        self.knots == 0 && self.corners.is_empty()
+    }
+}
+
+impl fmt::Display for Smoothness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (knots, plural) = (self.knots, if self.knots == 1 { "" } else { "s" });
+        write!(f, "kept smooth at {knots} knot{plural} ({} of the equations)", self.equations)
+    }
+}
+
+/// A corner (of a surface, a crease; it is told where it is sharpest) after an edit.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Corner {
+    /// Where: `at 2`, `along u = 2 (at v = 0.5)`.
+    pub place: String,
+    /// The angle between the tangents on both sides (of a surface: between the normals), 0 where smooth, 180 at a cusp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub degrees: Option<f64>,
+    /// The same before the edit; nothing where there was no tangent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before: Option<f64>,
+    /// How far the two sides are apart, where they met before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
+}
+
+impl Corner {
+    /// How much of a change it is: the angle's in degrees, above all of them a gap.
+    pub fn change(&self) -> f64 {
+        let turned = (self.degrees.unwrap_or(0.0) - self.before.unwrap_or(0.0)).abs();
+        if self.gap.is_some() { 360.0 + turned } else { turned }
+    }
+}
+
+impl fmt::Display for Corner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(gap) = self.gap {
+            return write!(f, "a gap of {gap:.3e} {} (was closed)", self.place);
+        }
+        let angle = |degrees: f64| match degrees {
+            d if d.to_radians() <= 1e-5 => "0°".to_owned(),
+            d if d < 0.1 => format!("{d:.1e}°"),
+            d => format!("{d:.1}°"),
+        };
+        write!(f, "a corner of {} {}", angle(self.degrees.unwrap_or(0.0)), self.place)?;
+        match self.before {
+            Some(before) => write!(f, " (was {})", angle(before)),
+            None => f.write_str(" (had no tangent)"),
+        }
+    }
 }
 
 /// A step of a recipe: takes a scene and parameters, changes the scene and says what it did.

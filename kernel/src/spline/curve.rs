@@ -5,7 +5,7 @@ use smallvec::smallvec;
 use super::binomial;
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Stencil};
+use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Sides, Stencil};
 use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
@@ -235,6 +235,18 @@ impl Curve {
         net
     }
 
+    /// The row of a derivative at a parameter of a span.
+    #[inline]
+    fn stencil_in(&self, span: usize, u: f64, derivative: Derivative) -> Result<Stencil> {
+        if derivative.v > 0 {
+            return Err(Error::LocationKind { found: 2, expected: 1 });
+        }
+        if derivative.u > MAX_DEGREE {
+            return Err(Error::DerivativeOrder { order: derivative.u });
+        }
+        Ok(row_in(&self.space, span, u, derivative.u, self.weights.as_ref().map(|w| |i: usize| w[i])))
+    }
+
     #[inline]
     fn apply<'a>(&self, span: usize, rows: impl Iterator<Item = &'a [f64]>, out: &mut [Vector]) {
         let mut weights = [0.0; MAX_ORDER];
@@ -259,6 +271,45 @@ pub(super) fn quotient(row: &mut [Vector], weights: &[f64]) {
     }
 }
 
+/// The row of a derivative of order `order` (25 at most) at a parameter of a span, for vertices with these weights: of
+/// a curve, or of one column of a surface's net, across the other direction.
+#[inline]
+pub(crate) fn row_in(
+    space: &Space,
+    span: usize,
+    u: f64,
+    order: usize,
+    weight: Option<impl Fn(usize) -> f64>,
+) -> Stencil {
+    let p = space.degree();
+    let vertex = |j: usize| space.vertex(span - p + j);
+    let mut row = [0.0; MAX_ORDER];
+    let Some(weight) = weight else {
+        space.basis_into(span, u, order, &mut row);
+        return (0..=p).map(|j| (vertex(j), row[j])).collect();
+    };
+    // Rational basis functions R_i = w_i N_i / W, differentiated by the quotient rule.
+    let mut rational = vec![[0.0; MAX_ORDER]; order + 1];
+    let mut denominators = [0.0; MAX_ORDER];
+    for k in 0..=order {
+        space.basis_into(span, u, k, &mut row);
+        for j in 0..=p {
+            row[j] *= weight(vertex(j));
+            denominators[k] += row[j];
+        }
+        for i in 1..=k {
+            let factor = binomial(k, i) * denominators[i];
+            for j in 0..=p {
+                row[j] -= factor * rational[k - i][j];
+            }
+        }
+        for j in 0..=p {
+            rational[k][j] = row[j] / denominators[0];
+        }
+    }
+    (0..=p).map(|j| (vertex(j), rational[order][j])).collect()
+}
+
 impl Shape for Curve {
     fn control_vertices(&self) -> &[Point] {
         &self.points
@@ -270,40 +321,12 @@ impl Shape for Curve {
 
     fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
         let u = self.space.locate(at.on_curve()?)?;
-        let order = derivative.u;
-        if derivative.v > 0 {
-            return Err(Error::LocationKind { found: 2, expected: 1 });
-        }
-        if order > MAX_DEGREE {
-            return Err(Error::DerivativeOrder { order });
-        }
-        let (p, span) = (self.degree(), self.space.span(u));
-        let vertex = |j: usize| self.space.vertex(span - p + j);
-        let mut row = [0.0; MAX_ORDER];
-        let Some(weights) = &self.weights else {
-            self.space.basis_into(span, u, order, &mut row);
-            return Ok((0..=p).map(|j| (vertex(j), row[j])).collect());
-        };
-        // Rational basis functions R_i = w_i N_i / W, differentiated by the quotient rule.
-        let mut rational = vec![[0.0; MAX_ORDER]; order + 1];
-        let mut denominators = [0.0; MAX_ORDER];
-        for k in 0..=order {
-            self.space.basis_into(span, u, k, &mut row);
-            for j in 0..=p {
-                row[j] *= weights[vertex(j)];
-                denominators[k] += row[j];
-            }
-            for i in 1..=k {
-                let factor = binomial(k, i) * denominators[i];
-                for j in 0..=p {
-                    row[j] -= factor * rational[k - i][j];
-                }
-            }
-            for j in 0..=p {
-                rational[k][j] = row[j] / denominators[0];
-            }
-        }
-        Ok((0..=p).map(|j| (vertex(j), rational[order][j])).collect())
+        self.stencil_in(self.space.span(u), u, derivative)
+    }
+
+    fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
+        let (span, u) = self.space.span_on(self.space.locate(at.on_curve()?)?, sides.u);
+        self.stencil_in(span, u, derivative)
     }
 
     fn domain(&self) -> Domain {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, MAX_DEGREE, Result};
+use crate::shape::Side;
 
 /// The order (degree + 1) that every basis row on the stack has room for.
 pub const MAX_ORDER: usize = MAX_DEGREE + 1;
@@ -21,6 +22,8 @@ pub struct Space {
     degree: usize,
     periodic: bool,
     len: usize,
+    /// How often the knot inside the domain that is repeated most often is there.
+    repeats: usize,
     flat: Arc<[f64]>,
 }
 
@@ -48,7 +51,10 @@ impl Space {
         check_knots(&knots, degree, degree + 1)?;
         let len = knots.len() - degree - 1;
         check_domain(knots[degree], knots[len])?;
-        Ok(Self { degree, periodic: false, len, flat: knots.into() })
+        let (start, end) = (knots[degree], knots[len]);
+        let inner = &knots[degree + 1..len];
+        let inner = &inner[inner.partition_point(|&k| k <= start)..inner.partition_point(|&k| k < end)];
+        Ok(Self { degree, periodic: false, len, repeats: longest_run(inner), flat: knots.into() })
     }
 
     /// The periodic space of degree `p` over the `n + 1` knots of one period.
@@ -75,7 +81,7 @@ impl Space {
         }
         let p = degree as isize;
         let flat: Arc<[f64]> = (-p..=n as isize + p).map(|k| periodic_knot(&knots, k)).collect();
-        Ok(Self { degree, periodic: true, len: n, flat })
+        Ok(Self { degree, periodic: true, len: n, repeats: longest_run(&knots).max(around), flat })
     }
 
     /// Open space with full-multiplicity end knots (`p + 1` times; paper 4's *fmek* knots) and the given
@@ -202,6 +208,12 @@ impl Space {
         if u == a || u == b { count(a).max(count(b)) } else { count(u) }
     }
 
+    /// How often the knot *inside* the domain that is repeated most often is there: 0 where there is none, 1 where all
+    /// are simple. The seam of a periodic space counts as inside. `O(1)`.
+    pub fn most_repeated(&self) -> usize {
+        self.repeats
+    }
+
     /// The distinct knots of the domain, both ends included: `spans + 1` of them.
     pub fn breakpoints(&self) -> Vec<f64> {
         let mut points: Vec<f64> = self.flat[self.degree..=self.unrolled_len()].to_vec();
@@ -283,6 +295,31 @@ impl Space {
         }
         s
     }
+
+    /// The non-empty knot span on one side of a parameter *within* the domain, and the parameter as this span knows it:
+    /// on the right, as [`span`](Self::span); on the left of a knot the span that ends there, which at the start of a
+    /// periodic domain is the last one, at its end. `O(log n)`.
+    pub fn span_on(&self, u: f64, side: Side) -> (usize, f64) {
+        let (a, b) = self.domain();
+        let u = match side {
+            Side::Right => return (self.span(u), u),
+            Side::Left if self.periodic && u == a => b,
+            Side::Left => u,
+        };
+        let before = self.flat[self.degree..=self.unrolled_len()].partition_point(|&k| k < u);
+        // Nothing ends at the start of an open domain.
+        (if before == 0 { self.span(u) } else { self.degree + before - 1 }, u)
+    }
+}
+
+/// The length of the longest run of equal numbers.
+fn longest_run(knots: &[f64]) -> usize {
+    let (mut longest, mut run) = (usize::from(!knots.is_empty()), 1);
+    for pair in knots.windows(2) {
+        run = if pair[0] == pair[1] { run + 1 } else { 1 };
+        longest = longest.max(run);
+    }
+    longest
 }
 
 /// Knot `k` of the closed line whose one period is `knots` (first and last are the same knot), for any `k`.

@@ -6,7 +6,7 @@ use super::binomial;
 use super::curve::{check_curve_space, check_net, knot_count};
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Stencil};
+use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Sides, Stencil};
 use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
@@ -125,28 +125,17 @@ impl Surface {
         self.derivatives_on((self.u.span(u), self.v.span(v)), (u, v), [a, b], out);
         Ok(())
     }
-}
 
-fn check_orders([a, b]: [usize; 2]) -> Result<()> {
-    if a.max(b) > MAX_DEGREE { Err(Error::DerivativeOrder { order: a.max(b) }) } else { Ok(()) }
-}
-
-impl Shape for Surface {
-    fn control_vertices(&self) -> &[Point] {
-        &self.points
-    }
-
-    fn control_vertices_mut(&mut self) -> &mut [Point] {
-        &mut self.points
-    }
-
-    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
-        let (u, v) = at.on_surface()?;
-        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
+    /// The row of a derivative at parameters of a pair of spans.
+    fn stencil_in(
+        &self,
+        (su, sv): (usize, usize),
+        (u, v): (f64, f64),
+        derivative: Derivative,
+    ) -> Result<Stencil> {
         let (a, b) = (derivative.u, derivative.v);
         check_orders([a, b])?;
         let (p, q) = (self.u.degree(), self.v.degree());
-        let (su, sv) = (self.u.span(u), self.v.span(v));
         let index = |i: usize, j: usize| self.u.vertex(su - p + i) * self.v.len() + self.v.vertex(sv - q + j);
         let (mut row_u, mut row_v) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
         let Some(weights) = &self.weights else {
@@ -197,6 +186,33 @@ impl Shape for Surface {
             .flat_map(|i| (0..=q).map(move |j| (i, j)))
             .map(|(i, j)| (index(i, j), row[i * (q + 1) + j]))
             .collect())
+    }
+}
+
+fn check_orders([a, b]: [usize; 2]) -> Result<()> {
+    if a.max(b) > MAX_DEGREE { Err(Error::DerivativeOrder { order: a.max(b) }) } else { Ok(()) }
+}
+
+impl Shape for Surface {
+    fn control_vertices(&self) -> &[Point] {
+        &self.points
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        &mut self.points
+    }
+
+    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
+        let (u, v) = at.on_surface()?;
+        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
+        self.stencil_in((self.u.span(u), self.v.span(v)), (u, v), derivative)
+    }
+
+    fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
+        let (u, v) = at.on_surface()?;
+        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
+        let ((su, u), (sv, v)) = (self.u.span_on(u, sides.u), self.v.span_on(v, sides.v));
+        self.stencil_in((su, sv), (u, v), derivative)
     }
 
     fn domain(&self) -> Domain {

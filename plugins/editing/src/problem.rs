@@ -17,7 +17,7 @@ use loftsman_kernel::{Point, Vector};
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
-pub(crate) const SHARED: [Field; 10] = [
+pub(crate) const SHARED: [Field; 11] = [
     OBJECT,
     Field::optional(
         "constraints",
@@ -53,6 +53,12 @@ pub(crate) const SHARED: [Field; 10] = [
         "together",
         "whether one axis an event makes up for area and volume, or all at once",
     ),
+    Field::optional(
+        "smooth",
+        "0 | 1 | 2",
+        "1",
+        "at repeated knots, what was smooth stays so: 1 tangents, 2 curvatures too, 0 corners may appear",
+    ),
 ];
 
 /// The shapes of a step's problem: the step's object first, others as constraints name them.
@@ -68,6 +74,7 @@ pub(crate) struct Problem {
     pub(crate) best_effort: bool,
     pub(crate) alternating: bool,
     pub(crate) forced: bool,
+    pub(crate) smooth: u8,
     pub(crate) solver: Arc<dyn Solver>,
 }
 
@@ -111,6 +118,7 @@ impl Problem {
             forced: parameters.flag("force")?,
             alternating: parameters.has("axes")
                 && parameters.choice("axes", &[("together", false), ("alternating", true)])?,
+            smooth: smooth(parameters)?,
             solver,
         })
     }
@@ -118,8 +126,12 @@ impl Problem {
     /// The edit, its first shape taken out of the box as what it is.
     pub(crate) fn edit<S: Shape + Clone>(&self, first: &S) -> Edit<S> {
         let mut edit = Edit::new(first).metric(self.metric.clone()).lock(self.lock.iter().copied());
-        for other in &self.shapes[1..] {
+        edit = edit.smooth(self.smooth);
+        for (index, other) in self.shapes.iter().enumerate().skip(1) {
             edit = edit.with(other.boxed());
+            if let Some(name) = self.names.get(index) {
+                edit = edit.named(index, name.as_str());
+            }
         }
         for constraint in &self.constraints {
             edit = edit.ask(constraint.clone());
@@ -240,6 +252,13 @@ fn within(parameters: &Parameters) -> Result<Option<(f64, f64)>, ParameterError>
     }
 }
 
+fn smooth(parameters: &Parameters) -> Result<u8, ParameterError> {
+    match parameters.count_or("smooth", 1)? {
+        level @ 0..=2 => Ok(level as u8),
+        level => Err(parameters.error("smooth", format!("{level} is not 0, 1 or 2"))),
+    }
+}
+
 fn metric(parameters: &Parameters) -> Result<Metric, ParameterError> {
     let Some(value) = parameters.value("metric") else { return Ok(Metric::Least) };
     if !value.is_object() {
@@ -284,6 +303,7 @@ pub(crate) fn step_report(op: &str, object: &str, report: &Report) -> StepReport
         convergence: report.convergence,
         active: report.active.clone(),
         constraints: report.constraints.clone(),
+        smooth: Some(report.smooth.clone()).filter(|smooth| !smooth.is_empty()),
         notes,
         ..StepReport::default()
     }

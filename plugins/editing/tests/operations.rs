@@ -60,6 +60,46 @@ fn an_edit_reports_and_marks() {
 }
 
 #[test]
+fn what_was_smooth_stays_smooth_unless_it_is_let_go() {
+    let circle = Curve::circle(Point::origin(), Vector::z(), 2.0).unwrap();
+    let knot = circle.space().breakpoints()[1];
+    let edit = |smooth: Value| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("other", curve().into())).unwrap();
+        scene.add(Object::new("ring", circle.clone().into())).unwrap();
+        let asked = json!([{ "kind": "position", "at": knot, "by": [0.0, 0.0, 0.7] },
+            { "kind": "vertex", "object": "other", "index": 0, "keep": true }]);
+        let mut step = json!({ "object": "ring", "constraints": asked });
+        if !smooth.is_null() {
+            step["smooth"] = smooth;
+        }
+        run(&mut scene, "edit", step)
+    };
+    let kept = edit(Value::Null).unwrap();
+    assert_eq!(kept.smooth.as_ref().map(|s| (s.knots, s.equations)), Some((4, 15)), "{kept:?}");
+    assert_eq!((kept.constraints.len(), kept.notes.len()), (2, 0));
+    let torn = edit(json!(0)).unwrap();
+    assert_eq!(torn.smooth.as_ref().map(|s| (s.knots, s.corners.len())), Some((0, 1)), "{torn:?}");
+    assert!(
+        torn.notes[0].starts_with("a corner of ") && torn.notes[0].ends_with(" (was 0°)"),
+        "{:?}",
+        torn.notes
+    );
+    assert!(edit(json!(3)).unwrap_err().to_string().contains("3 is not 0, 1 or 2"));
+    // A conflict calls the object by its name, where it is not the step's own.
+    let mut scene = Scene::new();
+    scene.add(Object::new("other", curve().into())).unwrap();
+    scene.add(Object::new("ring", circle.clone().into())).unwrap();
+    let on = |index: i64, by: f64| json!({ "kind": "vertex", "object": "ring", "index": index, "by": [by, 0.0, 0.0] });
+    let step = json!({ "object": "other", "constraints": [on(1, 0.0), on(2, 0.5), on(3, 0.0)] });
+    let text = run(&mut scene, "edit", step).unwrap_err().to_string();
+    assert!(
+        text.contains(&format!("smooth knot at {knot} of \"ring\"")) && text.contains("smooth = 0"),
+        "{text}"
+    );
+}
+
+#[test]
 fn bounds_hold_and_contradictions_are_named() {
     let bound = |at: f64, word: &str, y: f64| json!({ "kind": "position", "at": at, word: y, "axis": "y" });
     let mut constraints: Vec<Value> =

@@ -330,7 +330,8 @@ impl<S: Shape + Clone> Fair<S> {
 
     /// An edit of the shape beside the others, which stay.
     fn edit(&self, constraints: Vec<Constraint>) -> Edit<S> {
-        let mut edit = Edit::new(&self.shape).lock(self.locks.iter().copied());
+        // An energy decides how smooth the shape becomes, not how smooth it was.
+        let mut edit = Edit::new(&self.shape).smooth(0).lock(self.locks.iter().copied());
         for (index, other) in self.others.iter().enumerate() {
             let count = other.control_vertices().len() as i64;
             edit = edit.with(other.boxed()).lock_on(index + 1, 0..count);

@@ -10,6 +10,7 @@ use super::{Session, view};
 use crate::edit::EditError;
 use crate::edit::assembly::Slot;
 use crate::edit::report::{ConstraintReport, Report};
+use crate::edit::smooth::is_ours;
 use crate::error::Result;
 use crate::functional::Shapes;
 use crate::measure::{Measured, measure};
@@ -86,6 +87,9 @@ impl<S: Shape> Session<S> {
             *lost.entry(prepared.assembly.constraint_of(dependency.row)).or_default() += 1;
         }
         for (k, lost) in lost {
+            if is_ours(&self.bound[k].constraint) {
+                continue;
+            }
             let rows = prepared.assembly.slots(k).len() / sides;
             let name = self.bound[k].constraint.describe();
             report.redundant.push(if lost < rows { format!("{name} ({lost} of {rows} rows)") } else { name });
@@ -126,6 +130,7 @@ impl<S: Shape> Session<S> {
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }
+        self.tell_smoothness(&mut report);
         for bound in &self.bound {
             if let Some(note) = reversed(&shapes, bound) {
                 report.notes.push(note);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::bound::right_hand_side;
 use super::{Session, view};
 use crate::edit::EditError;
+use crate::edit::smooth::is_ours;
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, Shapes};
 use crate::plugin::ConstraintReport;
@@ -49,7 +50,8 @@ impl<S: Shape> Session<S> {
         self.judge(solver, &self.measured(shapes))
     }
 
-    /// Each constraint with the largest of its errors, and its part of `multipliers`: both with an entry for each equation
+    /// Each constraint (what is kept smooth beside them left out) with the largest of its errors, and its part of `multipliers`:
+    /// both with an entry for each equation
     /// of the [`system`](Self::system).
     pub fn account(&self, misfit: &[f64], multipliers: &[f64]) -> Vec<ConstraintReport> {
         let assembly = &self.prepared.assembly;
@@ -57,7 +59,8 @@ impl<S: Shape> Session<S> {
             let entries = assembly.slots(k).iter().map(|slot| assembly.entry(slot));
             entries.filter_map(|at| numbers.get(at).copied()).collect()
         };
-        let each = self.bound.iter().enumerate().map(|(k, bound)| ConstraintReport {
+        let asked = self.bound.iter().enumerate().filter(|(_, bound)| !is_ours(&bound.constraint));
+        let each = asked.map(|(k, bound)| ConstraintReport {
             name: bound.constraint.describe(),
             residual: of(misfit, k).iter().fold(0.0, |m, e| m.max(e.abs())),
             between: None,

@@ -14,6 +14,7 @@ mod prepared;
 mod program;
 mod sequential;
 mod slide;
+mod smoothing;
 
 use std::any::Any;
 use std::marker::PhantomData;
@@ -22,6 +23,7 @@ use std::sync::Arc;
 use self::bound::{Bound, add_companions, bind};
 pub use self::edited::Edited;
 use self::prepared::{Prepared, prepare};
+use self::smoothing::Smoothing;
 use super::ask::{Constraint, Value, Wanted};
 use super::assembly::Freedom;
 use super::conflict::quoted;
@@ -62,6 +64,7 @@ pub struct Session<S> {
     sliding: Option<(Box<dyn Shape>, f64)>,
     freedom: Freedom,
     metric: Metric,
+    smoothing: Smoothing,
     best_effort: bool,
     /// The axis whose turn it is, where they alternate.
     alternating: Option<usize>,
@@ -96,6 +99,7 @@ impl<S: Shape> Session<S> {
         freedom: Freedom,
         metric: Metric,
     ) -> Result<Self, EditError> {
+        let mut smoothing = Smoothing::new(edit.smooth, edit.names());
         let Edit { shapes, mut constraints, handle, sliding, best_effort, alternating, forced, original, .. } =
             edit;
         add_companions(&mut constraints, handle.as_deref());
@@ -132,6 +136,7 @@ impl<S: Shape> Session<S> {
         if alternating {
             check_alternating(&bound)?;
         }
+        smoothing.renew(&shapes, &mut bound, &freedom, &metric)?;
         let prepared =
             prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort, false)?;
         let start = snapshot(&shapes, &prepared);
@@ -144,6 +149,7 @@ impl<S: Shape> Session<S> {
             sliding: slide,
             freedom,
             metric,
+            smoothing,
             best_effort,
             alternating: alternating.then_some(0),
             forced,
@@ -381,6 +387,7 @@ impl<S: Shape> Session<S> {
             let bound = &mut self.bound[handle];
             bound.constraint.functional.value(&view(&self.shapes), &mut self.handle_start)?;
         }
+        let before = self.smoothing.renew(&self.shapes, &mut self.bound, &self.freedom, &self.metric)?;
         let prepared = prepare(
             &self.shapes,
             &self.bound,
@@ -390,8 +397,14 @@ impl<S: Shape> Session<S> {
             self.solver.as_ref(),
             !self.best_effort,
             false,
-        )?;
-        self.prepared = prepared;
+        );
+        self.prepared = match (prepared, before) {
+            (Ok(prepared), _) => prepared,
+            (Err(error), before) => {
+                self.bound = before.unwrap_or_else(|| std::mem::take(&mut self.bound));
+                return Err(error);
+            }
+        };
         self.solved = false;
         // What is touched for the first time belongs to the way back, too.
         let known: std::collections::BTreeSet<(u32, u32)> =
