@@ -111,7 +111,7 @@ impl<S: Shape> Session<S> {
             let nan = Measured { error: f64::NAN, ..Measured::default() };
             let measured = measured.as_ref().unwrap_or(&nan);
             // Not `max`, which would pass over NaN.
-            if !(measured.error <= report.residual) {
+            if !report.residual.is_nan() && (measured.error > report.residual || measured.error.is_nan()) {
                 report.residual = measured.error;
             }
             report.constraints.push(ConstraintReport {

@@ -169,9 +169,9 @@ impl Check {
             for s in 0..S {
                 let error = error_of(senses(row), right[s] - sum[s]);
                 let allowed = ROUNDING * (size[s] + right[s].abs() + rough * reach);
-                // Written so that NaN fails too.
-                if !(error <= allowed) {
-                    return Some((row, Error { error, allowed }));
+                let found = Error { error, allowed };
+                if !found.holds() {
+                    return Some((row, found));
                 }
             }
         }
