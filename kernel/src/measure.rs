@@ -5,7 +5,7 @@
 //! promises, rounding being that of numbers as large as those that went in.
 
 use crate::error::Result;
-use crate::functional::{Accuracy, Equation, Functional, Linearity, Shapes, Store};
+use crate::functional::{Accuracy, Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
 use crate::solve::Sense;
 
 /// Linear equations hold to so many units in the last place of the numbers that they are made of.
@@ -113,9 +113,9 @@ fn equations(
 ) -> Result<(f64, Error)> {
     let count = functional.equations();
     let mut value = vec![0.0; count];
-    functional.value(shapes, &mut value)?;
+    value_of(functional, shapes, &mut value)?;
     let mut store = Store::default();
-    functional.rows(shapes, &mut store.rows(shapes))?;
+    rows_of(functional, shapes, &mut store.rows(shapes))?;
     let unit = if functional.linearity() == Linearity::Linear { ROUNDING } else { ITERATED };
     let own = match functional.accuracy() {
         Accuracy::Rounding => 0.0,
