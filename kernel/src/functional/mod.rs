@@ -212,6 +212,11 @@ pub trait Functional: Any + Debug + Send + Sync {
         Ok(None)
     }
 
+    /// What else there is to say of what it asks (what is given up so that it can hold), for the report. Nothing by default.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Whether its equations are one vector's x, y and z, so that it can be narrowed to an axis and be given a
     /// vector as target.
     fn is_vector(&self) -> bool {

@@ -135,6 +135,7 @@ impl<S: Shape> Session<S> {
             if let Some(note) = reversed(&shapes, bound) {
                 report.notes.push(note);
             }
+            report.notes.extend(bound.constraint.functional.notes());
         }
         report
     }
