@@ -8,8 +8,9 @@ use crate::error::Result;
 use crate::functional::{Accuracy, Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
 use crate::solve::Sense;
 
-/// Linear equations hold to so many units in the last place of the numbers that they are made of.
-pub const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Linear equations hold to so many units in the last place of the numbers that they are made of. Sums of a few dozen terms
+/// lose some units; a solver that squares the condition and need not correct its answer (below a hundred) loses that many.
+pub const ROUNDING: f64 = 256.0 * f64::EPSILON;
 /// Other equations are iterated, and hold to this share of the numbers that they are made of.
 pub const ITERATED: f64 = 1e-12;
 /// Coordinates of an answer count as its own rounding's size up to so many times the size of what went in: an adjustment

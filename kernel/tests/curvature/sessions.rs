@@ -43,7 +43,7 @@ fn a_dragged_derivative_keeps_the_curvature_at_every_event() {
         check(&before, &after, 1.0);
         assert!((Spline::of(&after).turn(U).first - to).norm() < 1e-10);
     }
-    check(&before, session.commit().shape(), 1.0);
+    check(&before, session.commit().unwrap().shape(), 1.0);
 }
 
 #[test]
