@@ -2,6 +2,8 @@
 
 use loftsman_kernel::plugin::OperationError;
 
+use crate::measure::Astray;
+
 /// The result of a fit.
 pub type Result<T, E = FitError> = std::result::Result<T, E>;
 
@@ -110,7 +112,7 @@ pub enum FitError {
     },
     /// The tolerance could not be met.
     #[error(
-        "the tolerance {tolerance:e} is not met: the largest error is {error:.3e}, at point {worst}, with {vertices} control vertices; {advice}"
+        "the tolerance {tolerance:e} is not met: the best that can be had is {error:.3e} (at point {worst}, with {vertices} control vertices); {advice}"
     )]
     NotMet {
         /// What was asked for, in document units.
@@ -121,6 +123,14 @@ pub enum FitError {
         worst: usize,
         /// Control vertices used.
         vertices: usize,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The curve, though it is near the points, does not go where they go.
+    #[error("the curve {astray}: it goes astray between the points; {advice}")]
+    Astray {
+        /// How.
+        astray: Astray,
         /// What to do.
         advice: &'static str,
     },

@@ -16,6 +16,7 @@
 
 mod banded;
 mod constraint;
+mod corner;
 pub mod error;
 pub mod fit;
 mod foot;
@@ -23,22 +24,27 @@ mod frame;
 mod grading;
 pub mod interpolation;
 mod knots;
+mod measure;
 pub mod least_squares;
 pub mod operation;
 pub mod parameters;
+mod pieces;
 mod refine;
 mod search;
 mod smoothing;
 mod solve;
 pub mod surface;
+mod through;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
 pub use constraint::{Constraint, Kept};
+pub use corner::Corners;
 pub use error::FitError;
 pub use fit::{Fit, FittedCurve, Target};
 pub use interpolation::{Duplicates, Ends, Interpolated, Interpolation};
 pub use least_squares::{Fitted, LeastSquares};
+pub use measure::Astray;
 pub use operation::FitPoints;
 pub use parameters::Parametrization;
 pub use surface::{FittedSurface, GridFit};
