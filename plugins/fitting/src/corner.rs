@@ -45,7 +45,13 @@ impl Corners {
         let at = |j: usize| points[chain[j % n]];
         // Turns as angles, and the axes they turn about; the ends of an open chain do not turn.
         let turns: Vec<Turn> = (0..n)
-            .map(|j| if !closed && (j == 0 || j + 1 == n) { Turn::none() } else { Turn::at(at(j + n - 1), at(j), at(j + 1)) })
+            .map(|j| {
+                if !closed && (j == 0 || j + 1 == n) {
+                    Turn::none()
+                } else {
+                    Turn::at(at(j + n - 1), at(j), at(j + 1))
+                }
+            })
             .collect();
         let turn = |j: isize| {
             let inside = closed || (j >= 0 && (j as usize) < n);
@@ -65,10 +71,24 @@ impl Corners {
     }
 
     /// Whether the points turn by less than `least` where they are looked at from `arm` away.
-    fn blunt(self, at: &impl Fn(usize) -> Vector, j: usize, n: usize, closed: bool, arm: f64, least: f64) -> bool {
+    fn blunt(
+        self,
+        at: &impl Fn(usize) -> Vector,
+        j: usize,
+        n: usize,
+        closed: bool,
+        arm: f64,
+        least: f64,
+    ) -> bool {
         let here = at(j);
         let walk = |back: bool| {
-            let most = if closed { n / 2 } else if back { j } else { n - 1 - j };
+            let most = if closed {
+                n / 2
+            } else if back {
+                j
+            } else {
+                n - 1 - j
+            };
             let place = |i: usize| at(if back { j + n - i } else { j + i });
             let far = (1..=most).find(|&i| (place(i) - here).norm() >= arm);
             place(far.unwrap_or(most))
@@ -168,10 +188,15 @@ mod tests {
     #[test]
     fn circles_and_noise_below_the_tolerance_have_none() {
         for n in [9_u32, 12, 40] {
-            let ring: Vec<Vector> = (0..n).map(|i| std::f64::consts::TAU * f64::from(i) / f64::from(n)).map(|a| Vector::new(a.cos(), a.sin(), 0.0)).collect();
+            let ring: Vec<Vector> = (0..n)
+                .map(|i| std::f64::consts::TAU * f64::from(i) / f64::from(n))
+                .map(|a| Vector::new(a.cos(), a.sin(), 0.0))
+                .collect();
             assert!(Corners::Auto.find(&ring, true, 1e-4).is_empty());
         }
-        let rough: Vec<Vector> = (0..200_u32).map(|i| Vector::new(f64::from(i) * 1e-3, 1e-3 * f64::from((i * 7919) % 13) / 13.0, 0.0)).collect();
+        let rough: Vec<Vector> = (0..200_u32)
+            .map(|i| Vector::new(f64::from(i) * 1e-3, 1e-3 * f64::from((i * 7919) % 13) / 13.0, 0.0))
+            .collect();
         assert!(Corners::Auto.find(&rough, false, 1e-3).is_empty());
     }
 }

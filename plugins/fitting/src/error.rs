@@ -110,9 +110,9 @@ pub enum FitError {
         /// What to do.
         advice: &'static str,
     },
-    /// The tolerance could not be met.
+    /// The tolerance could not be met; the largest error of the best curve is a tolerance that can.
     #[error(
-        "the tolerance {tolerance:e} is not met: the best that can be had is {error:.3e} (at point {worst}, with {vertices} control vertices); {advice}"
+        "the tolerance {tolerance:e} is not met: {vertices} control vertices come as near as {error:.3e} (at point {worst}); {advice}"
     )]
     NotMet {
         /// What was asked for, in document units.

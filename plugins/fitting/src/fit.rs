@@ -6,7 +6,7 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::constraint::{Constraint, Kept};
 use crate::corner::Corners;
-use crate::error::{FitError, Result};
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::least_squares::check_weights;
 use crate::parameters::Parametrization;
@@ -43,12 +43,11 @@ pub enum Target {
 /// points. So the curve must also travel as the points do, measured on the curve that is handed out:
 /// * it is at most twice as long as the polygon of the points (longer only by four times the way that constraints
 ///   pull it);
-/// * between two neighbouring points it is at most four times as long as the longest of the chord there and the chords
-///   beside it;
+/// * between two neighbouring points it is at most four times as long as the polygon there, or before or behind it;
 /// * its tangent at a point makes no more than a right angle with the direction in which the polygon passes it (the
 ///   mean of the directions before and behind; where the polygon turns by more than 160° any tangent will do).
 ///
-/// Points that are within four times the largest error of the one before have no say in the last two, nor are these asked of
+/// Points that are within ten times the largest error of the one before have no say in the last two, nor are these asked of
 /// curves under constraints. The search is stricter, and a parameter correction that makes the curve longer is taken
 /// back. Where least squares do not meet the tolerance with such a curve, the points are interpolated, by the
 /// parameters asked for or by centripetal ones, or by a curve of lower degree raised to the one asked for:
@@ -184,19 +183,9 @@ impl Fit {
         let goal = Goal::new(self, &frame, &local)?;
         let size = local.iter().fold(0.0_f64, |m, p| m.max((p - local[0]).amax()));
         let corners = self.corners.find(&local, self.closed, goal.tolerance.unwrap_or(CORNER_SCALE * size));
-        let whole = Whole { fit: self, frame: &frame, points: &local, sites: &sites, weights, goal, observer };
+        let whole =
+            Whole { fit: self, frame: &frame, points: &local, sites: &sites, weights, goal, observer };
         let found = whole.search(&corners)?;
-        let met = found.state.met || self.best_effort;
-        let result = whole.finish(found, points, corners, closing_point_dropped)?;
-        if met {
-            return Ok(result);
-        }
-        Err(FitError::NotMet {
-            tolerance: result.tolerance.unwrap_or(0.0),
-            error: result.max_error,
-            worst: result.worst,
-            vertices: result.curve.points().len(),
-            advice: "allow a larger tolerance or more vertices, hold fewer constraints, or ask for a best effort",
-        })
+        whole.finish(found, points, corners, closing_point_dropped)
     }
 }

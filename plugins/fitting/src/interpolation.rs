@@ -7,8 +7,8 @@ use crate::banded::Stencils;
 use crate::error::{FitError, Result};
 use crate::frame::Frame;
 use crate::knots;
-use crate::parameters::{Parametrization, coincident};
 use crate::measure::{Course, LIMIT};
+use crate::parameters::{Parametrization, coincident};
 use crate::solve::{Solution, residual, solve};
 
 /// Larger residuals than this share of the points' size are not an interpolation.
@@ -84,8 +84,6 @@ pub struct Interpolated {
     pub residual: f64,
     /// Estimate of the condition number of the equations.
     pub condition: f64,
-    /// The length of the curve, in document units.
-    pub length: f64,
     /// Points left out because they coincide with the one before ([`Duplicates::Merge`]).
     pub merged: Vec<usize>,
 }
@@ -144,9 +142,10 @@ impl Interpolation {
         let curve = Curve::new(space, frame.raise(&vertices))?;
         // Measured on the curve that is handed out.
         let handed = frame.lower(&curve)?;
-        let course = Course { points: &local, sites: &sites[..local.len()], closed: self.closed, corners: &[] };
+        let course =
+            Course { points: &local, sites: &sites[..local.len()], closed: self.closed, corners: &[] };
         let residual = course.distances(&handed)?.into_iter().fold(0.0, f64::max);
-        let travel = course.travelled(&handed, 0.0)?;
+        let travel = course.travel(&handed, 0.0)?;
         // Given derivatives may send the curve anywhere between the points.
         let free = matches!(self.ends, Ends::Derivatives { .. });
         let number = |k: usize| (0..points.len()).filter(|i| !merged.contains(i)).nth(k).unwrap_or(k);
@@ -158,7 +157,6 @@ impl Interpolation {
             parameters: course.sites.to_vec(),
             residual: frame.leave_length(residual),
             condition,
-            length: frame.leave_length(travel.length),
             merged,
         })
     }

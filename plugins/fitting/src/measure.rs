@@ -13,8 +13,20 @@ const GAUSS: [(f64, f64); 5] = [
     (0.538_469_310_105_683, 0.478_628_670_499_366_5),
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
+/// The same rule of three points.
+const GAUSS_3: [(f64, f64); 3] = [
+    (-0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
+    (0.0, 0.888_888_888_888_888_9),
+    (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
+];
+/// Distances below this are rounding, of coordinates of size 1.
+const ROUNDING: f64 = 1e-14;
 /// Points nearer to the one before than this many times the largest error say nothing about the direction of travel.
-const SCALE: f64 = 4.0;
+const SCALE: f64 = 10.0;
+/// Points that were passed over must be within this many times the error of the chord, for its direction to count.
+const STRAIGHT: f64 = 3.0;
+/// Samples of a curve that may go back.
+const RETREAT: u32 = 64;
 /// Where the polygon turns by more than about 160° (half the sum of its directions is shorter than this), a smooth
 /// curve may pass the point in any direction.
 const REVERSAL: f64 = 0.17;
@@ -31,7 +43,7 @@ pub(crate) struct Bounds {
 }
 
 /// What is refused: a curve that is more than twice as long as the polygon of its points, that between two points is
-/// more than four times as long as the chords there, or that passes a point backwards.
+/// more than four times as long as the polygon about there, or that passes a point backwards.
 ///
 /// Interpolation by centripetal parameters stays far below: cubics through hundreds of jagged, noisy and uneven sets
 /// of points are 1.19 times as long at most, and 1.54 times between two points.
@@ -48,8 +60,8 @@ pub(crate) struct Travel {
     pub(crate) length: f64,
     /// The length of the polygon of the points.
     pub(crate) polygon: f64,
-    /// The largest ratio of the curve's length between two points to the longest of the chord between them and the
-    /// chords beside it, and the point where that piece starts.
+    /// The largest ratio of the curve's length between two points to the polygon's, there or in the piece before or
+    /// behind it, whichever is longest; and the point where that piece starts.
     pub(crate) detour: (f64, usize),
     /// The least cosine of the angle between the tangent at a point and the direction in which the polygon passes
     /// it, and the point.
@@ -75,7 +87,7 @@ impl Travel {
 pub enum Astray {
     /// It is so many times as long as the polygon of the points.
     Long(f64),
-    /// From this point to the next it is so many times as long as the longest chord there.
+    /// From this point to the next it is so many times as long as the polygon about there.
     Detour(usize, f64),
     /// It passes this point against the direction of the points.
     Back(usize),
@@ -97,7 +109,7 @@ impl std::fmt::Display for Astray {
         match self {
             Self::Long(ratio) => write!(f, "is {ratio:.3} times as long as the polygon of the points"),
             Self::Detour(k, ratio) => {
-                write!(f, "is {ratio:.3} times as long as the chord between point {k} and the next")
+                write!(f, "is {ratio:.3} times as long as the polygon just behind point {k}")
             }
             Self::Back(k) => write!(f, "turns back at point {k}"),
         }
@@ -123,8 +135,9 @@ impl Course<'_> {
     /// # Errors
     /// As for [`Curve::point`].
     pub(crate) fn distances(&self, curve: &Curve) -> Result<Vec<f64>> {
-        let pairs = self.sites.iter().zip(self.points);
-        pairs.map(|(&u, q)| Ok((curve.derivative(u, 0)? - q).norm())).collect()
+        let mut found = vec![Point::origin(); self.points.len()];
+        curve.points_into(&self.sites[..self.points.len()], &mut found)?;
+        Ok(found.iter().zip(self.points).map(|(p, q)| (p.coords - q).norm()).collect())
     }
 
     /// The largest true distance of a point from the curve: from the nearest point of all of it. `distances` are
@@ -137,7 +150,9 @@ impl Course<'_> {
         order.sort_by(|&a, &b| distances[b].total_cmp(&distances[a]).then(a.cmp(&b)));
         let mut farthest = 0.0_f64;
         for k in order {
-            if distances[k] <= farthest {
+            // Nothing is left to find: below rounding there is no nearer point.
+            if distances[k] <= farthest.max(ROUNDING) {
+                farthest = farthest.max(distances[k].min(ROUNDING));
                 break;
             }
             let found = curve.closest(Point::from(self.points[k]))?.distance;
@@ -157,17 +172,35 @@ impl Course<'_> {
         let chords: Vec<Vector> = (0..if around { count } else { count.saturating_sub(1) })
             .map(|j| self.points[chain[(j + 1) % count]] - self.points[chain[j]])
             .collect();
+        // What lies between two points of the chain: how long the polygon is there, and whether it is straight, so that
+        // its direction can be compared with the curve's.
+        let m = self.points.len();
+        let between = |j: usize| {
+            let (from, to) = (chain[j], if j + 1 < count { chain[j + 1] } else { chain[0] + m });
+            let at = |k: usize| self.points[k % m];
+            let arc: f64 = (from..to).map(|k| (at(k + 1) - at(k)).norm()).sum();
+            let along = chords[j].normalize();
+            let off = |k: usize| {
+                let q = at(k) - at(from);
+                let t = q.dot(&along).clamp(0.0, chords[j].norm());
+                (q - along * t).norm()
+            };
+            (arc, (from + 1..to).all(|k| off(k) <= STRAIGHT * error))
+        };
+        let (arcs, straight): (Vec<f64>, Vec<bool>) = (0..chords.len()).map(between).unzip();
         let lengths = self.pieces(curve, &chain)?;
         let total: f64 = lengths.iter().sum();
         let polygon = self.polygon();
+        let sites: Vec<f64> = chain.iter().map(|&k| self.sites[k]).collect();
+        let jets = jets(curve, &sites)?;
         let mut detour = (0.0_f64, 0);
         let mut heading = (1.0_f64, 0);
         let pieces = chords.len();
-        let chord = |j: Option<usize>| j.and_then(|j| chords.get(j)).map_or(0.0, Vector::norm);
+        let arc = |j: Option<usize>| j.and_then(|j| arcs.get(j)).copied().unwrap_or(0.0);
         for j in 0..pieces {
             let before = if around { Some((j + pieces - 1) % pieces) } else { j.checked_sub(1) };
             let after = if around { (j + 1) % pieces } else { j + 1 };
-            let longest = chord(before).max(chord(Some(j))).max(chord(Some(after)));
+            let longest = arc(before).max(arc(Some(j))).max(arc(Some(after)));
             // Before the first point and behind the last one of an open chain there is nothing, so pieces are
             // lengths[1..]; around, the first and the last interval are one piece.
             let length = if around && j + 1 == pieces { lengths[0] + lengths[j + 1] } else { lengths[j + 1] };
@@ -176,15 +209,16 @@ impl Course<'_> {
             }
             let Some(before) = before else { continue };
             let k = chain[j];
-            if self.corners.binary_search(&k).is_ok() {
+            if !(straight[before] && straight[j]) || self.corners.binary_search(&k).is_ok() {
                 continue;
             }
             let along = (chords[before].normalize() + chords[j].normalize()) * 0.5;
-            let tangent = curve.derivative(self.sites[k], 1)?;
+            let [_, tangent] = jets[j];
             let (course, speed) = (along.norm(), tangent.norm());
             if course > REVERSAL && speed > 0.0 {
                 let cosine = along.dot(&tangent) / (course * speed);
-                if cosine < heading.0 {
+                let window = (sites[before.min(j)], sites[(j + 1) % count].max(sites[j]));
+                if cosine < heading.0 && (cosine >= 0.0 || retreat(curve, window, &along)? > 2.0 * error) {
                     heading = (cosine, k);
                 }
             }
@@ -229,36 +263,70 @@ impl Course<'_> {
     fn pieces(&self, curve: &Curve, chain: &[usize]) -> Result<Vec<f64>> {
         let breaks = curve.space().breakpoints();
         let mut ends = chain.iter().map(|&k| self.sites[k]).peekable();
-        let mut lengths = vec![0.0];
+        // Intervals without a knot inside, and the piece that each belongs to.
+        let mut intervals: Vec<(f64, f64, usize)> = Vec::with_capacity(breaks.len() + chain.len());
+        let mut piece = 0;
         let mut from = breaks[0];
         for &to in &breaks {
             while let Some(site) = ends.next_if(|&u| u <= to) {
-                let last = lengths.len() - 1;
-                lengths[last] += stretch(curve, from, site)?;
-                lengths.push(0.0);
+                intervals.push((from, site, piece));
+                piece += 1;
                 from = from.max(site);
             }
-            let last = lengths.len() - 1;
-            lengths[last] += stretch(curve, from, to)?;
+            intervals.push((from, to, piece));
             from = from.max(to);
         }
-        // Parameters of a closed curve that lie a period on.
-        lengths.resize(chain.len() + 1, 0.0);
+        intervals.retain(|(a, b, _)| a < b);
+        let short = intervals.iter().map(|&(a, b, _)| (a, b));
+        let spans = if curve.degree() > 5 {
+            stretches(curve, short, &GAUSS)?
+        } else {
+            stretches(curve, short, &GAUSS_3)?
+        };
+        // A parameter that lies beyond the end has no piece.
+        let mut lengths = vec![0.0; chain.len() + 1];
+        for ((_, _, piece), length) in intervals.into_iter().zip(spans) {
+            lengths[piece] += length;
+        }
         Ok(lengths)
     }
 }
 
-/// `∫ |C'|` over an interval without a knot inside.
-fn stretch(curve: &Curve, a: f64, b: f64) -> Result<f64> {
-    if a >= b {
-        return Ok(0.0);
+/// How far a curve goes back against a direction between two parameters.
+fn retreat(curve: &Curve, (a, b): (f64, f64), along: &Vector) -> Result<f64> {
+    let (mut farthest, mut back) = (f64::NEG_INFINITY, 0.0_f64);
+    for i in 0..=RETREAT {
+        let reached = curve.derivative(a + (b - a) * f64::from(i) / f64::from(RETREAT), 0)?.dot(along);
+        farthest = farthest.max(reached);
+        back = back.max((farthest - reached) / along.norm());
     }
-    let (middle, half) = (0.5 * a + 0.5 * b, 0.5 * b - 0.5 * a);
-    let mut sum = 0.0;
-    for (node, weight) in GAUSS {
-        sum += weight * curve.derivative(middle + half * node, 1)?.norm();
-    }
-    Ok(half * sum)
+    Ok(back)
+}
+
+/// `∫ |C'|` over intervals without a knot inside, in ascending order.
+fn stretches(
+    curve: &Curve,
+    intervals: impl Iterator<Item = (f64, f64)> + Clone,
+    rule: &[(f64, f64)],
+) -> Result<Vec<f64>> {
+    let nodes = |(a, b): (f64, f64)| {
+        let (middle, half) = (0.5 * a + 0.5 * b, 0.5 * b - 0.5 * a);
+        rule.iter().map(move |(node, _)| (middle + half * node).clamp(a, b))
+    };
+    let at: Vec<f64> = intervals.clone().flat_map(nodes).collect();
+    let jets = jets(curve, &at)?;
+    let sums = jets.chunks_exact(rule.len()).zip(intervals).map(|(jets, (a, b))| {
+        let sum: f64 = jets.iter().zip(rule).map(|([_, tangent], (_, weight))| weight * tangent.norm()).sum();
+        (0.5 * b - 0.5 * a) * sum
+    });
+    Ok(sums.collect())
+}
+
+/// Points and tangents at many parameters.
+fn jets(curve: &Curve, at: &[f64]) -> Result<Vec<[Vector; 2]>> {
+    let mut flat = vec![Vector::zeros(); 2 * at.len()];
+    curve.derivatives_many_into(at, 2, &mut flat)?;
+    Ok(flat.as_chunks::<2>().0.to_vec())
 }
 
 /// The length of a curve, by Gauss's rule on every knot span.
@@ -266,9 +334,9 @@ fn stretch(curve: &Curve, a: f64, b: f64) -> Result<f64> {
 /// # Errors
 /// As for [`Curve::derivative`].
 pub(crate) fn length(curve: &Curve) -> Result<f64> {
-    curve.space().breakpoints().windows(2).map(|w| stretch(curve, w[0], w[1])).sum()
+    let breaks = curve.space().breakpoints();
+    Ok(stretches(curve, breaks.windows(2).map(|w| (w[0], w[1])), &GAUSS)?.iter().sum())
 }
-
 
 #[cfg(test)]
 mod tests {
@@ -280,7 +348,12 @@ mod tests {
 
     #[test]
     fn an_arc_is_measured_and_found_good() {
-        let curve = Curve::bezier(vec![Point::new(-1.0, 1.0, 0.0), Point::new(0.0, -1.0, 0.0), Point::new(1.0, 1.0, 0.0)]).unwrap();
+        let curve = Curve::bezier(vec![
+            Point::new(-1.0, 1.0, 0.0),
+            Point::new(0.0, -1.0, 0.0),
+            Point::new(1.0, 1.0, 0.0),
+        ])
+        .unwrap();
         let points = [Vector::new(-1.0, 1.0, 0.0), Vector::new(0.0, 0.3, 0.0), Vector::new(1.0, 1.0, 0.0)];
         let distances = course(&points).distances(&curve).unwrap();
         assert!((distances[1] - 0.3).abs() < 1e-15 && distances[0] == 0.0);
@@ -295,7 +368,13 @@ mod tests {
 
     #[test]
     fn loops_and_turns_are_found() {
-        let far = Curve::bezier(vec![Point::origin(), Point::new(40.0, 0.9, 0.0), Point::new(-39.0, 0.9, 0.0), Point::new(1.0, 0.0, 0.0)]).unwrap();
+        let far = Curve::bezier(vec![
+            Point::origin(),
+            Point::new(40.0, 0.9, 0.0),
+            Point::new(-39.0, 0.9, 0.0),
+            Point::new(1.0, 0.0, 0.0),
+        ])
+        .unwrap();
         let middle = far.point(0.5).unwrap().coords;
         let points = [Vector::zeros(), middle, Vector::x()];
         let travel = course(&points).travel(&far, 0.0).unwrap();

@@ -15,8 +15,10 @@ use crate::frame::Frame;
 use crate::measure::{Course, LIMIT};
 use crate::search::{Goal, Search, State};
 
-const ADVICE: &str =
-    "fit with corners, to another tolerance, with fewer control vertices, a lower degree, or centripetal parameters";
+const ADVICE: &str = "fit with corners, to another tolerance, with fewer control vertices, a lower degree, or centripetal parameters";
+
+const NOT_MET: &str =
+    "allow a larger tolerance or more vertices, hold fewer constraints, or ask for a best effort";
 
 /// All that a fit is about, in local coordinates.
 pub(crate) struct Whole<'a> {
@@ -70,8 +72,16 @@ impl Whole<'_> {
             let last = cuts.len() - 1;
             let kept = [(0, 0), (1, last)].map(|(_, end)| self.fit.closed || i != end || self.fit.keep_ends);
             let held = self.with_ends(&own, kept, cut.range.clone(), &cut.sites);
-            let mut search =
-                Search::new(&fit, self.frame, &points, &cut.sites, weights.as_deref(), held, goal, self.observer);
+            let mut search = Search::new(
+                &fit,
+                self.frame,
+                &points,
+                &cut.sites,
+                weights.as_deref(),
+                held,
+                goal,
+                self.observer,
+            );
             search.piece = true;
             let mut state = search.run()?;
             // Pieces meet in the corners to the last bit.
@@ -115,11 +125,19 @@ impl Whole<'_> {
         }
         let period = self.sites[self.sites.len() - 1] - self.sites[0];
         let site = |k: usize| if k < m { self.sites[k] } else { self.sites[k - m] + period };
-        ends.windows(2).map(|w| Cut { range: w[0]..w[1] + 1, sites: (w[0]..=w[1]).map(site).collect() }).collect()
+        ends.windows(2)
+            .map(|w| Cut { range: w[0]..w[1] + 1, sites: (w[0]..=w[1]).map(site).collect() })
+            .collect()
     }
 
     /// The constraints, and the ends that are to be kept and not asked for anyway.
-    fn with_ends(&self, own: &[Constraint], kept: [bool; 2], range: Range<usize>, sites: &[f64]) -> Vec<Constraint> {
+    fn with_ends(
+        &self,
+        own: &[Constraint],
+        kept: [bool; 2],
+        range: Range<usize>,
+        sites: &[f64],
+    ) -> Vec<Constraint> {
         let mut all = own.to_vec();
         let ends = [(sites[0], range.start), (sites[range.len() - 1], range.end - 1)];
         for ((u, k), kept) in ends.into_iter().zip(kept) {
@@ -136,9 +154,12 @@ impl Whole<'_> {
     fn assigned(&self, cuts: &[Cut]) -> Result<Vec<Vec<Constraint>>> {
         let mut all = vec![Vec::new(); cuts.len()];
         for constraint in &self.fit.constraints {
-            let refuse = |reason: &str| FitError::Constraint { name: constraint.name(), reason: reason.into() };
+            let refuse =
+                |reason: &str| FitError::Constraint { name: constraint.name(), reason: reason.into() };
             let Some(u) = constraint.place() else {
-                return Err(refuse("it looks at the whole curve, which has corners: leave it or the corners out"));
+                return Err(refuse(
+                    "it looks at the whole curve, which has corners: leave it or the corners out",
+                ));
             };
             let inside = |cut: &Cut| u >= cut.sites[0] && u <= cut.sites[cut.sites.len() - 1];
             let mut homes = (0..cuts.len()).filter(|&i| inside(&cuts[i]));
@@ -192,7 +213,8 @@ impl Whole<'_> {
     /// The pieces as one curve, its knots `p` times at the corners.
     fn joined(&self, cuts: &[Cut], states: Vec<State>) -> Result<State> {
         let p = self.fit.degree;
-        let (mut knots, mut vertices, mut residuals, mut redundant) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut knots, mut vertices, mut residuals, mut redundant) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let m = self.points.len();
         let (mut sites, mut distances) = (vec![0.0; m], vec![0.0_f64; m]);
         let mut remarks: Vec<String> = Vec::new();
@@ -236,13 +258,26 @@ impl Whole<'_> {
         };
         let kept = Kept { residuals, redundant };
         let length = 0.0;
-        Ok(State { space, vertices, sites, distances, condition, kept, length, sound, met, interpolated, remarks })
+        Ok(State {
+            space,
+            vertices,
+            sites,
+            distances,
+            condition,
+            kept,
+            length,
+            sound,
+            met,
+            interpolated,
+            remarks,
+        })
     }
 
     /// Back to document coordinates, with everything measured on the curve that is handed out.
     ///
     /// # Errors
-    /// [`FitError::Astray`] where it does not travel as the points do.
+    /// [`FitError::NotMet`] where the tolerance does not hold and no best effort was asked for; [`FitError::Astray`]
+    /// where it does not travel as the points do.
     pub(crate) fn finish(
         &self,
         found: Found,
@@ -278,13 +313,23 @@ impl Whole<'_> {
         let distances = course.distances(&handed)?;
         let worst = (0..m).fold(0, |w, k| if distances[k] > distances[w] { k } else { w });
         let travel = course.travelled(&handed, distances[worst])?;
+        let met = self.goal.tolerance.is_none_or(|t| distances[worst] <= t * (1.0 + 1e-12));
+        if !met && !self.fit.best_effort {
+            return Err(FitError::NotMet {
+                tolerance: self.frame.leave_length(self.goal.tolerance.unwrap_or(0.0)),
+                error: self.frame.leave_length(distances[worst]),
+                worst: (worst + first) % m,
+                vertices: curve.points().len(),
+                advice: NOT_MET,
+            });
+        }
         if let Some(astray) = travel.trouble(&LIMIT, allowance, !self.fit.constraints.is_empty()) {
             return Err(FitError::Astray { astray: astray.renumbered(|k| (k + first) % m), advice: ADVICE });
         }
         let mean = distances.iter().map(|d| d * d).sum::<f64>() / m as f64;
         let leave = |length: f64| self.frame.leave_length(length);
         Ok(FittedCurve {
-            met: self.goal.tolerance.is_none_or(|t| distances[worst] <= t * (1.0 + 1e-12)),
+            met,
             max_error: leave(distances[worst]),
             distance: leave(course.farthest(&handed, &distances)?),
             worst: (worst + first) % m,

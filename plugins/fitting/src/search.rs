@@ -168,7 +168,20 @@ impl<'a> Search<'a> {
         let course = Course { points, sites: start, closed: fit.closed, corners: &[] };
         let polygon = course.polygon();
         let (piece, iterations, allowance) = (false, 0, 0.0);
-        Self { fit, frame, points, start, weights, constraints, goal, piece, iterations, observer, polygon, allowance }
+        Self {
+            fit,
+            frame,
+            points,
+            start,
+            weights,
+            constraints,
+            goal,
+            piece,
+            iterations,
+            observer,
+            polygon,
+            allowance,
+        }
     }
 
     /// The best curve that can be found: by rounds, made smooth, or by interpolation where these do not do.
@@ -362,13 +375,21 @@ impl<'a> Search<'a> {
             if self.observer.cancelled() {
                 return Err(FitError::Cancelled);
             }
-            let fit = self.solve(space, &sites[..m], &[])?;
-            let distances = self.request(space, &sites[..m]).distances(&fit.vertices)?;
-            let mut state = self.state(space, fit, sites, distances)?;
-            if let Some(before) = before.take() {
-                if state.length > before.length.max(self.polygon) {
+            let fit = match (self.solve(space, &sites[..m], &[]), before.take()) {
+                (Ok(fit), kept) => {
+                    before = kept;
+                    fit
+                }
+                // Parameters that moved together: the curve that moved them is what there is.
+                (Err(FitError::NoData { .. } | FitError::IllConditioned { .. }), Some(before)) => {
                     return self.judged(before);
                 }
+                (Err(error), _) => return Err(error),
+            };
+            let distances = self.request(space, &sites[..m]).distances(&fit.vertices)?;
+            let mut state = self.state(space, fit, sites, distances)?;
+            if let Some(before) = before.take_if(|before| state.length > before.length.max(self.polygon)) {
+                return self.judged(before);
             }
             if self.goal.holds(state.error()) || correction == self.fit.corrections {
                 return self.judged(state);
@@ -473,7 +494,10 @@ impl<'a> Search<'a> {
         let mut factor = m as f64 * tolerance * tolerance / least;
         let (mut step, mut before, mut held) = (16.0_f64, None, None);
         for _ in 0..UNIFORM {
-            let tried = self.smoothly(&space, &best.sites, Factors::new(&space, factor).values())?;
+            let Some(tried) = self.smoothly(&space, &best.sites, Factors::new(&space, factor).values())?
+            else {
+                return Ok(best);
+            };
             if before.is_some_and(|b| b != tried.met) {
                 step = step.sqrt();
             }
@@ -490,7 +514,7 @@ impl<'a> Search<'a> {
         // Then each row's own.
         let mut factors = Factors::new(&space, held.unwrap_or(factor));
         for _ in 0..LOCAL {
-            let tried = self.smoothly(&space, &best.sites, factors.values())?;
+            let Some(tried) = self.smoothly(&space, &best.sites, factors.values())? else { return Ok(best) };
             factors.adapt(&tried.sites[..m], &tried.distances, tolerance);
             let energy = energy(&space, &tried.vertices);
             if tried.met && energy <= 1.02 * least {
@@ -501,19 +525,23 @@ impl<'a> Search<'a> {
         Ok(best)
     }
 
-    /// The fit with these factors of smoothness, its parameters corrected once.
-    fn smoothly(&mut self, space: &Space, sites: &[f64], factors: &[f64]) -> Result<State> {
+    /// The fit with these factors of smoothness, its parameters corrected once; `None` where corrections before have
+    /// left the parameters too close together for an answer.
+    fn smoothly(&mut self, space: &Space, sites: &[f64], factors: &[f64]) -> Result<Option<State>> {
         if self.observer.cancelled() {
             return Err(FitError::Cancelled);
         }
         let m = self.points.len();
-        let fit = self.solve(space, &sites[..m], factors)?;
+        let fit = match self.solve(space, &sites[..m], factors) {
+            Err(FitError::NoData { .. } | FitError::IllConditioned { .. }) => return Ok(None),
+            other => other?,
+        };
         let mut tried = self.state(space, fit, sites.to_vec(), Vec::new())?;
         tried.distances = if self.fit.corrections > 0 {
             correct(&tried.curve()?, self.points, &mut tried.sites, self.fit.closed)?
         } else {
             self.request(space, &tried.sites[..m]).distances(&tried.vertices)?
         };
-        self.judged(tried)
+        self.judged(tried).map(Some)
     }
 }

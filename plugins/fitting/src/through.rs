@@ -62,7 +62,8 @@ impl Search<'_> {
                     if self.follows(&state, &ACCEPTED)? {
                         return Ok(Some(state));
                     }
-                    if self.follows(&state, &LIMIT)? && best.as_ref().is_none_or(|b| state.length < b.length) {
+                    if self.follows(&state, &LIMIT)? && best.as_ref().is_none_or(|b| state.length < b.length)
+                    {
                         best = Some(state);
                     }
                 }

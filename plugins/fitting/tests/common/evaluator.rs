@@ -22,7 +22,13 @@ impl Spline {
         let n = points.len();
         if !curve.is_periodic() {
             assert_eq!(given.len(), n + p + 1);
-            return Self { degree: p, knots: given.to_vec(), vertices: points, start: given[p], end: given[n] };
+            return Self {
+                degree: p,
+                knots: given.to_vec(),
+                vertices: points,
+                start: given[p],
+                end: given[n],
+            };
         }
         // Vertex i has the B-spline whose support starts at knot i; both repeat after n.
         assert_eq!(given.len(), n + 1);
@@ -44,7 +50,13 @@ impl Spline {
     /// `C(u)`; a periodic curve's parameter is brought into its domain first.
     pub(crate) fn at(&self, u: f64) -> Vector {
         let length = self.end - self.start;
-        let u = if u < self.start { u + length } else if u > self.end { u - length } else { u };
+        let u = if u < self.start {
+            u + length
+        } else if u > self.end {
+            u - length
+        } else {
+            u
+        };
         let (p, t) = (self.degree, &self.knots);
         let last = self.vertices.len() - 1;
         let mut j = (t.partition_point(|&k| k <= u).max(p + 1) - 1).min(last);
@@ -69,7 +81,9 @@ impl Spline {
         breaks.dedup();
         let mut all = Vec::new();
         for w in breaks.windows(2) {
-            all.extend((0..each).map(|i| w[0] + (w[1] - w[0]) * i as f64 / each as f64).map(|u| (u, self.at(u))));
+            all.extend(
+                (0..each).map(|i| w[0] + (w[1] - w[0]) * i as f64 / each as f64).map(|u| (u, self.at(u))),
+            );
         }
         all.push((self.end, self.at(self.end)));
         all
@@ -84,7 +98,8 @@ impl Spline {
         let last = samples.len() - 1;
         for i in 0..=last {
             let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
-            let reach = (samples[before].1 - samples[i].1).norm().max((samples[after].1 - samples[i].1).norm());
+            let reach =
+                (samples[before].1 - samples[i].1).norm().max((samples[after].1 - samples[i].1).norm());
             if far[i] > far[before] || far[i] > far[after] || far[i] - 2.0 * reach > found {
                 continue;
             }

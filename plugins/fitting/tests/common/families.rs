@@ -44,8 +44,22 @@ impl Random {
 }
 
 pub(crate) const KINDS: [&str; 16] = [
-    "jagged", "noisy circle", "noisy wave", "zigzag", "star", "spiral", "airfoil", "near duplicates", "repeated",
-    "collinear", "cornered", "uneven", "walk", "steps", "lattice", "there and back",
+    "jagged",
+    "noisy circle",
+    "noisy wave",
+    "zigzag",
+    "star",
+    "spiral",
+    "airfoil",
+    "near duplicates",
+    "repeated",
+    "collinear",
+    "cornered",
+    "uneven",
+    "walk",
+    "steps",
+    "lattice",
+    "there and back",
 ];
 
 /// One member: its points, and whether they are meant to close.
@@ -80,11 +94,21 @@ fn flat(kind: usize, r: &mut Random) -> (Vec<Point>, bool) {
             let (m, noise) = (r.whole(12, 160), 10.0_f64.powf(r.between(-4.0, -1.0)));
             let closed = r.whole(0, 1) == 1;
             let ring = (0..m).map(|i| TAU * i as f64 / m as f64);
-            (ring.map(|a| point(a.cos() + noise * r.normal(), a.sin() + noise * r.normal())).collect(), closed)
+            (
+                ring.map(|a| point(a.cos() + noise * r.normal(), a.sin() + noise * r.normal())).collect(),
+                closed,
+            )
         }
         2 => {
-            let (m, noise, waves) = (r.whole(10, 150), 10.0_f64.powf(r.between(-4.0, -0.7)), r.between(0.0, 12.0));
-            ((0..m).map(|i| i as f64 / m as f64).map(|t| point(4.0 * t, (waves * t).sin() + noise * r.normal())).collect(), false)
+            let (m, noise, waves) =
+                (r.whole(10, 150), 10.0_f64.powf(r.between(-4.0, -0.7)), r.between(0.0, 12.0));
+            (
+                (0..m)
+                    .map(|i| i as f64 / m as f64)
+                    .map(|t| point(4.0 * t, (waves * t).sin() + noise * r.normal()))
+                    .collect(),
+                false,
+            )
         }
         3 => {
             let height = r.between(0.2, 4.0);
@@ -93,14 +117,21 @@ fn flat(kind: usize, r: &mut Random) -> (Vec<Point>, bool) {
         4 => {
             let (spikes, inner, turn) = (r.whole(3, 15), r.between(0.1, 0.9), r.unit());
             let star = (0..2 * spikes).map(|i| {
-                let (a, radius) = (TAU * (i as f64 / (2 * spikes) as f64 + turn), if i % 2 == 0 { 1.0 } else { inner });
+                let (a, radius) =
+                    (TAU * (i as f64 / (2 * spikes) as f64 + turn), if i % 2 == 0 { 1.0 } else { inner });
                 point(radius * a.cos(), radius * a.sin())
             });
             (star.collect(), r.whole(0, 2) > 0)
         }
         5 => {
             let turns = r.between(0.5, 8.0);
-            ((0..m).map(|i| i as f64 / m as f64).map(|t| point(t * (TAU * turns * t).cos(), t * (TAU * turns * t).sin())).collect(), false)
+            (
+                (0..m)
+                    .map(|i| i as f64 / m as f64)
+                    .map(|t| point(t * (TAU * turns * t).cos(), t * (TAU * turns * t).sin()))
+                    .collect(),
+                false,
+            )
         }
         6 => (airfoil(r, m), r.whole(0, 1) == 1),
         7 => {
@@ -116,16 +147,33 @@ fn flat(kind: usize, r: &mut Random) -> (Vec<Point>, bool) {
         8 => {
             let base = r.whole(0, 6);
             let (points, closed) = flat(base, r);
-            (points.iter().flat_map(|p| vec![*p; if r.whole(0, 4) == 0 { r.whole(2, 4) } else { 1 }]).collect(), closed)
+            (
+                points
+                    .iter()
+                    .flat_map(|p| vec![*p; if r.whole(0, 4) == 0 { r.whole(2, 4) } else { 1 }])
+                    .collect(),
+                closed,
+            )
         }
         9 => {
             let (a, b) = (r.between(-1.0, 1.0), r.between(-1.0, 1.0));
             let mut t = 0.0;
-            ((0..m).map(|_| { t += r.unit().powi(3); point(a + t, b - 2.0 * t) }).collect(), false)
+            (
+                (0..m)
+                    .map(|_| {
+                        t += r.unit().powi(3);
+                        point(a + t, b - 2.0 * t)
+                    })
+                    .collect(),
+                false,
+            )
         }
         10 => {
             let (sides, each) = (r.whole(3, 8), r.whole(2, 20));
-            let corners: Vec<Point> = (0..sides).map(|i| TAU * (i as f64 + 0.3 * r.unit()) / sides as f64).map(|a| point(2.0 * a.cos(), a.sin())).collect();
+            let corners: Vec<Point> = (0..sides)
+                .map(|i| TAU * (i as f64 + 0.3 * r.unit()) / sides as f64)
+                .map(|a| point(2.0 * a.cos(), a.sin()))
+                .collect();
             let noise = if r.whole(0, 1) == 1 { 1e-3 } else { 0.0 };
             let line = (0..sides * each).map(|k| {
                 let (side, t) = (k / each, (k % each) as f64 / each as f64);
@@ -138,21 +186,39 @@ fn flat(kind: usize, r: &mut Random) -> (Vec<Point>, bool) {
             let mut at = Vector::zeros();
             let mut heading = 0.0;
             let spread = r.between(0.5, 4.0);
-            ((0..m).map(|_| {
-                heading += r.between(-1.0, 1.0);
-                at += Vector::new(heading.cos(), heading.sin(), 0.0) * 10.0_f64.powf(-spread * r.unit());
-                Point::from(at)
-            }).collect(), false)
+            (
+                (0..m)
+                    .map(|_| {
+                        heading += r.between(-1.0, 1.0);
+                        at += Vector::new(heading.cos(), heading.sin(), 0.0)
+                            * 10.0_f64.powf(-spread * r.unit());
+                        Point::from(at)
+                    })
+                    .collect(),
+                false,
+            )
         }
         12 => {
             let mut at = Vector::zeros();
-            ((0..m).map(|_| {
-                at += Vector::new(r.normal(), r.normal(), 0.0);
-                Point::from(at)
-            }).collect(), r.whole(0, 3) == 0)
+            (
+                (0..m)
+                    .map(|_| {
+                        at += Vector::new(r.normal(), r.normal(), 0.0);
+                        Point::from(at)
+                    })
+                    .collect(),
+                r.whole(0, 3) == 0,
+            )
         }
-        13 => ((0..m).map(|i| point((i / 2) as f64 + 1e-3 * (i % 2) as f64, f64::from(u8::from((i / 2) % 2 == 1)))).collect(), false),
-        14 => ((0..m).map(|_| point(r.whole(0, 6) as f64, r.whole(0, 6) as f64)).collect(), r.whole(0, 1) == 1),
+        13 => (
+            (0..m)
+                .map(|i| point((i / 2) as f64 + 1e-3 * (i % 2) as f64, f64::from(u8::from((i / 2) % 2 == 1))))
+                .collect(),
+            false,
+        ),
+        14 => {
+            ((0..m).map(|_| point(r.whole(0, 6) as f64, r.whole(0, 6) as f64)).collect(), r.whole(0, 1) == 1)
+        }
         _ => {
             let (base, _) = flat(2, r);
             let back: Vec<Point> = base.iter().rev().skip(1).copied().collect();
@@ -171,8 +237,14 @@ pub(crate) fn airfoil(r: &mut Random, m: usize) -> Vec<Point> {
         if bunched { 0.5 * (1.0 - (std::f64::consts::PI * t).cos()) } else { t }
     };
     let side = |x: f64, sign: f64| {
-        let y = 5.0 * thick * (0.2969 * x.sqrt() - 0.1260 * x - 0.3516 * x * x + 0.2843 * x.powi(3) - 0.1015 * x.powi(4));
-        let c = if x < place { camber / (place * place) * (2.0 * place * x - x * x) } else { camber / (1.0 - place).powi(2) * (1.0 - 2.0 * place + 2.0 * place * x - x * x) };
+        let y = 5.0
+            * thick
+            * (0.2969 * x.sqrt() - 0.1260 * x - 0.3516 * x * x + 0.2843 * x.powi(3) - 0.1015 * x.powi(4));
+        let c = if x < place {
+            camber / (place * place) * (2.0 * place * x - x * x)
+        } else {
+            camber / (1.0 - place).powi(2) * (1.0 - 2.0 * place + 2.0 * place * x - x * x)
+        };
         (x, c + sign * y)
     };
     let line = (0..=half).rev().map(|i| side(x(i), 1.0)).chain((1..=half).map(|i| side(x(i), -1.0)));
