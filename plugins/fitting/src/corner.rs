@@ -6,6 +6,8 @@ use loftsman_kernel::Vector;
 const SHARP: f64 = std::f64::consts::FRAC_PI_3;
 /// For [`Corners::Auto`] the points must turn as sharply over so many tolerances on both sides: noise does not.
 const ARM: f64 = 6.0;
+/// A turn that noise does not make beside a corner: 10°.
+const FLANK: f64 = std::f64::consts::PI / 18.0;
 /// Places nearer to each other than this share of the points' size are one place.
 const SAME: f64 = 1e-9;
 
@@ -26,10 +28,14 @@ impl Corners {
     /// not matter.
     ///
     /// The points of a round nose turn sharply as well, but the turn is shared: it goes on, in the same sense, at the
-    /// points before and after, and *falls off* from point to point. So a run of sharp turns is round where on both of
-    /// its sides the next turn has the same sense and either at least half the size, or at least an eighth of it and
-    /// 1.5 times the size of the one behind it. The corner of a polygon, whose sides are straight or evenly curved,
-    /// has no such flanks. `O(n)`.
+    /// points before and after, and *falls off* from point to point. A run of sharp turns is round where on both of its
+    /// sides the next turn (the flank) has the same sense, and
+    /// * it is at least half the run's last turn (its edge); or an eighth of it, and 1.5 times the turn behind it or
+    ///   with that one 0.55 of the edge; or a fifth of it, where the edge is less than 0.6 of the run's sharpest turn;
+    ///   or (a nose of three points) 10° and 6 % of it, and 2.5 times the turn behind it;
+    /// * or the flanks and the turns behind them make up 1.1 times their edges, and a quarter of it on either side.
+    ///
+    /// The corner of a polygon, whose sides are straight or evenly curved, has no such flanks. `O(n)`.
     pub(crate) fn find(self, points: &[Vector], closed: bool, tolerance: f64) -> Vec<usize> {
         let least = match self {
             Self::None => return Vec::new(),
@@ -124,19 +130,43 @@ impl Turn {
 
 /// Whether the run of sharp turns around place `j` falls off on both sides.
 fn round(turn: &impl Fn(isize) -> Turn, j: isize, least: f64, n: usize) -> bool {
-    [-1, 1].into_iter().all(|step| {
-        let mut last = j;
-        for _ in 0..n {
-            let next = turn(last + step);
-            if next.with(&turn(last)) <= least {
-                let (edge, flank) = (turn(last).angle, next.with(&turn(last)));
-                let behind = turn(last + 2 * step).with(&next);
-                return flank >= 0.5 * edge || (flank >= 0.125 * edge && flank >= 1.5 * behind);
-            }
-            last += step;
+    let Some((left, right)) = side(turn, j, least, n, -1).zip(side(turn, j, least, n, 1)) else {
+        return false;
+    };
+    let peak = left.peak.max(right.peak);
+    let falls = |&Side { edge, flank, behind, .. }: &Side| {
+        flank >= 0.5 * edge
+            || (flank >= 0.125 * edge && (flank >= 1.5 * behind || flank + behind >= 0.55 * edge))
+            || (flank >= 0.2 * edge && edge <= 0.6 * peak)
+            || (flank >= (0.06 * edge).max(FLANK) && flank >= 2.5 * behind)
+    };
+    // With noise one side may look steeper than it is.
+    let shares = [&left, &right].map(|s| (s.flank + s.behind) / s.edge);
+    (falls(&left) && falls(&right)) || (shares[0] + shares[1] >= 1.1 && shares[0].min(shares[1]) >= 0.25)
+}
+
+/// One side of a run of sharp turns: its last turn, the two beyond it as far as they have its sense, and the sharpest.
+#[derive(Debug)]
+struct Side {
+    edge: f64,
+    flank: f64,
+    behind: f64,
+    peak: f64,
+}
+
+/// The side of the run around place `j` in the direction of `step`; none where the run goes all around.
+fn side(turn: &impl Fn(isize) -> Turn, j: isize, least: f64, n: usize, step: isize) -> Option<Side> {
+    let (mut last, mut peak) = (j, 0.0_f64);
+    for _ in 0..n {
+        let (here, next) = (turn(last), turn(last + step));
+        let flank = next.with(&here);
+        peak = peak.max(here.angle);
+        if flank <= least {
+            return Some(Side { edge: here.angle, flank, behind: turn(last + 2 * step).with(&next), peak });
         }
-        false
-    })
+        last += step;
+    }
+    None
 }
 
 /// The points without those within `least` of the one before; of an open chain the last one stays.

@@ -8,10 +8,10 @@ use crate::constraint::{Constraint, Kept};
 use crate::corner::Corners;
 use crate::error::Result;
 use crate::frame::Frame;
+use crate::goal::Goal;
 use crate::least_squares::check_weights;
 use crate::parameters::Parametrization;
 use crate::pieces::Whole;
-use crate::search::Goal;
 
 /// What distance does not matter to a corner where there is no tolerance, as a share of the points' box.
 const CORNER_SCALE: f64 = 1e-4;
@@ -45,7 +45,8 @@ pub enum Target {
 ///   pull it);
 /// * between two neighbouring points it is at most four times as long as the polygon there, or before or behind it;
 /// * its tangent at a point makes no more than a right angle with the direction in which the polygon passes it (the
-///   mean of the directions before and behind; where the polygon turns by more than 160° any tangent will do).
+///   mean of the directions before and behind; where the polygon turns by more than 160° any tangent will do), unless
+///   it goes back by no more than twice the largest error.
 ///
 /// Points that are within ten times the largest error of the one before have no say in the last two, nor are these asked of
 /// curves under constraints. The search is stricter, and a parameter correction that makes the curve longer is taken

@@ -12,7 +12,9 @@
 //!
 //! All equations are banded (around a circle for closed curves) and solved by orthogonal rotations, in time linear
 //! in the number of points. Every answer comes with its residual and the condition of its equations; where these
-//! are singular, or the tolerance is not met, there is an error that says what to do, and no curve.
+//! are singular, the tolerance is not met, or the curve goes astray between the points (far longer than their polygon,
+//! or turned back), there is an error that says what to do, and no curve. All of that is measured on the curve that is
+//! handed out.
 
 mod banded;
 mod constraint;
@@ -21,6 +23,7 @@ pub mod error;
 pub mod fit;
 mod foot;
 mod frame;
+mod goal;
 mod grading;
 pub mod interpolation;
 mod knots;

@@ -14,11 +14,8 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 /// The same rule of three points.
-const GAUSS_3: [(f64, f64); 3] = [
-    (-0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
-    (0.0, 0.888_888_888_888_888_9),
-    (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
-];
+const GAUSS_3: [(f64, f64); 3] =
+    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 /// Distances below this are rounding, of coordinates of size 1.
 const ROUNDING: f64 = 1e-14;
 /// Points nearer to the one before than this many times the largest error say nothing about the direction of travel.
@@ -35,7 +32,7 @@ const REVERSAL: f64 = 0.17;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds {
     /// Its length, in lengths of the polygon.
-    length: f64,
+    pub(crate) length: f64,
     /// [`Travel::detour`].
     detour: f64,
     /// [`Travel::heading`], at least.
@@ -72,7 +69,8 @@ impl Travel {
     /// What is wrong with it, if anything. `allowance`: how much longer than its bound the curve may be because of
     /// constraints; `free`: whether constraints may also send it off, or back, between the points.
     pub(crate) fn trouble(&self, bounds: &Bounds, allowance: f64, free: bool) -> Option<Astray> {
-        if !(self.length <= bounds.length * self.polygon + allowance) {
+        let longest = bounds.length * self.polygon + allowance;
+        if self.length.is_nan() || self.length > longest {
             return Some(Astray::Long(self.length / self.polygon));
         }
         if !free && self.detour.0 > bounds.detour {

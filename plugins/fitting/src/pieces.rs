@@ -12,8 +12,9 @@ use crate::constraint::{Constraint, Kept};
 use crate::error::{FitError, Result};
 use crate::fit::{Fit, FittedCurve};
 use crate::frame::Frame;
+use crate::goal::Goal;
 use crate::measure::{Course, LIMIT};
-use crate::search::{Goal, Search, State};
+use crate::search::{Search, State};
 
 const ADVICE: &str = "fit with corners, to another tolerance, with fewer control vertices, a lower degree, or centripetal parameters";
 
@@ -202,7 +203,7 @@ impl Whole<'_> {
         let (mut before, mut given) = (0, 0);
         let counts = room.iter().map(|r| {
             before += r;
-            let upto = if most == 0 { 0 } else { extra * before / most };
+            let upto = (extra * before).checked_div(most).unwrap_or(0);
             let own = upto - given;
             given = upto;
             p + 1 + own
@@ -233,7 +234,10 @@ impl Whole<'_> {
                 let turned = if k >= m { period } else { 0.0 };
                 // A corner is the end of one piece and the start of the next.
                 let k = self.index(k);
-                sites[k] = state.sites[j] - turned;
+                let again = self.fit.closed && turned > 0.0 && k == self.index(cuts[0].range.start);
+                if !again {
+                    sites[k] = state.sites[j] - turned;
+                }
                 distances[k] = distances[k].max(state.distances[j]);
             }
             residuals.extend(state.kept.residuals);

@@ -6,13 +6,14 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::constraint::{Constraint, Held, Kept};
 use crate::error::{FitError, Result};
-use crate::fit::{Fit, Target};
+use crate::fit::Fit;
 use crate::foot::correct;
 use crate::frame::Frame;
+use crate::goal::Goal;
 use crate::grading::Grading;
 use crate::knots::shared;
 use crate::least_squares::{LocalFit, Request};
-use crate::measure::{self, Bounds, Course, PREFERRED};
+use crate::measure::{self, Bounds, Course, LIMIT, PREFERRED};
 use crate::refine::{Spans, refine};
 use crate::smoothing::{Factors, energy};
 
@@ -26,72 +27,12 @@ const REGRADINGS: usize = 6;
 /// Tries to find how much smoothing the tolerance allows: everywhere alike, and row by row.
 const UNIFORM: usize = 8;
 const LOCAL: usize = 10;
+/// How strongly a given number of vertices is straightened where it must be, as little as will do.
+const STRAIGHTENED: [f64; 5] = [1e-8, 1e-6, 1e-4, 1e-2, 1.0];
 /// How much longer a curve may be for each length that constraints pull it away from the points.
 const DETOUR: f64 = 4.0;
 /// A fit that needs less than this share of its tolerance is smooth enough.
 const SPENT: f64 = 0.05;
-
-/// The target in local coordinates.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Goal {
-    pub(crate) tolerance: Option<f64>,
-    /// The most control vertices.
-    pub(crate) vertices: usize,
-    /// Whether it must be exactly so many.
-    pub(crate) exact: bool,
-    /// Whether somebody asked for a limit; otherwise it is the number of points.
-    pub(crate) limited: bool,
-}
-
-impl Goal {
-    pub(crate) fn new(fit: &Fit, frame: &Frame, points: &[Vector]) -> Result<Self> {
-        let positive = |tolerance: f64| {
-            if tolerance > 0.0 && tolerance.is_finite() {
-                return Ok(tolerance);
-            }
-            Err(FitError::Request(format!(
-                "a tolerance of {tolerance} cannot be met: give a positive length"
-            )))
-        };
-        let m = points.len();
-        let least = if fit.closed { 3 } else { fit.degree + 1 };
-        if m < least {
-            return Err(FitError::TooFewPoints {
-                found: m,
-                needed: least,
-                degree: fit.degree,
-                possible: m.saturating_sub(1),
-            });
-        }
-        let counted = |vertices: usize| {
-            if vertices >= least && vertices <= m {
-                return Ok(vertices);
-            }
-            Err(FitError::Request(format!(
-                "{vertices} control vertices cannot be fitted: choose from {least} (the degree is {}) to {m} (the points)",
-                fit.degree
-            )))
-        };
-        let limited = matches!(fit.target, Target::Vertices(_) | Target::AtMost { .. });
-        let (tolerance, vertices, exact) = match fit.target {
-            Target::Tolerance(t) => (Some(frame.enter_length(positive(t)?)), m, false),
-            Target::Relative(t) => {
-                let (low, high) =
-                    points.iter().fold((points[0], points[0]), |(low, high), p| (low.inf(p), high.sup(p)));
-                (Some(positive(t)? * (high - low).norm()), m, false)
-            }
-            Target::Vertices(n) => (None, counted(n)?, true),
-            Target::AtMost { tolerance, vertices } => {
-                (Some(frame.enter_length(positive(tolerance)?)), counted(vertices)?, false)
-            }
-        };
-        Ok(Self { tolerance, vertices, exact, limited })
-    }
-
-    pub(crate) fn holds(&self, error: f64) -> bool {
-        self.tolerance.is_some_and(|t| error <= t)
-    }
-}
 
 /// A state on the way: a curve's vertices (local), its space, the points' parameters and distances.
 #[derive(Debug, Clone)]
@@ -148,6 +89,7 @@ pub(crate) struct Search<'a> {
     pub(crate) piece: bool,
     pub(crate) iterations: usize,
     pub(crate) observer: &'a dyn Observer,
+    pub(crate) regularization: f64,
     /// The length of the polygon of the points, and how much longer the curve may be because of constraints.
     polygon: f64,
     pub(crate) allowance: f64,
@@ -167,7 +109,7 @@ impl<'a> Search<'a> {
     ) -> Self {
         let course = Course { points, sites: start, closed: fit.closed, corners: &[] };
         let polygon = course.polygon();
-        let (piece, iterations, allowance) = (false, 0, 0.0);
+        let (piece, iterations, allowance, regularization) = (false, 0, 0.0, fit.regularization);
         Self {
             fit,
             frame,
@@ -179,6 +121,7 @@ impl<'a> Search<'a> {
             piece,
             iterations,
             observer,
+            regularization,
             polygon,
             allowance,
         }
@@ -195,15 +138,24 @@ impl<'a> Search<'a> {
                 return Ok(through);
             }
         }
-        let best = self.rounds()?;
+        let best = match self.rounds() {
+            // A polynomial of high degree on few places: interpolation by centripetal parameters, or of lower degree.
+            Err(error @ (FitError::NoData { .. } | FitError::IllConditioned { .. }))
+                if alone && !self.goal.limited =>
+            {
+                return self.through()?.ok_or(error);
+            }
+            other => other?,
+        };
         let best = if best.met { self.regraded(best)? } else { best };
         if best.met && self.fit.smooth {
             return self.smoothed(best);
         }
-        if !best.met && alone && self.goal.vertices >= m {
-            return Ok(self.through()?.unwrap_or(best));
+        if best.met || self.goal.limited {
+            return Ok(best);
         }
-        Ok(best)
+        let other = if alone { self.through()? } else { self.relaxed()? };
+        Ok(other.unwrap_or(best))
     }
 
     /// How many different neighbours there are among the points.
@@ -250,20 +202,37 @@ impl<'a> Search<'a> {
         Ok(better(best, state))
     }
 
-    /// The fit with as many vertices as were asked for; where it swings between the points, the one that has them
-    /// shared out evenly, with the parameters from the start.
+    /// The fit with as many vertices as were asked for. Where it goes astray between the points: the one that has its
+    /// knots shared out evenly, with the parameters from the start; then the same, straightened as little as will do,
+    /// which is reported.
     fn settled(&mut self, state: State) -> Result<State> {
-        if !state.sound {
-            let even = self.even_space(self.start)?;
-            match self.round(&even, self.start.to_vec()) {
-                Ok(other) if other.sound && other.space.len() == state.space.len() => {
-                    return Ok(State { met: true, ..other });
+        let met = |state: State| State { met: true, ..state };
+        if self.follows(&state, &LIMIT)? {
+            return Ok(met(state));
+        }
+        let even = self.even_space(self.start)?;
+        if even.len() != state.space.len() {
+            return Ok(met(state));
+        }
+        let asked = self.regularization;
+        for factor in std::iter::once(0.0).chain(STRAIGHTENED) {
+            self.regularization = asked.max(factor);
+            let tried = self.round(&even, self.start.to_vec());
+            self.regularization = asked;
+            match tried {
+                Ok(mut other) if self.follows(&other, &LIMIT)? => {
+                    if factor > asked {
+                        other.remarks.push(format!(
+                            "straightened (regularization {factor:e}): without, so many control vertices swing between the points"
+                        ));
+                    }
+                    return Ok(met(other));
                 }
-                Err(FitError::Cancelled) => return Err(FitError::Cancelled),
-                _ => {}
+                Ok(_) | Err(FitError::NoData { .. } | FitError::IllConditioned { .. }) => {}
+                Err(error) => return Err(error),
             }
         }
-        Ok(State { met: true, ..state })
+        Ok(met(state))
     }
 
     /// A round; where it swings between the points, one that starts from the first parameters again, which corrections
@@ -307,7 +276,10 @@ impl<'a> Search<'a> {
             };
             match tried {
                 Some(tried) if self.goal.exact => {
-                    if tried.space.len() == best.space.len() && tried.error() < best.error() && tried.sound {
+                    if tried.space.len() == best.space.len()
+                        && tried.error() < best.error()
+                        && self.follows(&tried, &LIMIT)?
+                    {
                         best = State { met: true, ..tried };
                     }
                     break;
@@ -407,7 +379,13 @@ impl<'a> Search<'a> {
     }
 
     /// A solution as a state, with its length, not yet judged.
-    fn state(&self, space: &Space, fit: LocalFit, sites: Vec<f64>, distances: Vec<f64>) -> Result<State> {
+    pub(crate) fn state(
+        &self,
+        space: &Space,
+        fit: LocalFit,
+        sites: Vec<f64>,
+        distances: Vec<f64>,
+    ) -> Result<State> {
         let mut state = State {
             space: space.clone(),
             vertices: fit.vertices,
@@ -426,7 +404,7 @@ impl<'a> Search<'a> {
         let around = if self.fit.closed { vertices.last().zip(vertices.first()) } else { None };
         let legs = vertices.windows(2).map(|w| (&w[0], &w[1])).chain(around);
         state.length = legs.map(|(a, b)| (Vector::from(*b) - Vector::from(*a)).norm()).sum();
-        if !(state.length <= self.polygon) {
+        if state.length.is_nan() || state.length > self.polygon {
             state.length = measure::length(&state.curve()?)?;
         }
         Ok(state)
@@ -455,12 +433,12 @@ impl<'a> Search<'a> {
         !self.fit.constraints.is_empty()
     }
 
-    fn request<'s>(&'s self, space: &'s Space, sites: &'s [f64]) -> Request<'s> {
+    pub(crate) fn request<'s>(&'s self, space: &'s Space, sites: &'s [f64]) -> Request<'s> {
         let (points, weights) = (self.points, self.weights);
-        Request { space, sites, points, weights, regularization: self.fit.regularization, smoothing: &[] }
+        Request { space, sites, points, weights, regularization: self.regularization, smoothing: &[] }
     }
 
-    fn solve(&mut self, space: &Space, sites: &[f64], smoothing: &[f64]) -> Result<LocalFit> {
+    pub(crate) fn solve(&mut self, space: &Space, sites: &[f64], smoothing: &[f64]) -> Result<LocalFit> {
         self.iterations += 1;
         let request = Request { smoothing, ..self.request(space, sites) };
         request.check()?;

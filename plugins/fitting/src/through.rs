@@ -1,7 +1,7 @@
 //! Interpolation in place of least squares: where there are as many unknowns as points.
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::{Curve, Space};
 
 use crate::constraint::Kept;
 use crate::error::{FitError, Result};
@@ -17,6 +17,9 @@ const NEAR: f64 = 0.1;
 /// The degrees that are tried where the degree asked for swings between the points: curves of these, raised to the
 /// degree, stay near the polygon of whatever points (see [`LIMIT`]).
 const CALM: [usize; 2] = [3, 2];
+
+/// How strongly vertices are straightened that the points leave open: the first that meets the tolerance.
+const RELAXED: [f64; 6] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13];
 
 /// One way of interpolating.
 #[derive(Debug, Clone, Copy)]
@@ -127,6 +130,76 @@ impl Search<'_> {
             ));
         }
         Ok(Some(state))
+    }
+
+    /// The curve near the points that constraints leave: with two spans between neighbouring points, more vertices than
+    /// these determine, and those straightened (see [`LeastSquares::regularization`](crate::LeastSquares)) as strongly
+    /// as the tolerance allows. That is in the state's remarks. `None` where no such curve meets the tolerance.
+    ///
+    /// # Errors
+    /// As for [`Fit::curve`](crate::Fit::curve).
+    pub(crate) fn relaxed(&mut self) -> Result<Option<State>> {
+        let m = self.points.len();
+        let given = matches!(self.fit.parameters, Parametrization::Given(_));
+        let asked = self.regularization;
+        for centripetal in [false, true] {
+            if centripetal && (given || self.fit.parameters == Parametrization::Centripetal) {
+                continue;
+            }
+            let sites = if centripetal { self.centripetal()? } else { self.start.to_vec() };
+            let Some(space) = self.divided(&sites)? else { continue };
+            for factor in RELAXED {
+                if self.observer.cancelled() {
+                    return Err(FitError::Cancelled);
+                }
+                self.regularization = asked.max(factor);
+                let solved = self.solve(&space, &sites[..m], &[]);
+                self.regularization = asked;
+                let fit = match solved {
+                    Err(FitError::NoData { .. } | FitError::IllConditioned { .. }) => continue,
+                    other => other?,
+                };
+                let distances = self.request(&space, &sites[..m]).distances(&fit.vertices)?;
+                let mut state = self.state(&space, fit, sites.clone(), distances)?;
+                if !self.goal.holds(state.error()) || !self.follows(&state, &LIMIT)? {
+                    continue;
+                }
+                (state.sound, state.met) = (true, true);
+                state.remarks.push(format!(
+                    "{} control vertices for {m} points, straightened (regularization {factor:e}): no smaller number met the tolerance under the constraints",
+                    space.len()
+                ));
+                if centripetal {
+                    state
+                        .remarks
+                        .push("centripetal parameters, since the curve swings with the others".into());
+                }
+                return Ok(Some(state));
+            }
+        }
+        Ok(None)
+    }
+
+    /// A space with a knot at every site and between every two; `None` where there are too few.
+    fn divided(&self, sites: &[f64]) -> Result<Option<Space>> {
+        let mut breaks = vec![sites[0]];
+        let least = 1e-9 * (sites[sites.len() - 1] - sites[0]);
+        let end = sites[sites.len() - 1];
+        for &u in sites {
+            let before = breaks[breaks.len() - 1];
+            // Points close together share their knots; the domain's end stays.
+            if u - before > least && (end - u > least || u == end) {
+                breaks.extend([0.5 * before + 0.5 * u, u]);
+            }
+        }
+        if let Some(last) = breaks.last_mut() {
+            *last = end;
+        }
+        let p = self.fit.degree;
+        if breaks.len() < 3 || breaks.windows(2).any(|w| w[0] >= w[1]) {
+            return Ok(None);
+        }
+        Ok(Some(if self.fit.closed { Space::periodic(p, breaks)? } else { Space::clamped(p, &breaks)? }))
     }
 
     fn distances(&self, curve: &Curve, sites: &[f64]) -> Result<Vec<f64>> {
