@@ -184,7 +184,9 @@ fn corner(points: &[Point], closed: bool) -> Option<String> {
         return None;
     }
     let advice = match (closed, k) {
-        (true, 0) => "closed = false keeps the corner there",
+        (true, 0) => {
+            "closed = false keeps the corner there, corners = \"auto\" (or an angle in degrees) all such"
+        }
         _ => "corners = \"auto\", or an angle in degrees, keeps such corners",
     };
     Some(format!(
