@@ -145,6 +145,61 @@ fn points_become_a_curve_and_curves_a_picture() {
 }
 
 #[test]
+fn fit_has_every_option_of_the_operation() {
+    let bench = Bench::new();
+    let known = bench.json(&["plugins", "--json"]);
+    let operation = known["operations"].as_array().unwrap().iter().find(|o| o["name"] == "fit").unwrap();
+    let help = bench.done(&["fit", "--help"]);
+    let fields = operation["fields"].as_array().unwrap();
+    assert!(fields.len() >= 17, "{fields:?}");
+    for field in fields {
+        let option = format!("--{}", field["name"].as_str().unwrap().replace('_', "-"));
+        let listed = |line: &str| line.trim_start().split([' ', '[', '=']).any(|word| word == option);
+        assert!(help.lines().any(listed), "{option} is no option of `loftsman fit`\n{help}");
+    }
+    // They arrive.
+    let rows: String =
+        (0..=40).map(|i| f64::from(i) * 0.1).map(|x| format!("{x} {}\n", (x - 2.0).abs())).collect();
+    bench.write("roof.dat", rows);
+    let fit = |more: &[&str]| {
+        bench.json(&[&["fit", "roof.dat", "roof.loft.json"], more].concat())["steps"][0].clone()
+    };
+    let notes = |step: &serde_json::Value| step["notes"].to_string();
+    let cornered = fit(&["--corners", "30"]);
+    assert!(notes(&cornered).contains("corner"), "{cornered}");
+    assert!(notes(&fit(&["--corners", "auto"])).contains("corner"));
+    let held = fit(&[
+        "--constraints",
+        "{ kind = \"position\", at = 0.25, to = [1.0, 1.1, 0.0] }",
+        "--constraints",
+        r#"{"kind": "position", "at": 0.75, "to": [3.0, 1.1, 0.0]}"#,
+        "--corrections",
+        "0",
+        "--parameters",
+        "centripetal",
+        "--relative-tolerance",
+        "0.1",
+        "--smooth=false",
+        "--regularization",
+        "1e-9",
+        "--ends",
+        "free",
+        "--best-effort",
+        "--closed=false",
+    ]);
+    assert_eq!(held["constraints"].as_array().map(Vec::len), Some(2), "{held}");
+    assert!(
+        notes(&fit(&["--interpolate", "--merge", "--ends", "not-a-knot"])).contains("41 control vertices")
+    );
+    let weights = ["1"; 41].join(",");
+    let parameters: Vec<String> = (0..41).map(|i| i.to_string()).collect();
+    fit(&["--weights", &weights, "--parameters", &parameters.join(","), "--vertices", "12"]);
+    bench.fails(&["fit", "roof.dat", "a.obj", "--constraints", "position"], 2, &["table"]);
+    bench.fails(&["fit", "roof.dat", "a.obj", "--corners", "sharp"], 2, &["--corners"]);
+    bench.fails(&["fit", "roof.dat", "a.obj", "--weights", "1,2"], 1, &["weight"]);
+}
+
+#[test]
 fn plot_and_fit_report_to_programs_and_warn_of_what_is_missing() {
     let bench = Bench::with_wave();
     let plotted = bench.json(&["plot", "wave.loft.json", "wave.svg"]);

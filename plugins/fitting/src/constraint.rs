@@ -40,6 +40,11 @@ impl Constraint {
         Self { functional, to }
     }
 
+    /// Where its functional looks, where that is one place.
+    pub(crate) fn location(&self) -> Option<(usize, loftsman_kernel::shape::Location)> {
+        self.functional.location()
+    }
+
     /// What it asks, for people: `position at 0.25`.
     pub fn name(&self) -> String {
         self.functional.describe()
@@ -177,6 +182,13 @@ impl Held {
     /// Whether there is nothing to hold.
     pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// How far the equations are from holding on a curve that follows the points, all in all: each by the length of
+    /// the smallest change of vertices that would meet it. In local coordinates.
+    pub(crate) fn pull(&self, rough: &Curve, frame: &Frame) -> f64 {
+        let x: Vec<f64> = rough.points().iter().flat_map(|&p| <[f64; 3]>::from(frame.enter(p))).collect();
+        self.rows.iter().map(|row| row.defect(&x).abs()).sum()
     }
 
     /// Adds the constraints that fit into the band to the equations to be met in the least-squares sense. The

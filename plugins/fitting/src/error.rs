@@ -2,6 +2,8 @@
 
 use loftsman_kernel::plugin::OperationError;
 
+use crate::measure::Astray;
+
 /// The result of a fit.
 pub type Result<T, E = FitError> = std::result::Result<T, E>;
 
@@ -108,9 +110,9 @@ pub enum FitError {
         /// What to do.
         advice: &'static str,
     },
-    /// The tolerance could not be met.
+    /// The tolerance could not be met; the largest error of the best curve is a tolerance that can.
     #[error(
-        "the tolerance {tolerance:e} is not met: the largest error is {error:.3e}, at point {worst}, with {vertices} control vertices; {advice}"
+        "the tolerance {tolerance:e} is not met: {vertices} control vertices come as near as {error:.3e} (at point {worst}); {advice}"
     )]
     NotMet {
         /// What was asked for, in document units.
@@ -121,6 +123,14 @@ pub enum FitError {
         worst: usize,
         /// Control vertices used.
         vertices: usize,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The curve, though it is near the points, does not go where they go.
+    #[error("the curve {astray}: it goes astray between the points; {advice}")]
+    Astray {
+        /// How.
+        astray: Astray,
         /// What to do.
         advice: &'static str,
     },

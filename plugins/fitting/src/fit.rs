@@ -1,16 +1,20 @@
 //! The whole way from points to a curve: parameters, knots where they are needed, a tolerance that holds.
 
-use loftsman_kernel::functional::{Functional, position};
 use loftsman_kernel::plugin::{Observer, Quiet};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 
 use crate::constraint::{Constraint, Kept};
-use crate::error::{FitError, Result};
+use crate::corner::Corners;
+use crate::error::Result;
 use crate::frame::Frame;
+use crate::goal::Goal;
 use crate::least_squares::check_weights;
 use crate::parameters::Parametrization;
-use crate::search::{Goal, Search};
+use crate::pieces::Whole;
+
+/// What distance does not matter to a corner where there is no tolerance, as a share of the points' box.
+const CORNER_SCALE: f64 = 1e-4;
 
 /// How a fit decides that it is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +38,21 @@ pub enum Target {
 ///
 /// Least squares with parameters by chord length; then parameters are corrected (Hoschek 1988) and knots added
 /// in the spans where the error is largest, until every point is within the tolerance: measured, not assumed.
+///
+/// A curve can be near every point and yet go astray between them, where it has nearly as many unknowns as there are
+/// points. So the curve must also travel as the points do, measured on the curve that is handed out:
+/// * it is at most twice as long as the polygon of the points (longer only by four times the way that constraints
+///   pull it);
+/// * between two neighbouring points it is at most four times as long as the polygon there, or before or behind it;
+/// * its tangent at a point makes no more than a right angle with the direction in which the polygon passes it (the
+///   mean of the directions before and behind; where the polygon turns by more than 160° any tangent will do), unless
+///   it goes back by no more than twice the largest error.
+///
+/// Points that are within ten times the largest error of the one before have no say in the last two, nor are these asked of
+/// curves under constraints. The search is stricter, and a parameter correction that makes the curve longer is taken
+/// back. Where least squares do not meet the tolerance with such a curve, the points are interpolated, by the
+/// parameters asked for or by centripetal ones, or by a curve of lower degree raised to the one asked for:
+/// [`remarks`](FittedCurve::remarks) tell.
 ///
 /// ```
 /// # use loftsman_fitting::{Fit, Target};
@@ -63,6 +82,8 @@ pub struct Fit {
     pub constraints: Vec<Constraint>,
     /// As in [`LeastSquares::regularization`](crate::LeastSquares::regularization).
     pub regularization: f64,
+    /// Where the curve has corners: it is fitted in pieces between them, which meet in the corner points.
+    pub corners: Corners,
     /// Whether to spend what the tolerance leaves over on a curve that is as smooth as can be (the default): of
     /// small `∫ |C'''|²`, so that its curvature does not swing where the points are uneven.
     pub smooth: bool,
@@ -78,8 +99,18 @@ pub struct FittedCurve {
     pub curve: Curve,
     /// The parameter of each point.
     pub parameters: Vec<f64>,
-    /// The largest distance of a point from the curve (at its parameter, so never too small), in document units.
+    /// The largest distance of a point from the curve at its parameter, so never too small, in document units.
     pub max_error: f64,
+    /// The largest distance of a point from the point of the curve that is nearest to it.
+    pub distance: f64,
+    /// The length of the curve.
+    pub length: f64,
+    /// The length of the polygon of the points.
+    pub polygon_length: f64,
+    /// The points at which the curve has corners.
+    pub corners: Vec<usize>,
+    /// What was done that was not asked for, in words.
+    pub remarks: Vec<String>,
     /// The point that has it.
     pub worst: usize,
     /// The root of the mean square of the distances.
@@ -113,6 +144,7 @@ impl Fit {
             weights: None,
             constraints: Vec::new(),
             regularization: 0.0,
+            corners: Corners::None,
             smooth: true,
             best_effort: false,
         }
@@ -122,7 +154,7 @@ impl Fit {
     ///
     /// # Errors
     /// When points, weights or the target are unusable; there are too few points for the degree; constraints
-    /// conflict; or the tolerance is not met and `best_effort` is not set.
+    /// conflict; the tolerance is not met and `best_effort` is not set; or the curve goes astray between the points.
     pub fn curve(&self, points: &[Point]) -> Result<FittedCurve> {
         self.watched(points, &Quiet)
     }
@@ -149,44 +181,12 @@ impl Fit {
             }
         };
         let sites = self.parameters.of_local(&local, self.closed)?;
-        let mut search = Search {
-            fit: self,
-            frame: &frame,
-            points: &local,
-            weights,
-            constraints: self.all_constraints(points, &sites),
-            goal: Goal::new(self, &frame, &local)?,
-            iterations: 0,
-            observer,
-        };
-        let best = search.run(points, &sites)?;
-        let met = best.met || self.best_effort;
-        let result = search.finish(best, points, closing_point_dropped)?;
-        if met {
-            return Ok(result);
-        }
-        Err(FitError::NotMet {
-            tolerance: result.tolerance.unwrap_or(0.0),
-            error: result.max_error,
-            worst: result.worst,
-            vertices: result.curve.points().len(),
-            advice: "allow a larger tolerance or more vertices, hold fewer constraints, or ask for a best effort",
-        })
-    }
-
-    /// The constraints, and the ends of an open curve where they are to be kept and not asked for anyway.
-    fn all_constraints(&self, points: &[Point], sites: &[f64]) -> Vec<Constraint> {
-        let mut all = self.constraints.clone();
-        if self.closed || !self.keep_ends {
-            return all;
-        }
-        let ends = [sites.first().zip(points.first()), sites.last().zip(points.last())];
-        for (&u, point) in ends.into_iter().flatten() {
-            let end = position(u);
-            if all.iter().all(|c| c.name() != end.describe()) {
-                all.push(Constraint::new(end, <[f64; 3]>::from(point.coords)));
-            }
-        }
-        all
+        let goal = Goal::new(self, &frame, &local)?;
+        let size = local.iter().fold(0.0_f64, |m, p| m.max((p - local[0]).amax()));
+        let corners = self.corners.find(&local, self.closed, goal.tolerance.unwrap_or(CORNER_SCALE * size));
+        let whole =
+            Whole { fit: self, frame: &frame, points: &local, sites: &sites, weights, goal, observer };
+        let found = whole.search(&corners)?;
+        whole.finish(found, points, corners, closing_point_dropped)
     }
 }

@@ -1,5 +1,6 @@
 //! The coordinates that fits are computed in: of size one, near the origin.
 
+use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FitError, Result};
@@ -64,6 +65,12 @@ impl Frame {
     /// A local length in document units.
     pub(crate) fn leave_length(&self, length: f64) -> f64 {
         length / self.inner / self.outer
+    }
+
+    /// A curve in local coordinates.
+    pub(crate) fn lower(&self, curve: &Curve) -> Result<Curve> {
+        let vertices = curve.points().iter().map(|&p| Point::from(self.enter(p))).collect();
+        Ok(Curve::new(curve.space().clone(), vertices)?)
     }
 
     /// Back from three local numbers each.

@@ -7,11 +7,13 @@ use crate::banded::Stencils;
 use crate::error::{FitError, Result};
 use crate::frame::Frame;
 use crate::knots;
+use crate::measure::{Course, LIMIT};
 use crate::parameters::{Parametrization, coincident};
-use crate::solve::{residual, solve};
+use crate::solve::{Solution, residual, solve};
 
 /// Larger residuals than this share of the points' size are not an interpolation.
 const RESIDUAL: f64 = 1e-9;
+const ASTRAY: &str = "try centripetal parameters, a lower degree, or a fit to a tolerance";
 const ADVICE: &str = "give the points more even parameters, a lower degree, or (closed curves) an odd degree";
 
 /// What an interpolating open curve does at its ends.
@@ -86,6 +88,17 @@ pub struct Interpolated {
     pub merged: Vec<usize>,
 }
 
+/// An interpolating curve in local coordinates, with the points and parameters that were kept.
+#[derive(Debug)]
+pub(crate) struct Local {
+    pub(crate) space: Space,
+    pub(crate) vertices: Vec<f64>,
+    pub(crate) points: Vec<Vector>,
+    pub(crate) sites: Vec<f64>,
+    pub(crate) condition: f64,
+    pub(crate) merged: Vec<usize>,
+}
+
 impl Interpolation {
     /// Open, by chord length, knots by averaging; coincident points refused.
     pub fn new(degree: usize) -> Self {
@@ -108,19 +121,53 @@ impl Interpolation {
     /// # Errors
     /// When a coordinate is not finite; there are too few points for the degree; points coincide and are not to
     /// be merged; end conditions do not fit the degree; or the equations are singular (possible for closed
-    /// curves of even degree).
+    /// curves of even degree); or the curve goes astray between the points ([`FitError::Astray`]): measured on the
+    /// curve, it is more than twice as long as their polygon, more than four times as long as the chords about one
+    /// place, or passes a point backwards. Curves with given end derivatives may do as these say.
     pub fn curve(&self, points: &[Point]) -> Result<Interpolated> {
         if self.degree == 0 {
             return Err(loftsman_kernel::Error::Degree { degree: 0 }.into());
         }
         let frame = Frame::of(points)?;
-        let mut local: Vec<Vector> = points.iter().map(|&p| frame.enter(p)).collect();
-        let mut sites = self.parameters.of_local(&local, self.closed)?;
-        let merged = self.merge(&mut local, &mut sites)?;
+        let local: Vec<Vector> = points.iter().map(|&p| frame.enter(p)).collect();
+        let sites = self.parameters.of_local(&local, self.closed)?;
+        let Local { space, mut vertices, points: local, sites, condition, merged } =
+            self.local(&frame, local, sites)?;
+        if let (false, Some(last)) = (self.closed, local.len().checked_sub(1)) {
+            // A clamped curve's ends are its outermost vertices: to the last bit.
+            let end = vertices.len() - 3;
+            vertices[..3].copy_from_slice(local[0].as_slice());
+            vertices[end..].copy_from_slice(local[last].as_slice());
+        }
+        let curve = Curve::new(space, frame.raise(&vertices))?;
+        // Measured on the curve that is handed out.
+        let handed = frame.lower(&curve)?;
+        let course =
+            Course { points: &local, sites: &sites[..local.len()], closed: self.closed, corners: &[] };
+        let residual = course.distances(&handed)?.into_iter().fold(0.0, f64::max);
+        let travel = course.travel(&handed, 0.0)?;
+        // Given derivatives may send the curve anywhere between the points.
+        let free = matches!(self.ends, Ends::Derivatives { .. });
+        let number = |k: usize| (0..points.len()).filter(|i| !merged.contains(i)).nth(k).unwrap_or(k);
+        if let (Some(astray), false) = (travel.trouble(&LIMIT, 0.0, free), free) {
+            return Err(FitError::Astray { astray: astray.renumbered(number), advice: ASTRAY });
+        }
+        Ok(Interpolated {
+            curve,
+            parameters: course.sites.to_vec(),
+            residual: frame.leave_length(residual),
+            condition,
+            merged,
+        })
+    }
+
+    /// The same in local coordinates, not yet judged: only that the equations hold.
+    pub(crate) fn local(&self, frame: &Frame, mut points: Vec<Vector>, mut sites: Vec<f64>) -> Result<Local> {
+        let merged = self.merge(&mut points, &mut sites)?;
         let (space, matrix, rhs) = if self.closed {
-            self.closed_system(&local, &sites)?
+            self.closed_system(&points, &sites)?
         } else {
-            self.open_system(&frame, &local, &sites)?
+            self.open_system(frame, &points, &sites)?
         };
         let solution = solve(&space, &matrix, None, &rhs, 3, ADVICE)?;
         let (largest, _) = residual(&matrix, &solution.vertices, &rhs);
@@ -128,21 +175,8 @@ impl Interpolation {
             let near = space.domain().0;
             return Err(FitError::IllConditioned { condition: solution.condition, near, advice: ADVICE });
         }
-        let mut vertices = frame.raise(&solution.vertices);
-        let kept = |k: usize| frame.leave(local[k]);
-        if let (false, Some(last)) = (self.closed, local.len().checked_sub(1)) {
-            // A clamped curve's ends are its outermost vertices: to the last bit.
-            let end = vertices.len() - 1;
-            (vertices[0], vertices[end]) = (kept(0), kept(last));
-        }
-        sites.truncate(local.len());
-        Ok(Interpolated {
-            curve: Curve::new(space, vertices)?,
-            parameters: sites,
-            residual: frame.leave_length(largest),
-            condition: solution.condition,
-            merged,
-        })
+        let Solution { vertices, condition } = solution;
+        Ok(Local { space, vertices, points, sites, condition, merged })
     }
 
     /// Leaves coincident points out, where asked.

@@ -68,7 +68,9 @@ impl LeastSquares {
     ///
     /// # Errors
     /// When points, parameters or weights are unusable or a parameter is outside an open space; when the points
-    /// do not determine a vertex ([`FitError::NoData`], with the knot to remove); when constraints conflict.
+    /// do not determine a vertex ([`FitError::NoData`], with the knot to remove); when constraints conflict. Whether
+    /// the curve goes where the points go is not judged, since their parameters may come in any order:
+    /// [`Fit`](crate::Fit) does.
     pub fn curve(&self, parameters: &[f64], points: &[loftsman_kernel::Point]) -> Result<Fitted> {
         if parameters.len() != points.len() {
             return Err(FitError::ParameterCount { parameters: parameters.len(), points: points.len() });
@@ -90,11 +92,16 @@ impl LeastSquares {
             Held::new(&self.constraints, &request.rough(&frame)?, &frame)?
         };
         let local_fit = request.solve(&held, &frame)?;
-        let distances = request.distances(&local_fit.vertices)?;
+        let curve = Curve::new(self.space.clone(), frame.raise(&local_fit.vertices))?;
+        // Measured on the curve that is handed out.
+        let handed = frame.lower(&curve)?;
+        let pairs = parameters.iter().zip(&local);
+        let distances: Vec<f64> =
+            pairs.map(|(&u, q)| Ok((handed.derivative(u, 0)? - q).norm())).collect::<Result<_>>()?;
         let worst = (0..distances.len()).fold(0, |w, k| if distances[k] > distances[w] { k } else { w });
         let mean = distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64;
         Ok(Fitted {
-            curve: Curve::new(self.space.clone(), frame.raise(&local_fit.vertices))?,
+            curve,
             max_error: frame.leave_length(distances[worst]),
             worst,
             rms_error: frame.leave_length(mean.sqrt()),

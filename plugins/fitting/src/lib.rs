@@ -12,33 +12,42 @@
 //!
 //! All equations are banded (around a circle for closed curves) and solved by orthogonal rotations, in time linear
 //! in the number of points. Every answer comes with its residual and the condition of its equations; where these
-//! are singular, or the tolerance is not met, there is an error that says what to do, and no curve.
+//! are singular, the tolerance is not met, or the curve goes astray between the points (far longer than their polygon,
+//! or turned back), there is an error that says what to do, and no curve. All of that is measured on the curve that is
+//! handed out.
 
 mod banded;
 mod constraint;
+mod corner;
 pub mod error;
 pub mod fit;
 mod foot;
 mod frame;
+mod goal;
 mod grading;
 pub mod interpolation;
 mod knots;
 pub mod least_squares;
+mod measure;
 pub mod operation;
 pub mod parameters;
+mod pieces;
 mod refine;
 mod search;
 mod smoothing;
 mod solve;
 pub mod surface;
+mod through;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
 pub use constraint::{Constraint, Kept};
+pub use corner::Corners;
 pub use error::FitError;
 pub use fit::{Fit, FittedCurve, Target};
 pub use interpolation::{Duplicates, Ends, Interpolated, Interpolation};
 pub use least_squares::{Fitted, LeastSquares};
+pub use measure::Astray;
 pub use operation::FitPoints;
 pub use parameters::Parametrization;
 pub use surface::{FittedSurface, GridFit};

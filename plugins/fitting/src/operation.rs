@@ -11,6 +11,8 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::{Error, Point};
 
 use crate::constraint::Constraint;
+use crate::corner::Corners;
+use crate::error::FitError;
 use crate::fit::{Fit, FittedCurve, Target};
 use crate::interpolation::{Duplicates, Ends, Interpolation};
 use crate::parameters::Parametrization;
@@ -58,9 +60,15 @@ const DECLARATION: Declaration = Declaration {
             "close the curve smoothly (periodic); false for a closed polyline keeps the corner where it starts",
         ),
         Field::optional(
+            "corners",
+            "degrees | \"auto\"",
+            "none: a smooth curve",
+            "divide the fit where the points turn by more than this; \"auto\": by more than 60°, and as sharply over six tolerances. Where the turn is shared by the points before and after (a round nose) there is no corner",
+        ),
+        Field::optional(
             "parameters",
             "\"chord\" | \"centripetal\" | \"uniform\" | [numbers]",
-            "\"chord\"",
+            "\"chord\"; \"centripetal\" where interpolation swings",
             "the parameters to start from; a list has one number a point, and one more for a closed curve",
         ),
         Field::optional(
@@ -151,7 +159,9 @@ impl Operation for FitPoints {
             let report = report_of(&fitted, points);
             (fitted.curve, report)
         };
-        report.notes.extend(corner(points, closed));
+        if !parameters.has("corners") {
+            report.notes.extend(corner(points, closed));
+        }
         let report = StepReport { op: DECLARATION.name.into(), object: Some(name.to_owned()), ..report };
         scene.replace(name, curve)?;
         Ok(report)
@@ -174,8 +184,10 @@ fn corner(points: &[Point], closed: bool) -> Option<String> {
         return None;
     }
     let advice = match (closed, k) {
-        (true, 0) => "closed = false keeps the corner there",
-        _ => "fit the parts on both sides of it by themselves to keep the corner",
+        (true, 0) => {
+            "closed = false keeps the corner there, corners = \"auto\" (or an angle in degrees) all such"
+        }
+        _ => "corners = \"auto\", or an angle in degrees, keeps such corners",
     };
     Some(format!(
         "the points turn by {:.0}° at point {k}, which a smooth curve can only round or overshoot: {advice}",
@@ -202,13 +214,28 @@ fn parametrization(parameters: &Parameters) -> Result<Parametrization, Parameter
     })
 }
 
+fn corners_of(parameters: &Parameters) -> Result<Corners, ParameterError> {
+    if !parameters.has("corners") {
+        return Ok(Corners::None);
+    }
+    if parameters.text("corners").is_ok() {
+        return parameters.choice("corners", &[("auto", Corners::Auto)]);
+    }
+    let degrees = parameters.number("corners")?;
+    if degrees > 0.0 && degrees < 180.0 {
+        return Ok(Corners::Angle(degrees.to_radians()));
+    }
+    Err(parameters.error("corners", "is a turn in degrees between 0 and 180, or \"auto\""))
+}
+
 /// Interpolation, and what there is to say about it.
 fn interpolate(
     points: &[Point],
     closed: bool,
     parameters: &Parameters,
 ) -> Result<(loftsman_kernel::spline::Curve, StepReport), OperationError> {
-    const LEAST_SQUARES: [&str; 9] = [
+    const LEAST_SQUARES: [&str; 10] = [
+        "corners",
         "tolerance",
         "relative_tolerance",
         "vertices",
@@ -232,19 +259,30 @@ fn interpolate(
     } else {
         Ends::default()
     };
-    let through = Interpolation {
+    let interpolation = Interpolation {
         degree: degree_of(parameters)?,
         closed,
         parameters: parametrization(parameters)?,
         ends,
         duplicates: if parameters.flag("merge")? { Duplicates::Merge } else { Duplicates::Refuse },
-    }
-    .curve(points)?;
+    };
+    let (through, instead) = match interpolation.curve(points) {
+        // Nobody asked for these parameters.
+        Err(FitError::Astray { astray, .. }) if !parameters.has("parameters") => {
+            let other = Interpolation { parameters: Parametrization::Centripetal, ..interpolation };
+            (
+                other.curve(points)?,
+                Some(format!("centripetal parameters: by chord length the curve {astray}")),
+            )
+        }
+        other => (other?, None),
+    };
     let mut notes = vec![format!(
         "{} control vertices through {} points",
         through.curve.points().len(),
         points.len() - through.merged.len()
     )];
+    notes.extend(instead);
     if !through.merged.is_empty() {
         notes.push(format!(
             "{} coincident points merged (first: {})",
@@ -283,6 +321,7 @@ fn fit_of(
     if parameters.has("weights") {
         fit.weights = Some(parameters.numbers("weights")?);
     }
+    fit.corners = corners_of(parameters)?;
     fit.regularization = parameters.number_or("regularization", 0.0)?;
     if parameters.has("smooth") {
         fit.smooth = parameters.flag("smooth")?;
@@ -375,8 +414,22 @@ fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
         Some(tolerance) => notes.push(format!("the tolerance {tolerance:e} is met")),
         None => {}
     }
+    notes.push(format!(
+        "length {:.6e}, the polygon of the points {:.6e}; the nearest points of the curve are at most {:.3e} away",
+        fitted.length, fitted.polygon_length, fitted.distance
+    ));
     if fitted.interpolated {
-        notes.push("nothing less than interpolation met the tolerance".into());
+        notes.push(if fitted.tolerance.is_some() {
+            "nothing less than interpolation met the tolerance".into()
+        } else {
+            "as many control vertices as points: interpolated".into()
+        });
+    }
+    notes.extend(fitted.remarks.iter().cloned());
+    if !fitted.corners.is_empty() {
+        let first: Vec<String> = fitted.corners.iter().take(8).map(ToString::to_string).collect();
+        let more = if fitted.corners.len() > 8 { ", …" } else { "" };
+        notes.push(format!("{} corners, at points {}{more}", fitted.corners.len(), first.join(", ")));
     }
     if fitted.closing_point_dropped {
         notes.push("the last point repeats the first and was left out of the closed curve".into());

@@ -1,16 +1,23 @@
 //! Surfaces through, or near to, a grid of points: the engines of curves, once along `u` and once along `v`.
 
-use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use crate::banded::Stencils;
 use crate::error::{FitError, Result};
 use crate::frame::Frame;
 use crate::knots;
+use crate::measure::{Astray, Course, LIMIT, length};
 use crate::parameters::{Parametrization, coincident};
 use crate::solve::solve;
 
 const ADVICE: &str = "ask for fewer vertices, a lower degree, or (closed directions) an odd degree";
+
+const ASTRAY: &str = "try centripetal parameters, a lower degree, or fewer vertices";
+/// A line of points in one place may become a ring about it: this many of its errors long.
+const AROUND: f64 = 8.0;
+/// Lengths below this are rounding.
+const ROUNDING: f64 = 1e-11;
 
 /// Fits a tensor-product B-spline surface to a full grid of points; entry 0 of each pair is along `u` (from row to
 /// row), entry 1 along `v` (within a row).
@@ -65,7 +72,9 @@ impl GridFit {
     ///
     /// # Errors
     /// When the grid is not full, a coordinate is not finite, whole rows or columns coincide, or there are too few
-    /// of them for the degree or the vertices asked for.
+    /// of them for the degree or the vertices asked for; [`FitError::Astray`] where a line of the surface, measured on
+    /// the surface that would be handed out, does not go where its points go: bounds as for curves
+    /// ([`Fit`](crate::Fit)), and halfway between two lines of points no line is longer than twice the longer of them.
     pub fn surface(&self, columns: usize, points: &[Point]) -> Result<FittedSurface> {
         if columns == 0 || points.is_empty() || !points.len().is_multiple_of(columns) {
             return Err(FitError::Request(format!(
@@ -105,14 +114,72 @@ impl GridFit {
             }
             sum += distance * distance;
         }
+        let parameters = [sites_u[..rows].to_vec(), sites_v[..columns].to_vec()];
+        self.travels(&surface, &frame, &local, &parameters)?;
         Ok(FittedSurface {
             surface,
-            parameters: [sites_u[..rows].to_vec(), sites_v[..columns].to_vec()],
+            parameters,
             max_error: frame.leave_length(max_error),
             worst,
             rms_error: frame.leave_length((sum / points.len() as f64).sqrt()),
             condition: [first.condition, second.condition],
         })
+    }
+
+    /// Whether the surface's lines through the points travel as these do, and are no longer between them.
+    fn travels(
+        &self,
+        surface: &Surface,
+        frame: &Frame,
+        points: &[Vector],
+        parameters: &[Vec<f64>; 2],
+    ) -> Result<()> {
+        let columns = parameters[1].len();
+        let net: Vec<f64> = surface.points().iter().flat_map(|&p| <[f64; 3]>::from(frame.enter(p))).collect();
+        let turned = transposed(&net, surface.v().len());
+        // Lines along v at the parameters of the rows, then lines along u at those of the columns.
+        for along in [1, 0] {
+            let (across, along_space) =
+                if along == 1 { (surface.u(), surface.v()) } else { (surface.v(), surface.u()) };
+            let net = if along == 1 { &net } else { &turned };
+            let index =
+                |line: usize, k: usize| if along == 1 { line * columns + k } else { k * columns + line };
+            let sites = &parameters[1 - along];
+            let mut middles: Vec<f64> = sites.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]).collect();
+            middles.extend(
+                self.closed[1 - along].then(|| 0.5 * (sites[sites.len() - 1] + sites[0] + across.length())),
+            );
+            let lines = lines(net, across, along_space, sites)?;
+            let mut longest = Vec::with_capacity(lines.len());
+            for (line, curve) in lines.iter().enumerate() {
+                let own: Vec<Vector> = (0..parameters[along].len()).map(|k| points[index(line, k)]).collect();
+                let course = Course {
+                    points: &own,
+                    sites: &parameters[along],
+                    closed: self.closed[along],
+                    corners: &[],
+                };
+                let error = course.distances(curve)?.into_iter().fold(0.0, f64::max);
+                let travel = course.travel(curve, error)?;
+                // A line that is drawn together in a point may run around in its error.
+                let allowance = AROUND * error + ROUNDING;
+                let free = travel.polygon <= allowance;
+                if let Some(astray) = travel.trouble(&LIMIT, allowance, free) {
+                    let astray = astray.renumbered(|k| index(line, k));
+                    return Err(FitError::Astray { astray, advice: ASTRAY });
+                }
+                longest.push((travel.polygon, allowance));
+            }
+            for (j, curve) in self::lines(net, across, along_space, &middles)?.iter().enumerate() {
+                let (here, next) = (longest[j], longest[(j + 1) % longest.len()]);
+                let polygon = here.0.max(next.0);
+                let length = length(curve)?;
+                if length > LIMIT.length * polygon + here.1.max(next.1) {
+                    return Err(FitError::Astray { astray: Astray::Long(length / polygon), advice: ASTRAY });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// The mean of the parameters of all lines in a direction; lines that are a single point have no say.
@@ -176,6 +243,25 @@ impl GridFit {
             }
         }
     }
+}
+
+/// The lines of a surface at parameters `across` it, as curves along: each vertex a sum of `p + 1` of the net's.
+fn lines(net: &[f64], across: &Space, along: &Space, at: &[f64]) -> Result<Vec<Curve>> {
+    let stencils = Stencils::collocation(across, at)?;
+    let n = along.len();
+    let curve = |line: usize| {
+        let (start, values) = stencils.row(line);
+        let vertex = |j: usize| {
+            let sum = |axis: usize| {
+                let term =
+                    |(c, value): (usize, &f64)| value * net[3 * ((start + c) % across.len() * n + j) + axis];
+                values.iter().enumerate().map(term).sum::<f64>()
+            };
+            Point::new(sum(0), sum(1), sum(2))
+        };
+        Ok(Curve::new(along.clone(), (0..n).map(vertex).collect())?)
+    };
+    (0..at.len()).map(curve).collect()
 }
 
 /// A grid of points of three numbers each, its rows (of `columns` points) and columns exchanged.

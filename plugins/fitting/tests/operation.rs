@@ -106,6 +106,30 @@ fn a_corner_at_the_seam_is_told_and_can_be_kept() {
 }
 
 #[test]
+fn corners_are_asked_for_in_degrees_or_found() {
+    let star: Vec<Point> = (0..10)
+        .map(|i| (std::f64::consts::TAU * f64::from(i) / 10.0, if i % 2 == 0 { 40.0 } else { 16.0 }))
+        .map(|(a, r)| Point::new(r * a.cos(), r * a.sin(), 0.0))
+        .collect();
+    let mut scene = Scene::new();
+    scene.add(Object::new("star", Geometry::Polyline(Polyline { points: star, closed: true }))).unwrap();
+    for corners in [json!("auto"), json!(40.0)] {
+        let mut scene = scene.clone();
+        let report =
+            run(&mut scene, json!({ "object": "star", "tolerance": 0.1, "corners": corners })).unwrap();
+        assert!(
+            report.notes.iter().any(|n| n.starts_with("10 corners, at points 0, 1, 2")),
+            "{:?}",
+            report.notes
+        );
+        assert_eq!(scene.curve("star").unwrap().points().len(), 30);
+    }
+    let smooth = run(&mut scene, json!({ "object": "star", "tolerance": 0.1 })).unwrap();
+    assert!(smooth.notes.iter().any(|n| n.contains("corners = \"auto\"")), "{:?}", smooth.notes);
+    assert!(smooth.notes.iter().any(|n| n.starts_with("length ")), "{:?}", smooth.notes);
+}
+
+#[test]
 fn what_is_wrong_is_said() {
     for (fields, words) in [
         (json!({ "tolerance": 1.0 }), "\"object\" is missing"),
@@ -119,6 +143,8 @@ fn what_is_wrong_is_said() {
         (json!({ "object": "ring", "tolerance": 1e-12, "vertices": 5 }), "is not met"),
         (json!({ "object": "ring", "parameters": "cord" }), "did you mean \"chord\"?"),
         (json!({ "object": "ring", "interpolate": true, "tolerance": 1.0 }), "no meaning"),
+        (json!({ "object": "ring", "corners": 200 }), "between 0 and 180"),
+        (json!({ "object": "ring", "corners": "atuo" }), "did you mean \"auto\"?"),
         (json!({ "object": "ring", "weights": [1.0] }), "one positive, finite weight a point"),
         (
             json!({ "object": "ring", "constraints": [{ "kind": "position", "at": 0.5, "keep": true }] }),

@@ -175,12 +175,49 @@ pub(crate) struct FitArgs {
     /// How far the points may be from the curve, in the file's unit; control vertices are added until they are.
     #[arg(long, value_name = "T", value_parser = positive)]
     pub(crate) tolerance: Option<f64>,
-    /// Join the end to the start smoothly: a periodic curve.
-    #[arg(long)]
-    pub(crate) closed: bool,
-    /// Use exactly this many control vertices.
-    #[arg(long, value_name = "N", conflicts_with = "tolerance")]
+    /// The same as a share of the diagonal of the box around the points [default: 1e-4].
+    #[arg(long, value_name = "SHARE", value_parser = positive, conflicts_with = "tolerance")]
+    pub(crate) relative_tolerance: Option<f64>,
+    /// Use exactly this many control vertices; with --tolerance, at most this many.
+    #[arg(long, value_name = "N", conflicts_with = "relative_tolerance")]
     pub(crate) vertices: Option<usize>,
+    /// Pass through every point exactly.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(crate) interpolate: Option<bool>,
+    /// Join the end to the start smoothly: a periodic curve. --closed=false opens a closed polyline where it starts.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(crate) closed: Option<bool>,
+    /// Divide the fit at points where they turn by more than so many degrees, or `auto`; round noses are no corners.
+    #[arg(long, value_name = "DEGREES|auto", value_parser = json)]
+    pub(crate) corners: Option<Value>,
+    /// The parameters to start from: chord, centripetal, uniform, or a list of numbers with commas.
+    #[arg(long, value_name = "HOW", value_parser = list_or_word)]
+    pub(crate) parameters: Option<Value>,
+    /// The most parameter corrections between two additions of knots; 0 keeps the parameters [default: 4].
+    #[arg(long, value_name = "N")]
+    pub(crate) corrections: Option<usize>,
+    /// What an open curve does at its ends: keep or free; with --interpolate averaged, not-a-knot or natural.
+    #[arg(long, value_name = "HOW")]
+    pub(crate) ends: Option<String>,
+    /// Leave out points that coincide with the one before, with --interpolate.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(crate) merge: Option<bool>,
+    /// A positive weight for each point, with commas.
+    #[arg(long, value_name = "W,…", value_delimiter = ',')]
+    pub(crate) weights: Vec<f64>,
+    /// What must hold exactly, as in a recipe: '{ kind = "position", at = 0.5, to = [0, 1, 0] }', or the same as JSON.
+    /// May be repeated.
+    #[arg(long, value_name = "TABLE", value_parser = table)]
+    pub(crate) constraints: Vec<Value>,
+    /// How strongly to straighten vertices that the points leave open; 1e-6 is little [default: 0].
+    #[arg(long, value_name = "FACTOR")]
+    pub(crate) regularization: Option<f64>,
+    /// Spend what the tolerance leaves over on an even curvature [default: true].
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(crate) smooth: Option<bool>,
+    /// Take the best curve found where the tolerance cannot be met.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(crate) best_effort: Option<bool>,
     #[command(flatten)]
     pub(crate) json: Json,
 }
@@ -337,6 +374,32 @@ fn option(text: &str) -> Result<(String, Value), String> {
     let (name, value) = text.split_once('=').ok_or("write it as OPTION=VALUE")?;
     let read: Option<Value> = serde_json::from_str(value).ok();
     Ok((name.trim().to_owned(), read.unwrap_or_else(|| Value::String(value.to_owned()))))
+}
+
+/// JSON, or the text itself.
+fn json(text: &str) -> Result<Value, String> {
+    Ok(serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned())))
+}
+
+/// Numbers with commas as a list, anything else as it is.
+fn list_or_word(text: &str) -> Result<Value, String> {
+    match serde_json::from_str::<Value>(&format!("[{text}]")) {
+        Ok(Value::Array(all)) if all.iter().all(Value::is_number) => Ok(Value::Array(all)),
+        _ => json(text),
+    }
+}
+
+/// A table as JSON or as recipes have it.
+fn table(text: &str) -> Result<Value, String> {
+    if let Ok(value @ Value::Object(_)) = serde_json::from_str(text) {
+        return Ok(value);
+    }
+    let read: Option<Value> =
+        toml::from_str::<toml::Table>(&format!("x = {text}")).ok().and_then(|t| serde_json::to_value(t).ok());
+    match read.and_then(|mut t| t.get_mut("x").map(Value::take)) {
+        Some(value @ Value::Object(_)) => Ok(value),
+        _ => Err("write a table, such as { kind = \"position\", at = 0.5, to = [0, 1, 0] }".to_owned()),
+    }
 }
 
 fn unit(text: &str) -> Result<Unit, String> {

@@ -89,24 +89,41 @@ fn object(scene: &Scene, args: &FitArgs, file: &str) -> anyhow::Result<String> {
 
 fn fit(scene: &mut Scene, object: &str, args: &FitArgs, progress: &Progress) -> anyhow::Result<StepReport> {
     let registry = loftsman::registry();
-    let mut fields = Map::new();
-    fields.insert("object".to_owned(), object.into());
-    fields.insert("degree".to_owned(), args.degree.into());
-    if let Some(tolerance) = args.tolerance {
-        fields.insert("tolerance".to_owned(), tolerance.into());
-    }
-    if let Some(vertices) = args.vertices {
-        fields.insert("vertices".to_owned(), vertices.into());
-    }
-    if args.closed {
-        fields.insert("closed".to_owned(), true.into());
-    }
+    let fields = fields(object, args);
     let parameters = Parameters::new(Value::Object(fields), "")?;
     let context = Context { registry, observer: progress, clock: progress };
     let operation = registry.find_operation("fit", "fit")?;
     operation.apply(scene, &parameters, &context).map_err(|error| match error {
         // The fields are the options: an error in one is an error of the command line.
-        OperationError::Parameter(e) => Usage(format!("--{}: {}", e.path, e.problem)).into(),
+        OperationError::Parameter(e) => {
+            Usage(format!("--{}: {}", e.path.replace('_', "-"), e.problem)).into()
+        }
         other => anyhow::anyhow!("{}, object \"{object}\": {other}", args.points.display()),
     })
+}
+
+/// The fields of the operation: each has the option of its name, hyphens for underscores.
+fn fields(object: &str, args: &FitArgs) -> Map<String, Value> {
+    let numbers = |all: &[f64]| (!all.is_empty()).then(|| all.to_vec().into());
+    let tables = |all: &[Value]| (!all.is_empty()).then(|| all.to_vec().into());
+    let all: [(&str, Option<Value>); 17] = [
+        ("object", Some(object.into())),
+        ("degree", Some(args.degree.into())),
+        ("tolerance", args.tolerance.map(Into::into)),
+        ("relative_tolerance", args.relative_tolerance.map(Into::into)),
+        ("vertices", args.vertices.map(Into::into)),
+        ("interpolate", args.interpolate.map(Into::into)),
+        ("closed", args.closed.map(Into::into)),
+        ("corners", args.corners.clone()),
+        ("parameters", args.parameters.clone()),
+        ("corrections", args.corrections.map(Into::into)),
+        ("ends", args.ends.clone().map(Into::into)),
+        ("merge", args.merge.map(Into::into)),
+        ("weights", numbers(&args.weights)),
+        ("constraints", tables(&args.constraints)),
+        ("regularization", args.regularization.map(Into::into)),
+        ("smooth", args.smooth.map(Into::into)),
+        ("best_effort", args.best_effort.map(Into::into)),
+    ];
+    all.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
 }

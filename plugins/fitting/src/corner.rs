@@ -1,0 +1,232 @@
+//! Corners in a chain of points: where a smooth curve cannot follow, and a fit is divided.
+
+use loftsman_kernel::Vector;
+
+/// The turn beyond which [`Corners::Auto`] takes a point for a corner: 60°.
+const SHARP: f64 = std::f64::consts::FRAC_PI_3;
+/// For [`Corners::Auto`] the points must turn as sharply over so many tolerances on both sides: noise does not.
+const ARM: f64 = 6.0;
+/// A turn that noise does not make beside a corner: 10°.
+const FLANK: f64 = std::f64::consts::PI / 18.0;
+/// Places nearer to each other than this share of the points' size are one place.
+const SAME: f64 = 1e-9;
+
+/// Where a fitted curve has corners.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Corners {
+    /// Nowhere: the curve is smooth.
+    #[default]
+    None,
+    /// At points where the polygon of the points turns by more than this angle, in radians, unless it is round there.
+    Angle(f64),
+    /// As for an angle of 60°, where the points turn as sharply over six tolerances to both sides, too.
+    Auto,
+}
+
+impl Corners {
+    /// The corners of a chain of points, ascending; of an open chain never the ends. `tolerance`: what distance does
+    /// not matter.
+    ///
+    /// The points of a round nose turn sharply as well, but the turn is shared: it goes on, in the same sense, at the
+    /// points before and after, and *falls off* from point to point. A run of sharp turns is round where on both of its
+    /// sides the next turn (the flank) has the same sense, and
+    /// * it is at least half the run's last turn (its edge); or an eighth of it, and 1.5 times the turn behind it or
+    ///   with that one 0.55 of the edge; or a fifth of it, where the edge is less than 0.6 of the run's sharpest turn;
+    ///   or (a nose of three points) 10° and 6 % of it, and 2.5 times the turn behind it;
+    /// * or the flanks and the turns behind them make up 1.1 times their edges, and a quarter of it on either side.
+    ///
+    /// The corner of a polygon, whose sides are straight or evenly curved, has no such flanks. `O(n)`.
+    pub(crate) fn find(self, points: &[Vector], closed: bool, tolerance: f64) -> Vec<usize> {
+        let least = match self {
+            Self::None => return Vec::new(),
+            Self::Angle(angle) => angle,
+            Self::Auto => SHARP,
+        };
+        let size = points.iter().fold(0.0_f64, |m, p| m.max((p - points[0]).amax()));
+        let chain = places(points, closed, tolerance.max(SAME * size));
+        let n = chain.len();
+        if n < 3 {
+            return Vec::new();
+        }
+        let at = |j: usize| points[chain[j % n]];
+        // Turns as angles, and the axes they turn about; the ends of an open chain do not turn.
+        let turns: Vec<Turn> = (0..n)
+            .map(|j| {
+                if !closed && (j == 0 || j + 1 == n) {
+                    Turn::none()
+                } else {
+                    Turn::at(at(j + n - 1), at(j), at(j + 1))
+                }
+            })
+            .collect();
+        let turn = |j: isize| {
+            let inside = closed || (j >= 0 && (j as usize) < n);
+            if inside { turns[j.rem_euclid(n as isize) as usize] } else { Turn::none() }
+        };
+        let mut corners = Vec::new();
+        for j in 0..n as isize {
+            if turn(j).angle <= least || round(&turn, j, least, n) {
+                continue;
+            }
+            if self == Self::Auto && self.blunt(&at, j as usize, n, closed, ARM * tolerance, least) {
+                continue;
+            }
+            corners.push(chain[j as usize]);
+        }
+        corners
+    }
+
+    /// Whether the points turn by less than `least` where they are looked at from `arm` away.
+    fn blunt(
+        self,
+        at: &impl Fn(usize) -> Vector,
+        j: usize,
+        n: usize,
+        closed: bool,
+        arm: f64,
+        least: f64,
+    ) -> bool {
+        let here = at(j);
+        let walk = |back: bool| {
+            let most = if closed {
+                n / 2
+            } else if back {
+                j
+            } else {
+                n - 1 - j
+            };
+            let place = |i: usize| at(if back { j + n - i } else { j + i });
+            let far = (1..=most).find(|&i| (place(i) - here).norm() >= arm);
+            place(far.unwrap_or(most))
+        };
+        Turn::at(walk(true), here, walk(false)).angle <= least
+    }
+}
+
+/// The turn of a chain at a place: its angle and axis.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    angle: f64,
+    axis: Vector,
+}
+
+impl Turn {
+    fn none() -> Self {
+        Self { angle: 0.0, axis: Vector::zeros() }
+    }
+
+    fn at(before: Vector, here: Vector, after: Vector) -> Self {
+        let (a, b) = ((here - before).normalize(), (after - here).normalize());
+        let axis = a.cross(&b);
+        let angle = axis.norm().atan2(a.dot(&b));
+        if angle.is_finite() { Self { angle, axis } } else { Self::none() }
+    }
+
+    /// Its angle where it turns the same way as the other, else 0.
+    fn with(&self, other: &Self) -> f64 {
+        if self.axis.dot(&other.axis) > 0.0 { self.angle } else { 0.0 }
+    }
+}
+
+/// Whether the run of sharp turns around place `j` falls off on both sides.
+fn round(turn: &impl Fn(isize) -> Turn, j: isize, least: f64, n: usize) -> bool {
+    let Some((left, right)) = side(turn, j, least, n, -1).zip(side(turn, j, least, n, 1)) else {
+        return false;
+    };
+    let peak = left.peak.max(right.peak);
+    let falls = |&Side { edge, flank, behind, .. }: &Side| {
+        flank >= 0.5 * edge
+            || (flank >= 0.125 * edge && (flank >= 1.5 * behind || flank + behind >= 0.55 * edge))
+            || (flank >= 0.2 * edge && edge <= 0.6 * peak)
+            || (flank >= (0.06 * edge).max(FLANK) && flank >= 2.5 * behind)
+    };
+    // With noise one side may look steeper than it is.
+    let shares = [&left, &right].map(|s| (s.flank + s.behind) / s.edge);
+    (falls(&left) && falls(&right)) || (shares[0] + shares[1] >= 1.1 && shares[0].min(shares[1]) >= 0.25)
+}
+
+/// One side of a run of sharp turns: its last turn, the two beyond it as far as they have its sense, and the sharpest.
+#[derive(Debug)]
+struct Side {
+    edge: f64,
+    flank: f64,
+    behind: f64,
+    peak: f64,
+}
+
+/// The side of the run around place `j` in the direction of `step`; none where the run goes all around.
+fn side(turn: &impl Fn(isize) -> Turn, j: isize, least: f64, n: usize, step: isize) -> Option<Side> {
+    let (mut last, mut peak) = (j, 0.0_f64);
+    for _ in 0..n {
+        let (here, next) = (turn(last), turn(last + step));
+        let flank = next.with(&here);
+        peak = peak.max(here.angle);
+        if flank <= least {
+            return Some(Side { edge: here.angle, flank, behind: turn(last + 2 * step).with(&next), peak });
+        }
+        last += step;
+    }
+    None
+}
+
+/// The points without those within `least` of the one before; of an open chain the last one stays.
+fn places(points: &[Vector], closed: bool, least: f64) -> Vec<usize> {
+    let far = |a: usize, b: usize| (points[a] - points[b]).norm() > least;
+    let mut chain: Vec<usize> = Vec::with_capacity(points.len());
+    for k in 0..points.len() {
+        if chain.last().is_none_or(|&before| far(before, k)) {
+            chain.push(k);
+        }
+    }
+    let last = points.len() - 1;
+    if closed {
+        while chain.len() > 1 && !far(chain[0], chain[chain.len() - 1]) {
+            chain.pop();
+        }
+    } else if chain.last() != Some(&last) {
+        if chain.len() > 1 {
+            chain.pop();
+        }
+        chain.push(last);
+    }
+    chain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn polygon(corners: &[(f64, f64)], each: usize) -> Vec<Vector> {
+        let at = |i: usize| Vector::new(corners[i % corners.len()].0, corners[i % corners.len()].1, 0.0);
+        (0..corners.len() * each)
+            .map(|k| at(k / each).lerp(&at(k / each + 1), (k % each) as f64 / each as f64))
+            .collect()
+    }
+
+    #[test]
+    fn polygons_have_their_corners() {
+        let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        for way in [Corners::Angle(0.7), Corners::Auto] {
+            assert_eq!(way.find(&polygon(&square, 1), true, 1e-4), [0, 1, 2, 3]);
+            assert_eq!(way.find(&polygon(&square, 7), true, 1e-4), [0, 7, 14, 21]);
+            assert_eq!(way.find(&polygon(&square, 7), false, 1e-4), [7, 14, 21]);
+        }
+        assert!(Corners::Angle(1.6).find(&polygon(&square, 7), true, 1e-4).is_empty());
+        assert!(Corners::None.find(&polygon(&square, 7), true, 1e-4).is_empty());
+    }
+
+    #[test]
+    fn circles_and_noise_below_the_tolerance_have_none() {
+        for n in [9_u32, 12, 40] {
+            let ring: Vec<Vector> = (0..n)
+                .map(|i| std::f64::consts::TAU * f64::from(i) / f64::from(n))
+                .map(|a| Vector::new(a.cos(), a.sin(), 0.0))
+                .collect();
+            assert!(Corners::Auto.find(&ring, true, 1e-4).is_empty());
+        }
+        let rough: Vec<Vector> = (0..200_u32)
+            .map(|i| Vector::new(f64::from(i) * 1e-3, 1e-3 * f64::from((i * 7919) % 13) / 13.0, 0.0))
+            .collect();
+        assert!(Corners::Auto.find(&rough, false, 1e-3).is_empty());
+    }
+}
