@@ -172,7 +172,8 @@ fn edit(walk: &mut Walk<'_>) -> Outcome {
     let constraints = json!([
         { "kind": "position", "at": at[0], "by": by },
         { "kind": "position", "at": at[1], "keep": true } ]);
-    let fields = json!({ "constraints": constraints, "metric": ["least", "stretch", "bend"][walk.up_to(3)] });
+    let metric = ["least", "stretch", "bend"][walk.up_to(3)];
+    let fields = json!({ "constraints": constraints, "metric": metric });
     let after = walk.run(&[("c", "curve", &curve)], "edit", fields)?;
     let after = &object(&after, "c")["curve"];
     let by = numbers(&by);
@@ -208,7 +209,9 @@ fn drag(walk: &mut Walk<'_>) -> Outcome {
 fn fair(walk: &mut Walk<'_>) -> Outcome {
     let curve = walk.curve(0);
     let at = walk.parameters(&curve, 2);
-    let energy = ["stretch", "bend", "variation"][walk.up_to(3)];
+    // An energy of derivatives that the degree has.
+    let degree = curve["degree"].as_u64().unwrap() as usize;
+    let energy = ["stretch", "bend", "variation"][walk.up_to(degree.min(3))];
     let constraints: Vec<_> =
         at.iter().map(|u| json!({ "kind": "position", "at": u, "keep": true })).collect();
     let fields = json!({ "energy": energy, "constraints": constraints });
