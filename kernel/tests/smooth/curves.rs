@@ -1,13 +1,13 @@
 //! Curves, edited: what was smooth is smooth.
 
-use loftsman_kernel::Vector;
-use loftsman_kernel::edit::{Ask, Edit, EditError, Metric};
+use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric};
 use loftsman_kernel::functional::{derivative, magnitude, orthogonal, position, vertex};
 use loftsman_kernel::solve::SolveError;
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
 
 use super::evaluator::{angle, joints, on_curve};
-use super::families::{chain, conic, cornered, inserted};
+use super::families::{chain, chain_of, conic, cornered, inserted};
 use super::{Dice, solvers};
 
 /// Both sides of every knot where something may be lost, with whether they meet and whether they are smooth.
@@ -248,4 +248,100 @@ fn an_edit_within_an_interval_has_room_beside_what_stays_smooth() {
             }
         }
     }
+}
+
+/// The same curve in another unit, over another domain.
+fn scaled(curve: &Curve, size: f64, domain: f64) -> Curve {
+    let (space, points, weights) = curve.clone().into_parts();
+    let knots = space.knots().iter().map(|k| k * domain).collect();
+    let other = if space.is_periodic() { Space::periodic } else { Space::open };
+    let points = points.into_iter().map(|p| Point::from(p.coords * size)).collect();
+    Curve::build(other(space.degree(), knots).unwrap(), points, weights).unwrap()
+}
+
+#[test]
+fn no_unit_and_no_domain_is_special() {
+    for seed in 0..100 {
+        let mut dice = Dice(30_000 + seed);
+        let curve = [chain, conic, inserted, cornered][seed as usize % 4](&mut dice);
+        let (at, by) = (place(&curve, &mut dice), dice.vector(0.5));
+        let plain = Edit::new(&curve).ask(position(at).by(by)).solve().unwrap();
+        // Powers of two: every number is the same but for its exponent.
+        for (size, domain) in [(1e-9, 1.0), (1e9, 1e6), (1.0, 1e-6), (1e-9, 1e9)] {
+            let power = |x: f64| x.log2().round().exp2();
+            let (size, domain) = (power(size), power(domain));
+            let other = scaled(&curve, size, domain);
+            let edited = Edit::new(&other).ask(position(at * domain).by(by * size)).solve().unwrap();
+            assert_eq!(edited.report().smooth.knots, plain.report().smooth.knots, "{seed}");
+            for (p, q) in plain.shape().points().iter().zip(edited.shape().points()) {
+                assert!((p.coords * size - q.coords).norm() <= 1e-12 * size * 10.0, "{seed}: {p} {q}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_highest_degree_and_long_chains() {
+    let mut kept = 0;
+    for seed in 0..20 {
+        let mut dice = Dice(31_000 + seed);
+        let curve = chain_of(25, &mut dice);
+        let edited =
+            Edit::new(&curve).ask(position(place(&curve, &mut dice)).by(dice.vector(0.5))).solve().unwrap();
+        kept += check(&curve, edited.shape(), &format!("{seed}"));
+    }
+    assert!(kept > 40, "{kept}");
+    // Two thousand quadratic pieces: all hang together; two thousand cubic ones: only those at the place.
+    for (p, most) in [(2, 1999), (3, 2)] {
+        let pieces = 2000;
+        let n = pieces * p + 1;
+        let inner = (1..pieces).flat_map(|k| std::iter::repeat_n(k as f64, p));
+        let ends = |u: f64| std::iter::repeat_n(u, p + 1);
+        let space = Space::open(p, ends(0.0).chain(inner).chain(ends(pieces as f64)).collect()).unwrap();
+        // A parabola, cut at every knot.
+        let smooth = Curve::new(Space::clamped_uniform(p, pieces + p).unwrap(), {
+            let space = Space::clamped_uniform(p, pieces + p).unwrap();
+            (0..pieces + p)
+                .map(|i| Point::new(space.greville(i), (space.greville(i) * 0.01).sin(), 0.0))
+                .collect()
+        });
+        let knots: Vec<f64> = (1..pieces).flat_map(|k| std::iter::repeat_n(k as f64, p - 1)).collect();
+        let curve = smooth.unwrap().insert_knots(&knots).unwrap();
+        assert_eq!((curve.points().len(), curve.space()), (n, &space));
+        let edited = Edit::new(&curve).ask(position(1000.3).by([0.0, 0.5, 0.0])).solve().unwrap();
+        check(&curve, edited.shape(), "long");
+        assert_eq!(edited.report().smooth.knots, most);
+    }
+}
+
+#[test]
+fn bounds_leave_what_is_smooth() {
+    let (mut kept, mut refused) = (0, 0);
+    for seed in 0..100 {
+        let mut dice = Dice(32_000 + seed);
+        let curve = [chain, conic, inserted, cornered][seed as usize % 4](&mut dice);
+        let mut edit = Edit::new(&curve);
+        for _ in 0..1 + dice.below(3) {
+            let at = place(&curve, &mut dice);
+            let low = curve.point(at).unwrap().y + dice.between(-0.3, 0.5);
+            edit = edit.ask(position(at).axis(Axis::Y).at_least(low));
+        }
+        let edited = match edit.solve() {
+            Ok(edited) => edited,
+            Err(_) => {
+                refused += 1;
+                continue;
+            }
+        };
+        kept += check(&curve, edited.shape(), &format!("{seed}, {}", edited.report()));
+    }
+    // Far enough up, all of them hold.
+    assert!(kept > 200 && refused == 0, "{kept} kept, {refused} refused");
+    // Vertices around a joint against a bound: the knot is named.
+    let line: Vec<Point> = (0..7).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
+    let space = Space::open(3, vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]).unwrap();
+    let line = Curve::new(space, line).unwrap();
+    let bounded = Edit::new(&line).ask(vertex(2).keep()).ask(vertex(3).keep());
+    let text = bounded.ask(vertex(4).axis(Axis::Y).at_least(1.0)).solve().unwrap_err().to_string();
+    assert!(text.contains("smooth knot at 1") && text.contains("smooth = 0"), "{text}");
 }

@@ -11,6 +11,11 @@ use super::Dice;
 /// of uneven spacing, each repeated as often as the degree, or once oftener. Some are closed, with a smooth seam.
 pub(crate) fn chain(dice: &mut Dice) -> Curve {
     let p = 1 + dice.below(7);
+    chain_of(p, dice)
+}
+
+/// One of degree `p`.
+pub(crate) fn chain_of(p: usize, dice: &mut Dice) -> Curve {
     let pieces = 2 + dice.below(5);
     let closed = p > 1 && pieces > 2 && dice.below(3) == 0;
     let torn = dice.below(4) == 0;

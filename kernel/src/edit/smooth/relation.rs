@@ -203,20 +203,29 @@ pub(super) fn reach(net: &Net<'_>, joint: &Joint, order: usize) -> SmallVec<[usi
     all
 }
 
-/// Whether a column starts where it ends.
+/// Whether a column starts where it ends. Of every open curve that is edited this is asked, so cheaply: of a clamped one
+/// without evaluating anything.
 pub(super) fn ends_meet(net: &Net<'_>, column: usize) -> bool {
-    let joint = Joint::closing(net.across);
-    let weight = |i: usize| net.weight(i, column);
-    let (mut ends, mut size, mut reach) = ([Vector::zeros(); 2], 0.0_f64, 0.0_f64);
-    for ((span, u), end) in [joint.left, joint.right].into_iter().zip(&mut ends) {
-        let row = row_in(net.across, span, u, 0, net.is_rational().then_some(weight));
-        *end = row.iter().fold(Vector::zeros(), |sum, (i, c)| sum + net.point(i, column).coords * c);
-        for &i in row.vertices() {
+    let space = net.across;
+    let (p, last) = (space.degree(), space.unrolled_len() - 1);
+    let (ends, spans) = if space.is_clamped() {
+        ([net.point(last, column).coords, net.point(0, column).coords], [last, p])
+    } else {
+        let joint = Joint::closing(space);
+        let end = |(span, u): (usize, f64)| {
+            let weight = |i: usize| net.weight(i, column);
+            let row = row_in(space, span, u, 0, net.is_rational().then_some(weight));
+            row.iter().fold(Vector::zeros(), |sum, (i, c)| sum + net.point(i, column).coords * c)
+        };
+        ([end(joint.left), end(joint.right)], [joint.left.0, joint.right.0])
+    };
+    let (mut size, mut reach) = (0.0_f64, 0.0_f64);
+    for (span, end) in spans.into_iter().zip(&ends) {
+        for i in span - p..=span {
             let p = net.point(i, column).coords;
-            size = size.max((p - *end).norm());
+            size = size.max((p - end).norm_squared());
             reach = reach.max(p.amax());
         }
     }
-    let noise = ULPS * f64::EPSILON * reach;
-    (ends[1] - ends[0]).norm() <= MEETS * size + noise
+    (ends[1] - ends[0]).norm() <= MEETS * size.sqrt() + ULPS * f64::EPSILON * reach
 }
