@@ -223,11 +223,45 @@ pub trait Shape: Any + Debug + Send + Sync {
         None
     }
 
+    /// What it is in Rust, for messages about shapes that are wrong.
+    fn type_name(&self) -> &'static str {
+        std::any::type_name::<Self>()
+    }
+
     /// How the control vertices neighbour one another: a grid of `rows × columns`, row after row, each
     /// direction perhaps closed. By default one open row.
     fn grid(&self) -> Grid {
         Grid { rows: 1, columns: self.control_vertices().len(), rows_wrap: false, columns_wrap: false }
     }
+}
+
+/// Whether a shape hangs together: as many control vertices to move as to look at, a grid of just these, a domain.
+///
+/// # Errors
+/// When it does not, naming its type.
+pub(crate) fn check_shape(shape: &mut dyn Shape) -> Result<()> {
+    let (count, name) = (shape.control_vertices().len(), shape.type_name());
+    let wrong = |what: String| Err(Error::Invalid(format!("a shape ({name}) {what}")));
+    let movable = shape.control_vertices_mut().len();
+    if movable != count {
+        return wrong(format!(
+            "has {count} control vertices to look at and {movable} to move: these must be the same"
+        ));
+    }
+    let Grid { rows, columns, .. } = shape.grid();
+    if rows.checked_mul(columns) != Some(count) {
+        return wrong(format!("has {count} control vertices in a grid of {rows} × {columns}"));
+    }
+    let domain = shape.domain();
+    let sound = |i: &Interval| i.start.is_finite() && i.end.is_finite() && i.start < i.end;
+    if !(1..=2).contains(&domain.len()) || !domain.iter().all(sound) {
+        let found: Vec<String> = domain.iter().map(|i| format!("[{}, {}]", i.start, i.end)).collect();
+        return wrong(format!(
+            "has the domain {}: one interval for a curve or two for a surface are needed, each with a length",
+            if found.is_empty() { "of nothing".to_owned() } else { found.join(" × ") }
+        ));
+    }
+    Ok(())
 }
 
 /// The intervals of a shape's parameters.

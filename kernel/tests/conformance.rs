@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::conformance::{functional_conformance, sample_shapes, solver_conformance};
+use loftsman_kernel::conformance::{
+    declaration_conformance, functional_conformance, sample_shapes, solver_conformance,
+};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{self, ShapeNames};
 use loftsman_kernel::plugin::{Parameters, Registry};
@@ -67,6 +69,12 @@ fn every_registered_functional() {
     functional::register(&mut registry);
     let kinds: Vec<_> = registry.functionals().map(|d| d.name).collect();
     assert!(kinds.len() >= 12);
+    for declaration in registry.functionals() {
+        // Conditions of whose direction the field is called `to`.
+        let condition = ["orthogonal", "normal"].contains(&declaration.name);
+        let verdict = declaration_conformance(&declaration, condition);
+        assert!(verdict.passed(), "{verdict}");
+    }
     let mut checks = 0;
     for kind in kinds {
         for (surfaces, fields) in samples(kind) {
@@ -81,6 +89,31 @@ fn every_registered_functional() {
         }
     }
     assert!(checks > 1000, "only {checks} checks");
+}
+
+/// Curvature beside a first derivative that changes, on curves whose tangent is another one than where it was bound: a
+/// little turned, out of the plane, and right round.
+#[test]
+fn curvature_where_the_tangent_turns() {
+    use loftsman_kernel::functional::{Functional, Shapes, curvature};
+    use loftsman_kernel::{Point, Vector};
+    let turns = [(0.0, 1.0), (0.6, 1.0), (1.5, 1.0), (2.5, 1.0), (std::f64::consts::PI, 1.0), (0.0, -1.0)];
+    for shape in sample_shapes(false) {
+        for place in [0.1, 0.9, 1.9] {
+            let bound = curvature(place).alone().bind(&Shapes::one(shape.as_ref())).unwrap().unwrap();
+            for axis in [Vector::z(), Vector::new(1.0, 2.0, -0.5).normalize()] {
+                for (angle, mirror) in turns {
+                    let rotation = nalgebra::Rotation3::from_scaled_axis(axis * angle);
+                    let mut other = shape.boxed();
+                    for p in other.control_vertices_mut() {
+                        *p = Point::from(rotation * p.coords * mirror * 1.3);
+                    }
+                    let verdict = functional_conformance(bound.as_ref(), &[other]);
+                    assert!(verdict.passed() && verdict.checks > 30, "{place} {angle} {mirror}: {verdict}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -10,12 +10,14 @@
 //! assert!(verdict.passed(), "{verdict}");
 //! ```
 
+mod declaration;
 mod format;
 mod functional;
 mod operation;
 mod program;
 mod solver;
 
+pub use declaration::{declaration_conformance, declared_functional_conformance};
 pub use format::{format_conformance, sample_scene};
 pub use functional::{functional_conformance, sample_shapes};
 pub use operation::operation_conformance;
@@ -46,6 +48,38 @@ impl Verdict {
             self.failures.push(failure());
         }
     }
+}
+
+impl Verdict {
+    /// What came of something that must succeed; a failure where it does not.
+    pub(crate) fn take<T, E>(
+        &mut self,
+        result: Result<T, E>,
+        failure: impl FnOnce(E) -> String,
+    ) -> Option<T> {
+        match result {
+            Ok(value) => {
+                self.checks += 1;
+                Some(value)
+            }
+            Err(error) => {
+                self.check(false, || failure(error));
+                None
+            }
+        }
+    }
+}
+
+/// Runs a suite on something of another's making: what panics in there is a failure like others.
+pub(crate) fn guarded(suite: impl FnOnce(&mut Verdict) -> Option<()>) -> Verdict {
+    let mut verdict = Verdict::default();
+    let run = std::panic::AssertUnwindSafe(|| suite(&mut verdict));
+    if let Err(panic) = std::panic::catch_unwind(run) {
+        let text = panic.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| panic.downcast_ref::<&str>().map(|&text| text.to_owned()));
+        verdict.failures.push(format!("it panics: {}", text.as_deref().unwrap_or("without a word")));
+    }
+    verdict
 }
 
 impl fmt::Display for Verdict {

@@ -166,9 +166,10 @@ pub trait Ask: Functional + Sized + 'static {
         Constraint::new(Arc::new(self), Wanted::Scale(factor))
     }
 
-    /// The value should stay.
+    /// The value should stay; a condition (parallel to a direction, symmetric, joined) should hold.
     fn keep(self) -> Constraint {
-        Constraint::new(Arc::new(self), Wanted::Keep)
+        let wanted = if self.is_condition() { Wanted::Hold } else { Wanted::Keep };
+        Constraint::new(Arc::new(self), wanted)
     }
 
     /// The value should become zero; what conditions (symmetric, joined, parallel to a direction) are for.

@@ -1,7 +1,7 @@
 //! From constraints to a linear system: which columns matter, and which equation is where.
 
 use crate::error::Result;
-use crate::functional::{Equation, Shapes, Store};
+use crate::functional::{Equation, Shapes, Store, rows_of};
 use crate::solve::{Sense, SparseRows, System};
 
 use super::ask::Constraint;
@@ -103,8 +103,8 @@ impl Assembly {
         {
             let (mut rows, mut bordering) = (store.rows(shapes), aside.rows(shapes));
             for (k, constraint) in constraints.iter().enumerate() {
-                let rows_of = if border(k) { &mut bordering } else { &mut rows };
-                constraint.functional.rows(shapes, rows_of)?;
+                let into = if border(k) { &mut bordering } else { &mut rows };
+                rows_of(constraint.functional.as_ref(), shapes, into)?;
                 blocks.push(rows.blocks());
             }
         }

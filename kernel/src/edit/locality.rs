@@ -24,7 +24,7 @@ pub(super) fn most_influential(
     at: Location,
     count: usize,
 ) -> Result<Vec<usize>> {
-    let stencil = shapes.get(shape)?.stencil(at, Derivative::POSITION)?;
+    let stencil = shapes.stencil(shape, at, Derivative::POSITION)?;
     let mut all: Vec<(usize, f64)> = stencil.iter().filter(|(_, c)| *c != 0.0).collect();
     if count == 0 || count > stencil.vertices().len() {
         return Err(Error::Invalid(format!(

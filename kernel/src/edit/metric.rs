@@ -119,6 +119,14 @@ impl Metric {
                             "shape {index} has no stretch or bend metric: use \"least\" or a falloff"
                         ))
                     })?;
+                    let count = shape.control_vertices().len();
+                    if matrix.size() != count {
+                        return Err(Error::Invalid(format!(
+                            "shape {index} ({}) has {count} control vertices and a stretch or bend metric of size {}",
+                            shape.type_name(),
+                            matrix.size()
+                        )));
+                    }
                     for i in 0..matrix.size() {
                         entries.extend(
                             matrix.row(i).filter(|(j, _)| *j <= i).map(|(j, v)| (offset + i, offset + j, v)),

@@ -1,7 +1,7 @@
 //! The derivative vectors of a shape.
 
 use super::position::{AT, OBJECT};
-use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, magnitude, tangent};
 use crate::error::Result;
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
@@ -38,7 +38,7 @@ impl Functional for DerivativeAt {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        rows.alike(self.on.shape, &shapes.get(self.on.shape)?.stencil(self.at, self.order)?);
+        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at, self.order)?);
         Ok(())
     }
 
@@ -47,6 +47,16 @@ impl Functional for DerivativeAt {
         match at {
             Location::Curve(_) => format!("derivative {} at {at}{on}", order.u),
             Location::Surface(..) => format!("derivative [{}, {}] at {at}{on}", order.u, order.v),
+        }
+    }
+
+    fn supersedes(&self, companion: &dyn Functional) -> bool {
+        match self.at {
+            Location::Curve(u) if self.order == 1.into() => {
+                let (on, name) = (|| self.on.clone(), companion.describe());
+                name == tangent(u).on(on()).describe() || name == magnitude(u).on(on()).describe()
+            }
+            _ => false,
         }
     }
 

@@ -1,8 +1,8 @@
 //! The length of a curve's first derivative.
 
-use super::on::unit;
+use super::on::{curve_location, unit};
 use super::position::{AT, OBJECT};
-use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative};
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, ParameterError, Parameters};
 use crate::shape::Location;
@@ -39,9 +39,8 @@ impl Functional for Magnitude {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let shape = shapes.get(self.on.shape)?;
-        let stencil = shape.stencil(Location::Curve(self.at), 1.into())?;
-        let tangent = stencil.apply(shape.control_vertices());
+        let stencil = shapes.stencil(self.on.shape, Location::Curve(self.at), 1.into())?;
+        let tangent = stencil.apply(shapes.get(self.on.shape)?.control_vertices());
         let direction = unit(&tangent).ok_or_else(|| {
             let what = self.describe();
             Error::Invalid(format!(
@@ -60,6 +59,19 @@ impl Functional for Magnitude {
         Ok(())
     }
 
+    fn check_target(&self, _: &[f64], wanted: &[f64]) -> Result<()> {
+        let Some(&wanted) = wanted.first().filter(|w| **w <= 0.0) else { return Ok(()) };
+        let what = self.describe();
+        Err(Error::Invalid(format!(
+            "{what}: it would be {wanted}, but it is a length, and where it vanishes the curve stands still and has no \
+             direction; ask for a positive one (to turn the tangent round, ask for the derivative)"
+        )))
+    }
+
+    fn supersedes(&self, companion: &dyn Functional) -> bool {
+        companion.describe() == derivative(self.at, 1).on(self.on.clone()).describe()
+    }
+
     fn describe(&self) -> String {
         format!("tangent magnitude at {}{}", self.at, self.on)
     }
@@ -74,7 +86,7 @@ impl DeclaredFunctional for Magnitude {
         Declaration { name: "magnitude", help: "the length of the tangent vector C'", fields: &[AT, OBJECT] };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = parameters.location("at")?.on_curve().map_err(|e| parameters.error("at", e.to_string()))?;
+        let at = curve_location(parameters)?;
         Ok(Self { on: On::from_parameters(parameters, names)?, at })
     }
 }

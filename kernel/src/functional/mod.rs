@@ -3,8 +3,10 @@
 //! A functional is a number, or several, that a shape has: where it passes, how it is directed, how much area
 //! it encloses. It is written once and works on every [`Shape`](crate::shape::Shape).
 
+mod checked;
 mod curvature;
 mod derivative;
+mod jet;
 mod join;
 mod linear;
 mod magnitude;
@@ -23,6 +25,8 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+pub(crate) use checked::equations_of;
+pub use checked::{linearize_of, rows_of, value_of};
 pub use curvature::{Curvature, curvature};
 pub use derivative::{DerivativeAt, derivative};
 pub use join::{Edge, Join, Place, join};
@@ -131,10 +135,33 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// What it is, for people and reports: `position at 0.25`.
     fn describe(&self) -> String;
 
-    /// Functionals that must stand still for this one to mean what it says; each is kept unless the edit asks
-    /// for the same thing (equal [`describe`](Self::describe)) itself. None by default.
+    /// Functionals that should stand still beside this one; each is kept unless the edit asks for the same thing (equal
+    /// [`describe`](Self::describe)) itself, or for something that [supersedes](Self::supersedes) it. Where this one means
+    /// something else then, [`beside`](Self::beside) says what to ask. None by default.
     fn companions(&self) -> Vec<Arc<dyn Functional>> {
         Vec::new()
+    }
+
+    /// Whether a companion of another functional is not to be kept because this one changes what it holds: the length of a
+    /// tangent cannot be scaled while the first derivative stands still. Only asked where this one is to change. A companion
+    /// of the same [`describe`](Self::describe) always gives way.
+    fn supersedes(&self, companion: &dyn Functional) -> bool {
+        let _ = companion;
+        false
+    }
+
+    /// The functional to ask instead where not all of its companions stand still, as `stands_still` tells of each: curvature
+    /// is linear only while the first derivative stays. `None` (the default) where that does not matter.
+    fn beside(&self, stands_still: &dyn Fn(&dyn Functional) -> bool) -> Option<Arc<dyn Functional>> {
+        let _ = stands_still;
+        None
+    }
+
+    /// As many numbers as it has equations from fewer that say the same: a curvature in its present plane is one number.
+    /// Asked of values to have and of changes; `None` (the default) where all numbers must be given.
+    fn complete(&self, given: &[f64]) -> Option<Vec<f64>> {
+        let _ = given;
+        None
     }
 
     /// The functional with everything that it takes from the shapes' state at the start of an edit made fixed
@@ -156,6 +183,17 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// (parallel to a direction, symmetric, joined).
     fn is_condition(&self) -> bool {
         false
+    }
+
+    /// For a [condition](Self::is_condition) whose numbers mean nothing to people, so that nothing but zero can be asked of
+    /// them: what to ask instead. `None` by default.
+    fn only_holds(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// What it is in Rust, for messages about functionals that are wrong.
+    fn type_name(&self) -> &'static str {
+        std::any::type_name::<Self>()
     }
 
     /// How well its equations hold where they are said to. To rounding by default.

@@ -40,12 +40,11 @@ impl Functional for Normal {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let shape = shapes.get(self.on.shape)?;
         let direction = unit(&self.to).ok_or_else(|| {
             Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
         })?;
         for order in [Derivative { u: 1, v: 0 }, Derivative { u: 0, v: 1 }] {
-            let stencil = shape.stencil(self.at.into(), order)?;
+            let stencil = shapes.stencil(self.on.shape, self.at.into(), order)?;
             rows.equation().along(self.on.shape, &stencil, direction);
         }
         Ok(())
@@ -72,8 +71,12 @@ impl DeclaredFunctional for Normal {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let (u, v) =
-            parameters.location("at")?.on_surface().map_err(|e| parameters.error("at", e.to_string()))?;
+        let Location::Surface(u, v) = parameters.location("at")? else {
+            return Err(parameters.error(
+                "at",
+                "a surface's normal is asked at [u, v]; on a curve, ask for the tangent, or that it be orthogonal",
+            ));
+        };
         Ok(Self { on: On::from_parameters(parameters, names)?, at: [u, v], to: parameters.vector("to")? })
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::ShapeNames;
 use crate::plugin::{ParameterError, Parameters};
+use crate::shape::Location;
 
 /// A shape of a problem: its number, and its name where it has one. The default is the first shape.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -47,6 +48,23 @@ impl fmt::Display for On {
             (None, 0) => Ok(()),
             (None, shape) => write!(f, " of shape {shape}"),
         }
+    }
+}
+
+/// The field `at` of a kind that is asked of curves only.
+///
+/// # Errors
+/// When it is missing or wrong; when it is a location on a surface, saying so.
+pub(super) fn curve_location(parameters: &Parameters) -> Result<f64, ParameterError> {
+    match parameters.location("at")? {
+        Location::Curve(u) => Ok(u),
+        Location::Surface(u, v) => Err(parameters.error(
+            "at",
+            format!(
+                "this is asked of a curve, at one parameter, and [{u}, {v}] is a location on a surface; there, ask for a \
+                 position, a derivative or the normal, or of an isocurve"
+            ),
+        )),
     }
 }
 

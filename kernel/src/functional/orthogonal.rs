@@ -1,8 +1,8 @@
 //! A curve's tangent perpendicular to a direction.
 
-use super::on::unit;
+use super::on::{curve_location, unit};
 use super::position::{AT, OBJECT};
-use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, tangent};
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
@@ -40,7 +40,7 @@ impl Functional for Orthogonal {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let stencil = shapes.get(self.on.shape)?.stencil(Location::Curve(self.at), 1.into())?;
+        let stencil = shapes.stencil(self.on.shape, Location::Curve(self.at), 1.into())?;
         let direction = unit(&self.to).ok_or_else(|| {
             Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
         })?;
@@ -50,6 +50,11 @@ impl Functional for Orthogonal {
 
     fn describe(&self) -> String {
         format!("orthogonal to [{}, {}, {}] at {}{}", self.to.x, self.to.y, self.to.z, self.at, self.on)
+    }
+
+    fn supersedes(&self, companion: &dyn Functional) -> bool {
+        let (on, name) = (|| self.on.clone(), companion.describe());
+        name == derivative(self.at, 1).on(on()).describe() || name == tangent(self.at).on(on()).describe()
     }
 
     fn location(&self) -> Option<(usize, Location)> {
@@ -69,7 +74,7 @@ impl DeclaredFunctional for Orthogonal {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = parameters.location("at")?.on_curve().map_err(|e| parameters.error("at", e.to_string()))?;
+        let at = curve_location(parameters)?;
         Ok(Self { on: On::from_parameters(parameters, names)?, at, to: parameters.vector("to")? })
     }
 }

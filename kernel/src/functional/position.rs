@@ -37,7 +37,7 @@ impl Functional for Position {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        rows.alike(self.on.shape, &shapes.get(self.on.shape)?.stencil(self.at, Derivative::POSITION)?);
+        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at, Derivative::POSITION)?);
         Ok(())
     }
 

@@ -44,6 +44,8 @@ pub struct Store {
     vertices: Vec<usize>,
     coefficients: Vec<f64>,
     vectors: Vec<Vector>,
+    /// What was put here first that cannot be here.
+    astray: Option<String>,
     rooms: Rooms,
 }
 
@@ -64,17 +66,19 @@ impl std::fmt::Debug for Rooms {
     }
 }
 
-/// Where a functional puts its rows.
+/// Where a functional puts its rows. A control vertex that is not there is remembered: [`rows_of`](super::rows_of) tells.
 #[derive(Debug)]
 pub struct Rows<'a> {
     store: &'a mut Store,
     offsets: SmallVec<[usize; 5]>,
+    /// The first block of the functional whose turn it is: it may not touch those before.
+    floor: usize,
 }
 
 impl Store {
     /// Where a functional of these shapes puts its rows; they come after those that are here already.
     pub fn rows(&mut self, shapes: &Shapes<'_>) -> Rows<'_> {
-        Rows { store: self, offsets: (0..=shapes.len()).map(|i| shapes.offset(i)).collect() }
+        Rows { store: self, offsets: (0..=shapes.len()).map(|i| shapes.offset(i)).collect(), floor: 0 }
     }
 
     /// Forgets all blocks; the room for them stays.
@@ -83,6 +87,7 @@ impl Store {
         self.vertices.clear();
         self.coefficients.clear();
         self.vectors.clear();
+        self.astray = None;
     }
 
     /// All blocks, in the order in which they were put here.
@@ -157,10 +162,10 @@ impl Store {
 impl Rows<'_> {
     /// Appends three equations (x, y, z) that share the stencil of shape `shape`.
     pub fn alike(&mut self, shape: usize, stencil: &Stencil) {
-        let offset = self.offset(shape);
         self.open_alike();
         for (vertex, coefficient) in stencil.iter() {
-            self.store.vertices.push(offset + vertex);
+            let global = self.global(shape, vertex);
+            self.store.vertices.push(global);
             self.store.coefficients.push(coefficient);
         }
     }
@@ -168,8 +173,8 @@ impl Rows<'_> {
     /// Appends three equations for the difference of two stencils: `first - second`.
     pub fn difference(&mut self, first: (usize, &Stencil), second: (usize, &Stencil)) {
         let mut terms: Vec<(usize, f64)> = Vec::new();
-        terms.extend(first.1.iter().map(|(v, c)| (self.offset(first.0) + v, c)));
-        terms.extend(second.1.iter().map(|(v, c)| (self.offset(second.0) + v, -c)));
+        terms.extend(first.1.iter().map(|(v, c)| (self.global(first.0, v), c)));
+        terms.extend(second.1.iter().map(|(v, c)| (self.global(second.0, v), -c)));
         let merged: Stencil = terms.into_iter().collect();
         self.open_alike();
         for (vertex, coefficient) in merged.iter() {
@@ -187,10 +192,8 @@ impl Rows<'_> {
 
     /// Adds `vector · P` of a control vertex to the equation opened last.
     pub fn term(&mut self, shape: usize, vertex: usize, vector: Vector) -> &mut Self {
-        if !matches!(self.store.heads.last(), Some(Head::Coupled { .. })) {
-            self.equation();
-        }
-        let global = self.offset(shape) + vertex;
+        self.open_coupled();
+        let global = self.global(shape, vertex);
         self.store.vertices.push(global);
         self.store.vectors.push(vector);
         self
@@ -203,12 +206,21 @@ impl Rows<'_> {
         first: usize,
         vectors: impl ExactSizeIterator<Item = Vector>,
     ) -> &mut Self {
-        if !matches!(self.store.heads.last(), Some(Head::Coupled { .. })) {
-            self.equation();
+        self.open_coupled();
+        let (length, before) = (vectors.len(), self.store.vectors.len());
+        let Some(last) = length.checked_sub(1) else { return self };
+        let last = self.global(shape, first.saturating_add(last));
+        let start = self.global(shape, first);
+        if last == NOWHERE || start == NOWHERE {
+            return self.term(shape, NOWHERE, Vector::zeros());
         }
-        let start = self.offset(shape) + first;
-        self.store.vertices.extend(start..start + vectors.len());
+        self.store.vertices.extend(start..=last);
         self.store.vectors.extend(vectors);
+        // An iterator that does not keep its word about its length.
+        if self.store.vectors.len() != before + length {
+            self.store.vectors.resize(before + length, Vector::zeros());
+            self.lost(|| format!("announces {length} terms and gives another number of them"));
+        }
         self
     }
 
@@ -222,6 +234,10 @@ impl Rows<'_> {
 
     /// Sets the constant of the block opened last: of the one equation, or (the vector) of the three.
     pub fn constant(&mut self, value: Vector) -> &mut Self {
+        if self.store.heads.len() <= self.floor {
+            self.lost(|| "gives a constant before it has opened an equation".into());
+            return self;
+        }
         match self.store.heads.last_mut() {
             Some(Head::Alike { constant, .. }) => *constant = value,
             Some(Head::Coupled { constant, .. }) => *constant = value.x,
@@ -250,12 +266,91 @@ impl Rows<'_> {
         self.store.blocks()
     }
 
+    /// The turn of another functional, which may not touch the blocks so far; their number.
+    pub(super) fn begin(&mut self) -> usize {
+        self.store.astray = None;
+        self.floor = self.blocks();
+        self.floor
+    }
+
+    /// What was put here that cannot be here, first of all.
+    pub(super) fn astray(&self) -> Option<&str> {
+        self.store.astray.as_deref()
+    }
+
+    /// The scalar equations from block `first` on.
+    pub(super) fn scalar_equations(&self, first: usize) -> usize {
+        let width = |head: &Head| if matches!(head, Head::Alike { .. }) { 3 } else { 1 };
+        self.store.heads[first..].iter().map(width).sum()
+    }
+
+    /// The first coefficient or constant from block `first` on that is not finite, told.
+    pub(super) fn unusable(&self, first: usize) -> Option<String> {
+        let tell = |vertex: Option<&usize>, what: &dyn std::fmt::Debug| match vertex {
+            Some(vertex) => format!(
+                "has {what:?} for the coefficient of control vertex {vertex}: coefficients must be finite (are the shape's \
+                 numbers too large to compute with?)"
+            ),
+            None => format!("has the constant {what:?}: constants must be finite"),
+        };
+        (first..self.blocks()).find_map(|i| match self.store.block(i) {
+            Equation::Alike { vertices, coefficients, constant } => {
+                let bad = coefficients.iter().position(|c| !c.is_finite());
+                bad.map(|k| tell(vertices.get(k), &coefficients[k])).or_else(|| {
+                    constant.iter().any(|c| !c.is_finite()).then(|| tell(None, &constant.as_slice()))
+                })
+            }
+            Equation::Coupled { vertices, vectors, constant } => {
+                let bad = vectors.iter().position(|v| !v.iter().all(|c| c.is_finite()));
+                bad.map(|k| tell(vertices.get(k), &vectors[k].as_slice()))
+                    .or_else(|| (!constant.is_finite()).then(|| tell(None, &constant)))
+            }
+        })
+    }
+
     fn open_alike(&mut self) {
         let (start, first) = (self.store.vertices.len(), self.store.coefficients.len());
         self.store.heads.push(Head::Alike { start, first, constant: Vector::zeros() });
     }
 
-    fn offset(&self, shape: usize) -> usize {
-        self.offsets.get(shape).copied().unwrap_or_else(|| self.offsets.last().copied().unwrap_or(0))
+    /// An equation that may couple the axes, if the last one is not one of this functional.
+    fn open_coupled(&mut self) {
+        let own = self.store.heads.len() > self.floor;
+        if !(own && matches!(self.store.heads.last(), Some(Head::Coupled { .. }))) {
+            self.equation();
+        }
+    }
+
+    /// The number of a control vertex, counted through all shapes; [`NOWHERE`] where there is none, which is remembered.
+    fn global(&mut self, shape: usize, vertex: usize) -> usize {
+        match (self.offsets.get(shape), self.offsets.get(shape.wrapping_add(1))) {
+            (Some(&start), Some(&end)) if vertex < end - start => start + vertex,
+            (Some(&start), Some(&end)) => {
+                let count = end - start;
+                self.lost(|| {
+                    let named = if vertex == NOWHERE { String::new() } else { format!(" {vertex}") };
+                    format!(
+                        "names a control vertex{named} of shape {shape} that is not there: it has {count}, numbered from 0"
+                    )
+                });
+                NOWHERE
+            }
+            _ => {
+                let count = self.offsets.len() - 1;
+                self.lost(|| {
+                    format!("names shape {shape}, but there are {count} in the problem, numbered from 0")
+                });
+                NOWHERE
+            }
+        }
+    }
+
+    fn lost(&mut self, what: impl FnOnce() -> String) {
+        if self.store.astray.is_none() {
+            self.store.astray = Some(what());
+        }
     }
 }
+
+/// A control vertex that is not there; its coefficients count for nothing.
+const NOWHERE: usize = usize::MAX;

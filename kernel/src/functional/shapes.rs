@@ -2,7 +2,7 @@
 
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::shape::Shape;
+use crate::shape::{Derivative, Location, Shape, Stencil};
 
 /// The shapes of a problem. Their control vertices are numbered through: vertex `i` of shape `s` is
 /// `offset(s) + i`.
@@ -78,6 +78,26 @@ impl<'a> Shapes<'a> {
                 "there is no shape {index} in the problem: it has {count}, numbered from 0"
             ))
         })
+    }
+
+    /// The stencil of a derivative of shape `index` at a location, checked: whoever made the shape is told where it names a
+    /// control vertex that is not there, or gives it a coefficient that is no number. `O(p)`.
+    ///
+    /// # Errors
+    /// As for [`get`](Self::get) and [`Shape::stencil`]; where the stencil is wrong, naming the shape's type.
+    pub fn stencil(&self, index: usize, at: Location, derivative: Derivative) -> Result<Stencil> {
+        let shape = self.get(index)?;
+        let stencil = shape.stencil(at, derivative)?;
+        let count = shape.control_vertices().len();
+        let wrong = stencil.iter().find(|&(vertex, c)| vertex >= count || !c.is_finite());
+        match wrong {
+            None => Ok(stencil),
+            Some((vertex, c)) => Err(Error::Invalid(format!(
+                "shape {index} ({}) is made of {c} times control vertex {vertex} at {at}, but it has {count} of them, and \
+                 coefficients are finite: its stencil is wrong",
+                shape.type_name()
+            ))),
+        }
     }
 
     /// Where the control vertices of shape `index` start; for `index = len()`, their total number.

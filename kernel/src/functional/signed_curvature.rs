@@ -1,18 +1,20 @@
 //! The curvature of a curve with its sign, as a number.
 
-use super::on::unit;
+use super::jet::Jet;
+use super::on::{curve_location, unit};
 use super::position::{AT, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
-use crate::shape::{Location, Stencil};
+use crate::shape::Location;
 
 /// `κ = (C' × C'')·n / |C'|³`, the curvature seen against the unit normal `n`: positive where the curve turns left of its
 /// way, for someone towards whom `n` points. One nonlinear equation with gradient
-/// `[S'_i (C'' × n) + S''_i (n × C')] / |C'|³ - 3 κ S'_i C' / |C'|²`. Bounded at samples it makes a curve convex.
+/// `[S'_i (C'' × n) + S''_i (n × C')] / |C'|³ - 3 κ S'_i C' / |C'|²`. Bounded at samples it makes a curve convex. Where the
+/// curve (almost) stands still, so that rounding of its control vertices would decide the value, it is refused.
 ///
-/// Nothing else is kept, unlike [`curvature`](super::curvature()), which scales a curvature where the curve stands still.
+/// Nothing else is kept, unlike with [`curvature`](super::curvature()), beside which position and first derivative stand still.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignedCurvature {
     on: On,
@@ -27,11 +29,8 @@ pub fn signed_curvature(at: f64, normal: impl Into<Vector>) -> SignedCurvature {
 
 /// What the value and the gradient are made of.
 struct Local {
-    stencils: [Stencil; 2],
-    first: Vector,
-    second: Vector,
+    jet: Jet,
     normal: Vector,
-    speed: f64,
     value: f64,
 }
 
@@ -44,23 +43,13 @@ impl SignedCurvature {
     }
 
     fn local(&self, shapes: &Shapes<'_>) -> Result<Local> {
-        let shape = shapes.get(self.on.shape)?;
-        let at = Location::Curve(self.at);
-        let stencils = [shape.stencil(at, 1.into())?, shape.stencil(at, 2.into())?];
-        let [first, second] = [0, 1].map(|k| stencils[k].apply(shape.control_vertices()));
         let normal = unit(&self.normal).ok_or_else(|| {
             let what = self.describe();
             Error::Invalid(format!("{what}: the normal has no direction; give a finite one that is not zero"))
         })?;
-        let speed = first.norm();
-        let value = first.cross(&second).dot(&normal) / (speed * speed * speed);
-        if !(speed > 0.0 && value.is_finite()) {
-            let what = self.describe();
-            return Err(Error::Invalid(format!(
-                "{what}: C' vanishes there, so there is no curvature; ask elsewhere"
-            )));
-        }
-        Ok(Local { stencils, first, second, normal, speed, value })
+        let jet = Jet::new(shapes, self.on.shape, self.at, &|| self.describe())?;
+        let value = jet.first.cross(&jet.second).dot(&normal) / jet.speed / jet.speed / jet.speed;
+        Ok(Local { jet, normal, value })
     }
 }
 
@@ -74,7 +63,8 @@ impl Functional for SignedCurvature {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let Local { stencils: [one, two], first, second, normal, speed, value } = self.local(shapes)?;
+        let Local { jet: Jet { stencils: [one, two], first, second, speed, .. }, normal, value } =
+            self.local(shapes)?;
         let cube = speed * speed * speed;
         let along = second.cross(&normal) / cube - first * (3.0 * value / (speed * speed));
         let across = normal.cross(&first) / cube;
@@ -111,7 +101,7 @@ impl DeclaredFunctional for SignedCurvature {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = parameters.location("at")?.on_curve().map_err(|e| parameters.error("at", e.to_string()))?;
+        let at = curve_location(parameters)?;
         let normal = if parameters.has("normal") { parameters.vector("normal")? } else { Vector::z() };
         Ok(Self { on: On::from_parameters(parameters, names)?, at, normal })
     }

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
-use super::on::{perpendiculars, unit};
+use super::on::{curve_location, perpendiculars, unit};
 use super::position::{AT, OBJECT};
-use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative};
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
 
 /// `C'` parallel to a direction, its length (and sense) free: `C'·e₁ = C'·e₂ = 0` for two unit vectors
-/// perpendicular to the direction. Two linear equations that couple the axes; zero where it holds.
+/// perpendicular to the direction. Two linear equations that couple the axes; zero where it holds, and nothing else can be
+/// asked of them: which two vectors they are is nobody's business.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tangent {
     on: On,
@@ -56,11 +57,10 @@ impl Functional for Tangent {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let shape = shapes.get(self.on.shape)?;
-        let stencil = shape.stencil(Location::Curve(self.at), 1.into())?;
+        let stencil = shapes.stencil(self.on.shape, Location::Curve(self.at), 1.into())?;
         let direction = match self.direction {
             Some(direction) => direction,
-            None => shape.value(Location::Curve(self.at), 1.into())?,
+            None => shapes.get(self.on.shape)?.value(Location::Curve(self.at), 1.into())?,
         };
         let normals = perpendiculars(&direction, &Vector::zeros()).ok_or_else(|| {
             let what = self.describe();
@@ -87,6 +87,12 @@ impl Functional for Tangent {
         Ok(Some(Arc::new(Self { direction: Some(direction), ..self.clone() })))
     }
 
+    fn supersedes(&self, companion: &dyn Functional) -> bool {
+        // To stay as it is does not turn it.
+        self.direction.is_some()
+            && companion.describe() == derivative(self.at, 1).on(self.on.clone()).describe()
+    }
+
     fn location(&self) -> Option<(usize, Location)> {
         Some((self.on.shape, Location::Curve(self.at)))
     }
@@ -94,12 +100,16 @@ impl Functional for Tangent {
     fn is_condition(&self) -> bool {
         true
     }
+
+    fn only_holds(&self) -> Option<&'static str> {
+        Some("to turn the tangent, give the direction that it should have as `direction`")
+    }
 }
 
 impl DeclaredFunctional for Tangent {
     const DECLARATION: Declaration = Declaration {
         name: "tangent",
-        help: "C' parallel to a direction, its length free",
+        help: "C' parallel to a direction, its length free: holds where it is asked (with or without keep = true)",
         fields: &[
             AT,
             Field::optional(
@@ -113,8 +123,7 @@ impl DeclaredFunctional for Tangent {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = parameters.location("at")?;
-        let at = at.on_curve().map_err(|e| parameters.error("at", e.to_string()))?;
+        let at = curve_location(parameters)?;
         let direction =
             if parameters.has("direction") { Some(parameters.vector("direction")?) } else { None };
         Ok(Self { on: On::from_parameters(parameters, names)?, at, direction })

@@ -8,7 +8,9 @@ use crate::functional::{Functional, ShapeNames};
 
 /// The words that say what is wanted. A kind may have a field of its own by such a name (`orthogonal` … `to`); then
 /// the word is the kind's.
-const WISHES: [&str; 6] = ["to", "by", "scale", "keep", "at_least", "at_most"];
+pub(crate) const WISHES: [&str; 6] = ["to", "by", "scale", "keep", "at_least", "at_most"];
+/// The fields that every constraint has, beside what is wanted: no kind may have one of its own by such a name.
+pub(crate) const EVERYWHERE: [&str; 2] = ["kind", "axis"];
 
 /// The functional of a table `{ kind = …, its own fields }` and nothing else: a handle.
 ///
@@ -27,7 +29,7 @@ pub fn functional_from(
 ///
 /// # Errors
 /// When a field is unknown, missing or wrong, when several wishes are there or none (and the kind is not a condition,
-/// which needs none).
+/// which needs none; `keep = true` says the same of it: it holds).
 pub fn constraint_from(
     registry: &Registry,
     parameters: &Parameters,
@@ -36,15 +38,21 @@ pub fn constraint_from(
     let kind = parameters.text("kind")?.to_owned();
     let declaration = registry.find_functional(&kind, parameters.path())?;
     let own = |name: &str| declaration.fields.iter().any(|f| f.name == name);
+    if let Some(taken) = EVERYWHERE.into_iter().find(|name| own(name)) {
+        return Err(parameters.error(
+            "",
+            format!("the kind \"{kind}\" declares a field \"{taken}\", which every constraint has: its plug-in must rename it"),
+        ));
+    }
     let given: Vec<&str> = WISHES.into_iter().filter(|w| parameters.has(w) && !own(w)).collect();
     let known: Vec<Field> = declaration
         .fields
         .iter()
         .copied()
-        .chain(["kind", "axis"].into_iter().chain(WISHES).map(|name| Field::optional(name, "", "", "")))
+        .chain(EVERYWHERE.into_iter().chain(WISHES).map(|name| Field::optional(name, "", "", "")))
         .collect();
     parameters.check(&known)?;
-    let mut rest = vec!["kind", "axis"];
+    let mut rest = EVERYWHERE.to_vec();
     rest.extend(WISHES.into_iter().filter(|w| !own(w)));
     let functional = registry.build_functional(&kind, &parameters.without(&rest), names)?;
     let wanted = match given[..] {
@@ -57,7 +65,11 @@ pub fn constraint_from(
                 ),
             ));
         }
-        [wish] => wanted(parameters, wish)?,
+        [wish] => match wanted(parameters, wish)? {
+            // To keep a condition is to have it hold: a tangent along a direction, a normal along another.
+            Wanted::Keep if functional.is_condition() => Wanted::Hold,
+            wanted => wanted,
+        },
         _ => {
             let all = given.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" and ");
             return Err(parameters.error("", format!("{all} together say too much: give one of them")));

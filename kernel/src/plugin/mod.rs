@@ -13,6 +13,7 @@ mod registry;
 mod step;
 mod tessellator;
 
+pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
 pub use declaration::{Declaration, Field, nearest};
 pub use format::{

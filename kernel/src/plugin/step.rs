@@ -5,7 +5,7 @@ use std::any::Any;
 use super::{ParameterError, Parameters};
 use crate::edit::Constraint;
 use crate::error::{Error, Result};
-use crate::functional::{ShapeNames, Shapes};
+use crate::functional::{ShapeNames, Shapes, equations_of, value_of};
 use crate::scene::{Geometry, Scene};
 use crate::shape::Shape;
 use crate::spline::{Curve, Surface};
@@ -110,9 +110,9 @@ pub fn ask_once(
     let shapes = Shapes::new(shapes.iter().map(AsRef::as_ref));
     let mut values = Vec::new();
     for (constraint, table) in constraints.iter().zip(tables) {
-        let functional = constraint.functional();
-        values.resize(functional.equations(), 0.0);
-        functional.value(&shapes, &mut values).map_err(|e| table.error("", e.to_string()))?;
+        let functional = constraint.functional().as_ref();
+        values.resize(equations_of(functional).map_err(|e| table.error("", e.to_string()))?, 0.0);
+        value_of(functional, &shapes, &mut values).map_err(|e| table.error("", e.to_string()))?;
     }
     Ok(())
 }

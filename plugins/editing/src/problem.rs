@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, Wanted, pick};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Curvature, DerivativeAt, Functional, Position, Shapes, Tangent};
+use loftsman_kernel::functional::{Curvature, DerivativeAt, Functional, Position, Shapes, Tangent, value_of};
 use loftsman_kernel::plugin::{
     Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, SceneShapes, StepReport,
     ask_once, constraint_from, functional_from, nearest, object_name,
@@ -137,7 +137,7 @@ impl Problem {
                 let what = handle.describe();
                 return Err(Error::Invalid(format!("\"{what}\" is not a vector: drag something that is")));
             }
-            handle.value(&Shapes::new(self.shapes.iter().map(AsRef::as_ref)), &mut value)?;
+            value_of(handle.as_ref(), &Shapes::new(self.shapes.iter().map(AsRef::as_ref)), &mut value)?;
         }
         Ok(Vector::from(value))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store};
+use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of};
 use loftsman_kernel::spline::{Curve, Space};
 
 use crate::banded::{Qr, Stencils};
@@ -110,7 +110,7 @@ impl Held {
                 None => return Err(refuse("say which value it should have with `to`".into())),
             };
             let mut store = Store::default();
-            functional.rows(&shapes, &mut store.rows(&shapes))?;
+            rows_of(functional.as_ref(), &shapes, &mut store.rows(&shapes))?;
             if !held.append(index, &store, &to, frame) {
                 return Err(refuse(
                     "it does not depend on the control vertices, or too much to compute with".into(),

@@ -8,7 +8,7 @@ use super::{Session, view};
 use crate::edit::assembly::Slot;
 use crate::edit::conflict::agrees;
 use crate::edit::report::{ConstraintReport, Report};
-use crate::functional::Shapes;
+use crate::functional::{Shapes, value_of};
 use crate::shape::Shape;
 
 impl<S: Shape> Session<S> {
@@ -51,7 +51,7 @@ impl<S: Shape> Session<S> {
         report.adjustment = adjustment;
         for bound in &self.bound {
             let mut value = vec![0.0; bound.constraint.functional.equations()];
-            let residual = match bound.constraint.functional.value(&shapes, &mut value) {
+            let residual = match value_of(bound.constraint.functional.as_ref(), &shapes, &mut value) {
                 Err(_) => f64::NAN,
                 Ok(()) => (0..value.len())
                     .filter(|&e| bound.constraint.asks(e))

@@ -10,7 +10,7 @@ use super::bound::Bound;
 use crate::Point;
 use crate::edit::assembly::Assembly;
 use crate::error::Result;
-use crate::functional::{Equation, Linearity, Shapes, Store};
+use crate::functional::{Equation, Linearity, Shapes, Store, linearize_of};
 use crate::solve::{Factored, InverseMetric, SolveError};
 
 /// The most equations that a border may have; more are solved as one system.
@@ -152,7 +152,7 @@ impl Border {
             let count = constraint.functional.equations();
             self.store.clear();
             let mut rows = self.store.rows(shapes);
-            constraint.functional.linearize(shapes, &mut rows, &mut self.numbers[..count])?;
+            linearize_of(constraint.functional.as_ref(), shapes, &mut rows, &mut self.numbers[..count])?;
             let mut equation = 0;
             for block in self.store.equations() {
                 match block {

@@ -5,7 +5,7 @@ use crate::edit::EditError;
 use crate::edit::ask::{Constraint, Value, Wanted};
 use crate::edit::assembly::Assembly;
 use crate::error::{Error, Result};
-use crate::functional::{Functional, Shapes};
+use crate::functional::{Functional, Linearity, Shapes, equations_of, value_of};
 use crate::solve::Sense;
 use std::sync::Arc;
 
@@ -18,21 +18,80 @@ pub(super) struct Bound {
     pub(super) target: Vec<f64>,
 }
 
-/// Functionals that must stand still for others, unless they are asked for themselves.
-pub(super) fn add_companions(constraints: &mut Vec<Constraint>, handle: Option<&dyn Functional>) {
-    let mut asked: Vec<String> = constraints.iter().map(|c| c.functional.describe()).collect();
-    asked.extend(handle.map(Functional::describe));
-    let mut wanted: Vec<Arc<dyn Functional>> = constraints
+/// Something that is asked: its name, the functional, and whether it stays as it is (all of it).
+struct Asked {
+    name: String,
+    functional: Arc<dyn Functional>,
+    changes: bool,
+    kept: bool,
+}
+
+impl Asked {
+    /// `None`: what is dragged anywhere.
+    fn new(functional: &Arc<dyn Functional>, wanted: Option<&Constraint>) -> Self {
+        let changes = wanted.is_none_or(|c| c.wanted != Wanted::Keep);
+        let kept = !changes && wanted.is_some_and(|c| c.axis.is_none());
+        Self { name: functional.describe(), functional: Arc::clone(functional), changes, kept }
+    }
+}
+
+/// Functionals that should stand still beside others join them, unless they are asked for themselves or something that is
+/// asked supersedes them; functionals that mean something else then become what they are beside that. `known` is asked
+/// already, the one at `dragged` being the handle.
+pub(super) fn add_companions(
+    constraints: &mut Vec<Constraint>,
+    handle: Option<&mut Arc<dyn Functional>>,
+    known: &[Bound],
+    dragged: Option<usize>,
+) {
+    let mut asked: Vec<Asked> = constraints.iter().map(|c| Asked::new(&c.functional, Some(c))).collect();
+    asked.extend(known.iter().enumerate().map(|(k, b)| {
+        Asked::new(&b.constraint.functional, Some(&b.constraint).filter(|_| dragged != Some(k)))
+    }));
+    asked.extend(handle.iter().map(|handle| Asked::new(handle, None)));
+    let gives_way = |companion: &dyn Functional, name: &str| {
+        asked.iter().any(|a| a.name == name || a.changes && a.functional.supersedes(companion))
+    };
+    let mut fresh: Vec<(String, Arc<dyn Functional>)> = Vec::new();
+    let mut settle = |functional: &mut Arc<dyn Functional>, with_companions: bool| {
+        let stands_still = |f: &dyn Functional| {
+            let name = f.describe();
+            asked.iter().any(|a| a.kept && a.name == name) || with_companions && !gives_way(f, &name)
+        };
+        if let Some(other) = functional.beside(&stands_still) {
+            *functional = other;
+        }
+        let companions = if with_companions { functional.companions() } else { Vec::new() };
+        for companion in companions {
+            let name = companion.describe();
+            if !gives_way(companion.as_ref(), &name) && !fresh.iter().any(|(known, _)| *known == name) {
+                fresh.push((name, companion));
+            }
+        }
+    };
+    for constraint in constraints.iter_mut() {
+        let equal = constraint.sense() == Sense::Equal;
+        settle(&mut constraint.functional, equal);
+    }
+    if let Some(handle) = handle {
+        settle(handle, true);
+    }
+    constraints.extend(fresh.into_iter().map(|(_, companion)| Constraint::new(companion, Wanted::Keep)));
+}
+
+/// After something is no longer asked: functionals whose companions no longer stand still become what they are beside that.
+pub(super) fn loosen(bound: &mut [Bound], dragged: Option<usize>) {
+    let kept: Vec<String> = bound
         .iter()
-        .filter(|c| c.sense() == Sense::Equal)
-        .flat_map(|c| c.functional.companions())
+        .enumerate()
+        .filter(|(k, b)| {
+            dragged != Some(*k) && b.constraint.wanted == Wanted::Keep && b.constraint.axis.is_none()
+        })
+        .map(|(_, b)| b.constraint.describe())
         .collect();
-    wanted.extend(handle.into_iter().flat_map(Functional::companions));
-    for companion in wanted {
-        let name = companion.describe();
-        if !asked.contains(&name) {
-            asked.push(name);
-            constraints.push(Constraint::new(companion, Wanted::Keep));
+    for b in bound {
+        if let Some(other) = b.constraint.functional.beside(&|f| kept.contains(&f.describe())) {
+            b.constraint.functional = other;
         }
     }
 }
@@ -51,9 +110,35 @@ pub(super) fn bind(
             Error::Invalid(format!("{name} cannot be narrowed to an axis: it is not a vector")).into()
         );
     }
-    let count = constraint.functional.equations();
+    let wish = match &constraint.wanted {
+        Wanted::Keep | Wanted::Hold => None,
+        Wanted::To(_) => Some("to"),
+        Wanted::By(_) => Some("by"),
+        Wanted::Scale(_) => Some("scale"),
+        Wanted::AtLeast(_) => Some("at_least"),
+        Wanted::AtMost(_) => Some("at_most"),
+    };
+    if let (Some(wish), Some(instead)) = (wish, constraint.functional.only_holds()) {
+        return Err(Error::Invalid(format!(
+            "{name} holds or does not hold, so that \"{wish}\" says nothing: leave it out; {instead}"
+        ))
+        .into());
+    }
+    let count = equations_of(constraint.functional.as_ref())?;
+    if count == 0 && constraint.functional.linearity() != Linearity::Linear {
+        return Err(Error::Invalid(format!(
+            "{name} has no equations, so that it asks nothing; leave it out"
+        ))
+        .into());
+    }
     let mut target = vec![0.0; count];
-    constraint.functional.value(shapes, &mut target)?;
+    value_of(constraint.functional.as_ref(), shapes, &mut target)?;
+    if let Some(bad) = target.iter().find(|v| !v.is_finite()) {
+        return Err(Error::Invalid(format!(
+            "{name}: its value is {bad}; the numbers of the shape, or of what is asked, are too large to compute with"
+        ))
+        .into());
+    }
     let present = target.clone();
     let check = |value: &Value| -> Result<Vec<f64>, EditError> {
         if let Some(bad) = value.0.iter().find(|v| !v.is_finite()) {
@@ -64,8 +149,16 @@ pub(super) fn bind(
             // One number for the one axis that is asked.
             (1, Some(_)) => Ok(vec![value.0[0]; count]),
             (found, _) => {
-                Err(Error::Invalid(format!("{name}: {found} number(s) were given where {count} are needed"))
-                    .into())
+                let short = matches!(constraint.wanted, Wanted::To(_) | Wanted::By(_));
+                let whole =
+                    constraint.functional.complete(&value.0).filter(|all| short && all.len() == count);
+                whole.ok_or_else(|| {
+                    let wish = wish.unwrap_or_default();
+                    Error::Invalid(format!(
+                        "{name}: \"{wish}\" gives {found} number(s) where {count} are needed"
+                    ))
+                    .into()
+                })
             }
         }
     };
@@ -107,7 +200,7 @@ pub(super) fn right_hand_side(
     for (k, b) in bound.iter().enumerate() {
         value.clear();
         value.resize(b.constraint.functional.equations(), 0.0);
-        b.constraint.functional.value(shapes, &mut value)?;
+        value_of(b.constraint.functional.as_ref(), shapes, &mut value)?;
         let mut worst = (0.0_f64, 0.0_f64);
         for slot in assembly.slots(k) {
             let (at, equation) = (assembly.entry(slot), slot.equation as usize);

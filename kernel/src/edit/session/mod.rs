@@ -16,9 +16,8 @@ mod slide;
 
 use std::any::Any;
 use std::marker::PhantomData;
-use std::sync::Arc;
 
-use self::bound::{Bound, add_companions, bind};
+use self::bound::{Bound, add_companions, bind, loosen};
 pub use self::edited::Edited;
 use self::prepared::{Prepared, prepare};
 use super::ask::{Constraint, Value, Wanted};
@@ -29,8 +28,8 @@ use super::metric::Metric;
 use super::problem::Edit;
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::functional::{Linearity, Shapes};
-use crate::shape::{Location, Shape};
+use crate::functional::{Linearity, Shapes, value_of};
+use crate::shape::{Location, Shape, check_shape};
 use crate::solve::{Sense, SolveError, Solver};
 
 /// Names a constraint of a session.
@@ -85,8 +84,11 @@ impl<S: Shape> Session<S> {
         freedom: Freedom,
         metric: Metric,
     ) -> Result<Self, EditError> {
-        let Edit { shapes, mut constraints, handle, sliding, best_effort, alternating, .. } = edit;
-        add_companions(&mut constraints, handle.as_deref());
+        let Edit { mut shapes, mut constraints, mut handle, sliding, best_effort, alternating, .. } = edit;
+        for shape in &mut shapes {
+            check_shape(shape.as_mut())?;
+        }
+        add_companions(&mut constraints, handle.as_mut(), &[], None);
         let mut bound = Vec::with_capacity(constraints.len() + 1);
         let mut next_id = 0;
         for constraint in constraints {
@@ -227,8 +229,7 @@ impl<S: Shape> Session<S> {
     /// When it cannot be asked of the shapes or the system cannot be factored; the session is as before then.
     pub fn add(&mut self, constraint: Constraint) -> Result<ConstraintId, EditError> {
         let mut fresh = vec![constraint];
-        let handle = self.handle.map(|h| Arc::clone(&self.bound[h].constraint.functional));
-        add_companions(&mut fresh, handle.as_deref());
+        add_companions(&mut fresh, None, &self.bound, self.handle);
         let before = self.bound.clone();
         let id = ConstraintId(self.next_id);
         for constraint in fresh {
@@ -262,6 +263,7 @@ impl<S: Shape> Session<S> {
         }
         let gone = self.bound.remove(at);
         self.handle = self.handle.map(|h| if h > at { h - 1 } else { h });
+        loosen(&mut self.bound, self.handle);
         if let Err(error) = self.prepare_again() {
             self.bound.insert(at, gone);
             self.handle = self.handle.map(|h| if h >= at { h + 1 } else { h });
@@ -331,7 +333,7 @@ impl<S: Shape> Session<S> {
     fn prepare_again(&mut self) -> Result<(), EditError> {
         if let Some(handle) = self.handle {
             let bound = &mut self.bound[handle];
-            bound.constraint.functional.value(&view(&self.shapes), &mut self.handle_start)?;
+            value_of(bound.constraint.functional.as_ref(), &view(&self.shapes), &mut self.handle_start)?;
         }
         let prepared = prepare(
             &self.shapes,

@@ -10,6 +10,7 @@ use crate::edit::ask::Constraint;
 use crate::edit::assembly::{Assembly, Freedom};
 use crate::edit::metric::Metric;
 use crate::edit::report::Convergence;
+use crate::error::Error;
 use crate::shape::Shape;
 use crate::solve::{Dependency, Factored, Solver, SystemMetric};
 
@@ -99,6 +100,14 @@ fn prepare_system(
     let mut base = Vec::with_capacity(vertices.len());
     let mut shape = 0;
     for vertex in vertices {
+        // Rows are checked where they arrive; a metric's neighbours are not.
+        if vertex >= shapes.vertex_count() {
+            return Err(Error::Invalid(format!(
+                "control vertex {vertex} should move, but there are {}, numbered from 0",
+                shapes.vertex_count()
+            ))
+            .into());
+        }
         while vertex >= shapes.offset(shape + 1) {
             shape += 1;
         }
