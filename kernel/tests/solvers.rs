@@ -4,13 +4,13 @@
 
 use std::sync::Arc;
 
+use loftsman_kernel::Point;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{
     Adjoint, Automatic, DenseLu, Diagnosis, HouseholderQr, SolveError, Solver, Sparse, SparseRows, Symmetric,
     System, SystemMetric,
 };
 use loftsman_kernel::spline::{Curve, Space};
-use loftsman_kernel::Point;
 
 /// A linear congruential generator: the same families on every machine.
 struct Random(u64);
@@ -121,8 +121,10 @@ fn family(kind: usize, random: &mut Random) -> Family {
         0 => {
             name = "clusters";
             for _ in 0..1 + random.below(4) {
-                let (u, apart) = (random.between(low, high), (high - low) * random.magnitude(-14.0, -1.0).abs());
-                (0..2 + random.below(p + 1)).for_each(|k| rows.push(stencil(&curve, u + k as f64 * apart, 0)));
+                let (u, apart) =
+                    (random.between(low, high), (high - low) * random.magnitude(-14.0, -1.0).abs());
+                (0..2 + random.below(p + 1))
+                    .for_each(|k| rows.push(stencil(&curve, u + k as f64 * apart, 0)));
             }
         }
         1 => {
@@ -145,8 +147,9 @@ fn family(kind: usize, random: &mut Random) -> Family {
                 rows.push(stencil(&curve, random.between(low, high), random.below(p.min(3) + 1)));
             });
             for _ in 0..1 + random.below(8) {
-                let picks: Vec<(usize, f64)> =
-                    (0..1 + random.below(4)).map(|_| (random.below(rows.len()), random.magnitude(-3.0, 3.0))).collect();
+                let picks: Vec<(usize, f64)> = (0..1 + random.below(4))
+                    .map(|_| (random.below(rows.len()), random.magnitude(-3.0, 3.0)))
+                    .collect();
                 rows.push(combination(&rows, &picks));
             }
         }
@@ -224,7 +227,8 @@ fn metric(kind: usize, n: usize, random: &mut Random) -> SystemMetric {
             // Falloff (Wendland 1995).
             let radius = 1.0 + 6.0 * random.next();
             let near = (0..n).flat_map(|i| (i..n).map(move |j| (i, j, (j - i) as f64 / radius)));
-            let entries = near.filter(|e| e.2 < 1.0).map(|(i, j, r)| (i, j, (1.0 - r).powi(3) * (3.0 * r + 1.0)));
+            let entries =
+                near.filter(|e| e.2 < 1.0).map(|(i, j, r)| (i, j, (1.0 - r).powi(3) * (3.0 * r + 1.0)));
             SystemMetric::Inverse(Arc::new(Symmetric::from_entries(n, entries.collect::<Vec<_>>())))
         }
     }
@@ -274,13 +278,22 @@ fn answer(solver: &dyn Solver, system: &System, rhs: &[f64]) -> Outcome {
     Outcome::Conflict
 }
 
-/// The largest `|b - F d|`, in roundings of `|b| + |F||d|`.
-fn residual(system: &System, rhs: &[f64], d: &[f64]) -> f64 {
+/// The largest `|b - F d|`: of independent rows in roundings of `|b| + |F||d|`; of the others in roundings of what they are
+/// made of, too.
+fn residual(system: &System, rhs: &[f64], Answer { d, diagnosis }: &Answer) -> f64 {
     let (rows, mut worst) = (system.rows(), 0.0_f64);
     for (row, b) in rhs.iter().enumerate() {
         let terms = || rows.iter_row(row).map(|(c, v)| (v, d[c]));
         let missed = dot(terms().chain([(-1.0, *b)])).abs();
-        let size = terms().map(|(v, d)| (v * d).abs()).sum::<f64>() + b.abs();
+        let mut size = terms().map(|(v, d)| (v * d).abs()).sum::<f64>() + b.abs();
+        if let Some(implied) = diagnosis.dependencies.iter().find(|d| d.row == row) {
+            let all = || implied.combination.iter().copied().chain([(row, 1.0)]);
+            let columns = all().flat_map(|(row, _)| rows.row(row).0.to_vec());
+            let most = columns.fold(0.0_f64, |most, c| most.max(d[c as usize].abs()));
+            let whole =
+                |row: usize| rhs[row].abs() + most * rows.row(row).1.iter().map(|v| v.abs()).sum::<f64>();
+            size = all().map(|(row, factor)| factor.abs() * whole(row)).sum();
+        }
         let own = missed / (f64::EPSILON * size).max(f64::MIN_POSITIVE);
         worst = if own > worst || own.is_nan() { own } else { worst };
     }
@@ -301,7 +314,7 @@ fn is_near_conflict(system: &System, rhs: &[f64], d: &[f64]) -> bool {
 }
 
 const KINDS: usize = 8;
-const ROUNDS: usize = 40;
+const ROUNDS: usize = 100;
 
 fn solvers() -> [&'static dyn Solver; 5] {
     [&Adjoint, &Sparse, &HouseholderQr, &DenseLu, &Automatic]
@@ -321,9 +334,8 @@ fn what_agrees_is_solved_to_rounding_and_what_contradicts_is_refused() {
         list.iter().for_each(|row| rows.push(row.iter().copied()));
         let system = System::new(rows, (0..width).collect(), 1, metric);
         let wish: Vec<f64> = (0..width).map(|_| random.between(-1.0, 1.0)).collect();
-        let rhs: Vec<f64> = (0..list.len())
-            .map(|row| dot(system.rows().iter_row(row).map(|(c, v)| (v, wish[c]))))
-            .collect();
+        let rhs: Vec<f64> =
+            (0..list.len()).map(|row| dot(system.rows().iter_row(row).map(|(c, v)| (v, wish[c])))).collect();
         let mut denied = rhs.clone();
         let size = rhs[implied].abs()
             + system.rows().iter_row(implied).map(|(c, v)| (v * wish[c]).abs()).sum::<f64>();
@@ -336,18 +348,19 @@ fn what_agrees_is_solved_to_rounding_and_what_contradicts_is_refused() {
                 solver.name()
             );
             match answer(solver, &system, &rhs) {
-                Outcome::Solved(Answer { d, diagnosis }) => {
+                Outcome::Solved(answer) => {
                     tally[k][0] += 1;
-                    let left = residual(&system, &rhs, &d);
+                    let left = residual(&system, &rhs, &answer);
+                    let condition = answer.diagnosis.condition;
                     largest[k] = largest[k].max(left);
                     if !(left <= 256.0) {
-                        failures.push(format!("{what}: residual {left:.1e}, condition {:.1e}", diagnosis.condition));
+                        failures.push(format!("{what}: residual {left:.1e}, condition {condition:.1e}"));
                     }
                     if let (Some(own), Some(least)) =
-                        (squared(system.metric(), &d), squared(system.metric(), &wish))
+                        (squared(system.metric(), &answer.d), squared(system.metric(), &wish))
                     {
                         // What rounding of the right-hand side may do.
-                        let slack = 1e-6 + 64.0 * f64::EPSILON * diagnosis.condition;
+                        let slack = 1e-6 + 64.0 * f64::EPSILON * condition;
                         if !(own.sqrt() <= least.sqrt() * (1.0 + slack)) {
                             failures.push(format!("{what}: {own:e} is not the least, {least:e} will do"));
                         }
@@ -355,26 +368,35 @@ fn what_agrees_is_solved_to_rounding_and_what_contradicts_is_refused() {
                 }
                 Outcome::Conflict => failures.push(format!("{what}: called a conflict")),
                 Outcome::Refused(SolveError::TooLarge { .. }) if k == 0 => continue,
-                Outcome::Refused(SolveError::IllConditioned { .. }) if k < 2 || k == 3 => tally[k][1] += 1,
+                Outcome::Refused(SolveError::IllConditioned { .. }) if k < 4 => tally[k][1] += 1,
+                Outcome::Refused(SolveError::Unsupported(_)) if k == 4 => tally[k][1] += 1,
                 Outcome::Refused(error) => failures.push(format!("{what}: {error}")),
             }
             match answer(solver, &system, &denied) {
                 Outcome::Conflict => tally[k][2] += 1,
                 Outcome::Refused(_) => tally[k][3] += 1,
-                Outcome::Solved(Answer { d, diagnosis }) => {
-                    let left = residual(&system, &denied, &d);
-                    if left <= 256.0 && is_near_conflict(&system, &denied, &d) {
+                Outcome::Solved(answer) => {
+                    let left = residual(&system, &denied, &answer);
+                    if left <= 256.0 && is_near_conflict(&system, &denied, &answer.d) {
                         tally[k][3] += 1;
                     } else {
+                        let condition = answer.diagnosis.condition;
                         failures.push(format!(
-                            "{what}: a contradiction is solved, residual {left:.1e}, condition {:.1e}",
-                            diagnosis.condition
+                            "{what}: a contradiction is solved, residual {left:.1e}, condition {condition:.1e}"
                         ));
                     }
                 }
             }
         }
     }
-    println!("{tally:?} {largest:?}");
     assert!(failures.is_empty(), "{} failures:\n{}", failures.len(), failures.join("\n"));
+    // Refusals are few: those of adjoint and sparse name a better solver, which is what the default goes on to.
+    let all = KINDS * ROUNDS;
+    let [adjoint, sparse, qr, lu, automatic] = tally;
+    assert!(adjoint[0] > all / 4 && adjoint[1] * 8 < adjoint[0], "{adjoint:?}");
+    assert!(sparse[1] * 5 < all, "{sparse:?}");
+    assert!(qr[1] * 50 < all && lu[1] * 200 < all && automatic[1] * 200 < all, "{qr:?} {lu:?} {automatic:?}");
+    // Contradictions are found, not merely refused.
+    assert!([sparse, qr, lu, automatic].iter().all(|t| t[2] >= t[0] - all / 50), "{tally:?}");
+    assert!(largest.iter().all(|l| *l <= 256.0), "{largest:?}");
 }

@@ -152,7 +152,7 @@ impl FactoredAdjoint {
     /// How answers are to be corrected.
     fn correct(&mut self, system: &System, determinant: f64) -> Result<(), SolveError> {
         let core = &mut self.core;
-        if determinant < REFINE || core.whitened.as_ref().is_some_and(|whitened| whitened.disturbs()) {
+        if determinant < REFINE || core.whitened.is_some() {
             let mut refinement = Refinement::new(system, core.rows.kept());
             if !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d)) {
                 return Err(ill_conditioned(core.condition()));
@@ -172,11 +172,7 @@ fn ill_conditioned(condition: f64) -> SolveError {
 impl Core {
     /// The determinant of the kept rows; `None` where it is not safely positive. (The smallest eigenvalue of unit rows' Gram
     /// matrix is no less than a third of it.)
-    fn invert(
-        &mut self,
-        rows: &Arc<SparseRows>,
-        kept: impl ExactSizeIterator<Item = u32>,
-    ) -> Option<f64> {
+    fn invert(&mut self, rows: &Arc<SparseRows>, kept: impl ExactSizeIterator<Item = u32>) -> Option<f64> {
         let c = kept.len();
         if !self.rows.scale(rows, kept, c * c) {
             return None;

@@ -1,9 +1,9 @@
 //! The default: the fastest solver that is safe for the system at hand.
 
-use super::{Adjoint, Factored, HouseholderQr, SolveError, Solver, Sparse, System};
+use super::{Adjoint, DenseLu, Factored, HouseholderQr, SolveError, Solver, Sparse, System};
 
-/// Chooses by size: [`Adjoint`] up to three equations, [`Sparse`] above; and [`HouseholderQr`] where they find the
-/// system too ill-conditioned. [`Factored::solver`] says which one did the work.
+/// Chooses by size: [`Adjoint`] up to three equations, [`Sparse`] above; [`HouseholderQr`] where they find the
+/// system too ill-conditioned, and [`DenseLu`] where that does. [`Factored::solver`] says which one did the work.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Automatic;
 
@@ -16,7 +16,12 @@ impl Solver for Automatic {
         let first: &dyn Solver = if system.rows().len() <= 3 { &Adjoint } else { &Sparse };
         match first.factor(system) {
             Err(error @ (SolveError::IllConditioned { .. } | SolveError::TooLarge { .. })) => {
-                HouseholderQr.factor(system).map_err(|second| neither(&error, second))
+                match HouseholderQr.factor(system) {
+                    Err(SolveError::IllConditioned { better: "lu", .. }) => {
+                        DenseLu.factor(system).map_err(|last| neither(&error, last))
+                    }
+                    other => other.map_err(|second| neither(&error, second)),
+                }
             }
             other => other,
         }
@@ -24,14 +29,21 @@ impl Solver for Automatic {
 }
 
 /// What no solver can do is not to be sent from one to the other.
-fn neither(first: &SolveError, second: SolveError) -> SolveError {
-    let SolveError::TooLarge { equations, unknowns, .. } = second else { return second };
-    let how = match first {
-        SolveError::IllConditioned { .. } => "nearly dependent, and ",
-        _ => "",
-    };
-    SolveError::Unsupported(format!(
-        "{equations} equations with {unknowns} unknowns that hang together are {how}too many: ask for fewer at once, or \
-         take away constraints that nearly coincide"
-    ))
+fn neither(first: &SolveError, last: SolveError) -> SolveError {
+    match (first, last) {
+        (_, SolveError::IllConditioned { condition, .. }) => SolveError::Unsupported(format!(
+            "the constraints are so nearly dependent (condition {condition:.1e}) that no solver meets them to rounding: \
+             take away one of those that nearly coincide, or ask for fewer at once"
+        )),
+        (SolveError::IllConditioned { .. }, SolveError::TooLarge { equations, unknowns, .. }) => {
+            SolveError::Unsupported(format!(
+                "{equations} equations with {unknowns} unknowns that hang together are nearly dependent, and too many for \
+                 the solvers that are made for that: ask for fewer at once, or take away those that nearly coincide"
+            ))
+        }
+        (_, SolveError::TooLarge { equations, unknowns, .. }) => SolveError::Unsupported(format!(
+            "{equations} equations with {unknowns} unknowns that hang together are too many: ask for fewer at once"
+        )),
+        (_, last) => last,
+    }
 }

@@ -4,7 +4,7 @@ use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, Reflections, reduce};
 use super::refine::Refinement;
 use super::system::System;
-use super::{Factored, SolveError, Solver};
+use super::{DenseLu, Factored, SolveError, Solver};
 
 /// Householder QR of `Fᵀ` (reflections applied to `F` from the right, paper 4 §3–4): `F H₁H₂… = L`, forward
 /// substitution, and the reflections undone. Rows are pivoted, so that rank shows; the condition number is not
@@ -44,7 +44,7 @@ impl Solver for HouseholderQr {
                 let (kept, diagnosis) = reduce(system, self.name())?;
                 let part = Reflections::new(&whitened.rows, kept.iter().copied(), 0.0, self.name())?;
                 if part.rank() < kept.len() {
-                    return Err(beyond(f64::INFINITY));
+                    return Err(beyond(system, f64::INFINITY));
                 }
                 (part, diagnosis.dependencies)
             }
@@ -56,7 +56,7 @@ impl Solver for HouseholderQr {
         if (core.whitened.is_some() || core.reflections.weakest() < SUSPECT)
             && !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d))
         {
-            return Err(beyond(core.reflections.condition()));
+            return Err(beyond(system, core.reflections.condition()));
         }
         Ok(Box::new(FactoredQr { core, dependencies, refinement }))
     }
@@ -65,11 +65,14 @@ impl Solver for HouseholderQr {
 /// With a row whose part outside the span of the others is shorter than this, it is tried whether answers hold.
 const SUSPECT: f64 = 1e-4;
 
-/// No other solver can do better.
-fn beyond(condition: f64) -> SolveError {
+/// Where reflections mix rows of very different answers, elimination may still keep them apart.
+fn beyond(system: &System, condition: f64) -> SolveError {
+    if DenseLu::takes(system) {
+        return SolveError::IllConditioned { solver: HouseholderQr.name().into(), condition, better: "lu" };
+    }
     SolveError::Unsupported(format!(
-        "the constraints are so nearly dependent in this metric (condition {condition:.1e}) that no solver meets them to \
-         rounding: take one of those that nearly coincide away, or take a metric of less extreme weights"
+        "the constraints are so nearly dependent (condition {condition:.1e}) that they are not met to rounding: take \
+         away one of those that nearly coincide, or ask for fewer at once"
     ))
 }
 

@@ -17,6 +17,11 @@ pub struct DenseLu;
 impl DenseLu {
     /// The largest bordered system it takes.
     pub const LIMIT: usize = 3000;
+
+    /// Whether a system is not too large.
+    pub(crate) fn takes(system: &System) -> bool {
+        system.rows().len() + system.rows().width() <= Self::LIMIT
+    }
 }
 
 struct FactoredLu {
@@ -48,7 +53,7 @@ impl Solver for DenseLu {
         let rows = system.rows();
         let (equations, unknowns) = (rows.len(), rows.width());
         // Dependent rows make the bordered matrix singular, and elimination alone does not show which they are.
-        if equations + unknowns > Self::LIMIT {
+        if !Self::takes(system) {
             return Err(SolveError::TooLarge {
                 solver: self.name().into(),
                 equations,
@@ -204,11 +209,7 @@ impl Factored for FactoredLu {
     }
 
     fn diagnosis(&self) -> Diagnosis {
-        Diagnosis {
-            rank: self.rank(),
-            condition: self.condition,
-            dependencies: self.dependencies.clone(),
-        }
+        Diagnosis { rank: self.rank(), condition: self.condition, dependencies: self.dependencies.clone() }
     }
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {

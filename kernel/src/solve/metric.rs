@@ -171,11 +171,6 @@ impl InverseMetric {
 }
 
 impl Whitened {
-    /// Whether taking the metric out disturbed the rows by more than rounding of each entry.
-    pub(crate) fn disturbs(&self) -> bool {
-        matches!(self.back, Back::Triangular { .. })
-    }
-
     /// `dᵀWd`, `sides` numbers a column.
     pub(crate) fn squared_length(&mut self, d: &[f64], sides: usize) -> f64 {
         match &mut self.back {

@@ -28,31 +28,44 @@ pub struct Dependency {
 const BLOCK_LIMIT: usize = 200_000_000;
 
 /// Numbers that differ by so many roundings, of the numbers they come from, agree.
-const AGREE: f64 = 256.0 * f64::EPSILON;
+const AGREE: f64 = 64.0 * f64::EPSILON;
 
 impl Dependency {
     /// Whether an adjustment that meets the independent rows meets this one as well, on every side, to what rounding explains:
-    /// of its terms, of what is wanted of it (a number made of numbers of `size`), and of what is wanted of the rows that it is
-    /// made of. It is the answer that is judged, not the factors of the combination.
+    /// of what is wanted of it (a number made of numbers of `size`) and of the rows that it is made of, and of rows that differ
+    /// by rounding from those that were meant, times the largest adjustment in reach of them. It is the answer that is judged,
+    /// not the factors of the combination.
     ///
     /// `rhs` and `size` have an entry for each row and side, `d` for each column and side.
     pub fn agrees(&self, system: &System, rhs: &[f64], size: &[f64], d: &[f64]) -> bool {
-        let sides = system.sides();
-        (0..sides).all(|side| {
-            let at = self.row * sides + side;
-            let (mut reached, mut scale) = (0.0, size[at] + rhs[at].abs());
-            for (column, value) in system.rows().iter_row(self.row) {
-                let term = value * d[column * sides + side];
-                reached += term;
-                scale += term.abs();
-            }
-            for &(row, factor) in &self.combination {
-                let other = row * sides + side;
-                scale += factor.abs() * (size[other] + rhs[other].abs());
-            }
+        (0..system.sides()).all(|side| {
+            let missed = (rhs[self.row * system.sides() + side] - self.reached(system, d, side)).abs();
             // Written so that NaN does not agree.
-            (rhs[at] - reached).abs() <= AGREE * scale
+            missed <= AGREE * self.scale(system, rhs, size, d, side)
         })
+    }
+
+    fn reached(&self, system: &System, d: &[f64], side: usize) -> f64 {
+        system
+            .rows()
+            .iter_row(self.row)
+            .map(|(column, value)| value * d[column * system.sides() + side])
+            .sum()
+    }
+
+    /// The size of the numbers that the row's misfit is made of.
+    fn scale(&self, system: &System, rhs: &[f64], size: &[f64], d: &[f64], side: usize) -> f64 {
+        let (rows, sides) = (system.rows(), system.sides());
+        let largest = |row: usize| {
+            rows.iter_row(row).fold(0.0_f64, |most, (column, _)| most.max(d[column * sides + side].abs()))
+        };
+        let others = self.combination.iter().map(|&(row, _)| largest(row));
+        let most = others.fold(largest(self.row), f64::max);
+        let of = |row: usize| {
+            let at = row * sides + side;
+            size[at] + rhs[at].abs() + most * rows.row(row).1.iter().map(|v| v.abs()).sum::<f64>()
+        };
+        of(self.row) + self.combination.iter().map(|&(row, factor)| factor.abs() * of(row)).sum::<f64>()
     }
 }
 
@@ -225,9 +238,10 @@ impl Block {
             if !(largest.sqrt() > tolerance) {
                 break;
             }
-            // The first row that is within a factor two of the longest: rows keep their order where they can, so
-            // that of two equal constraints the later one is called redundant.
-            let pick = k + norms.iter().position(|&n| n >= 0.25 * largest).unwrap_or(0);
+            // The first row that is nearly as long as the longest: rows keep their order where they can, so that of two equal
+            // constraints the later one is called redundant. Rows that are much shorter would make the others combinations
+            // with large factors, and an answer would meet these only as well as these factors let it.
+            let pick = k + norms.iter().position(|&n| n >= 0.64 * largest).unwrap_or(0);
             rotate_row(&mut work, m, k, pick);
             members[k..=pick].rotate_right(1);
             scale[k..=pick].rotate_right(1);

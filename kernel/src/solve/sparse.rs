@@ -92,7 +92,7 @@ impl FactoredSparse {
     fn correct(&mut self, system: &System) -> Result<(), SolveError> {
         let weakness = self.core.rows.weakness();
         let core = &mut self.core;
-        if weakness < REFINE || core.whitened.as_ref().is_some_and(|whitened| whitened.disturbs()) {
+        if weakness < REFINE || core.whitened.is_some() {
             let mut refinement = Refinement::new(system, core.rows.kept());
             if !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d)) {
                 return Err(ill_conditioned(core.rows.condition()));

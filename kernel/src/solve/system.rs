@@ -175,7 +175,7 @@ impl System {
     /// The [`tolerance`](Self::tolerance) of a new system.
     pub const COARSE: f64 = 1e-10;
     /// The [`tolerance`](Self::tolerance) below which rounding alone makes rows look independent.
-    pub const FINE: f64 = 64.0 * f64::EPSILON;
+    pub const FINE: f64 = 32.0 * f64::EPSILON;
 
     /// A system. `touched` are the global columns behind the rows' own, ascending, as many as the rows are wide.
     pub fn new(rows: SparseRows, touched: Vec<usize>, sides: usize, metric: SystemMetric) -> Self {

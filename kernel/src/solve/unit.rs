@@ -52,7 +52,14 @@ impl UnitRows {
     /// No rows yet. Rows are put where they stay: moving them would cost more than scaling a few.
     #[inline]
     pub(super) fn empty() -> Self {
-        Self { places: Vec::new(), numbers: Vec::new(), scratch: 0, columns: None, smallest_pivot: 1.0, growth: 1.0 }
+        Self {
+            places: Vec::new(),
+            numbers: Vec::new(),
+            scratch: 0,
+            columns: None,
+            smallest_pivot: 1.0,
+            growth: 1.0,
+        }
     }
 
     /// Orders and scales the kept rows and factors `F̂`.

@@ -127,7 +127,8 @@ impl<S: Shape> Session<S> {
         self.prepared.d = d;
         self.place();
         let (coarse, mut fine) = (&mut self.prepared, fine?);
-        if fine.factored.rank() <= coarse.factored.rank() || fine.border.is_some() != coarse.border.is_some() {
+        if fine.factored.rank() <= coarse.factored.rank() || fine.border.is_some() != coarse.border.is_some()
+        {
             return Ok(false);
         }
         if let (Some(border), Some(before)) = (&mut fine.border, &mut coarse.border) {
