@@ -218,7 +218,11 @@ fn samples_of(space: &Space) -> Vec<f64> {
 fn edge_of(shapes: &Shapes<'_>, on: &On, edge: Edge) -> Result<Side> {
     let shape = shapes.get(on.shape)?;
     let domain = shape.domain();
-    let [u, v] = domain[..] else { return Err(Error::LocationKind { found: 2, expected: 1 }) };
+    let [u, v] = domain[..] else {
+        return Err(Error::Invalid(format!(
+            "a curve has ends, no edges{on}: join it at one parameter, such as its domain's start or end"
+        )));
+    };
     let (along_u, at_end) = match edge {
         Edge::UStart => (false, false),
         Edge::UEnd => (false, true),

@@ -272,7 +272,10 @@ impl Shape for Curve {
         let u = self.space.locate(at.on_curve()?)?;
         let order = derivative.u;
         if derivative.v > 0 {
-            return Err(Error::LocationKind { found: 2, expected: 1 });
+            return Err(Error::Invalid(format!(
+                "a derivative [{}, {}] is one of a surface, by u and v: a curve's has one order",
+                derivative.u, derivative.v
+            )));
         }
         if order > MAX_DEGREE {
             return Err(Error::DerivativeOrder { order });
