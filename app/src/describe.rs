@@ -68,7 +68,7 @@ pub struct ObjectFacts {
     /// Frames of its animation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
-    /// The length of a curve or polyline.
+    /// The length of a curve or polyline; none where it is beyond what numbers can hold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// The corners of the axis-parallel box around it, the lower first: of a spline around the curve or surface
@@ -118,12 +118,13 @@ fn object(object: &Object) -> ObjectFacts {
             ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), ..facts }
         }
         Geometry::Polyline(line) => {
-            let open: f64 = line.points.windows(2).map(|p| (p[1] - p[0]).norm()).sum();
+            let open: f64 = line.points.windows(2).map(|p| distance(&p[0], &p[1])).sum();
             let back = match (line.closed, line.points.first(), line.points.last()) {
-                (true, Some(first), Some(last)) => (first - last).norm(),
+                (true, Some(first), Some(last)) => distance(first, last),
                 _ => 0.0,
             };
-            ObjectFacts { closed: Some(line.closed), length: Some(open + back), ..facts }
+            let length = Some(open + back).filter(|length| length.is_finite());
+            ObjectFacts { closed: Some(line.closed), length, ..facts }
         }
         _ => facts,
     }
@@ -148,8 +149,14 @@ fn closed(curve: &Curve) -> bool {
     let (start, end) = curve.domain();
     let (low, high) = curve.hull_bounds();
     let size = (high - low).amax();
-    let gap = curve.point(start).and_then(|a| Ok((curve.point(end)? - a).norm()));
-    curve.is_periodic() || gap.is_ok_and(|gap| gap <= 1e-12 * size)
+    let gap = curve.point(start).and_then(|a| Ok(distance(&curve.point(end)?, &a)));
+    curve.is_periodic() || gap.is_ok_and(|gap| gap.is_finite() && gap <= 1e-12 * size)
+}
+
+/// A distance whose squares neither overflow nor vanish.
+fn distance(p: &Point, q: &Point) -> f64 {
+    let d = q - p;
+    d.x.hypot(d.y).hypot(d.z)
 }
 
 fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {

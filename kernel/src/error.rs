@@ -133,7 +133,7 @@ pub enum Error {
         end: f64,
     },
     /// A location with one parameter for a surface, or with two for a curve.
-    #[error("a location of {found} parameter(s) was given for a shape that has {expected}")]
+    #[error("{}", location_kind(*.found, *.expected))]
     LocationKind {
         /// Parameters given.
         found: usize,
@@ -165,4 +165,15 @@ pub enum Error {
     /// Something that is well formed and still cannot be done; the text says why and what to do.
     #[error("{0}")]
     Invalid(String),
+}
+
+/// Said of the location, which is what was written; the shape it is meant for may not be known yet.
+fn location_kind(found: usize, expected: usize) -> &'static str {
+    match (found, expected) {
+        (2, 1) => "[u, v] is a location on a surface, and this is asked of a curve: give one parameter u",
+        (1, 2) => "one parameter is a location on a curve, and this is asked of a surface: give [u, v]",
+        _ => {
+            "the location has another number of parameters than the shape: one on a curve, [u, v] on a surface"
+        }
+    }
 }

@@ -60,6 +60,7 @@ fn every_operation() {
             "fair" => json!({ "object": curve, "energy": "bend", "constraints": [position], "lock": [0] }),
             "refine" => json!({ "object": curve, "knots": [0.2, 0.7, 0.7] }),
             "elevate" => json!({ "object": "patch", "by": 2 }),
+            "simplify" => json!({ "object": "patch", "tolerance": 0.1 }),
             "reverse" => json!({ "object": "rational" }),
             "split" => json!({ "object": "patch", "at": 1.0, "direction": "v" }),
             "untrim" => json!({ "object": "window" }),

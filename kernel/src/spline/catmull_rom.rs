@@ -202,7 +202,10 @@ impl Shape for CatmullRom {
     fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
         let u = self.space.locate(at.on_curve()?)?;
         if derivative.v > 0 {
-            return Err(Error::LocationKind { found: 2, expected: 1 });
+            return Err(Error::Invalid(format!(
+                "a derivative [{}, {}] is one of a surface, by u and v: a curve's has one order",
+                derivative.u, derivative.v
+            )));
         }
         let order = derivative.u;
         if order > MAX_DEGREE {

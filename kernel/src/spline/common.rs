@@ -64,7 +64,7 @@ impl Space {
 
     /// The conversion of a periodic space to the one whose period starts `by` knots, and vertices, later. Where the
     /// first `by + 1` knots coincide, it is the same period with those copies counted at its end.
-    fn turning(&self, by: usize) -> Result<Conversion> {
+    pub(super) fn turning(&self, by: usize) -> Result<Conversion> {
         let knots = (by..=by + self.len()).map(|k| periodic_knot(self.knots(), k as isize)).collect();
         Conversion::reordering(self, Self::periodic(self.degree(), knots)?, |k| k + by)
     }

@@ -239,7 +239,10 @@ impl Curve {
     #[inline]
     fn stencil_in(&self, span: usize, u: f64, derivative: Derivative) -> Result<Stencil> {
         if derivative.v > 0 {
-            return Err(Error::LocationKind { found: 2, expected: 1 });
+            return Err(Error::Invalid(format!(
+                "a derivative [{}, {}] is one of a surface, by u and v: a curve's has one order",
+                derivative.u, derivative.v
+            )));
         }
         if derivative.u > MAX_DEGREE {
             return Err(Error::DerivativeOrder { order: derivative.u });

@@ -14,6 +14,16 @@ pub struct Length {
     pub reached: bool,
 }
 
+/// A length that is a number.
+fn told(length: Length) -> Result<Length> {
+    if length.value.is_finite() {
+        return Ok(length);
+    }
+    Err(Error::Invalid(
+        "the length is beyond what numbers can hold: scale the curve down, or make its weights alike".into(),
+    ))
+}
+
 /// Halvings of a span after which an interval is taken as it is, its error estimate counted.
 const DEPTH: usize = 48;
 /// Halvings allowed in all, for each span.
@@ -36,8 +46,8 @@ impl Curve {
     /// the answer's [`reached`](Length::reached) then tells. A knot where the curve is torn adds no length.
     ///
     /// # Errors
-    /// When `accuracy` is not a number between 0 and 1, or `a` or `b` is outside the domain (also of a periodic
-    /// curve: cut the way at its seam).
+    /// When `accuracy` is not a number between 0 and 1, `a` or `b` is outside the domain (also of a periodic
+    /// curve: cut the way at its seam), or the length is beyond what numbers can hold.
     pub fn length_between(&self, a: f64, b: f64, accuracy: f64) -> Result<Length> {
         if !(0.0..=1.0).contains(&accuracy) {
             return Err(Error::Invalid(format!(
@@ -53,6 +63,10 @@ impl Curve {
             if !(value >= start && value <= end) {
                 return Err(Error::Outside { value, start, end });
             }
+        }
+        if let Some((curve, unit)) = self.within_reach()? {
+            let Length { value, error, reached } = curve.length_between(a, b, accuracy)?;
+            return told(Length { value: value * unit, error: error * unit, reached });
         }
         let flat = self.space().flat();
         // Below this the two rules differ by rounding, which halving does not reduce.
@@ -88,7 +102,25 @@ impl Curve {
             }
         }
         let error = errors + 4.0 * f64::EPSILON * total;
-        Ok(Length { value: total, error, reached: error <= accuracy * total || total == 0.0 })
+        told(Length { value: total, error, reached: error <= accuracy * total || total == 0.0 })
+    }
+
+    /// The curve in units in which no square overflows or vanishes, and that unit; none where it is so already. A common
+    /// factor on all weights changes nothing. Powers of two, so that nothing is rounded.
+    fn within_reach(&self) -> Result<Option<(Self, f64)>> {
+        let largest = self.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        let weight = self.weights().map_or(1.0, |w| w.iter().copied().fold(0.0, f64::max));
+        let unit = match largest {
+            x if x > 1e140 => 2_f64.powi(600),
+            x if x > 0.0 && x < 1e-140 => 2_f64.powi(-600),
+            _ => 1.0,
+        };
+        if unit == 1.0 && (1e-100..1e100).contains(&weight) {
+            return Ok(None);
+        }
+        let points = self.points().iter().map(|p| p / unit).collect();
+        let weights = self.weights().map(|w| w.iter().map(|w| w / weight).collect());
+        Ok(Some((Self::build(self.space().clone(), points, weights)?, unit)))
     }
 
     /// The parameter at which the curve, from its start, has the given length: Newton's method on the length, kept
@@ -206,6 +238,20 @@ mod tests {
             let point = arc(radius).point(u).unwrap();
             assert!((point.y.atan2(point.x) - 0.3).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn sizes_whose_squares_overflow_or_vanish() {
+        for (radius, weight) in [(1e-300, 1.0), (1e-160, 1e-200), (1e160, 1e200), (1e300, 1e307)] {
+            let (space, points, weights) = arc(radius).into_parts();
+            let weights = weights.map(|w| w.iter().map(|w| w * weight).collect());
+            let length = Curve::build(space, points, weights).unwrap().length(1e-10).unwrap();
+            let exact = radius * std::f64::consts::FRAC_PI_2;
+            assert!((length.value - exact).abs() <= 1e-12 * exact, "{radius}: {length:?}");
+        }
+        let far = [-1.7e308, 1.7e308].map(|x| Point::new(x, 0.0, 0.0)).to_vec();
+        let error = Curve::bezier(far).unwrap().length(1e-10).unwrap_err().to_string();
+        assert!(error.contains("beyond what numbers can hold"), "{error}");
     }
 
     #[test]

@@ -24,6 +24,7 @@
 //! * [`reverse`]: backwards, or over another domain.
 //! * [`revolve`]: surfaces of revolution.
 //! * [`split`]: parts of splines, opening what is periodic.
+//! * [`start`]: closed curves begun elsewhere.
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 //! * [`trimmed`]: surfaces of which loops in the parameter plane bound a part.
 
@@ -53,6 +54,7 @@ pub mod reverse;
 pub mod revolve;
 pub mod space;
 pub mod split;
+pub mod start;
 pub mod surface;
 #[cfg(test)]
 pub(crate) mod testing;

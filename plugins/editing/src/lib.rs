@@ -1,6 +1,6 @@
 //! The operations that edit: `edit` and `drag` under constraints, and the small ones that change how a shape is
-//! represented or where it is (`refine`, `elevate`, `reverse`, `split`, `untrim`, `transform`, `tessellate`, `copy`,
-//! `delete`, `rename`).
+//! represented or where it is (`refine`, `elevate`, `simplify`, `reverse`, `split`, `untrim`, `transform`, `tessellate`,
+//! `copy`, `delete`, `rename`).
 //!
 //! [`Editing`] registers them, with the kernel's functionals and solvers.
 
@@ -10,6 +10,7 @@ mod edit;
 mod problem;
 mod representation;
 mod scene;
+mod simplify;
 mod tessellate;
 mod transform;
 
@@ -22,6 +23,7 @@ pub use drag::Drag;
 pub use edit::EditOperation;
 pub use representation::{Elevate, Refine, Untrim};
 pub use scene::{Delete, Duplicate, Rename};
+pub use simplify::Simplify;
 pub use tessellate::Tessellate;
 pub use transform::Transform;
 
@@ -41,6 +43,7 @@ impl Plugin for Editing {
         registry.operation(Drag);
         registry.operation(Refine);
         registry.operation(Elevate);
+        registry.operation(Simplify);
         registry.operation(Reverse);
         registry.operation(Split);
         registry.operation(Untrim);

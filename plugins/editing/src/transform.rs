@@ -1,12 +1,12 @@
 //! `transform`: an affine map of an object's points.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use nalgebra::{Matrix4, Rotation3, Unit};
+use loftsman_kernel::{Point, Vector};
+use nalgebra::{Matrix3, Matrix4, Rotation3, Unit};
 
 /// The operation `transform`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -44,16 +44,40 @@ impl Operation for Transform {
         let map = map(p)?;
         let object = scene.object(&name)?;
         let moved = object.geometry.transformed(&map)?;
-        let animation = object.animation.clone();
-        scene.replace(&name, moved)?;
-        if let Some(mut animation) = animation {
-            for point in animation.frames.iter_mut().flatten() {
-                *point = loftsman_kernel::placement::transform_point(&map, point);
-            }
-            scene.object_mut(&name)?.animation = Some(animation);
+        if extent(object.geometry.points()) > 0.0 && extent(moved.points()) == 0.0 {
+            let problem = format!(
+                "all points of \"{name}\" would come to lie in one place, since numbers of that size cannot tell them \
+                 apart: scale or move it by less"
+            );
+            return Err(p.error("", problem).into());
         }
+        let animation = object.animation.clone();
+        let mut moved_frames = None;
+        if let Some(mut animation) = animation {
+            for (frame, points) in animation.frames.iter_mut().enumerate() {
+                for point in points {
+                    *point = loftsman_kernel::placement::transform_point(&map, point);
+                    if !point.iter().all(|c| c.is_finite()) {
+                        let problem = format!(
+                            "frame {frame} of \"{name}\" would leave the numbers there are: scale by less"
+                        );
+                        return Err(p.error("", problem).into());
+                    }
+                }
+            }
+            moved_frames = Some(animation);
+        }
+        scene.replace(&name, moved)?;
+        scene.object_mut(&name)?.animation = moved_frames;
         Ok(StepReport { op: "transform".into(), object: Some(name), ..StepReport::default() })
     }
+}
+
+/// The longest side of the box of points; infinite where it overflows.
+fn extent(points: &[Point]) -> f64 {
+    let Some(first) = points.first() else { return 0.0 };
+    let (low, high) = points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+    (high - low).amax()
 }
 
 fn map(p: &Parameters) -> Result<Matrix4<f64>, ParameterError> {
@@ -86,7 +110,9 @@ fn map(p: &Parameters) -> Result<Matrix4<f64>, ParameterError> {
         ];
         let rotate = p.table("rotate")?;
         rotate.check(&FIELDS)?;
-        let axis = Unit::try_new(rotate.vector("axis")?, 0.0)
+        // Over its largest coordinate first: its length does not matter, whatever that is.
+        let axis = rotate.vector("axis")?;
+        let axis = Unit::try_new(axis / axis.amax(), 0.0)
             .ok_or_else(|| rotate.error("axis", "the zero vector is no axis: give a direction"))?;
         let about = if rotate.has("about") { rotate.vector("about")? } else { Vector::zeros() };
         let turn = Rotation3::from_axis_angle(&axis, rotate.number("degrees")?.to_radians()).to_homogeneous();
@@ -113,5 +139,31 @@ fn matrix(p: &Parameters) -> Result<Matrix4<f64>, ParameterError> {
     if numbers[12..] != [0.0, 0.0, 0.0, 1.0] {
         return Err(p.error("matrix", "the last row must be [0, 0, 0, 1]: only affine maps keep splines"));
     }
-    Ok(Matrix4::from_row_slice(&numbers))
+    let map = Matrix4::from_row_slice(&numbers);
+    if flattens(&map.fixed_view::<3, 3>(0, 0).into_owned()) {
+        return Err(p.error(
+            "matrix",
+            "its three columns lie in one plane (or are zero): it flattens the object; give columns that span space",
+        ));
+    }
+    Ok(map)
+}
+
+/// Whether a linear map takes space to a plane, a line or a point, to rounding of its entries.
+///
+/// Rows, then columns, are brought to a largest entry of 1 first: a map that scales the axes differently, however much,
+/// flattens nothing.
+fn flattens(map: &Matrix3<f64>) -> bool {
+    let mut map = *map;
+    for _ in 0..2 {
+        for mut row in map.row_iter_mut() {
+            let largest = row.amax();
+            if largest == 0.0 {
+                return true;
+            }
+            row.iter_mut().for_each(|x| *x /= largest);
+        }
+        map.transpose_mut();
+    }
+    map.determinant().abs() <= 16.0 * f64::EPSILON
 }

@@ -140,12 +140,27 @@ fn every_mistake_has_its_message() {
             vec!["\"to\" and \"by\""],
         ),
         (json!({ "kind": "position", "at": 10.0, "keep": true }), vec!["10 is outside the domain [0, 9]"]),
-        (json!({ "kind": "position", "at": [1.0, 2.0], "keep": true }), vec!["2 parameter(s)"]),
+        (
+            json!({ "kind": "position", "at": [1.0, 2.0], "keep": true }),
+            vec!["[u, v] is a location on a surface"],
+        ),
         (json!({ "kind": "position", "at": 1.0, "to": [0, 0] }), vec!["2 number(s)", "3 are needed"]),
         (json!({ "kind": "position", "at": 1.0, "to": [0, "a", 0] }), vec!["to[1]", "\"a\""]),
         (json!({ "kind": "position", "at": 1.0, "at_least": [0, 0] }), vec!["2 number(s)"]),
         (json!({ "kind": "position", "at": 1.0, "to": 2.0, "axis": "w" }), vec!["axis", "x, y, z"]),
         (json!({ "kind": "tangent", "at": 1.0, "keep": true, "axis": "x" }), vec!["no axes"]),
+        (
+            json!({ "kind": "tangent", "at": 1.0, "to": 0.5 }),
+            vec!["1 number(s)", "\"direction\" for a tangent"],
+        ),
+        (
+            json!({ "kind": "tangent", "at": [1.0, 2.0], "keep": true }),
+            vec!["asked of a curve: give one parameter"],
+        ),
+        (
+            json!({ "kind": "join", "at": "u0", "with": { "object": "section", "at": "u1" } }),
+            vec!["no edges"],
+        ),
         (
             json!({ "kind": "derivative", "at": 1.0, "order": 1_000_000_000, "keep": true }),
             vec!["1000000000"],

@@ -21,7 +21,7 @@ use loftsman_kernel::plugin::{Plugin, Registry};
 pub use cap::{Capped, boundary_loops, cap};
 pub use error::{RegionError, Result};
 pub use fill::{Filled, Refinement, fill};
-pub use loft::loft;
+pub use loft::{Aligned, Lofted, Narrow, loft};
 pub use measure::{area, volume};
 pub use operations::{Extrude, Fill, Loft};
 pub use outline::{Outline, outlines};

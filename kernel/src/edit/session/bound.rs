@@ -149,6 +149,11 @@ pub(super) fn bind(
             (found, _) if found == count => Ok(value.0.clone()),
             // One number for the one axis that is asked.
             (1, Some(_)) => Ok(vec![value.0[0]; count]),
+            (found, _) if constraint.functional.is_condition() => Err(Error::Invalid(format!(
+                "{name} is a condition that holds or not, and {found} number(s) were given: keep it, or say what it should \
+                 be like in its own fields (\"direction\" for a tangent)"
+            ))
+            .into()),
             (found, _) => {
                 let short = matches!(constraint.wanted, Wanted::To(_) | Wanted::By(_));
                 let whole =

@@ -30,11 +30,13 @@ impl<S: Shape> Session<S> {
         if let Some(bounds) = self.prepared.bounds.take() {
             return self.bounded(bounds);
         }
-        if self.solve_linear()?
-            && let Err(error) = self.check_linear()
-        {
+        while self.solve_linear()? {
+            let Err(error) = self.check_linear() else { break };
             std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
-            return Err(error);
+            // What others nearly imply was left out, and is missed by more than rounding: it is not implied.
+            if !self.look_closer()? {
+                return Err(error);
+            }
         }
         self.place();
         Ok(())

@@ -28,7 +28,8 @@ impl Curve {
     /// keep every point within `tolerance` of where it was (at the same parameter). `tolerance` is a length in the
     /// unit of the points; with zero go only knots that not even rounding errors show.
     ///
-    /// The knots at the ends of the domain stay (one copy of the seam's, where periodic). `O(n p)`, seven times.
+    /// The knots at the ends of the domain stay (one copy of the seam's, where periodic). `O(n p)`, seven times; where
+    /// rounding alone is left of the deviation, a few times more, to take that away as well.
     ///
     /// ```
     /// use loftsman_kernel::{Point, spline::{Curve, Space}};

@@ -14,6 +14,10 @@ pub(super) const ALL: &[f64] = &[1e-6, 1e-4, 1e-2, 1e-1, 1.0, 1.0, 1.0];
 /// The one pass that copies of a single knot need.
 pub(super) const ONE: &[f64] = &[1.0];
 
+/// Rounds of refinement, and the deviation, as a share of the largest coordinate, up to which it may be rounding's.
+const REFINEMENTS: usize = 4;
+const ROUNDING: f64 = 1e-7;
+
 /// A control net along one direction: an array of `outer × n × inner` vertices.
 pub(super) struct Net<'a> {
     pub(super) space: &'a Space,
@@ -75,8 +79,73 @@ impl Net<'_> {
             let back = state.space.inserting(&gone.knots)?;
             deviation = state.measure_against(&rows, &measure, &back);
         }
+        if !gone.knots.is_empty() {
+            deviation = self.refine(&mut state, &rows, &measure, &gone, deviation)?;
+        }
         let (points, weights) = self.vertices_of(&state);
         Ok((state.space, points, weights, gone.knots.len(), deviation))
+    }
+
+    /// Takes away what rounding has left, and gives the deviation then.
+    ///
+    /// Removing many copies of a knot loses digits: vertices far apart from one Bézier piece's few are extrapolated, by
+    /// about `2^p`. Where nothing but that is left of the deviation, it is removed from the given shape's difference to the
+    /// new one in turn, and the result added (iterative refinement); each round is kept only if it is better.
+    fn refine(
+        &self,
+        state: &mut State,
+        rows: &Rows,
+        measure: &Measure,
+        gone: &Gone,
+        mut deviation: f64,
+    ) -> Result<f64> {
+        let size = self.points.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        let back = state.space.inserting(&gone.knots)?;
+        for _ in 0..REFINEMENTS {
+            if !(deviation > 8.0 * f64::EPSILON * size && deviation <= ROUNDING * size) {
+                break;
+            }
+            let mut rest = State {
+                space: self.space.clone(),
+                rows: Rows { width: rows.width, data: state.difference(rows, &back) },
+                errors: vec![0.0; self.space.len()],
+                kept: vec![None; self.space.len()],
+            };
+            // Differences of weights are no weights: pairs of numbers, whose sign does not matter.
+            let measure_rest =
+                Measure { size: if measure.size == 4 { 2 } else { 3 }, weight: 1.0, ..*measure };
+            let limits = Limits {
+                degree: self.space.degree(),
+                first_row: 0,
+                rows_after: 0,
+                tolerance: f64::INFINITY,
+                each: f64::INFINITY,
+            };
+            rest.pass(&measure_rest, &limits, |knot, _| gone.count(knot))?;
+            if rest.space != state.space {
+                break;
+            }
+            let mut better = State {
+                space: state.space.clone(),
+                rows: state.rows.clone(),
+                errors: state.errors.clone(),
+                kept: state.kept.clone(),
+            };
+            for k in (0..better.rows.len()).filter(|&k| better.kept[k].is_none()) {
+                let range = k * rows.width..(k + 1) * rows.width;
+                better.rows.data[range].iter_mut().zip(rest.rows.row(k)).for_each(|(x, d)| *x += d);
+            }
+            let sound = |v: &[f64]| v.iter().all(|x| x.is_finite()) && v.get(3).is_none_or(|&w| w > 0.0);
+            if !better.rows.data.chunks_exact(measure.size).all(sound) {
+                break;
+            }
+            let left = better.measure_against(rows, measure, &back);
+            if !(left < deviation) {
+                break;
+            }
+            (*state, deviation) = (better, left);
+        }
+        Ok(deviation)
     }
 
     /// The vertices as rows across the direction, homogeneous where rational.

@@ -208,20 +208,27 @@ impl State {
     pub(super) fn measure_against(&mut self, rows: &Rows, measure: &Measure, back: &Conversion) -> f64 {
         let mut worst = 0.0_f64;
         self.errors.fill(0.0);
-        let mut change = vec![0.0; rows.width];
-        for k in 0..rows.len() {
-            change.copy_from_slice(rows.row(k));
-            for (i, c) in back.row(k) {
-                for (x, q) in change.iter_mut().zip(self.rows.row(i)) {
-                    *x -= c * q;
-                }
-            }
-            let error = measure.bound(&change);
+        let difference = self.difference(rows, back);
+        for (k, change) in difference.chunks_exact(rows.width).enumerate() {
+            let error = measure.bound(change);
             worst = worst.max(error);
             back.row(k)
                 .filter(|&(_, c)| c > 0.0)
                 .for_each(|(i, _)| self.errors[i] = self.errors[i].max(error));
         }
         worst
+    }
+
+    /// The rows given at first less those that the present ones give once the knots are inserted again.
+    pub(super) fn difference(&self, rows: &Rows, back: &Conversion) -> Vec<f64> {
+        let mut data = rows.data.clone();
+        for (k, change) in data.chunks_exact_mut(rows.width).enumerate() {
+            for (i, c) in back.row(k) {
+                for (x, q) in change.iter_mut().zip(self.rows.row(i)) {
+                    *x -= c * q;
+                }
+            }
+        }
+        data
     }
 }

@@ -42,7 +42,7 @@ impl Measure {
     /// `W (C - C') = Σ N_i (Δ(w_i P_i) - Δw_i C')`, from any origin, so `|Δ(wP)|` and `|Δw|` times the distance of
     /// `C'`, over the smallest weight, bound it.
     pub(super) fn bound(&self, change: &[f64]) -> f64 {
-        let length = |v: &[f64]| v[0].hypot(v[1]).hypot(v[2]);
+        let length = |v: &[f64]| v.iter().fold(0.0_f64, |length, &x| length.hypot(x));
         let one = |v: &[f64]| match *v {
             [x, y, z, w] => {
                 let [a, b, c] = self.center;

@@ -8,6 +8,7 @@
 
 mod conformance;
 mod errors;
+mod folded;
 mod kept;
 mod patches;
 mod recipes;

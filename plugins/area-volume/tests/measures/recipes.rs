@@ -74,7 +74,7 @@ fn drags_keep_area_and_volume_with_axes_together_or_alternating() {
                            "constraints": [{ "kind": "area", "keep": true }], "frames": true });
         run(&mut scene, "drag", step).unwrap();
         assert!((area_of(scene.curve("section").unwrap()).unwrap() / kept.0 - 1.0).abs() < 1e-12);
-        assert_eq!(scene.object("section").unwrap().animation.as_ref().unwrap().frames.len(), 5);
+        assert_eq!(scene.object("section").unwrap().animation.as_ref().unwrap().frames.len(), 6);
         let step = json!({ "object": "hull", "handle": { "kind": "position", "at": [2, 1.5] }, "path": path, "axes": axes,
                            "constraints": [{ "kind": "volume", "keep": true }] });
         run(&mut scene, "drag", step).unwrap();

@@ -7,7 +7,7 @@ use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::spline::Surface;
 
 use super::{
-    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, like, refinement,
+    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, finite, like, refinement,
     result_name, tessellator, texts, unrefined,
 };
 use crate::cap::{Capped, boundary_loops, cap, together};
@@ -55,7 +55,8 @@ impl Operation for Extrude {
         let region = Chords::of(&outlines, tessellator, &fineness)?.fill(&Refinement::default())?;
         let normal = region.plane.normal();
         let height = by.dot(&normal);
-        if height.abs() <= 1e-9 * by.norm() || !height.is_finite() {
+        // Over its largest coordinate: no square overflows.
+        if !((by / by.amax()).dot(&normal).abs() > 1e-9) || !height.is_finite() {
             let problem = format!(
                 "{:?} lies in the plane of \"{}\": the solid would have no volume; point out of the plane",
                 by.as_slice(),
@@ -84,7 +85,7 @@ impl Operation for Extrude {
         let Capped { mesh: solid, refined } = cap(&mesh, &[("bottom", bottom), ("top", top)], &refinement)?;
         let mut notes = vec![format!("\"{name}\": {} faces, closed", solid.face_count())];
         notes.extend(unrefined(refined));
-        let (area, volume) = (area(&solid), volume(&solid));
+        let (area, volume) = (finite("the area", area(&solid))?, finite("the volume", volume(&solid))?);
         let mut added = vec![like(scene, &objects[0], &name, solid)];
         if parameters.flag("surfaces")? {
             for (wall, outline) in walls.into_iter().zip(&outlines) {

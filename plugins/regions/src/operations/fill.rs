@@ -5,7 +5,7 @@ use loftsman_kernel::plugin::{Context, Declaration, Operation, OperationError, P
 use loftsman_kernel::scene::Scene;
 
 use super::{
-    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, like, refinement,
+    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, finite, like, refinement,
     result_name, tessellator, texts, unrefined,
 };
 use crate::measure::area;
@@ -44,7 +44,7 @@ impl Operation for Fill {
         let normals = vec![filled.plane.normal(); points.len()];
         let mut mesh = Mesh::from_parts(points, corners, starts)?;
         (mesh.normals, mesh.uvs) = (Layer::per_point(normals), Layer::per_point(uvs));
-        let area = area(&mesh);
+        let area = finite("the area", area(&mesh))?;
         let mut notes =
             vec![format!("\"{name}\": {} triangles, {} outline(s)", mesh.face_count(), outlines.len())];
         notes.extend(unrefined(filled.refined));

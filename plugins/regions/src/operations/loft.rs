@@ -1,18 +1,21 @@
 //! `loft`: closed sections become a solid.
 
+use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
 };
 use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Point, Vector};
 
 use super::extrude::add_all;
 use super::{
-    ANGLE, BRIDGE, MIN_ANGLE, NAME, SIZE, TOLERANCE, fineness, like, refinement, result_name, tessellator,
-    texts, unrefined,
+    ANGLE, BRIDGE, MIN_ANGLE, NAME, SIZE, TOLERANCE, fineness, finite, like, refinement, result_name,
+    tessellator, texts, unrefined,
 };
 use crate::cap::{boundary_loops, cap};
 use crate::error::RegionError;
+use crate::loft::Lofted;
 use crate::measure::{area, volume};
 use crate::outline::outlines;
 
@@ -26,7 +29,7 @@ impl Operation for Loft {
             Field::required(
                 "sections",
                 "[text, …]",
-                "closed curves or polylines, two at least, in their order",
+                "closed curves or polylines, two at least, in their order; which way they run and where they start does not matter",
             ),
             Field::optional(
                 "degree",
@@ -72,7 +75,21 @@ impl Operation for Loft {
             sections
                 .extend(outlines(scene, std::slice::from_ref(object), bridge)?.into_iter().map(|o| o.curve));
         }
-        let surface = crate::loft::loft(&sections, parameters.count_or("degree", 3)?)?;
+        if caps && sections.len() > 1 && in_one_plane(&sections) {
+            return Err(parameters
+                .error(
+                    "sections",
+                    format!(
+                        "\"{}\" and all others lie in one plane: the solid would have no volume; move them apart, or \
+                         say caps = false",
+                        objects[0]
+                    ),
+                )
+                .into());
+        }
+        let degree = parameters.count_or("degree", 3)?;
+        let lofted = crate::loft::loft(&sections, degree)?;
+        let surface = lofted.surface.clone();
         let mut mesh = tessellator(context)?.surface(&surface, &fineness(parameters)?)?;
         let (mut volume_of, mut refined) = (None, true);
         if caps {
@@ -95,10 +112,25 @@ impl Operation for Loft {
             let capped =
                 cap(&mesh, &[("start", vec![first]), ("end", vec![last])], &refinement(parameters, true)?)?;
             (mesh, refined) = (capped.mesh, capped.refined);
+            if !boundary_loops(&mesh, &objects[0])?.is_empty() {
+                return Err(RegionError::Sections(
+                    "the caps do not close the loft: give other sections at its ends, or caps = false".into(),
+                )
+                .into());
+            }
             let mut enclosed = volume(&mesh);
             if enclosed < 0.0 {
                 mesh.turn_inside_out();
                 enclosed = -enclosed;
+            }
+            // What a tenfold rounding of a flat one adds up to is no volume.
+            let rounding = 10.0 * f64::EPSILON * area(&mesh) * extent(&mesh);
+            if !(enclosed > rounding && enclosed.is_finite()) {
+                return Err(RegionError::Sections(format!(
+                    "the loft bounds a volume of {enclosed:e}, which numbers cannot tell from none: move the sections \
+                     apart, or say caps = false"
+                ))
+                .into());
             }
             volume_of = Some(enclosed);
         }
@@ -108,8 +140,12 @@ impl Operation for Loft {
             sections.len(),
             if caps { ", closed" } else { "" }
         )];
+        if parameters.has("degree") && degree > surface.v().degree() {
+            notes.push(format!("degree {}: {} sections give no more", surface.v().degree(), sections.len()));
+        }
+        notes.extend(changes(&lofted, &objects));
         notes.extend(unrefined(refined));
-        let area = area(&mesh);
+        let area = finite("the area", area(&mesh))?;
         let mut added = vec![like(scene, &objects[0], &name, mesh)];
         if parameters.flag("surface")? {
             let exact = format!("{name} surface");
@@ -126,4 +162,58 @@ impl Operation for Loft {
             ..StepReport::default()
         })
     }
+}
+
+/// What was done to the sections, and where the loft is narrow.
+fn changes<'a>(lofted: &'a Lofted, objects: &'a [String]) -> impl Iterator<Item = String> + 'a {
+    let turned = lofted.sections.iter().zip(objects).filter_map(|(change, name)| {
+        let start = format!(
+            "starts {:.1} % further round, where it faces the start of the section before it",
+            100.0 * change.turned
+        );
+        match (change.reversed, change.turned > 0.0) {
+            (false, false) => None,
+            (true, false) => {
+                Some(format!("\"{name}\" runs the other way now, as the section before it does"))
+            }
+            (false, true) => Some(format!("\"{name}\" {start}")),
+            (true, true) => {
+                Some(format!("\"{name}\" runs the other way now, as the section before it does, and {start}"))
+            }
+        }
+    });
+    let narrow = lofted.narrow.map(|narrow| {
+        let (before, next) = (&objects[narrow.after], &objects[narrow.after + 1]);
+        format!(
+            "between \"{before}\" and \"{next}\" it narrows to {:.2} of the smaller one's area: add a section there",
+            narrow.share
+        )
+    });
+    turned.chain(narrow)
+}
+
+/// Whether all vertices of all sections lie in the plane of the first one, to 1e-9 of their size.
+fn in_one_plane(sections: &[Curve]) -> bool {
+    let points = || sections.iter().flat_map(Curve::points);
+    let Some(first) = sections.first() else { return false };
+    let Some(origin) = first.points().first() else { return false };
+    let size = points().fold(0.0_f64, |m, p| m.max((p - origin).amax()));
+    let noise = points().fold(0.0_f64, |m, p| m.max(p.coords.amax())) * 16.0 * f64::EPSILON;
+    // The widest triangle of the first section: it spans the plane whatever signs areas add up to.
+    let arm = |p: &Point| (p - origin) / size;
+    let far = first
+        .points()
+        .iter()
+        .map(arm)
+        .fold(Vector::zeros(), |far, a| if a.norm() > far.norm() { a } else { far });
+    let across = first.points().iter().map(|p| far.cross(&arm(p)));
+    let widest = across.fold(Vector::zeros(), |most, a| if a.norm() > most.norm() { a } else { most });
+    let Some(normal) = widest.try_normalize(1e-12) else { return false };
+    points().all(|p| arm(p).dot(&normal).abs() * size <= 1e-9 * size + noise)
+}
+
+/// The largest coordinate of a mesh, seen from its first point.
+fn extent(mesh: &Mesh) -> f64 {
+    let origin = mesh.points().first().copied().unwrap_or_default();
+    mesh.points().iter().fold(0.0, |m, p| m.max((p - origin).amax()))
 }

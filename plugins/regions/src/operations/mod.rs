@@ -13,7 +13,7 @@ pub use extrude::Extrude;
 pub use fill::Fill;
 pub use loft::Loft;
 
-use crate::error::Result;
+use crate::error::{RegionError, Result};
 use crate::fill::{Filled, Refinement, fill};
 use crate::outline::Outline;
 
@@ -112,6 +112,18 @@ fn like(scene: &Scene, source: &str, name: &str, mesh: Mesh) -> Object {
         object.materials.clone_from(&source.materials);
     }
     object
+}
+
+/// An area or a volume that is a number.
+fn finite(what: &'static str, value: f64) -> Result<f64> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(RegionError::Number {
+        what,
+        value,
+        wanted: "it is beyond what numbers can hold; scale the objects down",
+    })
 }
 
 /// What to say where triangles are not as fine as asked for.
