@@ -241,8 +241,12 @@ fn conflicts_are_named_with_none_that_can_be_spared() {
             for name in &names {
                 let others: Vec<Constraint> =
                     part.iter().filter(|c| c.describe() != *name).cloned().collect();
-                if let Err(still) = run(&others) {
-                    panic!("{round}, {}: {name} can be spared: {error}; {still}", solver.name());
+                match run(&others) {
+                    // What is left can all hold, if only out of all proportion.
+                    Ok(_) | Err(EditError::Solve(SolveError::NearConflict { .. })) => {}
+                    Err(still) => {
+                        panic!("{round}, {}: {name} can be spared: {error}; {still}", solver.name());
+                    }
                 }
             }
             named += 1;

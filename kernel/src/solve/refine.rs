@@ -8,6 +8,8 @@ use super::system::{SparseRows, System};
 const ENOUGH: f64 = 8.0;
 /// A residual of more roundings than this is an error.
 const ACCEPTED: f64 = 64.0;
+/// Terms count as no smaller than this share of a row's coefficient times the largest adjustment anywhere.
+const UNNOTICED: f64 = 1e-3;
 /// The most corrections. Each takes away what is left but for the share `κ ε` or `κ² ε`; with that at a half, forty would not
 /// do, and where eight do not, the factors are worth nothing.
 const ROUNDS: usize = 8;
@@ -83,11 +85,14 @@ impl Refinement {
     /// `b - F d` of the kept rows into `missed` (zero for the others); the largest, in roundings of its terms.
     fn measure(&mut self, rhs: &[f64], d: &[f64]) -> f64 {
         let mut worst = 0.0_f64;
+        let longest = d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
         for &row in &self.kept {
             let (columns, values) = self.rows.row(row as usize);
+            // A row whose terms should all vanish is measured by what vanishes beside larger ones: by itself it would never do.
+            let floor = UNNOTICED * longest * values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             for side in 0..self.sides {
                 let at = row as usize * self.sides + side;
-                let (mut reached, mut size) = (0.0, rhs[at].abs());
+                let (mut reached, mut size) = (0.0, floor + rhs[at].abs());
                 for (&column, value) in columns.iter().zip(values) {
                     let term = value * d[column as usize * self.sides + side];
                     reached += term;
