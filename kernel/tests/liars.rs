@@ -350,20 +350,6 @@ fn liars() -> Vec<(&'static str, Liar, Option<&'static str>)> {
             None,
         ),
         ("says that it is a vector", Liar { vector: true, ..HONEST }, None),
-        (
-            "couples the axes and says vector",
-            Liar {
-                vector: true,
-                equations: 3,
-                rows: |_, r| {
-                    for _ in 0..3 {
-                        r.equation().term(0, 0, Vector::new(1.0, 1.0, 0.0));
-                    }
-                },
-                ..HONEST
-            },
-            None,
-        ),
         ("is nowhere", Liar { at: Some((0, Location::Curve(1e9))), ..HONEST }, None),
         ("is on no shape", Liar { at: Some((9, Location::Curve(0.5))), ..HONEST }, None),
         (
