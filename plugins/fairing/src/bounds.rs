@@ -1,22 +1,17 @@
-//! Inequalities: which of them hold with equality at the least energy.
-//!
-//! A dual method in the manner of Goldfarb and Idnani (1983): it starts from the least energy under the equations alone,
-//! takes the most violated inequality as an equation, and lets go of those whose multiplier pushes the wrong way. What it
-//! ends with meets all of them, and no inequality that holds with equality would let go: the conditions of Karush, Kuhn and Tucker,
-//! which for a convex energy are those of the least.
+//! Inequalities: numbers of functionals that must stay on one side of a value.
 
 use std::sync::Arc;
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::edit::{Axis, Constraint, EditError, Value, Wanted};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Functional, Shapes};
+use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store};
+use loftsman_kernel::measure::{Measured, ROUNDING, measure};
 use loftsman_kernel::plugin::ConstraintReport;
-use loftsman_kernel::solve::SolveError;
+use loftsman_kernel::solve::Sense;
 
-/// A violation below this, relative to the numbers at hand, is rounding.
-const MET: f64 = 1e-11;
-/// A multiplier below this part of the largest is none.
-const IDLE: f64 = 1e-9;
+use crate::active::Row;
+use crate::problem::{not_linear, reach};
 
 /// One number of a functional that must stay on one side of a value.
 #[derive(Debug, Clone)]
@@ -49,6 +44,9 @@ pub(crate) fn split(
         let functional = bound.unwrap_or_else(|| Arc::clone(constraint.functional()));
         let count = functional.equations();
         let name = constraint.describe();
+        if functional.linearity() != Linearity::Linear {
+            return Err(not_linear(&functional.describe()).into());
+        }
         if !(functional.is_vector() || count == 1) {
             return Err(Error::Invalid(format!(
                 "{name} is {count} numbers and no vector: it cannot be bounded"
@@ -84,8 +82,18 @@ pub(crate) fn split(
 }
 
 impl Bound {
+    /// What it is: `y of position at 3 ≥ 2`.
+    pub(crate) fn name(&self) -> String {
+        self.label.clone()
+    }
+
+    /// 1 for "at least", -1 for "at most".
+    pub(crate) fn sign(&self) -> f64 {
+        self.sign
+    }
+
     /// The equation that holds where the bound is reached.
-    fn reached(&self) -> Constraint {
+    pub(crate) fn reached(&self) -> Constraint {
         let constraint = Constraint::new(Arc::clone(&self.functional), Wanted::To(self.value.into()));
         if self.functional.is_vector() {
             constraint.axis([Axis::X, Axis::Y, Axis::Z][self.equation.min(2)])
@@ -94,88 +102,75 @@ impl Bound {
         }
     }
 
-    /// By how much the value is on the wrong side of its bound.
-    pub(crate) fn violation(&self, shapes: &Shapes<'_>) -> Result<f64, Error> {
-        Ok((-self.slack(shapes, &mut Vec::new())?.0).max(0.0))
+    /// Its value measured on shapes: `reach` is the size of what went in.
+    pub(crate) fn measured(&self, shapes: &Shapes<'_>, reach: f64) -> Result<Measured, Error> {
+        let mut target = vec![0.0; self.functional.equations()];
+        target[self.equation] = self.value;
+        let sense = if self.sign > 0.0 { Sense::AtLeast } else { Sense::AtMost };
+        let asked = |equation| equation == self.equation;
+        measure(shapes, self.functional.as_ref(), sense, &target, &asked, reach)
     }
 
-    /// How far on the right side of its bound the value is, and the size of the numbers that says.
-    fn slack(&self, shapes: &Shapes<'_>, values: &mut Vec<f64>) -> Result<(f64, f64), Error> {
-        values.clear();
-        values.resize(self.functional.equations(), 0.0);
-        self.functional.value(shapes, values)?;
-        let value = values[self.equation];
-        Ok((self.sign * (value - self.value), value.abs() + self.value.abs()))
+    /// How far on the right side of its bound the value is.
+    pub(crate) fn slack(&self, shapes: &Shapes<'_>) -> Result<f64, Error> {
+        let mut values = vec![0.0; self.functional.equations()];
+        self.functional.value(shapes, &mut values)?;
+        Ok(self.sign * (values[self.equation] - self.value))
     }
-}
 
-/// What is known of a shape that is the fairest under some equations.
-pub(crate) trait Candidate {
-    /// The shapes of the problem.
-    fn shapes(&self) -> Shapes<'_>;
-    /// The reports of the equations, in the order in which they were asked.
-    fn constraints(&self) -> &[ConstraintReport];
-}
+    /// Whether it holds with equality, to rounding.
+    pub(crate) fn touched(&self, shapes: &Shapes<'_>, reach: f64) -> Result<bool, Error> {
+        let mut all = 0.0;
+        self.terms(shapes, &mut |_, _, c| all += c.abs())?;
+        Ok(self.slack(shapes)? <= ROUNDING * (all * reach + self.value.abs()))
+    }
 
-/// The candidate under the equations and those bounds that hold with equality, with an account of every bound and the
-/// names of those that do. `solve` gives the candidate of some equations; `active` is where the search begins and what it
-/// ends with.
-pub(crate) fn bounded<C: Candidate>(
-    equations: &[Constraint],
-    bounds: &[Bound],
-    active: &mut Vec<usize>,
-    solve: &dyn Fn(Vec<Constraint>) -> Result<C, EditError>,
-) -> Result<(C, Vec<ConstraintReport>, Vec<String>), EditError> {
-    let limit = 50 + 20 * bounds.len();
-    let mut values = Vec::new();
-    for _ in 0..limit {
-        let all = equations.iter().cloned().chain(active.iter().map(|&b| bounds[b].reached()));
-        let candidate = solve(all.collect())?;
-        // The rate of the least energy with each bound's value: what pushes the wrong way is let go, the strongest first.
-        let pushes: Vec<f64> = active
-            .iter()
-            .enumerate()
-            .map(|(k, &b)| {
-                let told = candidate.constraints().get(equations.len() + k);
-                bounds[b].sign * told.and_then(|t| t.multipliers.first().copied()).unwrap_or(0.0)
-            })
-            .collect();
-        let strongest = pushes.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
-        let wrong = pushes.iter().enumerate().filter(|(_, p)| **p < -IDLE * strongest);
-        if let Some((k, _)) = wrong.min_by(|a, b| a.1.total_cmp(b.1)) {
-            active.remove(k);
-            continue;
-        }
-        let mut worst: Option<(usize, f64)> = None;
-        let mut account = Vec::with_capacity(bounds.len());
-        // Rounding is that of the whole shape's coordinates.
-        let shapes = candidate.shapes();
-        let size = (0..shapes.vertex_count()).map(|v| shapes.vertex(v).coords.amax()).fold(0.0, f64::max);
-        for (b, bound) in bounds.iter().enumerate() {
-            let (slack, own) = bound.slack(&shapes, &mut values)?;
-            let position = active.iter().position(|&a| a == b);
-            if position.is_none() && slack < -MET * own.max(size) && worst.is_none_or(|(_, w)| slack < w) {
-                worst = Some((b, slack));
+    /// The report of a bound that misses its value by so much, with its multiplier.
+    pub(crate) fn account(&self, residual: f64, push: f64) -> ConstraintReport {
+        let name = self.label.clone();
+        ConstraintReport { name, residual, between: None, multipliers: vec![self.sign * push] }
+    }
+
+    /// Its row, `Σ c x ≥ b` over the coordinates that may move, for points relative to an origin; `rest` is where they are.
+    pub(crate) fn row(&self, shapes: &Shapes<'_>, rest: &[Vector], free: &[bool]) -> Result<Row, Error> {
+        let mut row = Row::default();
+        let (mut present, mut all) = (0.0, 0.0);
+        self.terms(shapes, &mut |vertex, axis, c| {
+            all += c.abs();
+            if free.get(vertex) == Some(&true) && c != 0.0 {
+                present += self.sign * c * rest[vertex][axis];
+                row.terms.push((3 * vertex + axis, self.sign * c));
             }
-            account.push(ConstraintReport {
-                between: None,
-                name: bound.label.clone(),
-                residual: (-slack).max(0.0),
-                multipliers: vec![position.map_or(0.0, |k| bound.sign * pushes[k])],
-            });
-        }
-        match worst {
-            Some((b, _)) => active.push(b),
-            None => {
-                active.sort_unstable();
-                let names = active.iter().map(|&b| bounds[b].label.clone()).collect();
-                return Ok((candidate, account, names));
+        })?;
+        row.value = present - self.slack(shapes)?;
+        row.size = all * reach(shapes) + self.value.abs();
+        Ok(row)
+    }
+
+    /// Every vertex, axis and coefficient of the number that is bounded.
+    fn terms(&self, shapes: &Shapes<'_>, put: &mut dyn FnMut(usize, usize, f64)) -> Result<(), Error> {
+        let mut store = Store::default();
+        self.functional.rows(shapes, &mut store.rows(shapes))?;
+        let mut next = 0;
+        for equation in store.equations() {
+            match equation {
+                Equation::Alike { vertices, coefficients, .. } => {
+                    if (next..next + 3).contains(&self.equation) {
+                        let axis = self.equation - next;
+                        vertices.iter().zip(coefficients).for_each(|(&v, &c)| put(v, axis, c));
+                    }
+                    next += 3;
+                }
+                Equation::Coupled { vertices, vectors, .. } => {
+                    if next == self.equation {
+                        for (&v, a) in vertices.iter().zip(vectors) {
+                            (0..3).for_each(|axis| put(v, axis, a[axis]));
+                        }
+                    }
+                    next += 1;
+                }
             }
         }
+        Ok(())
     }
-    Err(SolveError::Unsupported(format!(
-        "after {limit} attempts it is still open which of {} inequalities hold with equality: ask for fewer, or less at once",
-        bounds.len()
-    ))
-    .into())
 }

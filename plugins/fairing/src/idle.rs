@@ -6,119 +6,175 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::System;
 use loftsman_kernel::spline::{Curve, Space, Surface};
-use nalgebra::DMatrix;
 
+use crate::damped::{Damped, NOTHING};
+use crate::orthogonal::{add, complement, eigenvectors, span};
 use crate::squares::Squares;
 
-/// Ways to move the whole shape that cost no energy and that no constraint forbids, as orthonormal motions.
+/// A motion of which no constraint (scaled to unit length) sees more than this is free.
+const PINNED: f64 = 1e-11;
+
+/// Motions that cost no energy, and that no constraint forbids: orthonormal.
 ///
 /// Rounding would send the search anywhere along them, so they are taken out beforehand.
-pub(crate) fn idle_motions(
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Idle {
+    /// Motions that every axis may make alike.
+    alike: Vec<Vec<f64>>,
+    /// Motions of all axes together, where constraints couple them.
+    apart: Vec<Vec<Vector>>,
+}
+
+impl Idle {
+    /// Those that a system of constraints does not see, of motions (orthonormal, each for any axis) that cost no energy.
+    pub(crate) fn new(motions: &[Vec<f64>], system: &System) -> Self {
+        if motions.is_empty() {
+            return Self::default();
+        }
+        let sides = system.sides();
+        let axes = if sides == 3 { 1 } else { 3 };
+        let columns = axes * motions.len();
+        let (n, rows) = (motions[0].len(), system.rows());
+        let mut seen = Vec::with_capacity(rows.len());
+        for row in 0..rows.len() {
+            let norm = rows.norm(row);
+            // A row that vanishes sees nothing.
+            if !(norm > 0.0 && norm.is_finite()) {
+                continue;
+            }
+            let mut line = vec![0.0; columns];
+            for (column, value) in rows.iter_row(row) {
+                let global = system.touched()[column];
+                let (vertex, axis) = if sides == 3 { (global, 0) } else { (global / 3, global % 3) };
+                for (k, motion) in motions.iter().enumerate() {
+                    line[axes * k + axis] += value / norm * motion.get(vertex).copied().unwrap_or(0.0);
+                }
+            }
+            seen.push(line);
+        }
+        let mut idle = Self::default();
+        for unseen in complement(&span(seen, PINNED), columns) {
+            if axes == 1 {
+                let mut motion = vec![0.0; n];
+                motions.iter().zip(&unseen).for_each(|(m, u)| add(&mut motion, *u, m));
+                idle.alike.push(motion);
+            } else {
+                let mut motion = vec![Vector::zeros(); n];
+                for (m, u) in motions.iter().zip(unseen.chunks_exact(3)) {
+                    let u = Vector::from_column_slice(u);
+                    motion.iter_mut().zip(m).for_each(|(v, m)| *v += u * *m);
+                }
+                idle.apart.push(motion);
+            }
+        }
+        idle
+    }
+
+    /// How many there are, of all axes.
+    pub(crate) fn ways(&self) -> usize {
+        3 * self.alike.len() + self.apart.len()
+    }
+
+    /// One after another, over all axes.
+    pub(crate) fn all(&self) -> impl Iterator<Item = Vec<Vector>> + '_ {
+        let alike = self.alike.iter().flat_map(|m| {
+            (0..3).map(move |axis| m.iter().map(|&z| Vector::ith(axis, z)).collect::<Vec<_>>())
+        });
+        alike.chain(self.apart.iter().cloned())
+    }
+
+    /// Takes out of `v` what it has of them.
+    pub(crate) fn take_out(&self, v: &mut [Vector]) {
+        remove(&self.alike, v);
+        for motion in &self.apart {
+            let along: f64 = v.iter().zip(motion).map(|(a, b)| a.dot(b)).sum();
+            v.iter_mut().zip(motion).for_each(|(v, m)| *v -= m * along);
+        }
+    }
+}
+
+/// Takes out of every axis of `v` what it has of orthonormal motions.
+pub(crate) fn remove(motions: &[Vec<f64>], v: &mut [Vector]) {
+    for motion in motions {
+        let along = v.iter().zip(motion).fold(Vector::zeros(), |sum, (v, m)| sum + v * *m);
+        v.iter_mut().zip(motion).for_each(|(v, m)| *v -= along * *m);
+    }
+}
+
+/// The motions of the vertices that may move which cost no energy.
+pub(crate) struct Motions {
+    /// Orthonormal, each for any axis.
+    pub(crate) all: Vec<Vec<f64>>,
+    /// Whether there are more, too many to be found.
+    pub(crate) more: bool,
+}
+
+/// All motions of the vertices that may move which cost no energy. `damped` factors the energy where that is needed to find
+/// them: where the knots tie a polynomial shape together, its polynomials are all.
+pub(crate) fn motions<'a>(
     shape: &dyn Shape,
     squares: &Squares,
     free: &[bool],
-    system: &System,
-) -> Vec<Vec<Vector>> {
-    let moves: Vec<Vec<f64>> = candidates(shape)
-        .into_iter()
-        .filter(|z| {
-            let x: Vec<Vector> = z.iter().map(|&z| Vector::new(z, 0.0, 0.0)).collect();
-            let (energy, size) = squares.quadratic(&x);
-            energy <= 1e-20 * size
-        })
-        .collect();
-    if moves.is_empty() {
-        return Vec::new();
+    damped: impl FnOnce() -> Option<&'a Damped>,
+) -> Motions {
+    let tied = squares.order() > 0 && breaks(shape, squares.order()).is_none() && !weighted(shape);
+    let found = if tied { None } else { damped().and_then(|damped| damped.null_space(squares)) };
+    if let Some(all) = found {
+        return Motions { all, more: false };
     }
-    let sides = system.sides();
-    let columns = moves.len() * if sides == 3 { 1 } else { 3 };
-    // What the constraints and the locks see of the motions.
-    let mut seen: Vec<f64> = Vec::new();
-    let mut line = vec![0.0; columns];
-    for row in 0..system.rows().len() {
-        let norm = system.rows().norm(row);
-        line.fill(0.0);
-        for (column, value) in system.rows().iter_row(row) {
-            let global = system.touched()[column];
-            let (vertex, axis) = if sides == 3 { (global, 0) } else { (global / 3, global % 3) };
-            for (k, z) in moves.iter().enumerate() {
-                let at = if sides == 3 { k } else { 3 * k + axis };
-                line[at] += value / norm * z.get(vertex).copied().unwrap_or(0.0);
-            }
-        }
-        seen.extend_from_slice(&line);
-    }
-    for vertex in (0..free.len()).filter(|&v| !free[v]) {
-        for axis in 0..columns / moves.len() {
-            line.fill(0.0);
-            for (k, z) in moves.iter().enumerate() {
-                line[if sides == 3 { k } else { 3 * k + axis }] = z[vertex];
-            }
-            seen.extend_from_slice(&line);
-        }
-    }
-    let rows = (seen.len() / columns).max(columns);
-    seen.resize(rows * columns, 0.0);
-    let svd = DMatrix::from_row_slice(rows, columns, &seen).svd(false, true);
-    let Some(right) = svd.v_t else { return Vec::new() };
-    let largest = svd.singular_values.amax();
-    let mut motions: Vec<Vec<Vector>> = Vec::new();
-    for (k, _) in svd.singular_values.iter().enumerate().filter(|(_, s)| **s <= PINNED * largest) {
-        let combine = |axis: usize, vertex: usize| -> f64 {
-            let at = |m: usize| if sides == 3 { m } else { 3 * m + axis };
-            moves.iter().enumerate().map(|(m, z)| right[(k, at(m))] * z[vertex]).sum()
-        };
-        if sides == 3 {
-            let motion: Vec<f64> = (0..free.len()).map(|vertex| combine(0, vertex)).collect();
-            motions.extend((0..3).map(|axis| motion.iter().map(|&z| Vector::ith(axis, z)).collect()));
-        } else {
-            let at = |vertex| Vector::new(combine(0, vertex), combine(1, vertex), combine(2, vertex));
-            motions.push((0..free.len()).map(at).collect());
-        }
-    }
-    orthonormal(motions)
+    // Of the whole shape's motions those that cost nothing; of them, those that leave locked vertices where they are.
+    let locked: Vec<usize> = (0..free.len()).filter(|&v| !free[v]).collect();
+    let whole = costless(squares, &span(candidates(shape), PINNED), &mut |_| {});
+    let seen = locked.iter().map(|&v| whole.iter().map(|m| m[v]).collect()).collect();
+    let still = complement(&span(seen, PINNED), whole.len());
+    let each = still.iter().map(|weights| {
+        let mut motion = vec![0.0; free.len()];
+        whole.iter().zip(weights).for_each(|(m, w)| add(&mut motion, *w, m));
+        locked.iter().for_each(|&v| motion[v] = 0.0);
+        motion
+    });
+    Motions { all: each.collect(), more: !tied }
 }
 
-/// A motion of which constraints see less than this part is free.
-const PINNED: f64 = 1e-11;
-
-/// Gram and Schmidt's process, twice; motions of nothing are left out.
-fn orthonormal(motions: Vec<Vec<Vector>>) -> Vec<Vec<Vector>> {
-    let mut done: Vec<Vec<Vector>> = Vec::new();
-    for mut motion in motions {
-        for _ in 0..2 {
-            done.iter().for_each(|other| take_out(&mut motion, other));
-            let norm = motion.iter().map(Vector::norm_squared).sum::<f64>().sqrt();
-            motion.iter_mut().for_each(|v| *v /= norm);
-        }
-        if motion.iter().all(|v| v.iter().all(|c| c.is_finite())) {
-            done.push(motion);
-        }
-    }
-    done
+/// Of the span of orthonormal motions, a basis of those that cost no energy: eigenvectors of `(A V)ᵀ(A V)`, each refined.
+pub(crate) fn costless(
+    squares: &Squares,
+    motions: &[Vec<f64>],
+    refine: &mut dyn FnMut(&mut Vec<f64>),
+) -> Vec<Vec<f64>> {
+    let Some(n) = motions.first().map(Vec::len) else { return Vec::new() };
+    let each = eigenvectors(squares.gram(motions)).into_iter().map(|weights| {
+        let mut motion = vec![0.0; n];
+        motions.iter().zip(&weights).for_each(|(m, w)| add(&mut motion, *w, m));
+        refine(&mut motion);
+        motion
+    });
+    each.filter(|motion| squares.vanishes(motion, NOTHING)).collect()
 }
 
-/// Takes out of `v` what it has of a motion of length 1.
-pub(crate) fn take_out(v: &mut [Vector], motion: &[Vector]) {
-    let along: f64 = v.iter().zip(motion).map(|(a, b)| a.dot(b)).sum();
-    v.iter_mut().zip(motion).for_each(|(v, m)| *v -= m * along);
+fn weighted(shape: &dyn Shape) -> bool {
+    let any: &dyn Any = shape;
+    any.downcast_ref::<Curve>().is_some_and(|c| c.weights().is_some())
+        || any.downcast_ref::<Surface>().is_some_and(|s| s.weights().is_some())
 }
 
 /// Things worth saying about an energy: how many ways to move the whole shape it leaves free, and where the shape may break
 /// without costing any.
 pub(crate) fn notes(shape: &dyn Shape, squares: &Squares, ways: usize) -> Vec<String> {
     let mut notes = Vec::new();
+    let breaks = breaks(shape, squares.order());
     if ways > 0 {
+        let what = if breaks.is_some() { "the shape or its parts" } else { "the whole shape" };
         let what = if ways == 1 {
-            "1 way to move the whole shape costs"
+            &format!("1 way to move {what} costs")
         } else {
-            &format!("{ways} ways to move the whole shape cost")
+            &format!("{ways} ways to move {what} cost")
         };
         notes.push(format!(
             "{what} no energy, and no constraint forbids it: there the shape stays where the constraints alone bring it"
         ));
     }
-    notes.extend(breaks(shape, squares.order()));
+    notes.extend(breaks);
     notes
 }
 

@@ -5,20 +5,31 @@
 //! the kernel and of other plug-ins. [`Fair`] says and does it; in recipes it is the operation `fair` ([`FairOperation`]),
 //! brought by the plug-in [`Fairing`].
 //!
-//! Bounds (`at_least`, `at_most`) are met by an active set that the conditions of Karush, Kuhn and Tucker confirm; a distance from the old
-//! shape by tethers, with a certified gap.
+//! Bounds (`at_least`, `at_most`) are met by proximal steps, each a strictly convex program that a dual active-set method solves,
+//! and sharpened until the conditions of Karush, Kuhn and Tucker confirm the answer; bounds that contradict each other are
+//! named. A distance from the old shape is kept by tethers or, where they only creep, by planes: both with a certified gap.
 //!
-//! The search is one of projected conjugate gradients with an envelope Cholesky factor as preconditioner: work is linear in the control
-//! vertices of a curve. Energies that do not see some motions (a stretched line may be anywhere, a bent one anywhere and
-//! as steep as it likes) need no care: what neither energy nor constraints say anything about stays as near as it can.
+//! The search under equations is one of projected conjugate gradients with an envelope Cholesky factor as preconditioner: work is
+//! linear in the control vertices of a curve. Energies that do not see some motions (a stretched line may be anywhere, a
+//! bent one anywhere and as steep as it likes, and where knots are so many that pieces hang on a point, each piece for itself)
+//! need no care: these motions are found, and what neither energy nor constraints say anything about stays as near as it can.
+//!
+//! Whatever was found is measured afresh on the shape that is handed out: every equation, every bound, how far it went,
+//! and that the energy is not more than it was.
 
+mod active;
+mod between;
 mod bounds;
+mod convex;
+mod damped;
 mod energy;
 mod fair;
 mod idle;
 mod minimise;
 mod operation;
+mod orthogonal;
 mod precondition;
+mod problem;
 mod squares;
 mod within;
 

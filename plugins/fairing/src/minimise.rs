@@ -9,7 +9,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::solve::{Factored, SolveError, System};
 
-use crate::idle::take_out;
+use crate::idle::Idle;
 use crate::precondition::Preconditioner;
 use crate::squares::Squares;
 
@@ -32,12 +32,12 @@ pub(crate) struct Projection<'a> {
     values: Vec<f64>,
     touched: Vec<f64>,
     adjustment: Vec<f64>,
-    /// Motions that neither energy nor constraints see, orthonormal.
-    idle: Vec<Vec<Vector>>,
+    /// Motions that neither energy nor constraints see.
+    idle: Idle,
 }
 
 impl<'a> Projection<'a> {
-    pub(crate) fn new(system: &'a System, factored: Box<dyn Factored>, idle: Vec<Vec<Vector>>) -> Self {
+    pub(crate) fn new(system: &'a System, factored: Box<dyn Factored>, idle: Idle) -> Self {
         let sides = system.sides();
         let touched = vec![0.0; system.touched().len() * sides];
         Self {
@@ -52,7 +52,7 @@ impl<'a> Projection<'a> {
 
     /// From here on every motion has an energy.
     pub(crate) fn tether(&mut self) {
-        self.idle.clear();
+        self.idle = Idle::default();
     }
 
     fn gather(&mut self, v: &[Vector]) {
@@ -74,7 +74,7 @@ impl<'a> Projection<'a> {
             self.factored.solve_into(&self.values, &mut self.adjustment);
             self.add(v, -1.0);
         }
-        self.idle.iter().for_each(|motion| take_out(v, motion));
+        self.idle.take_out(v);
     }
 
     /// `v ← v + F⁺ b`.
@@ -141,6 +141,8 @@ pub(crate) fn minimise(
     let dot = |a: &[Vector], b: &[Vector]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
     let mut search = Search::default();
     let mut before = f64::INFINITY;
+    // What is rounded away is a part of the numbers that went in, even where they all but vanish.
+    let began = squares.energy(x).1;
     for _ in 0..SEARCHES {
         squares.gradient(x, true, &mut r);
         r.iter_mut().for_each(|r| *r = -*r);
@@ -149,6 +151,7 @@ pub(crate) fn minimise(
         project(&mut z, projection);
         let start = dot(&r, &z).max(0.0);
         let (energy, size) = squares.energy(x);
+        let size = size.max(began);
         let floor = OPTIMAL * energy + ROUNDING * size;
         if !(start.is_finite() && size.is_finite()) {
             return Err(SolveError::Unsupported(
@@ -193,6 +196,7 @@ pub(crate) fn minimise(
         }
     }
     let (energy, size) = squares.energy(x);
+    let size = size.max(began);
     if before <= OPTIMAL.sqrt() * energy + ROUNDING * size {
         return Ok(search);
     }

@@ -18,7 +18,7 @@ const WIDE: usize = 64;
 /// The most multiplications for the factor that treats axes apart; beyond it, constraints that couple axes stay out.
 const COUPLED_WORK: f64 = 4e9;
 /// The most numbers the envelope may have: 1.6 GB.
-const ENVELOPE_LIMIT: usize = 200_000_000;
+pub(crate) const ENVELOPE_LIMIT: usize = 200_000_000;
 
 pub(crate) struct Preconditioner {
     /// The place of each vertex among those that may move, in the factor's order.
@@ -29,7 +29,8 @@ pub(crate) struct Preconditioner {
     work: Vec<f64>,
 }
 
-const LOCKED: u32 = u32::MAX;
+/// The place of a vertex that may not move.
+pub(crate) const LOCKED: u32 = u32::MAX;
 
 impl Preconditioner {
     /// Factors for the vertices that may move. `None` where the envelope is beyond all memory, or nothing can be factored.
@@ -52,29 +53,7 @@ impl Preconditioner {
             return None;
         }
         let mut matrix = Envelope::new(first);
-        for block in squares.blocks() {
-            let width = block.vertices.len();
-            for (i, &vi) in block.vertices.iter().enumerate() {
-                for (j, &vj) in block.vertices[..=i].iter().enumerate() {
-                    let (a, b) = (place[vi as usize], place[vj as usize]);
-                    if a == LOCKED || b == LOCKED {
-                        continue;
-                    }
-                    let value: f64 = block.rows.chunks_exact(width).map(|row| row[i] * row[j]).sum();
-                    for axis in 0..axes {
-                        matrix.add(a as usize * axes + axis, b as usize * axes + axis, value);
-                    }
-                }
-            }
-        }
-        for (&place, weight) in place.iter().zip(squares.tethers()) {
-            if place != LOCKED {
-                for axis in 0..axes {
-                    let at = place as usize * axes + axis;
-                    matrix.add(at, at, *weight);
-                }
-            }
-        }
+        matrix.energy(squares, &place, axes);
         let largest = matrix.diagonal().fold(0.0, f64::max);
         if !(largest > 0.0 && largest.is_finite()) {
             return None;
@@ -112,13 +91,18 @@ impl Preconditioner {
 }
 
 /// The rows of the constraints that are narrow enough to take in, as vertices.
-struct Rows {
+pub(crate) struct Rows {
     /// Row of the system, and its vertices.
     narrow: Vec<(usize, Vec<u32>)>,
     sides: usize,
 }
 
 impl Rows {
+    /// No rows at all.
+    pub(crate) fn none() -> Self {
+        Self { narrow: Vec::new(), sides: 3 }
+    }
+
     fn new(system: &System, free: &[bool]) -> Self {
         let (rows, sides) = (system.rows(), system.sides());
         let vertex = |column: usize| {
@@ -174,14 +158,14 @@ impl Rows {
 }
 
 /// A symmetric matrix kept from each row's first entry to its diagonal.
-struct Envelope {
-    first: Vec<u32>,
+pub(crate) struct Envelope {
+    pub(crate) first: Vec<u32>,
     starts: Vec<usize>,
     values: Vec<f64>,
 }
 
 impl Envelope {
-    fn new(first: Vec<u32>) -> Self {
+    pub(crate) fn new(first: Vec<u32>) -> Self {
         let mut starts = Vec::with_capacity(first.len() + 1);
         let mut total = 0;
         starts.push(0);
@@ -192,22 +176,49 @@ impl Envelope {
         Self { first, starts, values: vec![0.0; total] }
     }
 
+    /// Adds `AᵀA` and the tethers, for each of `axes` unknowns a place.
+    pub(crate) fn energy(&mut self, squares: &Squares, place: &[u32], axes: usize) {
+        for block in squares.blocks() {
+            let width = block.vertices.len();
+            for (i, &vi) in block.vertices.iter().enumerate() {
+                for (j, &vj) in block.vertices[..=i].iter().enumerate() {
+                    let (a, b) = (place[vi as usize], place[vj as usize]);
+                    if a == LOCKED || b == LOCKED {
+                        continue;
+                    }
+                    let value: f64 = block.rows.chunks_exact(width).map(|row| row[i] * row[j]).sum();
+                    for axis in 0..axes {
+                        self.add(a as usize * axes + axis, b as usize * axes + axis, value);
+                    }
+                }
+            }
+        }
+        for (&place, weight) in place.iter().zip(squares.tethers()) {
+            if place != LOCKED {
+                for axis in 0..axes {
+                    let at = place as usize * axes + axis;
+                    self.add(at, at, *weight);
+                }
+            }
+        }
+    }
+
     fn add(&mut self, i: usize, j: usize, value: f64) {
         let (i, j) = (i.max(j), i.min(j));
         self.values[self.starts[i] + j - self.first[i] as usize] += value;
     }
 
-    fn at(&self, i: usize, j: usize) -> f64 {
+    pub(crate) fn at(&self, i: usize, j: usize) -> f64 {
         self.values[self.starts[i] + j - self.first[i] as usize]
     }
 
-    fn diagonal(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn diagonal(&self) -> impl Iterator<Item = f64> + '_ {
         self.starts[1..].iter().map(|&end| self.values[end - 1])
     }
 }
 
 /// The first place that each place shares a square or a constraint with.
-fn envelope(squares: &Squares, place: &[u32], count: usize, rows: &Rows, all: bool) -> Vec<u32> {
+pub(crate) fn envelope(squares: &Squares, place: &[u32], count: usize, rows: &Rows, all: bool) -> Vec<u32> {
     let mut first: Vec<u32> = (0..count as u32).collect();
     let mut meet = |vertices: &[u32]| {
         let places = || vertices.iter().map(|&v| place[v as usize]).filter(|&p| p != LOCKED);
@@ -233,7 +244,7 @@ fn work(first: &[u32]) -> f64 {
 
 /// An order of the vertices that keeps the envelope small: as they are, along the other direction of a grid, or (where
 /// constraints tie distant vertices together) by breadth-first search.
-fn order(squares: &Squares, free: &[bool], grid: &Grid, rows: &Rows) -> Vec<u32> {
+pub(crate) fn order(squares: &Squares, free: &[bool], grid: &Grid, rows: &Rows) -> Vec<u32> {
     let numbered = |order: &mut dyn Iterator<Item = usize>| {
         let mut place = vec![LOCKED; free.len()];
         let moving = order.filter(|&v| free.get(v) == Some(&true));
@@ -254,7 +265,7 @@ fn order(squares: &Squares, free: &[bool], grid: &Grid, rows: &Rows) -> Vec<u32>
             best = (cost, turned);
         }
     }
-    let bare = work(&envelope(squares, &best.1, count, &Rows { narrow: Vec::new(), sides: 3 }, false));
+    let bare = work(&envelope(squares, &best.1, count, &Rows::none(), false));
     if best.0 > 6.0 * bare && best.0 > 1e6 {
         let mut pairs = Vec::new();
         let sets = squares.blocks().map(|b| b.vertices).chain(rows.narrow.iter().map(|(_, v)| v.as_slice()));

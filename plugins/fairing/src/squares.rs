@@ -13,6 +13,7 @@ use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use crate::energy::{Energy, Term};
+use crate::orthogonal::add;
 
 /// Nodes a span and direction, beyond those for a polynomial, at which the integrals of rational shapes are tried first, and
 /// when to give up.
@@ -126,21 +127,27 @@ impl Squares {
         self.order
     }
 
-    /// [`energy`](Self::energy) without the targets: `‖A x‖²`.
-    pub(crate) fn quadratic(&self, x: &[Vector]) -> (f64, f64) {
-        self.sum(x, false)
+    /// Whether a motion costs no energy: in no block more than this part of what the block's numbers would make of a motion
+    /// as large. Tethers are left out.
+    pub(crate) fn vanishes(&self, motion: &[f64], part: f64) -> bool {
+        let far = motion.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        self.blocks().all(|block| {
+            let (mut energy, mut size) = (0.0, 0.0);
+            for row in block.rows.chunks_exact(block.vertices.len().max(1)) {
+                let value: f64 = row.iter().zip(block.vertices).map(|(c, &v)| c * motion[v as usize]).sum();
+                let all: f64 = row.iter().map(|c| c.abs()).sum();
+                energy += value * value;
+                size += all * all;
+            }
+            energy <= part * far * far * size
+        })
     }
 
     /// `‖A x - r‖²`, and the sum of the squared sizes of the numbers that it comes from.
     pub(crate) fn energy(&self, x: &[Vector]) -> (f64, f64) {
-        self.sum(x, true)
-    }
-
-    fn sum(&self, x: &[Vector], targets: bool) -> (f64, f64) {
         let (mut energy, mut size) = (0.0, 0.0);
         for block in self.blocks() {
             for (row, target) in block.rows.chunks_exact(block.vertices.len()).zip(block.targets) {
-                let target = if targets { *target } else { Vector::zeros() };
                 let (mut value, mut magnitude) = (-target, target.abs());
                 for (c, &v) in row.iter().zip(block.vertices) {
                     value += x[v as usize] * *c;
@@ -151,11 +158,25 @@ impl Squares {
             }
         }
         for ((weight, x), rest) in self.tethers.iter().zip(x).zip(&self.rest) {
-            let rest = if targets { *rest } else { Vector::zeros() };
             energy += weight * (x - rest).norm_squared();
             size += weight * (x.abs() + rest.abs()).norm_squared();
         }
         (energy, size)
+    }
+
+    /// The largest force on a vertex, `|A|ᵀ(|A| |x| + |r|)`: what the parts of a gradient would come to if none cancelled.
+    pub(crate) fn strain(&self, x: &[Vector]) -> f64 {
+        let mut forces = vec![0.0; x.len()];
+        for block in self.blocks() {
+            for (row, target) in block.rows.chunks_exact(block.vertices.len().max(1)).zip(block.targets) {
+                let terms = row.iter().zip(block.vertices);
+                let all = terms
+                    .clone()
+                    .fold(target.lp_norm(1), |sum, (c, &v)| sum + c.abs() * x[v as usize].lp_norm(1));
+                terms.for_each(|(c, &v)| forces[v as usize] += c.abs() * all);
+            }
+        }
+        forces.into_iter().fold(0.0, f64::max)
     }
 
     /// `out = Aᵀ(A x - r)`, or `AᵀA x` where the targets are left out.
@@ -185,6 +206,23 @@ impl Squares {
         for (((out, weight), x), rest) in out.iter_mut().zip(&self.tethers).zip(x).zip(&self.rest) {
             *out += if targets { x - rest } else { *x } * *weight;
         }
+    }
+
+    /// `(A V)ᵀ(A V)` of some motions, tethers left out.
+    pub(crate) fn gram(&self, motions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut gram = vec![vec![0.0; motions.len()]; motions.len()];
+        for block in self.blocks() {
+            for row in block.rows.chunks_exact(block.vertices.len().max(1)) {
+                let of = |m: &Vec<f64>| -> f64 {
+                    row.iter().zip(block.vertices).map(|(c, &v)| c * m[v as usize]).sum()
+                };
+                let values: Vec<f64> = motions.iter().map(of).collect();
+                for (line, value) in gram.iter_mut().zip(&values) {
+                    add(line, *value, &values);
+                }
+            }
+        }
+        gram
     }
 
     fn open(&mut self, vertices: impl IntoIterator<Item = usize>) {

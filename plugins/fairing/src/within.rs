@@ -13,19 +13,45 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::edit::EditError;
 use loftsman_kernel::error::Error;
+use loftsman_kernel::shape::Grid;
 use loftsman_kernel::solve::SolveError;
 
+use crate::active::{Row, Stuck};
+use crate::convex::Convex;
+use crate::damped::Damped;
 use crate::minimise::Search;
 use crate::squares::Squares;
 
 /// Rounds of new tethers, and the part of the energy that may remain to be gained.
 const ROUNDS: usize = 400;
+/// Rounds of new planes.
+const CUTS: usize = 100;
+/// Proximal steps of a round, and the gain below which one is the last.
+const STEPS: usize = 40;
+const GAIN: f64 = 1e-7;
+/// Rounds of new weights in search of a start.
+const WEIGHTINGS: usize = 300;
+/// A start with this part of the distance used is well inside.
+const ROOMY: f64 = 0.9;
 const GAP: f64 = 1e-3;
 /// How fast tethers follow: `τ ← τ (|d| / r)^γ`. At 1 they creep, beyond 2 they swing.
 const GAMMA: f64 = 1.5;
 
 /// Moves a shape to the least of the energy and tethers of some weights; the steps that took.
 pub(crate) type Tied<'a> = dyn FnMut(&[f64], &mut [Vector]) -> Result<Option<usize>, EditError> + 'a;
+
+/// How a search begins.
+pub(crate) enum Start {
+    Inside(Vec<Vector>),
+    Beyond {
+        /// No shape has all vertices nearer than this.
+        least: f64,
+        /// This near some shape has.
+        nearest: f64,
+        /// What proves that: of every row, nothing where it plays no part.
+        multipliers: Vec<f64>,
+    },
+}
 
 /// What is to be kept within the distance, and how the search begins.
 pub(crate) struct Leash<'a> {
@@ -38,27 +64,65 @@ pub(crate) struct Leash<'a> {
 }
 
 impl<'a> Leash<'a> {
-    /// A bound on how far vertices move from where they rest; the start `x` must be within it.
-    pub(crate) fn new(
-        rest: &'a [Vector],
-        radius: f64,
-        free: &'a [bool],
-        x: &[Vector],
-    ) -> Result<Self, Error> {
+    /// A bound on how far vertices move from where they rest.
+    pub(crate) fn new(rest: &'a [Vector], radius: f64, free: &'a [bool]) -> Result<Self, Error> {
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(Error::Invalid(format!(
                 "a distance of {radius} is not possible: give a positive number"
             )));
         }
-        let leash = Leash { rest, radius, free };
-        let (far, vertex) = leash.farthest(x);
-        if far >= radius * (1.0 - 1e-6) {
-            return Err(Error::Invalid(format!(
-                "the constraints alone move control vertex {vertex} by {far}, and none may move further than {radius}: allow \
-                 more, or ask for less"
-            )));
+        Ok(Leash { rest, radius, free })
+    }
+
+    /// How far the start of a search may be.
+    pub(crate) fn inside(&self) -> f64 {
+        self.radius * (1.0 - 1e-6)
+    }
+
+    /// A shape that meets the rows with every vertex inside the distance, or a proof that there is none: Lawson's algorithm
+    /// (1961). The weighted squares `Σ w_i |d_i|²` (with `Σ w_i = 1`) are least for some shape; whatever the weights, no shape that
+    /// meets the rows has all of its vertices nearer than the root of that, and weights grow where vertices are far.
+    pub(crate) fn start(&self, rows: &[Row], grid: &Grid) -> Result<Start, Stuck> {
+        let mut weights: Vec<f64> = self.free.iter().map(|&f| f64::from(u8::from(f))).collect();
+        let mut inside: Option<(f64, Vec<Vector>)> = None;
+        let mut best = Start::Beyond { least: 0.0, nearest: f64::INFINITY, multipliers: Vec::new() };
+        let mut guess = Vec::new();
+        for _ in 0..WEIGHTINGS {
+            let mut squares = Squares::default();
+            squares.tether(&weights, self.rest);
+            let damped = Damped::new(&squares, self.free, grid).ok_or(Stuck::Work)?;
+            let convex = Convex { squares: &squares, damped: &damped, motions: &[], rows };
+            let found = convex.step(self.rest, &guess)?;
+            let (far, _) = self.farthest(&found.x);
+            if far < self.inside() && inside.as_ref().is_none_or(|(before, _)| far < *before) {
+                inside = Some((far, found.x.clone()));
+            }
+            let away = || found.x.iter().zip(self.rest).map(|(x, rest)| (x - rest).norm());
+            let total: f64 = weights.iter().sum();
+            let bound = (weights.iter().zip(away()).map(|(w, d)| w * d * d).sum::<f64>() / total).sqrt();
+            if let Start::Beyond { least, nearest, multipliers } = &mut best {
+                *nearest = nearest.min(far);
+                if bound > *least {
+                    (*least, *multipliers) = (bound, found.multipliers);
+                }
+                // Well inside, or nearly as far inside as can be.
+                let roomy = far < ROOMY * self.radius || *nearest - *least < 0.1 * (self.radius - *nearest);
+                if inside.is_some() && roomy {
+                    break;
+                }
+                if *least >= self.radius || *nearest - *least <= 1e-9 * *nearest {
+                    break;
+                }
+            }
+            guess = found.active;
+            for ((w, d), _) in weights.iter_mut().zip(away()).zip(self.free).filter(|(_, free)| **free) {
+                *w *= (d / far).max(1e-3);
+            }
+            let most = weights.iter().fold(0.0_f64, |m, w| m.max(*w));
+            let floor = |(w, free): (&mut f64, &bool)| *w = if *free { (*w / most).max(1e-9) } else { 0.0 };
+            weights.iter_mut().zip(self.free).for_each(floor);
         }
-        Ok(leash)
+        Ok(inside.map_or(best, |(_, x)| Start::Inside(x)))
     }
 
     /// The largest distance of a vertex from its place, and which vertex that is.
@@ -128,6 +192,65 @@ impl<'a> Leash<'a> {
             100.0 * search.gap
         ))
         .into())
+    }
+
+    /// The same by planes: a vertex that went too far is kept on this side of the plane that touches its sphere where it went.
+    /// Planes keep to every shape within the distance, so that the least energy between them is never above the least within it;
+    /// a few planes for each vertex do, since between two that are near a sphere bulges little (Kelley 1960). What tethers
+    /// only creep towards, where hardly any shape is within the distance, this finds. `rows` are all that is asked.
+    ///
+    /// Returns what the search did, and the multipliers of the rows.
+    ///
+    /// # Errors
+    /// When it cannot be decided which rows hold with equality, or the gap does not close.
+    pub(crate) fn cut(
+        &self,
+        squares: &Squares,
+        (damped, motions): (&Damped, &[Vec<f64>]),
+        rows: &[Row],
+        x: &mut [Vector],
+    ) -> Result<(Search, Vec<f64>), Stuck> {
+        let radius = self.radius * (1.0 - 1e-9);
+        let (safe, nothing) = (x.to_vec(), 1e-13 * squares.energy(x).0);
+        let (mut best, mut best_energy) = (x.to_vec(), squares.energy(x).0);
+        let (mut all, mut guess, mut search) = (rows.to_vec(), Vec::new(), Search::default());
+        let mut now = self.rest.to_vec();
+        for _ in 0..CUTS {
+            let convex = Convex { squares, damped, motions, rows: &all };
+            let (mut energy, mut multipliers) = (f64::INFINITY, Vec::new());
+            for _ in 0..STEPS {
+                let found = convex.step(&now, &guess)?;
+                search.steps += 1;
+                (now, guess, multipliers) = (found.x, found.active, found.multipliers);
+                let before = std::mem::replace(&mut energy, squares.energy(&now).0);
+                if before - energy <= GAIN * energy + nothing {
+                    break;
+                }
+            }
+            let inside = self.drawn_back(&safe, &now, radius);
+            let drawn = squares.energy(&inside).0;
+            if drawn < best_energy {
+                (best_energy, best) = (drawn, inside);
+            }
+            search.gap = (best_energy - energy).max(0.0) / best_energy.max(f64::MIN_POSITIVE);
+            if best_energy - energy <= (GAP * best_energy).max(nothing) {
+                x.copy_from_slice(&best);
+                multipliers.truncate(rows.len());
+                return Ok((search, multipliers));
+            }
+            for (vertex, (x, rest)) in now.iter().zip(self.rest).enumerate() {
+                let away = x - rest;
+                let far = away.norm();
+                if far > radius && self.free[vertex] {
+                    let out = away / far;
+                    let terms = (0..3).map(|axis| (3 * vertex + axis, -out[axis])).collect();
+                    let value = -radius - out.dot(rest);
+                    let size = rest.lp_norm(1) + self.radius;
+                    all.push(Row { terms, value, equation: false, size });
+                }
+            }
+        }
+        Err(Stuck::Work)
     }
 
     /// The point nearest to `x` on the way from `safe` to it that is within the distance.

@@ -79,20 +79,47 @@ fn a_curve_through_gates_meets_every_gate_and_no_gate_could_let_go() {
         let sign = if told.name.contains('≥') { 1.0 } else { -1.0 };
         assert!(sign * told.multipliers[0] >= 0.0, "{told:?}");
     }
-    // The equations alone, and all gates as equations, are the two ends between which its energy lies.
-    assert!(report.energy_after > 0.0 && report.energy_after < report.energy_before + 1e9);
+    // Through the middle of every gate it costs more; without any one that it touches it would go through that gate's post,
+    // for less; and a gate that it does not touch carries nothing.
     let mut hit = Fair::new(&wire).energy(bend()).ask(position(0.0).keep()).ask(position(end).keep());
     for &(u, middle) in &gates {
         hit = hit.ask(y(position(u).to(middle)));
     }
-    assert!(report.energy_after < hit.solve().unwrap().report().energy_after);
+    let least = report.energy_after;
+    assert!(least < hit.solve().unwrap().report().energy_after);
+    for told in &report.constraints[2..] {
+        assert_eq!(told.multipliers[0] != 0.0, report.active.contains(&told.name), "{told:?}");
+    }
+    for (k, &(u, middle)) in gates.iter().enumerate() {
+        let side = fair.shape().point(u).unwrap().y - middle;
+        let mut rest = Fair::new(&wire).energy(bend()).ask(position(0.0).keep()).ask(position(end).keep());
+        for (_, &(u, middle)) in gates.iter().enumerate().filter(|(other, _)| *other != k) {
+            rest = rest.ask(y(position(u).at_least(middle - 0.8))).ask(y(position(u).at_most(middle + 0.8)));
+        }
+        let rest = rest.solve().unwrap();
+        let passed = rest.shape().point(u).unwrap().y - middle;
+        if side.abs() < 0.8 - 1e-9 {
+            assert!((rest.report().energy_after / least - 1.0).abs() < 1e-9, "gate {k}: {}", rest.report());
+        } else {
+            let lower = rest.report().energy_after < least * (1.0 - 1e-9);
+            assert!(lower && passed * side > 0.0 && passed.abs() > 0.8, "gate {k}: {}", rest.report());
+        }
+    }
     // The same at other scales: energies go with the square.
     for scale in [1e-6, 1e6] {
         let other = ask(scale);
         assert!(
-            (other.report().energy_after / (scale * scale) / report.energy_after - 1.0).abs() < 1e-6,
-            "{scale:e}"
+            (other.report().energy_after / (scale * scale) / report.energy_after - 1.0).abs() < 1e-10,
+            "{scale:e}: {}",
+            other.report()
         );
+        let size = 10.0_f64.max(4.0 * scale);
+        for (a, b) in other.shape().points().iter().zip(fair.shape().points()) {
+            assert!(
+                (a.y - scale * b.y).abs() < 1e-11 * size && (a.x - b.x).abs() < 1e-11 * size,
+                "{scale:e}"
+            );
+        }
     }
 }
 
@@ -109,6 +136,18 @@ fn bounds_that_hold_anyway_change_nothing_and_impossible_ones_are_refused() {
         .unwrap();
     assert_eq!(plain.shape(), loose.shape());
     assert!(loose.report().active.is_empty());
+    // The same a hair above where the shape passes; a hair below, the bound is met, and carries something.
+    let passes = plain.shape().point(6.0).unwrap().y;
+    let at_most = |bound: f64| {
+        let fair = Fair::new(&wire).energy(bend() + near()).ask(position(4.0).to([4.0, 1.0, 0.0]));
+        fair.ask(y(position(6.0).at_most(bound))).solve().unwrap()
+    };
+    let above = at_most(passes + 1e-9);
+    assert!(above.shape() == plain.shape() && above.report().active.is_empty(), "{}", above.report());
+    let below = at_most(passes - 1e-3);
+    assert!((below.shape().point(6.0).unwrap().y - passes + 1e-3).abs() < 1e-13, "{}", below.report());
+    assert_eq!(below.report().active.len(), 1);
+    assert!(below.report().energy_after > plain.report().energy_after, "{}", below.report());
     let apart = Fair::new(&wire)
         .energy(bend())
         .ask(position(4.0).to([4.0, 1.0, 0.0]))
@@ -151,7 +190,8 @@ fn within_a_distance_and_between_bounds() {
         // The energy on the way to other shapes that keep to both: none is lower by more than the gap.
         let kept = |shape: &Curve| {
             let near = wild.points().iter().zip(shape.points()).all(|(a, b)| (a - b).norm() <= distance);
-            near && shape.point(4.25).unwrap().y >= 0.3 && shape.point(0.6 * end).unwrap().y <= -0.25
+            let (low, high) = (shape.point(4.25).unwrap().y, shape.point(0.6 * end).unwrap().y);
+            near && low >= 0.3 - 1e-13 && high <= -0.25 + 1e-13
         };
         let energy = |shape: &Curve| {
             Fair::new(shape).energy(bend()).lock(0..20).solve().unwrap().report().energy_before

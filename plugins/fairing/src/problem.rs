@@ -1,0 +1,476 @@
+//! A fairing problem: its energy, its equations, and the least energy under them.
+
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+use loftsman_kernel::edit::{Constraint, EditError, Report, Session};
+use loftsman_kernel::error::Error;
+use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::shape::{Shape, vertex_index};
+use loftsman_kernel::solve::{SolveError, Solver, System};
+use loftsman_kernel::{Point, Vector};
+
+use crate::active::Row;
+use crate::bounds::Bound;
+use crate::convex::Convex;
+use crate::damped::{Damped, NOTHING};
+use crate::fair::{Fair, FairReport, Fairer};
+use crate::idle::{Idle, Motions, motions, notes};
+use crate::minimise::{Projection, Search, finite, minimise};
+use crate::precondition::Preconditioner;
+use crate::squares::Squares;
+use crate::within::{Leash, Start};
+
+/// Corrections of what the search's rounding left of the equations.
+const CORRECTIONS: usize = 4;
+/// Proximal steps, and a gain below which one is the last.
+const STEPS: usize = 40;
+const GAIN: f64 = 1e-10;
+
+/// What stays the same while a problem is solved. Points are relative to the first control vertex.
+pub(crate) struct Problem<'a, S> {
+    pub(crate) fair: &'a Fair<S>,
+    pub(crate) solver: Arc<dyn Solver>,
+    pub(crate) squares: Squares,
+    pub(crate) free: Vec<bool>,
+    /// The vertices as they were.
+    pub(crate) rest: Vec<Vector>,
+    /// The largest coordinate of all.
+    reach: f64,
+    origin: Point,
+    damped: OnceCell<Option<Damped>>,
+    motions: OnceCell<Motions>,
+}
+
+/// Equations prepared, and the nearest shape that meets them.
+pub(crate) struct Stage<S> {
+    pub(crate) session: Session<S>,
+    pub(crate) x: Vec<Vector>,
+    told: Report,
+    /// What the shape as it was misses of each.
+    missing: Vec<f64>,
+}
+
+impl<S: Shape> Stage<S> {
+    /// The multipliers of each constraint, of those of all equations.
+    pub(crate) fn multipliers(&self, all: &[f64]) -> Vec<Vec<f64>> {
+        self.session.account(&[], all).into_iter().map(|told| told.multipliers).collect()
+    }
+}
+
+/// A shape of least energy.
+pub(crate) struct Least {
+    pub(crate) x: Vec<Vector>,
+    pub(crate) search: Search,
+    /// Motions that neither energy nor constraints saw.
+    pub(crate) ways: usize,
+    /// Of each constraint: how much the least energy would change with its value.
+    pub(crate) multipliers: Vec<Vec<f64>>,
+}
+
+impl<'a, S: Shape + Clone> Problem<'a, S> {
+    pub(crate) fn new(fair: &'a Fair<S>, solver: Arc<dyn Solver>) -> Result<Self, EditError> {
+        let vertices = fair.shape.control_vertices();
+        let origin = vertices.first().copied().unwrap_or_else(Point::origin);
+        let squares = Squares::new(&fair.shape, &fair.energy, origin)?;
+        let mut free = vec![true; vertices.len()];
+        for &lock in &fair.locks {
+            let at = vertex_index(lock, free.len())?;
+            free[at] = false;
+        }
+        let rest = vertices.iter().map(|p| p - origin).collect();
+        let (damped, motions) = (OnceCell::new(), OnceCell::new());
+        let mut problem = Self { fair, solver, squares, free, rest, reach: 0.0, origin, damped, motions };
+        problem.reach = reach(&problem.among(&fair.shape));
+        Ok(problem)
+    }
+
+    /// The energy with every vertex's own stiffness.
+    pub(crate) fn damped(&self) -> Option<&Damped> {
+        let new = || Damped::new(&self.squares, &self.free, &self.fair.shape.grid());
+        self.damped.get_or_init(new).as_ref()
+    }
+
+    /// All motions that cost no energy (but for those that are too many).
+    pub(crate) fn motions(&self) -> &[Vec<f64>] {
+        &self.loose().all
+    }
+
+    fn loose(&self) -> &Motions {
+        self.motions.get_or_init(|| motions(&self.fair.shape, &self.squares, &self.free, || self.damped()))
+    }
+
+    /// The shape with other control vertices; locked ones to the last bit as they were, in spite of the origin.
+    pub(crate) fn shape(&self, x: &[Vector]) -> S {
+        let mut shape = self.fair.shape.clone();
+        for ((vertex, x), free) in shape.control_vertices_mut().iter_mut().zip(x).zip(&self.free) {
+            if *free {
+                *vertex = self.origin + x;
+            }
+        }
+        shape
+    }
+
+    /// A shape among the others of the problem.
+    pub(crate) fn among<'b>(&'b self, shape: &'b S) -> Shapes<'b> {
+        let others = self.fair.others.iter().map(AsRef::as_ref);
+        Shapes::new(std::iter::once(shape as &dyn Shape).chain(others))
+    }
+
+    /// Prepares equations. What conflicts is named here; the nearest shape that meets them is where the search starts.
+    pub(crate) fn stage(&self, constraints: Vec<Constraint>) -> Result<Stage<S>, EditError> {
+        let mut session = self.fair.edit(constraints).prepare(Arc::clone(&self.solver))?;
+        if let Some(functional) = session.nonlinear() {
+            return Err(not_linear(&functional.describe()).into());
+        }
+        let shapes = self.among(&self.fair.shape);
+        let missing = session.misfit(&shapes)?;
+        session.apply()?;
+        let x = session.shape().control_vertices().iter().map(|p| p - self.origin).collect();
+        let told = session.report();
+        Ok(Stage { session, x, told, missing })
+    }
+
+    /// The equations one by one, over coordinates.
+    pub(crate) fn rows(&self, stage: &Stage<S>) -> Vec<Row> {
+        let system = stage.session.system();
+        let (rows, sides) = (system.rows(), system.sides());
+        let mut all = Vec::with_capacity(rows.len() * sides);
+        for row in 0..rows.len() {
+            for side in 0..sides {
+                let at = |column: usize| {
+                    let global = system.touched()[column];
+                    if sides == 3 { 3 * global + side } else { global }
+                };
+                let terms: Vec<(usize, f64)> = rows.iter_row(row).map(|(c, v)| (at(c), v)).collect();
+                let present: f64 = terms.iter().map(|&(at, c)| c * self.rest[at / 3][at % 3]).sum();
+                let value = present + stage.missing[row * sides + side];
+                let size = terms.iter().map(|(_, c)| c.abs()).sum::<f64>() * self.reach + value.abs();
+                all.push(Row { terms, value, equation: true, size });
+            }
+        }
+        all
+    }
+
+    /// What is idle under the equations of a system.
+    pub(crate) fn idle(&self, system: &System) -> Idle {
+        Idle::new(self.motions(), system)
+    }
+
+    /// The least energy under the equations of a stage, and within a distance where there is one; of several shapes of least
+    /// energy the nearest to `x`, where the search starts.
+    ///
+    /// # Errors
+    /// When the energy cannot be factored, the search does not arrive, or no shape is within the distance.
+    pub(crate) fn least(
+        &self,
+        stage: &Stage<S>,
+        mut x: Vec<Vector>,
+        within: Option<f64>,
+    ) -> Result<Least, EditError> {
+        let leash = within.map(|radius| Leash::new(&self.rest, radius, &self.free)).transpose()?;
+        let system = stage.session.system();
+        let idle = self.idle(system);
+        let ways = idle.ways();
+        let mut projection = Projection::new(system, self.solver.factor(system)?, idle);
+        let mut squares = self.squares.clone();
+        let mut search = Search::default();
+        if self.free.contains(&true) {
+            let grid = self.fair.shape.grid();
+            let precondition = |squares: &Squares| Preconditioner::new(squares, &self.free, &grid, system);
+            let mut preconditioner = precondition(&squares).ok_or_else(|| self.beyond())?;
+            self.correct(stage, &mut projection, &mut x)?;
+            let start = x.clone();
+            // Where so many parts move for themselves that it is not known how, a search would be sent anywhere by rounding.
+            if self.loose().more && within.is_none() {
+                let rows = self.rows(stage);
+                let (search, multipliers) = self.descend(&rows, &mut x).ok_or_else(|| self.beyond())?;
+                self.correct(stage, &mut projection, &mut x)?;
+                return Ok(Least { x, search, ways, multipliers: stage.multipliers(&multipliers) });
+            }
+            search = minimise(&squares, &self.free, &mut projection, &mut preconditioner, &mut x)?;
+            if let Some(leash) = leash.as_ref().filter(|leash| leash.farthest(&x).0 > leash.radius) {
+                x = start;
+                if leash.farthest(&x).0 >= leash.inside() {
+                    x = self.inside(leash, stage, &[])?;
+                }
+                projection.tether();
+                let mut solve = |tethers: &[f64], x: &mut [Vector]| {
+                    squares.tether(tethers, &self.rest);
+                    let Some(mut preconditioner) = precondition(&squares) else { return Ok(None) };
+                    Ok(Some(minimise(&squares, &self.free, &mut projection, &mut preconditioner, x)?.steps))
+                };
+                let safe = x.clone();
+                match leash.minimise(&self.squares, &mut solve, &mut x) {
+                    Ok(done) => search = done,
+                    Err(told) => {
+                        x = safe;
+                        let rows = self.rows(stage);
+                        let (search, multipliers) = self.cut(leash, &rows, &mut x).ok_or(told)?;
+                        self.correct(stage, &mut projection, &mut x)?;
+                        let multipliers = stage.multipliers(&multipliers);
+                        return Ok(Least { x, search, ways, multipliers });
+                    }
+                }
+            }
+        }
+        self.correct(stage, &mut projection, &mut x)?;
+        let mut gradient = vec![Vector::zeros(); x.len()];
+        squares.gradient(&x, true, &mut gradient);
+        gradient
+            .iter_mut()
+            .zip(&self.free)
+            .filter(|(_, free)| !**free)
+            .for_each(|(g, _)| *g = Vector::zeros());
+        let multipliers: Vec<f64> = projection.multipliers(&gradient).iter().map(|m| 2.0 * m).collect();
+        let multipliers = stage.multipliers(&multipliers);
+        Ok(Least { x, search, ways, multipliers })
+    }
+
+    /// The least energy under equations by proximal steps, of the shapes of least energy nearly the nearest to `x`: what the search
+    /// did, and the multipliers of the rows.
+    fn descend(&self, rows: &[Row], x: &mut Vec<Vector>) -> Option<(Search, Vec<f64>)> {
+        let convex = Convex { squares: &self.squares, damped: self.damped()?, motions: self.motions(), rows };
+        let mut search = Search::default();
+        let mut energy = f64::INFINITY;
+        loop {
+            let found = convex.step(x, &[]).ok()?;
+            search.steps += 1;
+            *x = found.x;
+            let (now, size) = self.squares.energy(x);
+            if energy - now <= GAIN * now + NOTHING * size || search.steps >= STEPS {
+                let multipliers = found.multipliers.iter().map(|u| 2.0 * u).collect();
+                return Some((search, multipliers));
+            }
+            energy = now;
+        }
+    }
+
+    /// The least energy under rows and within a distance, by planes, from a shape that keeps to both: what the search did, and the
+    /// multipliers of the rows.
+    pub(crate) fn cut(
+        &self,
+        leash: &Leash<'_>,
+        rows: &[Row],
+        x: &mut [Vector],
+    ) -> Option<(Search, Vec<f64>)> {
+        let damped = self.damped()?;
+        let (search, mut multipliers) = leash.cut(&self.squares, (damped, self.motions()), rows, x).ok()?;
+        multipliers.iter_mut().for_each(|u| *u *= 2.0);
+        Some((search, multipliers))
+    }
+
+    /// A shape within a distance that meets the equations and bounds.
+    ///
+    /// # Errors
+    /// When there is none: naming what is to blame, none of which could be spared.
+    pub(crate) fn inside(
+        &self,
+        leash: &Leash<'_>,
+        stage: &Stage<S>,
+        bounds: &[Bound],
+    ) -> Result<Vec<Vector>, EditError> {
+        let mut rows = self.rows(stage);
+        // Which constraint each row is of: entries of equations are told by their constraints, bounds follow.
+        let mut owner = vec![0; rows.len()];
+        let entries: Vec<f64> = (0..rows.len()).map(|at| at as f64).collect();
+        let mut names = Vec::new();
+        for (k, told) in stage.session.account(&[], &entries).into_iter().enumerate() {
+            told.multipliers.iter().for_each(|at| owner[*at as usize] = k);
+            names.push(told.name);
+        }
+        for bound in bounds {
+            owner.push(names.len());
+            names.push(bound.name());
+            rows.push(bound.row(&self.among(&self.fair.shape), &self.rest, &self.free)?);
+        }
+        let grid = self.fair.shape.grid();
+        let stuck = |_| {
+            SolveError::Unsupported(format!(
+                "no shape within {} that meets the constraints was found: they nearly depend on each other; leave some out",
+                leash.radius
+            ))
+        };
+        let (mut least, nearest, multipliers) = match leash.start(&rows, &grid).map_err(stuck)? {
+            Start::Inside(x) => return Ok(x),
+            Start::Beyond { least, nearest, multipliers } => (least, nearest, multipliers),
+        };
+        if least < leash.radius {
+            return Err(Error::Invalid(format!(
+                "the constraints alone move some control vertex by {least} at least, and none may move further than {}: a \
+                 shape was found where none moves further than {nearest}; allow more than that, or ask for less",
+                leash.radius
+            ))
+            .into());
+        }
+        // Of what the proof needs, whatever can be spared is left out.
+        let mut to_blame: Vec<usize> = rows
+            .iter()
+            .zip(&multipliers)
+            .zip(&owner)
+            .filter(|((_, m), _)| **m != 0.0)
+            .map(|(_, k)| *k)
+            .collect();
+        to_blame.dedup();
+        let mut k = 0;
+        while k < to_blame.len() && to_blame.len() > 1 {
+            let without: Vec<usize> =
+                to_blame.iter().copied().filter(|other| *other != to_blame[k]).collect();
+            let part: Vec<Row> = rows
+                .iter()
+                .zip(&owner)
+                .filter(|(_, owner)| without.contains(owner))
+                .map(|(row, _)| row.clone())
+                .collect();
+            match leash.start(&part, &grid) {
+                Ok(Start::Beyond { least: still, .. }) if still >= leash.radius => {
+                    (least, to_blame) = (still, without);
+                }
+                _ => k += 1,
+            }
+        }
+        let blamed: Vec<String> = to_blame.iter().map(|&k| format!("\"{}\"", names[k])).collect();
+        let (what, moves) = match &blamed[..] {
+            [] => ("the constraints".to_owned(), "move"),
+            [one] => (one.clone(), "moves"),
+            all => (all.join(", "), "together move"),
+        };
+        Err(Error::Invalid(format!(
+            "{what} alone {moves} some control vertex by {least} at least, and none may move further than {}: allow more, or \
+             ask for less",
+            leash.radius
+        ))
+        .into())
+    }
+
+    /// Takes away what a shape misses of the equations.
+    pub(crate) fn correct(
+        &self,
+        stage: &Stage<S>,
+        projection: &mut Projection<'_>,
+        x: &mut [Vector],
+    ) -> Result<(), EditError> {
+        let system = stage.session.system();
+        let mut before = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            finite(x)?;
+            let missing = stage.session.misfit(&self.among(&self.shape(x)))?;
+            let each = missing.chunks_exact(system.sides()).enumerate().map(|(row, missing)| {
+                let all: f64 = system.rows().row(row).1.iter().map(|c| c.abs()).sum();
+                let most = missing.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+                if all > 0.0 { most / all } else { 0.0 }
+            });
+            let worst = each.fold(0.0, f64::max) / self.reach.max(f64::MIN_POSITIVE);
+            if !(worst > f64::EPSILON && worst < 0.5 * before) {
+                break;
+            }
+            before = worst;
+            projection.correct(&missing, x);
+        }
+        Ok(())
+    }
+
+    /// The shape, measured afresh: every equation and every bound as it holds there, how far it moved, and the energy beside that
+    /// of the shape as it was. `pushes` are the multipliers of the bounds.
+    ///
+    /// # Errors
+    /// When something does not hold to rounding, or the energy is more than it was though the shape met everything.
+    pub(crate) fn hand_out(
+        &self,
+        stage: &Stage<S>,
+        least: &Least,
+        bounds: &[Bound],
+        pushes: &[f64],
+    ) -> Result<Fairer<S>, EditError> {
+        let (x, search) = (&least.x, least.search);
+        finite(x)?;
+        let shape = self.shape(x);
+        let shapes = self.among(&shape);
+        let missing = stage.session.misfit(&shapes)?;
+        let solver = self.solver.name();
+        stage.session.verify(&shapes, solver)?;
+        let old = self.among(&self.fair.shape);
+        let mut feasible = stage.session.verify(&old, solver).is_ok();
+        let mut constraints = stage.session.account(&missing, &[]);
+        for (told, multipliers) in constraints.iter_mut().zip(&least.multipliers) {
+            told.multipliers.clone_from(multipliers);
+        }
+        let mut active = Vec::new();
+        for (bound, push) in bounds.iter().zip(pushes) {
+            let found = bound.measured(&shapes, self.reach)?;
+            if !found.holds() {
+                let (error, constraint) = (found.verdict(), format!("\"{}\"", bound.name()));
+                let advice = "ask for less at once, or release a bound that nearly contradicts it";
+                let (error, allowed, solver) = (error.error, error.allowed, solver.to_owned());
+                return Err(SolveError::Missed { constraint, error, allowed, solver, advice }.into());
+            }
+            feasible &= bound.measured(&old, self.reach)?.holds();
+            constraints.push(bound.account(found.error, *push));
+            if *push != 0.0 || bound.touched(&shapes, self.reach)? {
+                active.push(bound.name());
+            }
+        }
+        let residual = constraints.iter().fold(0.0, |m: f64, c| m.max(c.residual));
+        let ((energy_before, size), energy_after) =
+            (self.squares.energy(&self.rest), self.squares.energy(x).0);
+        let allowed = energy_before * (1.0 + 1e-9) + NOTHING * size;
+        if energy_after.is_nan() || feasible && energy_after > allowed {
+            return Err(SolveError::Unsupported(format!(
+                "the search ended at an energy of {energy_after:.3e}, and the shape as it was has {energy_before:.3e}: it \
+                 cannot be made fairer with numbers of this size"
+            ))
+            .into());
+        }
+        let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
+        let told = &stage.told;
+        let report = FairReport {
+            energy: self.fair.energy.to_string(),
+            energy_before,
+            energy_after,
+            solver: told.solver.clone(),
+            equations: told.equations,
+            rank: told.rank,
+            redundant: told.redundant.clone(),
+            residual,
+            condition: told.condition,
+            adjustment: moved().fold(0.0, f64::hypot),
+            farthest: moved().fold(0.0, f64::max),
+            iterations: search.steps,
+            gap: search.gap,
+            active,
+            constraints,
+            notes: notes(&self.fair.shape, &self.squares, least.ways),
+        };
+        if let Some(radius) =
+            self.fair.within.filter(|radius| report.farthest.is_nan() || report.farthest > *radius)
+        {
+            let far = report.farthest;
+            let text = format!("a control vertex would move by {far}, beyond {radius}: allow more");
+            return Err(Error::Invalid(text).into());
+        }
+        Ok(Fairer { shape, report })
+    }
+
+    /// That the energy cannot be factored.
+    pub(crate) fn beyond(&self) -> EditError {
+        let vertices = self.free.len();
+        Error::Invalid(format!(
+            "the energy of {vertices} control vertices cannot be factored: it vanishes, or is beyond all memory; take \
+             another energy, or fair a part of the shape"
+        ))
+        .into()
+    }
+}
+
+/// The largest coordinate of some shapes.
+pub(crate) fn reach(shapes: &Shapes<'_>) -> f64 {
+    (0..shapes.vertex_count()).map(|v| shapes.vertex(v).coords.amax()).fold(0.0, f64::max)
+}
+
+/// That a functional is not linear.
+pub(crate) fn not_linear(name: &str) -> SolveError {
+    SolveError::Unsupported(format!(
+        "\"{name}\" is not linear in the control vertices, and a fair shape is sought under linear constraints only: leave \
+         it out, or use \"edit\" with the metric \"bend\""
+    ))
+}
