@@ -13,7 +13,8 @@ use self::conditions::Conditions;
 use self::pair::{Pair, Track};
 use self::side::Side;
 use super::position::OBJECT;
-use super::{Accuracy, DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use super::{Accuracy, DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, Store};
+use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, Field, ParameterError, Parameters, nearest};
 use crate::shape::{Derivative, Location};
@@ -135,15 +136,22 @@ impl Join {
     /// # Errors
     /// When the join cannot be asked of these shapes.
     pub fn gaps(&self, shapes: &Shapes<'_>) -> Result<Vec<f64>> {
+        Ok(self.differences(shapes)?.iter().map(Vector::norm).collect())
+    }
+
+    /// For each order the difference where it is largest.
+    fn differences(&self, shapes: &Shapes<'_>) -> Result<Vec<Vector>> {
         let bound = self.fixed(shapes)?;
         let between = self.between(shapes, &bound)?;
-        let mut largest = vec![0.0_f64; self.continuity + 1];
+        let (a, b) = (shapes.get(between.first)?, shapes.get(between.second)?);
+        let mut largest = vec![Vector::zeros(); self.continuity + 1];
         for sample in &between.samples {
-            let (a, b) = (shapes.get(between.first)?, shapes.get(between.second)?);
             for (k, largest) in largest.iter_mut().enumerate() {
                 let (first, second) = sample.stencils(a, b, k)?;
-                let gap = first.apply(a.control_vertices()) - second.apply(b.control_vertices());
-                *largest = largest.max(gap.norm());
+                let difference = first.apply(a.control_vertices()) - second.apply(b.control_vertices());
+                if difference.norm() > largest.norm() {
+                    *largest = difference;
+                }
             }
         }
         Ok(largest)
@@ -276,6 +284,19 @@ impl Functional for Join {
                 );
             }
         }
+        Ok(())
+    }
+
+    /// Of whole edges before they are bound, for each order the difference where it is largest.
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        if let (None, Place::Along(_), Place::Along(_)) = (&self.bound, self.first.1, self.second.1) {
+            let largest = self.differences(shapes)?;
+            out.iter_mut().zip(largest.iter().flatten()).for_each(|(out, value)| *out = *value);
+            return Ok(());
+        }
+        let mut store = Store::default();
+        self.rows(shapes, &mut store.rows(shapes))?;
+        store.evaluate(shapes, out);
         Ok(())
     }
 
