@@ -151,7 +151,7 @@ fn every_mistake_has_its_message() {
         (json!({ "kind": "tangent", "at": 1.0, "keep": true, "axis": "x" }), vec!["no axes"]),
         (
             json!({ "kind": "tangent", "at": 1.0, "to": 0.5 }),
-            vec!["1 number(s)", "\"direction\" for a tangent"],
+            vec!["holds or does not hold", "`direction`"],
         ),
         (
             json!({ "kind": "tangent", "at": [1.0, 2.0], "keep": true }),
