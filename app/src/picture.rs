@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use loftsman_kernel::plugin::{Field, Mark, ParameterError, Parameters};
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Geometry, Scene};
 pub use loftsman_picture::*;
 use serde_json::Value;
 
@@ -198,6 +198,32 @@ impl Look {
         })
     }
 
+    /// What was asked for and is not drawn of some objects that are shown: combs, beads and alternating segments are of
+    /// curves only.
+    pub fn unmet(&self, scene: &Scene) -> Vec<String> {
+        let drawings: Vec<&Panel> = self.panels.iter().filter(|panel| panel.is_drawing()).collect();
+        let shown = |name: &str| match &self.objects {
+            _ if !self.panels.is_empty() => drawings.iter().any(|panel| panel.shows(name)),
+            Some(list) => list.iter().any(|shown| shown == name),
+            None => true,
+        };
+        let others: Vec<String> = scene
+            .objects()
+            .iter()
+            .filter(|o| !matches!(o.geometry, Geometry::Curve(_) | Geometry::Group) && shown(o.name()))
+            .map(|o| format!("\"{}\" ({})", o.name(), o.geometry.kind()))
+            .collect();
+        let (few, more) = others.split_at(others.len().min(5));
+        let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+        let asked = [
+            (self.combs != Combs::Off, "curvature combs"),
+            (self.beads != Beads::Off, "beads at knots"),
+            (self.segments, "alternating segments"),
+        ];
+        let asked = asked.iter().filter(|(asked, _)| *asked && !few.is_empty());
+        asked.map(|(_, what)| format!("{what} are of curves: none for {}{more}", few.join(", "))).collect()
+    }
+
     /// The picture of a scene with this look.
     pub fn picture<'a>(&self, scene: &'a Scene, before: Option<&'a Scene>, marks: &'a [Mark]) -> Picture<'a> {
         let mut picture = Picture::of(scene)
@@ -317,6 +343,35 @@ mod tests {
             [Panel::view(View::Top).caption("above"), Panel::profile(Against::Parameter).objects(["a"])];
         assert_eq!(found.panels, panels);
         assert_eq!(found.view, View::From(loftsman_kernel::Vector::new(1.0, 2.0, 3.0)));
+    }
+
+    #[test]
+    fn what_is_not_drawn_of_a_shape_is_said() {
+        use loftsman_kernel::mesh::Cloud;
+        use loftsman_kernel::scene::Object;
+        use loftsman_kernel::spline::{Curve, Space, Surface};
+        let points = |n: usize| (0..n).map(|k| loftsman_kernel::Point::new(k as f64, 0.0, 0.0)).collect();
+        let space = Space::clamped_uniform(1, 2).unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("c", Curve::bezier(points(2)).unwrap().into())).unwrap();
+        scene.add(Object::new("s", Surface::new(space.clone(), space, points(4)).unwrap().into())).unwrap();
+        scene.add(Object::new("p", Cloud { points: points(3) }.into())).unwrap();
+        let said = |table: Value| look(table).unwrap().unmet(&scene).join("\n");
+        assert_eq!(said(json!({})), "");
+        let combs = said(json!({ "combs": true }));
+        assert!(
+            combs.contains("combs") && combs.contains("\"s\" (surface)") && combs.contains("\"p\""),
+            "{combs}"
+        );
+        assert!(!combs.contains("\"c\""), "{combs}");
+        assert_eq!(said(json!({ "combs": 0.5, "objects": ["c"] })), "");
+        assert_eq!(
+            said(
+                json!({ "combs": true, "panel": [{ "view": "top", "objects": ["c"] }, { "profile": "parameter" }] })
+            ),
+            ""
+        );
+        assert_eq!(said(json!({ "knots": 2, "segments": true, "objects": ["s"] })).lines().count(), 2);
     }
 
     #[test]

@@ -162,6 +162,9 @@ pub enum Error {
         /// What is wrong and what to do.
         problem: String,
     },
+    /// A shape of which nothing can be seen, since all of it is one point, or a surface that is a line.
+    #[error("{0}")]
+    NoExtent(String),
     /// Something that is well formed and still cannot be done; the text says why and what to do.
     #[error("{0}")]
     Invalid(String),

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use loftsman::kernel::scene::{Geometry, Scene};
+use loftsman::kernel::spline::Trimmed;
 use loftsman_tests::oracle::Oracle;
 use loftsman_tests::program;
 use serde_json::json;
@@ -108,7 +109,9 @@ fn files_that_break_the_rules_are_refused_with_one_message() {
 
 #[test]
 fn what_gltf_holds_comes_back() {
-    for input in files("gltf", false) {
+    let inputs = files("gltf", false);
+    assert!(inputs.len() >= 20, "{}", inputs.len());
+    for input in inputs {
         let first = loftsman::file::read(&input).unwrap();
         let folder = tempfile::tempdir().unwrap();
         for out in ["out.glb", "out.gltf"] {
@@ -121,7 +124,9 @@ fn what_gltf_holds_comes_back() {
 
 #[test]
 fn what_obj_holds_comes_back() {
-    for input in files("obj", false) {
+    let inputs = files("obj", false);
+    assert!(inputs.len() >= 25, "{}", inputs.len());
+    for input in inputs {
         let first = loftsman::file::read(&input).unwrap();
         let folder = tempfile::tempdir().unwrap();
         program::succeed(
@@ -188,7 +193,22 @@ fn same(file: &Path, first: &Scene, second: &Scene, within: f64, flat: bool) {
             (Geometry::Surface(a), Geometry::Surface(b)) => {
                 assert_eq!((a.u(), a.v(), a.weights()), (b.u(), b.v(), b.weights()), "{what}");
             }
-            _ => {}
+            (Geometry::Trimmed(a), Geometry::Trimmed(b)) => {
+                let of = |t: &Trimmed| {
+                    let s = t.surface();
+                    (s.u().clone(), s.v().clone(), s.weights().map(<[f64]>::to_vec))
+                };
+                assert_eq!(of(a), of(b), "{what}");
+                assert_eq!(
+                    (a.regions(), a.curves(), a.points()),
+                    (b.regions(), b.curves(), b.points()),
+                    "{what}"
+                );
+            }
+            (Geometry::Polyline(a), Geometry::Polyline(b)) => assert_eq!(a.closed, b.closed, "{what}"),
+            // Nothing but their points, which are compared above.
+            (Geometry::Group, Geometry::Group) | (Geometry::Cloud(_), Geometry::Cloud(_)) => {}
+            (a, b) => panic!("{what}: a {} and a {} are not compared", a.kind(), b.kind()),
         }
     }
 }

@@ -99,6 +99,7 @@ pub fn read_content(
     format: &dyn Format,
     options: &ReadOptions,
 ) -> Result<(Scene, ReadReport)> {
+    super::check_reading(format, &options.own, &input.name)?;
     let (scene, report) = format.read(input, options)?;
     if scene.objects().is_empty() && !report.left_out.is_empty() {
         let problem = format!("nothing in it could be read: {}", reasons(&report));

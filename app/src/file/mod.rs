@@ -1,15 +1,19 @@
 //! Scenes in files: reading by extension or content, writing whole or not at all.
 //!
 //! * [`input`]: a file and its siblings, never outside its folder.
-//! * [`output`]: several output files, made in memory, then put in place together.
+//! * [`output`]: several output files, made in memory, then put in place together, also where the process is killed.
 
 mod commit;
 pub mod input;
+mod journal;
 pub mod output;
 
 use std::path::Path;
 
-use loftsman_kernel::plugin::{ReadOptions, ReadReport, Registry, WriteOptions, WriteReport};
+use loftsman_kernel::plugin::{
+    Field, Format, FormatError, Parameters, Place, ReadOptions, ReadReport, Registry, Source, WriteOptions,
+    WriteReport,
+};
 use loftsman_kernel::scene::Scene;
 
 pub use input::Input;
@@ -36,7 +40,28 @@ pub fn read_with(
 ) -> Result<(Scene, ReadReport)> {
     let input = Input::open(path)?;
     let format = input.format(registry)?;
+    check_reading(format.as_ref(), &options.own, Source::name(&input))?;
     Ok(format.read(&input, options)?)
+}
+
+/// Refuses options that the format has not when it reads: a format of someone else may not look at what it does not know.
+fn check_reading(format: &dyn Format, own: &Parameters, file: &str) -> Result<()> {
+    check_options(format.declaration().name, own, format.declaration().reading_options(), file)
+}
+
+/// The same when it writes.
+fn check_writing(format: &dyn Format, own: &Parameters, file: &str) -> Result<()> {
+    check_options(format.declaration().name, own, format.declaration().writing_options(), file)
+}
+
+fn check_options(
+    format: &str,
+    own: &Parameters,
+    known: impl Iterator<Item = &'static Field> + Clone,
+    file: &str,
+) -> Result<()> {
+    let error = |problem| FormatError::new(file, Place::File, problem);
+    own.check(known).map_err(|e| error(format!("an option of the format {format}: {e}")).into())
 }
 
 /// Writes a scene to a file, in the format of its extension. The file appears whole or not at all; an existing

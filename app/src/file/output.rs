@@ -14,6 +14,7 @@ use loftsman_kernel::scene::Scene;
 
 use super::commit::{Pending, TAKEN, commit};
 use super::input::extensions;
+use super::journal::recover_once;
 use crate::error::{Error, Result};
 
 /// Files that are to appear together.
@@ -25,6 +26,8 @@ pub struct Outputs {
     /// Pictures that are to be put beside outputs.
     pictures: BTreeMap<PathBuf, Vec<u8>>,
     create_folders: bool,
+    /// Files of runs that were killed, which were put in place first.
+    completed: Vec<String>,
 }
 
 /// A file that was written.
@@ -37,6 +40,22 @@ pub struct Produced {
     /// Files that came along (`.mtl`, `.bin`).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub siblings: Vec<Self>,
+    /// Of the first file: files that a run that was killed had written and not put in place, which was done before.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub completed: Vec<String>,
+}
+
+impl Produced {
+    /// What is to be said of runs that were killed before.
+    #[must_use]
+    pub fn note(&self) -> Option<String> {
+        let files = self.completed.join(", ");
+        (!files.is_empty()).then(|| {
+            format!(
+                "an earlier run was killed before it had put all its files in place: {files} followed now"
+            )
+        })
+    }
 }
 
 impl Outputs {
@@ -122,7 +141,8 @@ impl Outputs {
         for (name, bytes) in siblings {
             let sibling = path.with_file_name(name);
             self.claim(&sibling)?;
-            beside.push(Pending::new(&sibling, self.resolve(&sibling)?, bytes));
+            let real = self.resolve(&sibling)?;
+            beside.push(Pending::new(&sibling, real, bytes));
         }
         self.pending.push(Pending::new(path, real, bytes).with_siblings(beside));
         Ok(())
@@ -182,21 +202,31 @@ impl Outputs {
         Ok(Some(Pending::new(&shown, real, bytes).into_picture()))
     }
 
-    /// Puts all files in place: each is written beside its place under another name, then all are renamed. Where
-    /// one cannot be, those before it are put back.
+    /// Puts all files in place: each is written beside its place under another name and flushed to the disk, then all are
+    /// renamed. Where one cannot be, those before it are put back. Where the process is killed between two renames, the
+    /// next run that writes to the folder does those that are left.
     ///
     /// # Errors
     /// When a file cannot be written; nothing has changed then.
     pub fn commit(self) -> Result<Vec<Produced>> {
-        commit(&self.pending, self.create_folders)
+        let mut produced = commit(&self.pending, self.create_folders)?;
+        if let Some(first) = produced.first_mut() {
+            first.completed = self.completed;
+        }
+        Ok(produced)
     }
 
     /// The place that a path leads to: links followed, the folder in its canonical form.
-    fn resolve(&self, path: &Path) -> Result<PathBuf> {
+    fn resolve(&mut self, path: &Path) -> Result<PathBuf> {
         let shown = || path.display().to_string();
         let Some(name) = path.file_name() else {
             return Err(Error::file(shown(), "this names no file; put a file name at its end"));
         };
+        let beside = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+        if let Ok(folder) = beside.canonicalize() {
+            // What a run that was killed has left to do comes first.
+            self.completed.extend(recover_once(&folder).iter().map(|path| path.display().to_string()));
+        }
         if let Ok(facts) = fs::symlink_metadata(path) {
             let real = path.canonicalize().map_err(|_| {
                 Error::file(
@@ -238,6 +268,7 @@ pub fn encode(
     options: &WriteOptions<'_>,
     registry: &Registry,
 ) -> Result<(Memory, WriteReport)> {
+    super::check_writing(format, &options.own, name)?;
     let mut memory = Memory::new(name, Vec::new());
     let tessellator = options.tessellator.or_else(|| registry.tessellator());
     let report = format.write(scene, &mut memory, &WriteOptions { tessellator, ..options.clone() })?;

@@ -82,6 +82,9 @@ impl<'a> Runner<'a> {
         if let Some(input) = &recipe.input {
             outputs.protect(recipe.resolve(input));
         }
+        if self.outputs.is_none() && !files.is_empty() {
+            self.unused(recipe, &files)?;
+        }
         // Whatever can be refused is refused before the work.
         for file in &files {
             if !picture::is_picture(file) {
@@ -95,6 +98,7 @@ impl<'a> Runner<'a> {
             let mut report = OutputReport { path: file.display().to_string(), ..OutputReport::default() };
             if picture::is_picture(file) {
                 let marks: Vec<_> = applied.steps.iter().flat_map(|s| s.marks.iter().cloned()).collect();
+                report.notes = recipe.look.unmet(&applied.scene);
                 let picture = recipe.look.picture(&applied.scene, Some(&applied.before), &marks);
                 let bytes = picture::encode(file, &picture, recipe.look.pixels)?;
                 outputs.add(file, bytes, std::collections::BTreeMap::new())?;
@@ -109,9 +113,30 @@ impl<'a> Runner<'a> {
             reports.push(report);
         }
         for (report, produced) in reports.iter_mut().zip(outputs.commit()?) {
+            report.notes.extend(produced.note());
             (report.bytes, report.siblings) = (produced.bytes, produced.siblings);
         }
         Ok(RunReport { input: applied.input, steps: applied.steps, outputs: reports })
+    }
+
+    /// Refuses what is asked of outputs that the recipe does not have.
+    fn unused(&self, recipe: &Recipe, files: &[PathBuf]) -> Result<()> {
+        if recipe.look != picture::Look::default() && !files.iter().any(|file| picture::is_picture(file)) {
+            let problem = "no output is a picture (.svg or .png): add one, or leave this out";
+            return Err(recipe.error("picture", problem));
+        }
+        let formats: Vec<&str> = files
+            .iter()
+            .filter(|file| !picture::is_picture(file))
+            .map(|file| Ok(format_for(file, self.registry)?.declaration().name))
+            .collect::<Result<_>>()?;
+        match recipe.conversion.write.keys().find(|name| !formats.contains(&name.as_str())) {
+            Some(name) if self.registry.formats().iter().any(|f| f.declaration().name == name) => {
+                let problem = format!("no output is in the format {name}: add one, or leave this out");
+                Err(recipe.error(format!("write.{name}"), problem))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Reads the input and applies every step; writes nothing.
@@ -182,6 +207,11 @@ impl<'a> Runner<'a> {
 
     fn read(&self, recipe: &Recipe) -> Result<Applied> {
         let Some(name) = &recipe.input else {
+            if !recipe.conversion.read.is_empty() {
+                return Err(
+                    recipe.error("read", "there is no input to be read so: name one, or leave this out")
+                );
+            }
             let (scene, before, steps) = (Scene::new(), Scene::new(), Vec::new());
             return Ok(Applied { scene, before, input: None, steps, format: "", source: None });
         };

@@ -4,6 +4,7 @@
 mod batches;
 mod bench;
 mod files;
+mod found;
 mod hostile;
 mod output;
 mod pictures;

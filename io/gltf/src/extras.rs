@@ -39,6 +39,9 @@ pub(crate) struct Own {
     pub(crate) place: Option<[[f64; 4]; 4]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) layer: Option<String>,
+    /// Whether the weights of the mesh show its first frame, and its points are the shape itself.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) starts_at_first: bool,
     /// Whether the mesh got its tangents when it was written, because its material has a normal map.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(crate) made_tangents: bool,

@@ -18,7 +18,14 @@
 //!   0. What a material kept of glTF's extensions goes out again. Pictures that are files go into a GLB, and beside a
 //!   `.gltf` by their names, where the options say where to find them; else they are named only.
 //! * *Texture coordinates* point up in Loftsman and down in glTF: `v` goes out as `1 - v`.
-//! * *Frames* of an animation are morph targets, shown one after the other by an animation of their weights.
+//! * *Frames* of an animation are morph targets, shown one after the other by an animation of their weights. A spline is cut
+//!   at the same parameters in all of them, as finely as each needs, and the report's error is that of the worst; its vertices
+//!   are those of the first frame. What is no spline keeps its vertices, and the mesh's weights show its first frame. Normals
+//!   do not move with the frames of a surface, and the report says so.
+//! * *Torn curves* are a strip for each of their parts.
+//! * *Numbers* that single precision does not hold or tell apart (coordinates, places, times) are refused by the object's name,
+//!   those of materials left out with a note. So is a spline that cannot be cut as finely as asked; what has no extent, or
+//!   is trimmed, is a node with the exact spline alone.
 //! * *Tangents* go out as they are; where a material has a normal map and the mesh has texture coordinates but no
 //!   tangents, they are made as MikkTSpace has them, and marked so that our reader drops them again.
 //! * *What other programs noted* in `extras` of the file, the asset, the scene, nodes, meshes and materials, the names of
@@ -60,7 +67,7 @@ const OPTIONS: &[Field] = &[Field::optional(
     "meshes-only",
     "true | false",
     "false",
-    "leave curves, lines and points out, for programs like MeshLab that take them for triangles",
+    "writing: leave curves, lines and points out, for programs like MeshLab that take them for triangles",
 )];
 
 impl Format for Gltf {

@@ -17,11 +17,12 @@ pub(crate) struct Placement {
 const SHEAR: f64 = 1e-9;
 
 impl Placement {
-    /// The parts of an affine map, or `None` where it shears, flattens or overflows.
+    /// The parts of an affine map, or `None` where it shears or flattens, or has numbers that single precision (with which
+    /// glTF is read) does not hold.
     pub(crate) fn of(map: &Matrix4<f64>) -> Option<Self> {
         let linear = map.fixed_view::<3, 3>(0, 0).into_owned();
         let translation = map.fixed_view::<3, 1>(0, 3).into_owned();
-        if linear == Matrix3::identity() {
+        if linear == Matrix3::identity() && translation.iter().all(|t| (*t as f32).is_finite()) {
             let (rotation, scale) = ([0.0, 0.0, 0.0, 1.0], Vector::repeat(1.0));
             return Some(Self { translation, rotation, scale });
         }
@@ -30,7 +31,8 @@ impl Placement {
             let largest = column.amax();
             if largest > 0.0 { largest * (column / largest).norm() } else { 0.0 }
         });
-        if !scale.iter().all(|s| s.is_normal()) || !translation.iter().all(|t| t.is_finite()) {
+        let fits = |x: &f64| (*x as f32).is_finite();
+        if !scale.iter().all(|s| (*s as f32).is_normal()) || !translation.iter().all(fits) {
             return None;
         }
         let mut axes = Matrix3::from_columns(&[0, 1, 2].map(|i| linear.column(i) / scale[i]));
@@ -147,5 +149,7 @@ mod tests {
         shear[(0, 1)] = 0.5;
         assert_eq!(Placement::of(&shear), None);
         assert_eq!(Placement::of(&Matrix4::zeros()), None);
+        assert_eq!(Placement::of(&Matrix4::new_scaling(1e-60)), None);
+        assert_eq!(Placement::of(&Matrix4::new_translation(&Vector::new(1e40, 0.0, 0.0))), None);
     }
 }

@@ -257,17 +257,50 @@ fn frames_come_back() {
 #[test]
 fn a_changed_mesh_counts_more_than_the_spline_that_it_showed() {
     let mut scene = Scene::new();
+    scene.up = Up::Y;
     scene.add(Object::new("patch", patch().into())).unwrap();
-    let mut file = write(&scene);
-    // A program moves a vertex, and keeps the extras.
-    let at = file.bytes.len() - 3;
-    let position = json_of(&file)["bufferViews"][0]["byteOffset"].as_u64().unwrap() as usize;
-    let bin = file.bytes.len() - json_of(&file)["buffers"][0]["byteLength"].as_u64().unwrap() as usize;
-    file.bytes[bin + position + 2] ^= 0x10;
-    let (read, report) = read(&file);
-    assert_eq!(read.objects()[0].geometry.kind(), "mesh");
-    assert!(report.left_out.keys().any(|k| k.contains("changed since")), "{report:?}");
-    assert!(at > 0);
+    let file = write(&scene);
+    // As it is, it is the surface.
+    let (same, report) = read(&file);
+    assert!(same.objects()[0].geometry == scene.objects()[0].geometry && report.left_out.is_empty());
+    let json = json_of(&file);
+    let accessor = &json["accessors"]
+        [json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize];
+    let count = accessor["count"].as_u64().unwrap() as usize;
+    let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+    let start = file.bytes.len() - json["buffers"][0]["byteLength"].as_u64().unwrap() as usize
+        + view["byteOffset"].as_u64().unwrap() as usize;
+    let tessellation = mesh_of(&file);
+    assert!(count > 8 && tessellation.len() == count);
+    // A program moves any vertex by however little, along any axis, and keeps the extras.
+    for vertex in 0..count {
+        for axis in 0..3 {
+            let mut moved = Memory::new("part.glb", file.bytes.clone());
+            let at = start + 12 * vertex + 4 * axis;
+            let old = f32::from_le_bytes(moved.bytes[at..at + 4].try_into().unwrap());
+            let new = if vertex % 2 == 0 { old.next_up() } else { old + 0.25 };
+            moved.bytes[at..at + 4].copy_from_slice(&new.to_le_bytes());
+            let (found, report) = read(&moved);
+            let Geometry::Mesh(mesh) = &found.objects()[0].geometry else { panic!("{vertex} {axis}") };
+            assert_eq!(
+                report.left_out.keys().filter(|k| k.contains("changed since")).count(),
+                1,
+                "{report:?}"
+            );
+            for (k, (p, q)) in mesh.points().iter().zip(&tessellation).enumerate() {
+                let expected = if k == vertex { f64::from(new) } else { q[axis] };
+                assert_eq!(p[axis], expected, "{vertex} {axis} {k}");
+            }
+        }
+    }
+}
+
+/// The positions of the first primitive, as the crate `gltf` reads them.
+fn mesh_of(file: &Memory) -> Vec<Point> {
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&file.bytes).unwrap();
+    let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
+    let positions = primitive.reader(|_| blob.as_deref()).read_positions().unwrap();
+    positions.map(|p| Point::from(p.map(f64::from))).collect()
 }
 
 #[test]
@@ -303,6 +336,7 @@ fn what_cannot_be_shown_comes_back_too() {
 
 #[test]
 fn every_kind_goes_there_and_back_at_every_size() {
+    let (mut exact, mut rounded) = (0, 0);
     for size in [1e-9, 1e-3, 1.0, 1e9] {
         let mut scene = sample_scene();
         for object in scene.objects().iter().map(|o| o.name().to_owned()).collect::<Vec<_>>() {
@@ -319,13 +353,26 @@ fn every_kind_goes_there_and_back_at_every_size() {
         assert_eq!(names(&once), names(&scene));
         for (a, b) in scene.objects().iter().zip(once.objects()) {
             assert_eq!((a.geometry.kind(), &a.parent, &a.layer), (b.geometry.kind(), &b.parent, &b.layer));
-            assert_eq!(a.geometry.points().len(), b.geometry.points().len());
-            for (p, q) in a.geometry.points().iter().zip(b.geometry.points()) {
-                assert!((p - q).norm() <= 1e-3 * size, "{size} {}: {p} {q}", a.name());
+            let (p, q) = (a.geometry.points(), b.geometry.points());
+            assert_eq!(p.len(), q.len());
+            match &a.geometry {
+                Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) => {
+                    assert_eq!(a.geometry, b.geometry, "{size} {}: to the bit", a.name());
+                    exact += 1;
+                }
+                _ => {
+                    // Half a unit in the last place of single precision, along each axis, of the largest coordinate.
+                    let largest = p.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+                    let slack = f64::from(f32::EPSILON) * largest;
+                    let off = p.iter().zip(q).map(|(p, q)| (p - q).amax()).fold(0.0, f64::max);
+                    assert!(off <= slack, "{size} {}: {off} {slack}", a.name());
+                    rounded += usize::from(off > 0.0);
+                }
             }
         }
         assert_eq!(back(&once), once);
     }
+    assert!(exact >= 12 && rounded > 0, "{exact} {rounded}");
 }
 
 /// Everything that two files have in common must be in both: primitives by triangles, attributes, materials.

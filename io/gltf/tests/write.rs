@@ -251,3 +251,159 @@ fn it_is_a_format() {
     let verdict = format_conformance(&Gltf, &sample_scene());
     assert!(verdict.passed(), "{verdict}");
 }
+
+/// Frames at a rate, of a line that moves.
+fn moving(rate: f64, frames: usize) -> Scene {
+    let mut scene = one("line", Curve::bezier(vec![Point::origin(), Point::new(1.0, 0.0, 0.0)]).unwrap());
+    let frame = |k: usize| vec![Point::origin(), Point::new(1.0, k as f64, 0.0)];
+    let frames = (0..frames).map(frame).collect();
+    scene.object_mut("line").unwrap().animation = Some(Animation { rate, frames });
+    scene
+}
+
+#[test]
+fn times_beyond_single_precision_are_refused_and_all_others_are_as_they_should_be() {
+    let tessellator = Adaptive::default();
+    let options = WriteOptions { tessellator: Some(&tessellator), ..WriteOptions::default() };
+    let (mut refused, mut written) = (0, 0);
+    for exponent in -320..=308 {
+        for (mantissa, frames) in [(1.0, 3), (2.9, 40)] {
+            let rate = mantissa * 10_f64.powi(exponent);
+            let mut file = Memory::new("a.glb", "");
+            match Gltf.write(&moving(rate, frames), &mut file, &options) {
+                Err(error) => {
+                    let words = error.to_string();
+                    assert!(words.contains("single precision") && words.contains("line"), "{words}");
+                    assert!(!(-37..=37).contains(&exponent), "{rate:e}: {words}");
+                    refused += 1;
+                }
+                Ok(_) => {
+                    let text = String::from_utf8_lossy(&file.bytes);
+                    assert!(!text.contains("null"), "{rate:e}");
+                    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&file.bytes).unwrap();
+                    let channel = document.animations().next().unwrap().channels().next().unwrap();
+                    let times: Vec<f32> =
+                        channel.reader(|_| blob.as_deref()).read_inputs().unwrap().collect();
+                    assert_eq!(times.len(), frames);
+                    for (k, &time) in times.iter().enumerate() {
+                        let exact = k as f64 / rate;
+                        assert!((f64::from(time) - exact).abs() <= 1e-7 * exact, "{rate:e}: {time} {exact}");
+                    }
+                    written += 1;
+                }
+            }
+        }
+    }
+    assert!(written >= 140 && refused >= 1000, "{written} {refused}");
+    // A single frame has no time to be told apart from.
+    assert!(Gltf.write(&moving(1e-39, 1), &mut Memory::new("a.glb", ""), &options).is_ok());
+}
+
+#[test]
+fn no_number_of_a_file_is_beyond_single_precision() {
+    use loftsman_kernel::material::{Alpha, Channel, Image, ImageData, Material, Texture};
+    use loftsman_kernel::mesh::Layer;
+    let wild = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 1e39, 3e38, 1e-300, 1e-60, -0.0];
+    let net = || vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(0.0, 1.0, 0.0)];
+    let (mut refused, mut written) = (0, 0);
+    for (i, &x) in wild.iter().enumerate() {
+        for place in 0..14 {
+            let mut mesh = Mesh::new(net(), &[[0, 1, 2]]).unwrap();
+            mesh.normals = Layer::per_point(vec![Vector::z(); 3]);
+            mesh.tangents = Layer::per_point(vec![[1.0, 0.0, 0.0, 1.0]; 3]);
+            mesh.uvs = Layer::per_point(vec![[0.25, 0.5]; 3]);
+            mesh.colors = Layer::per_point(vec![[0.5; 4]; 3]);
+            let mut material = Material::new("m", [0.5; 4]);
+            let mut texture = Texture::new("i");
+            let mut transform = Matrix4::identity();
+            match place {
+                0 => mesh.normals = Layer::per_point(vec![Vector::new(x, 0.0, x); 3]),
+                1 => mesh.tangents = Layer::per_point(vec![[0.0, x, x, 1.0]; 3]),
+                2 => mesh.uvs = Layer::per_point(vec![[x, 0.5]; 3]),
+                3 => mesh.colors = Layer::per_point(vec![[x; 4]; 3]),
+                4 => material.base_color = [x; 4],
+                5 => (material.metallic, material.roughness) = (x, x),
+                6 => material.emissive = [x, 0.5, 2.0],
+                7 => material.alpha = Alpha::Mask(x),
+                8 => texture.strength = x,
+                9 => texture.offset = [x, 0.0],
+                10 => texture.tiling = [1.0, x],
+                11 => texture.rotation = x,
+                12 => transform = Matrix4::new_translation(&Vector::new(x, 0.0, 0.0)),
+                _ => transform = Matrix4::new_scaling(x),
+            }
+            let bytes = b"\x89PNG\r\n\x1a\n".as_slice().into();
+            let mut scene = Scene::new();
+            scene
+                .images
+                .add(Image::new("i", ImageData::Embedded { media_type: "image/png".into(), bytes }))
+                .unwrap();
+            material.textures.insert(Channel::Normal, texture.clone());
+            material.textures.insert(Channel::Occlusion, texture);
+            scene.materials.add(material).unwrap();
+            let mut object = Object::new("o", mesh.into());
+            object.materials = vec!["m".into()];
+            object.transform = Some(transform);
+            if scene.add(object).is_err() {
+                continue;
+            }
+            let mut child = Object::new("child", Geometry::Group);
+            child.parent = Some("o".into());
+            scene.add(child).unwrap();
+            let mut file = Memory::new("a.glb", "");
+            match Gltf.write(&scene, &mut file, &WriteOptions::default()) {
+                Err(error) => {
+                    assert!(place >= 12, "{x:e} at {place}: {error}");
+                    refused += 1;
+                }
+                Ok(_) => {
+                    let length = u32::from_le_bytes(file.bytes[12..16].try_into().unwrap()) as usize;
+                    let json: serde_json::Value =
+                        serde_json::from_slice(&file.bytes[20..20 + length]).unwrap();
+                    all_numbers(&json, &mut |n| assert!((n as f32).is_finite(), "{x:e} at {place}: {json}"));
+                    let floats = floats(&file);
+                    assert!(floats.iter().all(|f| f.is_finite()), "{x:e} at {place}: {floats:?}");
+                    let is_unit = |v: &[f32]| (v.iter().map(|c| c * c).sum::<f32>() - 1.0).abs() < 1e-5;
+                    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&file.bytes).unwrap();
+                    for primitive in document.meshes().flat_map(|m| m.primitives().collect::<Vec<_>>()) {
+                        let reader = primitive.reader(|_| blob.as_deref());
+                        for n in reader.read_normals().into_iter().flatten() {
+                            assert!(is_unit(&n), "{x:e} at {place}: {n:?}");
+                        }
+                        for t in reader.read_tangents().into_iter().flatten() {
+                            assert!(is_unit(&t[..3]), "{x:e} at {place}: {t:?}");
+                        }
+                    }
+                    written += 1;
+                }
+            }
+        }
+        assert!(i < 10);
+    }
+    assert!(written >= 120 && refused <= 14, "{written} {refused}");
+}
+
+/// Calls on every number of a document; `null` is one that was not finite.
+fn all_numbers(value: &serde_json::Value, call: &mut impl FnMut(f64)) {
+    use serde_json::Value;
+    match value {
+        Value::Null => call(f64::NAN),
+        Value::Number(n) => call(n.as_f64().unwrap()),
+        Value::Array(list) => list.iter().for_each(|v| all_numbers(v, call)),
+        Value::Object(map) => map.values().for_each(|v| all_numbers(v, call)),
+        _ => {}
+    }
+}
+
+/// All single-precision numbers of all accessors.
+fn floats(file: &Memory) -> Vec<f32> {
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&file.bytes).unwrap();
+    let blob = blob.unwrap();
+    let of = |a: gltf::Accessor<'_>| {
+        let view = a.view().unwrap();
+        let bytes = blob[view.offset()..view.offset() + view.length()].to_vec();
+        bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect::<Vec<_>>()
+    };
+    let floats = document.accessors().filter(|a| a.data_type() == gltf::accessor::DataType::F32);
+    floats.flat_map(of).collect()
+}

@@ -247,7 +247,7 @@ impl Chart {
     }
 }
 
-/// Arc length or parameter, and curvature, along a curve; NaN where the curve stands still.
+/// Arc length or parameter, and curvature, along a curve; NaN where the curve stands still, and where it is torn.
 fn sample(
     body: &Body<'_>,
     pieces: &[Piece],
@@ -263,7 +263,12 @@ fn sample(
     let mut points = Vec::with_capacity(pieces.len() * (steps + 1));
     let mut places = Vec::with_capacity(points.capacity());
     let mut travelled = 0.0;
-    for (piece, span) in pieces.iter().zip(breaks.windows(2)) {
+    for (index, (piece, span)) in pieces.iter().zip(breaks.windows(2)).enumerate() {
+        if index > 0 && !pieces[index - 1].meets(piece) {
+            // Nothing is between the ends of a torn curve.
+            points.push([f64::NAN; 2]);
+            places.push(Vector::repeat(f64::NAN));
+        }
         for i in 0..=steps {
             let t = i as f64 / steps as f64;
             if i > 0 {

@@ -52,6 +52,11 @@ pub enum PictureError {
         "a curvature profile needs a curve, and there is none among {0}: choose other objects, or leave it out"
     )]
     NoCurve(String),
+    /// Faces that cover one another so often that to find out which is seen would take minutes.
+    #[error(
+        "the faces of this scene cover one another {0:.0} times over on the page: too much to tell what is seen; show fewer objects, or a smaller page"
+    )]
+    Covered(f64),
     /// The renderer refused the drawing.
     #[error("the picture could not be rendered: {0}")]
     Render(String),

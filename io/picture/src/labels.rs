@@ -193,19 +193,37 @@ mod tests {
         ink.segment([0.0, 30.0], [100.0, 30.0], 4);
         let labels: Vec<Label> = (0..6).map(|_| label([50.0, 30.0], "position at 0.25")).collect();
         let text = place(&labels, &ink, Theme::Light);
-        let mut lines: Vec<(f64, String)> = Vec::new();
-        for part in text.split("<text").skip(1) {
-            let value = |name: &str| {
-                let from = part.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
-                part[from..].split('"').next().unwrap().to_owned()
-            };
-            let y: f64 = value("y").parse().unwrap();
-            assert!(!(29.0..33.0).contains(&y), "{y} is on the line");
-            lines.push((y, format!("{} {}", value("x"), value("text-anchor"))));
+        let boxes: Vec<Rect> = text.split("<text").skip(1).map(around).collect();
+        assert_eq!(boxes.len(), 6, "{text}");
+        for (k, rect) in boxes.iter().enumerate() {
+            assert!(rect.high[1] < 30.0 || rect.low[1] > 30.0, "{rect:?} is on the line");
+            assert!((0..2).all(|i| rect.low[i] >= 0.0 && rect.high[i] <= [100.0, 60.0][i]), "{rect:?}");
+            for other in &boxes[..k] {
+                let apart = |i: usize| rect.low[i] >= other.high[i] || other.low[i] >= rect.high[i];
+                assert!(apart(0) || apart(1), "{rect:?} {other:?}");
+            }
         }
-        assert_eq!(lines.len(), 6);
-        lines.dedup();
-        assert_eq!(lines.len(), 6);
+        // Without the others, and without the line, all would stand in the same place.
+        let clean = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        let alone = around(place(&labels[..1], &clean, Theme::Light).split("<text").nth(1).unwrap());
+        assert!((alone.low[1]..alone.high[1]).contains(&30.0), "{alone:?}");
+    }
+
+    /// What a text element covers: as wide as its letters, from a little below its base line to their height.
+    fn around(element: &str) -> Rect {
+        let value = |name: &str| {
+            let from = element.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+            element[from..].split('"').next().unwrap().to_owned()
+        };
+        let number = |name: &str| -> f64 { value(name).parse().unwrap() };
+        let words = element.split('>').nth(1).unwrap().split('<').next().unwrap();
+        let (wide, x, y) = (text::width(words) * SIZE, number("x"), number("y"));
+        let left = match value("text-anchor").as_str() {
+            "start" => x,
+            "end" => x - wide,
+            _ => x - wide / 2.0,
+        };
+        Rect { low: [left, y - 0.75 * SIZE], high: [left + wide, y + 0.2 * SIZE] }
     }
 
     #[test]

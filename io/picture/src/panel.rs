@@ -42,6 +42,16 @@ impl Panel {
         Self { shown: Shown::Profile(against), caption: None, objects: None }
     }
 
+    /// Whether it is a drawing, and no chart.
+    pub fn is_drawing(&self) -> bool {
+        matches!(self.shown, Shown::Drawing(_))
+    }
+
+    /// Whether it shows the object of this name.
+    pub fn shows(&self, name: &str) -> bool {
+        self.objects.as_ref().is_none_or(|names| names.iter().any(|shown| shown == name))
+    }
+
     /// A line of text below the panel.
     #[must_use]
     pub fn caption(mut self, caption: impl Into<String>) -> Self {

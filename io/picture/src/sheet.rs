@@ -119,9 +119,11 @@ pub(crate) struct Told {
     pub(crate) legend: Vec<(Sample, String)>,
     /// What was left out.
     pub(crate) notes: Vec<String>,
+    /// The same, to be found.
+    noted: HashSet<String>,
     names: Vec<Names>,
     /// What has a name in the legend.
-    entered: Vec<String>,
+    entered: HashSet<String>,
 }
 
 /// Objects that share an entry of the legend.
@@ -146,10 +148,9 @@ impl Told {
     pub(crate) fn name(&mut self, sample: Sample, name: &str, old: bool) {
         let suffix = if old { ", before" } else { "" };
         let words = format!("{name}{suffix}");
-        if self.entered.contains(&words) {
+        if !self.entered.insert(words.clone()) {
             return;
         }
-        self.entered.push(words.clone());
         let shared = self.names.iter_mut().find(|n| n.sample == sample && n.old == old && n.count < 4);
         if let Some(names) = shared {
             names.count += 1;
@@ -173,7 +174,8 @@ impl Told {
 
     /// Adds a note unless it is there.
     pub(crate) fn note(&mut self, words: String) {
-        if !self.notes.contains(&words) {
+        // By their hash: in a scene of many objects each may have something to be said.
+        if self.noted.insert(words.clone()) {
             self.notes.push(words);
         }
     }

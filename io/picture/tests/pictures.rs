@@ -463,3 +463,64 @@ proptest! {
         prop_assert!(!svg.contains("NaN") && !svg.contains("inf"));
     }
 }
+
+#[test]
+fn what_lies_in_one_place_is_drawn_in_seconds_and_what_is_too_much_is_refused() {
+    let net = || vec![Point::origin(), Point::new(3.0, 0.0, 1.0), Point::new(0.0, 2.0, 0.5)];
+    let start = std::time::Instant::now();
+    // The same face 3000 times in one mesh; as many instances; and as many, each a little elsewhere.
+    let pile = Mesh::new(net(), &vec![[0, 1, 2]; 3000]).unwrap();
+    let one = Mesh::new(net(), &[[0, 1, 2]]).unwrap();
+    let shifted = |by: f64| {
+        let mut scene = Scene::new();
+        for k in 0..3000 {
+            let mut object = Object::new(format!("o{k}"), (&one).into());
+            object.transform =
+                Some(nalgebra::Matrix4::new_translation(&Vector::new(0.0, 0.0, by * f64::from(k))));
+            scene.add(object).unwrap();
+        }
+        scene
+    };
+    let plain = Picture::of(&scene([("pile", (&one).into())])).to_svg().unwrap();
+    let shading = |svg: &str| of_class(svg, "shading", "href");
+    let piled = Picture::of(&scene([("pile", (&pile).into())])).to_svg().unwrap();
+    assert_eq!(shading(&piled), shading(&plain));
+    assert!(!of_class(&Picture::of(&shifted(0.0)).to_svg().unwrap(), "border", "d").is_empty());
+    let apart = Picture::of(&shifted(1e-6)).view(View::Isometric).to_svg().unwrap();
+    assert!(apart.contains("drawn in cells of"), "and said");
+    // Far more than a page can show.
+    let count = 40_000_u32;
+    let points =
+        (0..count).flat_map(|k| net().into_iter().map(move |p| p + Vector::z() * (1e-6 * f64::from(k))));
+    let faces: Vec<[usize; 3]> = (0..count as usize).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    let scene = scene([("tower", Mesh::new(points.collect(), &faces).unwrap().into())]);
+    let error = Picture::of(&scene).view(View::Top).width(2000.0).to_svg().unwrap_err();
+    assert!(matches!(error, PictureError::Covered(_)), "{error}");
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_hundred_thousand_curves_take_ten_times_as_long_as_ten_thousand() {
+    let scene = |count: u32| {
+        let mut scene = Scene::new();
+        for k in 0..count {
+            let at = Vector::new(f64::from(k % 300), f64::from(k / 300), 0.0);
+            let points =
+                [[0.0, 0.0], [0.3, 0.9], [0.6, -0.4], [0.9, 0.2]].map(|[x, y]| Point::new(x, y, 0.0) + at);
+            // Long names, so that comparing them all would be felt.
+            let name = format!("a curve of many, and its number is {k}");
+            scene.add(Object::new(name, Curve::bezier(points.to_vec()).unwrap().into())).unwrap();
+        }
+        scene
+    };
+    let time = |count: u32| {
+        let scene = scene(count);
+        let start = std::time::Instant::now();
+        let svg = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots).to_svg().unwrap();
+        assert_eq!(svg.matches("class=\"curve\"").count(), count as usize);
+        start.elapsed().as_secs_f64()
+    };
+    let (few, many) = (time(10_000), time(100_000));
+    // What is quadratic takes a hundred times as long.
+    assert!(many < 40.0 * few, "{few} s, {many} s");
+}

@@ -68,7 +68,7 @@ impl Format for Points {
     ) -> Result<(Scene, ReadReport), FormatError> {
         options
             .own
-            .check(OPTIONS)
+            .check(self.declaration().reading_options())
             .map_err(|e| FormatError::new(source.name(), Place::File, e.to_string()))?;
         read::file(source, options)
     }
@@ -85,7 +85,10 @@ impl Format for Points {
         sink: &mut dyn Sink,
         options: &WriteOptions<'_>,
     ) -> Result<WriteReport, FormatError> {
-        options.own.check(OPTIONS).map_err(|e| FormatError::new(sink.name(), Place::File, e.to_string()))?;
+        options
+            .own
+            .check(self.declaration().writing_options())
+            .map_err(|e| FormatError::new(sink.name(), Place::File, e.to_string()))?;
         write::file(scene, sink, options)
     }
 }

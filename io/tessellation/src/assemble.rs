@@ -12,6 +12,7 @@ use crate::edge::Border;
 use crate::fineness::Frame;
 use crate::patch::Patches;
 use crate::refine::Cells;
+use crate::surface::State;
 use crate::topology::Topology;
 
 /// Normals of one point that differ by less than this angle (as a chord of the unit sphere) are one: the angle below
@@ -85,7 +86,8 @@ pub(crate) struct BorderSide {
     pub(crate) edge: usize,
     pub(crate) patch: usize,
     pub(crate) side: usize,
-    pub(crate) border: Border,
+    /// The edge in each state.
+    pub(crate) states: Vec<Border>,
 }
 
 /// The layers while they grow: distinct values of each point, and which of them each corner has.
@@ -97,31 +99,34 @@ struct Corners {
     of_uvs: Vec<u32>,
 }
 
-/// Puts the mesh together.
+/// Puts the mesh together, as the first state has it; and its points in each of the others.
 pub(crate) fn assemble(
     surface: &Surface,
-    frame: &Frame,
-    patches: &Patches<'_>,
+    states: &[&State<'_>],
     topology: &mut Topology,
     cells: &[Cells],
     edges: &[Vec<f64>],
     borders: &[BorderSide],
-) -> Result<Mesh> {
+) -> Result<(Mesh, Vec<Vec<Point>>)> {
     let mut numbers = Numbers::new(topology, cells, edges);
     let maps: Vec<Vec<u32>> =
         cells.iter().enumerate().map(|(k, cells)| numbers.of(topology, k, cells)).collect();
     let count = numbers.next as usize;
-    let mut points = points(frame, cells, &maps, count);
-    for BorderSide { edge, patch, side, border } in borders {
-        let base = numbers.edges[*edge] as usize;
-        for (at, &fraction) in edges[*edge].iter().enumerate() {
-            points[base + at] = border.point(fraction);
+    let mut all = Vec::with_capacity(states.len());
+    for (s, state) in states.iter().enumerate() {
+        let mut points = points(&state.frame, s, cells, &maps, count);
+        for BorderSide { edge, patch, side, states } in borders {
+            let (base, border) = (numbers.edges[*edge] as usize, &states[s]);
+            for (at, &fraction) in edges[*edge].iter().enumerate() {
+                points[base + at] = border.point(fraction);
+            }
+            for (fraction, corner) in [0.0, 1.0].into_iter().zip(ENDS[*side]) {
+                points[numbers.corners[topology.corner(*patch, corner)] as usize] = border.point(fraction);
+            }
         }
-        for (fraction, corner) in [0.0, 1.0].into_iter().zip(ENDS[*side]) {
-            points[numbers.corners[topology.corner(*patch, corner)] as usize] = border.point(fraction);
-        }
+        all.push(points);
     }
-    let scale = Scale::new(surface, patches);
+    let scale = Scale::new(surface, &states[0].patches);
     let mut corners = Corners {
         points: Vec::new(),
         normals: Distinct::new(count),
@@ -134,14 +139,15 @@ pub(crate) fn assemble(
         let uv = |at: [f64; 2]| scale.uv(k / topology.counts[1], k % topology.counts[1], at);
         corners.add(cells, map, &poles, uv);
     }
-    corners.into_mesh(points)
+    corners.into_mesh(all)
 }
 
 /// The points in the surface's own coordinates; where patches share one, as the first of them has it.
-fn points(frame: &Frame, cells: &[Cells], maps: &[Vec<u32>], count: usize) -> Vec<Point> {
+fn points(frame: &Frame, state: usize, cells: &[Cells], maps: &[Vec<u32>], count: usize) -> Vec<Point> {
     let mut points = vec![Point::from([f64::NAN; 3]); count];
     for (cells, map) in cells.iter().zip(maps) {
-        for (vertex, &number) in cells.tree.vertices.iter().zip(map) {
+        let tree = if state == 0 { &cells.tree } else { &cells.others[state - 1] };
+        for (vertex, &number) in tree.vertices.iter().zip(map) {
             let point = &mut points[number as usize];
             if point.x.is_nan() {
                 *point = frame.centre + vertex.point * frame.size;
@@ -203,25 +209,29 @@ impl Corners {
         }
     }
 
-    fn into_mesh(mut self, mut points: Vec<Point>) -> Result<Mesh> {
-        let widest = points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
-        let thin = |face: &[u32]| {
-            let corner = |k: usize| points[face[k] as usize];
-            let (s, t) = ((corner(1) - corner(0)) / widest, (corner(2) - corner(0)) / widest);
-            s.cross(&t).norm() <= NO_AREA
+    /// The mesh, its points being those of the first of the states; and the points of the others.
+    fn into_mesh(mut self, mut states: Vec<Vec<Point>>) -> Result<(Mesh, Vec<Vec<Point>>)> {
+        let is_thin = |points: &Vec<Point>| {
+            let widest = points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
+            self.points.chunks_exact(3).all(|face| {
+                let corner = |k: usize| points[face[k] as usize];
+                let (s, t) = ((corner(1) - corner(0)) / widest, (corner(2) - corner(0)) / widest);
+                s.cross(&t).norm() <= NO_AREA
+            })
         };
-        if self.points.chunks_exact(3).all(thin) {
-            return Err(Error::Invalid(
+        if states.iter().all(is_thin) {
+            return Err(Error::NoExtent(
                 "the surface has no area: all of it is on one curve or at one point".into(),
             ));
         }
-        self.fill_normals(&points);
-        let kept = compact(&mut points, &mut self.points);
+        self.fill_normals(&states[0]);
+        let kept = compact(&mut states, &mut self.points);
         let starts = (0..=self.points.len() / 3).map(|f| 3 * f).collect();
-        let mut mesh = Mesh::from_parts(points, self.points, starts)?;
+        let others = states.split_off(1);
+        let mut mesh = Mesh::from_parts(states.pop().unwrap_or_default(), self.points, starts)?;
         mesh.normals = self.normals.into_layer(self.of_normals, &kept);
         mesh.uvs = self.uvs.into_layer(self.of_uvs, &kept);
-        Ok(mesh)
+        Ok((mesh, others))
     }
 
     /// Where the surface has no normal, nor a limit: the mean of the faces around, by their angles there.
@@ -252,15 +262,16 @@ impl Corners {
 }
 
 /// Takes out points that no triangle has; the old numbers of those that stay.
-fn compact(points: &mut Vec<Point>, corners: &mut [u32]) -> Vec<u32> {
-    let mut number = vec![NONE; points.len()];
+fn compact(states: &mut [Vec<Point>], corners: &mut [u32]) -> Vec<u32> {
+    let count = states.first().map_or(0, Vec::len);
+    let mut number = vec![NONE; count];
     corners.iter().for_each(|&c| number[c as usize] = 0);
-    let kept: Vec<u32> = (0..points.len() as u32).filter(|&k| number[k as usize] == 0).collect();
+    let kept: Vec<u32> = (0..count as u32).filter(|&k| number[k as usize] == 0).collect();
     for (new, &old) in kept.iter().enumerate() {
         number[old as usize] = new as u32;
-        points[new] = points[old as usize];
+        states.iter_mut().for_each(|points| points[new] = points[old as usize]);
     }
-    points.truncate(kept.len());
+    states.iter_mut().for_each(|points| points.truncate(kept.len()));
     corners.iter_mut().for_each(|c| *c = number[*c as usize]);
     kept
 }

@@ -55,6 +55,21 @@ impl Poles {
     }
 }
 
+/// A cell as one state of its patch shows it.
+struct View {
+    corners: [Vertex; 4],
+    /// The box of its parameters.
+    low: [f64; 2],
+    high: [f64; 2],
+    /// Whether it is too small to be cut.
+    tiny: bool,
+    ranges: Ranges,
+    /// How far the patch is from its edges' chords, across the cell.
+    bends: [f64; 4],
+    /// The only edge that must stay whole.
+    whole: Option<usize>,
+}
+
 /// Judges cells of one patch; its room is used again from cell to cell.
 #[derive(Default)]
 pub(crate) struct Judge {
@@ -95,6 +110,32 @@ impl Judge {
         if cut[1] && cut[3] {
             return Verdict::Cut(Cut::Odd);
         }
+        let view = self.view(tree, patch, cell);
+        // Whichever way such a cell is triangulated, it is far from the target.
+        let hopeless = view.bends.into_iter().fold(0.0, f64::max) > HOPELESS * target.chord;
+        if hopeless && !view.tiny && self.hugging_view(patch, &view, target).is_none() {
+            return self.divide(tree, cell, &view, target);
+        }
+        self.chains();
+        self.choose(&tree.vertices, poles, target);
+        self.settle(tree, patch, poles, target, cell, &view)
+    }
+
+    /// Judges the triangles last chosen, of the same cell in another state.
+    pub(crate) fn check(
+        &mut self,
+        tree: &Tree,
+        patch: &Patch,
+        poles: &Poles,
+        target: &Target,
+        cell: &Cell,
+    ) -> Verdict {
+        let view = self.view(tree, patch, cell);
+        self.settle(tree, patch, poles, target, cell, &view)
+    }
+
+    /// A cell of a patch, to which the form is set.
+    fn view(&mut self, tree: &Tree, patch: &Patch, cell: &Cell) -> View {
         let corners = cell.corners.map(|c| tree.vertices[c as usize]);
         let bound = |k: usize, pick: fn(f64, f64) -> f64| {
             corners.iter().map(|c| c.at[k]).fold(corners[0].at[k], pick)
@@ -105,25 +146,33 @@ impl Judge {
         let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
         let ranges = self.form.across(&crossing(&corners), &corners[0].point);
         let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
-        // Whichever way such a cell is triangulated, it is far from the target.
-        let hopeless = bends.into_iter().fold(0.0, f64::max) > HOPELESS * target.chord;
         let whole = whole_edge(tree, cell, &corners, low, high);
-        let hugging = |judge: &mut Self| {
-            whole.and_then(|k| judge.hugging(patch, &corners, k, [low, high], target.chord))
-        };
-        if hopeless && !tiny && hugging(self).is_none() {
-            return self.divide(tree, cell, &corners, &ranges, bends, target);
-        }
-        self.chains();
-        self.choose(&tree.vertices, poles, target);
+        View { corners, low, high, tiny, ranges, bends, whole }
+    }
+
+    fn hugging_view(&mut self, patch: &Patch, view: &View, target: &Target) -> Option<f64> {
+        let View { corners, low, high, whole, .. } = view;
+        whole.and_then(|k| self.hugging(patch, corners, k, [*low, *high], target.chord))
+    }
+
+    /// What the chosen triangles come to.
+    fn settle(
+        &mut self,
+        tree: &Tree,
+        patch: &Patch,
+        poles: &Poles,
+        target: &Target,
+        cell: &Cell,
+        view: &View,
+    ) -> Verdict {
         let mut error = self.certify(&tree.vertices, poles, target);
         if error.is_nan() || error > target.chord {
-            error = hugging(self).unwrap_or(error);
+            error = self.hugging_view(patch, view, target).unwrap_or(error);
         }
-        if (error.is_nan() || error > target.chord) && !tiny {
-            return self.divide(tree, cell, &corners, &ranges, bends, target);
+        if (error.is_nan() || error > target.chord) && !view.tiny {
+            return self.divide(tree, cell, view, target);
         }
-        if let Some(cut) = turn(tree, cell, &corners, poles, target).filter(|_| !tiny) {
+        if let Some(cut) = turn(tree, cell, &view.corners, poles, target).filter(|_| !view.tiny) {
             return Verdict::Cut(cut);
         }
         Verdict::Meets { error }
@@ -298,15 +347,8 @@ impl Judge {
     /// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across the
     /// longer ones. Where what bends out of the plane is no reason to cut, what bends within it is, and at last what
     /// runs unevenly along the edges.
-    fn divide(
-        &self,
-        tree: &Tree,
-        cell: &Cell,
-        corners: &[Vertex; 4],
-        ranges: &Ranges,
-        mut bends: [f64; 4],
-        target: &Target,
-    ) -> Verdict {
+    fn divide(&self, tree: &Tree, cell: &Cell, view: &View, target: &Target) -> Verdict {
+        let View { corners, ranges, mut bends, .. } = *view;
         let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
         let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
         let diagonal = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
@@ -314,7 +356,7 @@ impl Judge {
         let diagonal = diagonal(0, 2).max(diagonal(1, 3));
         let twist = most(&bends) < 0.25 * diagonal;
         if most(&bends).max(diagonal) <= target.chord {
-            let normal = crossing(corners);
+            let normal = crossing(&corners);
             for across in [true, false] {
                 for (k, bend) in bends.iter_mut().enumerate() {
                     let (from, to) = (&corners[k], &corners[(k + 1) % 4]);

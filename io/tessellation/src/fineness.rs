@@ -20,6 +20,8 @@ pub(crate) struct Target {
     pub(crate) chord: f64,
     /// Angle, in radians.
     pub(crate) angle: f64,
+    /// The unit, in the shape's own.
+    pub(crate) size: f64,
 }
 
 impl Frame {
@@ -34,7 +36,7 @@ impl Frame {
             return Err(Error::Invalid("the shape is too large to be tessellated: scale it down".into()));
         }
         if size == 0.0 {
-            return Err(Error::Invalid(
+            return Err(Error::NoExtent(
                 "all control vertices coincide: there is nothing to tessellate".into(),
             ));
         }
@@ -47,13 +49,9 @@ impl Frame {
         Self { centre: Point::origin(), size: 1.0, largest: 0.0 }
     }
 
-    /// What a fineness asks in this frame; `samples` are points of the shape itself, whose box is never larger
-    /// than the shape's own, so that a relative tolerance is never wider than promised.
-    pub(crate) fn target(
-        &self,
-        fineness: &Fineness,
-        samples: impl IntoIterator<Item = Point>,
-    ) -> Result<Target> {
+    /// The chord that a fineness asks of a shape, as a length; `samples` are points of the shape itself, whose box is never
+    /// larger than the shape's own, so that a relative tolerance is never wider than promised.
+    fn length(fineness: &Fineness, samples: impl IntoIterator<Item = Point>) -> Result<f64> {
         let Fineness { chord, angle } = *fineness;
         let refuse = |what: &str, value: f64| {
             Err(Error::Invalid(format!("a {what} of {value} cannot be met: give a positive number")))
@@ -61,17 +59,21 @@ impl Frame {
         if !(angle.is_finite() && angle > 0.0) {
             return refuse("tessellation angle", angle);
         }
-        let length = match chord {
-            Chord::Absolute(length) if length.is_finite() && length > 0.0 => length,
+        match chord {
+            Chord::Absolute(length) if length.is_finite() && length > 0.0 => Ok(length),
             Chord::Relative(fraction) if fraction.is_finite() && fraction > 0.0 => {
                 let (mut low, mut high) = (Point::from([f64::MAX; 3]), Point::from([f64::MIN; 3]));
                 for p in samples {
                     (low, high) = (low.inf(&p), high.sup(&p));
                 }
-                fraction * diagonal(&low, &high)
+                Ok(fraction * diagonal(&low, &high))
             }
-            Chord::Absolute(value) | Chord::Relative(value) => return refuse("chord tolerance", value),
-        };
+            Chord::Absolute(value) | Chord::Relative(value) => refuse("chord tolerance", value),
+        }
+    }
+
+    /// A chord, as a length, and an angle in this frame.
+    fn target(&self, length: f64, angle: f64) -> Result<Target> {
         // Below a few units in the last place of the coordinates a chord cannot be told from its curve.
         let resolved = 8.0 * f64::EPSILON * self.largest;
         if length < resolved {
@@ -79,8 +81,27 @@ impl Frame {
                 "a chord tolerance of {length:e} is less than the coordinates resolve ({resolved:e}): choose a coarser one"
             )));
         }
-        Ok(Target { chord: length / self.size, angle })
+        Ok(Target { chord: length / self.size, angle, size: self.size })
     }
+}
+
+/// Of the states of a moving shape the smallest are held to a relative chord as if they were this part of the largest: what
+/// is smaller cannot be seen beside it.
+const LEAST: f64 = 1e-3;
+
+/// What a fineness asks of each state of a shape, of which some points are known, and the largest chord as a length.
+pub(crate) fn targets<'s>(
+    states: impl Iterator<Item = (&'s Frame, Vec<Point>)>,
+    fineness: &Fineness,
+) -> Result<(Vec<Target>, f64)> {
+    let mut lengths = Vec::new();
+    for (frame, samples) in states {
+        lengths.push((frame, Frame::length(fineness, samples)?));
+    }
+    let largest = lengths.iter().map(|(_, length)| *length).fold(0.0, f64::max);
+    let least = LEAST * largest;
+    let targets = lengths.iter().map(|(frame, length)| frame.target(length.max(least), fineness.angle));
+    Ok((targets.collect::<Result<_>>()?, largest))
 }
 
 /// The error for a tolerance that needs more than the budget of segments or triangles: `needed` of them, where that is

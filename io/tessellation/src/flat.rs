@@ -87,6 +87,28 @@ impl Chord {
         answer
     }
 
+    /// A bound of how far a Bézier piece is from the chord, and the chord's part from it: at most `1.05` times what some point
+    /// of the piece is, unless that is less than `known`, of which nothing is gained. `holds` is known of it.
+    pub(crate) fn bound(&self, net: &[Homogeneous], known: f64) -> f64 {
+        let mut worst = known;
+        let mut open = vec![(0_u32, 0.0, 1.0)];
+        let mut part = net.to_vec();
+        while let Some((depth, a, b)) = open.pop() {
+            part.copy_from_slice(net);
+            restrict(&mut part, net.len(), 1, [a, 0.0], [b, 1.0]);
+            let hull = part.iter().map(|h| self.distance(&project(h))).fold(0.0, f64::max);
+            let ends = [0, part.len() - 1].map(|k| self.distance(&project(&part[k])));
+            worst = worst.max(ends[0]).max(ends[1]);
+            if hull <= 1.05 * worst || depth == 6 {
+                worst = worst.max(hull.min(self.reach));
+            } else {
+                let middle = 0.5 * (a + b);
+                open.extend([(depth + 1, a, middle), (depth + 1, middle, b)]);
+            }
+        }
+        worst
+    }
+
     /// The distance from the chord.
     pub(crate) fn distance(&self, point: &Vector) -> f64 {
         let (chord, to) = (self.to - self.from, point - self.from);

@@ -13,6 +13,9 @@
 //! whose edges coincide (the same Bézier pieces, run through either way) get the same points there when the tolerance
 //! is a length. A relative one is a length of its own for each surface.
 //!
+//! What moves is cut at the same parameters in all its states ([`Tessellator::moving_curve`]), as finely as the worst of them
+//! asks at each place.
+//!
 //! The same input gives the same bytes. [`Tessellation`] registers it.
 
 mod assemble;
@@ -30,11 +33,12 @@ mod refine;
 mod surface;
 mod topology;
 mod tree;
+mod weights;
 mod weld;
 
 use loftsman_kernel::Result;
 use loftsman_kernel::mesh::Polyline;
-use loftsman_kernel::plugin::{Fineness, Plugin, Registry, Tessellated, Tessellator};
+use loftsman_kernel::plugin::{Fineness, MovingLine, MovingMesh, Plugin, Registry, Tessellated, Tessellator};
 use loftsman_kernel::spline::{Curve, Surface};
 
 /// The tessellator with a guaranteed chord tolerance.
@@ -88,6 +92,17 @@ impl Tessellator for Adaptive {
     fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated> {
         let (mesh, error) = surface::mesh(surface, fineness, self.budget)?;
         Ok(Tessellated { mesh, error })
+    }
+
+    /// A chord holds where it does in all states, so that each is as near as [`curve`](Tessellator::curve) would make it, with
+    /// as many chords as the worst of them needs at each place. `O(states)` times that.
+    fn moving_curve(&self, states: &[Curve], fineness: &Fineness) -> Result<MovingLine> {
+        curve::moving(states, fineness, self.budget)
+    }
+
+    /// A cell is cut until its triangles are certified in all states. Seams and poles are one where they are in all states.
+    fn moving_surface(&self, states: &[Surface], fineness: &Fineness) -> Result<MovingMesh> {
+        surface::moving(states, fineness, self.budget)
     }
 }
 

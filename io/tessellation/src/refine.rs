@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::cell::{Judge, Poles, Verdict};
 use crate::fineness::Target;
 use crate::patch::Patch;
-use crate::tree::{Cell, Tree};
+use crate::tree::{Cell, Cut, Tree};
 
 /// A cell that is not cut, with what was last found about it.
 #[derive(Debug, Clone)]
@@ -13,8 +13,25 @@ struct Leaf {
     cell: Cell,
     /// The number of vertices around it when it was judged.
     seen: u32,
-    error: f64,
+    error: Error,
     triangles: Triangles,
+}
+
+/// A certified distance in all states.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Error {
+    /// The largest, as a length.
+    pub(crate) length: f64,
+    /// The largest, in the state's chord tolerances.
+    pub(crate) share: f64,
+}
+
+impl Error {
+    /// The larger of both, each way; NaN is larger than all.
+    pub(crate) fn max(self, other: Self) -> Self {
+        let larger = |a: f64, b: f64| if b.is_nan() { f64::INFINITY } else { a.max(b) };
+        Self { length: larger(self.length, other.length), share: larger(self.share, other.share) }
+    }
 }
 
 /// Two triangles as a rule.
@@ -23,7 +40,10 @@ type Triangles = smallvec::SmallVec<[[u32; 3]; 2]>;
 /// The cells of a patch.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Cells {
+    /// That of the first state.
     pub(crate) tree: Tree,
+    /// Those of further states: cut alike, their vertices lie elsewhere.
+    pub(crate) others: Vec<Tree>,
     leaves: Vec<Leaf>,
     pub(crate) poles: Poles,
 }
@@ -55,11 +75,27 @@ fn take(left: &AtomicUsize, count: usize) -> bool {
 }
 
 impl Cells {
-    /// A patch as one cell.
-    pub(crate) fn new(patch: &Patch, poles: Poles) -> Self {
-        let (tree, cell) = Tree::new(patch);
-        let leaf = Leaf { cell, seen: 0, error: 0.0, triangles: Triangles::new() };
-        Self { tree, leaves: vec![leaf], poles }
+    /// A patch, in all its states, as one cell.
+    pub(crate) fn new(patches: &[Patch], poles: Poles) -> Self {
+        let mut trees = patches.iter().map(Tree::new);
+        let (tree, cell) = trees.next().unwrap_or_else(|| Tree::new(&Patch::default()));
+        let leaf = Leaf { cell, seen: 0, error: Error::default(), triangles: Triangles::new() };
+        Self { tree, others: trees.map(|(tree, _)| tree).collect(), leaves: vec![leaf], poles }
+    }
+
+    /// The trees of all states with what each needs.
+    fn trees(&mut self) -> impl Iterator<Item = &mut Tree> {
+        std::iter::once(&mut self.tree).chain(&mut self.others)
+    }
+
+    /// Cuts a side so that there is a vertex at this dyadic fraction of it.
+    pub(crate) fn cut_side(&mut self, patches: &[Patch], side: usize, at: f64) {
+        self.trees().zip(patches).for_each(|(tree, patch)| tree.cut_side(patch, side, at));
+    }
+
+    /// Keeps cells from cutting a side any further.
+    pub(crate) fn fix(&mut self, side: usize) {
+        self.trees().for_each(|tree| tree.fix(side));
     }
 
     /// Cuts cells until every one meets the target with the vertices now around it; false where the budget is spent.
@@ -67,8 +103,8 @@ impl Cells {
     /// A cut adds vertices to the neighbours' edges, so cells are judged again until nothing changes.
     pub(crate) fn refine(
         &mut self,
-        patch: &Patch,
-        target: &Target,
+        patches: &[Patch],
+        targets: &[Target],
         judge: &mut Judge,
         budget: &Budget,
     ) -> bool {
@@ -87,8 +123,8 @@ impl Cells {
                     }
                     budget.give(leaf.triangles.len());
                     leaf.triangles.clear();
-                    match judge.judge(&self.tree, patch, &self.poles, target, &leaf.cell) {
-                        Verdict::Meets { error } => {
+                    match self.verdict(patches, targets, judge, &leaf.cell) {
+                        Ok(error) => {
                             leaf.triangles.extend_from_slice(&judge.triangles);
                             if !budget.take(leaf.triangles.len()) {
                                 return false;
@@ -96,17 +132,19 @@ impl Cells {
                             (leaf.seen, leaf.error) = (around, error);
                             done.push(leaf);
                         }
-                        Verdict::Cut(how) => {
+                        Err(how) => {
                             again = true;
-                            parts.clear();
-                            self.tree.cut(patch, &leaf.cell, how, &mut parts);
+                            for (tree, patch) in self.trees().zip(patches) {
+                                parts.clear();
+                                tree.cut(patch, &leaf.cell, how, &mut parts);
+                            }
                             if !take(&budget.cells, parts.len() - 1) {
                                 return false;
                             }
                             open.extend(parts.drain(..).rev().map(|cell| Leaf {
                                 cell,
                                 seen: 0,
-                                error: 0.0,
+                                error: Error::default(),
                                 triangles: Triangles::new(),
                             }));
                         }
@@ -118,9 +156,35 @@ impl Cells {
         true
     }
 
+    /// The error of a cell whose triangles do in all states, or how it is to be cut.
+    fn verdict(
+        &self,
+        patches: &[Patch],
+        targets: &[Target],
+        judge: &mut Judge,
+        cell: &Cell,
+    ) -> Result<Error, Cut> {
+        let mut worst = Error::default();
+        let trees = std::iter::once(&self.tree).chain(&self.others);
+        for (k, (tree, (patch, target))) in trees.zip(patches.iter().zip(targets)).enumerate() {
+            let verdict = if k == 0 {
+                judge.judge(tree, patch, &self.poles, target, cell)
+            } else {
+                judge.check(tree, patch, &self.poles, target, cell)
+            };
+            match verdict {
+                Verdict::Cut(how) => return Err(how),
+                Verdict::Meets { error } => {
+                    worst = worst.max(Error { length: error * target.size, share: error / target.chord });
+                }
+            }
+        }
+        Ok(worst)
+    }
+
     /// The largest certified error.
-    pub(crate) fn error(&self) -> f64 {
-        self.leaves.iter().map(|leaf| leaf.error).fold(0.0, f64::max)
+    pub(crate) fn error(&self) -> Error {
+        self.leaves.iter().map(|leaf| leaf.error).fold(Error::default(), Error::max)
     }
 
     /// The triangles of all cells.

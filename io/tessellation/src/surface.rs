@@ -2,17 +2,18 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::parallel;
-use loftsman_kernel::plugin::Fineness;
+use loftsman_kernel::plugin::{Fineness, MovingMesh};
 use loftsman_kernel::spline::Surface;
-use loftsman_kernel::{Error, Result, Vector};
+use loftsman_kernel::{Error, Point, Result, Vector};
 
 use crate::assemble::{BorderSide, assemble};
-use crate::cell::Judge;
+use crate::cell::{Judge, Poles};
 use crate::edge::Border;
-use crate::fineness::{Frame, Target, over_budget};
+use crate::fineness::{Frame, Target, over_budget, targets};
 use crate::patch::{Patch, Patches, project};
-use crate::refine::{Budget, Cells};
+use crate::refine::{self, Budget, Cells};
 use crate::topology::{Topology, poles};
+use crate::weights;
 
 /// How far an estimate of the triangles may be beyond the budget before the work is refused without being begun.
 const BEYOND: f64 = 8.0;
@@ -21,80 +22,166 @@ const BEYOND: f64 = 8.0;
 ///
 /// Borders are cut by their own data only, so that surfaces that share one fit.
 pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<(Mesh, f64)> {
-    let frame = Frame::of(surface.points())?;
-    let patches = Patches::new(surface, &frame);
-    let mut topology = Topology::new(surface, &patches);
-    let [nu, nv] = topology.counts;
-    let count = nu * nv;
-    let patch = |k: usize| patches.get(k / nv, k % nv);
-    let starts = parallel::map(count, |k| Start::new(&patch(k)));
-    let samples = starts.iter().flat_map(|start| start.around).map(|p| frame.centre + p * frame.size);
-    let target = frame.target(fineness, samples)?;
-    let over = |triangles: Option<f64>| Err(over_budget(fineness, triangles, ("triangles", 1.0), budget));
-    // The indices of a mesh are 32 bits wide.
-    let limit = budget.min(u32::MAX as usize / 4);
-    let estimate: f64 = starts.iter().map(|start| start.estimate(&target)).sum();
-    if estimate > BEYOND * limit as f64 {
-        return over(Some(estimate));
-    }
-    let mut cells: Vec<Cells> = starts.into_iter().map(|start| start.cells).collect();
-    for (k, cells) in cells.iter().enumerate() {
-        topology.collapse(k, &cells.poles);
-    }
-    let borders = borders(surface, &topology, &cells);
-    let mut edges = vec![Vec::new(); topology.edge_count()];
-    for BorderSide { edge, border, .. } in &borders {
-        edges[*edge] = border.fractions(target.chord * frame.size, target.angle);
-    }
-    first_cuts(&topology, &cells, &mut edges);
+    let found = Meshes::of(std::slice::from_ref(surface), fineness, budget)?;
+    Ok((found.mesh, found.error))
+}
 
-    let spent = Budget::new(limit);
-    let mut stale = vec![true; count];
-    let mut first = true;
-    while stale.iter().any(|s| *s) {
-        let shared = &topology;
-        let worked = parallel::map_mut(&mut cells, Judge::default, |judge, k, cells| {
-            if !stale[k] {
-                return true;
-            }
-            let patch = patch(k);
-            for side in 0..4 {
-                let edge = shared.edge(k, side);
-                for &at in &edges[edge] {
-                    cells.tree.cut_side(&patch, side, at);
-                }
-                if first && shared.is_border(edge) && !cells.poles.0[side] {
-                    cells.tree.fix(side);
-                }
-            }
-            cells.refine(&patch, &target, judge, &spent)
-        });
-        if worked.contains(&false) {
-            return over(None);
+/// All states of a surface, cut alike. Those that are one point have no say.
+pub(crate) fn moving(surfaces: &[Surface], fineness: &Fineness, budget: usize) -> Result<MovingMesh> {
+    let Meshes { mut mesh, others, live, tolerance, error } = Meshes::of(surfaces, fineness, budget)?;
+    let mut moved = std::iter::once(mesh.points().to_vec()).chain(others);
+    let still = |surface: &Surface| vec![surface.points()[0]; mesh.points().len()];
+    let points = surfaces.iter().zip(&live).map(|(surface, &live)| {
+        let moved = if live { moved.next() } else { None };
+        moved.unwrap_or_else(|| still(surface))
+    });
+    let states: Vec<Vec<Point>> = points.collect();
+    mesh.points_mut().copy_from_slice(&states[0]);
+    Ok(MovingMesh { mesh, states, tolerance, error })
+}
+
+/// The mesh of a surface in the first of its states that is more than a point.
+struct Meshes {
+    mesh: Mesh,
+    /// The points in the further states of that kind.
+    others: Vec<Vec<Point>>,
+    /// Which states are.
+    live: Vec<bool>,
+    /// The largest chord asked for, and the largest certified distance, as lengths.
+    tolerance: f64,
+    error: f64,
+}
+
+/// A surface in one state, in its own frame.
+pub(crate) struct State<'a> {
+    pub(crate) frame: Frame,
+    pub(crate) patches: Patches<'a>,
+    /// The same in the surface's own coordinates.
+    own: Patches<'a>,
+}
+
+impl<'a> State<'a> {
+    fn new(surface: &'a Surface) -> Result<Self> {
+        let frame = Frame::of(surface.points())?;
+        Ok(Self {
+            patches: Patches::new(surface, &frame),
+            own: Patches::new(surface, &Frame::absolute()),
+            frame,
+        })
+    }
+}
+
+impl Meshes {
+    fn of(surfaces: &[Surface], fineness: &Fineness, budget: usize) -> Result<Self> {
+        let Some(surface) = surfaces.first() else {
+            return Err(Error::Invalid("a surface without states cannot be tessellated".into()));
+        };
+        let alike =
+            |s: &Surface| (s.u(), s.v(), s.weights()) == (surface.u(), surface.v(), surface.weights());
+        if !surfaces.iter().all(alike) {
+            let problem = "the states of a moving surface have other knots or weights: they must be the same";
+            return Err(Error::Invalid(problem.into()));
         }
-        first = false;
-        merge(&topology, &cells, &mut edges, &mut stale);
+        let mut all = Vec::with_capacity(surfaces.len());
+        for surface in surfaces {
+            all.push(match State::new(surface) {
+                Ok(state) => Some(state),
+                Err(Error::NoExtent(_)) if surfaces.len() > 1 => None,
+                Err(error) => return Err(error),
+            });
+        }
+        let states: Vec<&State<'_>> = all.iter().flatten().collect();
+        if states.is_empty() {
+            return Err(Error::NoExtent("all control vertices coincide in every state".into()));
+        }
+        let mut topology = Topology::new(surface, states.iter().map(|state| &state.patches));
+        let [nu, nv] = topology.counts;
+        let count = nu * nv;
+        let patches = |k: usize| -> Vec<Patch> {
+            states.iter().map(|state| state.patches.get(k / nv, k % nv)).collect()
+        };
+        let rational = surface.weights().is_some();
+        let starts = parallel::map(count, |k| Start::new(&patches(k), rational));
+        let starts: Vec<Start> = starts.into_iter().collect::<Result<_>>()?;
+        let samples = states.iter().enumerate().map(|(s, state)| {
+            let points = starts.iter().flat_map(|start| start.around[s]);
+            (&state.frame, points.map(|p| state.frame.centre + p * state.frame.size).collect())
+        });
+        let (targets, tolerance) = targets(samples, fineness)?;
+        let over = |triangles: Option<f64>| Err(over_budget(fineness, triangles, ("triangles", 1.0), budget));
+        // The indices of a mesh are 32 bits wide.
+        let limit = (budget / surfaces.len()).clamp(1, u32::MAX as usize / 4);
+        let estimate = |s: usize| starts.iter().map(|start| start.estimate(s, &targets[s])).sum::<f64>();
+        let estimate = (0..states.len()).map(estimate).fold(0.0, f64::max);
+        if estimate > BEYOND * limit as f64 {
+            return over(Some(estimate));
+        }
+        let mut cells: Vec<Cells> = starts.into_iter().map(|start| start.cells).collect();
+        for (k, cells) in cells.iter().enumerate() {
+            topology.collapse(k, &cells.poles);
+        }
+        let borders = borders(&states, &topology, &cells);
+        let mut edges = vec![Vec::new(); topology.edge_count()];
+        for BorderSide { edge, states: borders, .. } in &borders {
+            let fractions = borders
+                .iter()
+                .zip(&targets)
+                .flat_map(|(border, target)| border.fractions(target.chord * target.size, target.angle));
+            edges[*edge] = fractions.collect();
+            sort(&mut edges[*edge]);
+        }
+        first_cuts(&topology, &cells, &mut edges);
+
+        let spent = Budget::new(limit);
+        let mut stale = vec![true; count];
+        let mut first = true;
+        while stale.iter().any(|s| *s) {
+            let shared = &topology;
+            let worked = parallel::map_mut(&mut cells, Judge::default, |judge, k, cells| {
+                if !stale[k] {
+                    return true;
+                }
+                let patches = patches(k);
+                for side in 0..4 {
+                    let edge = shared.edge(k, side);
+                    for &at in &edges[edge] {
+                        cells.cut_side(&patches, side, at);
+                    }
+                    if first && shared.is_border(edge) && !cells.poles.0[side] {
+                        cells.fix(side);
+                    }
+                }
+                cells.refine(&patches, &targets, judge, &spent)
+            });
+            if worked.contains(&false) {
+                return over(None);
+            }
+            first = false;
+            merge(&topology, &cells, &mut edges, &mut stale);
+        }
+        let worst = cells.iter().map(Cells::error).fold(Default::default(), refine::Error::max);
+        if worst.share > 1.0 + 1e-9 {
+            return Err(Error::Invalid(format!(
+                "the surface is too singular to be tessellated: {:e} is the nearest that could be certified",
+                worst.length
+            )));
+        }
+        let (mesh, others) = assemble(surface, &states, &mut topology, &cells, &edges, &borders)?;
+        let live = all.iter().map(Option::is_some).collect();
+        Ok(Self { mesh, others, live, tolerance, error: worst.length })
     }
-    let error = cells.iter().map(Cells::error).fold(0.0, f64::max) * frame.size;
-    if error > target.chord * frame.size * (1.0 + 1e-9) {
-        return Err(Error::Invalid(format!(
-            "the surface is too singular to be tessellated: {error:e} is the nearest that could be certified"
-        )));
-    }
-    let mesh = assemble(surface, &frame, &patches, &mut topology, &cells, &edges, &borders)?;
-    Ok((mesh, error))
 }
 
 /// The edges that only one patch has.
-fn borders(surface: &Surface, topology: &Topology, cells: &[Cells]) -> Vec<BorderSide> {
-    let own = Patches::new(surface, &Frame::absolute());
+fn borders(states: &[&State<'_>], topology: &Topology, cells: &[Cells]) -> Vec<BorderSide> {
     let mut borders = Vec::new();
     for (k, cells) in cells.iter().enumerate() {
         let sides = (0..4).filter(|&side| topology.is_border(topology.edge(k, side)) && !cells.poles.0[side]);
         for side in sides {
-            let patch = own.get(k / topology.counts[1], k % topology.counts[1]);
-            let (edge, border) = (topology.edge(k, side), Border::new(patch.side(side)));
-            borders.push(BorderSide { edge, patch: k, side, border });
+            let edge = topology.edge(k, side);
+            let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
+            let of = |state: &&State<'_>| Border::new(state.own.get(i, j).side(side));
+            borders.push(BorderSide { edge, patch: k, side, states: states.iter().map(of).collect() });
         }
     }
     borders
@@ -150,32 +237,46 @@ fn sort(fractions: &mut Vec<f64>) {
 /// A patch as one cell, and what decides how fine it must become.
 struct Start {
     cells: Cells,
-    /// The corners of the box around some points of the patch, which is never larger than the patch's own.
-    around: [Vector; 2],
-    /// How much the middle bends across its tangent plane, by direction.
-    bends: [f64; 2],
+    /// The corners of the box around some points of the patch in each state, which is never larger than the patch's own.
+    around: Vec<[Vector; 2]>,
+    /// How much the middle bends across its tangent plane in each state, by direction.
+    bends: Vec<[f64; 2]>,
 }
 
 impl Start {
-    fn new(patch: &Patch) -> Self {
-        let (p, q) = (patch.rows, patch.columns);
-        let corners = [0, q - 1, (p - 1) * q, p * q - 1].map(|k| project(&patch.net[k]));
-        let middle = [0.5, 0.5];
-        let jet = patch.jet(middle);
-        let inside = [jet.point, patch.point([0.5, 0.0]), patch.point([0.0, 0.5])];
-        let first = corners[0];
-        let around =
-            corners.iter().chain(&inside).fold([first, first], |[low, high], p| [low.inf(p), high.sup(p)]);
-        let bends = jet.u.cross(&jet.v).try_normalize(0.0).map_or([0.0; 2], |normal| {
-            let [uu, _, vv] = patch.second(middle);
-            [uu, vv].map(|bend| normal.dot(&bend).abs())
-        });
-        Self { cells: Cells::new(patch, poles(patch)), around, bends }
+    fn new(patches: &[Patch], rational: bool) -> Result<Self> {
+        if let Some(patch) = patches.first().filter(|_| rational) {
+            weights::resolved_net(&patch.net, patch.columns)?;
+        }
+        // A side is one point where it is in all states.
+        let in_all = patches.iter().map(poles).reduce(|a, b| Poles([0, 1, 2, 3].map(|k| a.0[k] && b.0[k])));
+        Ok(Self {
+            cells: Cells::new(patches, in_all.unwrap_or_default()),
+            around: patches.iter().map(around).collect(),
+            bends: patches.iter().map(bends).collect(),
+        })
     }
 
-    /// About how many triangles the patch will need.
-    fn estimate(&self, target: &Target) -> f64 {
-        let [u, v] = self.bends.map(|bend| (bend / (4.0 * target.chord)).sqrt().max(1.0));
+    /// About how many triangles the patch will need in a state.
+    fn estimate(&self, state: usize, target: &Target) -> f64 {
+        let [u, v] = self.bends[state].map(|bend| (bend / (4.0 * target.chord)).sqrt().max(1.0));
         2.0 * u * v
     }
+}
+
+fn around(patch: &Patch) -> [Vector; 2] {
+    let (p, q) = (patch.rows, patch.columns);
+    let corners = [0, q - 1, (p - 1) * q, p * q - 1].map(|k| project(&patch.net[k]));
+    let inside = [patch.point([0.5, 0.5]), patch.point([0.5, 0.0]), patch.point([0.0, 0.5])];
+    let first = corners[0];
+    corners.iter().chain(&inside).fold([first, first], |[low, high], p| [low.inf(p), high.sup(p)])
+}
+
+fn bends(patch: &Patch) -> [f64; 2] {
+    let middle = [0.5, 0.5];
+    let jet = patch.jet(middle);
+    jet.u.cross(&jet.v).try_normalize(0.0).map_or([0.0; 2], |normal| {
+        let [uu, _, vv] = patch.second(middle);
+        [uu, vv].map(|bend| normal.dot(&bend).abs())
+    })
 }

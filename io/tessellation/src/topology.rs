@@ -46,26 +46,33 @@ pub(crate) struct Topology {
 }
 
 impl Topology {
-    /// Looks at the sides of patches that may coincide. `O(patches along the border and along knots at which the
-    /// surface may jump)`.
-    pub(crate) fn new(surface: &Surface, patches: &Patches<'_>) -> Self {
-        let counts = patches.counts();
+    /// Looks at the sides of patches that may coincide, and are one where they do in all `states`. `O(patches along the
+    /// border and along knots at which the surface may jump)` for each.
+    pub(crate) fn new<'p, 's: 'p>(
+        surface: &Surface,
+        states: impl Iterator<Item = &'p Patches<'s>> + Clone,
+    ) -> Self {
         let spaces = [surface.u(), surface.v()];
-        let patch = |direction: usize, along: usize, across: usize| {
+        let counts = states.clone().next().map_or([0; 2], Patches::counts);
+        let ends =
+            |d: usize, k: usize| states.clone().next().map_or((0.0, 0.0), |patches| patches.ends(d, k));
+        let patch = |patches: &Patches<'_>, direction: usize, along: usize, across: usize| {
             if direction == 0 { patches.get(along, across) } else { patches.get(across, along) }
         };
         // The sides at the start and at the end of a direction.
         let sides = [[3, 1], [0, 2]];
         let meet = |d: usize, before: usize, after: usize| {
-            (0..counts[1 - d]).all(|across| {
-                let (a, b) = (patch(d, before, across), patch(d, after, across));
-                coincide(&a.side(sides[d][1]), &b.side(sides[d][0]))
+            states.clone().all(|patches| {
+                (0..counts[1 - d]).all(|across| {
+                    let (a, b) = (patch(patches, d, before, across), patch(patches, d, after, across));
+                    coincide(&a.side(sides[d][1]), &b.side(sides[d][0]))
+                })
             })
         };
         let closed = [0, 1].map(|d| spaces[d].is_periodic() || meet(d, counts[d] - 1, 0));
         let lines = [0, 1].map(|d| {
             let jumps = |k: usize| {
-                let (start, _) = patches.ends(d, k);
+                let (start, _) = ends(d, k);
                 spaces[d].multiplicity(start) > spaces[d].degree() && !meet(d, k - 1, k)
             };
             Lines::new(counts[d], jumps, closed[d])

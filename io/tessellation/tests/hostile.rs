@@ -1,16 +1,18 @@
 //! Surfaces that attack the tessellator: folds, collapsed edges, repeated knots, weights and sizes far apart.
 
-#![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
 mod common;
 
 use common::{deviation, euler, no_sliver_of_nothing};
-use loftsman_kernel::Point;
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{Chord, Fineness, Tessellated, Tessellator};
 use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::{Error, Point};
 use loftsman_tessellation::Adaptive;
 use proptest::prelude::*;
+use proptest::strategy::ValueTree as _;
+use proptest::test_runner::TestRunner;
 
 /// A cubic patch by columns along `v`: `net(i, j)`.
 fn cubic(rows: usize, columns: usize, net: impl Fn(f64, f64) -> [f64; 3]) -> Surface {
@@ -133,59 +135,100 @@ fn collapse(points: &mut [Point], columns: usize, kind: usize, pick: [usize; 2])
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+/// What a surface came to.
+#[derive(Debug, Default)]
+struct Tally {
+    met: usize,
+    measured: usize,
+    /// Nothing to be seen of it.
+    flat: usize,
+    singular: usize,
+    /// More triangles than the budget of this test allows.
+    large: usize,
+    /// No surface at all.
+    none: usize,
+}
 
-    #[test]
-    fn every_surface_is_met_or_refused(
-        u in spaces(), v in spaces(),
-        seed in any::<u32>(),
-        wild in prop::sample::select(vec![0.0, 1e-6, 0.1, 1.0, 10.0]),
-        size in prop::sample::select(vec![1e-9, 1.0, 1e9]),
-        far in prop::sample::select(vec![0.0, 1e3]),
-        span in prop::sample::select(vec![1.0_f64, 1e3]),
-        rational in any::<bool>(),
-        (kind, pick) in (0_usize..9, [any::<u16>(), any::<u16>()]),
-        chord in prop::sample::select(vec![0.3, 0.03]), angle in prop::sample::select(vec![0.4, 3.0]),
-    ) {
+/// Families of surfaces without any filter: each is met, as measured, or refused for one of four reasons; and most are met.
+#[test]
+fn every_surface_is_met_or_refused() {
+    let mut tally = Tally::default();
+    let mut dice = 1_u32;
+    let mut throw = |sides: usize| {
+        dice += 1;
+        (((noise(dice, 0) + 0.5) * sides as f64) as usize).min(sides - 1)
+    };
+    let mut runner = TestRunner::deterministic();
+    for seed in 0..240_u32 {
+        let u = spaces().new_tree(&mut runner).unwrap().current();
+        let v = spaces().new_tree(&mut runner).unwrap().current();
         let columns = v.len();
         let count = u.len() * columns;
-        prop_assume!(count <= 900);
+        let wild = [0.0, 1e-6, 0.1, 1.0, 10.0][throw(5)];
+        let (size, far) = ([1e-9, 1.0, 1e9][throw(3)], [0.0, 1e3][throw(2)]);
+        let span = [1.0_f64, 1e3][throw(2)];
+        let kind = throw(9);
         let noise = |k: usize| noise(seed, k);
         let mut points: Vec<Point> = (0..count)
-            .map(|k| Point::new(
-                (k / columns) as f64 + wild * noise(4 * k),
-                (k % columns) as f64 + wild * noise(4 * k + 1),
-                wild * noise(4 * k + 2),
-            ))
+            .map(|k| {
+                Point::new(
+                    (k / columns) as f64 + wild * noise(4 * k),
+                    (k % columns) as f64 + wild * noise(4 * k + 1),
+                    wild * noise(4 * k + 2),
+                )
+            })
             .collect();
-        collapse(&mut points, columns, kind, pick.map(usize::from));
+        collapse(&mut points, columns, kind, [throw(65_536), throw(65_536)]);
         points.iter_mut().for_each(|p| p.coords = p.coords.add_scalar(far) * size);
-        let weights = rational.then(|| (0..count).map(|k| span.powf(2.0 * noise(4 * k + 3))).collect());
-        let Ok(surface) = Surface::build(u, v, points, weights) else { return Ok(()) };
-        let fineness = Fineness { chord: Chord::Relative(chord), angle };
+        let weights =
+            (throw(2) == 0).then(|| (0..count).map(|k| span.powf(2.0 * noise(4 * k + 3))).collect());
+        let Ok(surface) = Surface::build(u, v, points, weights) else {
+            tally.none += 1;
+            continue;
+        };
+        let chord = [0.3, 0.03][throw(2)];
+        let fineness = Fineness { chord: Chord::Relative(chord), angle: [0.4, 3.0][throw(2)] };
         let tessellator = Adaptive { budget: 20_000 };
         match tessellator.measured_surface(&surface, &fineness) {
             Ok(Tessellated { mesh, error: certified }) => {
+                tally.met += 1;
                 mesh.check().unwrap();
-                let diagonal = surface.points().iter().fold((surface.points()[0], surface.points()[0]), |(l, h), p| (l.inf(p), h.sup(p)));
-                let tolerance = chord * (diagonal.1 - diagonal.0).norm();
-                prop_assert!(certified <= tolerance * (1.0 + 1e-9), "{certified} {tolerance}");
-                prop_assert_eq!(&mesh, &tessellator.surface(&surface, &fineness).unwrap());
+                let first = surface.points()[0];
+                let (low, high) =
+                    surface.points().iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
+                let tolerance = chord * (high - low).norm();
+                assert!(certified <= tolerance * (1.0 + 1e-9), "{seed}: {certified} {tolerance}");
+                assert_eq!(mesh, tessellator.surface(&surface, &fineness).unwrap());
+                // As one state of a moving surface it is the same.
+                let moving = tessellator.moving_surface(std::slice::from_ref(&surface), &fineness).unwrap();
+                assert_eq!((&moving.mesh, moving.error), (&mesh, certified));
                 if mesh.face_count() < 1000 {
+                    tally.measured += 1;
                     let (out, back) = deviation(&surface, &mesh, certified);
                     // What rounding does to coordinates far from the origin.
                     let slack = certified + 1e-12 * (1.0 + far) * size * 30.0;
-                    prop_assert!(out <= slack && back <= slack, "{out} {back} {certified}");
+                    assert!(out <= slack && back <= slack, "{seed}: {out} {back} {certified}");
                 }
             }
+            Err(Error::NoExtent(_)) => tally.flat += 1,
             Err(error) => {
                 let message = error.to_string();
-                let known = ["no area", "coincide", "too singular", "triangles"];
-                prop_assert!(known.iter().any(|part| message.contains(part)), "{}", message);
+                match () {
+                    () if message.contains("too singular") => tally.singular += 1,
+                    () if message.contains("more than 20000") => tally.large += 1,
+                    () => panic!("{seed}: {message}"),
+                }
             }
         }
     }
+    let Tally { met, measured, flat, singular, large, none } = tally;
+    assert_eq!(met + flat + singular + large + none, 240);
+    assert!(met >= 180 && measured >= 120, "{met} {measured} {flat} {singular} {large} {none}");
+    assert!(flat <= 12 && singular <= 6 && large <= 40 && none == 0, "{flat} {singular} {large} {none}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn closed_surfaces_are_watertight(

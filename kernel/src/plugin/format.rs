@@ -25,8 +25,21 @@ pub struct FormatDeclaration {
     pub writes: bool,
     /// Whether the main file is text that can go through a pipe.
     pub plain: bool,
-    /// Options of its own, for reading and writing.
+    /// Options of its own, for reading and writing. The help of one that only reading or only writing has begins with
+    /// `"reading: "` or `"writing: "`; whoever passes options on refuses it on the other way.
     pub options: &'static [super::declaration::Field],
+}
+
+impl FormatDeclaration {
+    /// The options that reading has.
+    pub fn reading_options(&self) -> impl Iterator<Item = &'static super::declaration::Field> + Clone {
+        self.options.iter().filter(|option| !option.help.starts_with("writing: "))
+    }
+
+    /// The options that writing has.
+    pub fn writing_options(&self) -> impl Iterator<Item = &'static super::declaration::Field> + Clone {
+        self.options.iter().filter(|option| !option.help.starts_with("reading: "))
+    }
 }
 
 /// Where in a file.

@@ -27,4 +27,4 @@ pub use operation::{
 pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};
 pub use step::{SceneShapes, ask_once, object_name, put_back, shape_of};
-pub use tessellator::{Chord, Fineness, Tessellated, Tessellator};
+pub use tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};

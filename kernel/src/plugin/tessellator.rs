@@ -1,6 +1,7 @@
 //! Splines as segments and triangles: the interface that formats ask for.
 
-use crate::error::Result;
+use crate::Point;
+use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Polyline};
 use crate::spline::{Curve, Surface};
 
@@ -40,12 +41,44 @@ pub struct Tessellated {
     pub error: f64,
 }
 
+/// A curve in each of its states (the frames of an animation) as segments, cut at the same parameters in all of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingLine {
+    /// The points of each state, in the order of the parameters; as many in all.
+    pub states: Vec<Vec<Point>>,
+    /// The first point of each part: 0, and those before which the curve is torn in any state.
+    pub starts: Vec<usize>,
+    /// Whether the last point is joined to the first (which is not repeated): the curve closes in all states.
+    pub closed: bool,
+    /// The chord asked for, as a length: that of the largest state.
+    pub tolerance: f64,
+    /// The largest distance that a point of the curve or of its segments can have from the other in any state: bounded, not
+    /// sampled.
+    pub error: f64,
+}
+
+/// A surface in each of its states (the frames of an animation) as triangles between the same parameters in all of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingMesh {
+    /// The first state, as [`Tessellated::mesh`]; where all of that is one point, its normals are those of the first state
+    /// that has any extent.
+    pub mesh: Mesh,
+    /// The points of each state, in the order of the mesh's.
+    pub states: Vec<Vec<Point>>,
+    /// The chord asked for, as a length: that of the largest state.
+    pub tolerance: f64,
+    /// The largest distance that a point of the surface or of its triangles can have from the other in any state: bounded,
+    /// not sampled.
+    pub error: f64,
+}
+
 /// Turns curves into polylines and surfaces into meshes.
 pub trait Tessellator: Send + Sync {
     /// Points of the curve, in order, so that no point of it is further from the segments than the chord.
     ///
     /// # Errors
-    /// When the fineness is not positive, or so small that the result would be beyond reason.
+    /// [`Error::NoExtent`] where all of the curve is one point; otherwise when the fineness is not positive, or so small that
+    /// the result would be beyond reason, or when the shape cannot be resolved.
     fn curve(&self, curve: &Curve, fineness: &Fineness) -> Result<Polyline>;
 
     /// The parameters of the points of [`curve`](Self::curve), in their order, from one end of the domain to the other
@@ -60,6 +93,31 @@ pub trait Tessellator: Send + Sync {
     /// # Errors
     /// As for [`curve`](Self::curve).
     fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated>;
+
+    /// One set of parameters for all states of a curve: frames of an animation, or a single one. Every state is held to the
+    /// fineness; a relative chord is relative to the state's own size, but not finer than for one a thousandth as large as the
+    /// largest. The states have one [`Space`](crate::spline::Space) and the same weights.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve), [`Error::NoExtent`] only where that is so in all states; when there are no states or they
+    /// do not belong together. A tessellator need not know how, and then says so: so does this, unless it is replaced.
+    fn moving_curve(&self, states: &[Curve], fineness: &Fineness) -> Result<MovingLine> {
+        let _ = (states, fineness);
+        Err(Error::Invalid(
+            "this tessellator cannot cut several states of a curve alike: use another".to_owned(),
+        ))
+    }
+
+    /// As [`moving_curve`](Self::moving_curve), for surfaces.
+    ///
+    /// # Errors
+    /// As for [`moving_curve`](Self::moving_curve).
+    fn moving_surface(&self, states: &[Surface], fineness: &Fineness) -> Result<MovingMesh> {
+        let _ = (states, fineness);
+        Err(Error::Invalid(
+            "this tessellator cannot cut several states of a surface alike: use another".to_owned(),
+        ))
+    }
 
     /// The mesh of [`measured_surface`](Self::measured_surface) alone.
     ///

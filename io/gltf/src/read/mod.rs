@@ -14,7 +14,7 @@ mod report;
 mod schema;
 mod tree;
 
-use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport, Source};
+use loftsman_kernel::plugin::{Fate, Format as _, FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Unit, Up};
 use serde::Deserialize;
 
@@ -22,7 +22,7 @@ use buffers::{Buffers, whole};
 use file::{Budget, File, clip, parse};
 use schema::Root;
 
-use crate::OPTIONS;
+use crate::Gltf;
 use crate::words::{ASSET_DATA, COPYRIGHT, DATA, EXTRAS, SOURCES};
 
 /// `asset.extras`, as far as they are ours.
@@ -44,7 +44,7 @@ pub(crate) fn read(
     options: &ReadOptions<'_>,
 ) -> Result<(Scene, ReadReport), FormatError> {
     let name = source.name();
-    options.own.check(OPTIONS).map_err(|e| whole(name, e.to_string()))?;
+    options.own.check(Gltf.declaration().reading_options()).map_err(|e| whole(name, e.to_string()))?;
     let parts = container::parts(name, source.bytes())?;
     let mut report = ReadReport { notes: parts.notes, ..ReadReport::default() };
     report.count_many(Fate::LeftOut, "chunk of a type that the standard does not know", parts.unknown_chunks);

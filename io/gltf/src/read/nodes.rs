@@ -228,6 +228,9 @@ impl Reader<'_, '_> {
                     animation.rate = rate;
                 }
             }
+            // Our own weights only show the start of an animation.
+            let ours = part.animation.is_some() && part.own.as_ref().is_some_and(|own| own.starts_at_first);
+            let weights = if ours { &[] } else { weights };
             bend(file, &path, &mut shape, weights)?;
             let mut points = content.points;
             bend(file, &path, &mut points, weights)?;

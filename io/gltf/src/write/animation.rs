@@ -4,10 +4,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 
-use loftsman_kernel::mesh::{Mesh, Polyline};
 use loftsman_kernel::scene::Animation;
 use loftsman_kernel::spline::{Curve, Surface};
-use loftsman_kernel::{Point, Result};
+use loftsman_kernel::{Error, Point, Result};
 
 use super::bin::{Bin, Kind, Out, Use};
 use super::schema::{self, Channel, Sampler, Target};
@@ -25,6 +24,17 @@ pub(super) struct Moves<'a> {
 impl<'a> Moves<'a> {
     pub(super) fn new(base: Vec<Point>, frames: Cow<'a, Animation>) -> Self {
         Self { base, frames }
+    }
+
+    /// The moves of a shape whose base is its first frame.
+    pub(super) fn of(states: Vec<Vec<Point>>, rate: f64) -> Self {
+        let base = states.first().cloned().unwrap_or_default();
+        Self { base, frames: Cow::Owned(Animation { rate, frames: states }) }
+    }
+
+    /// Whether the shape itself is not its first frame.
+    pub(super) fn starts_elsewhere(&self) -> bool {
+        self.frames.frames.first().is_some_and(|first| *first != self.base)
     }
 
     pub(super) fn count(&self) -> usize {
@@ -45,53 +55,19 @@ impl<'a> Moves<'a> {
     }
 }
 
-/// A curve's polyline at these parameters, now and in each frame of its control vertices.
-pub(super) fn of_curve<'a>(
-    curve: &Curve,
-    parameters: &[f64],
-    closed: bool,
-    frames: &Animation,
-) -> Result<(Polyline, Moves<'a>)> {
-    // A closed polyline comes back to its start by itself.
-    let parameters = if closed { &parameters[..parameters.len().saturating_sub(1)] } else { parameters };
-    let line = |curve: &Curve| parameters.iter().map(|&u| curve.point(u)).collect::<Result<Vec<Point>>>();
-    let points = line(curve)?;
-    let moved = frames.frames.iter().map(|frame| {
-        line(&Curve::build(curve.space().clone(), frame.clone(), curve.weights().map(<[f64]>::to_vec))?)
-    });
-    let frames = Animation { rate: frames.rate, frames: moved.collect::<Result<_>>()? };
-    Ok((Polyline { points: points.clone(), closed }, Moves::new(points, Cow::Owned(frames))))
+/// The states of a curve that are shown: its frames, or itself where it has none.
+pub(super) fn curves(curve: &Curve, frames: Option<&Animation>) -> Result<Vec<Curve>> {
+    let Some(frames) = frames else { return Ok(vec![curve.clone()]) };
+    let weights = || curve.weights().map(<[f64]>::to_vec);
+    frames.frames.iter().map(|f| Curve::build(curve.space().clone(), f.clone(), weights())).collect()
 }
 
-/// A surface's mesh in each frame of its control vertices: each point moves as the surface does at its parameters, which
-/// the mesh has as texture coordinates. `None` where it has not.
-pub(super) fn of_surface<'a>(
-    surface: &Surface,
-    mesh: &Mesh,
-    frames: &Animation,
-) -> Result<Option<Moves<'a>>> {
-    let ((u0, u1), (v0, v1)) = (surface.u().domain(), surface.v().domain());
-    let mut parameters = vec![None; mesh.points().len()];
-    for (corner, &point) in mesh.corners().iter().enumerate() {
-        if let Some(&[u, v]) = mesh.uvs.at(corner, point) {
-            let at = |a: f64, b: f64, t: f64| (a + (b - a) * t).clamp(a, b);
-            parameters[point as usize].get_or_insert((at(u0, u1, u), at(v0, v1, v)));
-        }
-    }
-    let Some(parameters) = parameters.into_iter().collect::<Option<Vec<(f64, f64)>>>() else {
-        return Ok(None);
-    };
-    let points =
-        |surface: &Surface| parameters.iter().map(|&(u, v)| surface.point(u, v)).collect::<Result<Vec<_>>>();
-    let base = points(surface)?;
-    let moved = frames.frames.iter().map(|frame| {
-        let (u, v) = (surface.u().clone(), surface.v().clone());
-        let frame = points(&Surface::build(u, v, frame.clone(), surface.weights().map(<[f64]>::to_vec))?)?;
-        // At seams the mesh has one point for two parameters: the move counts, not the place.
-        Ok(mesh.points().iter().zip(frame).zip(&base).map(|((p, q), b)| p + (q - b)).collect())
-    });
-    let frames = Animation { rate: frames.rate, frames: moved.collect::<Result<_>>()? };
-    Ok(Some(Moves::new(mesh.points().to_vec(), Cow::Owned(frames))))
+/// The states of a surface that are shown.
+pub(super) fn surfaces(surface: &Surface, frames: Option<&Animation>) -> Result<Vec<Surface>> {
+    let Some(frames) = frames else { return Ok(vec![surface.clone()]) };
+    let (u, v) = (surface.u(), surface.v());
+    let weights = || surface.weights().map(<[f64]>::to_vec);
+    frames.frames.iter().map(|f| Surface::build(u.clone(), v.clone(), f.clone(), weights())).collect()
 }
 
 /// The keys of all objects that move, in one animation: Blender plays only one at a time.
@@ -106,9 +82,20 @@ pub(super) struct Keys {
 
 impl Keys {
     /// Shows one frame after the other: at the time of frame `k` its morph target has weight 1, all others 0.
-    pub(super) fn add(&mut self, object: usize, count: usize, rate: f64, bin: &mut Bin<'_>) {
+    ///
+    /// # Errors
+    /// When single precision, which glTF has, does not hold the times or tell them apart.
+    pub(super) fn add(&mut self, object: usize, count: usize, rate: f64, bin: &mut Bin<'_>) -> Result<()> {
+        let time = move |k: usize| (k as f64 / rate) as f32;
+        // Below the smallest normal number a time has few bits or none.
+        let told_apart = |k: usize| time(k).is_normal() && time(k - 1) < time(k);
+        if let Some(frame) = (1..count).find(|&k| !told_apart(k)) {
+            let (at, before) = (frame as f64 / rate, (frame - 1) as f64 / rate);
+            return Err(Error::Invalid(format!(
+                "at a rate of {rate:e} frames a second frame {frame} comes at {at:e} s, the one before at {before:e} s: that is beyond single precision, which glTF has; choose another rate"
+            )));
+        }
         let times = *self.times.entry((count, rate.to_bits())).or_insert_with(|| {
-            let time = move |k: usize| (k as f64 / rate) as f32;
             let pour =
                 move |out: &mut Out<'_>| (0..count).try_for_each(|k| out.write_all(&time(k).to_le_bytes()));
             let bounds = [vec![time(0)], vec![time(count - 1)]];
@@ -123,6 +110,7 @@ impl Keys {
             bin.later(Kind::floats(1), Use::Other, count * count, None, Box::new(pour))
         });
         self.tracks.push((object, times, weights));
+        Ok(())
     }
 
     /// The animation of the document, given each object's node.

@@ -37,6 +37,11 @@ impl Frame {
         }
         let largest = low.amax().max(high.amax());
         let size = (high - low).norm();
+        if size > 0.0 && (size as f32) < f32::MIN_POSITIVE {
+            return Err(Error::Invalid(format!(
+                "a shape of size {size:e} is below single precision, which glTF has: choose another unit"
+            )));
+        }
         if size > 0.0 && size.is_finite() && largest > FAR * size {
             frame.centre = low + (high - low) * 0.5;
         }
@@ -67,13 +72,13 @@ impl Frame {
     pub(super) fn normal(&self, n: &Vector) -> [f32; 3] {
         let n = if self.change.is_none() { *n } else { self.change.turn * n };
         let is_unit = (n.norm_squared() - 1.0).abs() <= UNIT;
-        single(if is_unit { n } else { n.try_normalize(0.0).unwrap_or_else(Vector::z) })
+        single(if is_unit { n } else { direction(&n).unwrap_or_else(Vector::z) })
     }
 
     /// A tangent as it is written: of length 1, its sign 1 or -1.
     pub(super) fn tangent(&self, t: &[f64; 4]) -> [f32; 4] {
         let along = self.change.turn * Vector::new(t[0], t[1], t[2]);
-        let [x, y, z] = single(along.try_normalize(0.0).unwrap_or_else(Vector::x));
+        let [x, y, z] = single(direction(&along).unwrap_or_else(Vector::x));
         [x, y, z, if t[3] < 0.0 { -1.0 } else { 1.0 }]
     }
 
@@ -86,6 +91,12 @@ impl Frame {
         let largest = self.low.iter().chain(&self.high).fold(0.0_f32, |m, x| m.max(x.abs()));
         f64::from(largest) * f64::from(f32::EPSILON) / 2.0
     }
+}
+
+/// A vector of length 1, of any length that is not zero: scaled first, so that no square overflows or vanishes.
+fn direction(v: &Vector) -> Option<Vector> {
+    let largest = v.amax();
+    (largest > 0.0 && largest.is_finite()).then(|| (v / largest).normalize())
 }
 
 /// Single precision.

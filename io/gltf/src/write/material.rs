@@ -50,6 +50,11 @@ pub(super) fn shade(value: f64) -> f64 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
+/// Whether single precision, with which glTF is read, holds a number.
+fn fits(value: f64) -> bool {
+    (value as f32).is_finite()
+}
+
 impl<'a> Materials<'a> {
     pub(super) fn new(scene: &'a Scene, source: Option<&'a dyn Source>, text: bool) -> Self {
         Self {
@@ -168,9 +173,7 @@ impl<'a> Materials<'a> {
                 Channel::BaseColor => _ = pbr.insert("baseColorTexture".into(), info.into()),
                 Channel::MetallicRoughness => _ = pbr.insert("metallicRoughnessTexture".into(), info.into()),
                 Channel::Normal => {
-                    if texture.strength != 1.0 {
-                        info.insert("scale".into(), texture.strength.into());
-                    }
+                    self.scale(texture.strength, material, &mut info);
                     out.insert("normalTexture".into(), info.into());
                 }
                 Channel::Occlusion => {
@@ -185,12 +188,16 @@ impl<'a> Materials<'a> {
             }
         }
         out.insert("pbrMetallicRoughness".into(), pbr.into());
-        self.emissive(material.emissive, &mut out, &mut extensions);
+        self.emissive(material, &mut out, &mut extensions);
         match material.alpha {
             Alpha::Opaque => {}
             Alpha::Mask(cutoff) => {
                 out.insert("alphaMode".into(), "MASK".into());
-                out.insert("alphaCutoff".into(), cutoff.max(0.0).into());
+                if fits(cutoff) {
+                    out.insert("alphaCutoff".into(), cutoff.max(0.0).into());
+                } else {
+                    self.beyond("cutoff", material);
+                }
             }
             Alpha::Blend => _ = out.insert("alphaMode".into(), "BLEND".into()),
         }
@@ -213,9 +220,7 @@ impl<'a> Materials<'a> {
             });
             match place {
                 Some((key, fields)) => {
-                    if strength != 1.0 {
-                        info.insert("scale".into(), strength.into());
-                    }
+                    self.scale(strength, material, &mut info);
                     fields.insert(key.to_owned(), info.into());
                 }
                 None => elsewhere += 1,
@@ -233,19 +238,41 @@ impl<'a> Materials<'a> {
         out.into()
     }
 
+    /// Notes a number that glTF cannot hold, and that is left out.
+    fn beyond(&mut self, what: &str, material: &Material) {
+        let name = material.name();
+        self.notes.push(format!(
+            "the {what} of the material \"{name}\" is beyond single precision, and is left out"
+        ));
+    }
+
+    /// The strength of a texture, where it is not the usual one.
+    fn scale(&mut self, strength: f64, material: &Material, info: &mut Map<String, Value>) {
+        if !fits(strength) {
+            self.beyond("strength of a texture", material);
+        } else if strength != 1.0 {
+            info.insert("scale".into(), strength.into());
+        }
+    }
+
     /// Light beyond 1 needs an extension. A power of two as its strength leaves every bit of the colour as it is.
     fn emissive(
         &mut self,
-        light: [f64; 3],
+        material: &Material,
         out: &mut Map<String, Value>,
         extensions: &mut Map<String, Value>,
     ) {
-        let light = light.map(|e| if e > 0.0 && e.is_finite() { e } else { 0.0 });
+        // 2¹²⁷ is the largest power that single precision has.
+        let fits = |e: f64| e <= 127_f64.exp2();
+        if !material.emissive.iter().all(|e| fits(*e)) {
+            self.beyond("light", material);
+        }
+        let light = material.emissive.map(|e| if e > 0.0 && fits(e) { e } else { 0.0 });
         let largest = light.into_iter().fold(0.0, f64::max);
         if largest <= 0.0 {
             return;
         }
-        let strength = if largest > 1.0 { largest.log2().ceil().exp2() } else { 1.0 };
+        let strength = if largest > 1.0 { largest.log2().ceil().min(127.0).exp2() } else { 1.0 };
         out.insert("emissiveFactor".into(), json!(light.map(|e| shade(e / strength))));
         if strength > 1.0 {
             let name = "KHR_materials_emissive_strength";
@@ -281,8 +308,9 @@ impl<'a> Materials<'a> {
         }
         let offset = flipped_back(texture.offset, texture.rotation, texture.tiling);
         let numbers = [offset[0], offset[1], texture.rotation, texture.tiling[0], texture.tiling[1]];
-        if !numbers.iter().all(|x| x.is_finite()) {
-            self.notes.push("a transform of texture coordinates that is not finite is left out".to_owned());
+        if !numbers.iter().all(|x| fits(*x)) {
+            let note = "a transform of texture coordinates that is beyond single precision is left out";
+            self.notes.push(note.to_owned());
         } else if offset != [0.0; 2] || texture.rotation != 0.0 || texture.tiling != [1.0; 2] {
             let name = "KHR_texture_transform";
             let mut transform = Map::new();

@@ -13,9 +13,10 @@ mod tangent;
 
 use std::borrow::Cow;
 
+use loftsman_kernel::Error;
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{
-    Chord, Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
+    Chord, Fate, Format as _, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
 };
 use loftsman_kernel::scene::{Object, Scene, Unit, Up};
 use nalgebra::{Matrix4, Translation3};
@@ -27,7 +28,7 @@ use self::material::Materials;
 use self::object::{Shown, explain};
 use self::schema::{Asset, Mesh, Node, Root, Scene as SceneNodes};
 use self::shape::Failure;
-use crate::OPTIONS;
+use crate::Gltf;
 use crate::extras::{Own, rows};
 use crate::place::{Change, Placement};
 use crate::words::{
@@ -42,7 +43,7 @@ pub(crate) fn write(
 ) -> Result<WriteReport, FormatError> {
     let file = sink.name().to_owned();
     let fail = |problem: String| FormatError::new(&file, Place::File, problem);
-    options.own.check(OPTIONS).map_err(|e| fail(e.to_string()))?;
+    options.own.check(Gltf.declaration().writing_options()).map_err(|e| fail(e.to_string()))?;
     let meshes_only = options.own.flag("meshes-only").map_err(|e| fail(e.to_string()))?;
     scene.check().map_err(|e| fail(e.to_string()))?;
     let unit = options.unit.unwrap_or(Unit::Metre);
@@ -279,8 +280,18 @@ impl<'a> Writer<'a, '_> {
                 "its transform shears or flattens, which glTF's nodes cannot: it is baked into the points";
             explain(&mut report, Fate::Approximated, reason);
         }
+        if !placement.translation.iter().all(|t| (*t as f32).is_finite()) {
+            let [x, y, z] = placement.translation.into();
+            return Err(Error::Invalid(format!(
+                "it is at ({x:e}, {y:e}, {z:e}), beyond single precision, which glTF has: choose another unit"
+            ))
+            .into());
+        }
         (node.translation, node.rotation, node.scale) =
             (placement.shift(), placement.turn(), placement.stretch());
+        if !place.iter().chain(above.rest.iter()).all(|x| x.is_finite()) {
+            return Err(Error::Invalid("its transforms together overflow: scale them down".to_owned()).into());
+        }
         self.note(object, &placement, &place, &above.rest, node.mesh.is_some(), &mut noted);
         if noted != Own::default() {
             let text = serde_json::to_string(&noted).map_err(|e| Failure::Io(e.into()))?;

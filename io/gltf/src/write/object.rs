@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::plugin::{Chord, Fate, Fineness, Tessellated, Written};
+use loftsman_kernel::plugin::{Chord, Fate, Fineness, MovingLine, MovingMesh, Written};
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
@@ -89,53 +89,56 @@ impl<'a> Writer<'a, '_> {
             }
             return self.plain(object, geometry, change, frames, report);
         };
-        let could_not = |e: Error| format!("it could not be tessellated: {e}");
+        // What has no extent is there all the same; what cannot be cut finely enough is refused.
+        let seen = |e: Error| match e {
+            Error::NoExtent(problem) => Ok(problem),
+            e => Err(Failure::from(Error::Invalid(format!("it could not be tessellated: {e}")))),
+        };
         match geometry.as_ref() {
             Geometry::Curve(curve) => {
-                let line = match tessellator.curve(curve, &fineness) {
-                    Ok(line) if line.points.len() >= 2 => line,
+                let states = animation::curves(curve, frames.as_deref())?;
+                let line = match tessellator.moving_curve(&states, &fineness) {
+                    Ok(line) if line.states.iter().any(|points| points.len() >= 2) => line,
                     Ok(_) => return Ok(self.unseen(object, "the curve has no extent", report)),
-                    Err(e) => return Ok(self.unseen(object, &could_not(e), report)),
+                    Err(e) => return Ok(self.unseen(object, &seen(e)?, report)),
                 };
-                let (line, moves) = match frames {
-                    None => (line, None),
-                    Some(frames) => {
-                        let parameters = tessellator.curve_parameters(curve, &fineness)?;
-                        let (line, moves) = animation::of_curve(curve, &parameters, line.closed, &frames)?;
-                        (line, Some(moves))
-                    }
-                };
-                report.tolerance = Some(self.tolerance(&fineness, &line.points, in_scene));
+                let MovingLine { states, starts, closed, tolerance, error } = line;
+                let points = states.first().cloned().unwrap_or_default();
+                report.tolerance = Some(match frames {
+                    Some(_) => self.asked(tolerance * in_scene),
+                    None => self.tolerance(&fineness, &points, in_scene),
+                });
+                report.error = Some(error * in_scene);
                 explain(report, Fate::Approximated, "the curve became segments; the exact one is in extras");
-                let shaped = shape::chain(
-                    Cow::Owned(line.points.clone()),
-                    LINE_STRIP,
-                    line.closed,
-                    change,
-                    &mut self.bin,
-                )?;
-                Ok(self.exact(object, shaped, &line.points, moves))
+                let moves = frames.map(|frames| Moves::of(states, frames.rate));
+                let shaped = shape::chains(&points, &starts, closed, change, &mut self.bin)?;
+                Ok(self.exact(object, shaped, &points, moves))
             }
             Geometry::Surface(surface) => {
-                let Tessellated { mut mesh, error } = match tessellator.measured_surface(surface, &fineness) {
-                    Ok(tessellated) => tessellated,
-                    Err(e) => return Ok(self.unseen(object, &could_not(e), report)),
+                let states = animation::surfaces(surface, frames.as_deref())?;
+                let found = match tessellator.moving_surface(&states, &fineness) {
+                    Ok(found) => found,
+                    Err(e) => return Ok(self.unseen(object, &seen(e)?, report)),
                 };
+                let MovingMesh { mut mesh, states, tolerance, error } = found;
                 // A surface's normal is mirrored inward, a mesh's stays outside.
                 if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
                     mesh.turn_inside_out();
                 }
-                let moves = match frames {
-                    None => None,
-                    Some(frames) => animation::of_surface(surface, &mesh, &frames)?,
-                };
-                report.tolerance = Some(self.tolerance(&fineness, mesh.points(), in_scene));
+                report.tolerance = Some(match frames {
+                    Some(_) => self.asked(tolerance * in_scene),
+                    None => self.tolerance(&fineness, mesh.points(), in_scene),
+                });
                 report.error = Some(error * in_scene);
                 explain(
                     report,
                     Fate::Approximated,
                     "the surface became triangles; the exact one is in extras",
                 );
+                let moves = frames.map(|frames| Moves::of(states, frames.rate));
+                if moves.as_ref().is_some_and(|moves| moves.count() > 1) {
+                    explain(report, Fate::Approximated, "its normals are those of the first frame");
+                }
                 self.spline_mesh(object, mesh, change, moves, report)
             }
             Geometry::Trimmed(_) => {
@@ -250,7 +253,9 @@ impl<'a> Writer<'a, '_> {
             }
         };
         let moves = frames.map(|frames| Moves::new(base, frames));
-        Ok(Shown::Shaped(Box::new(shaped), moves, Box::default()))
+        let starts = moves.as_ref().is_some_and(Moves::starts_elsewhere);
+        let own = Own { starts_at_first: starts, ..Own::default() };
+        Ok(Shown::Shaped(Box::new(shaped), moves, Box::new(own)))
     }
 
     /// Puts a shape into the document as a mesh.
@@ -271,8 +276,13 @@ impl<'a> Writer<'a, '_> {
         }
         let mut extras =
             object.statement(MESH_DATA).and_then(|text| serde_json::from_str::<Value>(text).ok());
+        let mut weights = Vec::new();
         if let Some(moves) = moves {
             let count = moves.count();
+            if moves.starts_elsewhere() {
+                // What shows no animation shows its start.
+                weights = (0..count).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
+            }
             let targets = moves.targets(&shaped, &mut self.bin)?;
             for primitive in &mut shaped.primitives {
                 primitive.targets.clone_from(&targets);
@@ -291,7 +301,7 @@ impl<'a> Writer<'a, '_> {
                     *other = Some(json!({ TARGET_NAMES: names }));
                 }
             }
-            self.keys.add(index, count, moves.rate(), &mut self.bin);
+            self.keys.add(index, count, moves.rate(), &mut self.bin)?;
             if noted.animation.is_none() {
                 noted.rate = Some(moves.rate());
             }
@@ -304,6 +314,7 @@ impl<'a> Writer<'a, '_> {
         self.meshes.push(schema::Mesh {
             name: object.statement(MESH_NAME).unwrap_or(object.name()).to_owned(),
             primitives: shaped.primitives,
+            weights,
             extras,
         });
         Ok(self.meshes.len() - 1)
@@ -329,6 +340,14 @@ impl<'a> Writer<'a, '_> {
             }
         }
         fineness
+    }
+
+    /// A chord tolerance in the scene's unit, or what was asked for.
+    fn asked(&self, tolerance: f64) -> f64 {
+        match self.options.fineness.chord {
+            Chord::Absolute(length) => length,
+            Chord::Relative(_) => tolerance,
+        }
     }
 
     /// The chord tolerance in the scene's unit.

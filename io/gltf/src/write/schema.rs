@@ -86,6 +86,9 @@ pub(super) struct Node {
 pub(super) struct Mesh {
     pub(super) name: String,
     pub(super) primitives: Vec<Primitive>,
+    /// How much of each morph target is seen where no animation says so.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) weights: Vec<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) extras: Option<Value>,
 }

@@ -147,6 +147,45 @@ pub(super) fn chain<'a>(
     })
 }
 
+/// A line of parts, each from the first of its points to the one before the next part: strips of one mesh. A part of one
+/// point shows nothing. A closed line is of one part.
+pub(super) fn chains(
+    points: &[Point],
+    starts: &[usize],
+    closed: bool,
+    change: Change,
+    bin: &mut Bin<'_>,
+) -> std::result::Result<Shaped, Failure> {
+    if starts.len() < 2 {
+        return chain(Cow::Owned(points.to_vec()), LINE_STRIP, closed, change, bin);
+    }
+    let frame = Frame::of(points, change)?;
+    let count = points.len();
+    let kind = Kind::indices(count);
+    let position = positions(bin, Cow::Owned(points.to_vec()), frame)?;
+    let ends = starts.iter().skip(1).copied().chain([count]);
+    let parts: Vec<_> = starts.iter().copied().zip(ends).filter(|(start, end)| end - start >= 2).collect();
+    let mut primitives = Vec::with_capacity(parts.len());
+    for &(start, end) in &parts {
+        let all =
+            move |out: &mut Out<'_>| (start as u32..end as u32).try_for_each(|i| put_index(i, kind, out));
+        let indices = bin.later(kind, Use::Indices, end - start, None, Box::new(all));
+        let attributes = BTreeMap::from([("POSITION".to_owned(), position)]);
+        primitives.push(primitive(attributes, Some(indices), LINE_STRIP));
+    }
+    let segments: usize = parts.iter().map(|(start, end)| end - start - 1).sum();
+    Ok(Shaped {
+        slots: vec![(0, 0); primitives.len()],
+        form: format!("{} line strips of {segments} segments", primitives.len()),
+        primitives,
+        frame,
+        remarks: Vec::new(),
+        has_colors: false,
+        doubled: Vec::new(),
+        made_tangents: false,
+    })
+}
+
 /// The fingerprint of the points as they are written.
 pub(super) fn shown_by(points: &[Point], frame: &Frame) -> String {
     fingerprint(points.iter().map(|p| frame.position(p)))

@@ -297,6 +297,9 @@ impl Reader {
 
     fn account(&self, uses: &Uses, report: &mut ReadReport) {
         report.count_many(Fate::Kept, "", self.kept);
+        for (reason, &count) in &self.mended {
+            report.count_many(Fate::Approximated, reason, count);
+        }
         for (reason, &count) in &self.left_out {
             report.count_many(Fate::LeftOut, reason, count);
         }

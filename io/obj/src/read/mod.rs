@@ -10,10 +10,10 @@ mod reader;
 mod section;
 mod statement;
 
-use loftsman_kernel::plugin::{FormatError, Place, ReadOptions, ReadReport, Source};
+use loftsman_kernel::plugin::{Format as _, FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Unit, Up};
 
-use crate::OPTIONS;
+use crate::Obj;
 use crate::text::{Statements, decode, keyword, words};
 use part::Counts;
 use reader::Reader;
@@ -84,7 +84,7 @@ pub(crate) fn read(
     let own = &options.own;
     let wrong =
         |e: loftsman_kernel::plugin::ParameterError| FormatError::new(file, Place::File, e.to_string());
-    own.check(OPTIONS).map_err(wrong)?;
+    own.check(Obj.declaration().reading_options()).map_err(wrong)?;
     let split = if own.has("split") {
         let words = [("object", Split::Object), ("group", Split::Group), ("none", Split::Never)];
         own.choice("split", &words).map_err(wrong)?

@@ -66,6 +66,8 @@ pub(crate) struct Reader {
     /// Statements understood.
     pub(crate) understood: usize,
     pub(crate) periodic: usize,
+    /// Free-form elements that were read otherwise than the file has them, by what was done.
+    pub(crate) mended: BTreeMap<String, usize>,
     pub(crate) third: usize,
 }
 
@@ -94,6 +96,7 @@ impl Reader {
             meetings: Vec::new(),
             understood: 0,
             periodic: 0,
+            mended: BTreeMap::new(),
             third: 0,
         }
     }
@@ -287,8 +290,11 @@ impl Reader {
             used.attributes_left_out,
         );
         match outcome {
-            Outcome::Shape { shape, surface, wrapped } => {
-                self.kept += 1;
+            Outcome::Shape { shape, surface, wrapped, mended } => {
+                match mended.reason() {
+                    None => self.kept += 1,
+                    Some(reason) => *self.mended.entry(reason).or_default() += 1,
+                }
                 self.periodic += usize::from(wrapped);
                 self.groups_used.extend(&self.state.groups);
                 let group = self.state.groups.first().map(|&g| self.groups.list[g].clone());

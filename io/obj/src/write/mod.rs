@@ -14,14 +14,14 @@ use std::io::{BufWriter, Write};
 use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, FormatError, ParameterError, Place, Sink, Tessellated, UpChoice, WriteOptions,
-    WriteReport, Written,
+    Chord, Fate, Fineness, Format as _, FormatError, ParameterError, Place, Sink, Tessellated, UpChoice,
+    WriteOptions, WriteReport, Written,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point};
 
-use crate::OPTIONS;
+use crate::Obj;
 use state::State;
 
 /// Whether curves go out in Bézier form or with their own knots.
@@ -41,7 +41,7 @@ enum Surfaces {
 
 fn choices(options: &WriteOptions<'_>) -> Result<(Knots, Surfaces), ParameterError> {
     let own = &options.own;
-    own.check(OPTIONS)?;
+    own.check(Obj.declaration().writing_options())?;
     let knots = if own.has("knots") {
         own.choice("knots", &[("bezier", Knots::Bezier), ("any", Knots::Any)])?
     } else {

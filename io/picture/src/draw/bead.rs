@@ -21,9 +21,14 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
     };
     let mut all = 0_usize;
     let mut places: Vec<Vector> = Vec::new();
-    for piece in pieces {
+    for (index, piece) in pieces.iter().enumerate() {
         places.extend((0..each).map(|i| piece.point(i as f64 / each as f64)));
         all += each;
+        // Where the curve is torn the knot is at both ends.
+        if pieces.get(index + 1).is_some_and(|next| !piece.meets(next)) {
+            places.push(piece.point(1.0));
+            all += 1;
+        }
     }
     if let Some(last) = pieces.last().filter(|_| !closed) {
         places.push(last.point(1.0));

@@ -41,6 +41,8 @@ struct Sampled {
     curvature: Vector,
     /// Whether there is a tooth here, or only a point of the envelope.
     tooth: bool,
+    /// Whether the curve is torn before it: no envelope leads here.
+    torn: bool,
 }
 
 /// How long teeth are, the same in all panels of a picture.
@@ -146,6 +148,9 @@ impl Combing {
                 let (tip, cut) = self.tip(sample);
                 let (foot, tip) = (sheet.spot(&sample.foot), sheet.spot(&tip));
                 any_cut |= cut;
+                if sample.torn {
+                    last = None;
+                }
                 if sheet.hides(&sample.foot) {
                     last = None;
                     continue;
@@ -204,7 +209,9 @@ impl Combing {
 fn sample(pieces: &[Piece]) -> Vec<Sampled> {
     let step = pieces.len().div_ceil(PIECES).max(1);
     let mut samples = Vec::new();
-    for piece in pieces.iter().step_by(step) {
+    for (index, piece) in pieces.iter().enumerate().step_by(step) {
+        // Of the pieces since the last one with teeth, whether any is torn off the one before.
+        let torn = (index.saturating_sub(step)..index).any(|k| !pieces[k].meets(&pieces[k + 1]));
         let length: f64 = (0..8)
             .map(|i| (piece.point(f64::from(i + 1) / 8.0) - piece.point(f64::from(i) / 8.0)).norm())
             .sum();
@@ -212,7 +219,7 @@ fn sample(pieces: &[Piece]) -> Vec<Sampled> {
         for i in 0..=teeth * FINE {
             let jet = piece.jet(i as f64 / (teeth * FINE) as f64);
             let curvature = jet.curvature().unwrap_or_else(Vector::zeros);
-            samples.push(Sampled { foot: jet.point, curvature, tooth: i % FINE == 0 });
+            samples.push(Sampled { foot: jet.point, curvature, tooth: i % FINE == 0, torn: torn && i == 0 });
         }
     }
     samples

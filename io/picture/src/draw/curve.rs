@@ -53,8 +53,14 @@ pub(crate) fn trace<'p>(
     path.finish()
 }
 
-/// Points along pieces, closer than half a millimetre on the page or about that: what faces hide of them can be told.
-pub(crate) fn flattened(pieces: &[Piece], layout: &Layout) -> Vec<Vector> {
+/// Points along pieces, closer than half a millimetre on the page or about that: what faces hide of them can be told. A
+/// chain for each part of a torn curve.
+pub(crate) fn flattened(pieces: &[Piece], layout: &Layout) -> Vec<Vec<Vector>> {
+    let parts = pieces.chunk_by(Piece::meets);
+    parts.map(|part| chain(part, layout)).collect()
+}
+
+fn chain(pieces: &[Piece], layout: &Layout) -> Vec<Vector> {
     let mut chain: Vec<Vector> = pieces.first().map(|piece| piece.point(0.0)).into_iter().collect();
     for piece in pieces {
         let spots: Vec<Spot> = (0..=piece.degree()).map(|i| layout.spot(&piece.vertex(i))).collect();

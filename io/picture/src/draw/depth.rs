@@ -18,6 +18,11 @@ pub(crate) const CELL: f64 = 0.1;
 /// The most cells; on larger pages they are larger.
 const MOST: f64 = 8e6;
 
+/// The most cells that all faces together may cover, each counted for itself: about two seconds. Where they would cover more
+/// the cells are larger, but not larger than [`LARGEST`], in millimetres.
+const WORK: f64 = 4e8;
+const LARGEST: f64 = 1.0;
+
 /// A line in the surface of a face is in front of it, though both are rounded, in millimetres of depth.
 pub(crate) const ON_FACE: f64 = 0.02;
 
@@ -47,13 +52,36 @@ pub(crate) struct Run {
 }
 
 impl Depth {
-    /// An empty buffer over an area of the page.
-    pub(crate) fn new(area: &Rect) -> Self {
+    /// An empty buffer over an area of the page, for faces that cover so many square millimetres of it together.
+    ///
+    /// # Errors
+    /// When that is more than can be drawn in reasonable time.
+    pub(crate) fn new(area: &Rect, covered: f64) -> Result<Self, PictureError> {
         let [width, height] = area.size();
-        let cell = CELL.max((width * height / MOST).sqrt());
+        let cell = CELL.max((width * height / MOST).sqrt()).max((covered / WORK).sqrt());
+        if cell > LARGEST.max((width * height / MOST).sqrt()) {
+            return Err(PictureError::Covered(covered / (width * height)));
+        }
         let (columns, rows) = ((width / cell).ceil() as usize + 1, (height / cell).ceil() as usize + 1);
         let (near, colors) = (vec![f32::NEG_INFINITY; columns * rows], vec![Color([0; 3]); columns * rows]);
-        Self { low: area.low, cell, columns, rows, near, colors }
+        Ok(Self { low: area.low, cell, columns, rows, near, colors })
+    }
+
+    /// The side of a cell, in millimetres, where it is larger than usual.
+    pub(crate) fn coarse(&self) -> Option<f64> {
+        (self.cell > 1.5 * CELL).then_some(self.cell)
+    }
+
+    /// How many square millimetres of an area of the page a face may cover: its own, or that of its box there.
+    pub(crate) fn covers(area: &Rect, corners: &[Vector]) -> f64 {
+        let [Some(first), Some(last)] = [corners.first(), corners.last()] else { return 0.0 };
+        let (low, high) = corners.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
+        let side = |i: usize| (high[i].min(area.high[i]) - low[i].max(area.low[i])).max(0.0);
+        let legs = corners.windows(2).map(|p| p[0].x * p[1].y - p[0].y * p[1].x).sum::<f64>();
+        let own = 0.5 * (legs + last.x * first.y - last.y * first.x).abs();
+        // Each row costs something, too.
+        let cells = own.min(side(0) * side(1)) + CELL * side(1);
+        if cells.is_finite() { cells } else { 0.0 }
     }
 
     /// Adds a triangle (page across, page down, depth towards the viewer), where it is nearer than what is there and `paint`
@@ -292,7 +320,7 @@ mod tests {
     use super::*;
 
     fn buffer() -> Depth {
-        Depth::new(&Rect { low: [10.0, 10.0], high: [20.0, 15.0] })
+        Depth::new(&Rect { low: [10.0, 10.0], high: [20.0, 15.0] }, 0.0).unwrap()
     }
 
     fn square(low: f64, high: f64, z: f64) -> [Vector; 4] {

@@ -1,6 +1,6 @@
 //! Faces of surfaces and meshes, shaded, and their lines as far as no face hides them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -8,8 +8,9 @@ use loftsman_kernel::Vector;
 
 use crate::draw::color;
 use crate::draw::depth::{Depth, ON_FACE, Run};
-use crate::draw::surface::{Line, Samples, kept, loop_of, samples};
+use crate::draw::surface::{Line, Samples, kept, loop_of, parts, samples};
 use crate::error::PictureError;
+use crate::layout::Rect;
 use crate::path::{Path, Spot};
 use crate::sheet::{Layer, Sheet, Stroke};
 use crate::stage::Stage;
@@ -74,7 +75,32 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
     }
     let surfaces = stage.surfaces();
     let lens = stage.projection.lens();
-    let mut depth = Depth::new(&sheet.layout.area.grown(0.5));
+    let area = sheet.layout.area.grown(0.5);
+    let mut grids = Vec::new();
+    let mut covered = 0.0;
+    for body in &stage.new {
+        if let Form::Surface { surface, .. } = &body.form {
+            let grid = samples(surface, surfaces);
+            covered += of_grid(&grid, sheet, &area);
+            grids.push(grid);
+        }
+    }
+    let mut copies = Copies::default();
+    let mut of_faces = faces(stage, sheet, &area, &mut copies);
+    if covered + of_faces > OFTEN * area.size()[0] * area.size()[1] {
+        // Instances at one place are one as far as can be seen.
+        copies.count = true;
+        of_faces = faces(stage, sheet, &area, &mut copies);
+        copies.seen.clear();
+    }
+    let mut depth = Depth::new(&area, covered + of_faces)?;
+    if let Some(cell) = depth.coarse() {
+        let cell = crate::text::number(cell);
+        sheet
+            .told
+            .note(format!("faces cover one another so often that they are drawn in cells of {cell} mm"));
+    }
+    let mut grids = grids.into_iter();
     let mut all = Vec::new();
     for body in &stage.new {
         let base = color(sheet, body, false);
@@ -82,7 +108,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
         let mut lines = Lines { color: base.mixed(sheet.theme.ink(), 0.25), chains: Vec::new() };
         match &body.form {
             Form::Surface { surface, trim, .. } => {
-                let grid = samples(surface, surfaces);
+                let Some(grid) = grids.next() else { continue };
                 let mask = trim.as_ref().map(|trim| Mask::new(trim, surface));
                 of_surface(&grid, mask.as_ref(), sheet, lens, &mut depth, &tones, &mut lines);
                 for points in trim.iter().flat_map(|trim| &trim.loops) {
@@ -91,7 +117,8 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
                 }
             }
             Form::Mesh { points, corners, starts, normals } => {
-                of_mesh((points, corners, starts), normals, sheet, lens, &mut depth, &tones, &mut lines);
+                let mesh = (points.as_slice(), corners.as_slice(), starts.as_slice());
+                of_mesh(mesh, normals, sheet, lens, (&mut depth, &mut copies), &tones, &mut lines);
             }
             _ => continue,
         }
@@ -127,6 +154,65 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
     }
     sheet.depth = Some(depth);
     Ok(())
+}
+
+/// Where the faces cover the page more often than this, those at one place are counted and drawn once.
+const OFTEN: f64 = 50.0;
+
+/// Which faces there were already at the same place: a long hash of their corners stands for each.
+#[derive(Default)]
+struct Copies {
+    /// Whether they are counted at all.
+    count: bool,
+    seen: HashSet<u128>,
+}
+
+impl Copies {
+    /// Whether a face is the first with these corners: a later one is not nearer, so that nothing is seen of it.
+    fn is_new(&mut self, corners: &[Vector]) -> bool {
+        if !self.count {
+            return true;
+        }
+        // FNV-1a of 128 bits, by Fowler, Noll and Vo.
+        let numbers = corners.iter().flat_map(|p| [p.x, p.y, p.z]).map(|x| (x + 0.0).to_bits());
+        let hash = numbers
+            .flat_map(u64::to_le_bytes)
+            .fold(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d_u128, |hash, byte| {
+                (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b)
+            });
+        self.seen.insert(hash)
+    }
+}
+
+/// How many square millimetres of the page the faces of all meshes cover.
+fn faces(stage: &Stage<'_>, sheet: &Sheet, area: &Rect, copies: &mut Copies) -> f64 {
+    let mut covered = 0.0;
+    let mut flat = Vec::new();
+    for body in &stage.new {
+        let Form::Mesh { points, corners, starts, .. } = &body.form else { continue };
+        for range in starts.windows(2) {
+            flat.clear();
+            flat.extend(corners[range[0]..range[1]].iter().map(|&i| sheet.layout.place(&points[i as usize])));
+            if copies.is_new(&flat) {
+                covered += Depth::covers(area, &flat);
+            }
+        }
+    }
+    covered
+}
+
+/// The same of the cells of a surface.
+fn of_grid(grid: &Samples, sheet: &Sheet, area: &Rect) -> f64 {
+    let columns = grid.columns.len();
+    let places: Vec<Vector> = grid.points.iter().map(|p| sheet.layout.place(p)).collect();
+    let mut covered = 0.0;
+    for at in 0..places.len() - columns {
+        if at % columns + 1 < columns {
+            covered += Depth::covers(area, &[places[at], places[at + 1], places[at + columns]]);
+            covered += Depth::covers(area, &[places[at + 1], places[at + columns + 1], places[at + columns]]);
+        }
+    }
+    covered
 }
 
 /// Adds a run that is seen to a path.
@@ -180,8 +266,8 @@ fn of_surface(
     let parameters = |at: usize| [grid.u[at / columns], grid.v[at % columns]];
     let has = |at: [f64; 2]| mask.is_none_or(|mask| mask.has(at));
     let mut turns = Turns::default();
-    for row in 0..rows - 1 {
-        for column in 0..columns - 1 {
+    for row in (0..rows - 1).filter(|&row| Samples::joined(&grid.rows, row)) {
+        for column in (0..columns - 1).filter(|&column| Samples::joined(&grid.columns, column)) {
             let at = row * columns + column;
             let [a, b, c, d] = [at, at + 1, at + columns + 1, at + columns];
             for [a, b, c] in [[a, b, c], [a, c, d]] {
@@ -203,8 +289,8 @@ fn of_surface(
     let weight = |line: Line| match line {
         Line::None => None,
         // Loops are the borders of what is left.
-        Line::Border if mask.is_some() => Some(Weight::Inner),
-        Line::Border => Some(Weight::Border),
+        Line::Border | Line::Tear if mask.is_some() => Some(Weight::Inner),
+        Line::Border | Line::Tear => Some(Weight::Border),
         Line::Inner => Some(Weight::Inner),
     };
     let mut add = |line: Line, at: &mut dyn Iterator<Item = usize>| {
@@ -218,10 +304,14 @@ fn of_surface(
         lines.chains.extend(chains.into_iter().map(|chain| (weight, chain)));
     };
     for row in 0..rows {
-        add(grid.rows[row], &mut (row * columns..(row + 1) * columns));
+        for part in parts(&grid.columns) {
+            add(grid.rows[row], &mut part.map(|column| row * columns + column));
+        }
     }
     for column in 0..columns {
-        add(grid.columns[column], &mut (column..rows * columns).step_by(columns));
+        for part in parts(&grid.rows) {
+            add(grid.columns[column], &mut part.map(|row| row * columns + column));
+        }
     }
     lines.chains.extend(turns.chains().into_iter().map(|chain| (Weight::Outline, chain)));
 }
@@ -231,17 +321,18 @@ fn of_surface(
 fn normals(grid: &Samples) -> Vec<Vector> {
     let (rows, columns) = (grid.rows.len(), grid.columns.len());
     let closed = [grid.rows[0] == Line::Inner, grid.columns[0] == Line::Inner];
-    // The points before and after, beyond the seam those that are one further.
-    let beside = |at: usize, count: usize, closed: bool| {
+    // The points before and after, beyond the seam those that are one further; none beyond a tear.
+    let beside = |at: usize, lines: &[Line], closed: bool| {
+        let count = lines.len();
         let before = if at > 0 {
-            at - 1
+            if Samples::joined(lines, at - 1) { at - 1 } else { at }
         } else if closed {
             count - 2
         } else {
             0
         };
         let after = if at + 1 < count {
-            at + 1
+            if Samples::joined(lines, at) { at + 1 } else { at }
         } else if closed {
             1
         } else {
@@ -251,18 +342,27 @@ fn normals(grid: &Samples) -> Vec<Vector> {
     };
     let point = |row: usize, column: usize| grid.points[row * columns + column];
     let at = |row: usize, column: usize| {
-        let ((up, down), (left, right)) = (beside(row, rows, closed[0]), beside(column, columns, closed[1]));
+        let (up, down) = beside(row, &grid.rows, closed[0]);
+        let (left, right) = beside(column, &grid.columns, closed[1]);
         let along = point(down, column) - point(up, column);
         let across = point(row, right) - point(row, left);
         across.cross(&along).try_normalize(1e-200)
     };
-    let inward = |at: usize, count: usize| if at == 0 { 1 } else { at.min(count - 2) };
+    let inward = |at: usize, lines: &[Line]| {
+        if at == 0 || !Samples::joined(lines, at - 1) {
+            at + 1
+        } else if at + 1 == lines.len() || !Samples::joined(lines, at) {
+            at - 1
+        } else {
+            at
+        }
+    };
     (0..rows * columns)
         .map(|i| {
             let (row, column) = (i / columns, i % columns);
             at(row, column)
-                .or_else(|| at(inward(row, rows), column))
-                .or_else(|| at(row, inward(column, columns)))
+                .or_else(|| at(inward(row, &grid.rows), column))
+                .or_else(|| at(row, inward(column, &grid.columns)))
                 .unwrap_or_else(Vector::zeros)
         })
         .collect()
@@ -375,12 +475,13 @@ fn of_mesh(
     by_corner: &[Vector],
     sheet: &Sheet,
     lens: Lens,
-    depth: &mut Depth,
+    (depth, copies): (&mut Depth, &mut Copies),
     tones: &[Color],
     lines: &mut Lines,
 ) {
     let places: Vec<Vector> = points.iter().map(|p| sheet.layout.place(p)).collect();
     let same = merged(points);
+    let mut any = false;
     let mut sides: Vec<Side> = Vec::with_capacity(corners.len());
     let mut normals = Vec::with_capacity(starts.len());
     let mut facing = Vec::with_capacity(starts.len());
@@ -391,7 +492,10 @@ fn of_mesh(
         let flat: Vec<Vector> = face_corners.iter().map(|&i| places[i as usize]).collect();
         let given =
             by_corner.get(range[0]..range[1]).filter(|given| given.iter().all(|n| *n != Vector::zeros()));
+        let is_new = copies.is_new(&flat);
+        any |= is_new;
         match given {
+            _ if !is_new => {}
             Some(n) => depth
                 .face(&flat, |[a, b, c], v, w| tone(tones, &(n[a] + (n[b] - n[a]) * v + (n[c] - n[a]) * w))),
             None => {
@@ -405,6 +509,10 @@ fn of_mesh(
             let [a, b] = [a, face_corners[(i + 1) % face_corners.len()]].map(|k| same[k as usize]);
             sides.push(Side { ends: (a.min(b), a.max(b)), face, forward: a < b });
         }
+    }
+    if !any {
+        // All of it is where something else is already, lines included.
+        return;
     }
     sides.sort_unstable_by_key(|side| (side.ends, side.face));
     let mut by_weight: [Vec<(usize, usize)>; 4] = Default::default();

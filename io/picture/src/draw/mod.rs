@@ -131,15 +131,15 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
     let (element, sample) = match &body.form {
         Form::Empty => return,
         Form::Curve { pieces, .. } if sheet.depth.is_some() => {
-            let chain = curve::flattened(pieces, &sheet.layout);
-            parted(sheet, body, old, ("curve", stroke), &chain);
+            let chains = curve::flattened(pieces, &sheet.layout);
+            parted(sheet, body, old, ("curve", stroke), &chains);
             return;
         }
         Form::Polyline { points, closed } if sheet.depth.is_some() => {
             let thin = Stroke { width: 0.3, ..stroke };
             let chain: Vec<Vector> =
                 points.iter().chain(points.first().filter(|_| *closed)).copied().collect();
-            parted(sheet, body, old, ("polyline", thin), &chain);
+            parted(sheet, body, old, ("polyline", thin), &[chain]);
             return;
         }
         Form::Curve { pieces, .. } if alternate => {
@@ -208,9 +208,20 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
     sheet.put(layer, &titled(element, body.object.name()));
 }
 
-/// Draws a line of an object that faces may hide: what is hidden is thin, pale and dashed.
-fn parted(sheet: &mut Sheet, body: &Body<'_>, old: bool, (class, stroke): (&str, Stroke), chain: &[Vector]) {
-    let [seen, hidden] = sheet.parted(chain, 6);
+/// Draws the lines of an object that faces may hide: what is hidden is thin, pale and dashed.
+fn parted(
+    sheet: &mut Sheet,
+    body: &Body<'_>,
+    old: bool,
+    (class, stroke): (&str, Stroke),
+    chains: &[Vec<Vector>],
+) {
+    let [mut seen, mut hidden] = [String::new(), String::new()];
+    for chain in chains {
+        let [more_seen, more_hidden] = sheet.parted(chain, 6);
+        seen += &more_seen;
+        hidden += &more_hidden;
+    }
     let layer = if old { Layer::Old } else { Layer::Curves };
     let pale = Stroke::plain(stroke.color.mixed(sheet.theme.paper(), 0.35), 0.18);
     named(sheet, body, old, Sample::Line(stroke));

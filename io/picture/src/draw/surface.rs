@@ -21,6 +21,8 @@ pub(crate) enum Line {
     Inner,
     /// A border of the surface.
     Border,
+    /// A border of the surface where it is torn: beyond it the next line begins, with nothing in between.
+    Tear,
 }
 
 /// A surface sampled on a grid.
@@ -34,6 +36,31 @@ pub(crate) struct Samples {
     /// What each row and each column is; as many as there are.
     pub(crate) rows: Vec<Line>,
     pub(crate) columns: Vec<Line>,
+}
+
+impl Samples {
+    /// Takes back tears on both sides of which the surface is the same: it may be torn there, but is not.
+    fn mend(&mut self) {
+        let (height, width) = (self.rows.len(), self.columns.len());
+        let points = &self.points;
+        let near = |a: usize, b: usize| (points[a] - points[b]).amax() <= MET;
+        let row = |r: usize| (0..width).all(|c| near(r * width + c, (r + 1) * width + c));
+        let column = |c: usize| (0..height).all(|r| near(r * width + c, r * width + c + 1));
+        let mended = |lines: &[Line], met: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            (0..lines.len()).filter(|&at| lines[at] == Line::Tear && met(at)).collect()
+        };
+        let (of_rows, of_columns) = (mended(&self.rows, &row), mended(&self.columns, &column));
+        for (lines, list) in [(&mut self.rows, of_rows), (&mut self.columns, of_columns)] {
+            for at in list {
+                (lines[at], lines[at + 1]) = (Line::None, Line::Inner);
+            }
+        }
+    }
+
+    /// Whether there is something of the surface between a row (of `u`) or column and the next.
+    pub(crate) fn joined(lines: &[Line], at: usize) -> bool {
+        lines[at] != Line::Tear
+    }
 }
 
 /// Samples a surface, one of `among`: the more there are, the fewer cells each has.
@@ -54,27 +81,64 @@ pub(crate) fn samples(surface: &Surface, among: usize) -> Samples {
             points.push(surface.point(u, v).map_or(last, |p| p.coords));
         }
     }
-    Samples { points, u, v, rows, columns }
+    let mut grid = Samples { points, u, v, rows, columns };
+    grid.mend();
+    grid
 }
 
+/// What is no tear on the stage, which is two units large.
+const MET: f64 = 1e-9;
+
 /// Parameters of a grid in one direction: lines at knots where their number is right, more between few knots,
-/// fewer of many.
+/// fewer of many. Where the surface may be torn (a knot of multiplicity `p + 1`) the number just below the knot stands for
+/// the end of the part before.
 fn parameters(space: &Space, cells: usize) -> (Vec<f64>, Vec<Line>) {
     let breaks = space.breakpoints();
+    let torn = |u: &f64| !space.is_periodic() && space.multiplicity(*u) > space.degree();
+    let inner = 1..breaks.len() - 1;
+    let tears: Vec<usize> = inner.filter(|&k| torn(&breaks[k])).collect();
+    if tears.is_empty() {
+        return part(&breaks, space.is_periodic(), LINES, cells);
+    }
+    // All parts together have about as many lines as one.
+    let lines = LINES.div_ceil(tears.len() + 1);
+    let cells = if tears.len() < LINES { cells } else { 1 };
+    let (mut all, mut kinds) = (Vec::new(), Vec::new());
+    let ends = tears.iter().copied().chain([breaks.len() - 1]);
+    let mut start = 0;
+    for end in ends {
+        let mut knots = breaks[start..=end].to_vec();
+        let more = end + 1 < breaks.len();
+        if let Some(last) = knots.last_mut().filter(|_| more) {
+            *last = last.next_down();
+        }
+        let (values, mut lines) = part(&knots, false, lines, cells);
+        if let Some(last) = lines.last_mut().filter(|_| more) {
+            *last = Line::Tear;
+        }
+        all.extend(values);
+        kinds.extend(lines);
+        start = end;
+    }
+    (all, kinds)
+}
+
+/// The parameters between tears, with at least about so many lines.
+fn part(breaks: &[f64], periodic: bool, least: usize, cells: usize) -> (Vec<f64>, Vec<Line>) {
     let spans = breaks.len() - 1;
-    let lines: Vec<f64> = if spans > 2 * LINES {
-        let step = spans.div_ceil(2 * LINES);
+    let lines: Vec<f64> = if spans > 2 * least {
+        let step = spans.div_ceil(2 * least);
         let mut lines: Vec<f64> = breaks.iter().copied().step_by(step).collect();
         if !spans.is_multiple_of(step) {
             lines.push(breaks[spans]);
         }
         lines
     } else {
-        subdivided(&breaks, LINES.div_ceil(spans))
+        subdivided(breaks, least.div_ceil(spans))
     };
     let all = subdivided(&lines, cells);
     let last = all.len() - 1;
-    let end = if space.is_periodic() { Line::Inner } else { Line::Border };
+    let end = if periodic { Line::Inner } else { Line::Border };
     let kind = |i: usize| match i {
         _ if i == 0 || i == last => end,
         _ if i.is_multiple_of(cells) => Line::Inner,
@@ -110,16 +174,29 @@ pub(crate) fn wires(sheet: &mut Sheet, surface: &Surface, trim: Option<&Trim>, a
         chains.iter().for_each(|chain| data.push_str(&sheet.parted(chain, 1)[0]));
     };
     for row in (0..rows).filter(|&r| grid.rows[r] != Line::None) {
-        add(sheet, &mut (row * columns..(row + 1) * columns));
+        for part in parts(&grid.columns) {
+            add(sheet, &mut part.map(|column| row * columns + column));
+        }
     }
     for column in (0..columns).filter(|&c| grid.columns[c] != Line::None) {
-        add(sheet, &mut (column..rows * columns).step_by(columns));
+        for part in parts(&grid.rows) {
+            add(sheet, &mut part.map(|row| row * columns + column));
+        }
     }
     for points in trim.iter().flat_map(|trim| &trim.loops) {
         let edge = loop_of(surface, points);
         data.push_str(&sheet.parted(&edge, 1)[0]);
     }
     data
+}
+
+/// The ranges of lines between tears.
+pub(crate) fn parts(lines: &[Line]) -> Vec<std::ops::Range<usize>> {
+    let ends = (0..lines.len()).filter(|&at| !Samples::joined(lines, at)).map(|at| at + 1);
+    let mut start = 0;
+    let mut parts: Vec<_> = ends.map(|end| std::mem::replace(&mut start, end)..end).collect();
+    parts.push(start..lines.len());
+    parts
 }
 
 /// A loop of a trimmed surface, in space.
@@ -150,6 +227,26 @@ pub(crate) fn kept(line: &[([f64; 2], Vector)], has: &impl Fn([f64; 2]) -> bool)
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_torn_direction_has_parts_that_do_not_meet() {
+        for tears in [1, 3, 40] {
+            let mut knots = vec![0.0; 3];
+            knots.extend((1..=tears).flat_map(|t| [f64::from(t); 3]));
+            knots.extend([f64::from(tears + 1); 3]);
+            let space = Space::open(2, knots).unwrap();
+            let (all, kinds) = parameters(&space, 8);
+            let parts = parts(&kinds);
+            assert_eq!(parts.len(), tears as usize + 1);
+            for (k, part) in parts.iter().enumerate() {
+                let k = k as f64;
+                assert_eq!(all[part.start], k);
+                let end = all[part.end - 1];
+                assert!(if part.end == all.len() { end == k + 1.0 } else { end == (k + 1.0).next_down() });
+            }
+            assert!(all.windows(2).all(|w| w[0] < w[1]) && all.len() <= 3 * 9 * 8);
+        }
+    }
 
     #[test]
     fn lines_are_neither_few_nor_many() {

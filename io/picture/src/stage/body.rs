@@ -137,12 +137,13 @@ fn pieces(curve: &Curve, points: &[Vector]) -> Result<Vec<Piece>, PictureError> 
             (point.coords * w).push(w)
         })
         .collect();
-    let piece = |first: usize| {
-        let control = homogeneous[first..=first + p].to_vec();
+    let piece = |span: usize| {
+        let control = homogeneous[span - p..=span].to_vec();
         let rational = control.iter().any(|c| (c.w - control[0].w).abs() > 1e-14 * control[0].w.abs());
         Piece { control, rational }
     };
-    Ok((0..homogeneous.len() - 1).step_by(p).map(piece).collect())
+    // By knots, not by counting: a knot of multiplicity p + 1, where the curve is torn, has a vertex of its own on either side.
+    Ok(form.space().spans().map(piece).collect())
 }
 
 #[cfg(test)]
@@ -156,6 +157,15 @@ mod tests {
             (Space::clamped(3, &[0.0, 1.0, 2.5, 3.0]).unwrap(), true),
             (Space::periodic(2, vec![0.0, 0.4, 1.0, 1.5, 2.0]).unwrap(), false),
             (Space::floating_uniform(4, 7).unwrap(), true),
+            (
+                Space::open(2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 4.0, 4.0, 4.0])
+                    .unwrap(),
+                true,
+            ),
+            (
+                Space::open(3, vec![-1.0, -0.5, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.5, 3.0, 4.0]).unwrap(),
+                false,
+            ),
         ] {
             let n = space.len();
             let net: Vec<Vector> =

@@ -60,6 +60,11 @@ impl Piece {
         self.jet(t).point
     }
 
+    /// Whether `next` goes on where this piece ends: it does not where a curve is torn.
+    pub(crate) fn meets(&self, next: &Self) -> bool {
+        self.vertex(self.degree()) == next.vertex(0)
+    }
+
     /// Control point `i`, divided by its weight.
     pub(crate) fn vertex(&self, i: usize) -> Vector {
         self.control[i].xyz() / self.control[i].w

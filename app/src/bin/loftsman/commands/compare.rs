@@ -40,18 +40,50 @@ fn text(comparison: &Comparison) -> String {
                 writeln!(text, "  {}{object}  {}", step.op, styled(DIM, &report::facts(step).join(" · ")));
         }
     }
-    if let Some(agreement) = comparison.agreement {
-        let _ = writeln!(text, "{}", agreed(comparison, agreement));
+    let _ = writeln!(text, "{}", agreed(comparison));
+    for unlike in &comparison.unlike {
+        let _ = writeln!(text, "cannot be compared: {unlike}");
     }
     text
 }
 
-fn agreed(comparison: &Comparison, agreement: f64) -> String {
-    let refused = comparison.solvers.iter().filter(|t| t.error.is_some()).count();
-    let who = if refused == 0 { "all agree" } else { "the others agree" };
-    if agreement == 0.0 {
-        format!("{who} to the last bit")
-    } else {
-        format!("{who} to {} of the size", figure(agreement))
+/// Who agrees with whom, and who refuses what others do.
+fn agreed(comparison: &Comparison) -> String {
+    let answers: Vec<&str> =
+        comparison.solvers.iter().filter(|t| t.error.is_none()).map(|t| t.solver.as_str()).collect();
+    let refused: Vec<&str> = comparison.refused.iter().map(String::as_str).collect();
+    let unsuited: Vec<&str> = comparison.unsuited.iter().map(String::as_str).collect();
+    let mut found = match (comparison.agreement, refused.is_empty() && unsuited.is_empty()) {
+        _ if answers.len() < 2 => format!("only {} has an answer", answers.join("")),
+        (None, true) => "what the solvers made does not correspond".to_owned(),
+        (None, false) => format!("what {} made does not correspond", list(&answers)),
+        (Some(apart), alone) => {
+            let who = if alone { "all".to_owned() } else { list(&answers) };
+            let where_alike = if comparison.unlike.is_empty() { "" } else { ", where they can be compared" };
+            if apart == 0.0 {
+                format!("{who} agree to the last bit{where_alike}")
+            } else {
+                format!("{who} agree to {} of the size{where_alike}", figure(apart))
+            }
+        }
+    };
+    let verb = |names: &[&str], verb: &str| {
+        format!("{} {verb}{}", list(names), if names.len() == 1 { "s" } else { "" })
+    };
+    if !unsuited.is_empty() {
+        found = format!("{found}; {} this to others", verb(&unsuited, "leave"));
+    }
+    if refused.is_empty() {
+        return found;
+    }
+    format!("the solvers disagree on whether it can be done: {}; {found}", verb(&refused, "refuse"))
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn list(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [many @ .., last] => format!("{} and {last}", many.join(", ")),
     }
 }

@@ -121,6 +121,7 @@ pub(super) fn convert(
     let (memory, mut converted) = encode(input, &name, format, conversion, observer)?;
     outputs.add_memory(output, memory)?;
     for produced in outputs.commit()? {
+        converted.notes.extend(produced.note());
         converted.output = produced.path;
         converted.siblings = produced.siblings;
     }

@@ -42,6 +42,7 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
         (written.objects, written.notes) = (report.objects, report.notes);
     }
     for produced in outputs.commit()? {
+        written.notes.extend(produced.note());
         (written.bytes, written.siblings) = (produced.bytes, produced.siblings);
     }
     drop(progress);

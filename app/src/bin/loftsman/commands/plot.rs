@@ -38,7 +38,15 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     let picture = look.picture(&scene, before.as_ref().map(|b| &b.scene), &[]);
     outputs.add(&args.out, picture::encode(&args.out, &picture, look.pixels)?, BTreeMap::new())?;
     drop(progress);
+    // What is drawn without being asked for need not be missed.
+    let asked = Look {
+        combs: if args.comb_scale.is_some() { look.combs } else { Combs::Off },
+        beads: if args.beads.is_some() { look.beads } else { Beads::Off },
+        ..look
+    };
+    asked.unmet(&scene).iter().for_each(|note| console::warning(note));
     for produced in outputs.commit()? {
+        produced.note().iter().for_each(|note| console::warning(note));
         if args.json.wanted {
             report::warn(&name, &read);
             let (output, bytes) = (&produced.path, produced.bytes);

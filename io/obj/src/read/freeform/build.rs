@@ -4,7 +4,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Direction as Along, Space, Surface};
 
 use super::basis::{Direction, Form, Kind, Problem};
-use super::{At, Body, Freeform, Outcome, PlaneCurve, Used, What, at};
+use super::{At, Body, Freeform, Mended, Outcome, PlaneCurve, Used, What, at};
 use crate::read::raw::Raw;
 use crate::read::section::Shape;
 
@@ -32,9 +32,9 @@ impl Freeform {
             What::Curve { range, vertices } => {
                 used.special_left_out += body.special.len();
                 let made = self.curve(&body, *range, vertices, raw);
-                outcome(made, |(curve, wrapped)| {
+                outcome(made, |Made { curve, wrapped, mended }| {
                     used.vertices.extend(vertices);
-                    Outcome::Shape { shape: Shape::Curve(curve), surface: None, wrapped }
+                    Outcome::Shape { shape: Shape::Curve(curve), surface: None, wrapped, mended }
                 })
             }
             What::Curve2 { vertices } => {
@@ -56,7 +56,7 @@ impl Freeform {
                 self.surfaces.push(made.is_ok());
                 outcome(made, |(shape, wrapped)| {
                     used.vertices.extend(vertices);
-                    Outcome::Shape { shape, surface: Some(number), wrapped }
+                    Outcome::Shape { shape, surface: Some(number), wrapped, mended: Mended::default() }
                 })
             }
         }
@@ -85,18 +85,25 @@ impl Freeform {
         self.kind.is_some_and(|(rational, _)| rational)
     }
 
-    fn curve(
-        &self,
-        body: &Body,
-        range: (f64, f64),
-        vertices: &[u32],
-        raw: &Raw,
-    ) -> Result<(Curve, bool), Stop> {
+    fn curve(&self, body: &Body, range: (f64, f64), vertices: &[u32], raw: &Raw) -> Result<Made, Stop> {
         let stop = |problem: Problem| Stop::new(problem, body, 0);
-        let form = self.direction(body, 0, Some(vertices.len()), range).form().map_err(stop)?;
+        let mut mended = Mended::default();
+        let mut direction = self.direction(body, 0, Some(vertices.len()), range);
+        if let (Kind::Bspline, Some([knots @ .., _])) = (direction.kind, direction.parameters)
+            && knots.len() == vertices.len() + direction.degree + 1
+        {
+            direction.parameters = Some(knots);
+            mended.dropped = true;
+        }
+        let form = direction.form().map_err(stop)?;
         let points = vertices.iter().map(|&v| raw.points[v as usize]).collect();
         let weights = self.rational().then(|| vertices.iter().map(|&v| raw.weight(v)).collect());
         let (points, weights) = converted(&form, points, weights).map_err(stop)?;
+        let mut range = range;
+        if let Some(clipped) = clipped(&form.space, range) {
+            range = clipped;
+            mended.clipped = true;
+        }
         let (from, to) = range;
         let whole = whole(&form.space, range).map_err(|e| Stop::At(at(body.line, e)))?;
         if whole && let Some(space) = around(&form.space) {
@@ -106,15 +113,16 @@ impl Freeform {
                 let points = turn.iter().map(|&i| points[i]).collect();
                 let weights = weights.map(|w| turn.iter().map(|&i| w[i]).collect());
                 let curve = Curve::build(space, points, weights).map_err(|e| Stop::kernel(&e, body))?;
-                return Ok((curve, true));
+                return Ok(Made { curve, wrapped: true, mended });
             }
         }
         let (a, b) = form.space.domain();
         let curve = Curve::build(form.space, points, weights).map_err(|e| Stop::kernel(&e, body))?;
         if whole {
-            return Ok((curve, false));
+            return Ok(Made { curve, wrapped: false, mended });
         }
-        Ok((curve.between(from.max(a), to.min(b)).map_err(|e| Stop::kernel(&e, body))?, false))
+        let curve = curve.between(from.max(a), to.min(b)).map_err(|e| Stop::kernel(&e, body))?;
+        Ok(Made { curve, wrapped: false, mended })
     }
 
     fn plane_curve(&self, body: &Body, vertices: &[u32], raw: &Raw) -> Result<Curve, Stop> {
@@ -198,6 +206,13 @@ impl Freeform {
     }
 }
 
+/// A curve, whether it became periodic, and what was mended.
+struct Made {
+    curve: Curve,
+    wrapped: bool,
+    mended: Mended,
+}
+
 /// An error with its line, or a reason to leave an element out.
 #[derive(Debug)]
 pub(super) enum Stop {
@@ -230,6 +245,18 @@ fn outcome<T>(made: Result<T, Stop>, kept: impl FnOnce(T) -> Outcome) -> Result<
         Err(Stop::LeftOut(reason)) => Ok(Outcome::LeftOut(reason)),
         Err(Stop::At(error)) => Err(error),
     }
+}
+
+/// The part of a range in which a curve is defined, where the range ends between the knots of an end that is not clamped:
+/// so some exporters write the knots' range for the curve's. `None` where there is nothing to clip, or nothing would be left.
+fn clipped(space: &Space, (from, to): (f64, f64)) -> Option<(f64, f64)> {
+    let ((a, b), t) = (space.domain(), space.flat());
+    let slack = SLACK * (b - a);
+    let (first, last) = (t.first()?, t.last()?);
+    let beyond = from < a - slack || to > b + slack;
+    let among = from >= first - slack && to <= last + slack;
+    let part = (from.max(a), to.min(b));
+    (beyond && among && part.0 < part.1).then_some(part)
 }
 
 /// Whether a range is the whole domain.

@@ -65,6 +65,26 @@ struct Body {
     special: Vec<u32>,
 }
 
+/// What of a curve was read otherwise than the file has it, as some exporters get it wrong.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Mended {
+    /// Its range is that of knots which do not define it.
+    clipped: bool,
+    /// It has a knot too many.
+    dropped: bool,
+}
+
+impl Mended {
+    /// In words; `None` where nothing was.
+    pub(crate) fn reason(self) -> Option<String> {
+        let clipped = "a curve that runs beyond what its knots define: its range was clipped to that";
+        let dropped = "a B-spline curve with one value of parm too many: the last was dropped";
+        let all = [(self.dropped, dropped), (self.clipped, clipped)];
+        let said: Vec<&str> = all.iter().filter(|(done, _)| *done).map(|(_, words)| *words).collect();
+        (!said.is_empty()).then(|| said.join("; "))
+    }
+}
+
 /// What an element became.
 #[derive(Debug)]
 pub(crate) enum Outcome {
@@ -72,6 +92,8 @@ pub(crate) enum Outcome {
         shape: Shape,
         surface: Option<usize>,
         wrapped: bool,
+        /// What was read otherwise than the file has it.
+        mended: Mended,
     },
     /// A curve in the parameter plane, which counts where a surface uses it.
     ParameterCurve,

@@ -1,0 +1,255 @@
+//! What reviewers found, as they ran it: each once, by the program.
+
+use crate::bench::Bench;
+
+/// Two cubic pieces that do not meet: an inner knot of multiplicity degree + 1.
+const TORN: &str = r#"{"loftsman": 1, "objects": [{"name": "c", "curve": {"degree": 3, "periodic": false,
+  "knots": [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2],
+  "points": [[0, 0, 0], [1, 1, 0], [2, 0, 0], [3, 1, 0], [4, 0, 0], [5, 1, 0], [6, 0, 0], [7, 1, 0]]}}]}"#;
+
+#[test]
+fn a_torn_curve_is_drawn_and_converted_in_its_pieces() {
+    let bench = Bench::new();
+    bench.write("c.loft.json", TORN);
+    bench.write("r.toml", "input = 'c.loft.json'\noutput = ['r.svg', 'r.png', 'r.glb', 'r.obj']\n");
+    bench.done(&["plot", "c.loft.json", "o.svg", "--profile=arc-length", "--beads", "2"]);
+    bench.done(&["run", "r.toml"]);
+    let svg = String::from_utf8(bench.read("o.svg")).unwrap();
+    let data = svg.split("class=\"curve\"").nth(1).and_then(|s| s.split(" d=\"").nth(1)).unwrap();
+    let data = data.split('"').next().unwrap();
+    assert_eq!((data.matches('M').count(), data.matches('C').count()), (2, 2), "{data}");
+    let said = bench.json(&["convert", "c.loft.json", "o.glb"]);
+    assert!(said["objects"][0]["form"].as_str().unwrap().starts_with("2 line strips"), "{said}");
+    // What is between the pieces is in no file: both come back with the gap.
+    for file in ["o.glb", "r.obj"] {
+        bench.done(&["convert", file, "back.loft.json"]);
+        let back = bench.json(&["info", "back.loft.json"]);
+        assert_eq!(back["objects"][0]["vertices"], 8, "{file}: {back}");
+    }
+}
+
+#[test]
+fn weights_beyond_all_numbers_are_refused_at_once() {
+    let bench = Bench::new();
+    bench.write(
+        "x.obj",
+        "v 0 0 0\nv 1 1 0\nv 2 0 0 1e308\nv 3 1 0 1e-308\nv 4 0 0\nv 5 1 0\ncstype rat bspline\ndeg 3\n\
+         curv 0 3 1 2 3 4 5 6\nparm u 0 0 0 0 1 2 3 3 3 3\nend\n",
+    );
+    let start = std::time::Instant::now();
+    bench.fails(&["convert", "x.obj", "o.glb"], 1, &["weights", "more alike"]);
+    assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+}
+
+#[test]
+fn thousands_of_instances_in_one_place_are_drawn_in_seconds() {
+    let bench = Bench::new();
+    let bin = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAA==";
+    let list = |one: &dyn Fn(usize) -> String| (0..5000).map(one).collect::<Vec<_>>().join(",");
+    bench.write(
+        "x.gltf",
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [{}]}}],
+            "nodes": [{}], "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
+            {{"bufferView": 0, "byteOffset": 36, "componentType": 5121, "count": 3, "type": "SCALAR"}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 40}}],
+            "buffers": [{{"byteLength": 40, "uri": "data:;base64,{bin}"}}]}}"#,
+            list(&|k| k.to_string()),
+            list(&|_| r#"{"mesh": 0}"#.to_owned()),
+        ),
+    );
+    let start = std::time::Instant::now();
+    bench.done(&["plot", "x.gltf", "o.png", "--pixels", "200"]);
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
+#[test]
+fn solvers_are_compared_by_what_can_be_compared() {
+    let bench = Bench::new();
+    let circle: Vec<String> = (0..8)
+        .map(|k| std::f64::consts::TAU * f64::from(k) / 8.0)
+        .map(|a| format!("[{:?}, {:?}, 0]", a.cos(), a.sin()))
+        .collect();
+    bench.write(
+        "c.loft.json",
+        format!(
+            r#"{{"loftsman": 1, "objects": [{{"name": "p", "curve": {{"degree": 3, "periodic": true,
+            "knots": [0, 1, 2, 3, 4, 5, 6, 7, 8], "points": [{}]}}}}]}}"#,
+            circle.join(", ")
+        ),
+    );
+    let recipe = |fill: &str| {
+        format!(
+            r#"{{"input": "c.loft.json", "output": "o.loft.json", "step": [{{"op": "edit", "object": "p", "constraints": [
+            {{"kind": "position", "at": 1.3, "by": [0.1, 0, 0]}}, {{"kind": "position", "at": 4.3, "by": [0.1, 0, 0]}}]}}{fill}]}}"#
+        )
+    };
+    bench.write("r.json", recipe(r#", {"op": "fill", "objects": ["p"], "size": 0.05}"#));
+    bench.write("plain.json", recipe(""));
+    let plain = bench.json(&["compare", "plain.json"]);
+    assert!(plain["agreement"].as_f64().unwrap() < 1e-12 && plain["unlike"].is_null(), "{plain}");
+    // Rounding may make other triangles of the fill: then that is said; there is no infinite number.
+    let filled = bench.json(&["compare", "r.json"]);
+    assert!(!filled.to_string().contains("null"), "{filled}");
+    assert!(filled["agreement"].as_f64().unwrap() < 1e-12, "{filled}");
+    let text = bench.done(&["compare", "r.json"]);
+    assert!(text.contains("agree") && !text.contains("inf "), "{text}");
+    assert_eq!(text.contains("cannot be compared"), filled["unlike"].is_array(), "{text}");
+}
+
+#[test]
+fn an_animation_beyond_single_precision_is_refused_and_one_that_bends_bends() {
+    let bench = Bench::new();
+    let points = |k: f64| {
+        let one = |i: u32| format!("[{i}, {:?}, 0]", 0.2 * k * f64::from(i).sin());
+        format!("[{}]", (0..9).map(one).collect::<Vec<_>>().join(", "))
+    };
+    let line = |rate: &str| {
+        let frames: Vec<String> = (0..11).map(|k| points(f64::from(k))).collect();
+        format!(
+            r#"{{"loftsman": 1, "objects": [{{"name": "line", "curve": {{"degree": 3, "periodic": false,
+            "knots": [0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 6, 6, 6], "points": {}}},
+            "animation": {{"rate": {rate}, "frames": [{}]}}}}]}}"#,
+            points(0.0),
+            frames.join(", ")
+        )
+    };
+    for rate in ["1e-39", "1e46", "1e300", "1e-300"] {
+        bench.write("x.loft.json", line(rate));
+        for out in ["o.glb", "o.gltf"] {
+            bench.fails(&["convert", "x.loft.json", out], 1, &["line", "single precision", "rate"]);
+        }
+    }
+    bench.write("x.loft.json", line("10"));
+    let said = bench.json(&["convert", "x.loft.json", "o.glb"]);
+    let object = &said["objects"][0];
+    assert!(object["error"].as_f64().unwrap() <= object["tolerance"].as_f64().unwrap(), "{said}");
+    let segments: usize =
+        object["form"].as_str().unwrap().split(' ').find_map(|word| word.parse().ok()).unwrap();
+    assert!(segments > 20, "{said}");
+}
+
+#[test]
+fn curves_as_blender_writes_them_are_read_and_what_was_mended_is_said() {
+    let bench = Bench::new();
+    let vertices = "v 0 0 0\nv 1 2 0\nv 3 1 0\nv 4 0 0\n";
+    bench.write(
+        "beyond.obj",
+        format!(
+            "{vertices}v 5 2 0\ncstype bspline\ndeg 3\ncurv 0.0 1.0 1 2 3 4 5\n\
+             parm u 0.0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1.0\nend\n"
+        ),
+    );
+    bench.write(
+        "extra.obj",
+        format!(
+            "{vertices}cstype bspline\ndeg 1\ncurv 0.0 1.0 1 2 3 4\nparm u 0.0 0.0 0.25 0.5 0.75 1.0 1.0\nend\n"
+        ),
+    );
+    assert!(bench.done(&["info", "beyond.obj"]).contains("clipped"));
+    let extra = bench.done(&["info", "extra.obj"]);
+    assert!(extra.contains("clipped") && extra.contains("dropped"), "{extra}");
+}
+
+#[test]
+fn options_that_nothing_takes_are_refused_and_combs_of_a_surface_said() {
+    let bench = Bench::with_wave();
+    for (arguments, words) in [
+        (["--write", "surface=exact"], ["surface", "did you mean \"surfaces\""]),
+        (["--write", "split=none"], ["split", "obj"]),
+        (["--read", "knots=any"], ["knots", "loft"]),
+    ] {
+        bench.fails(&[&["convert", "wave.loft.json", "o.obj"], &arguments[..]].concat(), 1, &words);
+    }
+    bench.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    bench.done(&["convert", "t.obj", "t.glb"]);
+    // An option of writing, when reading.
+    bench.fails(&["convert", "t.glb", "u.obj", "--read", "meshes-only=true"], 1, &["meshes-only", "gltf"]);
+    let recipe = |rest: &str| format!("input = 'wave.loft.json'\noutput = 'a.glb'\n{rest}");
+    for (rest, words) in [
+        ("[write.obj]\nknots = 'any'\n", ["write.obj", "no output"]),
+        ("[write.gltf]\nmesh-only = true\n", ["mesh-only", "did you mean \"meshes-only\""]),
+        ("[picture]\ncombs = true\n", ["picture", "no output"]),
+        ("[read]\nsplit = 'none'\n", ["split", "loft"]),
+    ] {
+        bench.write("r.toml", recipe(rest));
+        bench.fails(&["run", "r.toml"], 1, &words);
+    }
+    bench.write("r.toml", "output = 'a.glb'\n[read]\nsplit = 'none'\n");
+    bench.fails(&["run", "r.toml"], 1, &["read", "no input"]);
+    // A surface has no comb.
+    bench.write(
+        "s.loft.json",
+        r#"{"loftsman": 1, "objects": [{"name": "s", "surface": {
+        "u": {"degree": 1, "periodic": false, "knots": [0, 0, 1, 1]},
+        "v": {"degree": 1, "periodic": false, "knots": [0, 0, 1, 1]},
+        "points": [[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]]}}]}"#,
+    );
+    bench.write("s.toml", "input = 's.loft.json'\noutput = 's.svg'\n[picture]\ncombs = true\n");
+    let said = bench.json(&["run", "s.toml"]);
+    assert!(said["outputs"][0]["notes"].to_string().contains("none for"), "{said}");
+    let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100", "--comb-scale", "0.1"]);
+    assert!(run.code == Some(0) && run.err.contains("combs are of curves"), "{}", run.err);
+    let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100"]);
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""));
+}
+
+/// Curves of all degrees with knots of all multiplicities, through every format.
+#[test]
+fn torn_shapes_go_through_every_format() {
+    use loftsman::file::{Outputs, read};
+    use loftsman::kernel::Point;
+    use loftsman::kernel::plugin::WriteOptions;
+    use loftsman::kernel::scene::{Object, Scene};
+    use loftsman::kernel::spline::{Curve, Space, Surface};
+    let bench = Bench::new();
+    let mut seed = 1_u64;
+    let mut throw = |sides: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % sides
+    };
+    let mut scene = Scene::new();
+    for member in 0..120 {
+        let mut space = |most: usize| {
+            let p = [1, 2, 3, 4, 5, 7, 25][throw(most)];
+            let is_periodic = throw(3) == 0;
+            let full = if is_periodic { p } else { p + 1 };
+            let inner: Vec<f64> = (1..=1 + throw(3))
+                .flat_map(|k| vec![k as f64; if throw(2) == 0 { full } else { 1 + throw(full) }])
+                .collect();
+            if is_periodic {
+                return Space::periodic(p, [vec![0.0], inner, vec![5.0]].concat()).unwrap();
+            }
+            Space::open(p, [vec![0.0; p + 1], inner, vec![5.0; p + 1]].concat()).unwrap()
+        };
+        let is_surface = member % 3 == 0;
+        let (u, v) = (space(if is_surface { 3 } else { 7 }), space(3));
+        let n = if is_surface { u.len() * v.len() } else { u.len() };
+        let points = (0..n)
+            .map(|k| Point::new((k % 7) as f64 + throw(100) as f64 / 50.0, (k / 7) as f64, throw(9) as f64))
+            .collect();
+        let weights = (throw(2) == 0).then(|| (0..n).map(|_| 0.25 + throw(8) as f64).collect());
+        let geometry = if is_surface {
+            Surface::build(u, v, points, weights).unwrap().into()
+        } else {
+            Curve::build(u, points, weights).unwrap().into()
+        };
+        scene.add(Object::new(format!("m{member}"), geometry)).unwrap();
+    }
+    for file in ["a.loft.json", "a.glb", "a.gltf", "a.obj"] {
+        let mut outputs = Outputs::new();
+        let mut options = WriteOptions::default();
+        options.fineness.chord = loftsman::kernel::plugin::Chord::Relative(0.02);
+        options.fineness.angle = 3.0;
+        outputs.scene(&scene, bench.path(file), &options, loftsman::registry()).unwrap();
+        outputs.commit().unwrap();
+        let back = read(bench.path(file)).unwrap();
+        for object in scene.objects() {
+            let found = back.get(object.name()).unwrap_or_else(|| panic!("{file} has no {}", object.name()));
+            if !file.ends_with(".obj") {
+                assert_eq!(found.geometry, object.geometry, "{file}: {}", object.name());
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Curves of which an exporter wrote the range or the knots wrong, as Blender 4.4 does: read, and said.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+use std::fmt::Write as _;
+
+use loftsman_kernel::plugin::{Format, Memory, ReadOptions, ReadReport};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::spline::Curve;
+use loftsman_obj::Obj;
+
+/// A curve that is not clamped, whose range is that of all its knots.
+const BEYOND: &str = "v 0 0 0\nv 1 2 0\nv 3 1 0\nv 4 0 0\nv 5 2 0\ncstype bspline\ndeg 3\n\
+    curv 0.0 1.0 1 2 3 4 5\nparm u 0.0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1.0\nend\n";
+
+/// A curve of order 2 with a parm too many.
+const EXTRA: &str = "v 0 0 0\nv 1 2 0\nv 3 1 0\nv 4 0 0\ncstype bspline\ndeg 1\n\
+    curv 0.0 1.0 1 2 3 4\nparm u 0.0 0.0 0.25 0.5 0.75 1.0 1.0\nend\n";
+
+fn read(text: &str) -> Result<(Scene, ReadReport), String> {
+    let read = Obj.read(&Memory::new("a.obj", text), &ReadOptions::default()).map_err(|e| e.to_string());
+    read.inspect(|(_, report)| assert!(report.adds_up(), "{report:?}"))
+}
+
+fn curve(text: &str) -> (Curve, Vec<String>) {
+    let (scene, report) = read(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let [object] = scene.objects() else { panic!("one object: {text}") };
+    let Geometry::Curve(curve) = &object.geometry else { panic!("a curve: {text}") };
+    (curve.clone(), report.approximated.into_keys().collect())
+}
+
+/// A point by de Boor's algorithm as the textbooks have it.
+fn de_boor(p: usize, t: &[f64], points: &[[f64; 3]], u: f64) -> [f64; 3] {
+    let n = points.len();
+    let k = (p..n).rev().find(|&k| t[k] <= u && t[k] < t[k + 1]).unwrap();
+    let mut d: Vec<[f64; 3]> = points[k - p..=k].to_vec();
+    for r in 1..=p {
+        for j in (r..=p).rev() {
+            let i = j + k - p;
+            let share = (u - t[i]) / (t[i + p - r + 1] - t[i]);
+            d[j] = [0, 1, 2].map(|c| (1.0 - share) * d[j - 1][c] + share * d[j][c]);
+        }
+    }
+    d[p]
+}
+
+#[test]
+fn a_range_beyond_the_domain_of_floating_knots_is_clipped_and_said() {
+    let (curve, said) = curve(BEYOND);
+    assert_eq!((curve.points().len(), curve.domain()), (5, (0.375, 0.625)));
+    let [reason] = &said[..] else { panic!("{said:?}") };
+    assert!(reason.contains("clipped"), "{reason}");
+}
+
+#[test]
+fn an_extra_knot_is_dropped_and_said() {
+    let (curve, said) = curve(EXTRA);
+    assert_eq!((curve.degree(), curve.points().len(), curve.domain()), (1, 4, (0.0, 0.75)));
+    let corners: Vec<[f64; 3]> = [0.0, 0.25, 0.5, 0.75].map(|u| curve.point(u).unwrap().into()).to_vec();
+    assert_eq!(corners, [[0.0; 3], [1.0, 2.0, 0.0], [3.0, 1.0, 0.0], [4.0, 0.0, 0.0]]);
+    let [reason] = &said[..] else { panic!("{said:?}") };
+    assert!(reason.contains("dropped") && reason.contains("clipped"), "{reason}");
+}
+
+/// An element of evenly spaced knots over `[0, 1]`, `extra` more than needed, run from `from` to `to`.
+fn element(p: usize, n: usize, extra: usize, range: [f64; 2]) -> (String, Vec<f64>, Vec<[f64; 3]>) {
+    let points: Vec<[f64; 3]> = (0..n).map(|i| [i as f64, (i * i % 7) as f64, (3 * i % 5) as f64]).collect();
+    let count = n + p + 1;
+    let knots: Vec<f64> = (0..count + extra).map(|k| k as f64 / (count - 1) as f64).collect();
+    let mut text = String::new();
+    points.iter().for_each(|[x, y, z]| _ = writeln!(text, "v {x} {y} {z}"));
+    let _ = write!(text, "cstype bspline\ndeg {p}\ncurv {} {}", range[0], range[1]);
+    (1..=n).for_each(|i| _ = write!(text, " {i}"));
+    text.push_str("\nparm u");
+    knots.iter().for_each(|t| _ = write!(text, " {t}"));
+    text.push_str("\nend\n");
+    (text, knots, points)
+}
+
+#[test]
+fn such_curves_of_every_degree_are_what_their_knots_say() {
+    let mut members = 0;
+    for p in [1, 2, 3, 4, 5, 6, 7, 25] {
+        for n in [p + 1, p + 2, p + 9] {
+            for extra in [0, 1] {
+                for range in [[0.0, 1.0], [0.0, 0.5], [0.5, 1.0]] {
+                    let (text, knots, points) = element(p, n, extra, range);
+                    let domain = [knots[p], knots[n]];
+                    let part = [range[0].max(domain[0]), range[1].min(domain[1])];
+                    let (curve, said) = curve(&text);
+                    let (a, b) = curve.domain();
+                    assert!((a - part[0]).abs() < 1e-12 && (b - part[1]).abs() < 1e-12, "{text}");
+                    for s in 0..=20 {
+                        let u = a + (b - a) * f64::from(s) / 20.0 * (1.0 - 1e-12);
+                        let expected = de_boor(p, &knots, &points, u);
+                        let found: [f64; 3] = curve.point(u).unwrap().into();
+                        let apart =
+                            found.iter().zip(expected).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+                        assert!(apart < 1e-9 * n as f64, "{u}: {found:?} {expected:?}: {text}");
+                    }
+                    let said = said.join("");
+                    assert_eq!(said.contains("clipped"), part != range, "{said}: {text}");
+                    assert_eq!(said.contains("dropped"), extra == 1, "{said}: {text}");
+                    members += 1;
+                }
+            }
+        }
+    }
+    assert!(members >= 100, "{members}");
+}
+
+#[test]
+fn anything_more_is_still_refused() {
+    // Two too many; one too few; a range beyond all knots; one outside of the domain; beyond clamped ends.
+    let (two, ..) = element(3, 6, 2, [0.0, 1.0]);
+    let few = EXTRA.replace(" 0.75 1.0 1.0", " 1.0");
+    let far = BEYOND.replace("curv 0.0 1.0", "curv 0.0 1.5");
+    let out = BEYOND.replace("curv 0.0 1.0", "curv 0.0 0.25");
+    let clamped = BEYOND.replace(
+        "parm u 0.0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1.0",
+        "parm u 0 0 0 0 0.5 0.75 0.75 0.75 0.75",
+    );
+    for (text, words) in [(two, "parm"), (few, "parm"), (far, "knots"), (out, "knots"), (clamped, "knots")] {
+        let error = read(&text).map(|_| ()).unwrap_err();
+        assert!(error.contains(words), "{error}: {text}");
+    }
+}
