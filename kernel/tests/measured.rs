@@ -159,7 +159,9 @@ fn a_near_conflict_names_the_constraints_and_force_takes_the_way_but_not_the_err
             continue;
         };
         assert_eq!(constraints.len(), 2, "{error}");
-        assert!(constraints[0].contains("position at 3") && constraints[1].contains("position at 3.00000001"));
+        assert!(
+            constraints[0].contains("position at 3") && constraints[1].contains("position at 3.00000001")
+        );
         assert!(*times > 1e7 && *times < 1e9 && error.to_string().contains("force = true"), "{error}");
         match edit().force().solve_with(solver) {
             Ok(done) => assert!(done.report().residual < 1e-6 && done.report().adjustment > 1e7),
@@ -228,8 +230,7 @@ fn no_lie_of_a_solver_gets_out_of_an_event() {
             assert!(error.contains("\"liar\"") || error.contains("overflows"), "{error}");
         }
         // A drag's event refuses it, too, and the shape is as it was.
-        let mut drag =
-            Edit::new(&curve).handle(position(u)).prepare(Liar { by: 1e-6 }).unwrap();
+        let mut drag = Edit::new(&curve).handle(position(u)).prepare(Liar { by: 1e-6 }).unwrap();
         assert!(drag.to_point(Point::new(2.0 * size, size, -size)).is_err());
         assert_eq!(drag.shape(), &curve);
         // Bounds and equations that are not linear have their own ways; the lie gets out of neither.
@@ -353,11 +354,8 @@ fn undo_takes_inserted_knots_out_again() {
         tried += 1;
         assert!(done.shape().points().len() > curve.points().len());
         assert_eq!(done.undo(), curve);
-        let mut session = Edit::new(&curve)
-            .handle(position(u))
-            .within(within.0, within.1)
-            .prepare(Automatic)
-            .unwrap();
+        let mut session =
+            Edit::new(&curve).handle(position(u)).within(within.0, within.1).prepare(Automatic).unwrap();
         assert_eq!(session.shape(), &curve, "nothing has moved yet");
         let first = session.to_point(Point::new(0.5, 0.5, 0.5)).unwrap().clone();
         assert_ne!(first, curve);
@@ -368,7 +366,10 @@ fn undo_takes_inserted_knots_out_again() {
         assert!(session.undo().unwrap());
         assert_eq!(session.shape(), &curve);
         // It can be gone on with.
-        assert_eq!(session.to_point(Point::new(0.6, 0.5, 0.5)).unwrap().points().len(), second.points().len());
+        assert_eq!(
+            session.to_point(Point::new(0.6, 0.5, 0.5)).unwrap().points().len(),
+            second.points().len()
+        );
         assert!(session.undo().unwrap());
         assert_eq!(session.commit().unwrap().shape(), &curve);
     }

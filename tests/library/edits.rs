@@ -111,8 +111,13 @@ fn every_solver_agrees_with_dense_linear_algebra() {
 #[test]
 fn every_solver_agrees_in_other_metrics_too() {
     let golden: Value = serde_json::from_str(include_str!("../golden/metrics.json")).unwrap();
-    let solvers: [Arc<dyn Solver>; 5] =
-        [Arc::new(Sparse), Arc::new(HouseholderQr), Arc::new(DenseLu), Arc::new(Automatic), Arc::new(Adjoint)];
+    let solvers: [Arc<dyn Solver>; 5] = [
+        Arc::new(Sparse),
+        Arc::new(HouseholderQr),
+        Arc::new(DenseLu),
+        Arc::new(Automatic),
+        Arc::new(Adjoint),
+    ];
     let mut solved = 0;
     for (number, case) in list(&golden, "cases").enumerate() {
         let before = curve(&case["curve"]);

@@ -108,7 +108,8 @@ impl Walk<'_> {
     }
 
     fn document(&self, objects: &[(&str, &str, &Value)]) -> (Scene, Value) {
-        let objects: Vec<_> = objects.iter().map(|(name, kind, what)| json!({ "name": name, *kind: what })).collect();
+        let objects: Vec<_> =
+            objects.iter().map(|(name, kind, what)| json!({ "name": name, *kind: what })).collect();
         let text = json!({ "loftsman": 1, "objects": objects }).to_string();
         let path = self.folder.join("in.loft.json");
         std::fs::write(&path, &text).unwrap();
@@ -309,7 +310,13 @@ fn split(walk: &mut Walk<'_>) -> Outcome {
         for &u in &places {
             // A periodic curve is cut open: its piece goes on beyond the end of the period.
             for u in [u, u + (b - a), u - (b - a)].into_iter().filter(|u| *u >= c && *u <= d) {
-                let inside = if u > b { u - (b - a) } else if u < a { u + (b - a) } else { u };
+                let inside = if u > b {
+                    u - (b - a)
+                } else if u < a {
+                    u + (b - a)
+                } else {
+                    u
+                };
                 let error = apart(curve_point(piece, u), curve_point(&curve, inside));
                 assert!(error <= 1e-12 * size_of(&curve), "{error:e}");
                 seen += 1;
@@ -362,7 +369,8 @@ fn enclosed(mesh: &Value) -> (f64, bool) {
             *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
             if k >= 1 && k + 1 < f.len() {
                 let (p, q, r) = (&points[f[0] as usize], &points[a as usize], &points[b as usize]);
-                six += p[0] * (q[1] * r[2] - q[2] * r[1]) + p[1] * (q[2] * r[0] - q[0] * r[2])
+                six += p[0] * (q[1] * r[2] - q[2] * r[1])
+                    + p[1] * (q[2] * r[0] - q[0] * r[2])
                     + p[2] * (q[0] * r[1] - q[1] * r[0]);
             }
         }
@@ -456,7 +464,8 @@ fn to_chord(p: [f64; 3], a: &[f64], b: &[f64]) -> f64 {
 fn scene_keeping(walk: &mut Walk<'_>, op: &str, fields: &Value, names: &[&str]) -> Outcome {
     let (curve, surface) = (walk.curve(1), walk.surface());
     let after = walk.run(&[("c", "curve", &curve), ("s", "surface", &surface)], op, fields.clone())?;
-    let found: Vec<&str> = after["objects"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
+    let found: Vec<&str> =
+        after["objects"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
     assert_eq!(found, names, "{op}");
     // Whatever its name, every number is as it was.
     for o in after["objects"].as_array().unwrap() {
@@ -520,7 +529,12 @@ fn every_operation_does_what_it_says_to_documents() {
             .filter_map(|_| step(&mut Walk { random: &mut random, folder: folder.path() }).err())
             .collect();
         told.push(format!("{name}: {} of {CASES} refused", refusals.len()));
-        assert!(refusals.len() as u32 <= most, "{name}: {} refusals\n{}", refusals.len(), refusals.join("\n"));
+        assert!(
+            refusals.len() as u32 <= most,
+            "{name}: {} refusals\n{}",
+            refusals.len(),
+            refusals.join("\n")
+        );
     }
     println!("{}", told.join("\n"));
 }

@@ -120,9 +120,11 @@ pub fn surface_point(surface: &Value, u: f64, v: f64) -> [f64; 3] {
     let (along, across) = (Direction::new(&surface["u"]), Direction::new(&surface["v"]));
     let weight = |i: usize, j: usize| surface.get("weights").map(|w| &w[i][j]);
     let v = exact(v);
-    project(along.combine(&exact(u), |i| {
-        across.combine(&v, |j| homogeneous(&surface["points"][i][j], weight(i, j)))
-    }))
+    project(
+        along.combine(&exact(u), |i| {
+            across.combine(&v, |j| homogeneous(&surface["points"][i][j], weight(i, j)))
+        }),
+    )
 }
 
 /// The object of this name in a document.

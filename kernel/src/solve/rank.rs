@@ -235,7 +235,7 @@ impl Block {
             let norms: Vec<f64> = (k..count).map(rest).collect();
             let largest = norms.iter().fold(0.0_f64, |a, b| a.max(*b));
             // Written so that NaN stops it, too.
-            if !(largest.sqrt() > tolerance) {
+            if largest.is_nan() || largest.sqrt() <= tolerance {
                 break;
             }
             // The first row that is nearly as long as the longest: rows keep their order where they can, so that of two equal

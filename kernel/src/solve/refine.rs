@@ -50,7 +50,7 @@ impl Refinement {
                 return left;
             }
             // Written so that NaN stops it, too.
-            if !(left < before) {
+            if left.is_nan() || left >= before {
                 if before.is_finite() {
                     d.iter_mut().zip(&self.more).for_each(|(d, more)| *d -= more);
                 }

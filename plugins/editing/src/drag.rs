@@ -36,7 +36,12 @@ const FIELDS: [Field; SHARED.len() + 6] = {
             "false",
             "let the handle slide along with the tangential motion",
         ),
-        Field::optional("frames", "true | false", "false", "keep the start and every event as the frames of an animation"),
+        Field::optional(
+            "frames",
+            "true | false",
+            "false",
+            "keep the start and every event as the frames of an animation",
+        ),
         Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
     ];
     let mut all = [own[0]; SHARED.len() + 6];

@@ -149,10 +149,7 @@ fn every_mistake_has_its_message() {
         (json!({ "kind": "position", "at": 1.0, "at_least": [0, 0] }), vec!["2 number(s)"]),
         (json!({ "kind": "position", "at": 1.0, "to": 2.0, "axis": "w" }), vec!["axis", "x, y, z"]),
         (json!({ "kind": "tangent", "at": 1.0, "keep": true, "axis": "x" }), vec!["no axes"]),
-        (
-            json!({ "kind": "tangent", "at": 1.0, "to": 0.5 }),
-            vec!["holds or does not hold", "`direction`"],
-        ),
+        (json!({ "kind": "tangent", "at": 1.0, "to": 0.5 }), vec!["holds or does not hold", "`direction`"]),
         (
             json!({ "kind": "tangent", "at": [1.0, 2.0], "keep": true }),
             vec!["asked of a curve: give one parameter"],

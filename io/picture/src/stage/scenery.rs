@@ -50,7 +50,8 @@ impl<'a> Scenery<'a> {
         let old = before.map(|before| placed(before, scene)).transpose()?.unwrap_or_default();
         let place = |object: &str| scene.position(object).and_then(|i| new[i].place);
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
-        let earlier = |object: &Object| old.iter().find(|o| o.object.name() == object.name()).map(|o| o.object);
+        let earlier =
+            |object: &Object| old.iter().find(|o| o.object.name() == object.name()).map(|o| o.object);
         let frames: Vec<_> = match frames {
             true => new.iter().flat_map(|placed| chosen(placed, earlier(placed.object))).collect(),
             false => Vec::new(),
@@ -168,7 +169,8 @@ fn placed<'a>(scene: &'a Scene, palette: &Scene) -> Result<Vec<Placed<'a>>, Pict
 fn chosen<'a>(placed: &Placed<'a>, before: Option<&Object>) -> Vec<(Placed<'a>, usize, &'a [Point])> {
     let now = placed.object.geometry.points();
     let Some(animation) = &placed.object.animation else { return Vec::new() };
-    let start = animation.frames.first().zip(before).is_some_and(|(f, b)| f.as_slice() == b.geometry.points());
+    let start =
+        animation.frames.first().zip(before).is_some_and(|(f, b)| f.as_slice() == b.geometry.points());
     let mut frames: Vec<_> = (1..).zip(&animation.frames[usize::from(start)..]).collect();
     if frames.last().is_some_and(|(_, last)| last.as_slice() == now) {
         frames.pop();
@@ -240,7 +242,10 @@ mod tests {
         let mut object = Object::new("line", Polyline { points: line(20.0), closed: false }.into());
         let before = Object::new("line", Polyline { points: line(0.0), closed: false }.into());
         let numbers = |object: &Object| -> Vec<usize> {
-            chosen(&Placed { object, place: None, index: 0 }, Some(&before)).iter().map(|(_, n, _)| *n).collect()
+            chosen(&Placed { object, place: None, index: 0 }, Some(&before))
+                .iter()
+                .map(|(_, n, _)| *n)
+                .collect()
         };
         assert_eq!(numbers(&object), [0_usize; 0]);
         let frames = |count: u32| (1..=count).map(|i| line(f64::from(i))).collect();
@@ -249,7 +254,8 @@ mod tests {
         object.animation = Some(Animation { rate: 24.0, frames: frames(20) });
         assert_eq!(numbers(&object), [1, 4, 7, 10, 13, 16]);
         // One that begins with the start is counted from there.
-        object.animation = Some(Animation { rate: 24.0, frames: (0..=3).map(|i| line(f64::from(i))).collect() });
+        object.animation =
+            Some(Animation { rate: 24.0, frames: (0..=3).map(|i| line(f64::from(i))).collect() });
         assert_eq!(numbers(&object), [1, 2, 3]);
     }
 }

@@ -40,7 +40,8 @@ impl<S: Shape> Session<S> {
     pub(super) fn measured(&self, shapes: &Shapes<'_>) -> Vec<Result<Measured>> {
         let start = self.start.iter().fold(0.0_f64, |m, (_, _, p)| p.coords.amax().max(m));
         let sides = self.prepared.assembly.system.sides();
-        let right = self.prepared.rhs.chunks_exact(sides).map(|b| b.iter().fold(0.0_f64, |m, b| m.max(b.abs())));
+        let right =
+            self.prepared.rhs.chunks_exact(sides).map(|b| b.iter().fold(0.0_f64, |m, b| m.max(b.abs())));
         let rows = self.prepared.assembly.system.rows();
         // The longest way that one of the linear equations asks for by itself.
         let asked = right.enumerate().filter(|(_, b)| *b > 0.0).map(|(row, b)| b / rows.norm(row));

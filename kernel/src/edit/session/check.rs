@@ -95,11 +95,7 @@ impl Check {
     ///
     /// # Errors
     /// When the metric is not positive definite.
-    pub(super) fn new(
-        system: &System,
-        factored: &dyn Factored,
-        base: &[Point],
-    ) -> Result<Self, SolveError> {
+    pub(super) fn new(system: &System, factored: &dyn Factored, base: &[Point]) -> Result<Self, SolveError> {
         let rows = system.rows();
         Ok(Self {
             rough: (0..rows.len()).map(|row| rows.row(row).1.iter().map(|v| v.abs()).sum()).collect(),
@@ -232,7 +228,8 @@ pub(super) fn excess(
 fn alone(cost: &[f64], sides: usize, (right, size): (&[f64], &[f64])) -> f64 {
     let each = cost.iter().zip(right.chunks_exact(sides).zip(size.chunks_exact(sides)));
     let term = |b: &f64, size: &f64| b.abs().max(f64::EPSILON * size);
-    each.map(|(cost, (right, size))| cost * right.iter().zip(size).map(|(b, s)| term(b, s)).sum::<f64>()).sum()
+    each.map(|(cost, (right, size))| cost * right.iter().zip(size).map(|(b, s)| term(b, s)).sum::<f64>())
+        .sum()
 }
 
 /// The Euclidean length, safe from overflow and underflow.
@@ -280,7 +277,9 @@ pub(super) fn near_conflict(
 #[cold]
 pub(super) fn missed_by(solver: &str, constraint: &Constraint, error: Error) -> SolveError {
     let advice = match solver {
-        "householder-qr" => "ask for less at once, or release one of the constraints that nearly contradict it",
+        "householder-qr" => {
+            "ask for less at once, or release one of the constraints that nearly contradict it"
+        }
         _ => "use the solver \"householder-qr\", or release one of the constraints that nearly contradict it",
     };
     SolveError::Missed {
