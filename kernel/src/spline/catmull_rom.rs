@@ -5,7 +5,7 @@ use smallvec::smallvec;
 use super::{Curve, Space};
 use crate::Point;
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Stencil};
+use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Sides, Stencil};
 use crate::spline::curve::check_net;
 
 /// How the parameters at which a [`CatmullRom`] curve passes its vertices are spaced.
@@ -188,19 +188,9 @@ impl CatmullRom {
         let (near, far) = (1.0 + end_gap / (a + b), -end_gap / (a + b));
         between(middle - 1, middle, middle + 1, if i == 0 { (near, far) } else { (far, near) })
     }
-}
 
-impl Shape for CatmullRom {
-    fn control_vertices(&self) -> &[Point] {
-        &self.points
-    }
-
-    fn control_vertices_mut(&mut self) -> &mut [Point] {
-        &mut self.points
-    }
-
-    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
-        let u = self.space.locate(at.on_curve()?)?;
+    /// The row of a derivative at a parameter of a span.
+    fn stencil_in(&self, span: usize, u: f64, derivative: Derivative) -> Result<Stencil> {
         if derivative.v > 0 {
             return Err(Error::Invalid(format!(
                 "a derivative [{}, {}] is one of a surface, by u and v: a curve's has one order",
@@ -211,7 +201,6 @@ impl Shape for CatmullRom {
         if order > MAX_DEGREE {
             return Err(Error::DerivativeOrder { order });
         }
-        let span = self.space.span(u);
         let (i, start) = (span - 1, self.space.flat()[span]);
         let (h, next) = (self.gap(i), (i + 1) % self.points.len());
         let t = (u - start) / h;
@@ -233,6 +222,26 @@ impl Shape for CatmullRom {
         let slopes =
             slopes.iter().chain(self.tangent(next).scaled(k * h * scale).iter()).collect::<Stencil>();
         Ok([(i, p * scale), (next, q * scale)].into_iter().chain(slopes.iter()).collect())
+    }
+}
+
+impl Shape for CatmullRom {
+    fn control_vertices(&self) -> &[Point] {
+        &self.points
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        &mut self.points
+    }
+
+    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
+        let u = self.space.locate(at.on_curve()?)?;
+        self.stencil_in(self.space.span(u), u, derivative)
+    }
+
+    fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
+        let (span, u) = self.space.span_on(self.space.locate(at.on_curve()?)?, sides.u);
+        self.stencil_in(span, u, derivative)
     }
 
     fn domain(&self) -> Domain {

@@ -1,7 +1,7 @@
 //! Stencils from either side of a knot, against the evaluator.
 
 use loftsman_kernel::shape::{Location, Shape, Side};
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::spline::{CatmullRom, Curve, Spacing, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use super::Dice;
@@ -53,6 +53,30 @@ fn a_surface_has_sides_in_both_directions() {
                     let expected = on_surface(&torus, place, along)[1];
                     assert!((row.apply(torus.points()) - expected).norm() < 1e-12);
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_catmull_rom_curve_has_the_sides_of_its_spline() {
+    for seed in 0..40 {
+        let mut dice = Dice(100 + seed);
+        let closed = seed % 2 == 0;
+        let points: Vec<Point> = (0..4 + dice.below(5)).map(|_| Point::from(dice.vector(3.0))).collect();
+        let curve = CatmullRom::new(points, closed, Spacing::Centripetal).unwrap();
+        let spline = curve.to_curve().unwrap();
+        for u in curve.parameters() {
+            for (side, order) in [(Side::Left, 1), (Side::Left, 2), (Side::Right, 2)] {
+                let value = |shape: &dyn Shape| {
+                    let row = shape.stencil_on(u.into(), order.into(), side.into()).unwrap();
+                    row.apply(shape.control_vertices())
+                };
+                let (got, expected) = (value(&curve), value(&spline));
+                assert!(
+                    (got - expected).norm() <= 1e-10 * expected.norm().max(1.0),
+                    "{seed}: {got} {expected}"
+                );
             }
         }
     }

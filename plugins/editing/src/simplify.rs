@@ -254,7 +254,7 @@ fn reduce<S: Spline>(given: &S, directions: &[Direction], within: f64, close: bo
             }
             left = share - start.distance(&next)?;
             shape = next;
-            if !(left > 0.0) {
+            if left.is_nan() || left <= 0.0 {
                 break;
             }
         }

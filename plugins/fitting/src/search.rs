@@ -343,7 +343,8 @@ impl<'a> Search<'a> {
         let m = self.points.len();
         let mut last_error = f64::INFINITY;
         let mut before: Option<State> = None;
-        for correction in 0.. {
+        let mut correction = 0;
+        loop {
             if self.observer.cancelled() {
                 return Err(FitError::Cancelled);
             }
@@ -374,8 +375,8 @@ impl<'a> Search<'a> {
             last_error = error;
             sites = state.sites.clone();
             before = Some(state);
+            correction += 1;
         }
-        Err(FitError::Cancelled)
     }
 
     /// A solution as a state, with its length, not yet judged.

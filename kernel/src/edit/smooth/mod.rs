@@ -90,7 +90,8 @@ fn least(net: &Net<'_>, level: u8) -> usize {
 }
 
 /// What is to be kept at level `level` (0: nothing; 1: G¹; 2: G² too) where these functionals are asked of shapes that
-/// messages call by these `names` (as many), and the places where it may be lost. The work is proportional to the vertices that move; nothing where no shape has such places.
+/// messages call by these `names` (as many), and the places where it may be lost. The work is proportional to the vertices
+/// that move; nothing where no shape has such places.
 ///
 /// # Errors
 /// When something cannot be asked of the shapes.

@@ -140,7 +140,7 @@ impl Net<'_> {
                 break;
             }
             let left = better.measure_against(rows, measure, &back);
-            if !(left < deviation) {
+            if left.is_nan() || left >= deviation {
                 break;
             }
             (*state, deviation) = (better, left);

@@ -123,7 +123,7 @@ fn snapped(start: f64, before: &Space, own: &Space) -> f64 {
     }
     let turned = best.1.rem_euclid(1.0);
     // Rounding round the seam: a start that is the start.
-    if turned < 1e-14 || turned > 1.0 - 1e-14 { 0.0 } else { turned }
+    if (1e-14..=1.0 - 1e-14).contains(&turned) { turned } else { 0.0 }
 }
 
 /// A section at places of equal parameter.
@@ -217,7 +217,8 @@ impl Sampled {
         let largest = sums.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let least = sums.iter().copied().fold(f64::INFINITY, f64::min);
         // Nothing to choose by, or the start as it is as good as any.
-        if !(largest - least > 1e-9 * SAMPLES as f64) || sums[0] >= largest - 1e-12 * (largest - least) {
+        let spread = largest - least;
+        if spread.is_nan() || spread <= 1e-9 * SAMPLES as f64 || sums[0] >= largest - 1e-12 * spread {
             return 0.0;
         }
         let Some(best) = sums.iter().position(|&s| s == largest) else { return 0.0 };

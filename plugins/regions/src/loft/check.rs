@@ -39,7 +39,7 @@ impl Lofted {
                 let (off, (a, b)) = ((on.coords - out[0]).amax(), section.domain());
                 let blur = f64::EPSILON * (a.abs().max(b.abs()) + (b - a)) * out[1].amax();
                 self.deviation = self.deviation.max(off);
-                if !(off <= 1e3 * f64::EPSILON * size + 32.0 * blur) {
+                if off.is_nan() || off > 1e3 * f64::EPSILON * size + 32.0 * blur {
                     return Err(RegionError::Sections(format!(
                         "the surface misses section {k} by {off:.3e}, more than rounding explains: lower the degree, or \
                          leave out sections that nearly coincide"
@@ -82,7 +82,7 @@ impl Lofted {
                 for p in &now {
                     let beyond = beyond(&low, p, &high);
                     // What is no point counts as far out.
-                    if !(beyond <= out.0) {
+                    if beyond > out.0 || beyond.is_nan() {
                         out = (beyond, k);
                     }
                 }
@@ -100,7 +100,8 @@ impl Lofted {
             }
         }
         let (beyond, k) = out;
-        if !(beyond <= SWING * size) || !(lines <= LONGER * chords) {
+        let (outside, long) = (beyond / size, lines / chords);
+        if outside.is_nan() || long.is_nan() || outside > SWING || long > LONGER {
             return Err(RegionError::Sections(format!(
                 "a loft of degree {} swings out between its sections: {} at section {k}; lower the degree (3 seldom does), \
                  or space the sections more evenly",

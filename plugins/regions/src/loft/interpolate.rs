@@ -41,7 +41,7 @@ impl Collocation {
         }
         for k in 0..n {
             let pivot = new.band[k * width + half];
-            if !(pivot > f64::EPSILON * f64::EPSILON) {
+            if pivot.is_nan() || pivot <= f64::EPSILON * f64::EPSILON {
                 return Ok(None);
             }
             for i in k + 1..n.min(k + half + 1) {

@@ -56,7 +56,8 @@ impl Operation for Extrude {
         let normal = region.plane.normal();
         let height = by.dot(&normal);
         // Over its largest coordinate: no square overflows.
-        if !((by / by.amax()).dot(&normal).abs() > 1e-9) || !height.is_finite() {
+        let slope = (by / by.amax()).dot(&normal).abs();
+        if slope.is_nan() || slope <= 1e-9 || !height.is_finite() {
             let problem = format!(
                 "{:?} lies in the plane of \"{}\": the solid would have no volume; point out of the plane",
                 by.as_slice(),
