@@ -10,6 +10,7 @@
 //! assert!(verdict.passed(), "{verdict}");
 //! ```
 
+mod dependent;
 mod format;
 mod functional;
 mod operation;
