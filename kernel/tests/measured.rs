@@ -1,5 +1,6 @@
 //! Nobody believes a solver: what does not hold is not handed out, whoever said so; what is out of proportion is refused; and
 //! every edit has a way back.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 use std::sync::Arc;
 

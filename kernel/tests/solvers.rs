@@ -314,7 +314,7 @@ fn is_near_conflict(system: &System, rhs: &[f64], d: &[f64]) -> bool {
 }
 
 const KINDS: usize = 8;
-const ROUNDS: usize = 100;
+const ROUNDS: usize = 1000;
 
 fn solvers() -> [&'static dyn Solver; 5] {
     [&Adjoint, &Sparse, &HouseholderQr, &DenseLu, &Automatic]
@@ -322,7 +322,7 @@ fn solvers() -> [&'static dyn Solver; 5] {
 
 #[test]
 fn what_agrees_is_solved_to_rounding_and_what_contradicts_is_refused() {
-    let mut random = Random(9);
+    let mut random = Random(77);
     // Of each solver: solved, refused, contradictions found, contradictions refused otherwise, the largest residual.
     let mut tally = [[0_usize; 4]; 5];
     let mut largest = [0.0_f64; 5];
@@ -353,7 +353,7 @@ fn what_agrees_is_solved_to_rounding_and_what_contradicts_is_refused() {
                     let left = residual(&system, &rhs, &answer);
                     let condition = answer.diagnosis.condition;
                     largest[k] = largest[k].max(left);
-                    if !(left <= 256.0) {
+                    if left > 256.0 || left.is_nan() {
                         failures.push(format!("{what}: residual {left:.1e}, condition {condition:.1e}"));
                     }
                     if let (Some(own), Some(least)) =
@@ -361,7 +361,7 @@ fn what_agrees_is_solved_to_rounding_and_what_contradicts_is_refused() {
                     {
                         // What rounding of the right-hand side may do.
                         let slack = 1e-6 + 64.0 * f64::EPSILON * condition;
-                        if !(own.sqrt() <= least.sqrt() * (1.0 + slack)) {
+                        if own.sqrt() > least.sqrt() * (1.0 + slack) || own.is_nan() {
                             failures.push(format!("{what}: {own:e} is not the least, {least:e} will do"));
                         }
                     }

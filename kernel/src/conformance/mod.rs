@@ -11,6 +11,7 @@
 //! ```
 
 mod declaration;
+mod dependent;
 mod format;
 mod functional;
 mod operation;

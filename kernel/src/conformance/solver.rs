@@ -8,7 +8,8 @@ use super::{Lcg, Verdict};
 use crate::solve::{SolveError, Solver, SparseRows, Symmetric, System, SystemMetric};
 
 /// Checks a solver: the least adjustment to `1e-9` against a dense pseudo-inverse, for every metric, one and three
-/// sides; ranks and dependencies of redundant and zero rows; rows scaled from 1e-9 to 1e9; multipliers. A solver may
+/// sides; ranks and dependencies of redundant and zero rows; rows scaled from 1e-9 to 1e9; rows that nearly depend on others, or
+/// do by the hundred, with right-hand sides that agree and that contradict; multipliers. A solver may
 /// refuse systems as too large or ill-conditioned, but not all of them. And its quadratic programs: small ones against all
 /// sets of inequalities that could be active, large ones by the conditions of Karush, Kuhn and Tucker, contradictions named
 /// with no row too many.
@@ -68,6 +69,7 @@ pub fn solver_conformance_counting(solver: &dyn Solver, allocations: Option<&dyn
     rows.push([(0, 1.0), (1, 1.0)]);
     let refused = solver.factor(&System::new(rows, vec![0, 1], 1, bad)).is_err();
     verdict.check(refused, || "a weight of zero is not refused".into());
+    super::dependent::dependent(&mut verdict, solver);
     super::program::programs(&mut verdict, solver);
     verdict
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use super::metric::Whitened;
-use super::rank::{Dependency, Diagnosis, Reflections, reduce};
+use super::rank::{Dependency, Diagnosis, condition_of, reduce};
 use super::refine::Refinement;
 use super::system::{SparseRows, System};
 use super::unit::UnitRows;
@@ -143,21 +143,20 @@ impl FactoredAdjoint {
         if let Some(determinant) = self.core.invert(rows, 0..rows.len() as u32) {
             return Ok(determinant);
         }
-        let (kept, diagnosis) = reduce(system, self.solver())?;
-        self.dependencies = diagnosis.dependencies;
+        let (kept, dependencies) = reduce(system, self.solver())?;
+        self.dependencies = dependencies;
         let inverted = self.core.invert(rows, kept.iter().map(|&r| r as u32));
-        inverted.ok_or_else(|| ill_conditioned(diagnosis.condition))
+        inverted.ok_or_else(|| ill_conditioned(condition_of(rows, &kept)))
     }
 
     /// How answers are to be corrected.
+    #[inline]
     fn correct(&mut self, system: &System, determinant: f64) -> Result<(), SolveError> {
         let core = &mut self.core;
         if determinant < REFINE || core.whitened.is_some() {
-            let mut refinement = Refinement::new(system, core.rows.kept());
-            if !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d)) {
-                return Err(ill_conditioned(core.condition()));
-            }
-            self.refinement = Some(Box::new(refinement));
+            let kept: Vec<u32> = core.rows.kept().collect();
+            let refinement = Refinement::new(system, kept.into_iter(), |rhs, d| core.solve_into(rhs, d));
+            self.refinement = Some(refinement.ok_or_else(|| ill_conditioned(core.condition()))?);
         } else {
             self.corrections = usize::from(determinant < CORRECT);
         }
@@ -204,7 +203,7 @@ impl Core {
         let width = (0..rank).flat_map(|i| self.rows.row(i).1).map(|(column, _)| column + 1).max();
         let mut unit = SparseRows::new(width.unwrap_or(0));
         (0..rank).for_each(|i| unit.push(self.rows.row(i).1));
-        Reflections::new(&unit, 0..rank, 0.0, "adjoint").map_or(f64::INFINITY, |r| r.condition())
+        condition_of(&unit, &(0..rank).collect::<Vec<_>>())
     }
 
     /// `e ← e + Fᵀ F̂⁻¹ (b - F e)` where `again`, `e ← Fᵀ F̂⁻¹ b` (with `e` zero before) where not.

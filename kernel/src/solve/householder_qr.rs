@@ -9,15 +9,15 @@ use super::{DenseLu, Factored, SolveError, Solver};
 /// Householder QR of `Fᵀ` (reflections applied to `F` from the right, paper 4 §3–4): `F H₁H₂… = L`, forward
 /// substitution, and the reflections undone. Rows are pivoted, so that rank shows; the condition number is not
 /// squared. Rows that share no columns are separate blocks. Work: `O(c² m)` a block of `c` rows and `m` columns. Reflections
-/// leave residuals of rounding at the size of the whole answer; these are corrected until they are rounding at the size of
-/// each row's own terms.
+/// leave residuals of rounding at the size of the whole answer; where rows are nearly dependent, these are corrected until they
+/// are rounding at the size of each row's own terms.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct HouseholderQr;
 
 struct FactoredQr {
     core: Core,
     dependencies: Vec<Dependency>,
-    refinement: Refinement,
+    refinement: Option<Box<Refinement>>,
 }
 
 struct Core {
@@ -41,29 +41,31 @@ impl Solver for HouseholderQr {
                 (all, dependencies)
             }
             Some(whitened) => {
-                let (kept, diagnosis) = reduce(system, self.name())?;
+                let (kept, dependencies) = reduce(system, self.name())?;
                 let part = Reflections::new(&whitened.rows, kept.iter().copied(), 0.0, self.name())?;
                 if part.rank() < kept.len() {
                     return Err(beyond(system, f64::INFINITY));
                 }
-                (part, diagnosis.dependencies)
+                (part, dependencies)
             }
         };
-        let kept = reflections.independent();
-        let mut refinement = Refinement::new(system, kept.iter().map(|&row| row as u32));
         let work = vec![0.0; reflections.scratch()];
         let mut core = Core { whitened, reflections, sides: system.sides(), work };
-        if (core.whitened.is_some() || core.reflections.weakest() < SUSPECT)
-            && !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d))
-        {
-            return Err(beyond(system, core.reflections.condition()));
+        let mut refinement = None;
+        if core.whitened.is_some() || core.reflections.weakest() < SUSPECT {
+            let kept = core.reflections.independent().into_iter().map(|row| row as u32);
+            refinement = Refinement::new(system, kept, |rhs, d| core.solve_into(rhs, d));
+            if refinement.is_none() {
+                return Err(beyond(system, core.reflections.condition()));
+            }
         }
         Ok(Box::new(FactoredQr { core, dependencies, refinement }))
     }
 }
 
-/// With a row whose part outside the span of the others is shorter than this, it is tried whether answers hold.
-const SUSPECT: f64 = 1e-4;
+/// With a row whose part outside the span of the others is shorter than this, answers are corrected, and tried whether they
+/// hold.
+const SUSPECT: f64 = 1e-2;
 
 /// Where reflections mix rows of very different answers, elimination may still keep them apart.
 fn beyond(system: &System, condition: f64) -> SolveError {
@@ -103,7 +105,9 @@ impl Factored for FactoredQr {
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
         let Self { core, refinement, .. } = self;
         core.solve_into(rhs, d);
-        refinement.refine(rhs, d, |missed, more| core.solve_into(missed, more));
+        if let Some(refinement) = refinement {
+            refinement.refine(rhs, d, |missed, more| core.solve_into(missed, more));
+        }
     }
 
     fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {

@@ -7,10 +7,17 @@
 //! | solver | for | condition |
 //! |---|---|---|
 //! | [`Adjoint`] | one to six equations; closed forms for 1, 2, 3 | squared |
-//! | [`Sparse`] | many equations; work proportional to what they touch | squared, then corrected |
+//! | [`Sparse`] | many equations; work proportional to what they touch | squared |
 //! | [`HouseholderQr`] | ill-conditioned systems; shows rank | as it is |
-//! | [`DenseLu`] | small systems with any metric; an independent check of the others | as the bordered system |
+//! | [`DenseLu`] | small systems with any metric; an independent check of the others | hardly above it |
 //! | [`Automatic`] | picks the first that is fast and safe | |
+//!
+//! *Rank* is decided by reflections wherever a solver's own factors cannot tell, coarsely at first ([`System::tolerance`]).
+//! Whether a row that was left out agrees with the others is judged by the answer ([`Dependency::agrees`]); where it does
+//! not, and before that is called a conflict, the system is to be factored [finely](System::finely).
+//!
+//! *Answers* of every solver are corrected by their own residuals until these are rounding of the terms they are made of. A
+//! solver that cannot reach that refuses the system and names a better one.
 //!
 //! Inequalities make a quadratic program ([`Program`]): which of them are active is found first
 //! ([`Solver::program`]), and the least adjustment is then that of the equations and the active ones. Many are guessed

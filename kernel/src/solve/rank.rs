@@ -24,6 +24,9 @@ pub struct Dependency {
     pub combination: Vec<(usize, f64)>,
 }
 
+/// In a block of more numbers than this, rows are sorted, so that rows far apart cost each other nothing.
+const LARGE: usize = 100_000;
+
 /// The most numbers a dense block may have: 1.6 GB.
 const BLOCK_LIMIT: usize = 200_000_000;
 
@@ -91,6 +94,8 @@ struct Block {
     diagonal: Vec<f64>,
     /// `2 / vᵀv` of each reflection.
     beta: Vec<f64>,
+    /// Where its vector ends.
+    ends: Vec<usize>,
 }
 
 impl Reflections {
@@ -136,10 +141,6 @@ impl Reflections {
 
     pub(crate) fn rank(&self) -> usize {
         self.blocks.iter().map(|b| b.rank).sum()
-    }
-
-    pub(crate) fn diagnosis(&self) -> Diagnosis {
-        Diagnosis { rank: self.rank(), condition: self.condition(), dependencies: self.dependencies() }
     }
 
     /// The rows that are not independent.
@@ -214,56 +215,75 @@ impl Reflections {
 impl Block {
     fn new(rows: &SparseRows, mut members: Vec<usize>, columns: Vec<u32>, tolerance: f64) -> Self {
         let (count, m) = (members.len(), columns.len());
+        if count * m > LARGE {
+            // Neighbours side by side: each reflection meets a few rows only, and what they come to.
+            members.sort_by_key(|&row| rows.row(row).0.first().copied());
+        }
         let mut work = vec![0.0; count * m];
         let mut scale = Vec::with_capacity(count);
+        // Where the entries of each row are, and their squared length there.
+        let mut spans: Vec<(usize, usize)> = Vec::with_capacity(count);
+        let mut squares = Vec::with_capacity(count);
         for (i, &row) in members.iter().enumerate() {
             let norm = rows.norm(row);
             let reciprocal = if norm > 0.0 { 1.0 / norm } else { 1.0 };
+            let (mut low, mut high) = (m, 0);
             for (column, value) in rows.iter_row(row) {
                 let at = columns.binary_search(&(column as u32)).unwrap_or(0);
                 // Divide rather than multiply: the reciprocal of a subnormal overflows.
                 work[i * m + at] += if norm > 0.0 { value / norm } else { 0.0 };
+                (low, high) = (low.min(at), high.max(at + 1));
             }
             scale.push(reciprocal);
+            spans.push((low, high));
+            squares.push(work[i * m + low.min(high)..i * m + high].iter().map(|v| v * v).sum::<f64>());
         }
         let mut diagonal = Vec::new();
         let mut beta = Vec::new();
         let mut rank = 0;
         while rank < count.min(m) {
             let k = rank;
-            let rest = |i: usize| work[i * m + k..(i + 1) * m].iter().map(|v| v * v).sum::<f64>();
-            let norms: Vec<f64> = (k..count).map(rest).collect();
-            let largest = norms.iter().fold(0.0_f64, |a, b| a.max(*b));
-            // Written so that NaN stops it, too.
-            if largest.is_nan() || largest.sqrt() <= tolerance {
+            let largest = squares[k..].iter().fold(0.0_f64, |a, b| a.max(*b));
+            if largest.sqrt() <= tolerance || largest.is_nan() {
                 break;
             }
             // The first row that is nearly as long as the longest: rows keep their order where they can, so that of two equal
             // constraints the later one is called redundant. Rows that are much shorter would make the others combinations
             // with large factors, and an answer would meet these only as well as these factors let it.
-            let pick = k + norms.iter().position(|&n| n >= 0.64 * largest).unwrap_or(0);
+            let pick = k + squares[k..].iter().position(|&n| n >= 0.64 * largest).unwrap_or(0);
             rotate_row(&mut work, m, k, pick);
             members[k..=pick].rotate_right(1);
             scale[k..=pick].rotate_right(1);
+            spans[k..=pick].rotate_right(1);
+            squares[k..=pick].rotate_right(1);
+            let end = spans[k].1.max(k + 1);
+            spans[k].1 = end;
             let (head, tail) = work.split_at_mut((k + 1) * m);
-            let v = &mut head[k * m + k..];
+            let v = &mut head[k * m + k..k * m + end];
             let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
             // σ has the sign of v₀, so that v₀ + σ does not cancel (paper 4, §3).
             let sigma = if v[0] < 0.0 { -length } else { length };
             v[0] += sigma;
             let factor = 1.0 / (sigma * v[0]);
-            for row in tail.chunks_exact_mut(m) {
-                let row = &mut row[k..];
-                let dot: f64 = row.iter().zip(&*v).map(|(a, b)| a * b).sum::<f64>() * factor;
-                for (a, b) in row.iter_mut().zip(&*v) {
+            let rest = spans[k + 1..].iter_mut().zip(&mut squares[k + 1..]);
+            for (row, (span, square)) in tail.chunks_exact_mut(m).zip(rest) {
+                if span.0 >= end {
+                    continue;
+                }
+                *span = (k + 1, span.1.max(end));
+                let part = &mut row[k..end];
+                let dot: f64 = part.iter().zip(&*v).map(|(a, b)| a * b).sum::<f64>() * factor;
+                for (a, b) in part.iter_mut().zip(&*v) {
                     *a -= dot * b;
                 }
+                *square = row[k + 1..span.1].iter().map(|v| v * v).sum();
             }
             diagonal.push(-sigma);
             beta.push(factor);
             rank += 1;
         }
-        Self { rows: members, scale, columns, rank, work, diagonal, beta }
+        let ends = spans[..rank].iter().map(|span| span.1).collect();
+        Self { rows: members, scale, columns, rank, work, diagonal, beta, ends }
     }
 
     fn m(&self) -> usize {
@@ -293,8 +313,8 @@ impl Block {
     /// Undoes the reflections, the last first.
     fn reflect_back(&self, x: &mut [f64]) {
         for k in (0..self.rank).rev() {
-            let v = &self.work[k * self.m() + k..(k + 1) * self.m()];
-            let x = &mut x[k..];
+            let v = &self.work[k * self.m() + k..k * self.m() + self.ends[k]];
+            let x = &mut x[k..self.ends[k]];
             let dot: f64 = x.iter().zip(v).map(|(a, b)| a * b).sum::<f64>() * self.beta[k];
             for (a, b) in x.iter_mut().zip(v) {
                 *a -= dot * b;
@@ -419,8 +439,13 @@ fn components(
 /// The independent rows of a system, and what was left out. For solvers that find a pivot they do not trust. The metric does
 /// not matter to which rows depend on others, and is not asked: taking it out would add its condition to the rounding, and
 /// connect rows that share nothing.
-pub(crate) fn reduce(system: &System, solver: &str) -> Result<(Vec<usize>, Diagnosis), SolveError> {
+pub(crate) fn reduce(system: &System, solver: &str) -> Result<(Vec<usize>, Vec<Dependency>), SolveError> {
     let rows = system.rows();
     let reflections = Reflections::new(rows, 0..rows.len(), system.tolerance(), solver)?;
-    Ok((reflections.independent(), reflections.diagnosis()))
+    Ok((reflections.independent(), reflections.dependencies()))
+}
+
+/// Estimate of the condition number of some rows that are independent.
+pub(crate) fn condition_of(rows: &SparseRows, kept: &[usize]) -> f64 {
+    Reflections::new(rows, kept.iter().copied(), 0.0, "").map_or(f64::INFINITY, |r| r.condition())
 }

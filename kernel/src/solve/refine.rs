@@ -28,11 +28,17 @@ pub(super) struct Refinement {
 }
 
 impl Refinement {
-    /// For the rows of a system that are kept.
-    pub(super) fn new(system: &System, kept: impl Iterator<Item = u32>) -> Self {
+    /// For the rows of a system that are kept, and answers that `solve` gives; `None` where they are not met to rounding.
+    #[cold]
+    pub(super) fn new(
+        system: &System,
+        kept: impl Iterator<Item = u32>,
+        solve: impl FnMut(&[f64], &mut [f64]),
+    ) -> Option<Box<Self>> {
         let (rows, sides) = (Arc::clone(system.rows()), system.sides());
         let (missed, more) = (vec![0.0; rows.len() * sides], vec![0.0; rows.width() * sides]);
-        Self { rows, sides, kept: kept.collect(), missed, more }
+        let mut refinement = Box::new(Self { rows, sides, kept: kept.collect(), missed, more });
+        refinement.is_accurate(solve).then_some(refinement)
     }
 
     /// Corrects `d` by what `solve` says to its residuals, while that helps. What is left, in roundings: the largest over all
@@ -49,8 +55,7 @@ impl Refinement {
             if left <= ENOUGH {
                 return left;
             }
-            // Written so that NaN stops it, too.
-            if left.is_nan() || left >= before {
+            if left >= before || left.is_nan() {
                 if before.is_finite() {
                     d.iter_mut().zip(&self.more).for_each(|(d, more)| *d -= more);
                 }
@@ -65,7 +70,7 @@ impl Refinement {
 
     /// Whether right-hand sides with a solution of ordinary size, and others, are met within rounding; both have all
     /// frequencies, and are the same on every machine.
-    pub(super) fn is_accurate(&mut self, mut solve: impl FnMut(&[f64], &mut [f64])) -> bool {
+    fn is_accurate(&mut self, mut solve: impl FnMut(&[f64], &mut [f64])) -> bool {
         let wave = |i: usize| (1.0 + ((i * 7 + 3) % 11) as f64 / 11.0) * (1.0 - 2.0 * (i / 3 % 2) as f64);
         let (mut rhs, mut d) = (self.missed.clone(), self.more.clone());
         d.iter_mut().enumerate().for_each(|(i, d)| *d = wave(i / self.sides));

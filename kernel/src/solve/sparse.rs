@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::metric::Whitened;
-use super::rank::{Dependency, Diagnosis, reduce};
+use super::rank::{Dependency, Diagnosis, condition_of, reduce};
 use super::refine::Refinement;
 use super::system::{SparseRows, System};
 use super::unit::{Stuck, UnitRows};
@@ -20,10 +20,9 @@ pub struct Sparse;
 const SUSPECT: f64 = 1e-8;
 /// Below this the answer is not to be had from `F̂` at all.
 const HOPELESS: f64 = 1e-12;
-/// Below this an answer is corrected once: what that leaves is the share `ε` over it of what was missing.
-const CORRECT: f64 = 1e-2;
-/// Below this it is corrected until it holds, and tried whether it does.
-const REFINE: f64 = 1e-5;
+/// Below this an answer is corrected once. That is enough for all that is not suspect: it leaves the share `ε` over the
+/// smallest eigenvalue of what was missing. Suspects are corrected until they hold, and tried whether they do.
+const CORRECT: f64 = 1e-3;
 
 struct FactoredSparse {
     core: Core,
@@ -76,28 +75,29 @@ impl FactoredSparse {
             Ok(()) => {}
             Err(Stuck::TooLarge) => return Err(too_large(rows)),
             Err(Stuck::Pivot) => {
-                let (kept, diagnosis) = reduce(system, Sparse.name()).map_err(undecided)?;
-                let kept = kept.iter().map(|&r| r as u32);
-                self.core.rows.factor(rows, kept, system.sides(), HOPELESS).map_err(|stuck| match stuck {
-                    Stuck::TooLarge => too_large(rows),
-                    Stuck::Pivot => ill_conditioned(diagnosis.condition),
+                let (kept, dependencies) = reduce(system, Sparse.name()).map_err(undecided)?;
+                let independent = kept.iter().map(|&r| r as u32);
+                self.core.rows.factor(rows, independent, system.sides(), HOPELESS).map_err(|stuck| {
+                    match stuck {
+                        Stuck::TooLarge => too_large(rows),
+                        Stuck::Pivot => ill_conditioned(condition_of(rows, &kept)),
+                    }
                 })?;
-                self.dependencies = diagnosis.dependencies;
+                self.dependencies = dependencies;
             }
         }
         Ok(())
     }
 
     /// How answers are to be corrected.
+    #[inline]
     fn correct(&mut self, system: &System) -> Result<(), SolveError> {
         let weakness = self.core.rows.weakness();
         let core = &mut self.core;
-        if weakness < REFINE || core.whitened.is_some() {
-            let mut refinement = Refinement::new(system, core.rows.kept());
-            if !refinement.is_accurate(|rhs, d| core.solve_into(rhs, d)) {
-                return Err(ill_conditioned(core.rows.condition()));
-            }
-            self.refinement = Some(Box::new(refinement));
+        if weakness < SUSPECT || core.whitened.is_some() {
+            let kept: Vec<u32> = core.rows.kept().collect();
+            let refinement = Refinement::new(system, kept.into_iter(), |rhs, d| core.solve_into(rhs, d));
+            self.refinement = Some(refinement.ok_or_else(|| ill_conditioned(core.rows.condition()))?);
         } else {
             self.corrections = usize::from(weakness < CORRECT);
         }

@@ -86,8 +86,8 @@ fn maps_that_flatten_are_refused_whatever_their_size() {
     for member in 0..200 {
         let mut vector = || [(); 3].map(|()| random.within(-1.0, 1.0));
         let [a, b, c] = [vector(), vector(), vector()];
-        let size = 10_f64.powi((member % 41) as i32 * 7 - 140);
-        let unlike = [1.0, 10_f64.powi(member as i32 % 13), 10_f64.powi(-(member as i32) % 7)];
+        let size = 10_f64.powi((member % 41) * 7 - 140);
+        let unlike = [1.0, 10_f64.powi(member % 13), 10_f64.powi(-member % 7)];
         let scaled = |m: [[f64; 3]; 3]| {
             let mut m = m;
             m.iter_mut().zip(unlike).for_each(|(row, f)| row.iter_mut().for_each(|x| *x *= f * size));

@@ -307,7 +307,7 @@ impl Reader {
                 let section = self.section();
                 let section = &mut self.sections[section];
                 let name = if section.name.is_empty() { group } else { None };
-                section.elements.push(Element { shape, name, surface, material });
+                section.elements.push(Element { shape: *shape, name, surface, material });
             }
             Outcome::ParameterCurve => {}
             Outcome::LeftOut(reason) => self.leave_out(&format!("a free-form element: {reason}"), 1),

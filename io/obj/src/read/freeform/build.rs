@@ -34,7 +34,7 @@ impl Freeform {
                 let made = self.curve(&body, *range, vertices, raw);
                 outcome(made, |Made { curve, wrapped, mended }| {
                     used.vertices.extend(vertices);
-                    Outcome::Shape { shape: Shape::Curve(curve), surface: None, wrapped, mended }
+                    Outcome::Shape { shape: Box::new(Shape::Curve(curve)), surface: None, wrapped, mended }
                 })
             }
             What::Curve2 { vertices } => {
@@ -56,7 +56,12 @@ impl Freeform {
                 self.surfaces.push(made.is_ok());
                 outcome(made, |(shape, wrapped)| {
                     used.vertices.extend(vertices);
-                    Outcome::Shape { shape, surface: Some(number), wrapped, mended: Mended::default() }
+                    Outcome::Shape {
+                        shape: Box::new(shape),
+                        surface: Some(number),
+                        wrapped,
+                        mended: Mended::default(),
+                    }
                 })
             }
         }

@@ -89,7 +89,7 @@ impl Mended {
 #[derive(Debug)]
 pub(crate) enum Outcome {
     Shape {
-        shape: Shape,
+        shape: Box<Shape>,
         surface: Option<usize>,
         wrapped: bool,
         /// What was read otherwise than the file has it.
