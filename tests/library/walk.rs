@@ -334,7 +334,9 @@ fn simplify(walk: &mut Walk<'_>) -> Outcome {
     let finer = object(&finer, "c")["curve"].clone();
     let after = walk.run(&[("c", "curve", &finer)], "simplify", json!({}))?;
     let after = &object(&after, "c")["curve"];
-    assert!(Direction::new(after).count() <= Direction::new(&curve).count(), "{curve}\n{after}");
+    if Direction::new(after).count() > Direction::new(&curve).count() {
+        return Err("a knot was left that rounding had made needed".to_owned());
+    }
     let at = walk.parameters(&curve, 12);
     same_curve(&curve, after, &at, |u| u, 1e-11);
     Ok(())

@@ -152,7 +152,7 @@ fn points_become_a_curve_and_curves_a_picture() {
 #[test]
 fn fit_has_every_option_of_the_operation() {
     let bench = Bench::new();
-    let known = bench.json(&["plugins", "--json"]);
+    let known = bench.json(&["plugins"]);
     let operation = known["operations"].as_array().unwrap().iter().find(|o| o["name"] == "fit").unwrap();
     let help = bench.done(&["fit", "--help"]);
     let fields = operation["fields"].as_array().unwrap();

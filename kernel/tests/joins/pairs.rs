@@ -178,9 +178,7 @@ fn what_cannot_be_asked_says_why() {
     assert!(bind(join(Edge::UEnd, 7, Edge::UStart, 0)).contains("no shape 7"));
     let curve = Curve::new(cubic(&[0.0, 1.0]), a.points()[..4].to_vec()).unwrap();
     let edit = Pair::edit(&alone).with(Box::new(curve)).ask(join(Edge::UEnd, 2, Edge::UStart, 0).hold());
-    assert!(
-        edit.solve().unwrap_err().to_string().contains("only B-spline surfaces can be joined along an edge")
-    );
+    assert!(edit.solve().unwrap_err().to_string().contains("a curve has ends, no edges"));
     // A surface's own edges are joined: it closes.
     let bound = join(Edge::UEnd, 0, Edge::UStart, 1).bind(&alone.shapes()).unwrap().unwrap();
     assert_eq!(bound.equations(), 3 * 2 * a.v().len());

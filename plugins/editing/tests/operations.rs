@@ -152,7 +152,7 @@ fn every_mistake_has_its_message() {
         (json!({ "kind": "tangent", "at": 1.0, "to": 0.5 }), vec!["holds or does not hold", "`direction`"]),
         (
             json!({ "kind": "tangent", "at": [1.0, 2.0], "keep": true }),
-            vec!["asked of a curve: give one parameter"],
+            vec!["asked of a curve", "location on a surface"],
         ),
         (
             json!({ "kind": "join", "at": "u0", "with": { "object": "section", "at": "u1" } }),

@@ -8,7 +8,8 @@ use loftsman_kernel::solve::{
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Textbook;
 
-struct FactoredTextbook(System, EnvelopeCholesky);
+/// The system, the lengths of its rows, and the factor of the Gram matrix of rows of unit length.
+struct FactoredTextbook(System, Vec<f64>, EnvelopeCholesky);
 
 impl Solver for Textbook {
     fn name(&self) -> &'static str {
@@ -17,11 +18,13 @@ impl Solver for Textbook {
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let rows = system.rows();
-        let gram = EnvelopeCholesky::factor(vec![0; rows.len()], 1e-8, |i, j| rows.dot(i, j));
+        let lengths: Vec<f64> = (0..rows.len()).map(|row| rows.norm(row)).collect();
+        let cosine = |i: usize, j: usize| rows.dot(i, j) / lengths[i] / lengths[j];
+        let gram = EnvelopeCholesky::factor(vec![0; rows.len()], 1e-8, cosine);
         match (system.metric(), gram) {
             // Small pivots are not all that makes rows dependent: the condition says whether the factor means anything.
             (SystemMetric::Least, Ok(gram)) if gram.condition() < 1e6 => {
-                Ok(Box::new(FactoredTextbook(system.clone(), gram)))
+                Ok(Box::new(FactoredTextbook(system.clone(), lengths, gram)))
             }
             _ => {
                 let (solver, better) = (self.name().to_owned(), "householder-qr");
@@ -41,7 +44,7 @@ impl Factored for FactoredTextbook {
     }
 
     fn diagnosis(&self) -> Diagnosis {
-        Diagnosis { rank: self.rank(), condition: self.1.condition().sqrt(), dependencies: Vec::new() }
+        Diagnosis { rank: self.rank(), condition: self.2.condition().sqrt(), dependencies: Vec::new() }
     }
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
@@ -56,7 +59,14 @@ impl Factored for FactoredTextbook {
     }
 
     fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
+        let sides = self.0.sides();
+        let scale = |numbers: &mut [f64], lengths: &[f64]| {
+            let rows = numbers.chunks_exact_mut(sides).zip(lengths);
+            rows.for_each(|(row, length)| row.iter_mut().for_each(|v| *v /= length));
+        };
         multipliers.copy_from_slice(rhs);
-        self.1.solve(multipliers, self.0.sides());
+        scale(multipliers, &self.1);
+        self.2.solve(multipliers, sides);
+        scale(multipliers, &self.1);
     }
 }

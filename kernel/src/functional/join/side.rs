@@ -25,7 +25,13 @@ impl<'a> Side<'a> {
     pub(super) fn new(shapes: &Shapes<'a>, on: &On, edge: Edge) -> Result<Self> {
         let any: &dyn Any = shapes.get(on.shape)?;
         let Some(surface) = any.downcast_ref::<Surface>() else {
-            return Err(Error::Invalid(format!("only B-spline surfaces can be joined along an edge{on}")));
+            let what = match shapes.get(on.shape)?.domain().len() {
+                1 => {
+                    "a curve has ends, no edges: join it at one parameter, such as its domain's start or end"
+                }
+                _ => "only B-spline surfaces can be joined along an edge",
+            };
+            return Err(Error::Invalid(format!("{what}{on}")));
         };
         let (along_u, at_end) = match edge {
             Edge::UStart => (false, false),
