@@ -9,7 +9,7 @@ use loftsman_tests::curves::Sequence;
 use loftsman_tests::exact::{Direction, apart, curve_point, numbers, object, surface_point};
 use serde_json::{Value, json};
 
-const CASES: u32 = 60;
+const CASES: u32 = 24;
 
 /// What a step did: the documents before and after, and what was asked. `Err` is the refusal's text.
 struct Walk<'a> {
@@ -468,13 +468,19 @@ fn scene_keeping(walk: &mut Walk<'_>, op: &str, fields: &Value, names: &[&str]) 
     let after = walk.run(&[("c", "curve", &curve), ("s", "surface", &surface)], op, fields.clone())?;
     let found: Vec<&str> =
         after["objects"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
-    assert_eq!(found, names, "{op}");
+    assert_eq!(sorted(&found), sorted(names), "{op}");
     // Whatever its name, every number is as it was.
     for o in after["objects"].as_array().unwrap() {
         let (kind, was) = if o.get("curve").is_some() { ("curve", &curve) } else { ("surface", &surface) };
         assert_eq!(numbers_of(&o[kind]["points"]), numbers_of(&was["points"]));
     }
     Ok(())
+}
+
+fn sorted<'a>(names: &[&'a str]) -> Vec<&'a str> {
+    let mut all = names.to_vec();
+    all.sort_unstable();
+    all
 }
 
 fn numbers_of(value: &Value) -> Vec<f64> {
@@ -510,7 +516,7 @@ const STEPS: [(&str, Step, u32); 18] = [
     ("extrude", extrude, 0),
     ("loft", loft, 3),
     ("tessellate", tessellate, 0),
-    ("copy", |w| scene_keeping(w, "copy", &json!({ "object": "c", "names": ["d"] }), &["c", "s", "d"]), 0),
+    ("copy", |w| scene_keeping(w, "copy", &json!({ "object": "c", "to": ["d"] }), &["c", "s", "d"]), 0),
     ("delete", |w| scene_keeping(w, "delete", &json!({ "object": "s" }), &["c"]), 0),
     ("rename", |w| scene_keeping(w, "rename", &json!({ "object": "c", "to": "k" }), &["k", "s"]), 0),
     ("untrim", untrim, 0),
