@@ -162,7 +162,7 @@ impl Fit {
     /// As [`curve`](Self::curve), watched: told of each round, and cancelled between two solves.
     ///
     /// # Errors
-    /// As for [`curve`](Self::curve); also [`FitError::Cancelled`].
+    /// As for [`curve`](Self::curve); also [`FitError::Cancelled`](crate::FitError::Cancelled).
     pub fn watched(&self, points: &[Point], observer: &dyn Observer) -> Result<FittedCurve> {
         if self.degree == 0 || self.degree > loftsman_kernel::error::MAX_DEGREE {
             return Err(loftsman_kernel::Error::Degree { degree: self.degree }.into());
