@@ -276,6 +276,44 @@ fn surface_edges_are_joined() {
 }
 
 #[test]
+fn edges_with_unlike_weights_are_refused_unless_there_is_a_tolerance() {
+    let patch = |x: f64, weight: fn(i32) -> f64| {
+        let space = Space::clamped_uniform(3, 6).unwrap();
+        let points = (0..36)
+            .map(|k| Point::new(x + f64::from(k / 6), f64::from(k % 6), (f64::from(k) * 0.7).sin() * 0.3))
+            .collect();
+        Surface::rational(space.clone(), space, points, (0..36).map(weight).collect()).unwrap()
+    };
+    let scene = || {
+        let mut scene = Scene::new();
+        scene.add(Object::new("a", patch(0.0, |k| 1.0 + 0.1 * f64::from(k % 5)).into())).unwrap();
+        scene.add(Object::new("b", patch(5.2, |k| 1.0 + 0.1 * f64::from(k % 7)).into())).unwrap();
+        scene
+    };
+    let fields = |tolerance: Option<f64>| {
+        let mut join = json!({ "kind": "join", "at": "u1", "with": { "object": "b", "at": "u0" } });
+        if let Some(tolerance) = tolerance {
+            join["tolerance"] = json!(tolerance);
+        }
+        json!({ "object": "a", "constraints": [join] })
+    };
+    let why = |tolerance| run(&mut scene(), "edit", fields(tolerance)).unwrap_err().to_string();
+    assert!(
+        why(None).contains("C0 join at u1 with u0 of \"b\": the weights of the edges are unlike"),
+        "{}",
+        why(None)
+    );
+    assert!(why(Some(-1.0)).contains("tolerance: -1 is not a length"), "{}", why(Some(-1.0)));
+    let mut near = scene();
+    run(&mut near, "edit", fields(Some(0.1))).unwrap();
+    let (a, b) = (near.surface("a").unwrap(), near.surface("b").unwrap());
+    for i in 0..=30 {
+        let v = 3.0 * f64::from(i) / 30.0;
+        assert!((a.point(3.0, v).unwrap() - b.point(0.0, v).unwrap()).norm() < 0.1);
+    }
+}
+
+#[test]
 fn a_relative_drag_starts_where_the_handle_is() {
     let drag = |relative: bool, to: [f64; 3]| {
         let mut scene = scene();
