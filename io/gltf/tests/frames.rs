@@ -333,7 +333,12 @@ fn every_frame_of_curves_of_all_kinds_is_within_the_reported_error() {
         };
         if file.document.meshes().count() == 0 {
             // Nothing to be seen in any frame.
-            assert!(moved.iter().all(|f| diagonal(f) == 0.0), "{member} {kind}");
+            // Nothing, or what is within the tolerance of a point.
+            let least = match chord {
+                Chord::Relative(_) => 0.0,
+                Chord::Absolute(length) => length,
+            };
+            assert!(moved.iter().all(|f| diagonal(f) <= least), "{member} {kind}");
             refused += 1;
             continue;
         }
@@ -381,9 +386,12 @@ fn every_frame_of_curves_of_all_kinds_is_within_the_reported_error() {
             );
             let steps = |s: &[P; 2]| [0.0, 0.25, 0.5, 0.75, 1.0].map(|t| mix(s[0], s[1], t));
             let back = worst(of_file.iter().flat_map(steps), &of_curve, promised);
+            // The curve between samples is off their chord by an eighth of the second difference.
+            let second = |w: &[P]| length([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 8.0;
+            let coarse = exact.iter().flat_map(|span| span.windows(3).map(second)).fold(0.0, f64::max);
             assert!(
-                back <= promised + slack,
-                "{member} {kind} frame {k} of degree {p}: {back} {error} {own}"
+                back <= promised + slack + 1.5 * coarse,
+                "back: {member} {kind} frame {k} of degree {p}: {back} {error} {own}"
             );
             bends += usize::from(forth > 0.05 * tolerance);
         }
@@ -530,7 +538,9 @@ fn nearest(at: &impl Fn(f64, f64) -> P, place: [f64; 2], to: P, enough: f64) -> 
         }
         best
     };
-    let near = search(place, 0.05);
+    // Small steps first: large ones may leap to another layer of the surface.
+    let near =
+        [4e-4, 2e-3, 1e-2, 0.05].map(|wide| search(place, wide)).into_iter().fold(f64::INFINITY, f64::min);
     if near <= enough {
         return near;
     }
@@ -539,7 +549,7 @@ fn nearest(at: &impl Fn(f64, f64) -> P, place: [f64; 2], to: P, enough: f64) -> 
         .map(|at| (off(at), at))
         .collect();
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    starts[..12].iter().map(|(_, at)| search(*at, 0.02)).fold(near, f64::min)
+    starts[..24].iter().map(|(_, at)| search(*at, 4e-3)).fold(near, f64::min)
 }
 
 #[test]

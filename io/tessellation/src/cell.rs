@@ -6,7 +6,7 @@ use crate::bezier::restrict;
 use crate::fineness::Target;
 use crate::flat::Chord;
 use crate::form::{Form, Ranges};
-use crate::patch::{Homogeneous, Patch, project};
+use crate::patch::{Homogeneous, Patch, project, xyz};
 use crate::tree::{Cell, Cut, Tree, Vertex};
 
 /// Above this many choices the triangles are not chosen by their certified error, but by their edges' lengths.
@@ -79,11 +79,21 @@ pub(crate) struct Judge {
     far: Vec<u32>,
     table: Vec<(f64, bool)>,
     strip: Vec<Homogeneous>,
+    /// Whether it must be certain that the patch does not turn over within a triangle: where the triangles are chosen for one
+    /// state of a moving patch, and have to do for others, the normals at the corners say too little.
+    strict: bool,
+    /// The control points of the cell, where that is asked.
+    hull: Vec<Homogeneous>,
     /// The triangles of the last cell that met the target, counterclockwise in parameters.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl Judge {
+    /// One that must be certain that nothing turns over within a triangle, or one that goes by the normals at its corners.
+    pub(crate) fn new(strict: bool) -> Self {
+        Self { strict, ..Self::default() }
+    }
+
     /// The number of vertices around a cell.
     pub(crate) fn look(&mut self, tree: &Tree, cell: &Cell) -> usize {
         for (k, side) in self.sides.iter_mut().enumerate() {
@@ -143,6 +153,10 @@ impl Judge {
         let (low, high) =
             ([bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)]);
         self.form.set(patch, low, high);
+        if self.strict {
+            self.hull.clone_from(&patch.net);
+            restrict(&mut self.hull, patch.rows, patch.columns, low, high);
+        }
         let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
         let ranges = self.form.across(&crossing(&corners), &corners[0].point);
         let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
@@ -165,7 +179,7 @@ impl Judge {
         cell: &Cell,
         view: &View,
     ) -> Verdict {
-        let mut error = self.certify(&tree.vertices, poles, target);
+        let mut error = self.certify(patch, &tree.vertices, poles, target);
         if error.is_nan() || error > target.chord {
             error = self.hugging_view(patch, view, target).unwrap_or(error);
         }
@@ -299,7 +313,7 @@ impl Judge {
     /// where the patch's edges are within `T` of the triangle's (measured in the plane): what is bounded by curves in
     /// a convex set is in that set. That takes a patch that does not turn over, seen along the normal; where the normals at
     /// the corners say otherwise, the whole distance between points of equal parameters is bounded instead.
-    fn certify(&self, vertices: &[Vertex], poles: &Poles, target: &Target) -> f64 {
+    fn certify(&self, patch: &Patch, vertices: &[Vertex], poles: &Poles, target: &Target) -> f64 {
         let mut worst = 0.0_f64;
         for (index, triangle) in self.triangles.iter().enumerate() {
             let [a, b, c] = triangle.map(|k| &vertices[k as usize]);
@@ -320,9 +334,10 @@ impl Judge {
                 return across;
             }
             let turned = [a, b, c].iter().any(|v| v.normal.dot(&normal) <= 0.0 && poles.key(v.at).is_none());
-            let error = if turned {
-                let along = (b.point - a.point).try_normalize(0.0).unwrap_or_default();
-                let side = normal.cross(&along);
+            let leg = (b.point - a.point).try_normalize(0.0);
+            let along = leg.or_else(|| (c.point - a.point).try_normalize(0.0)).unwrap_or_default();
+            let side = normal.cross(&along);
+            let error = if turned || self.strict && !self.unfolded(patch, [&along, &side], &a.point) {
                 let more = [along, side].map(|d| self.form.across(&d, &a.point));
                 // Along an edge the interpolation is exact at its ends only: all three directions count in full.
                 let slack = |k: usize| more[k].triangle(at);
@@ -342,6 +357,50 @@ impl Judge {
             worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
         }
         worst
+    }
+
+    /// Whether the cell, seen along the normal of two axes, nowhere turns over: the Jacobian of `(F / W, G / W)`, which are its
+    /// coordinates along the axes, is
+    ///
+    /// ```text
+    /// | F  F_u  F_v |
+    /// | G  G_u  G_v | / W³
+    /// | W  W_u  W_v |
+    /// ```
+    ///
+    /// and all nine lie between the least and the largest of their Bézier coefficients over the cell.
+    fn unfolded(&self, patch: &Patch, axes: [&Vector; 2], origin: &Vector) -> bool {
+        let (rows, columns) = (patch.rows, patch.columns);
+        let of = |axis: Option<&Vector>, k: usize| {
+            let h = &self.hull[k];
+            axis.map_or(h[3], |e| e.dot(&(xyz(h) - origin * h[3])))
+        };
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)])
+        };
+        let row = |axis: Option<&Vector>| {
+            let all = 0..rows * columns;
+            [
+                range(&mut all.clone().map(|k| of(axis, k))),
+                range(&mut (0..(rows - 1) * columns).map(|k| of(axis, k + columns) - of(axis, k))),
+                range(&mut all.filter(|k| (k + 1) % columns > 0).map(|k| of(axis, k + 1) - of(axis, k))),
+            ]
+        };
+        let [f, g, w] = [row(Some(axes[0])), row(Some(axes[1])), row(None)];
+        let times = |a: [f64; 2], b: [f64; 2]| {
+            let all = [a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]];
+            range(&mut all.into_iter())
+        };
+        let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[1], a[1] - b[0]];
+        let plus = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
+        let minor = |a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]| minus(times(a[1], b[2]), times(a[2], b[1]));
+        let [low, high] = if patch.rational {
+            let all = [times(w[0], minor(&f, &g)), times(f[0], minor(&g, &w)), times(g[0], minor(&w, &f))];
+            plus(plus(all[0], all[1]), all[2])
+        } else {
+            minor(&f, &g)
+        };
+        low > 0.0 || high < 0.0
     }
 
     /// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across the

@@ -137,7 +137,8 @@ impl Meshes {
         let mut first = true;
         while stale.iter().any(|s| *s) {
             let shared = &topology;
-            let worked = parallel::map_mut(&mut cells, Judge::default, |judge, k, cells| {
+            let judge = || Judge::new(states.len() > 1);
+            let worked = parallel::map_mut(&mut cells, judge, |judge, k, cells| {
                 if !stale[k] {
                     return true;
                 }

@@ -159,7 +159,7 @@ fn every_surface_is_met_or_refused() {
         (((noise(dice, 0) + 0.5) * sides as f64) as usize).min(sides - 1)
     };
     let mut runner = TestRunner::deterministic();
-    for seed in 0..240_u32 {
+    for seed in 0..120_u32 {
         let u = spaces().new_tree(&mut runner).unwrap().current();
         let v = spaces().new_tree(&mut runner).unwrap().current();
         let columns = v.len();
@@ -222,9 +222,9 @@ fn every_surface_is_met_or_refused() {
         }
     }
     let Tally { met, measured, flat, singular, large, none } = tally;
-    assert_eq!(met + flat + singular + large + none, 240);
-    assert!(met >= 180 && measured >= 120, "{met} {measured} {flat} {singular} {large} {none}");
-    assert!(flat <= 12 && singular <= 6 && large <= 40 && none == 0, "{flat} {singular} {large} {none}");
+    assert_eq!(met + flat + singular + large + none, 120);
+    assert!(met >= 90 && measured >= 60, "{met} {measured} {flat} {singular} {large} {none}");
+    assert!(flat <= 6 && singular <= 3 && large <= 20 && none == 0, "{flat} {singular} {large} {none}");
 }
 
 proptest! {
