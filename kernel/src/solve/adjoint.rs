@@ -188,6 +188,7 @@ impl Core {
         }
     }
 
+    #[inline]
     fn adjust_all(&self, rhs: &[f64], e: &mut [f64], again: bool) {
         match self.sides {
             3 => self.adjust::<3>(rhs, 0, e, again),
@@ -207,6 +208,7 @@ impl Core {
     }
 
     /// `e ← e + Fᵀ F̂⁻¹ (b - F e)` where `again`, `e ← Fᵀ F̂⁻¹ b` (with `e` zero before) where not.
+    #[inline]
     fn adjust<const S: usize>(&self, rhs: &[f64], side: usize, e: &mut [f64], again: bool) {
         let sides = if S == 3 { 3 } else { self.sides };
         let e = e.get_mut(side..).unwrap_or_default();

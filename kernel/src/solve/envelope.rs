@@ -76,15 +76,19 @@ impl EnvelopeCholesky {
     }
 
     /// From the rows of a factor that is known: the first column of each, its entries, the diagonal's reciprocal last.
-    pub(super) fn from_rows<R: Iterator<Item = f64>>(
-        rows: impl Iterator<Item = (u32, R)>,
-        smallest_pivot: f64,
-    ) -> Self {
-        let mut factor = Self { starts: vec![0], first: Vec::new(), values: Vec::new(), smallest_pivot };
+    pub(super) fn from_rows<R: Iterator<Item = f64>>(rows: impl Iterator<Item = (u32, R)>) -> Self {
+        let mut factor = Self { starts: vec![0], smallest_pivot: f64::INFINITY, ..Self::default() };
         for (first, row) in rows {
+            let start = factor.values.len();
             factor.first.push(first);
             factor.values.extend(row);
             factor.starts.push(factor.values.len());
+            // Of the diagonal of L Lᵀ: that of L is kept as its reciprocal.
+            if let Some((reciprocal, before)) = factor.values[start..].split_last() {
+                let pivot = 1.0 / (reciprocal * reciprocal);
+                let whole = pivot + before.iter().map(|l| l * l).sum::<f64>();
+                factor.smallest_pivot = factor.smallest_pivot.min(pivot / whole);
+            }
         }
         factor
     }

@@ -94,8 +94,16 @@ struct Block {
     diagonal: Vec<f64>,
     /// `2 / vᵀv` of each reflection.
     beta: Vec<f64>,
-    /// Where its vector ends.
-    ends: Vec<usize>,
+    /// Where the entries of each row are: of an independent one, where its reflection vector ends.
+    spans: Vec<Span>,
+}
+
+/// The places of a row between which its entries beyond the diagonal are, and their squared length.
+#[derive(Debug, Clone)]
+struct Span {
+    low: usize,
+    high: usize,
+    square: f64,
 }
 
 impl Reflections {
@@ -221,9 +229,7 @@ impl Block {
         }
         let mut work = vec![0.0; count * m];
         let mut scale = Vec::with_capacity(count);
-        // Where the entries of each row are, and their squared length there.
-        let mut spans: Vec<(usize, usize)> = Vec::with_capacity(count);
-        let mut squares = Vec::with_capacity(count);
+        let mut spans: Vec<Span> = Vec::with_capacity(count);
         for (i, &row) in members.iter().enumerate() {
             let norm = rows.norm(row);
             let reciprocal = if norm > 0.0 { 1.0 / norm } else { 1.0 };
@@ -235,29 +241,28 @@ impl Block {
                 (low, high) = (low.min(at), high.max(at + 1));
             }
             scale.push(reciprocal);
-            spans.push((low, high));
-            squares.push(work[i * m + low.min(high)..i * m + high].iter().map(|v| v * v).sum::<f64>());
+            let square = work[i * m + low.min(high)..i * m + high].iter().map(|v| v * v).sum();
+            spans.push(Span { low, high, square });
         }
         let mut diagonal = Vec::new();
         let mut beta = Vec::new();
         let mut rank = 0;
         while rank < count.min(m) {
             let k = rank;
-            let largest = squares[k..].iter().fold(0.0_f64, |a, b| a.max(*b));
+            let largest = spans[k..].iter().fold(0.0_f64, |most, span| most.max(span.square));
             if largest.sqrt() <= tolerance || largest.is_nan() {
                 break;
             }
             // The first row that is nearly as long as the longest: rows keep their order where they can, so that of two equal
             // constraints the later one is called redundant. Rows that are much shorter would make the others combinations
             // with large factors, and an answer would meet these only as well as these factors let it.
-            let pick = k + squares[k..].iter().position(|&n| n >= 0.64 * largest).unwrap_or(0);
+            let pick = k + spans[k..].iter().position(|span| span.square >= 0.64 * largest).unwrap_or(0);
             rotate_row(&mut work, m, k, pick);
             members[k..=pick].rotate_right(1);
             scale[k..=pick].rotate_right(1);
             spans[k..=pick].rotate_right(1);
-            squares[k..=pick].rotate_right(1);
-            let end = spans[k].1.max(k + 1);
-            spans[k].1 = end;
+            let end = spans[k].high.max(k + 1);
+            spans[k].high = end;
             let (head, tail) = work.split_at_mut((k + 1) * m);
             let v = &mut head[k * m + k..k * m + end];
             let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -265,25 +270,23 @@ impl Block {
             let sigma = if v[0] < 0.0 { -length } else { length };
             v[0] += sigma;
             let factor = 1.0 / (sigma * v[0]);
-            let rest = spans[k + 1..].iter_mut().zip(&mut squares[k + 1..]);
-            for (row, (span, square)) in tail.chunks_exact_mut(m).zip(rest) {
-                if span.0 >= end {
+            for (row, span) in tail.chunks_exact_mut(m).zip(&mut spans[k + 1..]) {
+                if span.low >= end {
                     continue;
                 }
-                *span = (k + 1, span.1.max(end));
+                (span.low, span.high) = (k + 1, span.high.max(end));
                 let part = &mut row[k..end];
                 let dot: f64 = part.iter().zip(&*v).map(|(a, b)| a * b).sum::<f64>() * factor;
                 for (a, b) in part.iter_mut().zip(&*v) {
                     *a -= dot * b;
                 }
-                *square = row[k + 1..span.1].iter().map(|v| v * v).sum();
+                span.square = row[k + 1..span.high].iter().map(|v| v * v).sum();
             }
             diagonal.push(-sigma);
             beta.push(factor);
             rank += 1;
         }
-        let ends = spans[..rank].iter().map(|span| span.1).collect();
-        Self { rows: members, scale, columns, rank, work, diagonal, beta, ends }
+        Self { rows: members, scale, columns, rank, work, diagonal, beta, spans }
     }
 
     fn m(&self) -> usize {
@@ -313,8 +316,9 @@ impl Block {
     /// Undoes the reflections, the last first.
     fn reflect_back(&self, x: &mut [f64]) {
         for k in (0..self.rank).rev() {
-            let v = &self.work[k * self.m() + k..k * self.m() + self.ends[k]];
-            let x = &mut x[k..self.ends[k]];
+            let end = self.spans[k].high;
+            let v = &self.work[k * self.m() + k..k * self.m() + end];
+            let x = &mut x[k..end];
             let dot: f64 = x.iter().zip(v).map(|(a, b)| a * b).sum::<f64>() * self.beta[k];
             for (a, b) in x.iter_mut().zip(v) {
                 *a -= dot * b;

@@ -35,7 +35,7 @@ pub(super) struct UnitRows {
     scratch: usize,
     /// The rows' columns, unless those of each row are neighbours.
     columns: Option<Arc<SparseRows>>,
-    smallest_pivot: f64,
+    /// The largest of the rows' growths.
     growth: f64,
 }
 
@@ -52,14 +52,7 @@ impl UnitRows {
     /// No rows yet. Rows are put where they stay: moving them would cost more than scaling a few.
     #[inline]
     pub(super) fn empty() -> Self {
-        Self {
-            places: Vec::new(),
-            numbers: Vec::new(),
-            scratch: 0,
-            columns: None,
-            smallest_pivot: 1.0,
-            growth: 1.0,
-        }
+        Self { places: Vec::new(), numbers: Vec::new(), scratch: 0, columns: None, growth: 1.0 }
     }
 
     /// Orders and scales the kept rows and factors `F̂`.
@@ -93,7 +86,7 @@ impl UnitRows {
         self.places.reserve_exact(rows);
         self.numbers.clear();
         self.numbers.reserve_exact(numbers);
-        (self.smallest_pivot, self.growth) = (1.0, 1.0);
+        self.growth = 1.0;
     }
 
     /// Scales the kept rows, in the order given, without a factor, with `scratch` zeros beside them; whether all have a
@@ -204,7 +197,6 @@ impl UnitRows {
             if !(pivot > threshold && growth * growth * threshold < 1.0) {
                 return Err(Stuck::Pivot);
             }
-            self.smallest_pivot = self.smallest_pivot.min(pivot);
             self.growth = self.growth.max(growth);
             place.growth = if grown > 0.0 { -growth } else { growth };
         }
@@ -272,7 +264,7 @@ impl UnitRows {
             let (_, row, reciprocal) = p.split(i, &self.numbers);
             (p.first, row.iter().copied().chain([reciprocal]))
         });
-        EnvelopeCholesky::from_rows(rows, self.smallest_pivot).condition().sqrt()
+        EnvelopeCholesky::from_rows(rows).condition().sqrt()
     }
 
     /// `e ← e + Fᵀ F̂⁻¹ (b - F e)` where `again`, `e ← Fᵀ F̂⁻¹ b` (with `e` zero before) where not.
