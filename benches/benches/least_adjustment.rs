@@ -92,6 +92,14 @@ fn ours<M: Measurement>(criterion: &mut Criterion<M>) {
     }
 }
 
+/// All constraints but the first, kept: positions and derivatives in turn.
+fn asked(edit: Edit<Curve>, rows: &Rows, c: usize) -> Edit<Curve> {
+    (1..c).fold(edit, |edit, k| match k % 2 {
+        0 => edit.ask(position(rows.at[k]).keep()),
+        _ => edit.ask(derivative(rows.at[k], 1).keep()),
+    })
+}
+
 /// The whole way a user goes: `Edit::prepare` (constraints bound, stencils taken, rank found, targets checked) and
 /// `Session::to_point`, a drag of the first constraint.
 fn sessions<M: Measurement>(criterion: &mut Criterion<M>) {
@@ -100,13 +108,7 @@ fn sessions<M: Measurement>(criterion: &mut Criterion<M>) {
         let space = Space::open(3, rows.knots.clone()).expect("the knots are in order");
         let net = coil(n).into_iter().map(Point::from).collect();
         let mut curve = Some(Curve::new(space, net).expect("as many as the space has"));
-        let edit = |curve| {
-            let edit = Edit::of(curve).handle(position(rows.at[0]));
-            (1..c).fold(edit, |edit, k| match k % 2 {
-                0 => edit.ask(position(rows.at[k]).keep()),
-                _ => edit.ask(derivative(rows.at[k], 1).keep()),
-            })
-        };
+        let edit = |curve| asked(Edit::of(curve).handle(position(rows.at[0])), &rows, c);
         // The curve goes round, so that it is not copied: committing is measured along.
         criterion.benchmark_group("W4 prepare").bench_function(
             BenchmarkId::new("session", name(n, c)),
@@ -118,6 +120,17 @@ fn sessions<M: Measurement>(criterion: &mut Criterion<M>) {
                 });
             },
         );
+        // One edit from beginning to end: prepared, solved, measured on the rounded vertices, reported.
+        criterion.benchmark_group("W4 whole").bench_function(BenchmarkId::new("edit", name(n, c)), |b| {
+            let mut x = 0.0;
+            b.iter(|| {
+                x += 1e-6;
+                let moved = position(rows.at[0]).to(Point::new(x, 1.0, 0.0));
+                let edit = Edit::of(curve.take()?).ask(moved);
+                curve = Some(asked(edit, &rows, c).solve().ok()?.into_shape());
+                Some(())
+            });
+        });
         let Some(mut session) = curve.and_then(|curve| edit(curve).prepare(Automatic).ok()) else {
             unreachable!("these constraints are independent")
         };
@@ -225,4 +238,5 @@ fn main() {
     for group in ["W4 prepare", "W4 event"] {
         measure::summary(group, &contestants, "automatic", &mine, &cases);
     }
+    measure::summary("W4 whole", &["edit"], "edit", &["edit"], &cases);
 }

@@ -4,6 +4,7 @@
 //! functionals themselves, on these shapes, and has the answer judged here: each equation by the [`Accuracy`] that it
 //! promises, rounding being that of numbers as large as those that went in.
 
+use crate::Point;
 use crate::error::Result;
 use crate::functional::{Accuracy, Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
 use crate::solve::Sense;
@@ -104,6 +105,16 @@ pub fn measure(
     Ok(Measured { error, worst, between })
 }
 
+/// Measures one place that a shape should pass: `found` where it does, `wanted` where it should; `reach` as in [`measure`], and
+/// `vertices` the largest coordinate of the shape's control vertices. What [`measure`] allows a position, for thousands of them.
+pub fn place(found: &Point, wanted: &Point, vertices: f64, reach: f64) -> Error {
+    let size = vertices.min(PROPORTION * reach).max(reach);
+    (0..3).fold(Error::default(), |worst, axis| {
+        let error = (found[axis] - wanted[axis]).abs();
+        worst.or_worse(Error { error, allowed: ROUNDING * (size + wanted[axis].abs()) })
+    })
+}
+
 fn equations(
     shapes: &Shapes<'_>,
     functional: &dyn Functional,
@@ -153,9 +164,9 @@ fn equations(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Vector;
     use crate::functional::{position, vertex};
     use crate::spline::{Curve, Space};
-    use crate::{Point, Vector};
 
     fn line(size: f64) -> Curve {
         let points = (0..6).map(|i| Point::new(f64::from(i) * size, 0.0, 0.0)).collect();
@@ -177,6 +188,21 @@ mod tests {
             assert!(look(0.0).holds() && look(1e-15).holds());
             assert!(!look(1e-12).holds() && (look(1e-12).error / size / 1e-12 - 1.0).abs() < 1e-9);
             assert!(!look(f64::NAN).holds() && !look(f64::INFINITY).holds());
+        }
+    }
+
+    #[test]
+    fn a_place_is_judged_as_a_position_is() {
+        let curve = line(3.0);
+        let (found, reach) = (curve.point(1.0).unwrap(), 15.0);
+        for by in [0.0, 1e-15, 1e-13, 1e-12, 1e-6, f64::NAN, f64::INFINITY] {
+            let wanted = found + Vector::new(by, 0.0, -by);
+            let target = wanted.coords;
+            let all = |_| true;
+            let shapes = Shapes::one(&curve);
+            let slow =
+                measure(&shapes, &position(1.0), Sense::Equal, target.as_slice(), &all, reach).unwrap();
+            assert_eq!(place(&found, &wanted, reach, reach).holds(), slow.holds(), "{by}");
         }
     }
 

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of};
+use loftsman_kernel::measure::measure;
+use loftsman_kernel::solve::Sense;
 use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
 
 use crate::banded::{Qr, Stencils};
 use crate::error::{FitError, Result};
@@ -56,8 +58,6 @@ impl Constraint {
 struct Row {
     terms: Vec<(usize, Vector)>,
     value: f64,
-    /// The length that the coefficients had.
-    size: f64,
     constraint: usize,
 }
 
@@ -69,10 +69,18 @@ struct Local {
     value: Vector,
 }
 
+/// A constraint as it was imposed: what can be measured on the curve that is handed out.
+#[derive(Debug, Clone)]
+struct Imposed {
+    name: String,
+    functional: Arc<dyn Functional>,
+    to: Vec<f64>,
+}
+
 /// The equations of all constraints of a fit.
 #[derive(Debug, Default)]
 pub(crate) struct Held {
-    names: Vec<String>,
+    imposed: Vec<Imposed>,
     rows: Vec<Row>,
     local: Vec<Local>,
 }
@@ -84,6 +92,40 @@ pub struct Kept {
     pub residuals: Vec<(String, f64)>,
     /// Constraints that the others imply, at least in part; they hold too.
     pub redundant: Vec<String>,
+}
+
+/// The constraints that a curve should meet, and those that others implied.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Holding {
+    imposed: Vec<Imposed>,
+    redundant: Vec<String>,
+}
+
+impl Holding {
+    /// With those of another piece of the curve.
+    pub(crate) fn extend(&mut self, other: Self) {
+        self.imposed.extend(other.imposed);
+        self.redundant.extend(other.redundant);
+    }
+
+    /// Asks the functionals themselves, on the curve that is handed out, in document coordinates.
+    ///
+    /// # Errors
+    /// [`FitError::Missed`] where one misses its value by more than its accuracy allows.
+    pub(crate) fn measured(self, curve: &Curve, points: &[Point]) -> Result<Kept> {
+        let shapes = Shapes::one(curve);
+        let reach = points.iter().fold(0.0_f64, |most, p| most.max(p.coords.amax()));
+        let mut residuals = Vec::with_capacity(self.imposed.len());
+        for Imposed { name, functional, to } in self.imposed {
+            let found = measure(&shapes, functional.as_ref(), Sense::Equal, &to, &|_| true, reach)?;
+            if !found.holds() {
+                let verdict = found.verdict();
+                return Err(FitError::Missed { name, error: verdict.error, allowed: verdict.allowed });
+            }
+            residuals.push((name, found.error));
+        }
+        Ok(Kept { residuals, redundant: self.redundant })
+    }
 }
 
 impl Held {
@@ -121,7 +163,7 @@ impl Held {
                     "it does not depend on the control vertices, or too much to compute with".into(),
                 ));
             }
-            held.names.push(name);
+            held.imposed.push(Imposed { name, functional: Arc::clone(functional), to });
         }
         let entries = held.rows.len().saturating_mul(3 * curve.points().len());
         if entries > BORDER {
@@ -153,7 +195,7 @@ impl Held {
                     for axis in 0..3 {
                         let e = Vector::ith(axis, 1.0 / size);
                         let terms = vertices.iter().zip(coefficients).map(|(&v, &c)| (v, e * c)).collect();
-                        self.rows.push(Row { terms, value: value[axis], size, constraint });
+                        self.rows.push(Row { terms, value: value[axis], constraint });
                     }
                     let values = coefficients.iter().map(|c| c / size).collect();
                     self.local.extend(vertices.first().map(|&start| Local { start, values, value }));
@@ -172,7 +214,7 @@ impl Held {
                     let at_origin: f64 = vectors.iter().map(|a| a.dot(&origin)).sum();
                     let value = frame.enter_length(next() - constant - at_origin) / size;
                     let terms = vertices.iter().zip(vectors).map(|(&v, a)| (v, a / size)).collect();
-                    self.rows.push(Row { terms, value, size, constraint });
+                    self.rows.push(Row { terms, value, constraint });
                 }
             }
         }
@@ -209,12 +251,12 @@ impl Held {
     ///
     /// With `A = QR` and constraints `C x = d`, `Z = R⁻ᵀCᵀ = UT` orthogonalized column by column, the answer is
     /// `x + R⁻¹ U T⁻ᵀ (d - C x)` (the null-space form of Björck, *Numerical Methods for Least Squares Problems*,
-    /// §5.1, on the factor of `A` instead of `AᵀA`). Two steps, the second to take the rounding out.
+    /// §5.1, on the factor of `A` instead of `AᵀA`). Three steps, the later ones to take the rounding out.
     /// `O(n c (p + c))`.
     ///
     /// # Errors
     /// [`FitError::Conflict`] where a constraint depends on others and contradicts them.
-    pub(crate) fn hold(&self, qr: &Qr, x: &mut [f64], frame: &Frame) -> Result<Kept> {
+    pub(crate) fn hold(&self, qr: &Qr, x: &mut [f64]) -> Result<Holding> {
         let n = x.len() / 3;
         let mut basis: Vec<Column> = Vec::new();
         // Column j of T: what row `kept[j]` has of each basis vector, and of itself.
@@ -244,7 +286,7 @@ impl Held {
             mixing.push(share);
             kept.push(index);
         }
-        for step in 0..2 {
+        for step in 0..3 {
             // Tᵀ y = r, forwards.
             let mut y: Vec<f64> = Vec::with_capacity(kept.len());
             for (&index, share) in kept.iter().zip(&mixing) {
@@ -266,16 +308,10 @@ impl Held {
                 }
             }
         }
-        let mut worst = vec![0.0_f64; self.names.len()];
-        for row in &self.rows {
-            worst[row.constraint] = worst[row.constraint].max(row.defect(x).abs() * row.size);
-        }
         let mut redundant: Vec<usize> = dependent.iter().map(|&(i, _)| self.rows[i].constraint).collect();
         redundant.dedup();
-        Ok(Kept {
-            residuals: self.names.iter().cloned().zip(worst.iter().map(|&w| frame.leave_length(w))).collect(),
-            redundant: redundant.into_iter().map(|c| self.names[c].clone()).collect(),
-        })
+        let redundant = redundant.into_iter().map(|c| self.imposed[c].name.clone()).collect();
+        Ok(Holding { imposed: self.imposed.clone(), redundant })
     }
 
     /// Whether the dependent rows follow from the kept ones.
@@ -307,12 +343,12 @@ impl Held {
             let largest = a.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let mut with: Vec<String> = Vec::new();
             for (&k, a) in kept.iter().zip(&a) {
-                let name = &self.names[self.rows[k].constraint];
+                let name = &self.imposed[self.rows[k].constraint].name;
                 if a.abs() > 1e-6 * largest && !with.contains(name) {
                     with.push(name.clone());
                 }
             }
-            return Err(FitError::Conflict { name: self.names[row.constraint].clone(), with });
+            return Err(FitError::Conflict { name: self.imposed[row.constraint].name.clone(), with });
         }
         Ok(())
     }

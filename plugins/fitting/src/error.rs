@@ -145,6 +145,18 @@ pub enum FitError {
         /// The names of those it contradicts.
         with: Vec<String>,
     },
+    /// A constraint that the curve, measured, does not meet.
+    #[error(
+        "the fitted curve misses the constraint \"{name}\" by {error:.3e} where rounding allows {allowed:.1e}: hold fewer constraints that are near one another, or allow more control vertices"
+    )]
+    Missed {
+        /// Its name.
+        name: String,
+        /// By how much its value is missed.
+        error: f64,
+        /// What its accuracy allows.
+        allowed: f64,
+    },
     /// A constraint that a fit cannot hold.
     #[error("the constraint \"{name}\" cannot be held by a fit: {reason}")]
     Constraint {

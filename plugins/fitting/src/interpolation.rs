@@ -1,5 +1,8 @@
 //! Interpolation: the spline curve that passes through points.
 
+use loftsman_kernel::functional::{Functional, Shapes, derivative};
+use loftsman_kernel::measure::{Error, measure, place};
+use loftsman_kernel::solve::Sense;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
@@ -34,6 +37,18 @@ pub enum Ends {
         /// At the end.
         end: Vec<Vector>,
     },
+}
+
+impl Ends {
+    /// The derivatives that were given on the domain from `a` to `b`: order, place and value.
+    fn given(&self, a: f64, b: f64) -> impl Iterator<Item = (usize, f64, &Vector)> {
+        let (start, end): (&[Vector], &[Vector]) = match self {
+            Self::Derivatives { start, end } => (start, end),
+            _ => (&[], &[]),
+        };
+        let at = |u: f64| move |(k, vector)| (k + 1, u, vector);
+        start.iter().enumerate().map(at(a)).chain(end.iter().enumerate().map(at(b)))
+    }
 }
 
 /// Derivatives at an end: their orders and values.
@@ -145,6 +160,7 @@ impl Interpolation {
         let course =
             Course { points: &local, sites: &sites[..local.len()], closed: self.closed, corners: &[] };
         let residual = course.distances(&handed)?.into_iter().fold(0.0, f64::max);
+        self.check(&curve, points, &merged, course.sites)?;
         let travel = course.travel(&handed, 0.0)?;
         // Given derivatives may send the curve anywhere between the points.
         let free = matches!(self.ends, Ends::Derivatives { .. });
@@ -159,6 +175,34 @@ impl Interpolation {
             condition,
             merged,
         })
+    }
+
+    /// Whether the curve that is handed out passes the points, and has the derivatives that were given.
+    fn check(&self, curve: &Curve, points: &[Point], merged: &[usize], sites: &[f64]) -> Result<()> {
+        let largest = |points: &[Point]| points.iter().fold(0.0_f64, |most, p| most.max(p.coords.amax()));
+        let (vertices, reach) = (largest(curve.points()), largest(points));
+        let mut found = vec![Point::origin(); sites.len()];
+        curve.points_into(sites, &mut found)?;
+        let mut merged = merged.iter().peekable();
+        let distinct = (0..points.len()).filter(|i| merged.next_if_eq(&i).is_none());
+        for (index, found) in distinct.zip(&found) {
+            let measured = place(found, &points[index], vertices, reach);
+            if !measured.holds() {
+                let Error { error, allowed } = measured;
+                return Err(FitError::Missed { name: format!("point {index}"), error, allowed });
+            }
+        }
+        let (a, b) = curve.domain();
+        for (order, u, vector) in self.ends.given(a, b) {
+            let functional = derivative(u, order);
+            let shapes = Shapes::one(curve);
+            let found = measure(&shapes, &functional, Sense::Equal, vector.as_slice(), &|_| true, reach)?;
+            if !found.holds() {
+                let (name, Error { error, allowed }) = (functional.describe(), found.verdict());
+                return Err(FitError::Missed { name, error, allowed });
+            }
+        }
+        Ok(())
     }
 
     /// The same in local coordinates, not yet judged: only that the equations hold.

@@ -4,7 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::spline::{Curve, Space};
 
 use crate::banded::Stencils;
-use crate::constraint::{Constraint, Held, Kept, rough};
+use crate::constraint::{Constraint, Held, Holding, Kept, rough};
 use crate::error::{FitError, Result};
 use crate::frame::Frame;
 use crate::knots::check_data;
@@ -91,7 +91,7 @@ impl LeastSquares {
         } else {
             Held::new(&self.constraints, &request.rough(&frame)?, &frame)?
         };
-        let local_fit = request.solve(&held, &frame)?;
+        let local_fit = request.solve(&held)?;
         let curve = Curve::new(self.space.clone(), frame.raise(&local_fit.vertices))?;
         // Measured on the curve that is handed out.
         let handed = frame.lower(&curve)?;
@@ -101,12 +101,12 @@ impl LeastSquares {
         let worst = (0..distances.len()).fold(0, |w, k| if distances[k] > distances[w] { k } else { w });
         let mean = distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64;
         Ok(Fitted {
-            curve,
             max_error: frame.leave_length(distances[worst]),
             worst,
             rms_error: frame.leave_length(mean.sqrt()),
             condition: local_fit.condition,
-            kept: local_fit.kept,
+            kept: local_fit.held.measured(&curve, points)?,
+            curve,
         })
     }
 }
@@ -128,7 +128,7 @@ pub(crate) struct Request<'a> {
 pub(crate) struct LocalFit {
     pub(crate) vertices: Vec<f64>,
     pub(crate) condition: f64,
-    pub(crate) kept: Kept,
+    pub(crate) held: Holding,
 }
 
 impl Request<'_> {
@@ -163,7 +163,7 @@ impl Request<'_> {
     }
 
     /// Solves it.
-    pub(crate) fn solve(&self, held: &Held, frame: &Frame) -> Result<LocalFit> {
+    pub(crate) fn solve(&self, held: &Held) -> Result<LocalFit> {
         let space = self.space;
         if held.is_empty() && self.regularization == 0.0 && !space.is_periodic() {
             self.check_data()?;
@@ -197,8 +197,8 @@ impl Request<'_> {
         let weights = weighted.then_some(scales.as_slice());
         let (qr, condition) = factor(space, &matrix, weights, &rhs, 3, ADVICE)?;
         let mut vertices = qr.solve();
-        let kept = if held.is_empty() { Kept::default() } else { held.hold(&qr, &mut vertices, frame)? };
-        Ok(LocalFit { vertices, condition, kept })
+        let held = if held.is_empty() { Holding::default() } else { held.hold(&qr, &mut vertices)? };
+        Ok(LocalFit { vertices, condition, held })
     }
 
     /// The distance of each point from the curve at its parameter.

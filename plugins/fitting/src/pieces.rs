@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use loftsman_kernel::functional::{Functional, position};
+use loftsman_kernel::measure;
 use loftsman_kernel::plugin::Observer;
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use crate::constraint::{Constraint, Kept};
+use crate::constraint::{Constraint, Holding};
 use crate::error::{FitError, Result};
 use crate::fit::{Fit, FittedCurve};
 use crate::frame::Frame;
@@ -214,8 +215,7 @@ impl Whole<'_> {
     /// The pieces as one curve, its knots `p` times at the corners.
     fn joined(&self, cuts: &[Cut], states: Vec<State>) -> Result<State> {
         let p = self.fit.degree;
-        let (mut knots, mut vertices, mut residuals, mut redundant) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut knots, mut vertices, mut held) = (Vec::new(), Vec::new(), Holding::default());
         let m = self.points.len();
         let (mut sites, mut distances) = (vec![0.0; m], vec![0.0_f64; m]);
         let mut remarks: Vec<String> = Vec::new();
@@ -240,8 +240,7 @@ impl Whole<'_> {
                 }
                 distances[k] = distances[k].max(state.distances[j]);
             }
-            residuals.extend(state.kept.residuals);
-            redundant.extend(state.kept.redundant);
+            held.extend(state.held);
             for remark in state.remarks {
                 if !remarks.contains(&remark) {
                     remarks.push(remark);
@@ -260,7 +259,6 @@ impl Whole<'_> {
             knots.extend(std::iter::repeat_n(end, p + 1));
             Space::open(p, knots)?
         };
-        let kept = Kept { residuals, redundant };
         let length = 0.0;
         Ok(State {
             space,
@@ -268,7 +266,7 @@ impl Whole<'_> {
             sites,
             distances,
             condition,
-            kept,
+            held,
             length,
             sound,
             met,
@@ -317,7 +315,9 @@ impl Whole<'_> {
         let distances = course.distances(&handed)?;
         let worst = (0..m).fold(0, |w, k| if distances[k] > distances[w] { k } else { w });
         let travel = course.travelled(&handed, distances[worst])?;
-        let met = self.goal.tolerance.is_none_or(|t| distances[worst] <= t * (1.0 + 1e-12));
+        let within =
+            |t: f64| measure::Error { error: distances[worst], allowed: t * (1.0 + measure::ITERATED) };
+        let met = self.goal.tolerance.is_none_or(|t| within(t).holds());
         if !met && !self.fit.best_effort {
             return Err(FitError::NotMet {
                 tolerance: self.frame.leave_length(self.goal.tolerance.unwrap_or(0.0)),
@@ -343,13 +343,13 @@ impl Whole<'_> {
             corners,
             remarks: state.remarks,
             parameters,
-            curve,
             tolerance: self.goal.tolerance.map(leave),
             iterations,
             condition: state.condition,
             interpolated: state.interpolated,
             closing_point_dropped,
-            kept: state.kept,
+            kept: state.held.measured(&curve, points)?,
+            curve,
         })
     }
 }

@@ -4,7 +4,7 @@ use loftsman_kernel::plugin::Observer;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use crate::constraint::{Constraint, Held, Kept};
+use crate::constraint::{Constraint, Held, Holding};
 use crate::error::{FitError, Result};
 use crate::fit::Fit;
 use crate::foot::correct;
@@ -42,7 +42,7 @@ pub(crate) struct State {
     pub(crate) sites: Vec<f64>,
     pub(crate) distances: Vec<f64>,
     pub(crate) condition: f64,
-    pub(crate) kept: Kept,
+    pub(crate) held: Holding,
     /// Its length, or (where that is no longer than the polygon of the points) a bound of it from above.
     pub(crate) length: f64,
     /// Whether it goes where the points go.
@@ -393,7 +393,7 @@ impl<'a> Search<'a> {
             sites,
             distances,
             condition: fit.condition,
-            kept: fit.kept,
+            held: fit.held,
             length: 0.0,
             sound: false,
             met: false,
@@ -452,7 +452,7 @@ impl<'a> Search<'a> {
             pull = held.pull(&rough, self.frame);
             held
         };
-        let solved = request.solve(&held, self.frame);
+        let solved = request.solve(&held);
         self.allowance = self.allowance.max(DETOUR * pull);
         solved
     }

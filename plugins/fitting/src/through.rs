@@ -3,7 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::{Curve, Space};
 
-use crate::constraint::Kept;
+use crate::constraint::Holding;
 use crate::error::{FitError, Result};
 use crate::foot::correct;
 use crate::interpolation::{Duplicates, Interpolation};
@@ -105,7 +105,7 @@ impl Search<'_> {
             distances: self.distances(&curve, &sites)?,
             sites,
             condition: through.condition,
-            kept: Kept::default(),
+            held: Holding::default(),
             length: crate::measure::length(&curve)?,
             sound: true,
             met: true,

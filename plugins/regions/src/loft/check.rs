@@ -1,10 +1,11 @@
 //! A loft measured afresh: at its sections, and between them.
 
+use loftsman_kernel::measure::{Error, place};
 use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
 
-use super::Lofted;
 use super::align::{Aligned, area_vector};
+use super::{Lofted, size_of};
 use crate::error::{RegionError, Result};
 
 /// Places on each section's pieces.
@@ -29,19 +30,21 @@ impl Lofted {
     /// Where it is more than rounding of the coordinates, and of the parameters where those are far from zero.
     pub(super) fn measure(&mut self, given: &[Curve]) -> Result<()> {
         let (u0, u1) = self.surface.u().domain();
+        let size = size_of(given);
+        let vertices = self.surface.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
         for (k, (section, change)) in given.iter().zip(&self.sections).enumerate() {
-            let size = section.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
             for share in places(section, change) {
                 let at = given_at(section, change, share);
                 let mut out = [Vector::zeros(); 2];
                 section.derivatives_into(at, &mut out)?;
                 let on = self.surface.point((u0 + share * (u1 - u0)).min(u1), self.parameters[k])?;
-                let (off, (a, b)) = ((on.coords - out[0]).amax(), section.domain());
+                let (a, b) = section.domain();
                 let blur = f64::EPSILON * (a.abs().max(b.abs()) + (b - a)) * out[1].amax();
-                self.deviation = self.deviation.max(off);
-                if off.is_nan() || off > 1e3 * f64::EPSILON * size + 32.0 * blur {
+                let Error { error, allowed } = place(&on, &Point::from(out[0]), vertices, size);
+                self.deviation = self.deviation.max(error);
+                if !(Error { error, allowed: allowed + 32.0 * blur }.holds()) {
                     return Err(RegionError::Sections(format!(
-                        "the surface misses section {k} by {off:.3e}, more than rounding explains: lower the degree, or \
+                        "the surface misses section {k} by {error:.3e}, more than rounding explains: lower the degree, or \
                          leave out sections that nearly coincide"
                     )));
                 }

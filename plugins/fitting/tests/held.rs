@@ -1,0 +1,64 @@
+//! Constraints of a fit hold on the curve that is handed out, measured by the test's own evaluator, or the fit is refused.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+mod common;
+
+use common::evaluator::{Spline, size, spread};
+use common::families::{Random, member};
+use loftsman_fitting::{Constraint, Fit, FitError, Target};
+use loftsman_kernel::functional::position;
+use loftsman_kernel::{Point, Vector};
+
+#[test]
+fn positions_hold_on_the_curve_or_the_fit_is_refused() {
+    let (mut fitted, mut conflicts, mut flung, mut missed, mut others) = (0, 0, 0, Vec::new(), Vec::new());
+    for seed in 0..320 {
+        let member = member(seed);
+        let mut r = Random::new(seed + 7000);
+        let degree = r.pick(&[1, 2, 3, 4, 5, 7]);
+        let size = size(&member.points);
+        let extent = spread(&member.points, size);
+        // Some next to one another: nearly equal, nearly contradictory.
+        let mut at: Vec<f64> = (0..r.whole(1, 4)).map(|_| r.between(0.05, 0.95)).collect();
+        let pair = r.whole(0, 2) == 0;
+        if pair {
+            at.push((at[0] + 10.0_f64.powf(r.between(-13.0, -1.0))).min(0.99));
+        }
+        let aim = |u: f64, r: &mut Random| {
+            let near = member.points[(u * (member.points.len() - 1) as f64) as usize].coords / size;
+            near + Vector::new(r.normal(), r.normal(), 0.0) * (extent * r.pick(&[0.0, 1e-3, 0.1]))
+        };
+        let aims: Vec<(f64, Vector)> = at.iter().map(|&u| (u, aim(u, &mut r))).collect();
+        let constraint = |(u, q): &(f64, Vector)| Constraint::new(position(*u), <[f64; 3]>::from(q * size));
+        let fit = Fit {
+            closed: member.closed,
+            best_effort: true,
+            constraints: aims.iter().map(constraint).collect(),
+            ..Fit::new(degree, Target::Relative(0.01))
+        };
+        let what = format!("seed {seed}, {}, degree {degree}, {aims:?}", member.kind);
+        match fit.curve(&member.points) {
+            Ok(found) => {
+                fitted += 1;
+                let spline = Spline::of(&found.curve, size);
+                let vertices: f64 =
+                    found.curve.points().iter().fold(1.0, |m: f64, p: &Point| m.max(p.coords.amax() / size));
+                for (u, q) in &aims {
+                    let off = (spline.at(*u) - q).amax();
+                    assert!(off <= 1e-13 * vertices.min(1e6), "{what}: off by {off:e}");
+                }
+                assert!(found.kept.residuals.len() >= aims.len(), "{what}");
+            }
+            Err(FitError::Conflict { .. }) => conflicts += 1,
+            // What pairs far apart for their distance in the parameter ask is far out.
+            Err(FitError::Astray { .. } | FitError::IllConditioned { .. }) if pair => flung += 1,
+            Err(error @ FitError::Missed { .. }) => missed.push(format!("{what}: {error}")),
+            Err(error) => others.push(format!("{what}: {error}")),
+        }
+    }
+    let counts = format!("{fitted} fitted, {conflicts} in conflict, {flung} flung");
+    assert!(fitted > 220 && conflicts + flung > 10 && conflicts + flung < 80, "{counts}");
+    assert!(missed.is_empty(), "{counts}, {} missed\n{missed:#?}", missed.len());
+    assert!(others.len() <= 12, "{counts}, {} others\n{others:#?}", others.len());
+}
