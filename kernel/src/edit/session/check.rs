@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::bound::Bound;
-use crate::Point;
 use crate::edit::ask::Constraint;
 use crate::edit::assembly::Assembly;
 use crate::edit::conflict::quoted;
 use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
 use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
+use crate::{Point, Vector};
 
 /// What is known of a system's rows at mouse down, and room to check them at every mouse move.
 #[derive(Debug)]
@@ -22,6 +22,9 @@ pub(super) struct Check {
     /// The way that the vertices really go, their coordinates being rounded.
     way: Vec<f64>,
     measure: Measure,
+    /// How long the adjustment is without the handle, and what each number of the handle adds by changing by 1.
+    still: f64,
+    response: Vec<f64>,
 }
 
 /// Lengths in a metric.
@@ -30,9 +33,6 @@ struct Lengths {
     metric: Box<Whitened>,
     /// `1 / ‖row‖` with the inverse metric.
     cost: Vec<f64>,
-    /// Of the adjustment without the handle, and of what each number of the handle adds by changing by 1.
-    still: f64,
-    response: Vec<f64>,
 }
 
 /// How the length of an adjustment is measured.
@@ -62,9 +62,18 @@ impl Measure {
             None => Self::Plain,
             Some(metric) => {
                 let cost = reciprocals(&metric.rows);
-                Self::Metric(Box::new(Lengths { metric, cost, still: f64::INFINITY, response: Vec::new() }))
+                Self::Metric(Box::new(Lengths { metric, cost }))
             }
         })
+    }
+
+    /// The length of an adjustment with so many sides; of none where it does not matter.
+    fn length(&mut self, d: &[f64], sides: usize) -> f64 {
+        match self {
+            Self::Plain => length(d),
+            Self::Harmless => 0.0,
+            Self::Metric(lengths) => lengths.metric.squared_length(d, sides).sqrt(),
+        }
     }
 }
 
@@ -103,17 +112,17 @@ impl Check {
             reach: base.iter().fold(0.0, |m, p| p.coords.amax().max(m)),
             way: vec![0.0; 3 * base.len()],
             measure: Measure::new(system, factored)?,
+            still: f64::INFINITY,
+            response: Vec::new(),
         })
     }
 
     /// Remembers how long the adjustments are that events are made of: so an event need not measure a length that is
     /// bounded by theirs.
     pub(super) fn of_events(&mut self, sides: usize, still: &[f64], response: &[Vec<f64>]) {
-        let Measure::Metric(lengths) = &mut self.measure else { return };
-        lengths.still = lengths.metric.squared_length(still, sides).sqrt();
+        self.still = self.measure.length(still, sides);
         // A response is that of one coordinate: a column of one side.
-        let metric = &mut lengths.metric;
-        lengths.response = response.iter().map(|r| metric.squared_length(r, 1).sqrt()).collect();
+        self.response = response.iter().map(|r| self.measure.length(r, 1)).collect();
     }
 
     /// The first row that the adjustment `d` misses by more than rounding explains, once the vertices are where it takes
@@ -127,15 +136,50 @@ impl Check {
         base: &[Point],
         d: &[f64],
     ) -> Option<(usize, Error)> {
-        let mut largest = 0.0_f64;
         let points = self.way.as_chunks_mut::<3>().0.iter_mut().zip(d.as_chunks::<3>().0).zip(base);
         for ((way, d), base) in points {
             for axis in 0..3 {
-                let there = base[axis] + d[axis];
-                way[axis] = there - base[axis];
-                largest = largest.max(there.abs());
+                way[axis] = (base[axis] + d[axis]) - base[axis];
             }
         }
+        let all = match system.sides() {
+            3 => self.all_hold::<3>(system, right, size),
+            _ => self.all_hold::<1>(system, right, size),
+        };
+        if all { None } else { self.first_missed(system, senses, (right, size), base, d) }
+    }
+
+    /// Whether all rows hold as equations, at the least size that there is: mostly they do, and the question is settled.
+    fn all_hold<const S: usize>(&self, system: &System, right: &[f64], size: &[f64]) -> bool {
+        let way = self.way.as_chunks::<S>().0;
+        let sides = right.as_chunks::<S>().0.iter().zip(size.as_chunks::<S>().0);
+        let mut all = true;
+        for (row, ((right, size), rough)) in sides.zip(&self.rough).enumerate() {
+            let (columns, values) = system.rows().row(row);
+            let mut missing = *right;
+            for (&column, value) in columns.iter().zip(values) {
+                let way = &way[column as usize];
+                (0..S).for_each(|s| missing[s] -= value * way[s]);
+            }
+            for s in 0..S {
+                let allowed = ROUNDING * (size[s] + right[s].abs() + rough * self.reach);
+                all &= missing[s].abs() <= allowed.min(f64::MAX);
+            }
+        }
+        all
+    }
+
+    #[cold]
+    fn first_missed(
+        &self,
+        system: &System,
+        senses: impl Fn(usize) -> Sense,
+        (right, size): (&[f64], &[f64]),
+        base: &[Point],
+        d: &[f64],
+    ) -> Option<(usize, Error)> {
+        let there = base.iter().zip(d.as_chunks::<3>().0).map(|(base, d)| base.coords + Vector::from(*d));
+        let largest = there.fold(0.0_f64, |m, p| m.max(p.amax()));
         let wanted = self.cost.iter().zip(right.chunks_exact(system.sides()));
         let asked = wanted.fold(0.0_f64, |m, (cost, b)| b.iter().fold(m, |m, b| m.max(cost * b.abs())));
         let reach = self.reach + asked;
@@ -176,30 +220,33 @@ impl Check {
 
     /// Whether an adjustment is out of proportion to what its equations would cost, each alone: `‖d‖_W` is more than
     /// [`PROPORTION`] times `Σ |b_k| / ‖f_k‖_(W⁻¹)`, in which no scale enters. (A change `b_k` counts as no less than the
-    /// rounding of the numbers that it comes from.) `handle` are the changes of the handle's numbers, where the adjustment is
-    /// one of its responses: then the length is known to be no more than a sum, which mostly settles the question.
+    /// rounding of the numbers that it comes from.) `handle` are the entries of the handle's numbers, where the adjustment is
+    /// one of its responses: then the length is known to be no more than a sum, and to be allowed no less than what these
+    /// entries allow, which mostly settles the question.
     pub(super) fn excess(
         &mut self,
         sides: usize,
         right: (&[f64], &[f64]),
         d: &[f64],
-        handle: impl Iterator<Item = f64>,
+        handle: impl Iterator<Item = usize>,
     ) -> Option<Excess> {
-        match &mut self.measure {
-            Measure::Harmless => None,
-            Measure::Plain => Excess::of(length(d), alone(&self.cost, sides, right)),
-            Measure::Metric(lengths) => {
-                let alone = alone(&lengths.cost, sides, right);
-                let column = |k: usize| if sides == 3 { k / 3 } else { k };
-                let bounds = handle.enumerate().map(|(k, change)| {
-                    change.abs() * lengths.response.get(column(k)).copied().unwrap_or(f64::INFINITY)
-                });
-                if lengths.still + bounds.sum::<f64>() <= PROPORTION * alone {
-                    return None;
-                }
-                Excess::of(lengths.metric.squared_length(d, sides).sqrt(), alone)
-            }
+        let cost = match &self.measure {
+            Measure::Harmless => return None,
+            Measure::Plain => &self.cost,
+            Measure::Metric(lengths) => &lengths.cost,
+        };
+        let (mut most, mut least) = (self.still, 0.0);
+        for (k, entry) in handle.enumerate() {
+            let change = right.0[entry].abs();
+            let column = if sides == 3 { k / 3 } else { k };
+            most += change * self.response.get(column).copied().unwrap_or(f64::INFINITY);
+            least += change * cost[entry / sides];
         }
+        if most <= PROPORTION * least {
+            return None;
+        }
+        let alone = alone(cost, sides, right);
+        Excess::of(self.measure.length(d, sides), alone)
     }
 }
 
@@ -214,14 +261,13 @@ pub(super) fn excess(
     d: &[f64],
 ) -> Result<Option<Excess>, SolveError> {
     let sides = system.sides();
-    Ok(match Measure::new(system, factored)? {
-        Measure::Harmless => None,
-        Measure::Plain => Excess::of(length(d), alone(&reciprocals(system.rows()), sides, right)),
-        Measure::Metric(mut lengths) => {
-            let alone = alone(&lengths.cost, sides, right);
-            Excess::of(lengths.metric.squared_length(d, sides).sqrt(), alone)
-        }
-    })
+    let mut measure = Measure::new(system, factored)?;
+    let alone = match &measure {
+        Measure::Harmless => return Ok(None),
+        Measure::Plain => alone(&reciprocals(system.rows()), sides, right),
+        Measure::Metric(lengths) => alone(&lengths.cost, sides, right),
+    };
+    Ok(Excess::of(measure.length(d, sides), alone))
 }
 
 /// `Σ |b_k| / ‖f_k‖`.
@@ -234,7 +280,13 @@ fn alone(cost: &[f64], sides: usize, (right, size): (&[f64], &[f64])) -> f64 {
 
 /// The Euclidean length, safe from overflow and underflow.
 fn length(d: &[f64]) -> f64 {
-    let squares: f64 = d.iter().map(|v| v * v).sum();
+    // In eight sums, which need not wait for one another.
+    let (eights, rest) = d.as_chunks::<8>();
+    let mut sums = [0.0_f64; 8];
+    for eight in eights {
+        sums.iter_mut().zip(eight).for_each(|(sum, v)| *sum += v * v);
+    }
+    let squares = sums.iter().sum::<f64>() + rest.iter().map(|v| v * v).sum::<f64>();
     if squares > 1e-280 && squares < f64::INFINITY {
         return squares.sqrt();
     }

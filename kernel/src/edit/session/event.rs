@@ -69,9 +69,9 @@ impl<S: Shape> Session<S> {
     /// Whether the adjustment is in proportion to what is asked.
     fn check_proportion(&mut self) -> Result<(), EditError> {
         let Prepared { check, assembly, factored, rhs, size, d, .. } = &mut self.prepared;
-        let from = self.handle.map(|handle| (assembly.slots(handle), &*rhs));
-        let changes = from.iter().flat_map(|(slots, rhs)| slots.iter().map(|slot| rhs[assembly.entry(slot)]));
-        match check.excess(assembly.system.sides(), (rhs, size), d, changes) {
+        let slots = self.handle.map(|handle| assembly.slots(handle)).unwrap_or_default();
+        let entries = slots.iter().map(|slot| assembly.entry(slot));
+        match check.excess(assembly.system.sides(), (rhs, size), d, entries) {
             Some(excess) if !self.forced => {
                 Err(near_conflict(&self.bound, assembly, factored.as_mut(), rhs, excess).into())
             }

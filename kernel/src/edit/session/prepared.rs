@@ -190,18 +190,20 @@ impl Prepared {
         // d = C₀b₀ + Σ response · change: only the columns of C whose b is ever non-zero.
         self.d.copy_from_slice(&self.still);
         let (target, sides) = (&bound[handle].target, self.assembly.system.sides());
-        for (slot, response) in self.assembly.slots(handle).iter().zip(response_of(&self.response, sides)) {
-            let change = target[slot.equation as usize] - start[slot.equation as usize];
-            self.rhs[self.assembly.entry(slot)] = change;
+        let slots = self.assembly.slots(handle).chunks(if sides == 3 { 3 } else { 1 });
+        for (slots, response) in slots.zip(&self.response) {
+            let mut change = [0.0; 3];
+            for slot in slots {
+                let side = if sides == 3 { slot.side as usize } else { 0 };
+                change[side] = target[slot.equation as usize] - start[slot.equation as usize];
+                self.rhs[self.assembly.entry(slot)] = change[side];
+            }
             if sides == 3 {
-                let side = slot.side as usize;
-                for (d, r) in self.d.chunks_exact_mut(3).zip(response) {
-                    d[side] += change * r;
+                for (d, r) in self.d.as_chunks_mut::<3>().0.iter_mut().zip(response) {
+                    (0..3).for_each(|side| d[side] += change[side] * r);
                 }
             } else {
-                for (d, r) in self.d.iter_mut().zip(response) {
-                    *d += change * r;
-                }
+                self.d.iter_mut().zip(response).for_each(|(d, r)| *d += change[0] * r);
             }
         }
     }
@@ -246,9 +248,4 @@ impl Refinement {
 /// Whether rows may have been dropped. The rank is always known without asking for the condition.
 pub(super) fn needs_diagnosis(factored: &dyn Factored, assembly: &Assembly) -> bool {
     factored.rank() < assembly.system.rows().len()
-}
-
-/// The responses in the order of the handle's slots: with three sides, all share the one column.
-pub(super) fn response_of(response: &[Vec<f64>], sides: usize) -> impl Iterator<Item = &Vec<f64>> {
-    (0..).map_while(move |i| response.get(if sides == 3 { i / 3 } else { i }))
 }
