@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use smallvec::SmallVec;
+
 use super::jet::Jet;
 use super::on::{curve_location, perpendiculars};
 use super::position::{AT, OBJECT};
@@ -12,7 +14,7 @@ use super::{
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, ParameterError, Parameters};
-use crate::shape::Location;
+use crate::shape::{Location, Side, Stencil};
 
 /// The curvature vector `k = κN = (C'' - T (T·C'')) / |C'|²` at `u`, as two numbers: its component in the plane in which the
 /// curve turns when the edit starts (there that is `κ` itself), and the one across that plane (there 0). One number is
@@ -34,6 +36,11 @@ use crate::shape::Location;
 ///
 /// `∂f/∂C'' = m/s²`, `∂f/∂C' = -2f T/s - (T·C'') m/s³ - α k/s - (k·T₀) m/((1 + T·T₀) s)`, and the same for `R B₀`.
 ///
+/// *At a knot where the curvature may jump* (repeated as often as the degree less one, or oftener) it is asked of both sides, if
+/// the curve runs smoothly there: four equations, the two of the left side behind those of the right, each in its own plane. Where
+/// the knot is repeated as often as the degree, so that nothing but what an edit asks lets the first derivative on the left
+/// stand still, those of the left are nonlinear. At a corner only the right side is asked, and a note says so.
+///
 /// Where the curve is straight (`κ = 0` to rounding) there is no plane: `keep` and `scale` keep it straight, other values are
 /// refused; [`signed_curvature`](super::signed_curvature()) is told its plane.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +49,22 @@ pub struct Curvature {
     at: f64,
     /// Whether the first derivative may change.
     alone: bool,
-    frame: Option<Frame>,
+    /// Of the side behind the location, and of the one before it.
+    frames: Option<[Frame; 2]>,
+    other: Other,
+}
+
+/// The side of the location before it, where that has derivatives of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+enum Other {
+    /// It has none.
+    #[default]
+    Same,
+    /// It has another second derivative, or another first one as well.
+    Second,
+    First,
+    /// There is a corner.
+    Corner,
 }
 
 /// How the curve ran when the edit started.
@@ -59,12 +81,15 @@ struct Frame {
 /// The plane is known where the curvature is so many times what rounding makes of it.
 const PLANAR: f64 = 1e4;
 
+/// Up to this sine of the angle between the tangents of both sides there is no corner.
+const SMOOTH: f64 = 1e-6;
+
 /// A tangent nearly opposite to the old one is the same curve traced backwards.
 const TURNED: f64 = -0.9;
 
 /// The curvature at `u`.
 pub fn curvature(at: f64) -> Curvature {
-    Curvature { on: On::default(), at, alone: false, frame: None }
+    Curvature { on: On::default(), at, alone: false, frames: None, other: Other::Same }
 }
 
 impl Curvature {
@@ -84,14 +109,40 @@ impl Curvature {
         self
     }
 
-    fn jet(&self, shapes: &Shapes<'_>) -> Result<Jet> {
-        Jet::new(shapes, self.on.shape, self.at, &|| self.describe())
+    fn jet(&self, shapes: &Shapes<'_>, side: Side) -> Result<Jet> {
+        Jet::new(shapes, self.on.shape, (self.at, side), &|| self.describe())
+    }
+
+    /// What the other side of the location is like, beside the side behind it.
+    fn other(&self, shapes: &Shapes<'_>, jet: &Jet) -> Result<Other> {
+        let at = Location::Curve(self.at);
+        let stencil = |order: usize| shapes.stencil_on(self.on.shape, at, order.into(), Side::Left.into());
+        let [first, second] = [stencil(1)?, stencil(2)?];
+        if alike(&first, &jet.stencils[0]) {
+            let same = alike(&second, &jet.stencils[1]);
+            return Ok(if same { Other::Same } else { Other::Second });
+        }
+        let before = first.apply(shapes.get(self.on.shape)?.control_vertices());
+        let (across, along) = (before.cross(&jet.first).norm(), before.dot(&jet.first));
+        // Written so that a derivative that vanishes is a corner.
+        Ok(if along > 0.0 && across <= SMOOTH * along { Other::First } else { Other::Corner })
+    }
+
+    /// The sides that are asked: each with its derivatives, how it ran, and whether its first derivative may change.
+    fn sides(&self, shapes: &Shapes<'_>) -> Result<SmallVec<[(Jet, Frame, bool); 2]>> {
+        let mut sides = SmallVec::new();
+        for (k, side) in [Side::Right, Side::Left].into_iter().enumerate().take(self.equations() / 2) {
+            let jet = self.jet(shapes, side)?;
+            let frame = match &self.frames {
+                Some(frames) => frames[k].clone(),
+                None => self.frame(&jet)?,
+            };
+            sides.push((jet, frame, self.alone || k == 1 && self.other == Other::First));
+        }
+        Ok(sides)
     }
 
     fn frame(&self, jet: &Jet) -> Result<Frame> {
-        if let Some(frame) = &self.frame {
-            return Ok(frame.clone());
-        }
         let tangent = jet.first / jet.speed;
         let normals = perpendiculars(&jet.first, &jet.second).ok_or_else(|| self.vanishes())?;
         let straight = jet.curvature <= PLANAR * jet.noise;
@@ -107,9 +158,9 @@ impl Curvature {
     }
 
     /// Each number with its derivatives by `C'` and `C''`.
-    fn numbers(&self, jet: &Jet, frame: &Frame) -> [(f64, Vector, Vector); 2] {
+    fn numbers(jet: &Jet, frame: &Frame, alone: bool) -> [(f64, Vector, Vector); 2] {
         let (first, second, s) = (jet.first, jet.second, jet.speed);
-        if !self.alone {
+        if !alone {
             let size = frame.speed * frame.speed;
             return frame.normals.map(|n| (n.dot(&second) / size, Vector::zeros(), n / size));
         }
@@ -132,13 +183,24 @@ impl Curvature {
     }
 }
 
+/// Whether two stencils are one to rounding, whatever vertices they count that have no part in them.
+fn alike(one: &Stencil, other: &Stencil) -> bool {
+    let largest = |s: &Stencil| s.coefficients().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+    let size = largest(one).max(largest(other));
+    let all: Stencil = one.iter().chain(other.iter().map(|(i, c)| (i, -c))).collect();
+    largest(&all) <= 1e-11 * size
+}
+
 impl Functional for Curvature {
     fn equations(&self) -> usize {
-        2
+        match self.other {
+            Other::Same | Other::Corner => 2,
+            Other::Second | Other::First => 4,
+        }
     }
 
     fn linearity(&self) -> Linearity {
-        if self.alone { Linearity::Nonlinear } else { Linearity::Linear }
+        if self.alone || self.other == Other::First { Linearity::Nonlinear } else { Linearity::Linear }
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
@@ -146,24 +208,27 @@ impl Functional for Curvature {
     }
 
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
-        let jet = self.jet(shapes)?;
-        let frame = self.frame(&jet)?;
-        out.iter_mut().zip(self.numbers(&jet, &frame)).for_each(|(out, (value, ..))| *out = value);
+        let sides = self.sides(shapes)?;
+        let numbers = sides.iter().flat_map(|(jet, frame, alone)| Self::numbers(jet, frame, *alone));
+        out.iter_mut().zip(numbers).for_each(|(out, (value, ..))| *out = value);
         Ok(())
     }
 
     fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
-        let jet = self.jet(shapes)?;
-        let frame = self.frame(&jet)?;
-        let numbers = self.numbers(&jet, &frame);
-        for (_, by_first, by_second) in numbers {
-            rows.equation();
-            if self.alone {
-                rows.along(self.on.shape, &jet.stencils[0], by_first);
+        let sides = self.sides(shapes)?;
+        let mut value = value.iter_mut();
+        for (jet, frame, alone) in &sides {
+            for (number, by_first, by_second) in Self::numbers(jet, frame, *alone) {
+                rows.equation();
+                if *alone {
+                    rows.along(self.on.shape, &jet.stencils[0], by_first);
+                }
+                rows.along(self.on.shape, &jet.stencils[1], by_second);
+                if let Some(value) = value.next() {
+                    *value = number;
+                }
             }
-            rows.along(self.on.shape, &jet.stencils[1], by_second);
         }
-        value.iter_mut().zip(numbers).for_each(|(out, (value, ..))| *out = value);
         Ok(())
     }
 
@@ -187,14 +252,17 @@ impl Functional for Curvature {
     }
 
     fn complete(&self, given: &[f64]) -> Option<Vec<f64>> {
-        match given {
-            [kappa] => Some(vec![*kappa, 0.0]),
-            _ => None,
-        }
+        let one = match given {
+            [kappa] => [*kappa, 0.0],
+            [kappa, across] => [*kappa, *across],
+            _ => return None,
+        };
+        Some(one.repeat(self.equations() / 2))
     }
 
     fn check_target(&self, _: &[f64], wanted: &[f64]) -> Result<()> {
-        let most = self.frame.as_ref().and_then(|frame| frame.straight);
+        let straight = |frames: &[Frame; 2]| frames.iter().filter_map(|frame| frame.straight).reduce(f64::min);
+        let most = self.frames.as_ref().and_then(straight);
         if most.is_none_or(|most| wanted.iter().all(|w| w.abs() <= most)) {
             return Ok(());
         }
@@ -206,8 +274,24 @@ impl Functional for Curvature {
     }
 
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
-        let frame = Some(self.frame(&self.jet(shapes)?)?);
-        Ok(Some(Arc::new(Self { frame, ..self.clone() })))
+        let jet = self.jet(shapes, Side::Right)?;
+        let bound = Self { other: self.other(shapes, &jet)?, ..self.clone() };
+        let sides = bound.sides(shapes)?;
+        let [(_, right, _), left] = [&sides[0], sides.last().unwrap_or(&sides[0])];
+        let mut frames = [right.clone(), left.1.clone()];
+        // A side that is straight has the plane of the other.
+        for (k, other) in [(0, 1), (1, 0)] {
+            if frames[k].straight.is_some() && frames[other].straight.is_none() {
+                (frames[k].normals, frames[k].straight) = (frames[other].normals, None);
+            }
+        }
+        Ok(Some(Arc::new(Self { frames: Some(frames), ..bound })))
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let corner = self.other == Other::Corner;
+        let note = || format!("{}: the curve has a corner there; it is asked of the side behind it", self.describe());
+        corner.then(note).into_iter().collect()
     }
 
     fn location(&self) -> Option<(usize, Location)> {
@@ -224,6 +308,6 @@ impl DeclaredFunctional for Curvature {
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
         let at = curve_location(parameters)?;
-        Ok(Self { on: On::from_parameters(parameters, names)?, at, alone: false, frame: None })
+        Ok(Self { on: On::from_parameters(parameters, names)?, at, alone: false, frames: None, other: Other::Same })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Shapes;
 use crate::error::{Error, Result};
-use crate::shape::{Location, Stencil};
+use crate::shape::{Location, Side, Stencil};
 use crate::{Point, Vector};
 
 /// `C'` and `C''` at a place where the curvature can be told.
@@ -24,15 +24,16 @@ pub(super) struct Jet {
 const RESOLVED: f64 = 1e-6;
 
 impl Jet {
-    /// Both derivatives at `u`. With `δ₁ = ε Σ|S'_i||P_i|` and `δ₂` the same of `C''`, rounding changes the curvature by about
+    /// Both derivatives at `u`, from a side where that is a knot. With `δ₁ = ε Σ|S'_i||P_i|` and `δ₂` the same of `C''`, rounding changes the curvature by about
     /// `(δ₁|C''|/|C'| + δ₂)/|C'|² + 3κδ₁/|C'|`: beside a cusp that is all there is.
     ///
     /// # Errors
     /// Where `C'` vanishes, or is so small that rounding decides; `name` says what cannot be told there.
-    pub(super) fn new(shapes: &Shapes<'_>, shape: usize, u: f64, name: &dyn Fn() -> String) -> Result<Self> {
+    pub(super) fn new(shapes: &Shapes<'_>, shape: usize, (u, side): (f64, Side), name: &dyn Fn() -> String) -> Result<Self> {
         let at = Location::Curve(u);
         let points = shapes.get(shape)?.control_vertices();
-        let stencils = [shapes.stencil(shape, at, 1.into())?, shapes.stencil(shape, at, 2.into())?];
+        let stencil = |order: usize| shapes.stencil_on(shape, at, order.into(), side.into());
+        let stencils = [stencil(1)?, stencil(2)?];
         let [first, second] = [0, 1].map(|k| stencils[k].apply(points));
         let speed = first.norm();
         let curvature = first.cross(&second).norm() / speed / speed / speed;

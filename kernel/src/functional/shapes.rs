@@ -2,7 +2,7 @@
 
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::shape::{Derivative, Location, Shape, Stencil};
+use crate::shape::{Derivative, Location, Shape, Sides, Stencil};
 
 /// The shapes of a problem. Their control vertices are numbered through: vertex `i` of shape `s` is
 /// `offset(s) + i`.
@@ -86,8 +86,25 @@ impl<'a> Shapes<'a> {
     /// # Errors
     /// As for [`get`](Self::get) and [`Shape::stencil`]; where the stencil is wrong, naming the shape's type.
     pub fn stencil(&self, index: usize, at: Location, derivative: Derivative) -> Result<Stencil> {
+        self.checked(index, at, self.get(index)?.stencil(at, derivative)?)
+    }
+
+    /// The same from a side of each parameter, where that is a knot at which they differ.
+    ///
+    /// # Errors
+    /// As for [`stencil`](Self::stencil).
+    pub fn stencil_on(
+        &self,
+        index: usize,
+        at: Location,
+        derivative: Derivative,
+        sides: Sides,
+    ) -> Result<Stencil> {
+        self.checked(index, at, self.get(index)?.stencil_on(at, derivative, sides)?)
+    }
+
+    fn checked(&self, index: usize, at: Location, stencil: Stencil) -> Result<Stencil> {
         let shape = self.get(index)?;
-        let stencil = shape.stencil(at, derivative)?;
         let count = shape.control_vertices().len();
         let wrong = stencil.iter().find(|&(vertex, c)| vertex >= count || !c.is_finite());
         match wrong {

@@ -7,7 +7,7 @@ use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Sha
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
-use crate::shape::Location;
+use crate::shape::{Location, Side};
 
 /// `κ = (C' × C'')·n / |C'|³`, the curvature seen against the unit normal `n`: positive where the curve turns left of its
 /// way, for someone towards whom `n` points. One nonlinear equation with gradient
@@ -47,7 +47,7 @@ impl SignedCurvature {
             let what = self.describe();
             Error::Invalid(format!("{what}: the normal has no direction; give a finite one that is not zero"))
         })?;
-        let jet = Jet::new(shapes, self.on.shape, self.at, &|| self.describe())?;
+        let jet = Jet::new(shapes, self.on.shape, (self.at, Side::Right), &|| self.describe())?;
         let value = jet.first.cross(&jet.second).dot(&normal) / jet.speed / jet.speed / jet.speed;
         Ok(Local { jet, normal, value })
     }

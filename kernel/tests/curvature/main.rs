@@ -5,3 +5,4 @@ mod book;
 mod cusps;
 mod family;
 mod sessions;
+mod sides;
