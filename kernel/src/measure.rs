@@ -82,7 +82,8 @@ pub fn error_of(sense: Sense, wanted: f64) -> f64 {
 /// what went in: the largest coordinate of the shapes before, or the way that a target asked for, if that is longer. An
 /// equation `Σ c_i P_i` may miss by [`ROUNDING`] (a nonlinear one, with gradient `c`, by [`ITERATED`]) times
 /// `Σ |c_i| s_i + |target|`, `s_i` being the largest coordinate of `P_i`, but no more than [`PROPORTION`] times the reach and
-/// no less than the reach. Costs what the functional's value and rows cost.
+/// no less than the reach. What is promised within a tolerance is judged as a length where it is a vector: by the distance, not
+/// by its coordinates. Costs what the functional's value and rows cost.
 ///
 /// # Errors
 /// When the functional cannot be asked of these shapes.
@@ -135,12 +136,15 @@ fn equations(
     };
     let size = |v: usize| shapes.vertex(v).coords.amax().min(PROPORTION * reach).max(reach);
     let (mut largest, mut worst) = (0.0_f64, Error::default());
-    let mut look = |equation: usize, sum: f64| {
+    let mut keep = |found: Error| {
+        largest = if largest.is_nan() || found.error <= largest { largest } else { found.error };
+        worst = worst.or_worse(found);
+    };
+    let look = |equation: usize, sum: f64, keep: &mut dyn FnMut(Error)| {
         let (Some(target), Some(value)) = (target.get(equation), value.get(equation)) else { return };
         if asked(equation) {
             let error = error_of(sense, target - value);
-            largest = if largest.is_nan() || error <= largest { largest } else { error };
-            worst = worst.or_worse(Error { error, allowed: own + unit * (sum + target.abs()) });
+            keep(Error { error, allowed: own + unit * (sum + target.abs()) });
         }
     };
     let mut equation = 0;
@@ -148,12 +152,23 @@ fn equations(
         match block {
             Equation::Alike { vertices, coefficients, .. } => {
                 let sum: f64 = vertices.iter().zip(coefficients).map(|(&v, c)| c.abs() * size(v)).sum();
-                (0..3).for_each(|axis| look(equation + axis, sum));
+                let axes = equation..equation + 3;
+                if own > 0.0 && sense == Sense::Equal && axes.clone().all(asked) {
+                    let both = axes.map(|e| target.get(e).copied().zip(value.get(e).copied()));
+                    let off = both.flatten().map(|(target, value)| (target - value, target));
+                    let (error, target) = off
+                        .fold((0.0_f64, 0.0), |(error, size): (f64, f64), (off, target)| {
+                            (error.hypot(off), size.max(target.abs()))
+                        });
+                    keep(Error { error, allowed: own + unit * (sum + target) });
+                } else {
+                    axes.for_each(|axis| look(axis, sum, &mut keep));
+                }
                 equation += 3;
             }
             Equation::Coupled { vertices, vectors, .. } => {
                 let sum: f64 = vertices.iter().zip(vectors).map(|(&v, a)| a.lp_norm(1) * size(v)).sum();
-                look(equation, sum);
+                look(equation, sum, &mut keep);
                 equation += 1;
             }
         }

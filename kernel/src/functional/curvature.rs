@@ -261,7 +261,8 @@ impl Functional for Curvature {
     }
 
     fn check_target(&self, _: &[f64], wanted: &[f64]) -> Result<()> {
-        let straight = |frames: &[Frame; 2]| frames.iter().filter_map(|frame| frame.straight).reduce(f64::min);
+        let straight =
+            |frames: &[Frame; 2]| frames.iter().filter_map(|frame| frame.straight).reduce(f64::min);
         let most = self.frames.as_ref().and_then(straight);
         if most.is_none_or(|most| wanted.iter().all(|w| w.abs() <= most)) {
             return Ok(());
@@ -290,7 +291,9 @@ impl Functional for Curvature {
 
     fn notes(&self) -> Vec<String> {
         let corner = self.other == Other::Corner;
-        let note = || format!("{}: the curve has a corner there; it is asked of the side behind it", self.describe());
+        let note = || {
+            format!("{}: the curve has a corner there; it is asked of the side behind it", self.describe())
+        };
         corner.then(note).into_iter().collect()
     }
 
@@ -308,6 +311,12 @@ impl DeclaredFunctional for Curvature {
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
         let at = curve_location(parameters)?;
-        Ok(Self { on: On::from_parameters(parameters, names)?, at, alone: false, frames: None, other: Other::Same })
+        Ok(Self {
+            on: On::from_parameters(parameters, names)?,
+            at,
+            alone: false,
+            frames: None,
+            other: Other::Same,
+        })
     }
 }

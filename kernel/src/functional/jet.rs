@@ -29,7 +29,12 @@ impl Jet {
     ///
     /// # Errors
     /// Where `C'` vanishes, or is so small that rounding decides; `name` says what cannot be told there.
-    pub(super) fn new(shapes: &Shapes<'_>, shape: usize, (u, side): (f64, Side), name: &dyn Fn() -> String) -> Result<Self> {
+    pub(super) fn new(
+        shapes: &Shapes<'_>,
+        shape: usize,
+        (u, side): (f64, Side),
+        name: &dyn Fn() -> String,
+    ) -> Result<Self> {
         let at = Location::Curve(u);
         let points = shapes.get(shape)?.control_vertices();
         let stencil = |order: usize| shapes.stencil_on(shape, at, order.into(), side.into());

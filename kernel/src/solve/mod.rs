@@ -165,6 +165,18 @@ pub enum SolveError {
         /// What to do.
         advice: &'static str,
     },
+    /// An answer that is farther from an equation than the tolerance that it was given: it is not handed out.
+    #[error(
+        "{constraint} would be missed by {error:.3e}, more than its tolerance of {tolerance:e} allows: allow more, refine what it is asked of, or (edges that should meet) leave the tolerance out, for edges that are made one where that can be"
+    )]
+    OutOfTolerance {
+        /// What is missed.
+        constraint: String,
+        /// By how much, at most: between the places where it was imposed, too.
+        error: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
     /// Constraints that all hold only by an adjustment out of all proportion to what each of them asks.
     #[error(
         "{names} nearly contradict one another (condition {condition:.1e}): to meet them all, control vertices would go {length:.1e}, {times:.0e} times as far as each alone would take; release one of them, ask the same of those whose places are so near, move the places apart, or say force = true to take it",

@@ -102,7 +102,8 @@ fn both_sides_of_a_knot_have_the_curvature_that_was_asked() {
                 let after = both(edited.shape(), u);
                 for side in 0..2 {
                     let missed = (after[side].kappa / wanted[side] - 1.0).abs();
-                    let what = format!("seed {seed}, smooth {smooth}, chain {chain}, jump {jump}, side {side}");
+                    let what =
+                        format!("seed {seed}, smooth {smooth}, chain {chain}, jump {jump}, side {side}");
                     assert!(missed < 1e-8, "{what}: {missed:e}; {}", edited.report());
                 }
             }

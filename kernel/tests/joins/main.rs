@@ -92,4 +92,14 @@ impl Pair {
         let size = book::size(&self.a, self.edges.0, 0).max(book::size(&self.b, self.edges.1, 0));
         value.iter().fold(0.0_f64, |m, v| if v.is_nan() { f64::INFINITY } else { m.max(v.abs()) }) / size
     }
+
+    /// The largest distance that the join's witness finds.
+    pub(crate) fn farthest(&self, start: &Self, join: &Join) -> f64 {
+        let bound = join.bind(&start.shapes()).unwrap().unwrap();
+        let witness = bound.witness(&self.shapes()).unwrap().unwrap();
+        let mut value = vec![f64::NAN; witness.equations()];
+        witness.value(&self.shapes(), &mut value).unwrap();
+        let length = |v: &[f64; 3]| v.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+        value.as_chunks::<3>().0.iter().map(length).fold(0.0, f64::max)
+    }
 }

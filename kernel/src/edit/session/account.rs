@@ -12,7 +12,7 @@ use crate::edit::assembly::Slot;
 use crate::edit::report::{ConstraintReport, Report};
 use crate::edit::smooth::is_ours;
 use crate::error::Result;
-use crate::functional::Shapes;
+use crate::functional::{Accuracy, Shapes};
 use crate::measure::{Measured, measure};
 use crate::shape::Shape;
 
@@ -137,6 +137,18 @@ impl<S: Shape> Session<S> {
                 report.notes.push(note);
             }
             report.notes.extend(bound.constraint.functional.notes());
+        }
+        for (bound, measured) in self.bound.iter().zip(measured) {
+            let between = measured.as_ref().ok().and_then(|measured| measured.between);
+            if let (Some(between), Accuracy::Within(tolerance)) =
+                (between, bound.constraint.functional.accuracy())
+            {
+                report.notes.push(format!(
+                    "{}: {:.3e} apart at most, of the {tolerance:e} allowed",
+                    bound.constraint.label(),
+                    between.error
+                ));
+            }
         }
         report
     }

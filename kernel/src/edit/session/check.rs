@@ -6,6 +6,7 @@ use super::bound::Bound;
 use crate::edit::ask::Constraint;
 use crate::edit::assembly::Assembly;
 use crate::edit::conflict::quoted;
+use crate::functional::Accuracy;
 use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
 use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
 use crate::{Point, Vector};
@@ -328,6 +329,13 @@ pub(super) fn near_conflict(
 /// The error for an answer that misses a constraint.
 #[cold]
 pub(super) fn missed_by(solver: &str, constraint: &Constraint, error: Error) -> SolveError {
+    if let Accuracy::Within(tolerance) = constraint.functional().accuracy() {
+        return SolveError::OutOfTolerance {
+            constraint: quoted(&constraint.label()),
+            error: error.error,
+            tolerance,
+        };
+    }
     let advice = match solver {
         "householder-qr" => {
             "ask for less at once, or release one of the constraints that nearly contradict it"

@@ -36,11 +36,18 @@ impl Sample {
     }
 }
 
+/// So many times as many places show how large a polynomial is: nowhere more than `1/cos(π/2k)` times as large as there.
+const FINER: usize = 16;
+/// `cos(π/2k)`.
+pub(super) const SHOWN: f64 = 0.995_18;
+
 /// Places along an edge: as many of each piece as determine a polynomial of the sum of both degrees, which is what the
-/// numerator of the difference is, inside the piece, so that derivatives are never asked for at a knot.
-pub(super) fn samples(pair: &Pair<'_>, breakpoints: &[f64]) -> Vec<Sample> {
+/// numerator of the difference is, inside the piece, so that derivatives are never asked for at a knot. Where the difference
+/// is not to vanish, as many times more as show how large it is.
+pub(super) fn samples(pair: &Pair<'_>, breakpoints: &[f64], tolerant: bool) -> Vec<Sample> {
     let (first, second) = (&pair.first, &pair.second);
-    let each = first.space().degree() + second.space().degree() + 1;
+    let degree = first.space().degree() + second.space().degree();
+    let each = if tolerant { FINER * degree } else { degree + 1 };
     nodes(breakpoints, each)
         .map(|t| {
             let (t, u) = pair.place(t);

@@ -8,7 +8,7 @@ mod side;
 
 use std::sync::Arc;
 
-use self::between::{Between, Sample, samples};
+use self::between::{Between, SHOWN, Sample, samples};
 use self::conditions::Conditions;
 use self::pair::{Pair, Track};
 use self::side::Side;
@@ -131,7 +131,7 @@ impl Join {
 
     /// How far the shapes are from what the join says, now: for each order up to the continuity the largest difference of
     /// these derivatives (0: the largest gap). Along edges it is the largest at `p + q + 1` places of each piece (degrees `p` and
-    /// `q`), which lie between those where it was imposed.
+    /// `q`), sixteen times as many with a tolerance; they lie between those where it was imposed.
     ///
     /// # Errors
     /// When the join cannot be asked of these shapes.
@@ -232,7 +232,7 @@ impl Join {
                 };
                 let (first, second) =
                     (Side::new(shapes, &self.first.0, a)?, Side::new(shapes, &self.second.0, b)?);
-                samples(&Pair::on(first, second, *track), &conditions.breakpoints)
+                samples(&Pair::on(first, second, *track), &conditions.breakpoints, self.tolerance.is_some())
             }
         };
         Ok(Between {
@@ -244,7 +244,8 @@ impl Join {
                 Bound::Places { .. } => 1.0,
                 Bound::Edges { conditions, .. } => conditions.step,
             },
-            accuracy: self.accuracy(),
+            // Between the places where it is looked at a gap may be larger by so much.
+            accuracy: self.tolerance.map_or(Accuracy::Rounding, |t| Accuracy::Within(SHOWN * t)),
             samples,
         })
     }
