@@ -5,6 +5,7 @@
 mod curves;
 mod evaluator;
 mod families;
+mod poles;
 mod sides;
 mod surfaces;
 mod told;

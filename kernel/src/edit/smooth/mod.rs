@@ -8,6 +8,8 @@
 //! `C''₊ = r² C''₋ + s C'₋` (G²: the same curvature, where that is measured). On surfaces the same is asked of each column
 //! of the net across a knot line; see [`Relation`].
 //!
+//! Where an edge of a surface is a point, that [pole](pole) stays one, and smooth if it is.
+//!
 //! Only knots that an edit touches are looked at. Keeping one moves vertices of its own, which touch others: all that
 //! follow are kept too, so that the least adjustment is that under all of them. On a cubic Bézier chain the rows of two
 //! knots have no vertex in common; on a quadratic one all hang together.
@@ -15,6 +17,7 @@
 mod corner;
 mod joint;
 mod net;
+mod pole;
 mod relation;
 mod row;
 
@@ -27,6 +30,7 @@ use smallvec::SmallVec;
 use self::corner::Watch;
 use self::joint::{Joint, joint_at, joints_near};
 use self::net::{Net, nets};
+use self::pole::Pole;
 use self::relation::{Column, Relation, ends_meet, reach};
 pub(super) use self::row::Smooth;
 use super::ask::Constraint;
@@ -104,7 +108,7 @@ pub(super) fn find<'f>(
     level: u8,
 ) -> Result<Found> {
     let mut search = Search::new(shapes, level);
-    if search.nets.iter().flatten().next().is_none() {
+    if search.nets.iter().flatten().next().is_none() && search.poles.iter().flatten().next().is_none() {
         return Ok(Found::default());
     }
     let mut store = Store::default();
@@ -163,6 +167,12 @@ pub(super) fn frozen(curve: &Curve, u: f64, inside: &[usize], level: u8) -> Vec<
     frozen
 }
 
+/// The poles of a shape, where something is to be kept.
+fn poles<'a>(shapes: &Shapes<'a>, shape: usize, level: u8) -> SmallVec<[(Net<'a>, Pole, bool); 1]> {
+    let all = nets(shapes, shape).into_iter().filter(|net| level > 0 && net.along.is_some());
+    all.flat_map(|net| Pole::of(&net).into_iter().map(move |pole| (net, pole, false))).collect()
+}
+
 /// What is known of one joint.
 struct Cut {
     joint: Joint,
@@ -177,6 +187,8 @@ struct Search<'a> {
     level: u8,
     /// Of each shape the nets that have joints, and whether they close a seam.
     nets: Vec<SmallVec<[(Net<'a>, bool); 2]>>,
+    /// Of each shape the poles, each in its net, and whether it has been come across.
+    poles: Vec<SmallVec<[(Net<'a>, Pole, bool); 1]>>,
     cuts: BTreeMap<Line, Cut>,
     columns: BTreeMap<(Line, usize), Column>,
     relations: BTreeMap<(Line, usize), Relation>,
@@ -195,6 +207,7 @@ impl<'a> Search<'a> {
             shapes,
             level,
             nets: (0..shapes.len()).map(worth).collect(),
+            poles: (0..shapes.len()).map(|shape| poles(shapes, shape, level)).collect(),
             cuts: BTreeMap::new(),
             columns: BTreeMap::new(),
             relations: BTreeMap::new(),
@@ -214,6 +227,18 @@ impl<'a> Search<'a> {
     ) {
         let shape = (0..self.shapes.len()).rev().find(|&s| self.shapes.offset(s) <= vertex).unwrap_or(0);
         let offset = self.shapes.offset(shape);
+        for (net, pole, met) in &mut self.poles[shape] {
+            if *met || !pole.has(net, vertex - offset) {
+                continue;
+            }
+            *met = true;
+            // Where nothing may move, nothing can be lost.
+            pole.rows.retain(|row| {
+                let before = fresh.len();
+                fresh.extend(row.vertices().iter().map(|v| offset + v).filter(|v| may_move(*v)));
+                fresh.len() > before
+            });
+        }
         for (net, closes) in self.nets[shape].clone() {
             let (i, column) = net.place(vertex - offset);
             for joint in joints_near(net.across, i, least(&net, self.level), closes) {
@@ -235,7 +260,8 @@ impl<'a> Search<'a> {
                 if joint.sharp {
                     self.watch(&net, &joint, line, column, &names[shape]);
                 }
-                if self.level == 0 {
+                let kept = self.poles[shape].iter().any(|(_, pole, _)| pole.keeps(net.direction, column));
+                if self.level == 0 || kept {
                     continue;
                 }
                 let rows = relation.rows(&joint, self.column(&net, &joint, line, column));
@@ -300,6 +326,14 @@ impl<'a> Search<'a> {
 
     fn into_found(self, names: &[On]) -> Found {
         let mut kept = Vec::with_capacity(self.rows.len());
+        for (poles, on) in self.poles.into_iter().zip(names) {
+            let met = poles.into_iter().filter(|(_, pole, met)| *met && !pole.rows.is_empty());
+            kept.extend(met.map(|(_, pole, _)| Smooth {
+                on: on.clone(),
+                place: pole.describe(),
+                rows: pole.rows,
+            }));
+        }
         for (line, rows) in self.rows {
             let (Some(cut), Some(on)) = (self.cuts.get(&line), names.get(line.0)) else { continue };
             let surface = self.nets[line.0].iter().any(|(net, _)| net.along.is_some());

@@ -19,7 +19,7 @@ const VANISHES: f64 = 1e-9;
 /// Factors between weights that differ by no more than this are one factor.
 const ALIKE: f64 = 1e-9;
 /// Coordinates are known to this many units in their last place.
-const ULPS: f64 = 64.0;
+pub(super) const ULPS: f64 = 64.0;
 
 /// Rows of position, first and second derivative of one column, from one side, over the column's vertices.
 type Rows = [Stencil; 3];
