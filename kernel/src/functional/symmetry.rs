@@ -12,7 +12,8 @@ use crate::{Point, Vector};
 /// Every control vertex the mirror image of its partner: `P_i - M P_j - c = 0` for each pair, with
 /// `M = I - 2nnᵀ`, and `n·(P_i - o) = 0` for a vertex that is its own partner. Linear; couples the axes.
 ///
-/// Vertices are paired by position when an edit starts: each with the one nearest to its mirror image.
+/// Vertices are paired by position when an edit starts: each with the one nearest to its mirror image. Vertices that are one
+/// point (the seam of a closed shape, a pole) may share a partner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Symmetry {
     on: On,
@@ -20,6 +21,9 @@ pub struct Symmetry {
     point: Point,
     pairs: Vec<(usize, usize)>,
 }
+
+/// Vertices that are no farther apart than this part of the shape's size are one point.
+const ONE: f64 = 1e-9;
 
 /// Symmetry in the plane through `point` with this `normal`.
 pub fn symmetry(normal: impl Into<Vector>, point: impl Into<Point>) -> Symmetry {
@@ -39,7 +43,7 @@ impl Symmetry {
             .ok_or_else(|| Error::Invalid("symmetry: the normal is the zero vector; give a direction".into()))
     }
 
-    /// Pairs `(i, j)` with `i ≤ j`, each vertex in exactly one. `O(n log n)`: both the vertices and their images are
+    /// Pairs `(i, j)` with `i ≤ j`, each vertex in one at least. `O(n log n)`: both the vertices and their images are
     /// sorted along the direction in which they spread most, and only near neighbours are compared.
     fn paired(&self, vertices: &[Point]) -> Result<Vec<(usize, usize)>> {
         let n = self.unit_normal()?;
@@ -61,16 +65,26 @@ impl Symmetry {
             }
             let image = mirror(&vertices[i]);
             let start = sorted.partition_point(|&k| vertices[k][axis] < image[axis] - reach);
-            let near = sorted[start..]
-                .iter()
-                .take_while(|&&k| vertices[k][axis] <= image[axis] + reach)
-                .filter(|&&k| partner[k] == usize::MAX)
-                .map(|&k| ((vertices[k] - image).norm(), k))
-                .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            match near {
-                Some((distance, j)) if distance <= reach => {
+            let nearest = |may: &dyn Fn(usize) -> bool| {
+                sorted[start..]
+                    .iter()
+                    .take_while(|&&k| vertices[k][axis] <= image[axis] + reach)
+                    .filter(|&&k| may(k))
+                    .map(|&k| ((vertices[k] - image).norm(), k))
+                    .filter(|(distance, _)| *distance <= reach)
+                    .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+            };
+            let free = nearest(&|k| partner[k] == usize::MAX);
+            let shared = |k: usize| {
+                let other = partner[k];
+                other < vertices.len() && (vertices[other] - vertices[i]).norm() <= ONE * size
+            };
+            match free.or_else(|| nearest(&shared)) {
+                Some((_, j)) => {
                     partner[i] = j;
-                    partner[j] = i;
+                    if partner[j] == usize::MAX {
+                        partner[j] = i;
+                    }
                     pairs.push((i.min(j), i.max(j)));
                 }
                 _ => {
