@@ -87,8 +87,11 @@ impl Pole {
     }
 }
 
-/// Of vectors in one plane, each in terms of two of them; `None` for these two. `None` at all where there is no such plane.
-fn in_plane(ways: &[Vector]) -> Option<Vec<Option<[(usize, f64); 2]>>> {
+/// A vector in terms of two others: their numbers and factors. `None` for one of these two.
+type Combination = Option<[(usize, f64); 2]>;
+
+/// Of vectors in one plane, each in terms of two of them. `None` where there is no such plane.
+fn in_plane(ways: &[Vector]) -> Option<Vec<Combination>> {
     let largest = |of: &dyn Fn(&Vector) -> f64| {
         let all = ways.iter().map(of).enumerate();
         all.fold((0, 0.0), |best, (j, x)| if x > best.1 { (j, x) } else { best })
