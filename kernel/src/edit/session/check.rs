@@ -20,7 +20,8 @@ pub(super) struct Check {
     cost: Vec<f64>,
     /// The largest coordinate of the vertices that move.
     pub(super) reach: f64,
-    /// The way that the vertices really go, their coordinates being rounded.
+    /// Where the vertices are, number by number, and the way that they really go, their coordinates being rounded.
+    base: Vec<f64>,
     way: Vec<f64>,
     measure: Measure,
     /// How long the adjustment is without the handle, and what each number of the handle adds by changing by 1.
@@ -111,6 +112,7 @@ impl Check {
             rough: (0..rows.len()).map(|row| rows.row(row).1.iter().map(|v| v.abs()).sum()).collect(),
             cost: reciprocals(rows),
             reach: base.iter().fold(0.0, |m, p| p.coords.amax().max(m)),
+            base: base.iter().flat_map(|p| [p.x, p.y, p.z]).collect(),
             way: vec![0.0; 3 * base.len()],
             measure: Measure::new(system, factored)?,
             still: f64::INFINITY,
@@ -137,11 +139,8 @@ impl Check {
         base: &[Point],
         d: &[f64],
     ) -> Option<(usize, Error)> {
-        let points = self.way.as_chunks_mut::<3>().0.iter_mut().zip(d.as_chunks::<3>().0).zip(base);
-        for ((way, d), base) in points {
-            for axis in 0..3 {
-                way[axis] = (base[axis] + d[axis]) - base[axis];
-            }
+        for ((way, d), base) in self.way.iter_mut().zip(d).zip(&self.base) {
+            *way = (base + d) - base;
         }
         let all = match system.sides() {
             3 => self.all_hold::<3>(system, right, size),

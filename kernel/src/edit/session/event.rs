@@ -9,22 +9,17 @@ use crate::edit::EditError;
 use crate::edit::ask::Constraint;
 use crate::edit::conflict::{explain, involved};
 use crate::error::Error as Geometry;
-use crate::functional::Linearity;
 use crate::measure::Error;
 use crate::shape::Shape;
 use crate::solve::{HouseholderQr, Sense, SolveError, Solver, System};
 
 impl<S: Shape> Session<S> {
-    fn is_linear(&self) -> bool {
-        self.bound.iter().all(|b| b.constraint.functional.linearity() == Linearity::Linear)
-    }
-
     /// Solves for the present targets and moves the vertices.
     pub(super) fn event(&mut self) -> Result<(), EditError> {
         if self.prepared.border.is_some() {
             return self.curved_event();
         }
-        if !self.is_linear() {
+        if !self.prepared.linear {
             return self.iterate();
         }
         if let Some(bounds) = self.prepared.bounds.take() {
@@ -143,10 +138,7 @@ impl<S: Shape> Session<S> {
     }
 
     pub(super) fn check_finite(&self) -> Result<(), EditError> {
-        if self.prepared.d.iter().any(|d| !d.is_finite()) {
-            return Err(overflow());
-        }
-        Ok(())
+        if is_finite(&self.prepared.d) { Ok(()) } else { Err(overflow()) }
     }
 
     /// The same where there are inequalities: which are active is found anew at every event.
@@ -181,7 +173,7 @@ impl<S: Shape> Session<S> {
 
     /// A solved quadratic program as it is, if it is finite, in proportion, and all its rows hold where the vertices will be.
     fn check_program(&mut self, bounds: &Bounds, mut solved: Solved) -> Result<Solved, EditError> {
-        if solved.d.iter().any(|d| !d.is_finite()) {
+        if !is_finite(&solved.d) {
             return Err(overflow());
         }
         if solved.softened {
@@ -214,6 +206,16 @@ impl<S: Shape> Session<S> {
         debug_assert!(!involved(&self.prepared.assembly, dependency).is_empty());
         explain(&self.shapes, &constraints, &self.freedom, &self.prepared.assembly, dependency)
     }
+}
+
+/// Whether all numbers are finite. Zero times what is not is NaN, and NaN stays in a sum: eight sums at a time, without a branch.
+fn is_finite(d: &[f64]) -> bool {
+    let (eights, rest) = d.as_chunks::<8>();
+    let mut sums = [0.0_f64; 8];
+    for eight in eights {
+        sums.iter_mut().zip(eight).for_each(|(sum, d)| *sum += d * 0.0);
+    }
+    sums.iter().chain(rest).all(|d| d.is_finite())
 }
 
 pub(super) fn overflow() -> EditError {

@@ -12,6 +12,7 @@ use crate::edit::assembly::{Assembly, Freedom};
 use crate::edit::metric::Metric;
 use crate::edit::report::Convergence;
 use crate::error::Error;
+use crate::functional::Linearity;
 use crate::shape::Shape;
 use crate::solve::{Dependency, Factored, Solver, System, SystemMetric};
 
@@ -37,6 +38,8 @@ pub(super) struct Prepared {
     pub(super) refinement: Refinement,
     /// Of the rows that events check: all of the bounds' where there are some.
     pub(super) check: Check,
+    /// Whether all constraints are linear.
+    pub(super) linear: bool,
     pub(super) iterations: usize,
     pub(super) convergence: Option<Convergence>,
     /// All rows, where some are inequalities: the assembly above holds the others and the active ones.
@@ -171,6 +174,7 @@ fn prepare_system(
         places,
         refinement: Refinement::of(&assembly),
         check,
+        linear: bound.iter().all(|b| b.constraint.functional.linearity() == Linearity::Linear),
         iterations: 1,
         convergence: None,
         bounds,
