@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Constraint, EditError, Report, Session};
+use loftsman_kernel::edit::{Constraint, EditError, Report, Session, SmoothKnot};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::shape::{Shape, vertex_index};
@@ -19,7 +19,7 @@ use crate::idle::{Idle, Motions, motions, notes};
 use crate::minimise::{Projection, Search, finite, minimise};
 use crate::precondition::Preconditioner;
 use crate::squares::Squares;
-use crate::within::{Leash, Start};
+use crate::within::Leash;
 
 /// Corrections of what the search's rounding left of the equations.
 const CORRECTIONS: usize = 4;
@@ -260,89 +260,6 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         Some((search, multipliers))
     }
 
-    /// A shape within a distance that meets the equations and bounds.
-    ///
-    /// # Errors
-    /// When there is none: naming what is to blame, none of which could be spared.
-    pub(crate) fn inside(
-        &self,
-        leash: &Leash<'_>,
-        stage: &Stage<S>,
-        bounds: &[Bound],
-    ) -> Result<Vec<Vector>, EditError> {
-        let mut rows = self.rows(stage);
-        // Which constraint each row is of: entries of equations are told by their constraints, bounds follow.
-        let mut owner = vec![0; rows.len()];
-        let entries: Vec<f64> = (0..rows.len()).map(|at| at as f64).collect();
-        let mut names = Vec::new();
-        for (k, told) in stage.session.account(&[], &entries).into_iter().enumerate() {
-            told.multipliers.iter().for_each(|at| owner[*at as usize] = k);
-            names.push(told.name);
-        }
-        for bound in bounds {
-            owner.push(names.len());
-            names.push(bound.name());
-            rows.push(bound.row(&self.among(&self.fair.shape), &self.rest, &self.free)?);
-        }
-        let grid = self.fair.shape.grid();
-        let stuck = |_| {
-            SolveError::Unsupported(format!(
-                "no shape within {} that meets the constraints was found: they nearly depend on each other; leave some out",
-                leash.radius
-            ))
-        };
-        let (mut least, nearest, multipliers) = match leash.start(&rows, &grid).map_err(stuck)? {
-            Start::Inside(x) => return Ok(x),
-            Start::Beyond { least, nearest, multipliers } => (least, nearest, multipliers),
-        };
-        if least < leash.radius {
-            return Err(Error::Invalid(format!(
-                "the constraints alone move some control vertex by {least} at least, and none may move further than {}: a \
-                 shape was found where none moves further than {nearest}; allow more than that, or ask for less",
-                leash.radius
-            ))
-            .into());
-        }
-        // Of what the proof needs, whatever can be spared is left out.
-        let mut to_blame: Vec<usize> = rows
-            .iter()
-            .zip(&multipliers)
-            .zip(&owner)
-            .filter(|((_, m), _)| **m != 0.0)
-            .map(|(_, k)| *k)
-            .collect();
-        to_blame.dedup();
-        let mut k = 0;
-        while k < to_blame.len() && to_blame.len() > 1 {
-            let without: Vec<usize> =
-                to_blame.iter().copied().filter(|other| *other != to_blame[k]).collect();
-            let part: Vec<Row> = rows
-                .iter()
-                .zip(&owner)
-                .filter(|(_, owner)| without.contains(owner))
-                .map(|(row, _)| row.clone())
-                .collect();
-            match leash.start(&part, &grid) {
-                Ok(Start::Beyond { least: still, .. }) if still >= leash.radius => {
-                    (least, to_blame) = (still, without);
-                }
-                _ => k += 1,
-            }
-        }
-        let blamed: Vec<String> = to_blame.iter().map(|&k| format!("\"{}\"", names[k])).collect();
-        let (what, moves) = match &blamed[..] {
-            [] => ("the constraints".to_owned(), "move"),
-            [one] => (one.clone(), "moves"),
-            all => (all.join(", "), "together move"),
-        };
-        Err(Error::Invalid(format!(
-            "{what} alone {moves} some control vertex by {least} at least, and none may move further than {}: allow more, or \
-             ask for less",
-            leash.radius
-        ))
-        .into())
-    }
-
     /// Takes away what a shape misses of the equations.
     pub(crate) fn correct(
         &self,
@@ -421,6 +338,10 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             ))
             .into());
         }
+        let smooth = stage.session.smoothness(&shapes);
+        let kept: Vec<SmoothKnot> = stage.session.smooth_knots().collect();
+        let mut notes = notes(&self.fair.shape, &self.squares, least.ways, &kept);
+        notes.extend(smooth.notes());
         let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
         let told = &stage.told;
         let report = FairReport {
@@ -439,7 +360,8 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             gap: search.gap,
             active,
             constraints,
-            notes: notes(&self.fair.shape, &self.squares, least.ways),
+            notes,
+            smooth,
         };
         if let Some(radius) =
             self.fair.within.filter(|radius| report.farthest.is_nan() || report.farthest > *radius)
