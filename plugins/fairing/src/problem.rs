@@ -12,7 +12,6 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::active::Row;
 use crate::bounds::Bound;
-use crate::convex::Convex;
 use crate::damped::{Damped, NOTHING};
 use crate::fair::{Fair, FairReport, Fairer};
 use crate::idle::{Idle, Motions, motions, notes};
@@ -24,6 +23,7 @@ use crate::within::Leash;
 /// Corrections of what the search's rounding left of the equations.
 const CORRECTIONS: usize = 4;
 /// Proximal steps, and a gain below which one is the last.
+const DAMPING: f64 = 1e-12;
 const STEPS: usize = 40;
 const GAIN: f64 = 1e-10;
 
@@ -181,14 +181,11 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             let mut preconditioner = precondition(&squares).ok_or_else(|| self.beyond())?;
             self.correct(stage, &mut projection, &mut x)?;
             let start = x.clone();
-            // Where so many parts move for themselves that it is not known how, a search would be sent anywhere by rounding.
-            if self.loose().more && within.is_none() {
-                let rows = self.rows(stage);
-                let (search, multipliers) = self.descend(&rows, &mut x).ok_or_else(|| self.beyond())?;
-                self.correct(stage, &mut projection, &mut x)?;
-                return Ok(Least { x, search, ways, multipliers: stage.multipliers(&multipliers) });
-            }
-            search = minimise(&squares, &self.free, &mut projection, &mut preconditioner, &mut x)?;
+            search = if self.loose().more && within.is_none() {
+                self.descend(&mut projection, &mut x)?
+            } else {
+                minimise(&squares, &self.free, &mut projection, &mut preconditioner, &mut x)?
+            };
             if let Some(leash) = leash.as_ref().filter(|leash| leash.farthest(&x).0 > leash.radius) {
                 x = start;
                 if leash.farthest(&x).0 >= leash.inside() {
@@ -227,23 +224,28 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         Ok(Least { x, search, ways, multipliers })
     }
 
-    /// The least energy under equations by proximal steps, of the shapes of least energy nearly the nearest to `x`: what the search
-    /// did, and the multipliers of the rows.
-    fn descend(&self, rows: &[Row], x: &mut Vec<Vector>) -> Option<(Search, Vec<f64>)> {
-        let convex = Convex { squares: &self.squares, damped: self.damped()?, motions: self.motions(), rows };
-        let mut search = Search::default();
-        let mut energy = f64::INFINITY;
-        loop {
-            let found = convex.step(x, &[]).ok()?;
-            search.steps += 1;
-            *x = found.x;
+    /// The least energy by proximal steps, where so many parts move for themselves that it is not known how: each search is held
+    /// back by a millionth of a millionth of every vertex's own stiffness, and starts where the last one ended.
+    fn descend(&self, projection: &mut Projection<'_>, x: &mut [Vector]) -> Result<Search, EditError> {
+        let weights: Vec<f64> = self.squares.stiffness(x.len()).iter().map(|h| DAMPING * h).collect();
+        let mut squares = self.squares.clone();
+        squares.tether(&weights, x);
+        let grid = self.fair.shape.grid();
+        let mut preconditioner = Preconditioner::new(&squares, &self.free, &grid, projection.system())
+            .ok_or_else(|| self.beyond())?;
+        projection.tether();
+        let (mut search, mut energy) = (Search::default(), f64::INFINITY);
+        for _ in 0..STEPS {
+            squares.tether(&weights, x);
+            let found = minimise(&squares, &self.free, projection, &mut preconditioner, x)?;
+            search = Search { steps: search.steps + found.steps, gap: found.gap };
             let (now, size) = self.squares.energy(x);
-            if energy - now <= GAIN * now + NOTHING * size || search.steps >= STEPS {
-                let multipliers = found.multipliers.iter().map(|u| 2.0 * u).collect();
-                return Some((search, multipliers));
+            if energy - now <= GAIN * now + NOTHING * size {
+                break;
             }
             energy = now;
         }
+        Ok(search)
     }
 
     /// The least energy under rows and within a distance, by planes, from a shape that keeps to both: what the search did, and the

@@ -237,6 +237,11 @@ fn whatever_is_made_fair_has_no_corner_that_it_had_not() {
                 kept_at += 1;
             }
         }
+        for row in &kept {
+            let far = value(row, points) - value(row, curve.points());
+            let all: f64 = row.iter().map(|c| c.abs()).sum();
+            assert!(far.amax() <= 1e-11 * size * all, "{what}: a relation is missed by {far}");
+        }
         assert!(report.smooth.corners.iter().all(|c| c.gap.is_none()), "{what}: {report}");
         for &lock in &problem.locks {
             assert_eq!(points[lock], curve.points()[lock], "{what}");
@@ -262,11 +267,9 @@ fn whatever_is_made_fair_has_no_corner_that_it_had_not() {
             };
             if let Some(least) = (0..3).map(of).sum::<Option<f64>>() {
                 compared += 1;
+                // (Where it is stiff the library is too high, never too low: what is asked was found to hold.)
                 let slack = 1e-5 * least.abs() + 1e-7 * report.energy_before.max(1.0);
-                assert!(
-                    (report.energy_after - least).abs() <= slack,
-                    "{what}: {report}, and {least} can be had"
-                );
+                assert!(report.energy_after <= least + slack, "{what}: {report}, and {least} can be had");
             }
         }
         if let Ok(sharp) = problem.fair().smooth(0).solve() {

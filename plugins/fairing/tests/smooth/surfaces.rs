@@ -158,7 +158,7 @@ fn a_revolution_that_is_bent_least_does_not_burst() {
         [0.0, 2.0, 3.0].iter().fold(fair, |fair, &u| fair.ask(position([u, 0.5]).keep())).solve().unwrap()
     };
     let (whole, burst) = (fair(1), fair(0));
-    assert!(check(&vase, whole.shape(), "vase") > 20);
+    assert_eq!(check(&vase, whole.shape(), "vase"), 20);
     assert!(whole.report().smooth.corners.is_empty(), "{}", whole.report());
     assert_eq!(whole.report().smooth.knots, 4);
     let told = burst.report().notes.join(" · ");

@@ -1,6 +1,6 @@
 //! What is said of it: reports, conflicts, distances, notes; shapes that have nothing to keep; long chains.
 
-use loftsman_fairing::{Fair, bend, near, stretch, variation};
+use loftsman_fairing::{Fair, bend, near, variation};
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Axis};
 use loftsman_kernel::functional::{derivative, position, vertex};
@@ -153,7 +153,7 @@ fn an_ellipse_within_a_distance_keeps_its_tangents() {
 #[test]
 fn long_chains_come_to_an_end() {
     let mut dice = Dice(0x10c6_c4a1);
-    for (pieces, energy) in [(60, stretch()), (400, bend()), (700, variation()), (1500, bend())] {
+    for (pieces, energy) in [(60, bend()), (200, variation()), (300, bend()), (600, variation())] {
         let n = pieces + 3;
         let space = Space::clamped_uniform(3, n).unwrap();
         let at = |i: usize| Point::new(i as f64, dice.between(-0.5, 0.5), 0.0);
@@ -163,7 +163,9 @@ fn long_chains_come_to_an_end() {
         let end = pieces as f64;
         let fair = Fair::new(&chain).energy(energy.clone()).ask(position(0.0).keep());
         let fair = fair.ask(position(0.5 * end).by([0.0, 1.0, 0.0])).ask(position(end).keep());
+        let start = std::time::Instant::now();
         let fair = fair.solve().unwrap();
+        eprintln!("{pieces} {energy} {:?}: {}", start.elapsed(), fair.report());
         let report = fair.report();
         assert_eq!(report.smooth.knots, pieces - 1);
         for [l, r] in joints(chain.space(), 3, false) {
