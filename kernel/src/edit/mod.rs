@@ -40,3 +40,4 @@ pub use metric::Metric;
 pub use problem::Edit;
 pub use report::{ConstraintReport, Convergence, Corner, Report, Smoothness};
 pub use session::{ConstraintId, Edited, Session};
+pub use smooth::SmoothKnot;

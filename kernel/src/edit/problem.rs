@@ -33,6 +33,7 @@ pub struct Edit<S> {
     window: Option<(f64, f64)>,
     metric: Metric,
     pub(super) smooth: u8,
+    pub(super) everywhere: bool,
     names: Vec<(usize, Arc<str>)>,
     kind: PhantomData<fn() -> S>,
 }
@@ -61,6 +62,7 @@ impl<S: Shape> Edit<S> {
             window: None,
             metric: Metric::Least,
             smooth: 1,
+            everywhere: false,
             names: Vec::new(),
             kind: PhantomData,
         }
@@ -120,6 +122,14 @@ impl<S: Shape> Edit<S> {
     #[must_use]
     pub fn smooth(mut self, level: u8) -> Self {
         self.smooth = level.min(2);
+        self
+    }
+
+    /// Keeps what is [smooth](Self::smooth) at all knots around control vertices that may move, whether what is asked touches
+    /// them or not: for those who prepare a session to look for another answer than the least adjustment (fairing).
+    #[must_use]
+    pub fn smooth_everywhere(mut self) -> Self {
+        self.everywhere = true;
         self
     }
 

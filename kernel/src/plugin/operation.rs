@@ -218,6 +218,9 @@ pub struct ConstraintReport {
     pub multipliers: Vec<f64>,
 }
 
+/// How many corners are told one by one.
+const TOLD: usize = 3;
+
 /// What became of the knots at which a shape can have corners.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Smoothness {
@@ -234,6 +237,17 @@ impl Smoothness {
     /// Whether there is nothing to say.
     pub fn is_empty(&self) -> bool {
         self.knots == 0 && self.corners.is_empty()
+    }
+
+    /// The corners for people: those that have changed most, and how many more there are.
+    pub fn notes(&self) -> Vec<String> {
+        let mut worst: Vec<_> = self.corners.iter().collect();
+        worst.sort_by(|a, b| b.change().total_cmp(&a.change()));
+        let mut notes: Vec<String> = worst.iter().take(TOLD).map(ToString::to_string).collect();
+        if worst.len() > TOLD {
+            notes.push(format!("and {} more corners", worst.len() - TOLD));
+        }
+        notes
     }
 }
 

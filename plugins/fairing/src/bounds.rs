@@ -5,7 +5,7 @@ use std::sync::Arc;
 use loftsman_kernel::Vector;
 use loftsman_kernel::edit::{Axis, Constraint, EditError, Value, Wanted};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store};
+use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
 use loftsman_kernel::measure::{Measured, ROUNDING, measure};
 use loftsman_kernel::plugin::ConstraintReport;
 use loftsman_kernel::solve::Sense;
@@ -114,7 +114,7 @@ impl Bound {
     /// How far on the right side of its bound the value is.
     pub(crate) fn slack(&self, shapes: &Shapes<'_>) -> Result<f64, Error> {
         let mut values = vec![0.0; self.functional.equations()];
-        self.functional.value(shapes, &mut values)?;
+        value_of(self.functional.as_ref(), shapes, &mut values)?;
         Ok(self.sign * (values[self.equation] - self.value))
     }
 
@@ -150,7 +150,7 @@ impl Bound {
     /// Every vertex, axis and coefficient of the number that is bounded.
     fn terms(&self, shapes: &Shapes<'_>, put: &mut dyn FnMut(usize, usize, f64)) -> Result<(), Error> {
         let mut store = Store::default();
-        self.functional.rows(shapes, &mut store.rows(shapes))?;
+        rows_of(self.functional.as_ref(), shapes, &mut store.rows(shapes))?;
         let mut next = 0;
         for equation in store.equations() {
             match equation {

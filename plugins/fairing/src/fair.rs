@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Constraint, Edit, EditError};
+use loftsman_kernel::edit::{Constraint, Edit, EditError, Smoothness};
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::plugin::ConstraintReport;
 use loftsman_kernel::shape::Shape;
@@ -43,6 +43,7 @@ pub struct Fair<S> {
     constraints: Vec<Constraint>,
     pub(crate) locks: Vec<i64>,
     pub(crate) within: Option<f64>,
+    smooth: u8,
 }
 
 impl<S: Shape + Clone> Fair<S> {
@@ -55,6 +56,7 @@ impl<S: Shape + Clone> Fair<S> {
             constraints: Vec::new(),
             locks: Vec::new(),
             within: None,
+            smooth: 1,
         }
     }
 
@@ -94,6 +96,17 @@ impl<S: Shape + Clone> Fair<S> {
         self
     }
 
+    /// How smooth what was smooth stays, at knots that are repeated so often that corners can appear there, and at the seams of
+    /// closed curves: as in an [edit](Edit::smooth), by the same equations, and by default 1 (tangents). At all knots around
+    /// control vertices that may move: an energy looks within spans only, and takes for nothing what happens between them. 2
+    /// keeps curvatures as well, 0 lets corners and gaps appear. More counts as 2. [`FairReport::smooth`] says at how many
+    /// knots, and what corners there are all the same.
+    #[must_use]
+    pub fn smooth(mut self, level: u8) -> Self {
+        self.smooth = level.min(2);
+        self
+    }
+
     /// The shape of least energy, with the default solver for the constraints.
     ///
     /// # Errors
@@ -123,10 +136,10 @@ impl<S: Shape + Clone> Fair<S> {
         Between { problem: &problem, plain: &plain, bounds, asked: &asked, equations }.solve()
     }
 
-    /// An edit of the shape beside the others, which stay.
+    /// An edit of the shape beside the others, which stay; what is smooth is kept wherever the shape may move.
     pub(crate) fn edit(&self, constraints: Vec<Constraint>) -> Edit<S> {
-        // An energy decides how smooth the shape becomes, not how smooth it was.
-        let mut edit = Edit::new(&self.shape).smooth(0).lock(self.locks.iter().copied());
+        let mut edit = Edit::new(&self.shape).smooth(self.smooth).smooth_everywhere();
+        edit = edit.lock(self.locks.iter().copied());
         for (index, other) in self.others.iter().enumerate() {
             let count = other.control_vertices().len() as i64;
             edit = edit.with(other.boxed()).lock_on(index + 1, 0..count);
@@ -170,7 +183,7 @@ pub struct FairReport {
     pub energy_after: f64,
     /// The solver of the constraints.
     pub solver: String,
-    /// Scalar equations asked.
+    /// Scalar equations: of what was asked, and of what was [kept smooth](Self::smooth) beside it.
     pub equations: usize,
     /// Independent ones among them.
     pub rank: usize,
@@ -192,6 +205,8 @@ pub struct FairReport {
     pub active: Vec<String>,
     /// Every constraint with its error and its multipliers: how much the least energy would change with its value.
     pub constraints: Vec<ConstraintReport>,
+    /// What was kept smooth without being asked, and the corners that there are all the same.
+    pub smooth: Smoothness,
     /// Anything else worth saying.
     pub notes: Vec<String>,
 }
@@ -205,6 +220,9 @@ impl fmt::Display for FairReport {
              ‖d‖ {adjustment:.4} · {} steps",
             self.iterations
         )?;
+        if self.smooth.knots > 0 {
+            write!(f, " · {}", self.smooth)?;
+        }
         if !self.active.is_empty() {
             write!(f, " · active: {}", self.active.join(", "))?;
         }

@@ -3,6 +3,7 @@
 use std::any::Any;
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::edit::SmoothKnot;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::System;
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -117,7 +118,7 @@ pub(crate) fn motions<'a>(
     free: &[bool],
     damped: impl FnOnce() -> Option<&'a Damped>,
 ) -> Motions {
-    let tied = squares.order() > 0 && breaks(shape, squares.order()).is_none() && !weighted(shape);
+    let tied = squares.order() > 0 && breaks(shape, squares.order(), &[]).is_none() && !weighted(shape);
     let found = if tied { None } else { damped().and_then(|damped| damped.null_space(squares)) };
     if let Some(all) = found {
         return Motions { all, more: false };
@@ -160,9 +161,9 @@ fn weighted(shape: &dyn Shape) -> bool {
 
 /// Things worth saying about an energy: how many ways to move the whole shape it leaves free, and where the shape may break
 /// without costing any.
-pub(crate) fn notes(shape: &dyn Shape, squares: &Squares, ways: usize) -> Vec<String> {
+pub(crate) fn notes(shape: &dyn Shape, squares: &Squares, ways: usize, kept: &[SmoothKnot]) -> Vec<String> {
     let mut notes = Vec::new();
-    let breaks = breaks(shape, squares.order());
+    let breaks = breaks(shape, squares.order(), kept);
     if ways > 0 {
         let what = if breaks.is_some() { "the shape or its parts" } else { "the whole shape" };
         let what = if ways == 1 {
@@ -221,15 +222,23 @@ fn powers(space: &Space) -> Vec<Vec<f64>> {
     all
 }
 
-/// Knots where the shape may break (or bend sharply) at no cost, because the energy looks within spans only.
-fn breaks(shape: &dyn Shape, order: usize) -> Option<String> {
+/// Knots where the shape may break (or bend sharply) at no cost, because the energy looks within spans only, and no smoothness is
+/// kept that would forbid it.
+fn breaks(shape: &dyn Shape, order: usize, kept: &[SmoothKnot]) -> Option<String> {
     let any: &dyn Any = shape;
+    let whole = |direction: usize, u: f64| {
+        let here = kept.iter().find(|k| k.shape == 0 && k.direction == direction && k.at == u);
+        here.and_then(|k| k.order).is_some_and(|kept| kept + 1 >= order)
+    };
     let found = if let Some(curve) = any.downcast_ref::<Curve>() {
-        broken(curve.space(), order).map(|u| format!("at {u}"))
+        broken(curve.space(), order, &|u| whole(0, u)).map(|u| format!("at {u}"))
     } else {
         let surface = any.downcast_ref::<Surface>()?;
-        let along = |name, space| broken(space, order).map(|u| format!("along {name} = {u}"));
-        along("u", surface.u()).or_else(|| along("v", surface.v()))
+        let along = |direction: usize, space| {
+            let name = ["u", "v"][direction];
+            broken(space, order, &|u| whole(direction, u)).map(|u| format!("along {name} = {u}"))
+        };
+        along(0, surface.u()).or_else(|| along(1, surface.v()))
     }?;
     let what = ["", "gap", "corner", "jump of curvature"][order.min(3)];
     Some(format!(
@@ -237,11 +246,11 @@ fn breaks(shape: &dyn Shape, order: usize) -> Option<String> {
     ))
 }
 
-/// The first interior knot of multiplicity above `p + 1 - order`.
-fn broken(space: &Space, order: usize) -> Option<f64> {
+/// The first interior knot of multiplicity above `p + 1 - order` that is not `whole` all the same.
+fn broken(space: &Space, order: usize, whole: &dyn Fn(f64) -> bool) -> Option<f64> {
     let (a, b) = space.domain();
     let allowed = (space.degree() + 1).saturating_sub(order);
     let inside = |u: &f64| (*u > a || space.is_periodic()) && *u < b;
     let mut points = space.breakpoints().into_iter().filter(inside);
-    if order == 0 { None } else { points.find(|&u| space.multiplicity(u) > allowed) }
+    if order == 0 { None } else { points.find(|&u| space.multiplicity(u) > allowed && !whole(u)) }
 }

@@ -5,6 +5,10 @@
 //! the kernel and of other plug-ins. [`Fair`] says and does it; in recipes it is the operation `fair` ([`FairOperation`]),
 //! brought by the plug-in [`Fairing`].
 //!
+//! An energy looks within the spans of a spline only. Where its knots let corners appear and it has none (Bézier chains, exact
+//! circles and revolutions, closed seams), what is smooth is kept by the equations that an edit keeps it by, unless
+//! [`Fair::smooth`] says otherwise.
+//!
 //! Bounds (`at_least`, `at_most`) are met by proximal steps, each a strictly convex program that a dual active-set method solves,
 //! and sharpened until the conditions of Karush, Kuhn and Tucker confirm the answer; bounds that contradict each other are
 //! named. A distance from the old shape is kept by tethers or, where they only creep, by planes: both with a certified gap.
@@ -25,6 +29,7 @@ mod damped;
 mod energy;
 mod fair;
 mod idle;
+mod inside;
 mod minimise;
 mod operation;
 mod orthogonal;

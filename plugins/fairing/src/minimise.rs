@@ -50,6 +50,11 @@ impl<'a> Projection<'a> {
         }
     }
 
+    /// Whose rows it projects onto.
+    pub(crate) fn system(&self) -> &'a System {
+        self.system
+    }
+
     /// From here on every motion has an energy.
     pub(crate) fn tether(&mut self) {
         self.idle = Idle::default();

@@ -22,7 +22,7 @@ use crate::fair::{Fair, FairReport};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FairOperation;
 
-const FIELDS: [Field; 6] = [
+const FIELDS: [Field; 7] = [
     Field::optional("object", "text", "the only curve or surface", "the object to make fair"),
     Field::optional(
         "energy",
@@ -38,6 +38,12 @@ const FIELDS: [Field; 6] = [
     ),
     Field::optional("lock", "[index, …]", "none", "control vertices that may not move; -1 is the last"),
     Field::optional("within", "number", "any distance", "how far no point may move"),
+    Field::optional(
+        "smooth",
+        "0 | 1 | 2",
+        "1",
+        "at repeated knots, what was smooth stays so: 1 tangents, 2 curvatures too, 0 corners may appear",
+    ),
     Field::optional("solver", "name", "automatic", "the constraints' solver; `loftsman plugins` lists them"),
 ];
 
@@ -73,6 +79,7 @@ impl Operation for FairOperation {
             constraints,
             lock: if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() },
             within: if parameters.has("within") { Some(parameters.number("within")?) } else { None },
+            smooth: smooth(parameters)?,
             others: &shapes[1..],
             solver: Arc::clone(solver),
         };
@@ -98,6 +105,7 @@ struct Problem<'a> {
     constraints: Vec<Constraint>,
     lock: Vec<i64>,
     within: Option<f64>,
+    smooth: u8,
     others: &'a [Box<dyn Shape>],
     solver: Arc<dyn Solver>,
 }
@@ -105,6 +113,7 @@ struct Problem<'a> {
 impl Problem<'_> {
     fn solve<S: Shape + Clone>(&self, shape: &S) -> Result<(Box<dyn Shape>, FairReport), OperationError> {
         let mut fair = Fair::new(shape).energy(self.energy.clone()).lock(self.lock.iter().copied());
+        fair = fair.smooth(self.smooth);
         if let Some(distance) = self.within {
             fair = fair.within(distance);
         }
@@ -140,6 +149,13 @@ impl Problem<'_> {
             });
         }
         marks
+    }
+}
+
+fn smooth(parameters: &Parameters) -> Result<u8, ParameterError> {
+    match parameters.count_or("smooth", 1)? {
+        level @ 0..=2 => Ok(level as u8),
+        level => Err(parameters.error("smooth", format!("{level} is not 0, 1 or 2"))),
     }
 }
 
@@ -220,6 +236,7 @@ fn step_report(object: &str, told: &FairReport) -> StepReport {
         adjustment: Some(told.adjustment),
         iterations: Some(told.iterations),
         constraints: told.constraints.clone(),
+        smooth: Some(told.smooth.clone()).filter(|smooth| !smooth.is_empty()),
         energy: Some([told.energy_before, told.energy_after]),
         notes,
         ..StepReport::default()

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Constraint, EditError, Report, Session};
+use loftsman_kernel::edit::{Constraint, EditError, Report, Session, SmoothKnot};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::shape::{Shape, vertex_index};
@@ -12,18 +12,18 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::active::Row;
 use crate::bounds::Bound;
-use crate::convex::Convex;
 use crate::damped::{Damped, NOTHING};
 use crate::fair::{Fair, FairReport, Fairer};
 use crate::idle::{Idle, Motions, motions, notes};
 use crate::minimise::{Projection, Search, finite, minimise};
 use crate::precondition::Preconditioner;
 use crate::squares::Squares;
-use crate::within::{Leash, Start};
+use crate::within::Leash;
 
 /// Corrections of what the search's rounding left of the equations.
 const CORRECTIONS: usize = 4;
 /// Proximal steps, and a gain below which one is the last.
+const DAMPING: f64 = 1e-12;
 const STEPS: usize = 40;
 const GAIN: f64 = 1e-10;
 
@@ -181,14 +181,11 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             let mut preconditioner = precondition(&squares).ok_or_else(|| self.beyond())?;
             self.correct(stage, &mut projection, &mut x)?;
             let start = x.clone();
-            // Where so many parts move for themselves that it is not known how, a search would be sent anywhere by rounding.
-            if self.loose().more && within.is_none() {
-                let rows = self.rows(stage);
-                let (search, multipliers) = self.descend(&rows, &mut x).ok_or_else(|| self.beyond())?;
-                self.correct(stage, &mut projection, &mut x)?;
-                return Ok(Least { x, search, ways, multipliers: stage.multipliers(&multipliers) });
-            }
-            search = minimise(&squares, &self.free, &mut projection, &mut preconditioner, &mut x)?;
+            search = if self.loose().more && within.is_none() {
+                self.descend(&mut projection, &mut x)?
+            } else {
+                minimise(&squares, &self.free, &mut projection, &mut preconditioner, &mut x)?
+            };
             if let Some(leash) = leash.as_ref().filter(|leash| leash.farthest(&x).0 > leash.radius) {
                 x = start;
                 if leash.farthest(&x).0 >= leash.inside() {
@@ -227,23 +224,28 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         Ok(Least { x, search, ways, multipliers })
     }
 
-    /// The least energy under equations by proximal steps, of the shapes of least energy nearly the nearest to `x`: what the search
-    /// did, and the multipliers of the rows.
-    fn descend(&self, rows: &[Row], x: &mut Vec<Vector>) -> Option<(Search, Vec<f64>)> {
-        let convex = Convex { squares: &self.squares, damped: self.damped()?, motions: self.motions(), rows };
-        let mut search = Search::default();
-        let mut energy = f64::INFINITY;
-        loop {
-            let found = convex.step(x, &[]).ok()?;
-            search.steps += 1;
-            *x = found.x;
+    /// The least energy by proximal steps, where so many parts move for themselves that it is not known how: each search is held
+    /// back by a millionth of a millionth of every vertex's own stiffness, and starts where the last one ended.
+    fn descend(&self, projection: &mut Projection<'_>, x: &mut [Vector]) -> Result<Search, EditError> {
+        let weights: Vec<f64> = self.squares.stiffness(x.len()).iter().map(|h| DAMPING * h).collect();
+        let mut squares = self.squares.clone();
+        squares.tether(&weights, x);
+        let grid = self.fair.shape.grid();
+        let mut preconditioner = Preconditioner::new(&squares, &self.free, &grid, projection.system())
+            .ok_or_else(|| self.beyond())?;
+        projection.tether();
+        let (mut search, mut energy) = (Search::default(), f64::INFINITY);
+        for _ in 0..STEPS {
+            squares.tether(&weights, x);
+            let found = minimise(&squares, &self.free, projection, &mut preconditioner, x)?;
+            search = Search { steps: search.steps + found.steps, gap: found.gap };
             let (now, size) = self.squares.energy(x);
-            if energy - now <= GAIN * now + NOTHING * size || search.steps >= STEPS {
-                let multipliers = found.multipliers.iter().map(|u| 2.0 * u).collect();
-                return Some((search, multipliers));
+            if energy - now <= GAIN * now + NOTHING * size {
+                break;
             }
             energy = now;
         }
+        Ok(search)
     }
 
     /// The least energy under rows and within a distance, by planes, from a shape that keeps to both: what the search did, and the
@@ -258,89 +260,6 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let (search, mut multipliers) = leash.cut(&self.squares, (damped, self.motions()), rows, x).ok()?;
         multipliers.iter_mut().for_each(|u| *u *= 2.0);
         Some((search, multipliers))
-    }
-
-    /// A shape within a distance that meets the equations and bounds.
-    ///
-    /// # Errors
-    /// When there is none: naming what is to blame, none of which could be spared.
-    pub(crate) fn inside(
-        &self,
-        leash: &Leash<'_>,
-        stage: &Stage<S>,
-        bounds: &[Bound],
-    ) -> Result<Vec<Vector>, EditError> {
-        let mut rows = self.rows(stage);
-        // Which constraint each row is of: entries of equations are told by their constraints, bounds follow.
-        let mut owner = vec![0; rows.len()];
-        let entries: Vec<f64> = (0..rows.len()).map(|at| at as f64).collect();
-        let mut names = Vec::new();
-        for (k, told) in stage.session.account(&[], &entries).into_iter().enumerate() {
-            told.multipliers.iter().for_each(|at| owner[*at as usize] = k);
-            names.push(told.name);
-        }
-        for bound in bounds {
-            owner.push(names.len());
-            names.push(bound.name());
-            rows.push(bound.row(&self.among(&self.fair.shape), &self.rest, &self.free)?);
-        }
-        let grid = self.fair.shape.grid();
-        let stuck = |_| {
-            SolveError::Unsupported(format!(
-                "no shape within {} that meets the constraints was found: they nearly depend on each other; leave some out",
-                leash.radius
-            ))
-        };
-        let (mut least, nearest, multipliers) = match leash.start(&rows, &grid).map_err(stuck)? {
-            Start::Inside(x) => return Ok(x),
-            Start::Beyond { least, nearest, multipliers } => (least, nearest, multipliers),
-        };
-        if least < leash.radius {
-            return Err(Error::Invalid(format!(
-                "the constraints alone move some control vertex by {least} at least, and none may move further than {}: a \
-                 shape was found where none moves further than {nearest}; allow more than that, or ask for less",
-                leash.radius
-            ))
-            .into());
-        }
-        // Of what the proof needs, whatever can be spared is left out.
-        let mut to_blame: Vec<usize> = rows
-            .iter()
-            .zip(&multipliers)
-            .zip(&owner)
-            .filter(|((_, m), _)| **m != 0.0)
-            .map(|(_, k)| *k)
-            .collect();
-        to_blame.dedup();
-        let mut k = 0;
-        while k < to_blame.len() && to_blame.len() > 1 {
-            let without: Vec<usize> =
-                to_blame.iter().copied().filter(|other| *other != to_blame[k]).collect();
-            let part: Vec<Row> = rows
-                .iter()
-                .zip(&owner)
-                .filter(|(_, owner)| without.contains(owner))
-                .map(|(row, _)| row.clone())
-                .collect();
-            match leash.start(&part, &grid) {
-                Ok(Start::Beyond { least: still, .. }) if still >= leash.radius => {
-                    (least, to_blame) = (still, without);
-                }
-                _ => k += 1,
-            }
-        }
-        let blamed: Vec<String> = to_blame.iter().map(|&k| format!("\"{}\"", names[k])).collect();
-        let (what, moves) = match &blamed[..] {
-            [] => ("the constraints".to_owned(), "move"),
-            [one] => (one.clone(), "moves"),
-            all => (all.join(", "), "together move"),
-        };
-        Err(Error::Invalid(format!(
-            "{what} alone {moves} some control vertex by {least} at least, and none may move further than {}: allow more, or \
-             ask for less",
-            leash.radius
-        ))
-        .into())
     }
 
     /// Takes away what a shape misses of the equations.
@@ -421,6 +340,10 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             ))
             .into());
         }
+        let smooth = stage.session.smoothness(&shapes);
+        let kept: Vec<SmoothKnot> = stage.session.smooth_knots().collect();
+        let mut notes = notes(&self.fair.shape, &self.squares, least.ways, &kept);
+        notes.extend(smooth.notes());
         let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
         let told = &stage.told;
         let report = FairReport {
@@ -439,7 +362,8 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             gap: search.gap,
             active,
             constraints,
-            notes: notes(&self.fair.shape, &self.squares, least.ways),
+            notes,
+            smooth,
         };
         if let Some(radius) =
             self.fair.within.filter(|radius| report.farthest.is_nan() || report.farthest > *radius)

@@ -122,6 +122,19 @@ impl Squares {
         })
     }
 
+    /// The diagonal of `AᵀA`, the energy of each vertex's own motion; where that is nothing, the largest.
+    pub(crate) fn stiffness(&self, count: usize) -> Vec<f64> {
+        let mut stiffness = vec![0.0; count];
+        for block in self.blocks() {
+            for row in block.rows.chunks_exact(block.vertices.len().max(1)) {
+                block.vertices.iter().zip(row).for_each(|(&v, c)| stiffness[v as usize] += c * c);
+            }
+        }
+        let largest = stiffness.iter().fold(0.0, |m: f64, h| m.max(*h));
+        stiffness.iter_mut().filter(|h| **h == 0.0).for_each(|h| *h = largest);
+        stiffness
+    }
+
     /// The lowest order of derivative that is integrated; 0 where there is none.
     pub(crate) fn order(&self) -> usize {
         self.order

@@ -129,13 +129,103 @@ fn corners_that_cost_nothing_are_noted() {
     let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0, 4.0];
     let points = (0..9).map(|i| Point::new(f64::from(i), f64::from(i % 3), 0.0)).collect();
     let kinked = Curve::new(Space::open(3, knots).unwrap(), points).unwrap();
-    let fair = Fair::new(&kinked).energy(bend()).ask(position(0.0).keep()).ask(position(4.0).keep());
-    let report = fair.solve().unwrap().report().clone();
+    let fair = |level: u8| {
+        let fair = Fair::new(&kinked).energy(bend()).smooth(level);
+        fair.ask(position(0.0).keep()).ask(position(4.0).keep()).solve().unwrap().report().clone()
+    };
+    let report = fair(0);
     assert!(
         report.notes.iter().any(|n| n.starts_with("at 2 ") && n.contains("corner")),
         "{:?}",
         report.notes
     );
+    // Where the curve is kept smooth there will be none.
+    let report = fair(1);
+    assert!(report.smooth.knots == 1 && report.notes.is_empty(), "{report}");
+}
+
+#[test]
+fn smoothness_is_a_field_and_reported_apart() {
+    let wave = |points: [[f64; 2]; 7]| {
+        let points = points.map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+        let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0];
+        Curve::new(Space::open(3, knots).unwrap(), points).unwrap()
+    };
+    let wave = wave([[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [3.0, 1.0], [5.0, 1.0], [6.0, 0.0], [7.0, 0.0]]);
+    let told = |level: Option<u8>| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("wave", wave.clone().into())).unwrap();
+        let mut step = json!({
+            "object": "wave", "energy": "stretch",
+            "constraints": [
+                { "kind": "position", "at": 0.0, "keep": true }, { "kind": "position", "at": 1.0, "keep": true },
+                { "kind": "position", "at": 3.0, "keep": true },
+            ],
+        });
+        if let Some(level) = level {
+            step["smooth"] = json!(level);
+        }
+        run(&mut scene, step).map(|report| serde_json::to_value(&report).unwrap())
+    };
+    let (default, kept, torn) = (told(None).unwrap(), told(Some(1)).unwrap(), told(Some(0)).unwrap());
+    assert_eq!(default["smooth"], json!({ "knots": 1, "equations": 3 }));
+    assert_eq!((&default["smooth"], &default["constraints"]), (&kept["smooth"], &kept["constraints"]));
+    assert_eq!(default["constraints"].as_array().map(Vec::len), Some(3));
+    assert_eq!(torn["smooth"]["knots"], json!(0));
+    // The two straight lines.
+    let corner = torn["smooth"]["corners"][0]["degrees"].as_f64().unwrap();
+    let expected = (1.0_f64 / 3.0).atan() + (1.0_f64 / 4.0).atan();
+    assert!((corner.to_radians() - expected).abs() < 1e-9, "{torn}");
+    let note = format!("a corner of {corner:.1}° at 1 (was 0°)");
+    assert!(torn["notes"].as_array().unwrap().iter().any(|n| n == &json!(note)), "{torn}");
+    assert!(told(Some(2)).is_ok());
+    assert!(told(Some(3)).unwrap_err().contains("smooth"));
+}
+
+/// A functional that writes none of its rows, and one that writes none of its values.
+#[derive(Debug)]
+struct Liar(bool);
+
+impl functional::Functional for Liar {
+    fn equations(&self) -> usize {
+        1
+    }
+
+    fn linearity(&self) -> functional::Linearity {
+        functional::Linearity::Linear
+    }
+
+    fn rows(
+        &self,
+        _: &functional::Shapes<'_>,
+        rows: &mut functional::Rows<'_>,
+    ) -> loftsman_kernel::error::Result<()> {
+        if self.0 {
+            rows.equation().term(0, 1, loftsman_kernel::Vector::y());
+        }
+        Ok(())
+    }
+
+    fn value(&self, _: &functional::Shapes<'_>, out: &mut [f64]) -> loftsman_kernel::error::Result<()> {
+        if !self.0 {
+            out.fill(0.0);
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        "liar".into()
+    }
+}
+
+#[test]
+fn what_bounds_hand_over_is_checked() {
+    for rows in [true, false] {
+        let bound = Constraint::new(std::sync::Arc::new(Liar(rows)), Wanted::AtLeast(vec![1.0].into()));
+        let text = Fair::new(&curve(3, 6)).energy(bend()).ask(bound).solve().unwrap_err().to_string();
+        let part = if rows { "writes 0 value(s)" } else { "appends 0" };
+        assert!(text.contains("\"liar\"") && text.contains(part), "{text}");
+    }
 }
 
 #[test]

@@ -51,15 +51,23 @@ impl<S: Shape> Session<S> {
     }
 
     /// Each constraint (what is kept smooth beside them left out) with the largest of its errors, and its part of `multipliers`:
-    /// both with an entry for each equation
-    /// of the [`system`](Self::system).
+    /// both with an entry for each equation of the [`system`](Self::system).
     pub fn account(&self, misfit: &[f64], multipliers: &[f64]) -> Vec<ConstraintReport> {
+        self.accounts(false, misfit, multipliers)
+    }
+
+    /// The same for what is kept smooth beside them.
+    pub fn account_smooth(&self, misfit: &[f64], multipliers: &[f64]) -> Vec<ConstraintReport> {
+        self.accounts(true, misfit, multipliers)
+    }
+
+    fn accounts(&self, smooth: bool, misfit: &[f64], multipliers: &[f64]) -> Vec<ConstraintReport> {
         let assembly = &self.prepared.assembly;
         let of = |numbers: &[f64], k: usize| -> Vec<f64> {
             let entries = assembly.slots(k).iter().map(|slot| assembly.entry(slot));
             entries.filter_map(|at| numbers.get(at).copied()).collect()
         };
-        let asked = self.bound.iter().enumerate().filter(|(_, bound)| !is_ours(&bound.constraint));
+        let asked = self.bound.iter().enumerate().filter(|(_, bound)| is_ours(&bound.constraint) == smooth);
         let each = asked.map(|(k, bound)| ConstraintReport {
             name: bound.constraint.describe(),
             residual: of(misfit, k).iter().fold(0.0, |m, e| m.max(e.abs())),

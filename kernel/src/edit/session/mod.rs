@@ -98,7 +98,7 @@ impl<S: Shape> Session<S> {
         freedom: Freedom,
         metric: Metric,
     ) -> Result<Self, EditError> {
-        let mut smoothing = Smoothing::new(edit.smooth, edit.names());
+        let mut smoothing = Smoothing::new(edit.smooth, edit.everywhere, edit.names());
         let Edit {
             mut shapes,
             mut constraints,

@@ -9,25 +9,24 @@ use crate::edit::ask::{Constraint, Wanted};
 use crate::edit::assembly::Freedom;
 use crate::edit::metric::Metric;
 use crate::edit::report::{Report, Smoothness};
-use crate::edit::smooth::{Watched, find, is_ours};
-use crate::functional::On;
+use crate::edit::smooth::{Smooth, SmoothKnot, Watched, find, is_ours, ours};
+use crate::functional::{On, Shapes};
 use crate::shape::Shape;
-
-/// How many corners a report's notes tell one by one.
-const TOLD: usize = 3;
 
 /// How smooth a session keeps its shapes, and the places where that may fail.
 #[derive(Debug)]
 pub(super) struct Smoothing {
     level: u8,
+    /// Whether not only where something is asked, but wherever vertices may move.
+    everywhere: bool,
     /// What messages call the shapes.
     names: Vec<On>,
     watched: Watched,
 }
 
 impl Smoothing {
-    pub(super) fn new(level: u8, names: Vec<On>) -> Self {
-        Self { level, names, watched: Watched::default() }
+    pub(super) fn new(level: u8, everywhere: bool, names: Vec<On>) -> Self {
+        Self { level, everywhere, names, watched: Watched::default() }
     }
 
     /// Puts the rows that keep what is smooth *now* behind what is asked, in place of those that were there. What was there
@@ -42,7 +41,7 @@ impl Smoothing {
         let shapes = view(boxes);
         let asked = bound.iter().filter(|b| !is_ours(&b.constraint));
         let asked = asked.map(|b| b.constraint.functional.as_ref());
-        let mut found = find(&shapes, asked, &self.names, freedom, metric, self.level)?;
+        let mut found = find(&shapes, asked, &self.names, freedom, metric, self.level, self.everywhere)?;
         self.watched.add(&mut found);
         let mut fresh = Vec::with_capacity(found.kept.len());
         for smooth in found.kept {
@@ -65,21 +64,25 @@ impl Smoothing {
 impl<S: Shape> Session<S> {
     /// What was kept smooth, and what corners there are all the same: apart from what was asked.
     pub(super) fn tell_smoothness(&self, report: &mut Report) {
-        let ours = self.bound.iter().filter(|b| is_ours(&b.constraint));
+        report.smooth = self.smoothness(&view(&self.shapes));
+        // They come last, in the account of the constraints too.
+        report.constraints.truncate(report.constraints.len().saturating_sub(report.smooth.knots));
+        report.notes.extend(report.smooth.notes());
+    }
+
+    /// What is kept smooth beside what is asked, and the corners that other shapes of the same kinds have where these were
+    /// smooth (or other corners) at mouse down.
+    pub fn smoothness(&self, shapes: &Shapes<'_>) -> Smoothness {
         let (mut knots, mut equations) = (0, 0);
-        for bound in ours {
+        for bound in self.bound.iter().filter(|b| is_ours(&b.constraint)) {
             knots += 1;
             equations += bound.constraint.functional.equations();
         }
-        // They come last, in the account of the constraints too.
-        report.constraints.truncate(report.constraints.len().saturating_sub(knots));
-        let corners = self.smoothing.watched.corners(&view(&self.shapes));
-        let mut worst: Vec<_> = corners.iter().collect();
-        worst.sort_by(|a, b| b.change().total_cmp(&a.change()));
-        report.notes.extend(worst.iter().take(TOLD).map(ToString::to_string));
-        if worst.len() > TOLD {
-            report.notes.push(format!("and {} more corners", worst.len() - TOLD));
-        }
-        report.smooth = Smoothness { knots, equations, corners };
+        Smoothness { knots, equations, corners: self.smoothing.watched.corners(shapes) }
+    }
+
+    /// The knots at which something is kept smooth.
+    pub fn smooth_knots(&self) -> impl Iterator<Item = SmoothKnot> + '_ {
+        self.bound.iter().filter_map(|b| ours(&b.constraint)).map(Smooth::knot)
     }
 }

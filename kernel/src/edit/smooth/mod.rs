@@ -12,7 +12,8 @@
 //!
 //! Only knots that an edit touches are looked at. Keeping one moves vertices of its own, which touch others: all that
 //! follow are kept too, so that the least adjustment is that under all of them. On a cubic Bézier chain the rows of two
-//! knots have no vertex in common; on a quadratic one all hang together.
+//! knots have no vertex in common; on a quadratic one all hang together. Who moves everything (fairing) asks for all knots
+//! around vertices that may move.
 
 mod corner;
 mod joint;
@@ -33,6 +34,7 @@ use self::net::{Net, nets};
 use self::pole::Pole;
 use self::relation::{Column, Relation, ends_meet, reach};
 pub(super) use self::row::Smooth;
+pub use self::row::SmoothKnot;
 use super::ask::Constraint;
 use super::assembly::Freedom;
 use super::metric::Metric;
@@ -73,8 +75,13 @@ impl Watched {
 
 /// Whether a constraint is one of ours.
 pub(super) fn is_ours(constraint: &Constraint) -> bool {
+    ours(constraint).is_some()
+}
+
+/// What a constraint keeps smooth, if it is one of ours.
+pub(super) fn ours(constraint: &Constraint) -> Option<&Smooth> {
     let any: &dyn Any = constraint.functional.as_ref();
-    any.is::<Smooth>()
+    any.downcast_ref()
 }
 
 /// What to do about a conflict with what is kept smooth.
@@ -94,8 +101,9 @@ fn least(net: &Net<'_>, level: u8) -> usize {
 }
 
 /// What is to be kept at level `level` (0: nothing; 1: G¹; 2: G² too) where these functionals are asked of shapes that
-/// messages call by these `names` (as many), and the places where it may be lost. The work is proportional to the vertices
-/// that move; nothing where no shape has such places.
+/// messages call by these `names` (as many), and the places where it may be lost; `everywhere`: not where these functionals
+/// are felt, but wherever vertices may move. The work is proportional to the vertices that move; nothing where no shape has
+/// such places.
 ///
 /// # Errors
 /// When something cannot be asked of the shapes.
@@ -106,25 +114,26 @@ pub(super) fn find<'f>(
     freedom: &Freedom,
     metric: &Metric,
     level: u8,
+    everywhere: bool,
 ) -> Result<Found> {
     let mut search = Search::new(shapes, level);
     if search.nets.iter().flatten().next().is_none() && search.poles.iter().flatten().next().is_none() {
         return Ok(Found::default());
     }
-    let mut store = Store::default();
-    for functional in asked {
-        functional.rows(shapes, &mut store.rows(shapes))?;
-    }
     let count = shapes.vertex_count();
     let may_move = |v: usize| v < count && freedom.may_move(v);
-    let mut fresh: Vec<usize> = store
-        .equations()
-        .flat_map(|equation| match equation {
+    let mut fresh: Vec<usize> = if everywhere {
+        (0..count).filter(|&v| may_move(v)).collect()
+    } else {
+        let mut store = Store::default();
+        for functional in asked {
+            functional.rows(shapes, &mut store.rows(shapes))?;
+        }
+        let touched = store.equations().flat_map(|equation| match equation {
             Equation::Alike { vertices, .. } | Equation::Coupled { vertices, .. } => vertices,
-        })
-        .copied()
-        .filter(|&v| may_move(v))
-        .collect();
+        });
+        touched.copied().filter(|&v| may_move(v)).collect()
+    };
     // Vertices in rows, and those that move: more, where the metric takes others along (all, at the first one).
     let (mut touched, mut moving) = (BTreeSet::new(), BTreeSet::new());
     let takes_all = matches!(metric, Metric::Stretch | Metric::Bend | Metric::Matrix(_));
@@ -194,6 +203,8 @@ struct Search<'a> {
     relations: BTreeMap<(Line, usize), Relation>,
     done: BTreeSet<(Line, usize)>,
     rows: BTreeMap<Line, Vec<Stencil>>,
+    /// Of each line the least order that a column keeps.
+    orders: BTreeMap<Line, Option<usize>>,
     watches: BTreeMap<(Line, usize), Vec<Watch>>,
 }
 
@@ -213,6 +224,7 @@ impl<'a> Search<'a> {
             relations: BTreeMap::new(),
             done: BTreeSet::new(),
             rows: BTreeMap::new(),
+            orders: BTreeMap::new(),
             watches: BTreeMap::new(),
         }
     }
@@ -264,6 +276,8 @@ impl<'a> Search<'a> {
                 if self.level == 0 || kept {
                     continue;
                 }
+                let least = self.orders.entry(line).or_insert(relation.order());
+                *least = (*least).min(relation.order());
                 let rows = relation.rows(&joint, self.column(&net, &joint, line, column));
                 for row in rows {
                     let vertices = row.iter().map(|(i, c)| (net.index(i, column), c));
@@ -353,7 +367,8 @@ impl<'a> Search<'a> {
                 (true, 0) => format!("{how} {what} u = {knot}"),
                 (true, _) => format!("{how} {what} v = {knot}"),
             };
-            kept.push(Smooth { on: on.clone(), place, rows });
+            let order = self.orders.get(&line).copied().flatten();
+            kept.push(Smooth { on: on.clone(), line, knot, order, place, rows });
         }
         Found { kept, watches: self.watches }
     }

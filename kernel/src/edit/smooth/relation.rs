@@ -159,6 +159,16 @@ impl Relation {
         relation
     }
 
+    /// Up to which derivative both sides agree; `None` where they do not meet.
+    pub(super) fn order(&self) -> Option<usize> {
+        match (self.ratio, self.bend) {
+            _ if !self.meets => None,
+            (Some(_), Some(_)) => Some(2),
+            (Some(_), None) => Some(1),
+            _ => Some(0),
+        }
+    }
+
     /// The rows over a column's vertices that keep it: each a length (its largest coefficient is 1), zero at the start but
     /// for rounding.
     pub(super) fn rows(&self, joint: &Joint, column: &Column) -> SmallVec<[Stencil; 3]> {

@@ -1,5 +1,6 @@
 //! The functional that keeps what was smooth.
 
+use super::Line;
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, On, Rows, Shapes};
 use crate::shape::Stencil;
@@ -9,9 +10,35 @@ use crate::shape::Stencil;
 #[derive(Debug, Clone)]
 pub(crate) struct Smooth {
     pub(super) on: On,
+    pub(super) line: Line,
+    pub(super) knot: f64,
+    /// Up to which derivative both sides go on agreeing all along; `None` where somewhere they need not even meet.
+    pub(super) order: Option<usize>,
     /// What is kept, for people: `smooth knot at 2`.
     pub(super) place: String,
     pub(super) rows: Vec<Stencil>,
+}
+
+/// A knot (or the seam) of a curve, or such a knot line of a surface, at which a session keeps what was smooth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SmoothKnot {
+    /// The shape's number in the problem.
+    pub shape: usize,
+    /// 0 for knots of a curve, or of a surface's `u`; 1 for those of its `v`.
+    pub direction: usize,
+    /// The knot; of a seam, where the domain starts.
+    pub at: f64,
+    /// Up to which derivative both sides go on agreeing, all along a knot line, but for the speed: 0 position, 1 direction of
+    /// the tangent, 2 curvature. Nothing where somewhere they need not even meet.
+    pub order: Option<usize>,
+}
+
+impl Smooth {
+    /// Where it is, and how much is kept there.
+    pub(crate) fn knot(&self) -> SmoothKnot {
+        let (shape, direction, _) = self.line;
+        SmoothKnot { shape, direction, at: self.knot, order: self.order }
+    }
 }
 
 impl Functional for Smooth {
