@@ -63,8 +63,9 @@ impl Smoothing {
 }
 
 impl<S: Shape> Session<S> {
-    /// What was kept smooth, and what corners there are all the same: apart from what was asked.
-    pub(super) fn tell_smoothness(&self, report: &mut Report) {
+    /// What was kept smooth, and what corners there are all the same: apart from what was asked. Of its equations the others
+    /// imply so many.
+    pub(super) fn tell_smoothness(&self, report: &mut Report, redundant: usize) {
         let ours = self.bound.iter().filter(|b| is_ours(&b.constraint));
         let (mut knots, mut equations) = (0, 0);
         for bound in ours {
@@ -80,6 +81,6 @@ impl<S: Shape> Session<S> {
         if worst.len() > TOLD {
             report.notes.push(format!("and {} more corners", worst.len() - TOLD));
         }
-        report.smooth = Smoothness { knots, equations, corners };
+        report.smooth = Smoothness { knots, equations, redundant, corners };
     }
 }
