@@ -31,7 +31,7 @@ pub const AGAINST: [(&str, Against); 2] =
 pub const FIELDS: &[Field] = &[
     Field::optional("title", "text", "none", "a line above the picture"),
     Field::optional("view", "name or [x, y, z]", "\"automatic\"", VIEW),
-    Field::optional("objects", "[name, …]", "all", "what is shown"),
+    Field::optional("objects", "[name, …]", "all", "what is shown, in every panel that does not say itself"),
     Field::optional(
         "panel",
         "[{ caption, view, profile, objects }, …]",
@@ -75,7 +75,7 @@ const PANEL: &[Field] = &[
         "a drawing",
         "a chart of curvature against this",
     ),
-    Field::optional("objects", "[name, …]", "all", "what it shows"),
+    Field::optional("objects", "[name, …]", "the picture's", "what it shows"),
 ];
 
 const VIEW: &str =
@@ -89,7 +89,7 @@ pub struct Look {
     pub title: Option<String>,
     /// From where the scene is seen, where there are no panels.
     pub view: View,
-    /// What is shown, where there are no panels; everything if `None`.
+    /// What is shown, in every panel that does not say itself; everything if `None`.
     pub objects: Option<Vec<String>>,
     /// The parts of the picture; none for a single drawing.
     pub panels: Vec<Panel>,
@@ -201,12 +201,8 @@ impl Look {
     /// What was asked for and is not drawn of some objects that are shown: combs, beads and alternating segments are of
     /// curves only.
     pub fn unmet(&self, scene: &Scene) -> Vec<String> {
-        let drawings: Vec<&Panel> = self.panels.iter().filter(|panel| panel.is_drawing()).collect();
-        let shown = |name: &str| match &self.objects {
-            _ if !self.panels.is_empty() => drawings.iter().any(|panel| panel.shows(name)),
-            Some(list) => list.iter().any(|shown| shown == name),
-            None => true,
-        };
+        let panels = self.shown();
+        let shown = |name: &str| panels.iter().any(|panel| panel.is_drawing() && panel.shows(name));
         let others: Vec<String> = scene
             .objects()
             .iter()
@@ -255,11 +251,15 @@ impl Look {
         if let Some(columns) = self.columns {
             picture = picture.columns(columns);
         }
+        picture.panels(self.shown())
+    }
+
+    /// The parts of the picture, each with the objects that it shows: one where none are given.
+    fn shown(&self) -> Vec<Panel> {
+        let panels = if self.panels.is_empty() { vec![Panel::view(self.view)] } else { self.panels.clone() };
         match &self.objects {
-            Some(names) if self.panels.is_empty() => {
-                picture.panels([Panel::view(self.view).objects(names.iter().cloned())])
-            }
-            _ => picture.panels(self.panels.iter().cloned()),
+            Some(names) => panels.into_iter().map(|panel| panel.or_objects(names.iter().cloned())).collect(),
+            None => panels,
         }
     }
 }

@@ -8,6 +8,7 @@
 //!
 //! Most users want the facade crate `loftsman`, which re-exports all of this with a short prelude.
 
+mod animation;
 pub mod conformance;
 pub mod connection;
 pub mod edit;
@@ -25,6 +26,7 @@ pub mod scene;
 pub mod shape;
 pub mod solve;
 pub mod spline;
+mod unit;
 
 pub use error::{Error, Result};
 

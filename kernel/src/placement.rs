@@ -40,29 +40,45 @@ impl Geometry {
     /// # Errors
     /// When a coordinate overflows.
     pub fn transformed(&self, map: &Matrix4<f64>) -> Result<Self> {
-        let moved = |points: &[Point]| points.iter().map(|p| transform_point(map, p)).collect::<Vec<_>>();
+        let moved = self.points().iter().map(|p| transform_point(map, p)).collect();
+        match self {
+            Self::Mesh(mesh) => Ok(Self::Mesh(transform_mesh(mesh, moved, map)?)),
+            other => other.with_points(moved),
+        }
+    }
+
+    /// The same geometry with other points ([`points`](Self::points)): what it is in a frame of its animation. A mesh's
+    /// normals stay. `O(points)`.
+    ///
+    /// # Errors
+    /// When there are more or fewer points than it has, or a coordinate is not finite.
+    pub fn with_points(&self, points: Vec<Point>) -> Result<Self> {
+        let (found, expected) = (points.len(), self.points().len());
+        if found != expected {
+            let kind = self.kind();
+            return Err(Error::Invalid(format!("{found} points for a {kind} of {expected}")));
+        }
         Ok(match self {
             Self::Group => Self::Group,
             Self::Curve(curve) => Self::Curve(Curve::build(
                 curve.space().clone(),
-                moved(curve.points()),
+                points,
                 curve.weights().map(<[f64]>::to_vec),
             )?),
-            Self::Surface(surface) => Self::Surface(transform_surface(surface, moved(surface.points()))?),
-            Self::Trimmed(trimmed) => {
-                let carrier = trimmed.surface();
-                Self::Trimmed(trimmed.on(transform_surface(carrier, moved(carrier.points()))?)?)
+            Self::Surface(surface) => Self::Surface(surface_through(surface, points)?),
+            Self::Trimmed(trimmed) => Self::Trimmed(trimmed.on(surface_through(trimmed.surface(), points)?)?),
+            Self::Mesh(mesh) => {
+                let mut mesh = mesh.clone();
+                mesh.points_mut().copy_from_slice(&finite(points)?);
+                Self::Mesh(mesh)
             }
-            Self::Mesh(mesh) => Self::Mesh(transform_mesh(mesh, moved(mesh.points()), map)?),
-            Self::Polyline(line) => {
-                Self::Polyline(Polyline { points: finite(moved(&line.points))?, closed: line.closed })
-            }
-            Self::Cloud(cloud) => Self::Cloud(Cloud { points: finite(moved(&cloud.points))? }),
+            Self::Polyline(line) => Self::Polyline(Polyline { points: finite(points)?, closed: line.closed }),
+            Self::Cloud(_) => Self::Cloud(Cloud { points: finite(points)? }),
         })
     }
 }
 
-fn transform_surface(surface: &Surface, points: Vec<Point>) -> Result<Surface> {
+fn surface_through(surface: &Surface, points: Vec<Point>) -> Result<Surface> {
     let weights = surface.weights().map(<[f64]>::to_vec);
     Surface::build(surface.u().clone(), surface.v().clone(), points, weights)
 }

@@ -12,92 +12,8 @@ use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::named::{Named, NamedList};
 use crate::spline::{Curve, Surface, Trimmed};
 
-/// A unit of length.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Unit {
-    /// Micrometre.
-    #[serde(rename = "um")]
-    Micrometre,
-    /// Millimetre.
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Centimetre.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Metre, the default.
-    #[default]
-    #[serde(rename = "m")]
-    Metre,
-    /// Kilometre.
-    #[serde(rename = "km")]
-    Kilometre,
-    /// International inch (25.4 mm).
-    #[serde(rename = "in")]
-    Inch,
-    /// International foot (12 in).
-    #[serde(rename = "ft")]
-    Foot,
-    /// International yard (3 ft).
-    #[serde(rename = "yd")]
-    Yard,
-    /// International mile (1760 yd).
-    #[serde(rename = "mi")]
-    Mile,
-}
-
-impl Unit {
-    /// Every unit, by its name in documents.
-    pub const ALL: [(&'static str, Self); 9] = [
-        ("um", Self::Micrometre),
-        ("mm", Self::Millimetre),
-        ("cm", Self::Centimetre),
-        ("m", Self::Metre),
-        ("km", Self::Kilometre),
-        ("in", Self::Inch),
-        ("ft", Self::Foot),
-        ("yd", Self::Yard),
-        ("mi", Self::Mile),
-    ];
-
-    /// How many metres one unit is.
-    pub fn metres(self) -> f64 {
-        match self {
-            Self::Micrometre => 1e-6,
-            Self::Millimetre => 1e-3,
-            Self::Centimetre => 1e-2,
-            Self::Metre => 1.0,
-            Self::Kilometre => 1e3,
-            Self::Inch => 0.0254,
-            Self::Foot => 0.3048,
-            Self::Yard => 0.9144,
-            Self::Mile => 1609.344,
-        }
-    }
-
-    /// The name in documents: `"mm"`, `"m"`, `"in"`, …
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, unit)| *unit == self).map_or("m", |(name, _)| name)
-    }
-
-    /// The unit of a name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, unit)| *unit)
-    }
-}
-
-/// Which axis points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Up {
-    /// The x axis.
-    X,
-    /// The y axis (glTF, OBJ).
-    Y,
-    /// The z axis (STEP, STL, PLY, Blender), the default.
-    #[default]
-    Z,
-}
+pub use crate::animation::Animation;
+pub use crate::unit::{Unit, Up};
 
 /// What an object is.
 #[non_exhaustive]
@@ -146,15 +62,6 @@ impl Geometry {
             Self::Cloud(cloud) => &cloud.points,
         }
     }
-}
-
-/// Frames of an animation: the object's points ([`Geometry::points`]) at each frame.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Animation {
-    /// Frames a second.
-    pub rate: f64,
-    /// The points of each frame, as many as the object has.
-    pub frames: Vec<Vec<Point>>,
 }
 
 /// A named thing in a scene.
@@ -363,18 +270,19 @@ impl Scene {
         self.connections.retain(|c| c.sides().iter().all(|side| side.object != name));
     }
 
-    /// Puts a new geometry in the place of an object's old one; everything else of the object stays, its frames
-    /// go where they no longer fit, its connections where it is no surface any more.
+    /// Puts a new geometry in the place of an object's old one. Everything else of the object stays, but its animation
+    /// goes where the geometry is another one, since its frames are of the old ([`reshape`](Self::reshape) takes them
+    /// along), and its connections where it is no surface any more.
     ///
     /// # Errors
     /// When there is no such object.
     pub fn replace(&mut self, name: &str, geometry: impl Into<Geometry>) -> Result<()> {
         let object = self.object_mut(name)?;
-        object.geometry = geometry.into();
-        let count = object.geometry.points().len();
-        if object.animation.as_ref().is_some_and(|a| a.frames.iter().any(|f| f.len() != count)) {
+        let geometry = geometry.into();
+        if object.animation.is_some() && object.geometry != geometry {
             object.animation = None;
         }
+        object.geometry = geometry;
         if !matches!(object.geometry, Geometry::Surface(_) | Geometry::Trimmed(_)) {
             self.disconnect(name);
         }

@@ -10,6 +10,7 @@
 //! constraints = [{ kind = "position", at = 0.25, by = [0.0, 0.2, 0.0] }]
 //! ```
 
+mod aftermath;
 mod error;
 mod parse;
 mod place;

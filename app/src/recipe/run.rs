@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use loftsman_kernel::plugin::{
-    Clock, Context, NoClock, Observer, OperationError, Parameters, Quiet, ReadOptions, Registry, Source,
-    StepReport, WriteOptions, nearest,
+    Clock, Context, Mark, NoClock, Observer, OperationError, Parameters, Quiet, ReadOptions, Registry,
+    Source, StepReport, WriteOptions, nearest,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use serde_json::Value;
 
 use super::Recipe;
+use super::aftermath::Beforehand;
 use super::error::RecipeError;
 use super::report::{InputReport, OutputReport, RunReport};
 use crate::error::{Error, Result};
@@ -39,9 +40,29 @@ pub struct Applied {
     pub input: Option<InputReport>,
     /// Each step.
     pub steps: Vec<StepReport>,
+    /// What a picture of the scene should mark: the marks of all steps, where their places are after the last.
+    pub marks: Vec<Mark>,
+    /// How many marks have no place any more.
+    pub lost_marks: usize,
     /// The format of the input, and the file, for its pictures.
     format: &'static str,
     source: Option<Input>,
+}
+
+impl Applied {
+    /// No steps yet.
+    fn new(scene: Scene) -> Self {
+        Self {
+            before: scene.clone(),
+            scene,
+            input: None,
+            steps: Vec::new(),
+            marks: Vec::new(),
+            lost_marks: 0,
+            format: "",
+            source: None,
+        }
+    }
 }
 
 impl<'a> Runner<'a> {
@@ -97,9 +118,15 @@ impl<'a> Runner<'a> {
         for file in &files {
             let mut report = OutputReport { path: file.display().to_string(), ..OutputReport::default() };
             if picture::is_picture(file) {
-                let marks: Vec<_> = applied.steps.iter().flat_map(|s| s.marks.iter().cloned()).collect();
                 report.notes = recipe.look.unmet(&applied.scene);
-                let picture = recipe.look.picture(&applied.scene, Some(&applied.before), &marks);
+                if let (1.., true) = (applied.lost_marks, recipe.look.marks) {
+                    let (count, plural) =
+                        (applied.lost_marks, if applied.lost_marks == 1 { "" } else { "s" });
+                    report
+                        .notes
+                        .push(format!("{count} mark{plural} left out: later steps took the place away"));
+                }
+                let picture = recipe.look.picture(&applied.scene, Some(&applied.before), &applied.marks);
                 let bytes = picture::encode(file, &picture, recipe.look.pixels)?;
                 outputs.add(file, bytes, std::collections::BTreeMap::new())?;
             } else {
@@ -150,12 +177,16 @@ impl<'a> Runner<'a> {
         for (number, (op, parameters)) in steps.iter().enumerate() {
             self.observer.progress(op, number as u64, steps.len() as u64);
             let operation = self.operation(recipe, op, number)?;
+            let before = Beforehand::of(&applied.scene);
             let mut report = operation
                 .apply(&mut applied.scene, parameters, &context)
                 .map_err(|e| step_error(recipe, number, op, parameters, e))?;
             if report.op.is_empty() {
                 report.op.clone_from(op);
             }
+            before.settle(&mut applied.scene, &mut report)?;
+            applied.lost_marks += before.follow(&applied.scene, &mut applied.marks);
+            applied.marks.extend(report.marks.iter().cloned());
             applied.steps.push(report);
             remember(&mut applied.before, &applied.scene)?;
         }
@@ -212,8 +243,7 @@ impl<'a> Runner<'a> {
                     recipe.error("read", "there is no input to be read so: name one, or leave this out")
                 );
             }
-            let (scene, before, steps) = (Scene::new(), Scene::new(), Vec::new());
-            return Ok(Applied { scene, before, input: None, steps, format: "", source: None });
+            return Ok(Applied::new(Scene::new()));
         };
         let input = Input::open(recipe.resolve(name)).map_err(|e| match e {
             Error::File { path, problem } => recipe.error("input", format!("{path}: {problem}")),
@@ -226,7 +256,7 @@ impl<'a> Runner<'a> {
         let path = Source::name(&input).to_owned();
         let source = Some(input.without_bytes());
         let input = Some(InputReport { path, format: kind, report });
-        Ok(Applied { before: scene.clone(), scene, input, steps: Vec::new(), format: kind, source })
+        Ok(Applied { input, format: kind, source, ..Applied::new(scene) })
     }
 }
 

@@ -68,6 +68,7 @@ fn section(folder: &Path) -> Result<(), Box<dyn Error>> {
             before: old.point(u)?,
             vector,
             label: label.into(),
+            spot: None,
         })
     };
     let (_, first, second) = jet(nose)?;
@@ -83,7 +84,15 @@ fn section(folder: &Path) -> Result<(), Box<dyn Error>> {
     for i in [0, n as usize - 1] {
         let (position, label) = (net[i], format!("vertex {i}"));
         let object = "section".into();
-        marks.push(Mark { object, kind: MarkKind::Locked, position, before: position, vector: None, label });
+        marks.push(Mark {
+            object,
+            kind: MarkKind::Locked,
+            position,
+            before: position,
+            vector: None,
+            label,
+            spot: None,
+        });
     }
     let picture = Picture::of(&after).before(&before).marks(&marks);
     write(folder, "section", &picture.clone().title("Blade section: the upper side pushed out"))?;
@@ -121,6 +130,7 @@ fn theory(folder: &Path) -> Result<(), Box<dyn Error>> {
         before: old.point(4.5)?,
         vector: None,
         label: "position at 4.5".into(),
+        spot: None,
     }];
     let picture = Picture::of(&after).before(&before).marks(&marks).beads(Beads::Knots);
     write(

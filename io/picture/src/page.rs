@@ -45,9 +45,10 @@ enum Content {
 pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     let (unit, up) = (picture.scene.unit, picture.scene.up);
     let before = picture.before.map(|scene| scene.converted(unit, up)).transpose()?;
-    let scenery = Scenery::new(picture.scene, before.as_deref(), picture.marks, picture.frames)?;
     let only = [Panel::view(picture.view)];
     let panels: &[Panel] = if picture.panels.is_empty() { &only } else { &picture.panels };
+    let (marks, frames) = (picture.marks, picture.frames);
+    let scenery = Scenery::new(picture.scene, before.as_deref(), marks, frames, panels)?;
     let mut parts = panels
         .iter()
         .map(|panel| Part::new(panel, &scenery, &picture.choices))

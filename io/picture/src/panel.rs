@@ -52,6 +52,12 @@ impl Panel {
         self.objects.as_ref().is_none_or(|names| names.iter().any(|shown| shown == name))
     }
 
+    /// Only these objects where none have been chosen: what a panel says itself goes first.
+    #[must_use]
+    pub fn or_objects<S: Into<String>>(self, names: impl IntoIterator<Item = S>) -> Self {
+        if self.objects.is_some() { self } else { self.objects(names) }
+    }
+
     /// A line of text below the panel.
     #[must_use]
     pub fn caption(mut self, caption: impl Into<String>) -> Self {

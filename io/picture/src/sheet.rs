@@ -124,6 +124,8 @@ pub(crate) struct Told {
     names: Vec<Names>,
     /// What has a name in the legend.
     entered: HashSet<String>,
+    /// The objects that have none, since there are too many.
+    unnamed: HashSet<String>,
 }
 
 /// Objects that share an entry of the legend.
@@ -162,6 +164,22 @@ impl Told {
         }
         self.names.push(Names { sample, old, count: 1, entry: self.legend.len() });
         self.legend.push((sample, words));
+    }
+
+    /// Leaves an object out of the legend, which counts it.
+    pub(crate) fn leave_unnamed(&mut self, name: &str) {
+        if !self.unnamed.contains(name) {
+            self.unnamed.insert(name.to_owned());
+        }
+    }
+
+    /// What is said of the objects that the legend does not name.
+    pub(crate) fn others(&self) -> Option<String> {
+        match self.unnamed.len() {
+            0 => None,
+            1 => Some("and 1 more object".to_owned()),
+            more => Some(format!("and {more} more objects")),
+        }
     }
 
     /// Adds an entry to the legend unless there is one of the same words, whatever its sample.

@@ -30,7 +30,7 @@ fn cubic(scale: f64) -> Curve {
 }
 
 fn mark(kind: MarkKind, before: Point, position: Point, vector: Option<Vector>) -> Mark {
-    Mark { object: "c".into(), kind, position, before, vector, label: "position at 0.25".into() }
+    Mark { object: "c".into(), kind, position, before, vector, label: "position at 0.25".into(), spot: None }
 }
 
 /// Parses with the renderer's own parser, and gives the elements.

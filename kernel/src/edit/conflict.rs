@@ -37,9 +37,9 @@ pub(super) fn explain(
     let own = constraints[assembly.constraint_of(dependency.row)].describe();
     if dependency.combination.is_empty() {
         return SolveError::Conflict(format!(
-            "{} cannot be met: no control vertex that may move has any influence there; \
-             unlock one, or widen the locality",
-            quoted(&own)
+            "{} cannot be met: no control vertex that may move has any influence there; {}",
+            quoted(&own),
+            freedom.advice()
         ));
     }
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
@@ -97,7 +97,12 @@ fn advice(ours: &[usize]) -> &'static str {
 }
 
 /// The error for rows that cannot all hold, some of them inequalities.
-pub(super) fn contradiction(constraints: &[&Constraint], assembly: &Assembly, rows: &[usize]) -> SolveError {
+pub(super) fn contradiction(
+    constraints: &[&Constraint],
+    freedom: &Freedom,
+    assembly: &Assembly,
+    rows: &[usize],
+) -> SolveError {
     let all: BTreeSet<usize> = rows.iter().map(|&row| assembly.constraint_of(row)).collect();
     let told = |k: &usize| {
         let name = constraints[*k].label();
@@ -110,8 +115,8 @@ pub(super) fn contradiction(constraints: &[&Constraint], assembly: &Assembly, ro
     let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
     SolveError::Conflict(match (&names[..], rows) {
         ([only], [row]) if untouched(row) => format!(
-            "{only} does not hold, and no control vertex that may move has any influence there; unlock one, or widen \
-             the locality"
+            "{only} does not hold, and no control vertex that may move has any influence there; {}",
+            freedom.advice()
         ),
         ([only], _) => format!("{only} cannot hold; move the bound"),
         _ => format!(

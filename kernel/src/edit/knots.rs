@@ -72,6 +72,7 @@ fn with_knot(curve: &Curve, freedom: &Freedom, knot: f64) -> Option<(Curve, Free
             only.dedup();
             only
         }),
+        within: freedom.within,
     };
     let points = (0..refined.len()).map(|i| Point::new(i as f64, (i % 3) as f64, 0.0)).collect();
     Some((Curve::new(refined, points).ok()?, moved))

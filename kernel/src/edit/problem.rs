@@ -269,7 +269,7 @@ impl<S: Shape> Edit<S> {
             }
             (None, None) => None,
         };
-        Ok(Freedom { locked, only })
+        Ok(Freedom { locked, only, within: self.window })
     }
 
     /// Refines the first shape so that the edit fits into the interval, and moves locks along with their vertices.

@@ -56,9 +56,7 @@ impl fmt::Display for Report {
             write!(f, " · {count} redundant constraint{plural} dropped: {}", self.redundant.join(", "))?;
         }
         if self.best_effort {
-            let missed: Vec<_> = self.constraints.iter().filter(|c| c.residual > self.tolerance()).collect();
-            let names: Vec<_> = missed.iter().map(|c| format!("{} by {:.3e}", c.name, c.residual)).collect();
-            write!(f, " · BEST EFFORT, missed: {}", names.join(", "))?;
+            write!(f, " · BEST EFFORT, missed: {}", self.missed().join(", "))?;
         }
         for note in &self.notes {
             write!(f, " · {note}")?;
@@ -68,6 +66,12 @@ impl fmt::Display for Report {
 }
 
 impl Report {
+    /// What a best effort has missed, and by how much: `position at 0 by 1.000e0`. Rounding is not counted.
+    pub fn missed(&self) -> Vec<String> {
+        let missed = self.constraints.iter().filter(|c| c.residual > self.tolerance());
+        missed.map(|c| format!("{} by {:.3e}", c.name, c.residual)).collect()
+    }
+
     /// Errors below this are rounding.
     fn tolerance(&self) -> f64 {
         1e-9 * self.constraints.iter().fold(self.residual, |m, c| m.max(c.residual))

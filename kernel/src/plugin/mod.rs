@@ -7,6 +7,7 @@
 mod constraints;
 mod declaration;
 mod format;
+mod mark;
 mod operation;
 mod parameters;
 mod registry;
@@ -20,9 +21,10 @@ pub use format::{
     Fate, Format, FormatDeclaration, FormatError, Memory, Place, ReadOptions, ReadReport, Sink, Source,
     UpChoice, WriteOptions, WriteReport, Written,
 };
+pub use mark::{Mark, MarkKind, Spot};
 pub use operation::{
-    Clock, ConstraintReport, Context, Convergence, Corner, Mark, MarkKind, NoClock, Observer, Operation,
-    OperationError, Quiet, Smoothness, StepReport,
+    Clock, ConstraintReport, Context, Convergence, Corner, NoClock, Observer, Operation, OperationError,
+    Quiet, Smoothness, StepReport,
 };
 pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};

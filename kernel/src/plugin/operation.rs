@@ -3,12 +3,12 @@
 use std::fmt;
 
 use super::declaration::Declaration;
+use super::mark::Mark;
 use super::parameters::{ParameterError, Parameters};
 use super::registry::Registry;
 use crate::edit::EditError;
 use crate::error::Error;
 use crate::scene::Scene;
-use crate::{Point, Vector};
 
 /// Watches long work; every method does nothing by default.
 pub trait Observer {
@@ -158,40 +158,6 @@ pub struct StepReport {
     pub marks: Vec<Mark>,
 }
 
-/// A mark in a picture: where something was asked of a shape.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
-    /// The object.
-    pub object: String,
-    /// What was asked there.
-    pub kind: MarkKind,
-    /// Where it is after the step, in the object's coordinates.
-    pub position: Point,
-    /// Where it was before.
-    pub before: Point,
-    /// The tangent, direction or curvature vector after the step, for kinds that have one.
-    pub vector: Option<Vector>,
-    /// A few words: `position at 0.25`.
-    pub label: String,
-}
-
-/// What was asked where a mark is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MarkKind {
-    /// A point that was moved.
-    Moved,
-    /// A point that was kept.
-    Kept,
-    /// A derivative or direction.
-    Direction,
-    /// A curvature.
-    Curvature,
-    /// A control vertex that could not move.
-    Locked,
-    /// Anything else.
-    Other,
-}
-
 /// How a nonlinear problem converged.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Convergence {
@@ -228,9 +194,17 @@ pub struct Smoothness {
     pub knots: usize,
     /// Scalar equations that this took, beside those of what was asked.
     pub equations: usize,
+    /// Those of them that the others imply: they were dropped, and hold.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub redundant: usize,
     /// Corners that have appeared, or are not what they were.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub corners: Vec<Corner>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl Smoothness {
@@ -254,7 +228,11 @@ impl Smoothness {
 impl fmt::Display for Smoothness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (knots, plural) = (self.knots, if self.knots == 1 { "" } else { "s" });
-        write!(f, "kept smooth at {knots} knot{plural} ({} of the equations)", self.equations)
+        write!(f, "kept smooth at {knots} knot{plural} ({} of the equations", self.equations)?;
+        match self.redundant {
+            0 => f.write_str(")"),
+            redundant => write!(f, ", {redundant} of them redundant, dropped)"),
+        }
     }
 }
 

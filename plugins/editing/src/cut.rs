@@ -1,5 +1,6 @@
 //! Operations that run a spline the other way or cut it: `reverse`, `split`.
 
+use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
 };
@@ -26,12 +27,11 @@ impl Operation for Reverse {
     ) -> Result<StepReport, OperationError> {
         let name = spline(scene, p)?;
         let direction = direction(p)?;
-        let reversed: Geometry = match &scene.object(&name)?.geometry {
-            Geometry::Curve(curve) => curve.reverse()?.into(),
-            Geometry::Surface(surface) => surface.reverse(direction)?.into(),
-            other => return Err(not_a_spline(&name, other).into()),
-        };
-        scene.replace(&name, reversed)?;
+        scene.reshape(&name, |geometry| match geometry {
+            Geometry::Curve(curve) => curve.reverse().map(Geometry::from),
+            Geometry::Surface(surface) => surface.reverse(direction).map(Geometry::from),
+            other => Err(not_a_spline(&name, other)),
+        })?;
         Ok(done("reverse", name, "reversed".into()))
     }
 }
@@ -60,27 +60,36 @@ impl Operation for Split {
         let name = spline(scene, p)?;
         let (at, direction) = (p.number("at")?, direction(p)?);
         let object = scene.object(&name)?.clone();
-        let pieces: Vec<Geometry> = match &object.geometry {
-            Geometry::Curve(curve) => curve.split(at)?.into_iter().map(Into::into).collect(),
-            Geometry::Surface(surface) => surface.split(direction, at)?.into_iter().map(Into::into).collect(),
-            other => return Err(not_a_spline(&name, other).into()),
-        };
-        let mut names = Vec::new();
-        for (number, piece) in pieces.into_iter().enumerate() {
-            if number == 0 {
-                scene.replace(&name, piece)?;
-                names.push(name.clone());
-                continue;
+        let pieces = |geometry: &Geometry| -> Result<Vec<Geometry>, Error> {
+            match geometry {
+                Geometry::Curve(curve) => Ok(curve.split(at)?.into_iter().map(Into::into).collect()),
+                Geometry::Surface(surface) => {
+                    Ok(surface.split(direction, at)?.into_iter().map(Into::into).collect())
+                }
+                other => Err(not_a_spline(&name, other)),
             }
-            let fresh = scene.unique_name(&name);
-            names.push(fresh.clone());
-            let mut twin = Object::new(fresh, piece);
+        };
+        let mut names = vec![name.clone()];
+        let mut cut = scene.clone();
+        for _ in 1..pieces(&object.geometry)?.len() {
+            let fresh = cut.unique_name(&name);
+            let mut twin = Object::new(fresh.clone(), object.geometry.clone());
             twin.color = object.color;
             twin.layer.clone_from(&object.layer);
             twin.parent.clone_from(&object.parent);
             twin.transform = object.transform;
-            scene.add(twin)?;
+            twin.materials.clone_from(&object.materials);
+            twin.animation.clone_from(&object.animation);
+            cut.add(twin)?;
+            names.push(fresh);
         }
+        for (number, piece) in names.iter().enumerate() {
+            cut.reshape(piece, |geometry| {
+                let missing = || Error::Invalid(format!("\"{name}\" has no piece {number}"));
+                pieces(geometry)?.into_iter().nth(number).ok_or_else(missing)
+            })?;
+        }
+        *scene = cut;
         Ok(done("split", name, format!("pieces: {}", names.join(", "))))
     }
 }

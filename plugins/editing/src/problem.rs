@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, Wanted, pick};
+use loftsman_kernel::Vector;
+use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, pick};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Curvature, DerivativeAt, Functional, Position, Shapes, Tangent, value_of};
+use loftsman_kernel::functional::{Functional, Shapes, value_of};
 use loftsman_kernel::plugin::{
-    Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, SceneShapes, StepReport,
-    ask_once, constraint_from, functional_from, nearest, object_name,
+    Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, SceneShapes, Spot,
+    StepReport, ask_once, constraint_from, functional_from, nearest, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::shape::{Derivative, Location, Shape, vertex_index};
+use loftsman_kernel::shape::{Location, Shape, vertex_index};
 use loftsman_kernel::solve::Solver;
 use loftsman_kernel::spline::Curve;
-use loftsman_kernel::{Point, Vector};
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
@@ -34,7 +34,12 @@ pub(crate) const SHARED: [Field; 11] = [
     ),
     Field::optional("lock", "[index, …]", "none", "control vertices that may not move; -1 is the last"),
     Field::optional("locality", "count", "all", "only so many control vertices may move"),
-    Field::optional("within", "[from, to]", "everywhere", "keep the edit in an interval, inserting knots"),
+    Field::optional(
+        "within",
+        "[from, to]",
+        "everywhere",
+        "keep the edit in an interval of the parameter, inserting knots; curves only",
+    ),
     Field::optional(
         "best_effort",
         "true | false",
@@ -165,39 +170,15 @@ impl Problem {
 
     /// What a picture of the edit should mark.
     pub(crate) fn marks(&self, after: &[&dyn Shape]) -> Vec<Mark> {
-        let mut marks = Vec::new();
-        let asked = self
-            .constraints
-            .iter()
-            .map(|c| (c.functional(), matches!(c.wanted(), Wanted::Keep | Wanted::Hold), c.describe()));
-        let handle = self.handle.iter().map(|h| (h, false, h.describe()));
-        for (functional, kept, label) in asked.chain(handle) {
-            let Some((shape, at)) = functional.location() else { continue };
-            let (Some(before), Some(after), Some(name)) =
-                (self.shapes.get(shape), after.get(shape), self.names.get(shape))
-            else {
-                continue;
-            };
-            let value = |s: &dyn Shape, order: usize| s.value(at, Derivative { u: order, v: 0 }).ok();
-            let (Some(old), Some(new)) = (value(before.as_ref(), 0), value(*after, 0)) else { continue };
-            let any: &dyn std::any::Any = functional.as_ref();
-            let (kind, vector) = if any.is::<Position>() {
-                (if kept { MarkKind::Kept } else { MarkKind::Moved }, None)
-            } else if any.is::<Curvature>() {
-                (MarkKind::Curvature, value(*after, 1).zip(value(*after, 2)).map(curvature_vector))
-            } else if any.is::<Tangent>() || any.is::<DerivativeAt>() {
-                (MarkKind::Direction, value(*after, 1))
-            } else {
-                (MarkKind::Other, None)
-            };
-            marks.push(Mark {
-                object: name.clone(),
-                kind,
-                position: Point::from(new),
-                before: Point::from(old),
-                vector: vector.filter(|v: &Vector| v.norm() > 0.0),
-                label,
-            });
+        let on = |c: &Constraint| Mark::of(c, &self.names, &self.shapes, after);
+        let mut marks: Vec<Mark> = self.constraints.iter().filter_map(on).collect();
+        if let Some(handle) = &self.handle
+            && let Some((shape, at)) = handle.location()
+            && let (Some(name), Some(before), Some(after)) =
+                (self.names.get(shape), self.shapes.get(shape), after.get(shape))
+        {
+            let what = (MarkKind::of(handle.as_ref(), false), handle.describe());
+            marks.extend(Mark::on(name, what, at, before.as_ref(), *after));
         }
         if let (Some(shape), Some(name)) = (after.first(), self.names.first()) {
             for &index in &self.lock {
@@ -206,19 +187,13 @@ impl Problem {
                     let position = vertices[i];
                     let label = format!("vertex {index} locked");
                     let (object, kind) = (name.clone(), MarkKind::Locked);
-                    marks.push(Mark { object, kind, position, before: position, vector: None, label });
+                    let (before, spot) = (position, Some(Spot::Vertex(i)));
+                    marks.push(Mark { object, kind, position, before, vector: None, label, spot });
                 }
             }
         }
         marks
     }
-}
-
-/// The curvature vector `κN = (C'' − T (T·C'')) / |C'|²` of the first two derivatives; NaN where the curve stands
-/// still.
-fn curvature_vector((first, second): (Vector, Vector)) -> Vector {
-    let tangent = first.normalize();
-    (second - tangent * tangent.dot(&second)) / first.norm_squared()
 }
 
 /// The handle's table with its location moved to the end of the curve where it is picked near enough (paper 4, §2).
@@ -286,8 +261,10 @@ fn metric(parameters: &Parameters) -> Result<Metric, ParameterError> {
 pub(crate) fn step_report(op: &str, object: &str, report: &Report) -> StepReport {
     let mut notes = report.notes.clone();
     if report.best_effort {
-        notes
-            .push("best effort: the constraints conflict and are met in the least-squares sense only".into());
+        notes.push(format!(
+            "best effort: the constraints conflict and are met in the least-squares sense only; missed: {}",
+            report.missed().join(", ")
+        ));
     }
     StepReport {
         op: op.into(),

@@ -63,13 +63,12 @@ impl Operation for Refine {
     ) -> Result<StepReport, OperationError> {
         let name = spline(scene, p)?;
         let (knots, direction) = (p.numbers("knots")?, direction(p)?);
-        let refined: Geometry = match &scene.object(&name)?.geometry {
-            Geometry::Curve(curve) => curve.insert_knots(&knots)?.into(),
-            Geometry::Surface(surface) => surface.insert_knots(direction, &knots)?.into(),
-            other => return Err(not_a_spline(&name, other).into()),
-        };
-        let note = format!("{} control vertices", refined.points().len());
-        scene.replace(&name, refined)?;
+        scene.reshape(&name, |geometry| match geometry {
+            Geometry::Curve(curve) => curve.insert_knots(&knots).map(Geometry::from),
+            Geometry::Surface(surface) => surface.insert_knots(direction, &knots).map(Geometry::from),
+            other => Err(not_a_spline(&name, other)),
+        })?;
+        let note = format!("{} control vertices", scene.object(&name)?.geometry.points().len());
         Ok(done("refine", name, note))
     }
 }
@@ -96,25 +95,20 @@ impl Operation for Elevate {
     ) -> Result<StepReport, OperationError> {
         let name = spline(scene, p)?;
         let by = p.count_or("by", 1)?;
-        let (elevated, degree): (Geometry, String) = match &scene.object(&name)?.geometry {
-            Geometry::Curve(curve) => {
-                let curve = curve.elevate(by)?;
-                let degree = curve.degree().to_string();
-                (curve.into(), degree)
-            }
-            Geometry::Surface(surface) => {
-                let mut surface = surface.clone();
-                let directions =
-                    if p.has("direction") { vec![direction(p)?] } else { vec![Direction::U, Direction::V] };
-                for direction in directions {
-                    surface = surface.elevate(direction, by)?;
-                }
-                let degree = format!("{} × {}", surface.u().degree(), surface.v().degree());
-                (surface.into(), degree)
-            }
-            other => return Err(not_a_spline(&name, other).into()),
+        let directions =
+            if p.has("direction") { vec![direction(p)?] } else { vec![Direction::U, Direction::V] };
+        scene.reshape(&name, |geometry| match geometry {
+            Geometry::Curve(curve) => curve.elevate(by).map(Geometry::from),
+            Geometry::Surface(surface) => directions
+                .iter()
+                .try_fold(surface.clone(), |surface, &direction| surface.elevate(direction, by))
+                .map(Geometry::from),
+            other => Err(not_a_spline(&name, other)),
+        })?;
+        let degree = match &scene.object(&name)?.geometry {
+            Geometry::Surface(surface) => format!("{} × {}", surface.u().degree(), surface.v().degree()),
+            _ => scene.curve(&name)?.degree().to_string(),
         };
-        scene.replace(&name, elevated)?;
         Ok(done("elevate", name, format!("degree {degree}")))
     }
 }
@@ -140,8 +134,12 @@ impl Operation for Untrim {
         let Geometry::Trimmed(trimmed) = &scene.object(&name)?.geometry else {
             return Err(Error::Invalid(format!("\"{name}\" is no trimmed surface")).into());
         };
-        let (loops, whole) = (trimmed.loops().count(), trimmed.surface().clone());
-        scene.replace(&name, whole)?;
-        Ok(done("untrim", name, format!("{loops} loops taken away")))
+        let loops = trimmed.loops().count();
+        scene.reshape(&name, |geometry| match geometry {
+            Geometry::Trimmed(trimmed) => Ok(Geometry::from(trimmed.surface())),
+            other => Err(Error::Invalid(format!("\"{name}\" is a {}, no trimmed surface", other.kind()))),
+        })?;
+        let plural = if loops == 1 { "" } else { "s" };
+        Ok(done("untrim", name, format!("{loops} loop{plural} taken away")))
     }
 }

@@ -78,7 +78,18 @@ impl Operation for Simplify {
             simplified.shape.points().len(),
             simplified.moved
         );
-        scene.replace(&name, simplified.shape)?;
+        if tolerance > 0.0 {
+            scene.replace(&name, simplified.shape)?;
+        } else {
+            // Exactly so: the frames lose the same knots, where none of them needs one.
+            let (object, shape) = (scene.object(&name)?.geometry.clone(), simplified.shape);
+            scene.reshape(&name, |geometry| match geometry {
+                given if *given == object => Ok(shape.clone()),
+                Geometry::Curve(c) => simplify(c, &[Direction::U], 0.0, close).map(|s| s.geometry().shape),
+                Geometry::Surface(s) => simplify(s, &directions, 0.0, close).map(|s| s.geometry().shape),
+                other => Err(not_a_spline(&name, other)),
+            })?;
+        }
         Ok(done("simplify", name, note))
     }
 }

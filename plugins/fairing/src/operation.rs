@@ -3,15 +3,14 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Mark, MarkKind, Operation, OperationError, ParameterError, Parameters,
-    SceneShapes, StepReport, ask_once, constraint_from, object_name, put_back,
+    Context, Declaration, Field, Mark, Operation, OperationError, ParameterError, Parameters, SceneShapes,
+    StepReport, ask_once, constraint_from, object_name, put_back,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::shape::{Derivative, Shape};
+use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Solver;
 use loftsman_kernel::spline::{Curve, Surface};
 
@@ -73,7 +72,7 @@ impl Operation for FairOperation {
         ask_once(names.shapes(), &constraints, &tables)?;
         let solver = parameters.text_or("solver", "automatic")?;
         let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
-        let (_, shapes) = names.into_parts();
+        let (names, shapes) = names.into_parts();
         let problem = Problem {
             energy: energy(parameters)?,
             constraints,
@@ -94,7 +93,11 @@ impl Operation for FairOperation {
         };
         let mut report = step_report(&object, &told);
         report.prepare_seconds = Some(context.clock.seconds() - start);
-        report.marks = problem.marks(&object, shapes[0].as_ref(), fair.as_ref());
+        // Other objects that constraints name stay as they are, and so do marks on them.
+        let after: Vec<&dyn Shape> =
+            std::iter::once(fair.as_ref()).chain(shapes[1..].iter().map(AsRef::as_ref)).collect();
+        let asked = &problem.constraints;
+        report.marks = asked.iter().filter_map(|c| Mark::of(c, &names, &shapes, &after)).collect();
         put_back(scene, &object, fair.as_ref())?;
         Ok(report)
     }
@@ -125,30 +128,6 @@ impl Problem<'_> {
         }
         let done = fair.solve_with(Arc::clone(&self.solver))?;
         Ok((done.shape().boxed(), done.report().clone()))
-    }
-
-    /// What a picture should mark: where something was asked of the shape.
-    fn marks(&self, object: &str, before: &dyn Shape, after: &dyn Shape) -> Vec<Mark> {
-        let mut marks = Vec::new();
-        for constraint in &self.constraints {
-            let Some((0, at)) = constraint.functional().location() else { continue };
-            let place = |shape: &dyn Shape| shape.value(at, Derivative::POSITION).ok().map(Point::from);
-            let (Some(old), Some(new)) = (place(before), place(after)) else { continue };
-            let kind = if constraint.functional().is_vector() && old == new {
-                MarkKind::Kept
-            } else {
-                MarkKind::Other
-            };
-            marks.push(Mark {
-                object: object.to_owned(),
-                kind,
-                position: new,
-                before: old,
-                vector: None,
-                label: constraint.describe(),
-            });
-        }
-        marks
     }
 }
 
@@ -220,9 +199,6 @@ fn points(table: &Parameters) -> Result<Vec<Datum>, ParameterError> {
 
 fn step_report(object: &str, told: &FairReport) -> StepReport {
     let mut notes = vec![format!("{}: {:.6e} → {:.6e}", told.energy, told.energy_before, told.energy_after)];
-    if !told.active.is_empty() {
-        notes.push(format!("active: {}", told.active.join(", ")));
-    }
     notes.extend(told.notes.iter().cloned());
     StepReport {
         op: "fair".into(),
@@ -235,6 +211,7 @@ fn step_report(object: &str, told: &FairReport) -> StepReport {
         condition: Some(told.condition),
         adjustment: Some(told.adjustment),
         iterations: Some(told.iterations),
+        active: told.active.clone(),
         constraints: told.constraints.clone(),
         smooth: Some(told.smooth.clone()).filter(|smooth| !smooth.is_empty()),
         energy: Some([told.energy_before, told.energy_after]),

@@ -429,7 +429,8 @@ fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
     if !fitted.corners.is_empty() {
         let first: Vec<String> = fitted.corners.iter().take(8).map(ToString::to_string).collect();
         let more = if fitted.corners.len() > 8 { ", …" } else { "" };
-        notes.push(format!("{} corners, at points {}{more}", fitted.corners.len(), first.join(", ")));
+        let (count, plural) = (fitted.corners.len(), if fitted.corners.len() == 1 { "" } else { "s" });
+        notes.push(format!("{count} corner{plural}, at point{plural} {}{more}", first.join(", ")));
     }
     if fitted.closing_point_dropped {
         notes.push("the last point repeats the first and was left out of the closed curve".into());

@@ -56,6 +56,22 @@ pub enum RegionError {
         /// Where.
         z: f64,
     },
+    /// An outline that is closed by a straight line, which meets it or another.
+    #[error(
+        "the straight line that closes \"{object}\" crosses or touches \"{other}\" at ({x}, {y}, {z}): name a curve that closes it instead, or move its ends"
+    )]
+    BridgeCrossing {
+        /// The object that is closed.
+        object: String,
+        /// What the line meets: the same or another.
+        other: String,
+        /// Where.
+        x: f64,
+        /// Where.
+        y: f64,
+        /// Where.
+        z: f64,
+    },
     /// Two outlines that meet.
     #[error(
         "\"{first}\" and \"{second}\" cross or touch at ({x}, {y}, {z}): a hole must lie inside, and two outlines apart"

@@ -155,20 +155,33 @@ impl<'a> Net<'a> {
             place(a).partial_cmp(&place(b)).unwrap_or(std::cmp::Ordering::Equal).then(a.cmp(b))
         });
         match order.windows(2).find(|w| place(&w[0]) == place(&w[1])) {
-            Some(pair) => Err(self.meeting(pair[0], pair[1])),
+            Some(pair) => {
+                let at = self.points[self.corners[pair[0]].0 as usize];
+                Err(self.meeting(pair[0], pair[1], at))
+            }
             None => Ok(()),
         }
     }
 
-    /// The rings of two corners meet near the first of them.
-    fn meeting(&self, a: usize, b: usize) -> RegionError {
-        let (here, there) = (self.corners[a], self.corners[b]);
-        let name = |ring: u32| self.rings[ring as usize].0.to_owned();
-        let p = self.points[here.0 as usize];
-        if here.1 == there.1 {
-            return RegionError::SelfCrossing { object: name(here.1), x: p.x, y: p.y, z: p.z };
+    /// The rings of two corners meet at a point.
+    fn meeting(&self, a: usize, b: usize, at: Point) -> RegionError {
+        let name = |corner: usize| self.rings[self.corners[corner].1 as usize].0.to_owned();
+        let (x, y, z) = (at.x, at.y, at.z);
+        if self.corners[a].1 == self.corners[b].1 {
+            return RegionError::SelfCrossing { object: name(a), x, y, z };
         }
-        RegionError::Crossing { first: name(here.1), second: name(there.1), x: p.x, y: p.y, z: p.z }
+        RegionError::Crossing { first: name(a), second: name(b), x, y, z }
+    }
+
+    /// The point of the edge from `a` to `b` on the line through `c` and `d`, which it crosses.
+    fn crossing(&self, [a, b]: [usize; 2], [c, d]: [usize; 2]) -> Point {
+        let [p, q, r, s] = [a, b, c, d].map(|k| self.corners[k].2);
+        let arm = |from: [f64; 2], to: [f64; 2]| [to[0] - from[0], to[1] - from[1]];
+        let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+        let t = cross(arm(p, r), arm(r, s)) / cross(arm(p, q), arm(r, s));
+        let [from, to] = [a, b].map(|k| self.points[self.corners[k].0 as usize]);
+        // Nearly parallel edges have no point of their own.
+        from + (to - from) * if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 }
     }
 
     fn triangulate(&self) -> Result<Triangles> {
@@ -183,8 +196,8 @@ impl<'a> Net<'a> {
                     let conflict = triangles
                         .get_conflicting_edges_between_vertices(handle(a), handle(b))
                         .next()
-                        .map_or(b, |edge| edge.from().fix().index());
-                    return Err(self.meeting(a, conflict));
+                        .map_or([b, a], |edge| edge.vertices().map(|v| v.fix().index()));
+                    return Err(self.meeting(a, conflict[0], self.crossing([a, b], conflict)));
                 }
                 // An edge in pieces runs over another corner.
                 if edges.len() > 1 {
@@ -194,7 +207,7 @@ impl<'a> Net<'a> {
                     } else {
                         over
                     };
-                    return Err(self.meeting(over, a));
+                    return Err(self.meeting(over, a, self.points[self.corners[over].0 as usize]));
                 }
             }
         }

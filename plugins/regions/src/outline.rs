@@ -17,6 +17,8 @@ pub struct Outline {
     pub name: String,
     /// The curve: periodic, or with its last point where its first is.
     pub curve: Curve,
+    /// The straight line that closes it, where one had to.
+    pub bridge: Option<[Point; 2]>,
 }
 
 /// The closed curves that some objects of a scene make: closed curves and polylines as they are, open ones joined end
@@ -43,7 +45,7 @@ pub fn outlines(scene: &Scene, objects: &[String], bridge: bool) -> Result<Vec<O
                 Curve::build(space, points.iter().map(|p| transform_point(&map, p)).collect(), weights)?
             }
         };
-        let outline = Outline { name: name.clone(), curve };
+        let outline = Outline { name: name.clone(), curve, bridge: None };
         match close(outline)? {
             Ok(outline) => closed.push(outline),
             Err(outline) => open.push(Some(outline)),
@@ -92,7 +94,7 @@ fn close(outline: Outline) -> Result<Result<Outline, Outline>> {
     if let Some(last) = points.last_mut() {
         *last = start;
     }
-    Ok(Ok(Outline { curve: Curve::build(space, points, weights)?, name: outline.name }))
+    Ok(Ok(Outline { curve: Curve::build(space, points, weights)?, ..outline }))
 }
 
 /// The chain with the next open curve that starts, or ends, where it ends, or else with a line back to its start.
@@ -113,13 +115,14 @@ fn extend(chain: Outline, open: &mut [Option<Outline>], bridge: bool) -> Result<
         let joined = Outline {
             name: format!("{} + {}", chain.name, next.name),
             curve: chain.curve.join(&curve, 2.0 * slack)?.shape,
+            bridge: None,
         };
         *slot = None;
         return Ok(joined);
     }
     if bridge {
         let curve = chain.curve.join(&Curve::line(end, start)?, slack)?.shape;
-        return Ok(Outline { curve, name: chain.name });
+        return Ok(Outline { curve, name: chain.name, bridge: Some([end, start]) });
     }
     Err(RegionError::Open { object: chain.name, gap: (end - start).norm() })
 }

@@ -255,6 +255,48 @@ fn what_cannot_be_filled_is_refused_with_the_place() {
     assert!(text.contains("named twice"), "{text}");
 }
 
+/// The numbers in the parentheses behind "at" in a message.
+fn place(message: &str) -> Point {
+    let inside = message.split("at (").nth(1).and_then(|rest| rest.split(')').next()).unwrap();
+    let numbers: Vec<f64> = inside.split(", ").map(|n| n.parse().unwrap()).collect();
+    Point::new(numbers[0], numbers[1], numbers[2])
+}
+
+#[test]
+fn a_crossing_is_told_where_it_is_and_a_line_that_closes_is_named() {
+    // The line from (2, 0) to (0, 1) meets the diagonal at (2/3, 2/3), whichever corner comes first.
+    let corners = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 1.0]];
+    for first in 0..4 {
+        let turned: Vec<[f64; 2]> = (0..4).map(|k| corners[(first + k) % 4]).collect();
+        let text = fails(&scene(vec![("e", polygon(&turned).into())]), "fill", json!({ "objects": ["e"] }));
+        let found = place(&text);
+        assert!((found - Point::new(2.0 / 3.0, 2.0 / 3.0, 0.0)).norm() < 1e-12, "{text}");
+    }
+    let open = |list: &[[f64; 2]]| {
+        let points = list.iter().map(|[x, y]| Point::new(*x, *y, 0.0)).collect();
+        Polyline { points, closed: false }
+    };
+    // Closed by a line from (8, 1) to (0, 0), which meets the notch; closed by itself, a knot is its own.
+    let notch = open(&[[0.0, 0.0], [0.0, 2.0], [3.0, 2.0], [4.0, 0.2], [5.0, 2.0], [8.0, 2.0], [8.0, 1.0]]);
+    let knot = open(&[[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]);
+    let lines = scene(vec![("c", notch.into()), ("knot", knot.into())]);
+    let text = fails(&lines, "fill", json!({ "objects": ["c"], "bridge": true }));
+    assert!(text.contains("the straight line that closes \"c\" crosses or touches \"c\""), "{text}");
+    let found = place(&text);
+    assert!((found.y - found.x / 8.0).abs() < 1e-12 && found.x > 3.0 && found.x < 5.0, "{text}");
+    let text = fails(&lines, "fill", json!({ "objects": ["knot"], "bridge": true }));
+    assert!(text.contains("\"knot\" crosses or touches itself at (0.66"), "{text}");
+    // The notch is out of the way here: the line meets another outline.
+    let scene = scene(vec![
+        ("c", open(&[[0.0, 0.0], [0.0, 2.0], [8.0, 2.0], [8.0, 1.0]]).into()),
+        ("post", polygon(&[[1.0, -1.0], [2.0, -1.0], [2.0, 1.0], [1.0, 1.0]]).into()),
+    ]);
+    for names in [["c", "post"], ["post", "c"]] {
+        let text = fails(&scene, "fill", json!({ "objects": names, "bridge": true }));
+        assert!(text.contains("that closes \"c\" crosses or touches \"post\""), "{text}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 

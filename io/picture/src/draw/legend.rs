@@ -64,7 +64,7 @@ pub(crate) fn draw(told: &Told, facts: &Facts<'_>) -> (String, f64) {
     let mut bottom = y + 1.5;
     let more = told.notes.len().saturating_sub(NOTES);
     let more = (more > 0).then(|| format!("and {more} more notes of this kind"));
-    for note in told.notes.iter().take(NOTES).chain(&more) {
+    for note in told.others().iter().chain(told.notes.iter().take(NOTES)).chain(&more) {
         bottom += ROW * 0.85;
         out.push_str(&words_at(note, start, bottom, theme.faint()));
     }

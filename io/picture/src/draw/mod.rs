@@ -7,6 +7,7 @@ pub(crate) mod depth;
 pub(crate) mod face;
 pub(crate) mod legend;
 pub(crate) mod mark;
+pub(crate) mod movement;
 pub(crate) mod net;
 pub(crate) mod surface;
 
@@ -92,12 +93,6 @@ pub(crate) fn draw(
     for (body, number) in &stage.frames {
         frame(sheet, body, *number);
     }
-    if stage.new.len() > NAMED {
-        let more = stage.new.iter().filter(|b| !matches!(b.form, Form::Empty)).count().saturating_sub(NAMED);
-        if more > 0 {
-            sheet.told.note(format!("and {more} more objects"));
-        }
-    }
     combs.draw(sheet, stage, unit);
     if choices.control_polygons {
         for body in &stage.old {
@@ -108,7 +103,7 @@ pub(crate) fn draw(
         }
     }
     if choices.movements {
-        net::movements(sheet, stage);
+        movement::draw(sheet, stage);
     }
     for body in &stage.new {
         bead::draw(sheet, body, choices.beads);
@@ -268,6 +263,8 @@ fn titled(element: Element, name: &str) -> String {
 pub(crate) fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sample) {
     if body.index < NAMED {
         sheet.told.name(sample, &text::clipped(body.object.name(), 40), old);
+    } else if !old {
+        sheet.told.leave_unnamed(body.object.name());
     }
 }
 

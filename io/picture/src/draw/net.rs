@@ -3,9 +3,7 @@
 use loftsman_kernel::Vector;
 
 use crate::draw::color;
-use crate::draw::mark::arrow;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
-use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
 use crate::svg::{Element, length};
 use crate::theme::Color;
@@ -87,32 +85,4 @@ fn squares(spots: &[[f64; 2]], fill: Option<Color>, color: Color, width: f64) ->
         .attribute("stroke", &color.hex())
         .length("stroke-width", width)
         .empty()
-}
-
-/// Arrows from each control vertex before to where it is now; none where they are too many to see or too short.
-pub(crate) fn movements(sheet: &mut Sheet, stage: &Stage<'_>) {
-    let net = |body: &Body<'_>| match &body.form {
-        Form::Curve { net, .. } | Form::Surface { net, .. } => net.clone(),
-        _ => Vec::new(),
-    };
-    let color = sheet.theme.accent().mixed(sheet.theme.paper(), 0.25).hex();
-    let mut out = String::new();
-    for old in &stage.old {
-        let Some(new) = stage.new.iter().find(|new| new.object.name() == old.object.name()) else { continue };
-        let (from, to) = (net(old), net(new));
-        if from.len() != to.len() || from.len() > MOST {
-            continue;
-        }
-        for (from, to) in from.iter().zip(&to) {
-            let (from, to) = (sheet.spot(from), sheet.spot(to));
-            if (to[0] - from[0]).hypot(to[1] - from[1]) >= 0.25 {
-                sheet.ink.segment(from, to, 4);
-                out.push_str(&arrow(from, to, color.clone(), 0.22));
-            }
-        }
-    }
-    if !out.is_empty() {
-        sheet.put(Layer::Nets, &out);
-        sheet.told.explain_once(Sample::Movement, "control vertex moved");
-    }
 }

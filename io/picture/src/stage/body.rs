@@ -38,7 +38,7 @@ pub(crate) enum Form {
 
 impl Form {
     /// What there is to draw of a geometry whose points are `points` on the stage, and whose normals `normal` turns there.
-    pub(super) fn of(
+    pub(crate) fn of(
         geometry: &Geometry,
         points: Vec<Vector>,
         normal: impl Fn(&Vector) -> Vector,

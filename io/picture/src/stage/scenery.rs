@@ -1,16 +1,17 @@
 //! The objects of a picture where they are in space, before a view is chosen.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{Mark, nearest};
-use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, Matrix4};
 
 use super::body::{Body, Form};
 use super::{Place, Projection, Spotlight, Stage};
 use crate::error::PictureError;
+use crate::panel::Panel;
 use crate::view::View;
 
 /// Frames of an animation that are drawn; of more, some evenly spread.
@@ -39,15 +40,22 @@ pub(crate) struct Scenery<'a> {
 }
 
 impl<'a> Scenery<'a> {
-    /// Places a scene, its state before, its animations' frames where they are wanted, and the marks.
+    /// Places a scene, its state before, its animations' frames where they are wanted, and the marks. Colours are given
+    /// out among the objects that some panel shows.
     pub(crate) fn new(
         scene: &'a Scene,
         before: Option<&'a Scene>,
         marks: &'a [Mark],
         frames: bool,
+        panels: &[Panel],
     ) -> Result<Self, PictureError> {
-        let new = placed(scene, scene)?;
-        let old = before.map(|before| placed(before, scene)).transpose()?.unwrap_or_default();
+        let drawn = |object: &&Object| {
+            !matches!(object.geometry, Geometry::Group) && panels.iter().any(|p| p.shows(object.name()))
+        };
+        let palette: HashMap<&str, usize> =
+            scene.objects().iter().filter(drawn).enumerate().map(|(i, object)| (object.name(), i)).collect();
+        let new = placed(scene, &palette)?;
+        let old = before.map(|before| placed(before, &palette)).transpose()?.unwrap_or_default();
         let place = |object: &str| scene.position(object).and_then(|i| new[i].place);
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
         let earlier =
@@ -114,8 +122,7 @@ impl<'a> Scenery<'a> {
         };
         let new = bodies(&self.new)?;
         let mut old = bodies(&self.old)?;
-        let now: std::collections::HashMap<&str, &Body<'_>> =
-            new.iter().map(|body| (body.object.name(), body)).collect();
+        let now: HashMap<&str, &Body<'_>> = new.iter().map(|body| (body.object.name(), body)).collect();
         old.retain(|body| !now.get(body.object.name()).is_some_and(|now| now.form.alike(&body.form)));
         let frames = self.frames.iter().filter(|(p, ..)| shown(p.object.name()));
         let frames = frames
@@ -156,10 +163,10 @@ impl<'a> Scenery<'a> {
     }
 }
 
-/// The objects of a scene, where they are, with the colours that `palette`'s objects of the same names have.
-fn placed<'a>(scene: &'a Scene, palette: &Scene) -> Result<Vec<Placed<'a>>, PictureError> {
+/// The objects of a scene, where they are, with the colours that their names have in a palette.
+fn placed<'a>(scene: &'a Scene, palette: &HashMap<&str, usize>) -> Result<Vec<Placed<'a>>, PictureError> {
     let places = scene.world_transforms()?;
-    let index = |object: &Object, i| palette.position(object.name()).unwrap_or(i);
+    let index = |object: &Object, i| palette.get(object.name()).copied().unwrap_or(i);
     let objects = scene.objects().iter().zip(places).enumerate();
     Ok(objects.map(|(i, (object, place))| Placed { object, place, index: index(object, i) }).collect())
 }

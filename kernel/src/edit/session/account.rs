@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::functional::{Accuracy, Shapes};
 use crate::measure::{Measured, measure};
 use crate::shape::Shape;
+use crate::solve::Dependency;
 
 impl<S: Shape> Session<S> {
     /// What solving gave: residuals (measured afresh on the shapes as they are), rank, condition, multipliers. Not free: not
@@ -83,12 +84,22 @@ impl<S: Shape> Session<S> {
             convergence: prepared.convergence,
             ..Report::default()
         };
+        // Of dependent rows, those that agree with the others are redundant; those that do not are missed, which only a
+        // best effort allows.
+        let agrees = |dependency: &&Dependency| {
+            dependency.agrees(&prepared.assembly.system, &prepared.rhs, &prepared.size, &prepared.d)
+        };
+        let (redundant, against): (Vec<&Dependency>, Vec<&Dependency>) =
+            diagnosis.dependencies.iter().partition(|d| !self.best_effort || agrees(d));
+        report.best_effort = !against.is_empty();
         let mut lost: BTreeMap<usize, usize> = BTreeMap::new();
-        for dependency in &diagnosis.dependencies {
+        for dependency in redundant {
             *lost.entry(prepared.assembly.constraint_of(dependency.row)).or_default() += 1;
         }
+        let mut smooth = 0;
         for (k, lost) in lost {
             if is_ours(&self.bound[k].constraint) {
+                smooth += lost * sides;
                 continue;
             }
             let rows = prepared.assembly.slots(k).len() / sides;
@@ -123,15 +134,10 @@ impl<S: Shape> Session<S> {
             });
         }
         self.add_multipliers(&mut report);
-        report.best_effort = self.best_effort
-            && diagnosis
-                .dependencies
-                .iter()
-                .any(|d| !d.agrees(&prepared.assembly.system, &prepared.rhs, &prepared.size, &prepared.d));
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }
-        self.tell_smoothness(&mut report);
+        self.tell_smoothness(&mut report, smooth);
         for bound in &self.bound {
             if let Some(note) = reversed(&shapes, bound) {
                 report.notes.push(note);

@@ -72,7 +72,9 @@ impl<S: Shape> Session<S> {
         kept.iter().zip(&solved.rhs).for_each(|(&row, b)| rhs[row] = *b);
         let program = Program { system: &full.system, rhs: &rhs, senses: &senses, size };
         match self.solver.program(&program)? {
-            Outcome::Infeasible { rows } => Err(contradiction(&constraints, full, &rows).into()),
+            Outcome::Infeasible { rows } => {
+                Err(contradiction(&constraints, &self.freedom, full, &rows).into())
+            }
             Outcome::Active { rows, .. } if rows.is_empty() => {
                 solved.part = Some((part, kept));
                 Ok(solved)

@@ -62,9 +62,10 @@ impl Smoothing {
 }
 
 impl<S: Shape> Session<S> {
-    /// What was kept smooth, and what corners there are all the same: apart from what was asked.
-    pub(super) fn tell_smoothness(&self, report: &mut Report) {
-        report.smooth = self.smoothness(&view(&self.shapes));
+    /// What was kept smooth, and what corners there are all the same: apart from what was asked. Of its equations the others
+    /// imply so many.
+    pub(super) fn tell_smoothness(&self, report: &mut Report, redundant: usize) {
+        report.smooth = Smoothness { redundant, ..self.smoothness(&view(&self.shapes)) };
         // They come last, in the account of the constraints too.
         report.constraints.truncate(report.constraints.len().saturating_sub(report.smooth.knots));
         report.notes.extend(report.smooth.notes());
@@ -78,11 +79,11 @@ impl<S: Shape> Session<S> {
             knots += 1;
             equations += bound.constraint.functional.equations();
         }
-        Smoothness { knots, equations, corners: self.smoothing.watched.corners(shapes) }
+        Smoothness { knots, equations, redundant: 0, corners: self.smoothing.watched.corners(shapes) }
     }
 
     /// The knots at which something is kept smooth.
     pub fn smooth_knots(&self) -> impl Iterator<Item = SmoothKnot> + '_ {
-        self.bound.iter().filter_map(|b| ours(&b.constraint)).map(Smooth::knot)
+        self.bound.iter().filter_map(|b| ours(&b.constraint)).filter_map(Smooth::knot)
     }
 }

@@ -344,6 +344,7 @@ impl<'a> Search<'a> {
             let met = poles.into_iter().filter(|(_, pole, met)| *met && !pole.rows.is_empty());
             kept.extend(met.map(|(_, pole, _)| Smooth {
                 on: on.clone(),
+                knot: None,
                 place: pole.describe(),
                 rows: pole.rows,
             }));
@@ -361,14 +362,15 @@ impl<'a> Search<'a> {
             let tangent =
                 self.relations.range((line, 0)..=(line, usize::MAX)).any(|(_, r)| r.ratio.is_some());
             let how = if tangent { "smooth" } else { "closed" };
-            let knot = cut.joint.right.1;
+            let at = cut.joint.right.1;
             let place = match (surface, line.1) {
-                (false, _) => format!("{how} {what} at {knot}"),
-                (true, 0) => format!("{how} {what} u = {knot}"),
-                (true, _) => format!("{how} {what} v = {knot}"),
+                (false, _) => format!("{how} {what} at {at}"),
+                (true, 0) => format!("{how} {what} u = {at}"),
+                (true, _) => format!("{how} {what} v = {at}"),
             };
             let order = self.orders.get(&line).copied().flatten();
-            kept.push(Smooth { on: on.clone(), line, knot, order, place, rows });
+            let knot = Some(SmoothKnot { shape: line.0, direction: line.1, at, order });
+            kept.push(Smooth { on: on.clone(), knot, place, rows });
         }
         Found { kept, watches: self.watches }
     }

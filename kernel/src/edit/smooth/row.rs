@@ -1,6 +1,5 @@
 //! The functional that keeps what was smooth.
 
-use super::Line;
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, On, Rows, Shapes};
 use crate::shape::Stencil;
@@ -10,10 +9,8 @@ use crate::shape::Stencil;
 #[derive(Debug, Clone)]
 pub(crate) struct Smooth {
     pub(super) on: On,
-    pub(super) line: Line,
-    pub(super) knot: f64,
-    /// Up to which derivative both sides go on agreeing all along; `None` where somewhere they need not even meet.
-    pub(super) order: Option<usize>,
+    /// The knot; `None` for a pole.
+    pub(super) knot: Option<SmoothKnot>,
     /// What is kept, for people: `smooth knot at 2`.
     pub(super) place: String,
     pub(super) rows: Vec<Stencil>,
@@ -34,10 +31,9 @@ pub struct SmoothKnot {
 }
 
 impl Smooth {
-    /// Where it is, and how much is kept there.
-    pub(crate) fn knot(&self) -> SmoothKnot {
-        let (shape, direction, _) = self.line;
-        SmoothKnot { shape, direction, at: self.knot, order: self.order }
+    /// Where it is, and how much is kept there; `None` for a pole.
+    pub(crate) fn knot(&self) -> Option<SmoothKnot> {
+        self.knot
     }
 }
 

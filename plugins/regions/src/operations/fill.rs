@@ -45,8 +45,8 @@ impl Operation for Fill {
         let mut mesh = Mesh::from_parts(points, corners, starts)?;
         (mesh.normals, mesh.uvs) = (Layer::per_point(normals), Layer::per_point(uvs));
         let area = finite("the area", area(&mesh))?;
-        let mut notes =
-            vec![format!("\"{name}\": {} triangles, {} outline(s)", mesh.face_count(), outlines.len())];
+        let (count, plural) = (outlines.len(), if outlines.len() == 1 { "" } else { "s" });
+        let mut notes = vec![format!("\"{name}\": {} triangles, {count} outline{plural}", mesh.face_count())];
         notes.extend(unrefined(filled.refined));
         let object = like(scene, &objects[0], &name, mesh);
         scene.add(object)?;

@@ -132,15 +132,20 @@ fn unrefined(refined: bool) -> Option<String> {
         .then(|| "some triangles are larger or sharper than asked for, next to edges that had to stay".into())
 }
 
+/// How far from a line a point may be that is on it, relative to its length: rounding of the way to the plane and back.
+const ON_LINE: f64 = 1e-9;
+
 /// The chords of outlines, as one list of points and a ring of indices for each.
 struct Chords {
     points: Vec<Point>,
     rings: Vec<(String, Vec<u32>)>,
+    /// The outlines that a straight line closes.
+    bridges: Vec<(String, [Point; 2])>,
 }
 
 impl Chords {
     fn of(outlines: &[Outline], tessellator: &dyn Tessellator, fineness: &Fineness) -> Result<Self> {
-        let mut chords = Self { points: Vec::new(), rings: Vec::new() };
+        let mut chords = Self { points: Vec::new(), rings: Vec::new(), bridges: Vec::new() };
         for outline in outlines {
             let Polyline { mut points, closed } = tessellator.curve(&outline.curve, fineness)?;
             if !closed && points.len() > 1 {
@@ -155,12 +160,35 @@ impl Chords {
             let ring = (first..first + points.len() as u32).collect();
             chords.points.extend(points);
             chords.rings.push((outline.name.clone(), ring));
+            chords.bridges.extend(outline.bridge.map(|ends| (outline.name.clone(), ends)));
         }
         Ok(chords)
     }
 
     fn fill(&self, refinement: &Refinement) -> Result<Filled> {
         let rings: Vec<(&str, &[u32])> = self.rings.iter().map(|(n, r)| (n.as_str(), r.as_slice())).collect();
-        fill(&self.points, &rings, refinement)
+        fill(&self.points, &rings, refinement).map_err(|error| self.blame(error))
+    }
+
+    /// Where outlines meet on a line that only closes one of them, the line is named.
+    fn blame(&self, error: RegionError) -> RegionError {
+        let (names, [x, y, z]) = match &error {
+            RegionError::SelfCrossing { object, x, y, z } => ([object, object], [*x, *y, *z]),
+            RegionError::Crossing { first, second, x, y, z } => ([first, second], [*x, *y, *z]),
+            _ => return error,
+        };
+        let at = Point::new(x, y, z);
+        for [object, other] in [names, [names[1], names[0]]] {
+            let on_line = |(_, [from, to]): &&(String, [Point; 2])| {
+                let (along, arm) = (to - from, at - from);
+                let t = (arm.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+                (arm - along * t).norm() <= ON_LINE * along.norm()
+            };
+            if self.bridges.iter().filter(|(name, _)| name == object).any(|bridge| on_line(&bridge)) {
+                let (object, other) = (object.clone(), other.clone());
+                return RegionError::BridgeCrossing { object, other, x, y, z };
+            }
+        }
+        error
     }
 }

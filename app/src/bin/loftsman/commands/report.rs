@@ -60,6 +60,9 @@ fn step(step: &StepReport) -> String {
     for name in &step.redundant {
         let _ = writeln!(text, "  redundant, dropped: {name}");
     }
+    if !step.active.is_empty() {
+        let _ = writeln!(text, "  active: {}", step.active.join(", "));
+    }
     if let Some(smooth) = step.smooth.as_ref().filter(|smooth| smooth.knots > 0) {
         let _ = writeln!(text, "  {}", styled(DIM, &smooth.to_string()));
     }

@@ -1,0 +1,94 @@
+//! What a step leaves of what earlier steps made: animations whose frames are of another shape, and marks whose places
+//! have moved. One place for all operations, whoever wrote them.
+
+use std::collections::HashSet;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{Mark, StepReport};
+use loftsman_kernel::scene::{Animation, Scene};
+
+/// An animated object as it was before a step.
+struct Animated {
+    name: String,
+    points: Vec<Point>,
+    animation: Animation,
+}
+
+/// What has to be known of a scene before a step, to judge what is left after it.
+pub(super) struct Beforehand {
+    animated: Vec<Animated>,
+    names: HashSet<String>,
+}
+
+impl Beforehand {
+    /// Looks at a scene. `O(objects)`, and a copy of all frames.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let animated = scene.objects().iter().filter_map(|object| {
+            Some(Animated {
+                name: object.name().to_owned(),
+                points: object.geometry.points().to_vec(),
+                animation: object.animation.clone()?,
+            })
+        });
+        let names = scene.objects().iter().map(|object| object.name().to_owned()).collect();
+        Self { animated: animated.collect(), names }
+    }
+
+    /// Takes off the animations that no longer belong to their objects, and says of each that has gone in this step that it
+    /// has.
+    ///
+    /// [`Scene::replace`] takes them off and [`Scene::reshape`] takes them along; an operation that changes an object's
+    /// geometry in place and forgets its frames is caught here.
+    pub(super) fn settle(&self, scene: &mut Scene, report: &mut StepReport) -> loftsman_kernel::Result<()> {
+        let mut stale = Vec::new();
+        for object in scene.objects() {
+            let Some(animation) = &object.animation else { continue };
+            let earlier = self.animated.iter().find(|a| a.name == object.name());
+            let forgotten = earlier.is_some_and(|a| {
+                a.animation == *animation && a.points.as_slice() != object.geometry.points()
+            });
+            if forgotten || !animation.fits(&object.geometry) {
+                stale.push((object.name().to_owned(), animation.frames.len()));
+            }
+        }
+        for (name, _) in &stale {
+            scene.object_mut(name)?.animation = None;
+        }
+        for Animated { name, animation, .. } in &self.animated {
+            let gone = scene.get(name).is_some_and(|object| object.animation.is_none());
+            if gone && !stale.iter().any(|(known, _)| known == name) {
+                stale.push((name.clone(), animation.frames.len()));
+            }
+        }
+        for (name, frames) in stale {
+            let plural = if frames == 1 { "" } else { "s" };
+            report.notes.push(format!(
+                "the animation of \"{name}\" ({frames} frame{plural}) was taken off: its frames are not of the shape that \
+                 it is after this step; make it in a later one"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Moves the marks of earlier steps to where their places are after this one; gives how many have no place any more,
+    /// which go.
+    ///
+    /// Where an object no longer has a place, one that the step made may have it: a piece of it, or the object itself under
+    /// another name.
+    pub(super) fn follow(&self, scene: &Scene, marks: &mut Vec<Mark>) -> usize {
+        let count = marks.len();
+        let fresh = || scene.objects().iter().filter(|object| !self.names.contains(object.name()));
+        marks.retain_mut(|mark| {
+            let own = scene.get(&mark.object);
+            if own.is_some_and(|object| mark.rests(&object.geometry)) {
+                return true;
+            }
+            if let Some(object) = fresh().find(|object| mark.rests(&object.geometry)) {
+                object.name().clone_into(&mut mark.object);
+                return true;
+            }
+            own.is_some_and(|object| mark.follow(&object.geometry))
+        });
+        count - marks.len()
+    }
+}
