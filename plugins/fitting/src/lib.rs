@@ -28,14 +28,18 @@ mod grading;
 pub mod interpolation;
 mod knots;
 pub mod least_squares;
+mod leeway;
 mod measure;
 pub mod operation;
 pub mod parameters;
 mod pieces;
+mod placing;
 mod refine;
+mod round;
 mod search;
 mod smoothing;
 mod solve;
+mod state;
 pub mod surface;
 mod through;
 

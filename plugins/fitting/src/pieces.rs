@@ -15,7 +15,8 @@ use crate::fit::{Fit, FittedCurve};
 use crate::frame::Frame;
 use crate::goal::Goal;
 use crate::measure::{Course, LIMIT};
-use crate::search::{Search, State};
+use crate::search::Search;
+use crate::state::State;
 
 const ADVICE: &str = "fit with corners, to another tolerance, with fewer control vertices, a lower degree, or centripetal parameters";
 

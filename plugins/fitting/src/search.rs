@@ -1,79 +1,22 @@
-//! The search behind a fit: rounds of least squares, corrections and new knots, and what is left to smoothness.
+//! The search behind a fit: rounds of least squares and new knots, without parameter corrections and with them.
 
 use loftsman_kernel::plugin::Observer;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use crate::constraint::{Constraint, Held, Holding};
+use crate::constraint::Constraint;
 use crate::error::{FitError, Result};
 use crate::fit::Fit;
-use crate::foot::correct;
 use crate::frame::Frame;
 use crate::goal::Goal;
-use crate::grading::Grading;
-use crate::knots::shared;
-use crate::least_squares::{LocalFit, Request};
-use crate::measure::{self, Bounds, Course, LIMIT, PREFERRED};
-use crate::refine::{Spans, refine};
-use crate::smoothing::{Factors, energy};
+use crate::measure::{Course, LIMIT};
+use crate::round::WORTHWHILE;
+use crate::state::{State, better};
 
-/// A correction that takes less than this share off the largest error is the last one with these knots.
-const WORTHWHILE: f64 = 0.1;
-
-/// More rounds than doubling ever needs: where single knots are added again and again to no avail, it ends here.
-const ROUNDS: usize = 64;
-/// Tries to do with fewer knots, each halving what is left between too few and enough.
-const REGRADINGS: usize = 6;
-/// Tries to find how much smoothing the tolerance allows: everywhere alike, and row by row.
-const UNIFORM: usize = 8;
-const LOCAL: usize = 10;
 /// How strongly a given number of vertices is straightened where it must be, as little as will do.
 const STRAIGHTENED: [f64; 5] = [1e-8, 1e-6, 1e-4, 1e-2, 1.0];
-/// How much longer a curve may be for each length that constraints pull it away from the points.
-const DETOUR: f64 = 4.0;
-/// A fit that needs less than this share of its tolerance is smooth enough.
-const SPENT: f64 = 0.05;
-
-/// A state on the way: a curve's vertices (local), its space, the points' parameters and distances.
-#[derive(Debug, Clone)]
-pub(crate) struct State {
-    pub(crate) space: Space,
-    pub(crate) vertices: Vec<f64>,
-    pub(crate) sites: Vec<f64>,
-    pub(crate) distances: Vec<f64>,
-    pub(crate) condition: f64,
-    pub(crate) held: Holding,
-    /// Its length, or (where that is no longer than the polygon of the points) a bound of it from above.
-    pub(crate) length: f64,
-    /// Whether it goes where the points go.
-    pub(crate) sound: bool,
-    /// Whether it is sound and the tolerance holds.
-    pub(crate) met: bool,
-    pub(crate) interpolated: bool,
-    /// What was done that nobody asked for.
-    pub(crate) remarks: Vec<String>,
-}
-
-impl State {
-    pub(crate) fn error(&self) -> f64 {
-        self.distances.iter().fold(0.0, |m, d| m.max(*d))
-    }
-
-    /// The curve, in local coordinates.
-    pub(crate) fn curve(&self) -> Result<Curve> {
-        let vertices = self.vertices.chunks_exact(3).map(|v| Point::new(v[0], v[1], v[2])).collect();
-        Ok(Curve::new(self.space.clone(), vertices)?)
-    }
-}
-
-fn better(best: Option<State>, state: State) -> State {
-    let rank = |s: &State| (s.met, s.sound);
-    match best {
-        Some(best) if rank(&best) > rank(&state) => best,
-        Some(best) if rank(&best) == rank(&state) && !state.met && best.error() < state.error() => best,
-        _ => state,
-    }
-}
+/// Times that knots are spread anew with corrected parameters.
+const POLISHED: usize = 3;
 
 /// A fit under way: of all points, or of those between two corners.
 pub(crate) struct Search<'a> {
@@ -85,13 +28,15 @@ pub(crate) struct Search<'a> {
     pub(crate) weights: Option<&'a [f64]>,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) goal: Goal,
+    /// The most parameter corrections in a round, for now.
+    pub(crate) corrections: usize,
     /// Whether it is a piece between corners, which may have fewer points than the degree needs.
     pub(crate) piece: bool,
     pub(crate) iterations: usize,
     pub(crate) observer: &'a dyn Observer,
     pub(crate) regularization: f64,
     /// The length of the polygon of the points, and how much longer the curve may be because of constraints.
-    polygon: f64,
+    pub(crate) polygon: f64,
     pub(crate) allowance: f64,
 }
 
@@ -118,6 +63,7 @@ impl<'a> Search<'a> {
             weights,
             constraints,
             goal,
+            corrections: 0,
             piece,
             iterations,
             observer,
@@ -138,7 +84,7 @@ impl<'a> Search<'a> {
                 return Ok(through);
             }
         }
-        let best = match self.rounds() {
+        let best = match self.searched() {
             // A polynomial of high degree on few places: interpolation by centripetal parameters, or of lower degree.
             Err(error @ (FitError::NoData { .. } | FitError::IllConditioned { .. }))
                 if alone && !self.goal.limited =>
@@ -147,15 +93,127 @@ impl<'a> Search<'a> {
             }
             other => other?,
         };
-        let best = if best.met { self.regraded(best)? } else { best };
+        let best = self.counted(best)?;
         if best.met && self.fit.smooth {
-            return self.smoothed(best);
+            let smooth = self.smoothed(best.clone())?;
+            return Ok(if self.constraints_hold(&smooth)? { smooth } else { best });
         }
         if best.met || self.goal.limited {
             return Ok(best);
         }
         let other = if alone { self.through()? } else { self.relaxed()? };
         Ok(other.unwrap_or(best))
+    }
+
+    /// The best of three searches: one that keeps the parameters, one that corrects them on the knots which that has
+    /// found, and one that corrects them from the first round on. Corrections on few knots leave parameters that are far
+    /// from those of a good curve on many, which takes more knots then; but where the first parameters are poor
+    /// (uneven points of a sharp nose), those are the better ones.
+    fn searched(&mut self) -> Result<State> {
+        let least = if self.fit.closed { 3 } else { self.fit.degree + 1 };
+        let exact = self.goal.exact;
+        let done = |s: &Result<State>| s.as_ref().is_ok_and(|s| s.met && !exact && s.space.len() <= least);
+        self.corrections = 0;
+        let plain = self.placed();
+        if self.fit.corrections == 0 || done(&plain) {
+            return plain;
+        }
+        self.corrections = self.fit.corrections;
+        let best = match plain {
+            Err(FitError::Cancelled) => return Err(FitError::Cancelled),
+            Ok(plain) if plain.met => match self.polished(plain.clone()) {
+                Err(FitError::Cancelled) => return Err(FitError::Cancelled),
+                polished => Ok(polished.unwrap_or(plain)),
+            },
+            other => other,
+        };
+        if done(&best) {
+            return best;
+        }
+        let asked = self.goal.vertices;
+        if let (Ok(State { met: true, space, .. }), false) = (&best, exact) {
+            // As many are of no use any more.
+            self.goal.vertices = space.len() - 1;
+        }
+        let corrected = self.placed();
+        self.goal.vertices = asked;
+        match (best, corrected) {
+            (_, Err(FitError::Cancelled)) => Err(FitError::Cancelled),
+            (Ok(best), Err(_)) => Ok(best),
+            (Err(_), corrected) => corrected,
+            (Ok(best), Ok(corrected)) if exact && best.met == corrected.met => {
+                self.preferred(best, corrected)
+            }
+            (Ok(best), Ok(corrected)) => Ok(better(Some(best), corrected)),
+        }
+    }
+
+    /// One search: rounds that place knots where they are needed, then other places for them.
+    fn placed(&mut self) -> Result<State> {
+        let mut best = self.rounds()?;
+        if self.corrections == 0 {
+            best = self.evened(best)?;
+        }
+        if best.met {
+            best = self.regraded(best)?;
+        }
+        self.held(best)
+    }
+
+    /// A state that meets the goal, its parameters corrected and its knots spread anew for as long as that helps.
+    fn polished(&mut self, plain: State) -> Result<State> {
+        let mut best = plain;
+        if self.goal.exact {
+            let corrected = self.corrected(best.clone())?;
+            best = self.preferred(best, State { met: true, ..corrected })?;
+        }
+        for _ in 0..POLISHED {
+            let before = best.clone();
+            best = self.regraded(best)?;
+            let nearer = self.goal.exact && best.error() < (1.0 - WORTHWHILE) * before.error();
+            if best.space.len() >= before.space.len() && !nearer {
+                break;
+            }
+        }
+        self.held(best)
+    }
+
+    /// A state whose constraints do not hold in document coordinates, where they will be measured, is not sound.
+    fn held(&self, state: State) -> Result<State> {
+        let holds = self.constraints_hold(&state)?;
+        Ok(State { met: state.met && holds, sound: state.sound && holds, ..state })
+    }
+
+    fn constraints_hold(&self, state: &State) -> Result<bool> {
+        if self.fit.constraints.is_empty() {
+            return Ok(true);
+        }
+        let points: Vec<Point> = self.points.iter().map(|&p| self.frame.leave(p)).collect();
+        let curve = Curve::new(state.space.clone(), self.frame.raise(&state.vertices))?;
+        match state.held.clone().measured(&curve, &points) {
+            Err(FitError::Missed { .. }) => Ok(false),
+            other => other.map(|_| true),
+        }
+    }
+
+    /// Where a tolerance is not met with at most so many vertices: the nearest curve with as many, which may meet it.
+    fn counted(&mut self, best: State) -> Result<State> {
+        let asked = self.goal;
+        if best.met || asked.tolerance.is_none() || !asked.limited || asked.exact {
+            return Ok(best);
+        }
+        self.goal = Goal { tolerance: None, exact: true, ..asked };
+        let found = self.searched();
+        self.goal = asked;
+        match found {
+            Err(FitError::Cancelled) => Err(FitError::Cancelled),
+            Err(_) => Ok(best),
+            Ok(found) => {
+                let sound = self.follows(&found, &LIMIT)?;
+                let met = sound && self.goal.holds(found.error());
+                Ok(better(Some(best), State { sound, met, ..found }))
+            }
+        }
     }
 
     /// How many different neighbours there are among the points.
@@ -176,7 +234,7 @@ impl<'a> Search<'a> {
                 || !(state.sound || self.goal.exact || best.is_none());
             let next = if done { None } else { self.finer(&state, round)? };
             let outcome = match next {
-                Some(space) => self.sound_round(&space, state.sites.clone()),
+                Some(space) => self.sound_round(&space, &state.sites),
                 None if self.goal.exact && !done => {
                     return Err(FitError::Request(format!(
                         "only {} control vertices can be placed where the points tell them apart: ask for at most that",
@@ -217,7 +275,7 @@ impl<'a> Search<'a> {
         let asked = self.regularization;
         for factor in std::iter::once(0.0).chain(STRAIGHTENED) {
             self.regularization = asked.max(factor);
-            let tried = self.round(&even, self.start.to_vec());
+            let tried = self.round(&even, self.start);
             self.regularization = asked;
             match tried {
                 Ok(mut other) if self.follows(&other, &LIMIT)? => {
@@ -237,290 +295,19 @@ impl<'a> Search<'a> {
 
     /// A round; where it swings between the points, one that starts from the first parameters again, which corrections
     /// have not moved together.
-    fn sound_round(&mut self, space: &Space, sites: Vec<f64>) -> Result<State> {
-        let moved = sites != self.start;
+    fn sound_round(&mut self, space: &Space, sites: &[f64]) -> Result<State> {
         let first = self.round(space, sites);
         let again = match &first {
             Ok(state) => !state.sound,
             Err(error) => matches!(error, FitError::NoData { .. } | FitError::IllConditioned { .. }),
         };
-        if !(moved && again) {
+        if !again || sites == self.start {
             return first;
         }
-        match self.round(space, self.start.to_vec()) {
+        match self.round(space, self.start) {
             Ok(second) if second.sound || first.is_err() => Ok(second),
             Err(FitError::Cancelled) => Err(FitError::Cancelled),
             _ => first,
         }
-    }
-
-    /// Fewer vertices (or, where their number is given, a smaller error) by knots spread evenly over the error.
-    fn regraded(&mut self, mut best: State) -> Result<State> {
-        let grading = Grading::of(&best.curve()?)?;
-        let m = self.points.len();
-        let own = if self.fit.closed { 0 } else { self.fit.degree };
-        // As many spans are too few; the best state's are enough.
-        let mut few = if self.fit.closed { 2 } else { 0 };
-        for _ in 0..REGRADINGS {
-            let enough = best.space.len() - own;
-            let spans = if self.goal.exact { enough } else { usize::midpoint(few, enough) };
-            if spans <= few {
-                break;
-            }
-            let Some(space) = grading.space(&best.space, spans, &best.sites[..m])? else { break };
-            let tried = match self.round(&space, best.sites.clone()) {
-                Err(
-                    FitError::NoData { .. } | FitError::IllConditioned { .. } | FitError::Conflict { .. },
-                ) => None,
-                other => Some(other?),
-            };
-            match tried {
-                Some(tried) if self.goal.exact => {
-                    if tried.space.len() == best.space.len()
-                        && tried.error() < best.error()
-                        && self.follows(&tried, &LIMIT)?
-                    {
-                        best = State { met: true, ..tried };
-                    }
-                    break;
-                }
-                Some(tried) if tried.met && tried.space.len() < best.space.len() => best = tried,
-                _ => few = spans,
-            }
-        }
-        Ok(best)
-    }
-
-    /// The next space to try: larger than the last one, so that there is an end.
-    fn finer(&self, state: &State, round: usize) -> Result<Option<Space>> {
-        if round < ROUNDS {
-            let spans = Spans::of(&state.space, &state.sites[..self.points.len()], &state.distances);
-            let room = self.goal.vertices - state.space.len();
-            let finer = refine(&state.space, &spans, self.goal.tolerance, room)?;
-            if finer.is_some() || !self.goal.exact {
-                return Ok(finer);
-            }
-        }
-        if !self.goal.exact {
-            return Ok(None);
-        }
-        // Too few points a span to choose by error: share the points out evenly.
-        let even = self.even_space(&state.sites)?;
-        Ok((even.len() > state.space.len()).then_some(even))
-    }
-
-    /// A round with one span (as many as a closed curve needs), and one more for each constraint: more, where these
-    /// cannot hold together on so few vertices.
-    fn first_round(&mut self) -> Result<State> {
-        let sites = self.start;
-        let (p, m) = (self.fit.degree, self.points.len());
-        let (own, least) = if self.fit.closed { (0, (p + 1).max(3).min(m)) } else { (p, 1) };
-        let most = (self.goal.vertices - own).min((m / 2).max(least));
-        let mut spans = (least + self.fit.constraints.len()).min(most);
-        loop {
-            let breaks = shared(sites, spans);
-            let space =
-                if self.fit.closed { Space::periodic(p, breaks)? } else { Space::clamped(p, &breaks)? };
-            match self.round(&space, sites.to_vec()) {
-                Err(FitError::Conflict { .. }) if spans < most => spans = (2 * spans).min(most),
-                other => return other,
-            }
-        }
-    }
-
-    /// As many vertices as asked for, the points shared out evenly among the spans.
-    fn even_space(&self, sites: &[f64]) -> Result<Space> {
-        let p = self.fit.degree;
-        if self.fit.closed {
-            return Ok(Space::periodic(p, shared(sites, self.goal.vertices))?);
-        }
-        Ok(Space::clamped(p, &shared(sites, self.goal.vertices - p))?)
-    }
-
-    /// Least squares and parameter corrections in one space. A correction after which the curve is longer than before
-    /// (and longer than the polygon of the points, which a curve that cuts corners has to catch up with) is taken back.
-    fn round(&mut self, space: &Space, mut sites: Vec<f64>) -> Result<State> {
-        let m = self.points.len();
-        let mut last_error = f64::INFINITY;
-        let mut before: Option<State> = None;
-        let mut correction = 0;
-        loop {
-            if self.observer.cancelled() {
-                return Err(FitError::Cancelled);
-            }
-            let fit = match (self.solve(space, &sites[..m], &[]), before.take()) {
-                (Ok(fit), kept) => {
-                    before = kept;
-                    fit
-                }
-                // Parameters that moved together: the curve that moved them is what there is.
-                (Err(FitError::NoData { .. } | FitError::IllConditioned { .. }), Some(before)) => {
-                    return self.judged(before);
-                }
-                (Err(error), _) => return Err(error),
-            };
-            let distances = self.request(space, &sites[..m]).distances(&fit.vertices)?;
-            let mut state = self.state(space, fit, sites, distances)?;
-            if let Some(before) = before.take_if(|before| state.length > before.length.max(self.polygon)) {
-                return self.judged(before);
-            }
-            if self.goal.holds(state.error()) || correction == self.fit.corrections {
-                return self.judged(state);
-            }
-            state.distances = correct(&state.curve()?, self.points, &mut state.sites, self.fit.closed)?;
-            let error = state.error();
-            if self.goal.holds(error) || error >= (1.0 - WORTHWHILE) * last_error {
-                return self.judged(state);
-            }
-            last_error = error;
-            sites = state.sites.clone();
-            before = Some(state);
-            correction += 1;
-        }
-    }
-
-    /// A solution as a state, with its length, not yet judged.
-    pub(crate) fn state(
-        &self,
-        space: &Space,
-        fit: LocalFit,
-        sites: Vec<f64>,
-        distances: Vec<f64>,
-    ) -> Result<State> {
-        let mut state = State {
-            space: space.clone(),
-            vertices: fit.vertices,
-            sites,
-            distances,
-            condition: fit.condition,
-            held: fit.held,
-            length: 0.0,
-            sound: false,
-            met: false,
-            interpolated: false,
-            remarks: Vec::new(),
-        };
-        // The control polygon is never shorter than the curve: where that is short enough, it will do.
-        let vertices = state.vertices.as_chunks::<3>().0;
-        let around = if self.fit.closed { vertices.last().zip(vertices.first()) } else { None };
-        let legs = vertices.windows(2).map(|w| (&w[0], &w[1])).chain(around);
-        state.length = legs.map(|(a, b)| (Vector::from(*b) - Vector::from(*a)).norm()).sum();
-        if state.length.is_nan() || state.length > self.polygon {
-            state.length = measure::length(&state.curve()?)?;
-        }
-        Ok(state)
-    }
-
-    /// Decides whether a state is sound, and whether it meets the goal.
-    pub(crate) fn judged(&self, mut state: State) -> Result<State> {
-        state.sound = state.length <= 1.25 * self.polygon + self.allowance;
-        if state.sound && self.goal.holds(state.error()) {
-            state.sound = self.follows(&state, &PREFERRED)?;
-            state.met = state.sound;
-        }
-        Ok(state)
-    }
-
-    /// Whether a state's curve travels as the points do, within bounds.
-    pub(crate) fn follows(&self, state: &State, bounds: &Bounds) -> Result<bool> {
-        let sites = &state.sites[..self.points.len()];
-        let course = Course { points: self.points, sites, closed: self.fit.closed, corners: &[] };
-        let travel = course.travel(&state.curve()?, state.error())?;
-        Ok(travel.trouble(bounds, self.allowance, self.is_free()).is_none())
-    }
-
-    /// Whether constraints may send the curve off between the points.
-    pub(crate) fn is_free(&self) -> bool {
-        !self.fit.constraints.is_empty()
-    }
-
-    pub(crate) fn request<'s>(&'s self, space: &'s Space, sites: &'s [f64]) -> Request<'s> {
-        let (points, weights) = (self.points, self.weights);
-        Request { space, sites, points, weights, regularization: self.regularization, smoothing: &[] }
-    }
-
-    pub(crate) fn solve(&mut self, space: &Space, sites: &[f64], smoothing: &[f64]) -> Result<LocalFit> {
-        self.iterations += 1;
-        let request = Request { smoothing, ..self.request(space, sites) };
-        request.check()?;
-        let mut pull = 0.0;
-        let held = if self.constraints.is_empty() {
-            Held::default()
-        } else {
-            let rough = request.rough(self.frame)?;
-            let held = Held::new(&self.constraints, &rough, self.frame)?;
-            pull = held.pull(&rough, self.frame);
-            held
-        };
-        let solved = request.solve(&held);
-        self.allowance = self.allowance.max(DETOUR * pull);
-        solved
-    }
-
-    /// A curve in the same space that is as smooth as the tolerance lets it be.
-    ///
-    /// Each row of `∫ |C'''|²` has a factor of its own beside the sum of squares. It grows where the points of the
-    /// row's support are well within the tolerance and shrinks where one is not, so that a corner in the data does
-    /// not keep the rest of the curve from being smooth.
-    fn smoothed(&mut self, mut best: State) -> Result<State> {
-        let (m, Some(tolerance)) = (self.points.len(), self.goal.tolerance) else { return Ok(best) };
-        let mut least = energy(&best.space, &best.vertices);
-        if best.error() < SPENT * tolerance || least == 0.0 {
-            return Ok(best);
-        }
-        let space = best.space.clone();
-        // First one factor for all rows, in steps of a power from where both sums would weigh the same.
-        let mut factor = m as f64 * tolerance * tolerance / least;
-        let (mut step, mut before, mut held) = (16.0_f64, None, None);
-        for _ in 0..UNIFORM {
-            let Some(tried) = self.smoothly(&space, &best.sites, Factors::new(&space, factor).values())?
-            else {
-                return Ok(best);
-            };
-            if before.is_some_and(|b| b != tried.met) {
-                step = step.sqrt();
-            }
-            before = Some(tried.met);
-            if tried.met {
-                held = Some(factor);
-                least = energy(&space, &tried.vertices);
-                best = tried;
-                factor *= step;
-            } else {
-                factor /= step;
-            }
-        }
-        // Then each row's own.
-        let mut factors = Factors::new(&space, held.unwrap_or(factor));
-        for _ in 0..LOCAL {
-            let Some(tried) = self.smoothly(&space, &best.sites, factors.values())? else { return Ok(best) };
-            factors.adapt(&tried.sites[..m], &tried.distances, tolerance);
-            let energy = energy(&space, &tried.vertices);
-            if tried.met && energy <= 1.02 * least {
-                least = energy.min(least);
-                best = tried;
-            }
-        }
-        Ok(best)
-    }
-
-    /// The fit with these factors of smoothness, its parameters corrected once; `None` where corrections before have
-    /// left the parameters too close together for an answer.
-    fn smoothly(&mut self, space: &Space, sites: &[f64], factors: &[f64]) -> Result<Option<State>> {
-        if self.observer.cancelled() {
-            return Err(FitError::Cancelled);
-        }
-        let m = self.points.len();
-        let fit = match self.solve(space, &sites[..m], factors) {
-            Err(FitError::NoData { .. } | FitError::IllConditioned { .. }) => return Ok(None),
-            other => other?,
-        };
-        let mut tried = self.state(space, fit, sites.to_vec(), Vec::new())?;
-        tried.distances = if self.fit.corrections > 0 {
-            correct(&tried.curve()?, self.points, &mut tried.sites, self.fit.closed)?
-        } else {
-            self.request(space, &tried.sites[..m]).distances(&tried.vertices)?
-        };
-        self.judged(tried).map(Some)
     }
 }

@@ -9,7 +9,8 @@ use crate::foot::correct;
 use crate::interpolation::{Duplicates, Interpolation};
 use crate::measure::{ACCEPTED, LIMIT};
 use crate::parameters::Parametrization;
-use crate::search::{Search, State};
+use crate::search::Search;
+use crate::state::State;
 
 /// Points nearer to the one before than this share of the tolerance may be left out: a curve that passes the one is
 /// near enough to the other.
