@@ -87,12 +87,16 @@ impl Whole<'_> {
             );
             search.piece = true;
             let mut state = search.run()?;
-            // Pieces meet in the corners to the last bit.
+            // Pieces meet in the corners to the last bit; an end of the whole that a constraint puts elsewhere stays there.
             let end = state.vertices.len() - 3;
-            if kept[0] {
+            let [first, second] = [cut.sites[0], cut.sites[points.len() - 1]].map(|u| {
+                let end = position(u).describe();
+                own.iter().all(|constraint| constraint.name() != end)
+            });
+            if kept[0] && first {
                 state.vertices[..3].copy_from_slice(points[0].as_slice());
             }
-            if kept[1] {
+            if kept[1] && second {
                 state.vertices[end..].copy_from_slice(points[points.len() - 1].as_slice());
             }
             allowance += search.allowance;

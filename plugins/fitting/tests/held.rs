@@ -1,12 +1,12 @@
 //! Constraints of a fit hold on the curve that is handed out, measured by the test's own evaluator, or the fit is refused.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail the test")]
 
 mod common;
 
 use common::evaluator::{Spline, size, spread};
 use common::families::{Random, member};
-use loftsman_fitting::{Constraint, Fit, FitError, Target};
+use loftsman_fitting::{Constraint, Corners, Fit, FitError, Target};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::{Point, Vector};
 
@@ -61,4 +61,42 @@ fn positions_hold_on_the_curve_or_the_fit_is_refused() {
     assert!(fitted > 220 && conflicts + flung > 10 && conflicts + flung < 80, "{counts}");
     assert!(missed.is_empty(), "{counts}, {} missed\n{missed:#?}", missed.len());
     assert!(others.len() <= 12, "{counts}, {} others\n{others:#?}", others.len());
+}
+
+#[test]
+fn an_end_of_a_cornered_curve_goes_where_a_constraint_puts_it() {
+    // An L, and a zigzag: corners inside, the ends asked elsewhere.
+    let line = |corners: &[(f64, f64)]| -> Vec<Point> {
+        let legs = corners.windows(2).flat_map(|w| {
+            let at = move |k: i32| {
+                let t = f64::from(k) / 8.0;
+                Point::new(w[0].0 + t * (w[1].0 - w[0].0), w[0].1 + t * (w[1].1 - w[0].1), 0.0)
+            };
+            (0..8).map(at).collect::<Vec<_>>()
+        });
+        legs.chain(corners.last().map(|&(x, y)| Point::new(x, y, 0.0))).collect()
+    };
+    let shapes = [
+        line(&[(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)]),
+        line(&[(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)]),
+    ];
+    let mut fitted = 0;
+    for points in &shapes {
+        for degree in [1, 2, 3] {
+            for (u, end) in [(0.0, points[0]), (1.0, points[points.len() - 1])] {
+                let to = end + Vector::new(0.0, 0.3, 0.1);
+                let fit = Fit {
+                    corners: Corners::Angle(60.0_f64.to_radians()),
+                    constraints: vec![Constraint::new(position(u), <[f64; 3]>::from(to.coords))],
+                    ..Fit::new(degree, Target::Tolerance(0.5))
+                };
+                let found = fit.curve(points).unwrap_or_else(|e| panic!("degree {degree}, {u}: {e}"));
+                let there = Spline::of(&found.curve, 1.0).at(u);
+                assert!((there - to.coords).norm() < 1e-12, "degree {degree}, {u}: {there:?}");
+                assert!(!found.corners.is_empty());
+                fitted += 1;
+            }
+        }
+    }
+    assert_eq!(fitted, 12);
 }
