@@ -68,7 +68,7 @@ impl fmt::Display for Report {
 impl Report {
     /// What a best effort has missed, and by how much: `position at 0 by 1.000e0`. Rounding is not counted.
     pub fn missed(&self) -> Vec<String> {
-        let missed = self.constraints.iter().filter(|c| c.residual > self.tolerance());
+        let missed = self.constraints.iter().filter(|c| self.best_effort && c.residual > self.tolerance());
         missed.map(|c| format!("{} by {:.3e}", c.name, c.residual)).collect()
     }
 

@@ -3,7 +3,7 @@
 
 use loftsman_editing::Editing;
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Animation, Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use serde_json::{Value, json};
@@ -358,4 +358,79 @@ fn splits_reversals_and_transforms() {
     run(&mut scene, "delete", json!({ "object": "left" })).unwrap();
     assert!(matches!(scene.objects()[0].geometry, Geometry::Curve(_)));
     assert!(fails("transform", json!({ "matrix": [[1, 0, 0, 0]] })).contains("4 rows"));
+}
+
+/// The scene with three frames on its curve: the curve itself, and two others on the same knots.
+fn animated() -> Scene {
+    let mut scene = scene();
+    let frame = |by: f64| curve().points().iter().map(|p| p + Vector::y() * (by * p.x)).collect();
+    let animation = Animation { rate: 24.0, frames: vec![frame(0.0), frame(0.1), frame(0.3)] };
+    scene.object_mut("section").unwrap().animation = Some(animation);
+    scene
+}
+
+#[test]
+fn what_keeps_the_shape_takes_its_frames_along() {
+    let lifted = |frame: usize, p: Point| p + Vector::y() * ([0.0, 0.1, 0.3][frame] * p.x);
+    for (op, fields, object, place) in [
+        ("refine", json!({ "knots": [1.5, 1.5, 4.25] }), "section", (|u| u) as fn(f64) -> f64),
+        ("elevate", json!({ "by": 2 }), "section", |u| u),
+        ("simplify", json!({}), "section", |u| u),
+        ("reverse", json!({}), "section", |u| 9.0 - u),
+        ("split", json!({ "at": 4.5 }), "section", |u| u),
+        ("split", json!({ "at": 4.5 }), "section.001", |u| u),
+        ("copy", json!({ "object": "section", "to": "twin" }), "twin", |u| u),
+        ("rename", json!({ "object": "section", "to": "other" }), "other", |u| u),
+    ] {
+        let mut scene = animated();
+        if op == "simplify" {
+            run(&mut scene, "refine", json!({ "knots": [2.5] })).unwrap();
+        }
+        run(&mut scene, op, fields).unwrap();
+        let found = scene.object(object).unwrap();
+        let animation = found.animation.as_ref().unwrap_or_else(|| panic!("{op} of {object}"));
+        assert_eq!((animation.frames.len(), animation.rate), (3, 24.0), "{op}");
+        assert!(animation.fits(&found.geometry) && animation.frames[0] == found.geometry.points(), "{op}");
+        for (number, points) in animation.frames.iter().enumerate() {
+            let Geometry::Curve(frame) = found.geometry.with_points(points.clone()).unwrap() else {
+                panic!()
+            };
+            let (a, b) = frame.domain();
+            for i in 0..=10 {
+                let u = a + (b - a) * f64::from(i) / 10.0;
+                let expected = lifted(number, curve().point(place(u)).unwrap());
+                let apart = (frame.point(u).unwrap() - expected).norm();
+                assert!(apart < 1e-12, "{op}, frame {number} at {u}: {apart}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_changes_the_shape_leaves_no_frames_of_the_old_one() {
+    let by = json!([{ "kind": "position", "at": 4.5, "by": [0.0, 0.2, 0.0] }]);
+    for (op, fields) in [
+        ("edit", json!({ "constraints": by })),
+        ("edit", json!({ "constraints": by, "within": [2.0, 7.0] })),
+        ("drag", json!({ "handle": { "kind": "position", "at": 4.5 }, "path": [[4.5, 2.0, 0.0]] })),
+        ("tessellate", json!({})),
+        ("simplify", json!({ "tolerance": 0.5 })),
+    ] {
+        let mut scene = animated();
+        run(&mut scene, op, fields).unwrap();
+        assert_eq!(scene.object("section").unwrap().animation, None, "{op}");
+    }
+    // Nothing asked that is not so: nothing has become of another shape.
+    let mut scene = animated();
+    let keep = json!([{ "kind": "position", "at": 4.5, "by": [0.0, 0.0, 0.0] }]);
+    run(&mut scene, "edit", json!({ "constraints": keep })).unwrap();
+    assert!(scene.object("section").unwrap().animation.is_some());
+    // A knot that one frame needs stays in none: the frames go.
+    let mut scene = animated();
+    run(&mut scene, "refine", json!({ "knots": [2.5] })).unwrap();
+    let object = scene.object_mut("section").unwrap();
+    object.animation.as_mut().unwrap().frames[1][4].y += 1.0;
+    run(&mut scene, "simplify", json!({})).unwrap();
+    assert_eq!(scene.curve("section").unwrap().points().len(), 12);
+    assert_eq!(scene.object("section").unwrap().animation, None);
 }

@@ -1,0 +1,69 @@
+//! What pictures show of several objects and of shapes that have changed their knots, and what they say is not shown.
+#![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
+
+use loftsman_kernel::Point;
+use loftsman_kernel::mesh::Polyline;
+use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_picture::{Panel, Picture, View};
+use resvg::usvg::roxmltree::Document;
+
+/// A scene of the curve "c".
+fn scene(curve: Curve) -> Scene {
+    let mut scene = Scene::new();
+    scene.add(Object::new("c", curve.into())).unwrap();
+    scene
+}
+
+/// Twelve vertices, uniform clamped cubic.
+fn cubic(scale: f64) -> Curve {
+    let heights = [0.0, 1.0, 0.5, -0.5, 0.8, 1.2, 0.2, -0.6, 0.0, 1.0, 0.7, 0.0];
+    let points = heights.iter().enumerate().map(|(i, h)| Point::new(i as f64 * scale, h * scale, 0.0));
+    Curve::new(Space::clamped_uniform(3, 12).unwrap(), points.collect()).unwrap()
+}
+
+/// An attribute of the elements of a class.
+fn of_class(svg: &str, class: &str, attribute: &str) -> Vec<String> {
+    let document = Document::parse(svg).unwrap();
+    let nodes = document.descendants().filter(|node| node.attribute("class") == Some(class));
+    nodes.filter_map(|node| node.attribute(attribute).map(str::to_owned)).collect()
+}
+
+#[test]
+fn movements_are_drawn_of_a_refined_shape_and_said_to_be_missing_of_another() {
+    let knots = [2.5, 2.5, 6.1];
+    let now = scene(cubic(1.0).insert_knots(&knots).unwrap());
+    let then = scene(cubic(1.1));
+    let svg = Picture::of(&now).before(&then).movements(true).to_svg().unwrap();
+    // All but the vertex at the origin; and the legend's sample, and two axes.
+    assert_eq!(of_class(&svg, "arrow", "d").len() - 2, 14 + 1);
+    let other = scene(cubic(1.1).elevate(1).unwrap());
+    let svg = Picture::of(&now).before(&other).movements(true).to_svg().unwrap();
+    assert!(of_class(&svg, "arrow", "d").len() == 2 && svg.contains("c: no arrows"), "{svg}");
+}
+
+#[test]
+fn the_legend_names_what_is_shown_each_in_its_own_colour() {
+    let mut all = Scene::new();
+    for i in 0..30 {
+        let points = vec![Point::new(0.0, f64::from(i), 0.0), Point::new(9.0, f64::from(i), 0.0)];
+        let line = Polyline { points, closed: false };
+        all.add(Object::new(format!("line {i:02}"), line.into())).unwrap();
+    }
+    // A palette's length apart, and beyond the objects that a legend of all would name.
+    let chosen = ["line 02", "line 08", "line 14", "line 26"];
+    let svg = Picture::of(&all).panels([Panel::view(View::Top).objects(chosen)]).to_svg().unwrap();
+    let legend = svg.split("id=\"legend\"").nth(1).unwrap();
+    assert!(chosen.iter().all(|name| legend.contains(name)) && !legend.contains("more object"), "{legend}");
+    let mut colours = of_class(&svg, "polyline", "stroke");
+    colours.sort();
+    colours.dedup();
+    assert_eq!(colours.len(), chosen.len(), "{colours:?}");
+    // Of more than it names, the others are counted: once, whatever panels there are.
+    let nine = (0..9).map(|i| format!("line {i:02}"));
+    let panels = [View::Top, View::Front].map(|view| Panel::view(view).objects(nine.clone()));
+    let svg = Picture::of(&all).panels(panels).to_svg().unwrap();
+    assert_eq!(svg.matches("and 1 more object<").count(), 1, "{svg}");
+    let svg = Picture::of(&all).view(View::Top).to_svg().unwrap();
+    assert_eq!(svg.matches("and 22 more objects<").count(), 1, "{svg}");
+}

@@ -1,0 +1,83 @@
+//! What an edit says of what was dropped, what was missed, and what could be done.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use loftsman_kernel::Point;
+use loftsman_kernel::edit::{Ask, Edit};
+use loftsman_kernel::functional::position;
+use loftsman_kernel::spline::{Curve, Space};
+
+/// A cubic of twelve vertices over [0, 9].
+fn twelve() -> Curve {
+    let heights = [0.0, 1.0, 0.5, -0.5, 0.8, 1.2, 0.2, -0.6, 0.0, 1.0, 0.7, 0.0];
+    let points = heights.iter().enumerate().map(|(i, h)| Point::new(i as f64, *h, 0.0)).collect();
+    Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap()
+}
+
+#[test]
+fn a_best_effort_says_what_it_missed_and_calls_nothing_of_it_redundant() {
+    let curve = twelve();
+    let (a, _) = curve.domain();
+    // Nothing moves the locked start; what is asked twice agrees; what is asked twice and differs is missed by half.
+    let cases: [(Edit<Curve>, usize, &[&str]); 4] = [
+        (
+            Edit::new(&curve).lock([0]).ask(position(a).by([0.0, 1.0, 0.0])).ask(position(4.5).keep()),
+            0,
+            &["position at 0 by 1.0"],
+        ),
+        (
+            Edit::new(&curve).ask(position(4.5).by([0.0, 1.0, 0.0])).ask(position(4.5).by([0.0, 2.0, 0.0])),
+            0,
+            &["by 5.0", "by 5.0"],
+        ),
+        (
+            Edit::new(&curve).ask(position(4.5).by([0.0, 1.0, 0.0])).ask(position(4.5).by([0.0, 1.0, 0.0])),
+            1,
+            &[],
+        ),
+        (Edit::new(&curve).lock([0]).ask(position(a).keep()).ask(position(4.5).by([0.0, 1.0, 0.0])), 1, &[]),
+    ];
+    for (number, (edit, redundant, missed)) in cases.into_iter().enumerate() {
+        let solved = edit.best_effort().solve().unwrap();
+        let report = solved.report();
+        assert_eq!(report.redundant.len(), redundant, "{number}: {report}");
+        assert_eq!(report.best_effort, !missed.is_empty(), "{number}: {report}");
+        let told = report.missed();
+        assert_eq!(told.len(), missed.len(), "{number}: {told:?}");
+        assert!(told.iter().zip(missed).all(|(told, words)| told.contains(words)), "{number}: {told:?}");
+    }
+}
+
+#[test]
+fn what_nothing_moves_is_answered_with_what_was_given() {
+    let curve = twelve();
+    let outside = |edit: Edit<Curve>| {
+        let edit = edit.ask(position(4.5).by([0.0, 0.1, 0.0])).ask(position(0.5).by([0.0, 0.1, 0.0]));
+        edit.solve().unwrap_err().to_string()
+    };
+    let within = outside(Edit::new(&curve).within(2.0, 8.0));
+    assert!(within.contains("widen within = [2, 8]") && !within.contains("lock"), "{within}");
+    let local = outside(Edit::new(&curve).locality(2));
+    assert!(local.contains("widen the locality") && !local.contains("unlock"), "{local}");
+    let locked = outside(Edit::new(&curve).lock([0, 1, 2, 3]));
+    assert!(locked.contains("unlock one") && !locked.contains("locality"), "{locked}");
+}
+
+#[test]
+fn redundant_rows_of_smoothness_make_up_the_rank_that_is_missing() {
+    // An exact circle in nine vertices.
+    let w = 0.5_f64.sqrt();
+    let net = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]];
+    let net = net.map(|[x, y]| Point::new(f64::from(x), f64::from(y), 0.0)).to_vec();
+    let knots = [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4].map(f64::from).to_vec();
+    let weights = (0..9).map(|k| if k % 2 == 0 { 1.0 } else { w }).collect();
+    let circle = Curve::rational(Space::open(2, knots).unwrap(), net, weights).unwrap();
+    for u in [0.5, 1.25, 3.75] {
+        // Both ends are held, so that the seam need not be kept closed beside that.
+        let held = Edit::new(&circle).ask(position(0.0).keep()).ask(position(4.0).keep());
+        let solved = held.ask(position(u).by([0.3, 0.3, 0.0])).solve().unwrap();
+        let report = solved.report();
+        assert!(report.rank < report.equations, "{report}");
+        assert_eq!(report.rank + report.smooth.redundant, report.equations, "{report}");
+        assert!(report.to_string().contains("redundant, dropped"), "{report}");
+    }
+}
