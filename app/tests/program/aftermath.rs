@@ -108,7 +108,7 @@ impl loftsman::kernel::plugin::Operation for Careless {
 fn an_operation_of_ones_own_cannot_leave_stale_frames() {
     let bench = moving();
     for name in ["nudge", "shorten"] {
-        let mut registry = loftsman::registry();
+        let mut registry = loftsman::registry().clone();
         registry.operation(Careless(name));
         let text = format!("input = 'moving.loft.json'\n[[step]]\nop = '{name}'\n");
         bench.write("own.toml", text);
