@@ -134,3 +134,23 @@ fn a_crease_that_no_column_relation_forbids_is_reported() {
     assert!(smooth.corners[0].degrees.unwrap() > 1.0);
     assert!(edited.report().notes[0].contains("a corner of"), "{:?}", edited.report().notes);
 }
+
+/// Where a surface has shrunk to a curve, but for rounding, it has no normals, and so no corners.
+#[test]
+fn what_has_no_normal_has_no_corner() {
+    let mut dice = Dice(0x0c01_1a95_ed00_0011);
+    for _ in 0..20 {
+        let radius = dice.between(0.5, 5.0);
+        let profile = Curve::line(Point::new(radius, 0.0, -1.0), Point::new(radius, 0.0, 1.3)).unwrap();
+        let axis = (Point::from(dice.vector(2.0)), dice.vector(1.0));
+        let tube = Surface::revolution(&profile, axis.0, axis.1, TAU).unwrap();
+        let mut edit = Edit::new(&tube).smooth(0);
+        for (k, pair) in tube.points().chunks_exact(2).enumerate() {
+            let noise = Vector::from_fn(|i, _| pair[0][i] * f64::EPSILON * dice.between(-2.0, 2.0));
+            let there = pair[0] + noise;
+            edit = edit.ask(vertex(2 * k as i64 + 1).to([there.x, there.y, there.z]));
+        }
+        let edited = edit.solve().unwrap();
+        assert!(edited.report().smooth.corners.is_empty(), "{}", edited.report());
+    }
+}

@@ -30,6 +30,7 @@ mod energy;
 mod fair;
 mod idle;
 mod inside;
+mod integrals;
 mod minimise;
 mod operation;
 mod orthogonal;

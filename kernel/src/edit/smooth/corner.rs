@@ -20,6 +20,8 @@ pub(super) struct Watch {
     /// The places on the left and on the right, and the sides that they are seen from.
     places: [(Location, Sides); 2],
     lengths: [f64; 2],
+    /// How long the span along the knot line of a surface is.
+    width: f64,
     before: Measured,
 }
 
@@ -44,6 +46,7 @@ impl Watch {
         on: &On,
     ) -> Vec<Self> {
         let lengths = joint.lengths(net.across);
+        let width = net.along.map_or(0.0, |along| along.flat()[span + 1] - along.flat()[span]);
         let at = |t: Option<(f64, Side)>| -> Option<Self> {
             let place = |knot: f64, side: Side| match (t, net.direction) {
                 (None, _) => (Location::Curve(knot), Sides::from(side)),
@@ -52,8 +55,15 @@ impl Watch {
             };
             let places = [place(joint.left.1, Side::Left), place(joint.right.1, Side::Right)];
             let (on, at) = (on.clone(), (joint.right.1, t.map(|(v, _)| v)));
-            let mut watch =
-                Self { on, direction: net.direction, at, places, lengths, before: Measured::default() };
+            let mut watch = Self {
+                on,
+                direction: net.direction,
+                at,
+                places,
+                lengths,
+                width,
+                before: Measured::default(),
+            };
             watch.before = watch.measure(shapes.get(net.shape).ok()?)?;
             Some(watch)
         };
@@ -85,10 +95,10 @@ impl Watch {
                     |k: usize| if k == 0 { Derivative { u: 1, v: 0 } } else { Derivative { u: 0, v: 1 } };
                 let across = value(side, of(self.direction))?;
                 let along = value(side, of(1 - self.direction))?;
-                let across = unit(across, across.norm() * self.lengths[side])?;
-                let along = along / along.norm();
-                let normal = across.cross(&along);
-                return unit(normal, normal.norm() * size).filter(|n| n.iter().all(|c| c.is_finite()));
+                let (far, wide) = (across.norm() * self.lengths[side], along.norm() * self.width);
+                // Either may be rounding beside the other: where the surface is but a curve there is no normal.
+                let normal = unit(across, far)?.cross(&unit(along, wide)?);
+                return unit(normal, normal.norm() * far.min(wide));
             }
             // The first derivative that does not vanish has the direction in which the curve goes on; before the joint, one
             // of even order points back.

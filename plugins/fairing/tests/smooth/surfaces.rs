@@ -12,13 +12,16 @@ use super::Dice;
 use super::evaluator::{angle, joints, on_surface, turned};
 use super::families::{chain_of, conic};
 
-/// A net of Bézier patches: the product of two smooth chains, so that every knot line is smooth, bent.
-fn patches(dice: &mut Dice) -> Surface {
+/// A net of Bézier patches, some rational: the product of two smooth chains, so that every knot line is smooth, bent.
+fn patches(dice: &mut Dice, rational: bool) -> Surface {
     let (u, v) = (chain_of(2 + dice.below(2), dice), chain_of(1 + dice.below(3), dice));
     let (a, b) = (dice.between(-0.3, 0.3), dice.vector(1.0));
     let points = u.points().iter().flat_map(|p| {
         v.points().iter().map(move |q| Point::new(p.x + a * q.y, q.x + a * p.z, b.x * p.y + b.y * q.z))
     });
+    if !rational {
+        return Surface::new(u.space().clone(), v.space().clone(), points.collect()).unwrap();
+    }
     let weight = |c: &Curve, i: usize| c.weights().map_or(1.0, |w| w[i]);
     let weights = (0..u.points().len()).flat_map(|i| (0..v.points().len()).map(move |j| (i, j)));
     let weights = weights.map(|(i, j)| weight(&u, i) * weight(&v, j)).collect();
@@ -97,7 +100,8 @@ fn no_crease_and_no_gap_appears() {
     let mut dice = Dice(0x05af_ace5_0000_0003);
     let (mut kept, mut torn, mut done) = (0, 0, 0);
     for number in 0..110 {
-        let surface = if number % 2 == 0 { revolved(&mut dice) } else { patches(&mut dice) };
+        let surface =
+            if number % 2 == 0 { revolved(&mut dice) } else { patches(&mut dice, number % 10 == 1) };
         let degree = surface.u().degree().min(surface.v().degree());
         let energy = match dice.below(4) {
             0 if degree > 2 => variation(),

@@ -1,0 +1,275 @@
+//! The integrals of an energy as squares: rows at the nodes of every span, exact for polynomials, of as many nodes as are enough
+//! where there are weights.
+
+use std::any::Any;
+
+use loftsman_kernel::error::{Error, Result};
+use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::spline::gram::gauss_legendre;
+use loftsman_kernel::spline::space::MAX_ORDER;
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+
+use crate::squares::Squares;
+
+/// Nodes a span and direction, beyond those for a polynomial, at which the integrals of rational shapes are tried first, and
+/// when to give up.
+const RATIONAL_NODES: usize = 6;
+const RATIONAL_LIMIT: usize = 80;
+
+impl Squares {
+    /// The integral of the squared derivatives of an order; of the distance from the shape as it is, relative to an
+    /// origin, where there is one.
+    pub(crate) fn integrals(
+        &mut self,
+        shape: &dyn Shape,
+        order: usize,
+        weight: f64,
+        near: Option<Point>,
+    ) -> Result<()> {
+        let any: &dyn Any = shape;
+        if let Some(curve) = any.downcast_ref::<Curve>() {
+            check_degree(curve.degree(), order, "the curve")?;
+            self.curve(curve, order, weight, near)
+        } else if let Some(surface) = any.downcast_ref::<Surface>() {
+            check_degree(surface.u().degree(), order, "the surface along u")?;
+            check_degree(surface.v().degree(), order, "the surface along v")?;
+            self.surface(surface, order, weight, near)
+        } else {
+            Err(Error::Invalid(
+                "only the energies of B-spline curves and surfaces are known: convert the shape to one"
+                    .into(),
+            ))
+        }
+    }
+
+    fn curve(&mut self, curve: &Curve, order: usize, weight: f64, near: Option<Point>) -> Result<()> {
+        let space = curve.space();
+        let spans: Vec<usize> = space.spans().collect();
+        let nodes = match curve.weights() {
+            None => None,
+            Some(_) => {
+                let trial = |nodes: usize| {
+                    let line = Line::new(space, order, Some(nodes));
+                    let each = spans.iter().enumerate().map(|(at, &span)| {
+                        let mut trial = Self::default();
+                        trial.curve_span(curve, order, 1.0, None, &line, (at, span))?;
+                        Ok(trial.trace())
+                    });
+                    each.collect()
+                };
+                Some(enough_nodes(curve.degree() + 1, trial)?)
+            }
+        };
+        let line = Line::new(space, order, nodes);
+        spans
+            .iter()
+            .enumerate()
+            .try_for_each(|(at, &span)| self.curve_span(curve, order, weight, near, &line, (at, span)))
+    }
+
+    fn curve_span(
+        &mut self,
+        curve: &Curve,
+        order: usize,
+        weight: f64,
+        near: Option<Point>,
+        line: &Line,
+        (at, span): (usize, usize),
+    ) -> Result<()> {
+        let (space, p) = (curve.space(), curve.degree());
+        self.open(sorted((0..=p).map(|j| space.vertex(span - p + j))));
+        for (k, &(u, w)) in line.nodes(space, span).iter().enumerate() {
+            let root = (weight * w).sqrt();
+            let mut row = vec![0.0; self.width()];
+            if curve.weights().is_some() {
+                let stencil = curve.stencil(Location::Curve(u), Derivative { u: order, v: 0 })?;
+                self.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
+            } else {
+                let terms = line.row(at, k).iter().enumerate();
+                self.place(&mut row, terms.map(|(j, c)| (space.vertex(span - p + j), c * root)));
+            }
+            self.finish(row, near, root, || curve.point(u))?;
+        }
+        Ok(())
+    }
+
+    fn surface(&mut self, surface: &Surface, order: usize, weight: f64, near: Option<Point>) -> Result<()> {
+        let (us, vs) = (surface.u(), surface.v());
+        let (u_spans, v_spans): (Vec<usize>, Vec<usize>) = (us.spans().collect(), vs.spans().collect());
+        let spans = || {
+            let pairs = u_spans.iter().enumerate();
+            pairs.flat_map(|u| v_spans.iter().enumerate().map(move |v| ((u.0, *u.1), (v.0, *v.1))))
+        };
+        let lines = |nodes: Option<usize>| -> Vec<(Line, Line)> {
+            (0..=order).map(|k| (Line::new(us, k, nodes), Line::new(vs, order - k, nodes))).collect()
+        };
+        let nodes = match surface.weights() {
+            None => None,
+            Some(weights) => {
+                let at = |((_, u), (_, v))| net(surface, u, v).into_iter().map(|i| weights[i]);
+                let uneven = most_uneven(spans().map(|pair| ratio(at(pair))));
+                let Some(pair) = spans().nth(uneven) else { return Ok(()) };
+                let trial = |nodes: usize| {
+                    let mut trial = Self::default();
+                    trial.surface_span(surface, order, 1.0, None, &lines(Some(nodes)), pair)?;
+                    Ok(vec![trial.trace()])
+                };
+                Some(enough_nodes(us.degree().max(vs.degree()) + 1, trial)?)
+            }
+        };
+        let lines = lines(nodes);
+        spans().try_for_each(|pair| self.surface_span(surface, order, weight, near, &lines, pair))
+    }
+
+    fn surface_span(
+        &mut self,
+        surface: &Surface,
+        order: usize,
+        weight: f64,
+        near: Option<Point>,
+        lines: &[(Line, Line)],
+        ((i, u_span), (j, v_span)): ((usize, usize), (usize, usize)),
+    ) -> Result<()> {
+        let (us, vs) = (surface.u(), surface.v());
+        let vertices = net(surface, u_span, v_span);
+        self.open(sorted(vertices.iter().copied()));
+        for (k, (along_u, along_v)) in lines.iter().enumerate() {
+            let share = weight * binomial(order, k);
+            let along = along_v.nodes(vs, v_span);
+            for (a, &(u, wu)) in along_u.nodes(us, u_span).iter().enumerate() {
+                for (b, &(v, wv)) in along.iter().enumerate() {
+                    let root = (share * wu * wv).sqrt();
+                    let mut row = vec![0.0; self.width()];
+                    if surface.weights().is_some() {
+                        let by = Derivative { u: k, v: order - k };
+                        let stencil = surface.stencil(Location::Surface(u, v), by)?;
+                        self.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
+                    } else {
+                        let (us, vs) = (along_u.row(i, a), along_v.row(j, b));
+                        let products = us.iter().flat_map(|x| vs.iter().map(move |y| x * y * root));
+                        self.place(&mut row, vertices.iter().copied().zip(products));
+                    }
+                    self.finish(row, near, root, || surface.point(u, v))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(
+        &mut self,
+        row: Vec<f64>,
+        near: Option<Point>,
+        root: f64,
+        point: impl FnOnce() -> Result<Point>,
+    ) -> Result<()> {
+        let target = match near {
+            Some(origin) => (point()? - origin) * root,
+            None => Vector::zeros(),
+        };
+        self.row(row, target);
+        Ok(())
+    }
+}
+
+/// The vertices that matter on a pair of spans, along `v` first.
+fn net(surface: &Surface, u_span: usize, v_span: usize) -> Vec<usize> {
+    let (us, vs) = (surface.u(), surface.v());
+    let (p, q, columns) = (us.degree(), vs.degree(), vs.len());
+    let row = |a| us.vertex(u_span - p + a) * columns;
+    (0..=p).flat_map(|a| (0..=q).map(move |b| row(a) + vs.vertex(v_span - q + b))).collect()
+}
+
+/// The largest of some weights over the smallest.
+fn ratio(weights: impl Iterator<Item = f64>) -> f64 {
+    let (low, high) = weights.fold((f64::INFINITY, 0.0_f64), |(l, h), w| (l.min(w), h.max(w)));
+    high / low
+}
+
+/// The number of the first largest.
+fn most_uneven(ratios: impl Iterator<Item = f64>) -> usize {
+    ratios.enumerate().fold((0, 0.0), |best, (i, r)| if r > best.1 { (i, r) } else { best }).0
+}
+
+/// How many nodes integrate rational functions: more and more, until no span's integral changes; convergence is geometric,
+/// so that what the last addition still brings is far below rounding.
+fn enough_nodes(start: usize, traces: impl Fn(usize) -> Result<Vec<f64>>) -> Result<usize> {
+    let mut nodes = start + RATIONAL_NODES;
+    let mut before = traces(nodes)?;
+    while nodes <= RATIONAL_LIMIT {
+        nodes += nodes / 2;
+        let now = traces(nodes)?;
+        if now.iter().zip(&before).all(|(now, before)| (now - before).abs() <= 1e-10 * now) {
+            return Ok(nodes);
+        }
+        before = now;
+    }
+    Err(Error::Invalid(
+        "the weights differ so much within a span that the energy cannot be integrated: refine the shape there first".into(),
+    ))
+}
+
+/// Basis functions of one direction at the nodes of every span.
+struct Line {
+    nodes: Vec<f64>,
+    weights: Vec<f64>,
+    rows: Vec<f64>,
+    order: usize,
+}
+
+impl Line {
+    fn new(space: &Space, derivative: usize, rational: Option<usize>) -> Self {
+        let p = space.degree();
+        // Exact for the square of a polynomial of degree p - k: 2 (p - k) ≤ 2 n - 1.
+        let exact = p + 1 - derivative.min(p);
+        let (nodes, weights) = gauss_legendre(rational.unwrap_or(exact));
+        let mut rows = Vec::new();
+        if rational.is_none() {
+            let mut row = [0.0; MAX_ORDER];
+            for span in space.spans() {
+                let (a, b) = (space.flat()[span], space.flat()[span + 1]);
+                for x in &nodes {
+                    space.basis_into(span, a + (b - a) * x, derivative, &mut row);
+                    rows.extend_from_slice(&row[..=p]);
+                }
+            }
+        }
+        Self { nodes, weights, rows, order: p + 1 }
+    }
+
+    /// Parameters and weights of the nodes of a span.
+    fn nodes(&self, space: &Space, span: usize) -> Vec<(f64, f64)> {
+        let (a, b) = (space.flat()[span], space.flat()[span + 1]);
+        self.nodes.iter().zip(&self.weights).map(|(x, w)| (a + (b - a) * x, w * (b - a))).collect()
+    }
+
+    /// The basis functions at node `k` of the span that is number `at` of those that are not empty.
+    fn row(&self, at: usize, k: usize) -> &[f64] {
+        let start = (at * self.nodes.len() + k) * self.order;
+        &self.rows[start..start + self.order]
+    }
+}
+
+fn check_degree(degree: usize, order: usize, what: &str) -> Result<()> {
+    if degree >= order.max(1) {
+        return Ok(());
+    }
+    let name = ["", "stretch", "bend", "variation"][order.min(3)];
+    Err(Error::Invalid(format!(
+        "\"{name}\" asks for derivatives of order {order}, and {what} has degree {degree}: elevate its degree first, or ask \
+         for another energy"
+    )))
+}
+
+/// Ascending and without repetition: a short period meets itself.
+fn sorted(vertices: impl IntoIterator<Item = usize>) -> Vec<usize> {
+    let mut all: Vec<usize> = vertices.into_iter().collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+fn binomial(n: usize, k: usize) -> f64 {
+    (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64)
+}
