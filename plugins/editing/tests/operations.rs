@@ -413,7 +413,6 @@ fn what_changes_the_shape_leaves_no_frames_of_the_old_one() {
         ("edit", json!({ "constraints": by })),
         ("edit", json!({ "constraints": by, "within": [2.0, 7.0] })),
         ("drag", json!({ "handle": { "kind": "position", "at": 4.5 }, "path": [[4.5, 2.0, 0.0]] })),
-        ("tessellate", json!({})),
         ("simplify", json!({ "tolerance": 0.5 })),
     ] {
         let mut scene = animated();
