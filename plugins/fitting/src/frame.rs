@@ -42,6 +42,12 @@ impl Frame {
         Ok(Self { outer, origin, inner: power(extent) })
     }
 
+    /// Whether it only scales, by a power of two: then what is computed in document coordinates has the very digits of what
+    /// is computed in local ones.
+    pub(crate) fn only_scales(&self) -> bool {
+        self.origin == Vector::zeros()
+    }
+
     /// A point in local coordinates.
     pub(crate) fn enter(&self, p: Point) -> Vector {
         (p.coords * self.outer - self.origin) * self.inner

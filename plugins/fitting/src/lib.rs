@@ -40,6 +40,7 @@ mod search;
 mod smoothing;
 mod solve;
 mod state;
+mod surely;
 pub mod surface;
 mod through;
 

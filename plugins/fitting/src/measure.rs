@@ -34,7 +34,7 @@ pub(crate) struct Bounds {
     /// Its length, in lengths of the polygon.
     pub(crate) length: f64,
     /// [`Travel::detour`].
-    detour: f64,
+    pub(crate) detour: f64,
     /// [`Travel::heading`], at least.
     heading: f64,
 }
@@ -321,7 +321,7 @@ fn stretches(
 }
 
 /// Points and tangents at many parameters.
-fn jets(curve: &Curve, at: &[f64]) -> Result<Vec<[Vector; 2]>> {
+pub(crate) fn jets(curve: &Curve, at: &[f64]) -> Result<Vec<[Vector; 2]>> {
     let mut flat = vec![Vector::zeros(); 2 * at.len()];
     curve.derivatives_many_into(at, 2, &mut flat)?;
     Ok(flat.as_chunks::<2>().0.to_vec())
