@@ -36,7 +36,12 @@ const FIELDS: [Field; 7] = [
         "what is asked; other objects that it names stay as they are",
     ),
     Field::optional("lock", "[index, …]", "none", "control vertices that may not move; -1 is the last"),
-    Field::optional("within", "number", "any distance", "how far no control vertex may move, so no point either"),
+    Field::optional(
+        "within",
+        "number",
+        "any distance",
+        "how far no control vertex may move, so no point either",
+    ),
     Field::optional(
         "smooth",
         "0 | 1 | 2",

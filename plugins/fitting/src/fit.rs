@@ -49,7 +49,8 @@ pub enum Target {
 /// * between two neighbouring points it is at most four times as long as the polygon there, or before or behind it;
 /// * its tangent at a point makes no more than a right angle with the direction in which the polygon passes it (the
 ///   mean of the directions before and behind; where the polygon turns by more than 160° any tangent will do), unless
-///   it goes back by no more than twice the largest error.
+///   it goes back by no more than twice the largest error;
+/// * it leaves the box of the points by no more than half the longest side of that (and what constraints pull it).
 ///
 /// Points that are within ten times the largest error of the one before have no say in the last two, nor are these asked of
 /// curves under constraints. The search is stricter, and a parameter correction that makes the curve longer is taken

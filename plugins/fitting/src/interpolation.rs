@@ -177,6 +177,9 @@ impl Interpolation {
                 return Err(FitError::Astray { astray: astray.renumbered(number), advice: ASTRAY });
             }
         }
+        if let (false, Some(astray)) = (free, course.outside(&handed, 0.0)?) {
+            return Err(FitError::Astray { astray, advice: ASTRAY });
+        }
         Ok(Interpolated {
             curve,
             parameters: course.sites.to_vec(),

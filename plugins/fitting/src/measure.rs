@@ -80,6 +80,12 @@ impl Travel {
     }
 }
 
+/// A curve may leave the box of its points by this part of the box's longest side: a circle through three points leaves theirs
+/// by less than a third.
+const OUTSIDE: f64 = 0.5;
+/// Places on a knot span at which it is looked how far the curve leaves the box.
+const PLACES: usize = 32;
+
 /// How a curve goes astray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Astray {
@@ -89,6 +95,8 @@ pub enum Astray {
     Detour(usize, f64),
     /// It passes this point against the direction of the points.
     Back(usize),
+    /// It leaves the box of the points by so many times the longest side of that.
+    Outside(f64),
 }
 
 impl Astray {
@@ -98,6 +106,7 @@ impl Astray {
             Self::Long(ratio) => Self::Long(ratio),
             Self::Detour(k, ratio) => Self::Detour(number(k), ratio),
             Self::Back(k) => Self::Back(number(k)),
+            Self::Outside(share) => Self::Outside(share),
         }
     }
 }
@@ -110,6 +119,9 @@ impl std::fmt::Display for Astray {
                 write!(f, "is {ratio:.3} times as long as the polygon just behind point {k}")
             }
             Self::Back(k) => write!(f, "turns back at point {k}"),
+            Self::Outside(share) => {
+                write!(f, "leaves the box of the points by {share:.3} times the longest side of that")
+            }
         }
     }
 }
@@ -230,6 +242,33 @@ impl Course<'_> {
     /// As for [`travel`](Self::travel).
     pub(crate) fn travelled(&self, curve: &Curve, error: f64) -> Result<Travel> {
         Ok(Travel { length: curve.length(1e-6)?.value, ..self.travel(curve, error)? })
+    }
+
+    /// What is wrong with how far the curve leaves the box of the points, if anything; `allowance`: how much farther it may
+    /// because of constraints. Where the control vertices do not leave it, neither does the curve, and no point is asked.
+    ///
+    /// # Errors
+    /// As for [`Curve::point`].
+    pub(crate) fn outside(&self, curve: &Curve, allowance: f64) -> Result<Option<Astray>> {
+        let Some(&first) = self.points.first() else { return Ok(None) };
+        let (low, high) = self.points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+        let side = (high - low).amax();
+        let beyond = |p: &Point| (p.coords - high).sup(&(low - p.coords)).max();
+        let farthest = |points: &[Point]| points.iter().map(beyond).fold(0.0_f64, f64::max);
+        let most = OUTSIDE * side + allowance;
+        if farthest(curve.points()) <= most {
+            return Ok(None);
+        }
+        let at: Vec<f64> = curve
+            .space()
+            .breakpoints()
+            .windows(2)
+            .flat_map(|w| (0..PLACES).map(move |i| w[0] + (w[1] - w[0]) * (i as f64 + 0.5) / PLACES as f64))
+            .collect();
+        let mut points = vec![Point::origin(); at.len()];
+        curve.points_into(&at, &mut points)?;
+        let out = farthest(&points);
+        Ok((out > most).then_some(Astray::Outside(out / side)))
     }
 
     /// The length of the polygon.

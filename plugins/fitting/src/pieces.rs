@@ -332,7 +332,8 @@ impl Whole<'_> {
                 advice: NOT_MET,
             });
         }
-        if let Some(astray) = travel.trouble(&LIMIT, allowance, !self.fit.constraints.is_empty()) {
+        let astray = travel.trouble(&LIMIT, allowance, !self.fit.constraints.is_empty());
+        if let Some(astray) = astray.map_or_else(|| course.outside(&handed, allowance), |a| Ok(Some(a)))? {
             return Err(FitError::Astray { astray: astray.renumbered(|k| (k + first) % m), advice: ADVICE });
         }
         let mean = distances.iter().map(|d| d * d).sum::<f64>() / m as f64;

@@ -123,8 +123,10 @@ impl Search<'_> {
     pub(crate) fn follows(&self, state: &State, bounds: &Bounds) -> Result<bool> {
         let sites = &state.sites[..self.points.len()];
         let course = Course { points: self.points, sites, closed: self.fit.closed, corners: &[] };
-        let travel = course.travel(&state.curve()?, state.error())?;
-        Ok(travel.trouble(bounds, self.allowance, self.is_free()).is_none())
+        let curve = state.curve()?;
+        let travel = course.travel(&curve, state.error())?;
+        Ok(travel.trouble(bounds, self.allowance, self.is_free()).is_none()
+            && course.outside(&curve, self.allowance)?.is_none())
     }
 
     /// Whether constraints may send the curve off between the points.

@@ -100,3 +100,40 @@ fn an_end_of_a_cornered_curve_goes_where_a_constraint_puts_it() {
     }
     assert_eq!(fitted, 12);
 }
+
+#[test]
+fn with_a_given_number_of_vertices_a_curve_stays_about_its_points() {
+    let (mut fitted, mut out, mut others) = (0, 0, Vec::new());
+    for seed in 0..160 {
+        let mut r = Random::new(9000 + seed);
+        let (m, height) = (r.whole(16, 60), r.between(0.1, 3.0));
+        let closed = r.whole(0, 1) == 1;
+        let points: Vec<Point> = (0..m)
+            .map(|i| Point::new(i as f64, if i % 2 == 0 { height } else { 0.0 }, 0.0))
+            .map(|p| if r.whole(0, 3) == 0 { p + Vector::new(0.0, r.normal() * 0.1, 0.0) } else { p })
+            .collect();
+        let degree = r.pick(&[2, 3, 4, 5, 7, 19]);
+        let vertices = r.whole(m / 2, m).max(degree + 1);
+        let fit = Fit { closed, ..Fit::new(degree, Target::Vertices(vertices)) };
+        let what = format!("seed {seed}, {m} points, degree {degree}, {vertices} vertices, closed {closed}");
+        match fit.curve(&points) {
+            Ok(found) => {
+                fitted += 1;
+                let spline = Spline::of(&found.curve, 1.0);
+                let side = (m - 1) as f64;
+                let (low, high) =
+                    points.iter().fold((points[0], points[0]), |(l, h), p| (l.inf(p), h.sup(p)));
+                for (_, p) in spline.samples(24) {
+                    let beyond = (p - high.coords).sup(&(low.coords - p)).max();
+                    assert!(beyond <= 0.51 * side, "{what}: {beyond} beyond");
+                }
+            }
+            Err(error @ FitError::Astray { .. }) => {
+                out += usize::from(error.to_string().contains("leaves the box"));
+            }
+            Err(error) => others.push(format!("{what}: {error}")),
+        }
+    }
+    assert!(fitted + out > 150 && fitted > 140, "{fitted} fitted, {out} out\n{others:#?}");
+    assert!(others.len() < 8, "{fitted} fitted, {out} out\n{others:#?}");
+}
