@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{
-    Chord, Fineness, ParameterError, Parameters, ReadOptions, UpChoice, WriteOptions,
+    Chord, Fate, Fineness, ParameterError, Parameters, ReadOptions, UpChoice, WriteOptions, Written,
 };
 use loftsman_kernel::scene::{Unit, Up};
 use serde_json::{Map, Value};
@@ -25,6 +25,8 @@ pub struct Conversion {
     pub from_up: Option<Up>,
     /// How fine splines are tessellated where the output cannot hold them.
     pub fineness: Fineness,
+    /// Whether that was asked for; where nothing is tessellated then, that is said.
+    pub fineness_asked: bool,
     /// Options of the input's format.
     pub read: Map<String, Value>,
     /// Options of output formats, by the format's name.
@@ -50,6 +52,7 @@ impl Conversion {
                 None => fields.text("tolerance")?.to_owned(),
             };
             conversion.fineness.chord = chord(&text).map_err(|e| fields.error("tolerance", e))?;
+            conversion.fineness_asked = true;
         }
         if fields.has("read") {
             conversion.read = map(&fields.table("read")?);
@@ -61,6 +64,15 @@ impl Conversion {
             }
         }
         Ok(conversion)
+    }
+
+    /// What to say where fineness was asked for and nothing of what was written needed it.
+    pub fn idle_fineness<'w>(&self, written: impl IntoIterator<Item = &'w Written>) -> Option<String> {
+        let fine = |w: &Written| w.tolerance.is_some() || w.error.is_some() || w.fate == Fate::Approximated;
+        let idle = self.fineness_asked && !written.into_iter().any(fine);
+        idle.then(|| {
+            "nothing was tessellated, so that the tolerance or angle asked for changes nothing".to_owned()
+        })
     }
 
     /// How to read an input of the format of this name.

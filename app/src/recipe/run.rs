@@ -139,6 +139,10 @@ impl<'a> Runner<'a> {
             }
             reports.push(report);
         }
+        let idle = recipe.conversion.idle_fineness(reports.iter().flat_map(|report| &report.objects));
+        if let Some(last) = reports.last_mut() {
+            last.notes.extend(idle);
+        }
         for (report, produced) in reports.iter_mut().zip(outputs.commit()?) {
             report.notes.extend(produced.note());
             (report.bytes, report.siblings) = (produced.bytes, produced.siblings);

@@ -231,3 +231,27 @@ fn plot_and_fit_report_to_programs_and_warn_of_what_is_missing() {
         assert_eq!((run.code, run.err.as_str()), (Some(0), warning.as_str()), "{arguments:?}");
     }
 }
+
+#[test]
+fn fineness_that_nothing_needs_is_told() {
+    let bench = Bench::with_wave();
+    let said = "nothing was tessellated, so that the tolerance or angle asked for changes nothing";
+    for (option, value) in [("--tolerance", "0.1"), ("--tolerance", "0.1%"), ("--angle", "5")] {
+        let text = bench.done(&["convert", "wave.loft.json", "o.loft.json", option, value]);
+        assert!(text.contains(said), "{option} {value}: {text}");
+        let report = bench.json(&["convert", "wave.loft.json", "o.loft.json", option, value]);
+        assert_eq!(report["notes"], serde_json::json!([said]), "{option} {value}");
+        let piped = bench.run(&["convert", "wave.loft.json", "-", "--to", "loft.json", option, value]);
+        assert!(piped.code == Some(0) && piped.err.contains(said), "{}", piped.err);
+        let used = bench.done(&["convert", "wave.loft.json", "o.glb", option, value]);
+        assert!(!used.contains(said), "{used}");
+    }
+    assert!(!bench.done(&["convert", "wave.loft.json", "o.loft.json"]).contains(said));
+    let recipe = |outputs: &str| {
+        bench.write("r.toml", format!("input = 'wave.loft.json'\noutput = [{outputs}]\ntolerance = '1%'\n"));
+        bench.done(&["run", "r.toml"])
+    };
+    assert!(recipe("'o.loft.json'").contains(said));
+    assert!(recipe("'o.loft.json', 'w.svg'").contains(said));
+    assert!(!recipe("'o.loft.json', 'o.glb'").contains(said));
+}

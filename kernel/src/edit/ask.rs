@@ -82,12 +82,14 @@ pub struct Constraint {
     pub(crate) functional: Arc<dyn Functional>,
     pub(crate) wanted: Wanted,
     pub(crate) axis: Option<Axis>,
+    /// Beside what it stands still, where nobody asked for it.
+    pub(crate) companion: Option<String>,
 }
 
 impl Constraint {
     /// A functional and what is wanted of it.
     pub fn new(functional: Arc<dyn Functional>, wanted: Wanted) -> Self {
-        Self { functional, wanted, axis: None }
+        Self { functional, wanted, axis: None, companion: None }
     }
 
     /// Narrows a vector's constraint to one axis: the others stay free.

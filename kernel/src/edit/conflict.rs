@@ -44,6 +44,7 @@ pub(super) fn explain(
     }
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
     let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
+    let still = companions(theirs.iter().map(|&k| constraints[k]));
     // Distinct vertices behind the rows: fewer than the equations means that refinement can help.
     let rows = assembly.system.rows();
     let columns: BTreeSet<u32> = dependency
@@ -59,7 +60,7 @@ pub(super) fn explain(
     let release = match names.len() {
         1 => format!("{} contradicts itself", names[0]),
         _ => format!(
-            "{}{} cannot all hold; release one of them{}",
+            "{}{} cannot all hold; release one of them{}{still}",
             names.join(", "),
             more(&ours),
             advice(&ours)
@@ -83,6 +84,26 @@ pub(super) fn explain(
 /// A constraint's name in quotes, unless it has some itself: `"position at 0.25"`, `area of "section"`.
 pub(super) fn quoted(name: &str) -> String {
     if name.contains('"') { name.to_owned() } else { format!("\"{name}\"") }
+}
+
+/// What to do about those that nobody asked for: they stand still beside others unless they are asked for.
+fn companions<'c>(constraints: impl Iterator<Item = &'c Constraint>) -> String {
+    let mut beside = None;
+    let mut still = Vec::new();
+    for constraint in constraints {
+        if let Some(own) = &constraint.companion {
+            beside.get_or_insert(own);
+            still.push(quoted(&constraint.describe()));
+        }
+    }
+    let Some(beside) = beside else { return String::new() };
+    let [stands, it, its] =
+        if still.len() == 1 { ["stands", "it", "its value"] } else { ["stand", "them", "their values"] };
+    format!(
+        " ({} {stands} still beside {} unless asked for: to let {it} go, ask for {it} and say {its})",
+        still.join(" and "),
+        quoted(beside)
+    )
 }
 
 /// Of the knots that are kept smooth, so many are named.
@@ -113,6 +134,7 @@ pub(super) fn contradiction(
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
     let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
     let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
+    let still = companions(theirs.iter().map(|&k| constraints[k]));
     SolveError::Conflict(match (&names[..], rows) {
         ([only], [row]) if untouched(row) => format!(
             "{only} does not hold, and no control vertex that may move has any influence there; {}",
@@ -120,7 +142,7 @@ pub(super) fn contradiction(
         ),
         ([only], _) => format!("{only} cannot hold; move the bound"),
         _ => format!(
-            "{}{} cannot all hold; release one of them, or move a bound{}",
+            "{}{} cannot all hold; release one of them, or move a bound{}{still}",
             names.join(", "),
             more(&ours),
             advice(&ours)

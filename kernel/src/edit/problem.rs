@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::ask::{Constraint, Wanted};
 use super::assembly::Freedom;
+use super::conflict::quoted;
 use super::error::EditError;
 use super::locality::{localise_beside, most_influential};
 use super::metric::Metric;
@@ -287,6 +288,14 @@ impl<S: Shape> Edit<S> {
                  (nothing outside the interval moves), or refine first"
                     .into(),
             ));
+        }
+        let functionals = self.constraints.iter().map(|c| &c.functional).chain(&self.handle);
+        if let Some(numbered) = functionals.into_iter().find(|f| f.by_number(0)) {
+            return Err(Error::Invalid(format!(
+                "an edit within an interval inserts knots, which renumbers control vertices, so that {} would mean \
+                 others: ask for a position in its place, or refine first and edit without an interval",
+                quoted(&numbered.describe())
+            )));
         }
         let vertices = self.locality.unwrap_or_else(|| (self.constraints.len() + 1).min(curve.degree() + 1));
         // What must stay for the curve to be as smooth at the interval's ends as it is does not count as free.

@@ -51,6 +51,10 @@ impl Functional for Linear {
         let more = if self.terms.len() > 3 { ", …" } else { "" };
         format!("linear in vertices {}{more}{}", some.join(", "), self.on)
     }
+
+    fn by_number(&self, shape: usize) -> bool {
+        shape == self.on.shape
+    }
 }
 
 impl DeclaredFunctional for Linear {

@@ -179,6 +179,13 @@ pub trait Functional: Any + Debug + Send + Sync {
         None
     }
 
+    /// Whether it names control vertices of shape `shape` of the problem by their numbers: then it means others once knots
+    /// are inserted there. False by default.
+    fn by_number(&self, shape: usize) -> bool {
+        let _ = shape;
+        false
+    }
+
     /// Whether it is a condition, which holds where its value is zero, so that nothing more need be said
     /// (parallel to a direction, symmetric, joined).
     fn is_condition(&self) -> bool {

@@ -46,6 +46,10 @@ impl Functional for VertexAt {
         format!("vertex {}{}", self.index, self.on)
     }
 
+    fn by_number(&self, shape: usize) -> bool {
+        shape == self.on.shape
+    }
+
     fn is_vector(&self) -> bool {
         true
     }

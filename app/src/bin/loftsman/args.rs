@@ -143,6 +143,7 @@ impl ConversionArgs {
                 chord: self.tolerance.unwrap_or(usual.chord),
                 angle: self.angle.unwrap_or(usual.angle),
             },
+            fineness_asked: self.tolerance.is_some() || self.angle.is_some(),
             read: self.read.iter().cloned().collect(),
             write: BTreeMap::from([(output.declaration().name.to_owned(), write)]),
         })

@@ -5,9 +5,10 @@ use crate::edit::EditError;
 use crate::edit::ask::{Constraint, Value, Wanted};
 use crate::edit::assembly::Assembly;
 use crate::error::{Error, Result};
-use crate::functional::{Functional, Linearity, Shapes, equations_of, value_of};
+use crate::functional::{Curvature, Functional, Linearity, Shapes, equations_of, value_of};
 use crate::measure::error_of;
 use crate::solve::Sense;
+use std::any::Any;
 use std::sync::Arc;
 
 /// A constraint whose functional is bound and whose target is a number.
@@ -53,7 +54,7 @@ pub(super) fn add_companions(
     let gives_way = |companion: &dyn Functional, name: &str| {
         asked.iter().any(|a| a.name == name || a.changes && a.functional.supersedes(companion))
     };
-    let mut fresh: Vec<(String, Arc<dyn Functional>)> = Vec::new();
+    let mut fresh: Vec<(String, Arc<dyn Functional>, String)> = Vec::new();
     let mut settle = |functional: &mut Arc<dyn Functional>, with_companions: bool| {
         let stands_still = |f: &dyn Functional| {
             let name = f.describe();
@@ -65,8 +66,8 @@ pub(super) fn add_companions(
         let companions = if with_companions { functional.companions() } else { Vec::new() };
         for companion in companions {
             let name = companion.describe();
-            if !gives_way(companion.as_ref(), &name) && !fresh.iter().any(|(known, _)| *known == name) {
-                fresh.push((name, companion));
+            if !gives_way(companion.as_ref(), &name) && !fresh.iter().any(|(known, ..)| *known == name) {
+                fresh.push((name, companion, functional.describe()));
             }
         }
     };
@@ -77,7 +78,10 @@ pub(super) fn add_companions(
     if let Some(handle) = handle {
         settle(handle, true);
     }
-    constraints.extend(fresh.into_iter().map(|(_, companion)| Constraint::new(companion, Wanted::Keep)));
+    constraints.extend(fresh.into_iter().map(|(_, companion, beside)| Constraint {
+        companion: Some(beside),
+        ..Constraint::new(companion, Wanted::Keep)
+    }));
 }
 
 /// After something is no longer asked: functionals whose companions no longer stand still become what they are beside that.
@@ -94,6 +98,19 @@ pub(super) fn loosen(bound: &mut [Bound], dragged: Option<usize>) {
         if let Some(other) = b.constraint.functional.beside(&|f| kept.contains(&f.describe())) {
             b.constraint.functional = other;
         }
+    }
+}
+
+/// What to bound where several numbers have no bound together.
+fn instead_of_bounds(functional: &dyn Functional) -> &'static str {
+    let any: &dyn Any = functional;
+    if any.is::<Curvature>() {
+        "; it is a vector in the plane across the curve, which has no bound: ask for the signed-curvature, which takes \
+         bounds and says in which plane"
+    } else if functional.is_vector() {
+        "; to bound one of them, narrow it to an axis"
+    } else {
+        ""
     }
 }
 
@@ -160,8 +177,12 @@ pub(super) fn bind(
                     constraint.functional.complete(&value.0).filter(|all| short && all.len() == count);
                 whole.ok_or_else(|| {
                     let wish = wish.unwrap_or_default();
+                    let instead = match constraint.sense() {
+                        Sense::Equal => "",
+                        _ => instead_of_bounds(constraint.functional.as_ref()),
+                    };
                     Error::Invalid(format!(
-                        "{name}: \"{wish}\" gives {found} number(s) where {count} are needed"
+                        "{name}: \"{wish}\" gives {found} number(s) where {count} are needed{instead}"
                     ))
                     .into()
                 })

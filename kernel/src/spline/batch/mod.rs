@@ -55,4 +55,6 @@ fn in_blocks<U: Sync, T: Send>(
 }
 
 #[cfg(test)]
+mod double;
+#[cfg(test)]
 mod tests;

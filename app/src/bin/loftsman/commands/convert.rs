@@ -68,6 +68,7 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
         let (memory, converted) = encode(&input, "output", format.as_ref(), &conversion, &progress)?;
         drop(progress);
         converted.warn();
+        converted.notes.iter().for_each(|note| console::warning(note));
         let beside: Vec<&str> =
             memory.siblings.keys().chain(memory.pictures.keys()).map(String::as_str).collect();
         if !beside.is_empty() {
@@ -143,6 +144,8 @@ fn encode(
     let asked = conversion.write_options(kind, format.declaration().name);
     let options = WriteOptions { observer, pictures: Some(input), ..asked };
     let (memory, written) = output::encode(&scene, name, format, &options, registry)?;
+    let mut notes = written.notes;
+    notes.extend(conversion.idle_fineness(&written.objects));
     let converted = Converted {
         input: Source::name(input).to_owned(),
         format: kind,
@@ -151,7 +154,7 @@ fn encode(
         siblings: Vec::new(),
         report,
         objects: written.objects,
-        notes: written.notes,
+        notes,
     };
     Ok((memory, converted))
 }
