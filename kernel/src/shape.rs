@@ -103,6 +103,11 @@ impl From<[usize; 2]> for Derivative {
     }
 }
 
+/// Unit tangents that differ by no more than this, in radians (0.0006°), are those of a smooth curve: what six decimals of
+/// a text file leave of it. What is kept is the relation as it is, so that a knot that is less smooth than to rounding
+/// becomes no worse and is not moved to be better.
+pub(crate) const SMOOTH: f64 = 1e-5;
+
 /// From which side of a knot a derivative is taken: where a knot is repeated often enough, the two differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
 pub enum Side {

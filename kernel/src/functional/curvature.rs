@@ -14,7 +14,7 @@ use super::{
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, ParameterError, Parameters};
-use crate::shape::{Location, Side, Stencil};
+use crate::shape::{Location, SMOOTH, Side, Stencil};
 
 /// The curvature vector `k = κN = (C'' - T (T·C'')) / |C'|²` at `u`, as two numbers: its component in the plane in which the
 /// curve turns when the edit starts (there that is `κ` itself), and the one across that plane (there 0). One number is
@@ -80,9 +80,6 @@ struct Frame {
 
 /// The plane is known where the curvature is so many times what rounding makes of it.
 const PLANAR: f64 = 1e4;
-
-/// Up to this sine of the angle between the tangents of both sides there is no corner.
-const SMOOTH: f64 = 1e-6;
 
 /// A tangent nearly opposite to the old one is the same curve traced backwards.
 const TURNED: f64 = -0.9;
@@ -278,8 +275,7 @@ impl Functional for Curvature {
         let jet = self.jet(shapes, Side::Right)?;
         let bound = Self { other: self.other(shapes, &jet)?, ..self.clone() };
         let sides = bound.sides(shapes)?;
-        let [(_, right, _), left] = [&sides[0], sides.last().unwrap_or(&sides[0])];
-        let mut frames = [right.clone(), left.1.clone()];
+        let mut frames = [0, sides.len() - 1].map(|k| sides[k].1.clone());
         // A side that is straight has the plane of the other.
         for (k, other) in [(0, 1), (1, 0)] {
             if frames[k].straight.is_some() && frames[other].straight.is_none() {

@@ -24,8 +24,8 @@ pub(super) struct Jet {
 const RESOLVED: f64 = 1e-6;
 
 impl Jet {
-    /// Both derivatives at `u`, from a side where that is a knot. With `δ₁ = ε Σ|S'_i||P_i|` and `δ₂` the same of `C''`, rounding changes the curvature by about
-    /// `(δ₁|C''|/|C'| + δ₂)/|C'|² + 3κδ₁/|C'|`: beside a cusp that is all there is.
+    /// Both derivatives at `u`, from a side where that is a knot. With `δ₁ = ε Σ|S'_i||P_i|` and `δ₂` the same of `C''`,
+    /// rounding changes the curvature by about `(δ₁|C''|/|C'| + δ₂)/|C'|² + 3κδ₁/|C'|`: beside a cusp that is all there is.
     ///
     /// # Errors
     /// Where `C'` vanishes, or is so small that rounding decides; `name` says what cannot be told there.

@@ -12,7 +12,8 @@ use crate::shape::{Location, Side};
 /// `κ = (C' × C'')·n / |C'|³`, the curvature seen against the unit normal `n`: positive where the curve turns left of its
 /// way, for someone towards whom `n` points. One nonlinear equation with gradient
 /// `[S'_i (C'' × n) + S''_i (n × C')] / |C'|³ - 3 κ S'_i C' / |C'|²`. Bounded at samples it makes a curve convex. Where the
-/// curve (almost) stands still, so that rounding of its control vertices would decide the value, it is refused.
+/// curve (almost) stands still, so that rounding of its control vertices would decide the value, it is refused. At a knot where the
+/// curvature may jump it is that of the side behind the knot.
 ///
 /// Nothing else is kept, unlike with [`curvature`](super::curvature()), beside which position and first derivative stand still.
 #[derive(Debug, Clone, PartialEq)]

@@ -22,8 +22,9 @@ use crate::within::Leash;
 
 /// Corrections of what the search's rounding left of the equations.
 const CORRECTIONS: usize = 4;
-/// Proximal steps, and a gain below which one is the last.
+/// So much of a vertex's own stiffness holds it back where parts move for themselves.
 const DAMPING: f64 = 1e-12;
+/// Proximal steps, and a gain below which one is the last.
 const STEPS: usize = 40;
 const GAIN: f64 = 1e-10;
 

@@ -89,14 +89,11 @@ impl Whole<'_> {
             let mut state = search.run()?;
             // Pieces meet in the corners to the last bit; an end of the whole that a constraint puts elsewhere stays there.
             let end = state.vertices.len() - 3;
-            let [first, second] = [cut.sites[0], cut.sites[points.len() - 1]].map(|u| {
-                let end = position(u).describe();
-                own.iter().all(|constraint| constraint.name() != end)
-            });
-            if kept[0] && first {
+            let elsewhere = [cut.sites[0], cut.sites[points.len() - 1]].map(|u| is_asked(&own, u));
+            if kept[0] && !elsewhere[0] {
                 state.vertices[..3].copy_from_slice(points[0].as_slice());
             }
-            if kept[1] && second {
+            if kept[1] && !elsewhere[1] {
                 state.vertices[end..].copy_from_slice(points[points.len() - 1].as_slice());
             }
             allowance += search.allowance;
@@ -148,10 +145,9 @@ impl Whole<'_> {
         let mut all = own.to_vec();
         let ends = [(sites[0], range.start), (sites[range.len() - 1], range.end - 1)];
         for ((u, k), kept) in ends.into_iter().zip(kept) {
-            let end = position(u);
-            if kept && all.iter().all(|c| c.name() != end.describe()) {
+            if kept && !is_asked(&all, u) {
                 let point = self.frame.leave(self.points[self.index(k)]);
-                all.push(Constraint::new(end, <[f64; 3]>::from(point.coords)));
+                all.push(Constraint::new(position(u), <[f64; 3]>::from(point.coords)));
             }
         }
         all
@@ -358,6 +354,12 @@ impl Whole<'_> {
             curve,
         })
     }
+}
+
+/// Whether constraints ask for the position at a parameter.
+fn is_asked(constraints: &[Constraint], u: f64) -> bool {
+    let place = position(u).describe();
+    constraints.iter().any(|constraint| constraint.name() == place)
 }
 
 /// The points of a piece (those from the number of points on are the first again) and their parameters.

@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::bound::Bound;
+use crate::Point;
 use crate::edit::ask::Constraint;
 use crate::edit::assembly::Assembly;
 use crate::edit::conflict::quoted;
 use crate::functional::Accuracy;
 use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
 use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
-use crate::{Point, Vector};
 
 /// What is known of a system's rows at mouse down, and room to check them at every mouse move.
 #[derive(Debug)]
@@ -136,7 +136,6 @@ impl Check {
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
-        base: &[Point],
         d: &[f64],
     ) -> Option<(usize, Error)> {
         for ((way, d), base) in self.way.iter_mut().zip(d).zip(&self.base) {
@@ -146,7 +145,7 @@ impl Check {
             3 => self.all_hold::<3>(system, right, size),
             _ => self.all_hold::<1>(system, right, size),
         };
-        if all { None } else { self.first_missed(system, senses, (right, size), base, d) }
+        if all { None } else { self.first_missed(system, senses, (right, size), d) }
     }
 
     /// Whether all rows hold as equations, at the least size that there is: mostly they do, and the question is settled.
@@ -169,17 +168,16 @@ impl Check {
         all
     }
 
+    /// The first row that does not hold at the size that the adjustment gives the numbers.
     #[cold]
     fn first_missed(
         &self,
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
-        base: &[Point],
         d: &[f64],
     ) -> Option<(usize, Error)> {
-        let there = base.iter().zip(d.as_chunks::<3>().0).map(|(base, d)| base.coords + Vector::from(*d));
-        let largest = there.fold(0.0_f64, |m, p| m.max(p.amax()));
+        let largest = self.base.iter().zip(d).fold(0.0_f64, |m, (base, d)| m.max((base + d).abs()));
         let wanted = self.cost.iter().zip(right.chunks_exact(system.sides()));
         let asked = wanted.fold(0.0_f64, |m, (cost, b)| b.iter().fold(m, |m, b| m.max(cost * b.abs())));
         let reach = self.reach + asked;

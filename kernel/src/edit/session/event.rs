@@ -79,8 +79,8 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// The constraint that is missed, or the constraints that contradict one another.
     pub(super) fn check_linear(&mut self) -> Result<(), EditError> {
-        let Prepared { check, assembly, rhs, size, base, d, .. } = &mut self.prepared;
-        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), base, d) {
+        let Prepared { check, assembly, rhs, size, d, .. } = &mut self.prepared;
+        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), d) {
             None => Ok(()),
             Some((row, error)) => Err(self.missed(row, error).into()),
         }
@@ -189,9 +189,9 @@ impl<S: Shape> Session<S> {
         }
         let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
         let senses = senses(&bounds.full, &constraints);
-        let Prepared { check, base, .. } = &mut self.prepared;
+        let check = &mut self.prepared.check;
         let right = (&bounds.rhs[..], &bounds.size[..]);
-        match check.missed(&bounds.full.system, |row| senses[row], right, base, &solved.d) {
+        match check.missed(&bounds.full.system, |row| senses[row], right, &solved.d) {
             None => Ok(solved),
             Some((row, error)) => {
                 let constraint = constraints[bounds.full.constraint_of(row)];

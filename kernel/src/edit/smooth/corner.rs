@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use super::joint::Joint;
 use super::net::Net;
-use super::relation::SMOOTH;
 use crate::Vector;
 use crate::functional::{On, Shapes};
 use crate::plugin::Corner;
-use crate::shape::{Derivative, Location, Shape, Side, Sides};
+use crate::shape::{Derivative, Location, SMOOTH, Shape, Side, Sides};
 
 /// A place where both sides of a joint are compared.
 #[derive(Debug, Clone)]

@@ -10,9 +10,9 @@
 use smallvec::SmallVec;
 
 use super::net::Net;
-use super::relation::{SMOOTH, ULPS};
+use super::relation::ULPS;
 use crate::Vector;
-use crate::shape::Stencil;
+use crate::shape::{SMOOTH, Stencil};
 
 /// Vertices that are no farther apart than this part of the size of the row beside them are one.
 const ONE: f64 = 1e-9;

@@ -5,13 +5,9 @@ use smallvec::SmallVec;
 use super::joint::Joint;
 use super::net::Net;
 use crate::Vector;
-use crate::shape::Stencil;
+use crate::shape::{SMOOTH, Stencil};
 use crate::spline::curve::row_in;
 
-/// Unit tangents that differ by no more than this, in radians (0.0006°), are those of a smooth curve: what six decimals of
-/// a text file leave of it. What is kept is the relation as it is, so that a knot that is less smooth than to rounding
-/// becomes no worse and is not moved to be better.
-pub(super) const SMOOTH: f64 = 1e-5;
 /// Ends that are no farther apart than this part of the size of the pieces that end there meet.
 const MEETS: f64 = 1e-6;
 /// A derivative that takes a piece no farther than this part of its size vanishes: it has no direction to keep.

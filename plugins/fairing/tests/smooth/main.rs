@@ -6,6 +6,8 @@
 #[allow(dead_code, reason = "part of it is for other tests")]
 mod book;
 mod curves;
+#[path = "../../../../kernel/tests/smooth/dice.rs"]
+mod dice;
 #[path = "../../../../kernel/tests/smooth/evaluator.rs"]
 mod evaluator;
 #[path = "../../../../kernel/tests/smooth/families.rs"]
@@ -13,6 +15,7 @@ mod families;
 mod surfaces;
 mod told;
 
+use dice::Dice;
 use loftsman_fairing::{Energy, bend, near, stretch, variation};
 
 /// An energy, and what it is made of: weights and orders of derivatives, 0 for nearness.
@@ -24,30 +27,5 @@ fn energy(dice: &mut Dice, degree: usize) -> (Energy, Vec<(f64, usize)>) {
         5 => (stretch() + 2.0 * near(), vec![(1.0, 1), (2.0, 0)]),
         6 if degree > 2 => (variation() + 0.01 * near(), vec![(1.0, 3), (0.01, 0)]),
         _ => (stretch(), vec![(1.0, 1)]),
-    }
-}
-
-/// Numbers that look random and are the same in every run (splitmix64).
-struct Dice(u64);
-
-impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    fn between(&mut self, a: f64, b: f64) -> f64 {
-        a + (b - a) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn vector(&mut self, size: f64) -> loftsman_kernel::Vector {
-        loftsman_kernel::Vector::from_fn(|_, _| self.between(-size, size))
     }
 }
