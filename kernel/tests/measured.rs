@@ -187,6 +187,10 @@ impl Solver for Liar {
         "liar"
     }
 
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        self.factor(system)
+    }
+
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         Ok(Box::new(Lie { inner: HouseholderQr.factor(system)?, by: self.by }))
     }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use smallvec::SmallVec;
 
-use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, condition_of, reduce};
 use super::refine::Refinement;
 use super::system::{SparseRows, System};
@@ -40,7 +39,6 @@ struct FactoredAdjoint {
 struct Core {
     /// The rows that are used, and beside them `adj(F̂)/f̂` (of unit rows).
     rows: UnitRows,
-    whitened: Option<Box<Whitened>>,
     sides: usize,
 }
 
@@ -49,7 +47,7 @@ impl Solver for Adjoint {
         "adjoint"
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let equations = system.rows().len();
         if equations > Self::LIMIT {
             return Err(SolveError::TooLarge {
@@ -59,15 +57,13 @@ impl Solver for Adjoint {
                 better: "sparse",
             });
         }
-        let whitened = system.whitened()?;
         let mut done = Box::new(FactoredAdjoint {
-            core: Core { rows: UnitRows::empty(), whitened: None, sides: system.sides() },
+            core: Core { rows: UnitRows::empty(), sides: system.sides() },
             corrections: 0,
             refinement: None,
             dependencies: Vec::new(),
         });
-        let determinant = done.factor(system, whitened.as_ref().map_or(system.rows(), |w| &w.rows))?;
-        done.core.whitened = whitened;
+        let determinant = done.factor(system)?;
         done.correct(system, determinant)?;
         Ok(done)
     }
@@ -139,7 +135,8 @@ fn determinant_of(a: &[f64], n: usize) -> f64 {
 
 impl FactoredAdjoint {
     /// The determinant of the rows that are kept.
-    fn factor(&mut self, system: &System, rows: &Arc<SparseRows>) -> Result<f64, SolveError> {
+    fn factor(&mut self, system: &System) -> Result<f64, SolveError> {
+        let rows = system.rows();
         if let Some(determinant) = self.core.invert(rows, 0..rows.len() as u32) {
             return Ok(determinant);
         }
@@ -153,7 +150,7 @@ impl FactoredAdjoint {
     #[inline]
     fn correct(&mut self, system: &System, determinant: f64) -> Result<(), SolveError> {
         let core = &mut self.core;
-        if determinant < REFINE || core.whitened.is_some() {
+        if determinant < REFINE {
             let kept: Vec<u32> = core.rows.kept().collect();
             let refinement = Refinement::new(system, kept.into_iter(), |rhs, d| core.solve_into(rhs, d));
             self.refinement = Some(refinement.ok_or_else(|| ill_conditioned(core.condition()))?);
@@ -180,12 +177,9 @@ impl Core {
         (determinant > SUSPECT && determinant.is_finite()).then_some(determinant)
     }
 
-    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+    fn solve_into(&self, rhs: &[f64], d: &mut [f64]) {
         d.fill(0.0);
         self.adjust_all(rhs, d, false);
-        if let Some(whitened) = &mut self.whitened {
-            whitened.finish(d, self.sides);
-        }
     }
 
     #[inline]
@@ -259,9 +253,6 @@ impl Factored for FactoredAdjoint {
         d.fill(0.0);
         for round in 0..=self.corrections {
             core.adjust_all(rhs, d, round > 0);
-        }
-        if let Some(whitened) = &mut core.whitened {
-            whitened.finish(d, core.sides);
         }
     }
 

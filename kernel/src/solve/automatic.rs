@@ -12,6 +12,10 @@ impl Solver for Automatic {
         "automatic"
     }
 
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        self.factor(system)
+    }
+
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let first: &dyn Solver = if system.rows().len() <= 3 { &Adjoint } else { &Sparse };
         match first.factor(system) {

@@ -1,7 +1,6 @@
 //! The solver that sees the system as it is: Householder reflections from the right.
 
-use super::metric::Whitened;
-use super::rank::{Dependency, Diagnosis, Reflections, reduce};
+use super::rank::{Dependency, Diagnosis, Reflections};
 use super::refine::Refinement;
 use super::system::System;
 use super::{DenseLu, Factored, SolveError, Solver};
@@ -21,7 +20,6 @@ struct FactoredQr {
 }
 
 struct Core {
-    whitened: Option<Box<Whitened>>,
     reflections: Reflections,
     sides: usize,
     work: Vec<f64>,
@@ -32,27 +30,14 @@ impl Solver for HouseholderQr {
         "householder-qr"
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        let (whitened, rows) = (system.whitened()?, system.rows());
-        let (reflections, dependencies) = match &whitened {
-            None => {
-                let all = Reflections::new(rows, 0..rows.len(), system.tolerance(), self.name())?;
-                let dependencies = all.dependencies();
-                (all, dependencies)
-            }
-            Some(whitened) => {
-                let (kept, dependencies) = reduce(system, self.name())?;
-                let part = Reflections::new(&whitened.rows, kept.iter().copied(), 0.0, self.name())?;
-                if part.rank() < kept.len() {
-                    return Err(beyond(system, f64::INFINITY));
-                }
-                (part, dependencies)
-            }
-        };
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        let rows = system.rows();
+        let reflections = Reflections::new(rows, 0..rows.len(), system.tolerance(), self.name())?;
+        let dependencies = reflections.dependencies();
         let work = vec![0.0; reflections.scratch()];
-        let mut core = Core { whitened, reflections, sides: system.sides(), work };
+        let mut core = Core { reflections, sides: system.sides(), work };
         let mut refinement = None;
-        if core.whitened.is_some() || core.reflections.weakest() < SUSPECT {
+        if core.reflections.weakest() < SUSPECT {
             let kept = core.reflections.independent().into_iter().map(|row| row as u32);
             refinement = Refinement::new(system, kept, |rhs, d| core.solve_into(rhs, d));
             if refinement.is_none() {
@@ -81,9 +66,6 @@ fn beyond(system: &System, condition: f64) -> SolveError {
 impl Core {
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
         self.reflections.solve_into(rhs, self.sides, d, &mut self.work);
-        if let Some(whitened) = &mut self.whitened {
-            whitened.finish(d, self.sides);
-        }
     }
 }
 

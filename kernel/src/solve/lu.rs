@@ -53,6 +53,10 @@ impl Solver for DenseLu {
         "lu"
     }
 
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        self.factor(system)
+    }
+
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let rows = system.rows();
         let (equations, unknowns) = (rows.len(), rows.width());

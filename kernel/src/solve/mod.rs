@@ -16,6 +16,8 @@
 //! Whether a row that was left out agrees with the others is judged by the answer ([`Dependency::agrees`]); where it does
 //! not, and before that is called a conflict, the system is to be factored [finely](System::finely).
 //!
+//! *Metrics* are taken out before a solver sees the system, in one place ([`Solver::factor`]), unless it can use them as they are.
+//!
 //! *Answers* of every solver are corrected by their own residuals until these are rounding of the terms they are made of. A
 //! solver that cannot reach that refuses the system and names a better one.
 //!
@@ -28,6 +30,7 @@ mod adjoint;
 mod automatic;
 mod envelope;
 mod householder_qr;
+mod in_metric;
 mod lu;
 mod metric;
 mod order;
@@ -58,12 +61,26 @@ pub trait Solver: Send + Sync {
     /// Its name in recipes.
     fn name(&self) -> &str;
 
-    /// Does all the work that does not depend on the right-hand side. Dependent rows are found and left out; the
-    /// answer's [`diagnosis`](Factored::diagnosis) names them.
+    /// Does all the work that does not depend on the right-hand side, for a system whose metric is the identity: its answers
+    /// have the least Euclidean length. Dependent rows are found and left out; the answer's
+    /// [`diagnosis`](Factored::diagnosis) names them.
     ///
     /// # Errors
     /// When the system is too large or too ill-conditioned for this solver; the error names a better one.
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError>;
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError>;
+
+    /// The same for any metric: what callers call. By default the metric is taken out first, so that
+    /// [`factor_minimum_norm`](Self::factor_minimum_norm) sees the identity, and put back into the answers, which are then
+    /// corrected by their residuals in the rows as they were given. A solver that can use a metric as it is overrides it.
+    ///
+    /// # Errors
+    /// As for [`factor_minimum_norm`](Self::factor_minimum_norm); when the metric is not positive definite.
+    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        match system.metric() {
+            SystemMetric::Least => self.factor_minimum_norm(system),
+            _ => in_metric::factor(self.name(), &|plain| self.factor_minimum_norm(plain), system),
+        }
+    }
 
     /// Finds out which inequalities of a quadratic program hold with equality; the least adjustment is then that of the
     /// equations and these, which [`factor`](Self::factor) solves. The default is [`Program::settle`] for more than some
@@ -80,6 +97,10 @@ pub trait Solver: Send + Sync {
 impl Solver for std::sync::Arc<dyn Solver> {
     fn name(&self) -> &str {
         self.as_ref().name()
+    }
+
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        self.as_ref().factor_minimum_norm(system)
     }
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {

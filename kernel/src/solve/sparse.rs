@@ -1,15 +1,12 @@
-//! The solver for many equations: Cholesky of `F W⁻¹ Fᵀ` within its envelope.
+//! The solver for many equations: Cholesky of `F Fᵀ` within its envelope.
 
-use std::sync::Arc;
-
-use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, condition_of, reduce};
 use super::refine::Refinement;
 use super::system::{SparseRows, System};
 use super::unit::{Stuck, UnitRows};
 use super::{Factored, SolveError, Solver};
 
-/// Sparse Cholesky of `F̂ = F W⁻¹ Fᵀ`. Rows that touch nearby vertices are put side by side, so that `F̂` is a band
+/// Sparse Cholesky of `F̂ = F Fᵀ`. Rows that touch nearby vertices are put side by side, so that `F̂` is a band
 /// (or a narrow envelope) and the work is linear in the number of equations; neither preparing nor solving
 /// depends on the number of control vertices. The condition number is squared: where that makes rank doubtful, reflections
 /// decide it; answers are corrected by their own residuals where that matters, and where it is not enough, refused.
@@ -34,7 +31,6 @@ struct FactoredSparse {
 
 struct Core {
     rows: UnitRows,
-    whitened: Option<Box<Whitened>>,
     sides: usize,
 }
 
@@ -43,16 +39,14 @@ impl Solver for Sparse {
         "sparse"
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        let whitened = system.whitened()?;
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let mut done = Box::new(FactoredSparse {
-            core: Core { rows: UnitRows::empty(), whitened: None, sides: system.sides() },
+            core: Core { rows: UnitRows::empty(), sides: system.sides() },
             corrections: 0,
             refinement: None,
             dependencies: Vec::new(),
         });
-        done.factor(system, whitened.as_ref().map_or(system.rows(), |w| &w.rows))?;
-        done.core.whitened = whitened;
+        done.factor(system)?;
         done.correct(system)?;
         Ok(done)
     }
@@ -70,7 +64,8 @@ fn undecided(error: SolveError) -> SolveError {
 }
 
 impl FactoredSparse {
-    fn factor(&mut self, system: &System, rows: &Arc<SparseRows>) -> Result<(), SolveError> {
+    fn factor(&mut self, system: &System) -> Result<(), SolveError> {
+        let rows = system.rows();
         match self.core.rows.factor(rows, 0..rows.len() as u32, system.sides(), SUSPECT) {
             Ok(()) => {}
             Err(Stuck::TooLarge) => return Err(too_large(rows)),
@@ -94,7 +89,7 @@ impl FactoredSparse {
     fn correct(&mut self, system: &System) -> Result<(), SolveError> {
         let weakness = self.core.rows.weakness();
         let core = &mut self.core;
-        if weakness < SUSPECT || core.whitened.is_some() {
+        if weakness < SUSPECT {
             let kept: Vec<u32> = core.rows.kept().collect();
             let refinement = Refinement::new(system, kept.into_iter(), |rhs, d| core.solve_into(rhs, d));
             self.refinement = Some(refinement.ok_or_else(|| ill_conditioned(core.rows.condition()))?);
@@ -109,9 +104,6 @@ impl Core {
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
         d.fill(0.0);
         self.rows.adjust(rhs, self.sides, d, false);
-        if let Some(whitened) = &mut self.whitened {
-            whitened.finish(d, self.sides);
-        }
     }
 }
 
@@ -152,9 +144,6 @@ impl Factored for FactoredSparse {
         d.fill(0.0);
         for round in 0..=self.corrections {
             core.rows.adjust(rhs, core.sides, d, round > 0);
-        }
-        if let Some(whitened) = &mut core.whitened {
-            whitened.finish(d, core.sides);
         }
     }
 

@@ -220,6 +220,11 @@ impl System {
         &self.metric
     }
 
+    /// The same columns with other rows and another metric.
+    pub(super) fn with_rows(&self, rows: Arc<SparseRows>, metric: SystemMetric) -> Self {
+        Self { rows, metric, ..self.clone() }
+    }
+
     /// The same system with only some of its rows, in the given order.
     #[must_use]
     pub fn select(&self, kept: &[usize]) -> Self {

@@ -34,6 +34,10 @@ impl Solver for InteriorPoint {
         "clarabel"
     }
 
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        Automatic.factor_minimum_norm(system)
+    }
+
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         Automatic.factor(system)
     }

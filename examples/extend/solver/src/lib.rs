@@ -1,10 +1,8 @@
 //! A solver of one's own: the textbook formula, with the Cholesky factor that the kernel offers.
 
-use loftsman_kernel::solve::{
-    Diagnosis, EnvelopeCholesky, Factored, SolveError, Solver, System, SystemMetric,
-};
+use loftsman_kernel::solve::{Diagnosis, EnvelopeCholesky, Factored, SolveError, Solver, System};
 
-/// `d = Fᵀ (F Fᵀ)⁻¹ b`, for independent rows and the plain metric; anything else is refused with a better name.
+/// `d = Fᵀ (F Fᵀ)⁻¹ b`, for independent rows; others are refused with a better name. Metrics are taken out before.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Textbook;
 
@@ -16,14 +14,14 @@ impl Solver for Textbook {
         "textbook"
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let rows = system.rows();
         let lengths: Vec<f64> = (0..rows.len()).map(|row| rows.norm(row)).collect();
         let cosine = |i: usize, j: usize| rows.dot(i, j) / lengths[i] / lengths[j];
         let gram = EnvelopeCholesky::factor(vec![0; rows.len()], 1e-8, cosine);
-        match (system.metric(), gram) {
+        match gram {
             // Small pivots are not all that makes rows dependent: the condition says whether the factor means anything.
-            (SystemMetric::Least, Ok(gram)) if gram.condition() < 1e6 => {
+            Ok(gram) if gram.condition() < 1e6 => {
                 Ok(Box::new(FactoredTextbook(system.clone(), lengths, gram)))
             }
             _ => {
