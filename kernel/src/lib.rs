@@ -22,6 +22,7 @@ pub mod named;
 pub mod parallel;
 pub mod placement;
 pub mod plugin;
+pub mod problem;
 pub mod scene;
 pub mod shape;
 pub mod solve;

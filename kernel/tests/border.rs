@@ -201,7 +201,7 @@ fn a_border_row_that_others_imply_is_dropped_and_one_that_cannot_hold_is_named()
     locked = locked.lock(0..12);
     let error = report(locked).unwrap_err();
     assert!(
-        matches!(&error, EditError::Solve(SolveError::Conflict(text)) if text.contains("shoelace")),
+        matches!(&error, EditError::Solve(SolveError::Conflict { text, .. }) if text.contains("shoelace")),
         "{error}"
     );
     let turned = report(Edit::of(ring(12)).ask(Shoelace.to(-3.0))).unwrap_err();

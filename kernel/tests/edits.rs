@@ -1,7 +1,7 @@
 //! Edits against answers that we did not compute: the golden cases, the papers' figures, closed forms.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
-use loftsman_kernel::edit::{Ask, Constraint, Edit, EditError, Metric, Wanted};
+use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Wanted};
 use loftsman_kernel::functional::{curvature, derivative, magnitude, orthogonal, position, tangent, vertex};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SolveError, Solver, Sparse};
@@ -252,6 +252,30 @@ fn conflicts_are_named_and_redundancy_is_dropped() {
     assert!(effort.report().to_string().contains("BEST EFFORT"));
 }
 
+/// One axis of what should stand still, asked for something else, leaves the others still.
+#[test]
+fn an_axis_of_a_companion_lets_go_of_that_axis_only() {
+    let curve = twelve();
+    let u = 4.3;
+    let (at, slope) = (curve.point(u).unwrap(), curve.derivative(u, 1).unwrap());
+    for axis in [Axis::X, Axis::Y, Axis::Z] {
+        // Eight equations, two more than "adjoint" takes.
+        for solver in solvers().into_iter().filter(|solver| solver.name() != "adjoint") {
+            let edited = Edit::new(&curve)
+                .ask(curvature(u).scale(0.5))
+                .ask(position(u).axis(axis).by(0.25))
+                .solve_with(solver)
+                .unwrap();
+            let way = edited.shape().point(u).unwrap() - at;
+            assert!((way - Vector::ith(axis as usize, 0.25)).norm() < 1e-13, "{way}");
+            assert!((edited.shape().derivative(u, 1).unwrap() - slope).norm() < 1e-12);
+            // Two of three axes, told as what they are.
+            let still = |c: &&loftsman_kernel::edit::ConstraintReport| c.name.contains(" of position at 4.3");
+            assert_eq!(edited.report().constraints.iter().filter(still).count(), 3);
+        }
+    }
+}
+
 #[test]
 fn too_few_vertices_suggest_a_knot_that_helps() {
     let curve = twelve();
@@ -264,8 +288,15 @@ fn too_few_vertices_suggest_a_knot_that_helps() {
         }
         edit
     };
-    let message = ask(&curve).solve().unwrap_err().to_string();
+    let error = ask(&curve).solve().unwrap_err();
+    let message = error.to_string();
     assert!(message.contains("insert a knot at 4."), "{message}");
+    let EditError::Solve(SolveError::Conflict { constraints, knot: Some(knot), text }) = error else {
+        panic!("{message}")
+    };
+    assert!(text.contains(&format!("insert a knot at {knot}: ")) && knot > 4.0 && knot < 5.0, "{text}");
+    assert_eq!(constraints.len(), 5);
+    assert!(constraints.iter().all(|name| text.contains(name)), "{constraints:?}");
 }
 
 #[test]
@@ -461,10 +492,7 @@ fn falloff_takes_neighbours_along() {
 #[test]
 fn axes_can_be_narrowed() {
     let curve = twelve();
-    let edited = Edit::new(&curve)
-        .ask(position(4.5).to([0.0, 9.0, 0.0]).axis(loftsman_kernel::edit::Axis::Y))
-        .solve()
-        .unwrap();
+    let edited = Edit::new(&curve).ask(position(4.5).to([0.0, 9.0, 0.0]).axis(Axis::Y)).solve().unwrap();
     let d = edited.shape().point(4.5).unwrap() - curve.point(4.5).unwrap();
     assert!((edited.shape().point(4.5).unwrap().y - 9.0).abs() < 1e-13 && d.x == 0.0 && d.z == 0.0);
 }

@@ -129,7 +129,7 @@ fn places_that_are_ever_nearer_are_met_in_proportion_or_refused() {
                 }
                 Err(EditError::Solve(
                     SolveError::NearConflict { .. }
-                    | SolveError::Conflict(_)
+                    | SolveError::Conflict { .. }
                     | SolveError::Missed { .. }
                     | SolveError::IllConditioned { .. },
                 )) => refused += 1,

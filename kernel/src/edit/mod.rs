@@ -21,23 +21,15 @@
 //! [`Edit`] says what is asked; [`Edit::prepare`] does all the work that can be done once (mouse down) and gives a
 //! [`Session`], whose events (mouse moves) cost what the constraints touch, whatever the size of the shape.
 
-mod ask;
-mod assembly;
-mod conflict;
-mod error;
-mod knots;
+mod builder;
 mod locality;
-mod metric;
-mod problem;
 mod report;
 mod session;
-mod smooth;
 
-pub use ask::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
-pub use error::EditError;
-pub use locality::{Locality, localise, localities, pick};
-pub use metric::Metric;
-pub use problem::Edit;
-pub use report::{ConstraintReport, Convergence, Corner, Report, Smoothness};
-pub use session::{ConstraintId, Edited, Session};
-pub use smooth::SmoothKnot;
+pub use self::builder::Edit;
+pub use self::locality::{Locality, localise, localities, pick};
+pub use self::report::{ConstraintReport, Convergence, Corner, Report, Smoothness};
+pub use self::session::{Edited, Session};
+pub use crate::problem::{
+    Ask, Axis, AxisOf, Constraint, ConstraintId, EditError, Metric, SmoothKnot, Value, Wanted,
+};

@@ -1,7 +1,9 @@
 //! The derivative vectors of a shape.
 
 use super::position::{AT, OBJECT};
-use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, magnitude, tangent};
+use super::{
+    DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals, magnitude, tangent,
+};
 use crate::error::Result;
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
@@ -53,11 +55,15 @@ impl Functional for DerivativeAt {
     fn supersedes(&self, companion: &dyn Functional) -> bool {
         match self.at {
             Location::Curve(u) if self.order == 1.into() => {
-                let (on, name) = (|| self.on.clone(), companion.describe());
-                name == tangent(u).on(on()).describe() || name == magnitude(u).on(on()).describe()
+                let on = || self.on.clone();
+                tangent(u).on(on()).same_as(companion) || magnitude(u).on(on()).same_as(companion)
             }
             _ => false,
         }
+    }
+
+    fn same_as(&self, other: &dyn Functional) -> bool {
+        equals(self, other)
     }
 
     fn is_vector(&self) -> bool {

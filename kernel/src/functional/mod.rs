@@ -135,16 +135,23 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// What it is, for people and reports: `position at 0.25`.
     fn describe(&self) -> String;
 
-    /// Functionals that should stand still beside this one; each is kept unless the edit asks for the same thing (equal
-    /// [`describe`](Self::describe)) itself, or for something that [supersedes](Self::supersedes) it. Where this one means
-    /// something else then, [`beside`](Self::beside) says what to ask. None by default.
+    /// Whether another functional is of the same thing: asking for it leaves no say to this one. By default one of the same type
+    /// and name ([`describe`](Self::describe)).
+    fn same_as(&self, other: &dyn Functional) -> bool {
+        self.type_id() == other.type_id() && self.describe() == other.describe()
+    }
+
+    /// Functionals that should stand still beside this one; each is kept unless the edit asks for the
+    /// [same thing](Self::same_as) itself (of a vector of which only some axes are asked, the others are kept), or for something
+    /// that [supersedes](Self::supersedes) it. Where this one means something else then, [`beside`](Self::beside) says what to
+    /// ask. None by default.
     fn companions(&self) -> Vec<Arc<dyn Functional>> {
         Vec::new()
     }
 
     /// Whether a companion of another functional is not to be kept because this one changes what it holds: the length of a
-    /// tangent cannot be scaled while the first derivative stands still. Only asked where this one is to change. A companion
-    /// of the same [`describe`](Self::describe) always gives way.
+    /// tangent cannot be scaled while the first derivative stands still. Only asked where this one is to change. The
+    /// [same thing](Self::same_as) always gives way.
     fn supersedes(&self, companion: &dyn Functional) -> bool {
         let _ = companion;
         false
@@ -229,6 +236,12 @@ pub trait Functional: Any + Debug + Send + Sync {
     fn is_vector(&self) -> bool {
         false
     }
+}
+
+/// Whether a functional equals one whose type is known.
+fn equals<F: Functional + PartialEq>(one: &F, other: &dyn Functional) -> bool {
+    let any: &dyn Any = other;
+    any.downcast_ref::<F>() == Some(one)
 }
 
 /// Resolves names of objects in a recipe to shapes of the problem.

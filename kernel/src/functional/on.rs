@@ -7,8 +7,9 @@ use super::ShapeNames;
 use crate::plugin::{ParameterError, Parameters};
 use crate::shape::Location;
 
-/// A shape of a problem: its number, and its name where it has one. The default is the first shape.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// A shape of a problem: its number, and its name where it has one. The default is the first shape. Two are equal that have the
+/// same number: names are for messages.
+#[derive(Debug, Clone, Eq, Default)]
 pub struct On {
     /// The number of the shape.
     pub shape: usize,
@@ -31,6 +32,12 @@ impl On {
         let name = parameters.text("object")?;
         let shape = names.shape(name).map_err(|e| parameters.error("object", e.to_string()))?;
         Ok(Self { shape, name: Some(name.into()) })
+    }
+}
+
+impl PartialEq for On {
+    fn eq(&self, other: &Self) -> bool {
+        self.shape == other.shape
     }
 }
 

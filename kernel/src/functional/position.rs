@@ -1,6 +1,6 @@
 //! Where a shape passes.
 
-use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals};
 use crate::error::Result;
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
@@ -43,6 +43,10 @@ impl Functional for Position {
 
     fn describe(&self) -> String {
         format!("position at {}{}", self.at, self.on)
+    }
+
+    fn same_as(&self, other: &dyn Functional) -> bool {
+        equals(self, other)
     }
 
     fn is_vector(&self) -> bool {

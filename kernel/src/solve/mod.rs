@@ -214,8 +214,15 @@ pub enum SolveError {
         times: f64,
     },
     /// Constraints that cannot all hold; the text names them and says what could be done.
-    #[error("{0}")]
-    Conflict(String),
+    #[error("{text}")]
+    Conflict {
+        /// The constraints of the contradiction, as people know them, none of which could be spared.
+        constraints: Vec<String>,
+        /// A knot that would resolve it, where one that was tried does.
+        knot: Option<f64>,
+        /// All of it in words.
+        text: String,
+    },
     /// The constraints need something that the solver does not do.
     #[error("{0}")]
     Unsupported(String),

@@ -318,7 +318,7 @@ fn locked_surfaces() {
         let (na, nb) = (pair.a.points().len() as i64, pair.b.points().len() as i64);
         let locked = pair.edit().ask(pair.join().hold()).lock(0..na).lock_on(1, 0..nb);
         match locked.solve_with(Automatic) {
-            Err(EditError::Solve(SolveError::Conflict(text))) => {
+            Err(EditError::Solve(SolveError::Conflict { text, .. })) => {
                 assert!(text.contains("join"), "{seed}: {text}");
                 conflicts += 1;
             }

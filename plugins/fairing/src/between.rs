@@ -37,7 +37,7 @@ const MOTIONS: usize = 20_000_000;
 pub(crate) struct Between<'a, S> {
     pub(crate) problem: &'a Problem<'a, S>,
     /// The equations alone.
-    pub(crate) plain: &'a Stage<S>,
+    pub(crate) plain: &'a Stage,
     pub(crate) bounds: &'a [Bound],
     /// Everything, as it was asked.
     pub(crate) asked: &'a [Constraint],
@@ -117,7 +117,7 @@ impl<S: Shape + Clone> Between<'_, S> {
                 let search = Search { steps, gap: (energy - now).max(0.0) / now.max(f64::MIN_POSITIVE) };
                 let pushes = multipliers[first..].to_vec();
                 let multipliers = self.plain.multipliers(&multipliers[..first]);
-                let ways = problem.idle(self.plain.session.system()).ways();
+                let ways = problem.idle(self.plain.system()).ways();
                 let least = Least { x: found.x, search, ways, multipliers };
                 return Ok(Answer { least, pushes });
             }
@@ -176,7 +176,7 @@ impl<S: Shape + Clone> Between<'_, S> {
         let Ok(stage) = problem.stage(self.equations.iter().cloned().chain(reached).collect()) else {
             return answer;
         };
-        let idle = problem.idle(stage.session.system());
+        let idle = problem.idle(stage.system());
         answer.least.ways = idle.ways();
         if idle.ways() == 0 || idle.ways() * 3 * problem.rest.len() > MOTIONS {
             return answer;

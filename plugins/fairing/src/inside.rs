@@ -21,17 +21,17 @@ impl<S: Shape + Clone> Problem<'_, S> {
     pub(crate) fn inside(
         &self,
         leash: &Leash<'_>,
-        stage: &Stage<S>,
+        stage: &Stage,
         bounds: &[Bound],
     ) -> Result<Vec<Vector>, EditError> {
         let mut rows = self.rows(stage);
         // Which constraint each row is of: entries of equations are told by their constraints, bounds follow.
         let mut owner = vec![0; rows.len()];
         let entries: Vec<f64> = (0..rows.len()).map(|at| at as f64).collect();
-        let smooth = stage.session.account_smooth(&[], &entries);
+        let smooth = stage.account_smooth(&entries);
         let ours = ..smooth.len();
         let mut names = Vec::new();
-        for told in smooth.into_iter().chain(stage.session.account(&[], &entries)) {
+        for told in smooth.into_iter().chain(stage.account(&[], &entries)) {
             told.multipliers.iter().for_each(|at| owner[*at as usize] = names.len());
             names.push(told.name);
         }

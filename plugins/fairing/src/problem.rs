@@ -3,9 +3,11 @@
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Constraint, EditError, Report, Session, SmoothKnot};
+use loftsman_kernel::edit::{Constraint, EditError, SmoothKnot};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::plugin::ConstraintReport;
+use loftsman_kernel::problem::{self, Solution};
 use loftsman_kernel::shape::{Shape, vertex_index};
 use loftsman_kernel::solve::{SolveError, Solver, System};
 use loftsman_kernel::{Point, Vector};
@@ -43,19 +45,42 @@ pub(crate) struct Problem<'a, S> {
     motions: OnceCell<Motions>,
 }
 
-/// Equations prepared, and the nearest shape that meets them.
-pub(crate) struct Stage<S> {
-    pub(crate) session: Session<S>,
+/// Equations, and the nearest shape that meets them.
+pub(crate) struct Stage {
+    asked: problem::Problem,
+    nearest: Solution,
     pub(crate) x: Vec<Vector>,
-    told: Report,
     /// What the shape as it was misses of each.
     missing: Vec<f64>,
 }
 
-impl<S: Shape> Stage<S> {
+impl Stage {
+    /// The equations' rows.
+    pub(crate) fn system(&self) -> &System {
+        self.nearest.assembly().system()
+    }
+
+    /// Each constraint with its part of the numbers that there are for all equations.
+    pub(crate) fn account(&self, misfit: &[f64], numbers: &[f64]) -> Vec<ConstraintReport> {
+        self.asked.account(self.nearest.assembly(), misfit, numbers)
+    }
+
+    /// The same for what is kept smooth.
+    pub(crate) fn account_smooth(&self, numbers: &[f64]) -> Vec<ConstraintReport> {
+        self.asked.account_smooth(self.nearest.assembly(), &[], numbers)
+    }
+
     /// The multipliers of each constraint, of those of all equations.
     pub(crate) fn multipliers(&self, all: &[f64]) -> Vec<Vec<f64>> {
-        self.session.account(&[], all).into_iter().map(|told| told.multipliers).collect()
+        self.account(&[], all).into_iter().map(|told| told.multipliers).collect()
+    }
+
+    fn misfit(&self, shapes: &Shapes<'_>) -> Result<Vec<f64>, Error> {
+        self.asked.misfit(self.nearest.assembly(), shapes)
+    }
+
+    fn verify(&self, shapes: &Shapes<'_>, solver: &str) -> Result<(), EditError> {
+        self.asked.verify(self.nearest.assembly(), shapes, solver)
     }
 }
 
@@ -118,23 +143,26 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         Shapes::new(std::iter::once(shape as &dyn Shape).chain(others))
     }
 
-    /// Prepares equations. What conflicts is named here; the nearest shape that meets them is where the search starts.
-    pub(crate) fn stage(&self, constraints: Vec<Constraint>) -> Result<Stage<S>, EditError> {
-        let mut session = self.fair.edit(constraints).prepare(Arc::clone(&self.solver))?;
-        if let Some(functional) = session.nonlinear() {
+    /// Binds equations. What conflicts is named here; the nearest shape that meets them is where the search starts.
+    pub(crate) fn stage(&self, constraints: Vec<Constraint>) -> Result<Stage, EditError> {
+        let asked = self.fair.edit(constraints).problem()?;
+        if let Some(functional) = asked.nonlinear() {
             return Err(not_linear(&functional.describe()).into());
         }
-        let shapes = self.among(&self.fair.shape);
-        let missing = session.misfit(&shapes)?;
-        session.apply()?;
-        let x = session.shape().control_vertices().iter().map(|p| p - self.origin).collect();
-        let told = session.report();
-        Ok(Stage { session, x, told, missing })
+        let nearest = asked.solve(&self.solver)?;
+        let missing = asked.misfit(nearest.assembly(), &asked.shapes())?;
+        let mut x = self.rest.clone();
+        for (vertex, way) in nearest.adjustments() {
+            if let Some(x) = x.get_mut(vertex) {
+                *x += way;
+            }
+        }
+        Ok(Stage { asked, nearest, x, missing })
     }
 
     /// The equations one by one, over coordinates.
-    pub(crate) fn rows(&self, stage: &Stage<S>) -> Vec<Row> {
-        let system = stage.session.system();
+    pub(crate) fn rows(&self, stage: &Stage) -> Vec<Row> {
+        let system = stage.system();
         let (rows, sides) = (system.rows(), system.sides());
         let mut all = Vec::with_capacity(rows.len() * sides);
         for row in 0..rows.len() {
@@ -165,12 +193,12 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     /// When the energy cannot be factored, the search does not arrive, or no shape is within the distance.
     pub(crate) fn least(
         &self,
-        stage: &Stage<S>,
+        stage: &Stage,
         mut x: Vec<Vector>,
         within: Option<f64>,
     ) -> Result<Least, EditError> {
         let leash = within.map(|radius| Leash::new(&self.rest, radius, &self.free)).transpose()?;
-        let system = stage.session.system();
+        let system = stage.system();
         let idle = self.idle(system);
         let ways = idle.ways();
         let mut projection = Projection::new(system, self.solver.factor(system)?, idle);
@@ -266,15 +294,15 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     /// Takes away what a shape misses of the equations.
     pub(crate) fn correct(
         &self,
-        stage: &Stage<S>,
+        stage: &Stage,
         projection: &mut Projection<'_>,
         x: &mut [Vector],
     ) -> Result<(), EditError> {
-        let system = stage.session.system();
+        let system = stage.system();
         let mut before = f64::INFINITY;
         for _ in 0..CORRECTIONS {
             finite(x)?;
-            let missing = stage.session.misfit(&self.among(&self.shape(x)))?;
+            let missing = stage.misfit(&self.among(&self.shape(x)))?;
             let each = missing.chunks_exact(system.sides()).enumerate().map(|(row, missing)| {
                 let all: f64 = system.rows().row(row).1.iter().map(|c| c.abs()).sum();
                 let most = missing.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
@@ -297,7 +325,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     /// When something does not hold to rounding, or the energy is more than it was though the shape met everything.
     pub(crate) fn hand_out(
         &self,
-        stage: &Stage<S>,
+        stage: &Stage,
         least: &Least,
         bounds: &[Bound],
         pushes: &[f64],
@@ -306,12 +334,12 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         finite(x)?;
         let shape = self.shape(x);
         let shapes = self.among(&shape);
-        let missing = stage.session.misfit(&shapes)?;
+        let missing = stage.misfit(&shapes)?;
         let solver = self.solver.name();
-        stage.session.verify(&shapes, solver)?;
+        stage.verify(&shapes, solver)?;
         let old = self.among(&self.fair.shape);
-        let mut feasible = stage.session.verify(&old, solver).is_ok();
-        let mut constraints = stage.session.account(&missing, &[]);
+        let mut feasible = stage.verify(&old, solver).is_ok();
+        let mut constraints = stage.account(&missing, &[]);
         for (told, multipliers) in constraints.iter_mut().zip(&least.multipliers) {
             told.multipliers.clone_from(multipliers);
         }
@@ -341,22 +369,22 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             ))
             .into());
         }
-        let smooth = stage.session.smoothness(&shapes);
-        let kept: Vec<SmoothKnot> = stage.session.smooth_knots().collect();
+        let smooth = stage.asked.smoothness(&shapes);
+        let kept: Vec<SmoothKnot> = stage.asked.smooth_knots().collect();
         let mut notes = notes(&self.fair.shape, &self.squares, least.ways, &kept);
         notes.extend(smooth.notes());
         let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
-        let told = &stage.told;
+        let nearest = &stage.nearest;
         let report = FairReport {
             energy: self.fair.energy.to_string(),
             energy_before,
             energy_after,
-            solver: told.solver.clone(),
-            equations: told.equations,
-            rank: told.rank,
-            redundant: told.redundant.clone(),
+            solver: nearest.solver().to_owned(),
+            equations: nearest.equations(),
+            rank: nearest.rank(),
+            redundant: nearest.redundant().to_vec(),
             residual,
-            condition: told.condition,
+            condition: nearest.condition(),
             adjustment: moved().fold(0.0, f64::hypot),
             farthest: moved().fold(0.0, f64::max),
             iterations: search.steps,

@@ -1,19 +1,18 @@
 //! What solving gave, told.
 
 use std::any::Any;
-use std::collections::BTreeMap;
 
-use super::bound::Bound;
-use super::check::missed_by;
-use super::event::overflow;
-use super::{Session, view};
-use crate::edit::EditError;
-use crate::edit::assembly::Slot;
-use crate::edit::report::{ConstraintReport, Report};
-use crate::edit::smooth::is_ours;
+use super::Session;
+use crate::edit::report::{ConstraintReport, Report, Smoothness};
 use crate::error::Result;
 use crate::functional::{Accuracy, Shapes};
-use crate::measure::{Measured, measure};
+use crate::measure::Measured;
+use crate::problem::EditError;
+use crate::problem::assembly::Slot;
+use crate::problem::bound::Bound;
+use crate::problem::judge::reach;
+use crate::problem::solution::{overflow, redundant};
+use crate::problem::view;
 use crate::shape::Shape;
 use crate::solve::Dependency;
 
@@ -21,56 +20,31 @@ impl<S: Shape> Session<S> {
     /// What solving gave: residuals (measured afresh on the shapes as they are), rank, condition, multipliers. Not free: not
     /// for every event.
     pub fn report(&self) -> Report {
-        self.account_for(&self.measured(&view(&self.shapes)))
+        self.account_for(&self.measured())
     }
 
     /// The same, once it is sure that what was solved for holds.
     pub(super) fn judged(&self) -> Result<Report, EditError> {
-        let measured = self.measured(&view(&self.shapes));
+        let measured = self.measured();
         let report = self.account_for(&measured);
         if !report.adjustment.is_finite() {
             return Err(overflow());
         }
         if self.solved && !report.best_effort {
-            self.judge(&report.solver, &measured)?;
+            self.problem.judge(&report.solver, &measured)?;
         }
         Ok(report)
     }
 
-    /// What each constraint misses on shapes of the same kinds as the session's.
-    pub(super) fn measured(&self, shapes: &Shapes<'_>) -> Vec<Result<Measured>> {
+    /// What each constraint misses on the shapes as they are.
+    fn measured(&self) -> Vec<Result<Measured>> {
         let start = self.start.iter().fold(0.0_f64, |m, (_, _, p)| p.coords.amax().max(m));
-        let sides = self.prepared.assembly.system.sides();
-        let right =
-            self.prepared.rhs.chunks_exact(sides).map(|b| b.iter().fold(0.0_f64, |m, b| m.max(b.abs())));
-        let rows = self.prepared.assembly.system.rows();
-        // The longest way that one of the linear equations asks for by itself.
-        let asked = right.enumerate().filter(|(_, b)| *b > 0.0).map(|(row, b)| b / rows.norm(row));
-        let reach = start + asked.filter(|way| way.is_finite()).fold(0.0, f64::max);
-        let look = |bound: &Bound| {
-            let Bound { constraint, target, .. } = bound;
-            let asks = |equation| constraint.asks(equation);
-            measure(shapes, constraint.functional.as_ref(), constraint.sense(), target, &asks, reach)
-        };
-        self.bound.iter().map(look).collect()
-    }
-
-    /// Whether what was measured is allowed.
-    pub(super) fn judge(&self, solver: &str, measured: &[Result<Measured>]) -> Result<(), EditError> {
-        for (bound, measured) in self.bound.iter().zip(measured) {
-            match measured {
-                Err(error) => return Err(error.clone().into()),
-                Ok(measured) if measured.holds() => {}
-                Ok(measured) => {
-                    return Err(missed_by(solver, &bound.constraint, measured.verdict()).into());
-                }
-            }
-        }
-        Ok(())
+        let reach = reach(&self.prepared.assembly, &self.prepared.rhs, start);
+        self.problem.measured(&view(&self.problem.shapes), reach)
     }
 
     fn account_for(&self, measured: &[Result<Measured>]) -> Report {
-        let shapes = view(&self.shapes);
+        let shapes = view(&self.problem.shapes);
         let prepared = &self.prepared;
         let diagnosis = prepared.factored.diagnosis();
         let sides = prepared.assembly.system.sides();
@@ -89,37 +63,25 @@ impl<S: Shape> Session<S> {
         let agrees = |dependency: &&Dependency| {
             dependency.agrees(&prepared.assembly.system, &prepared.rhs, &prepared.size, &prepared.d)
         };
-        let (redundant, against): (Vec<&Dependency>, Vec<&Dependency>) =
-            diagnosis.dependencies.iter().partition(|d| !self.best_effort || agrees(d));
+        let (implied, against): (Vec<&Dependency>, Vec<&Dependency>) =
+            diagnosis.dependencies.iter().partition(|d| !self.problem.best_effort || agrees(d));
         report.best_effort = !against.is_empty();
-        let mut lost: BTreeMap<usize, usize> = BTreeMap::new();
-        for dependency in redundant {
-            *lost.entry(prepared.assembly.constraint_of(dependency.row)).or_default() += 1;
-        }
-        let mut smooth = 0;
-        for (k, lost) in lost {
-            if is_ours(&self.bound[k].constraint) {
-                smooth += lost * sides;
-                continue;
-            }
-            let rows = prepared.assembly.slots(k).len() / sides;
-            let name = self.bound[k].constraint.describe();
-            report.redundant.push(if lost < rows { format!("{name} ({lost} of {rows} rows)") } else { name });
-        }
+        let (names, smooth) = redundant(&self.problem.bound, &prepared.assembly, &mut implied.into_iter());
+        report.redundant = names;
         for (row, bounds) in prepared.bounds.iter().flat_map(|b| b.active.iter().map(move |row| (*row, b))) {
-            let name = self.bound[bounds.full.constraint_of(row)].constraint.label();
+            let name = self.problem.bound[bounds.full.constraint_of(row)].constraint.label();
             if !report.active.contains(&name) {
                 report.active.push(name);
             }
         }
         let mut adjustment = 0.0_f64;
         for &(shape, vertex, before) in &self.start {
-            let now = self.shapes[shape as usize].control_vertices()[vertex as usize];
+            let now = self.problem.shapes[shape as usize].control_vertices()[vertex as usize];
             // Step by step, since squares overflow far below where lengths do.
             adjustment = (now - before).iter().fold(adjustment, |length, d| length.hypot(*d));
         }
         report.adjustment = adjustment;
-        for (bound, measured) in self.bound.iter().zip(measured) {
+        for (bound, measured) in self.problem.bound.iter().zip(measured) {
             let nan = Measured { error: f64::NAN, ..Measured::default() };
             let measured = measured.as_ref().unwrap_or(&nan);
             // Not `max`, which would pass over NaN.
@@ -137,14 +99,17 @@ impl<S: Shape> Session<S> {
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }
-        self.tell_smoothness(&mut report, smooth);
-        for bound in &self.bound {
+        // What is kept smooth comes last, in the account of the constraints too: it is told apart from what was asked.
+        report.smooth = Smoothness { redundant: smooth, ..self.problem.smoothness(&shapes) };
+        report.constraints.truncate(report.constraints.len().saturating_sub(report.smooth.knots));
+        report.notes.extend(report.smooth.notes());
+        for bound in &self.problem.bound {
             if let Some(note) = reversed(&shapes, bound) {
                 report.notes.push(note);
             }
             report.notes.extend(bound.constraint.functional.notes());
         }
-        for (bound, measured) in self.bound.iter().zip(measured) {
+        for (bound, measured) in self.problem.bound.iter().zip(measured) {
             let between = measured.as_ref().ok().and_then(|measured| measured.between);
             if let (Some(between), Accuracy::Within(tolerance)) =
                 (between, bound.constraint.functional.accuracy())

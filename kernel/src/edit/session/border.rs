@@ -6,11 +6,11 @@
 //! `S μ = …` with the small matrix `S = G Q`. So an event redoes only the rows that change: `O(n)` for each that touches
 //! all vertices, whatever the linear constraints are.
 
-use super::bound::Bound;
 use crate::Point;
-use crate::edit::assembly::Assembly;
 use crate::error::Result;
 use crate::functional::{Equation, Linearity, Shapes, Store, linearize_of};
+use crate::problem::assembly::Assembly;
+use crate::problem::bound::Bound;
 use crate::solve::{Factored, InverseMetric, SolveError};
 
 /// The most equations that a border may have; more are solved as one system.

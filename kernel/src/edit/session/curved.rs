@@ -1,11 +1,12 @@
 //! An event with constraints that are not linear, beside linear ones that are factored once: Newton's iteration for the
 //! least adjustment with all axes together, or one axis an event (paper 2).
 
-use super::bound::right_hand_side;
-use super::{Session, view};
-use crate::edit::EditError;
-use crate::edit::conflict::quoted;
+use super::Session;
 use crate::error::Error;
+use crate::problem::EditError;
+use crate::problem::bound::right_hand_side;
+use crate::problem::conflict::quoted;
+use crate::problem::view;
 use crate::shape::Shape;
 use crate::solve::SolveError;
 
@@ -49,7 +50,7 @@ impl<S: Shape> Session<S> {
         self.solve_linear()?;
         let Some(border) = &mut self.prepared.border else { return Ok(()) };
         border.linear.copy_from_slice(&self.prepared.d);
-        border.step_from_base(&self.bound, &mut self.prepared.d);
+        border.step_from_base(&self.problem.bound, &mut self.prepared.d);
         self.check_finite()?;
         self.descend(STILL)?;
         self.check_linear()?;
@@ -92,15 +93,15 @@ impl<S: Shape> Session<S> {
             self.place();
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
-            border.evaluate(&view(&self.shapes), &self.bound)?;
-            let (error, worst) = border.error(&self.bound);
+            border.evaluate(&view(&self.problem.shapes), &self.problem.bound)?;
+            let (error, worst) = border.error(&self.problem.bound);
             // Below 1e-12 there may be no more to gain than rounding; each row for itself, as one may never do better.
             let stalled = error >= 0.5 * missed;
-            let rounding = |row| border.is_rounding(&self.bound, row, &prepared.base, &prepared.d);
+            let rounding = |row| border.is_rounding(&self.problem.bound, row, &prepared.base, &prepared.d);
             let met = error <= MET
                 || stalled
                     && (0..border.rows.len())
-                        .all(|row| border.error_of(&self.bound, row) <= MET || rounding(row));
+                        .all(|row| border.error_of(&self.problem.bound, row) <= MET || rounding(row));
             match border.project(&prepared.assembly, prepared.factored.as_mut()) {
                 Ok(true) => {}
                 Ok(false) => return Err(self.vanished(worst).into()),
@@ -108,7 +109,7 @@ impl<S: Shape> Session<S> {
             }
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
-            let step = border.step_from_here(&self.bound, share, &prepared.d);
+            let step = border.step_from_here(&self.problem.bound, share, &prepared.d);
             let floor = 4.0 * f64::EPSILON * border.reach;
             let rests = step.change <= STILL * step.whole && step.change >= changed;
             if met && (rests || step.change <= (still * step.whole).max(floor)) {
@@ -151,9 +152,9 @@ impl<S: Shape> Session<S> {
             };
             let mut sound = false;
             for candidate in candidates {
-                border.evaluate(&view(&self.shapes), &self.bound)?;
+                border.evaluate(&view(&self.problem.shapes), &self.problem.bound)?;
                 let error;
-                (error, worst) = border.error(&self.bound);
+                (error, worst) = border.error(&self.problem.bound);
                 if error <= MET && iteration > 1 {
                     prepared.iterations = iteration - 1;
                     self.check_linear()?;
@@ -173,7 +174,7 @@ impl<S: Shape> Session<S> {
             if !sound {
                 return Err(self.vanished(worst).into());
             }
-            border.restore(&self.bound, &mut prepared.d);
+            border.restore(&self.problem.bound, &mut prepared.d);
             if iteration == ITERATIONS {
                 return Err(self.not_converged(worst).into());
             }
@@ -191,9 +192,15 @@ impl<S: Shape> Session<S> {
         if let Some(border) = &mut prepared.border {
             border.before.fill(0.0);
         }
-        let shapes = view(&self.shapes);
-        right_hand_side(&shapes, &self.bound, &prepared.assembly, &mut prepared.rhs, &mut prepared.size)?;
-        prepared.meet(&self.bound, None, &[]);
+        let shapes = view(&self.problem.shapes);
+        right_hand_side(
+            &shapes,
+            &self.problem.bound,
+            &prepared.assembly,
+            &mut prepared.rhs,
+            &mut prepared.size,
+        )?;
+        prepared.meet(&self.problem.bound, None);
         match prepared.disagreement() {
             None => Ok(()),
             Some(at) => {
@@ -206,10 +213,11 @@ impl<S: Shape> Session<S> {
     fn vanished(&self, row: usize) -> SolveError {
         let name = quoted(&self.border_name(row));
         let how = if self.alternating.is_some() { " by moving vertices along one axis" } else { "" };
-        SolveError::Conflict(format!(
+        let text = format!(
             "{name} cannot be met{how}: where the shape has come to, what could change it is all held by the other \
              constraints (or nothing can); release one of them, or ask for less at once"
-        ))
+        );
+        SolveError::Conflict { constraints: vec![self.border_name(row)], knot: None, text }
     }
 
     fn overflow(&self, row: usize) -> EditError {
@@ -220,13 +228,13 @@ impl<S: Shape> Session<S> {
     fn not_converged(&self, row: usize) -> SolveError {
         let residual = self.prepared.border.as_ref().map_or(0.0, |border| {
             let (k, e) = border.rows[row];
-            (self.bound[k].target[e] - border.here.value[row]).abs()
+            (self.problem.bound[k].target[e] - border.here.value[row]).abs()
         });
         SolveError::NotConverged { iterations: ITERATIONS, residual, worst: quoted(&self.border_name(row)) }
     }
 
     fn border_name(&self, row: usize) -> String {
         let row = self.prepared.border.as_ref().and_then(|border| border.rows.get(row));
-        row.map_or_else(String::new, |&(k, _)| self.bound[k].constraint.describe())
+        row.map_or_else(String::new, |&(k, _)| self.problem.bound[k].constraint.describe())
     }
 }

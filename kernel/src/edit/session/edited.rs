@@ -3,10 +3,11 @@
 use std::any::Any;
 use std::marker::PhantomData;
 
-use super::{put, view};
+use super::put;
 use crate::Point;
 use crate::edit::report::Report;
 use crate::error::Result;
+use crate::problem::view;
 use crate::shape::Shape;
 
 /// A finished edit: the new shapes, the report and the way back.

@@ -1,15 +1,15 @@
 //! One event: new targets, new vertices.
 
 use super::Session;
-use super::check::{excess, missed_by, near_conflict};
-use super::effort::soften;
 use super::prepared::{Prepared, prepare};
-use super::program::{Bounds, Solved, senses};
-use crate::edit::EditError;
-use crate::edit::ask::Constraint;
-use crate::edit::conflict::{explain, involved};
-use crate::error::Error as Geometry;
 use crate::measure::Error;
+use crate::problem::EditError;
+use crate::problem::check::{excess, missed_by, near_conflict};
+use crate::problem::conflict::{explain, involved};
+use crate::problem::constraint::Constraint;
+use crate::problem::effort::soften;
+use crate::problem::program::{Bounds, Solved, senses};
+use crate::problem::solution::overflow;
 use crate::shape::Shape;
 use crate::solve::{HouseholderQr, Sense, SolveError, Solver, System};
 
@@ -42,9 +42,9 @@ impl<S: Shape> Session<S> {
     pub(super) fn solve_linear(&mut self) -> Result<bool, EditError> {
         let prepared = &mut self.prepared;
         std::mem::swap(&mut prepared.d, &mut prepared.other);
-        prepared.meet(&self.bound, self.handle, &self.handle_start);
+        prepared.meet(&self.problem.bound, self.handle.as_ref());
         if let Some(at) = prepared.disagreement() {
-            if self.best_effort {
+            if self.problem.best_effort {
                 let softened = soften(&prepared.assembly, &prepared.dependencies, &prepared.rhs);
                 prepared.factored.solve_into(&softened, &mut prepared.d);
                 self.check_finite()?;
@@ -64,11 +64,11 @@ impl<S: Shape> Session<S> {
     /// Whether the adjustment is in proportion to what is asked.
     fn check_proportion(&mut self) -> Result<(), EditError> {
         let Prepared { check, assembly, factored, rhs, size, d, .. } = &mut self.prepared;
-        let slots = self.handle.map(|handle| assembly.slots(handle)).unwrap_or_default();
+        let slots = self.handle.as_ref().map(|handle| assembly.slots(handle.at)).unwrap_or_default();
         let entries = slots.iter().map(|slot| assembly.entry(slot));
         match check.excess(assembly.system.sides(), (rhs, size), d, entries) {
-            Some(excess) if !self.forced => {
-                Err(near_conflict(&self.bound, assembly, factored.as_mut(), rhs, excess).into())
+            Some(excess) if !self.problem.forced => {
+                Err(near_conflict(&self.problem.bound, assembly, factored.as_mut(), rhs, excess).into())
             }
             _ => Ok(()),
         }
@@ -90,14 +90,14 @@ impl<S: Shape> Session<S> {
     #[cold]
     fn missed(&self, row: usize, error: Error) -> SolveError {
         let Prepared { assembly, rhs, size, factored, .. } = &self.prepared;
-        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
+        let constraints: Vec<&Constraint> = self.problem.constraints().collect();
         if let Ok(mut second) = HouseholderQr.factor(&assembly.system) {
             let dependencies = second.diagnosis().dependencies;
             let mut d = vec![0.0; self.prepared.d.len()];
             second.solve_into(rhs, &mut d);
             let disagrees = dependencies.iter().find(|one| !one.agrees(&assembly.system, rhs, size, &d));
             if let Some(dependency) = disagrees {
-                return explain(&self.shapes, &constraints, &self.freedom, assembly, dependency);
+                return explain(&self.problem, assembly, dependency);
             }
         }
         missed_by(factored.solver(), constraints[assembly.constraint_of(row)], error)
@@ -111,16 +111,7 @@ impl<S: Shape> Session<S> {
         }
         let d = coarse.d.clone();
         self.restore();
-        let fine = prepare(
-            &self.shapes,
-            &self.bound,
-            self.handle,
-            &self.freedom,
-            &self.metric,
-            self.solver.as_ref(),
-            !self.best_effort,
-            true,
-        );
+        let fine = prepare(&self.problem, self.dragged(), self.solver.as_ref(), true);
         self.prepared.d = d;
         self.place();
         let (coarse, mut fine) = (&mut self.prepared, fine?);
@@ -143,14 +134,14 @@ impl<S: Shape> Session<S> {
 
     /// The same where there are inequalities: which are active is found anew at every event.
     fn bounded(&mut self, mut bounds: Bounds) -> Result<(), EditError> {
-        if let Some(handle) = self.handle {
-            let target = &self.bound[handle].target;
-            for slot in bounds.full.slots(handle) {
+        if let Some(handle) = &self.handle {
+            let target = &self.problem.bound[handle.at].target;
+            for slot in bounds.full.slots(handle.at) {
                 let at = bounds.full.entry(slot);
-                bounds.rhs[at] = target[slot.equation as usize] - self.handle_start[slot.equation as usize];
+                bounds.rhs[at] = target[slot.equation as usize] - handle.start[slot.equation as usize];
             }
         }
-        let solved = self.program(&bounds.full, &bounds.rhs, &bounds.size);
+        let solved = self.problem.program(self.solver.as_ref(), &bounds.full, &bounds.rhs, &bounds.size);
         let solved = match solved.and_then(|solved| self.check_program(&bounds, solved)) {
             Ok(solved) => solved,
             Err(error) => {
@@ -181,13 +172,14 @@ impl<S: Shape> Session<S> {
         }
         let part = solved.part.as_ref().map_or(&bounds.full, |(part, _)| part);
         let right = (&solved.rhs[..], &solved.size[..]);
-        if !self.forced
+        if !self.problem.forced
             && let Some(excess) = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?
         {
-            let error = near_conflict(&self.bound, part, solved.factored.as_mut(), &solved.rhs, excess);
+            let error =
+                near_conflict(&self.problem.bound, part, solved.factored.as_mut(), &solved.rhs, excess);
             return Err(error.into());
         }
-        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
+        let constraints: Vec<&Constraint> = self.problem.constraints().collect();
         let senses = senses(&bounds.full, &constraints);
         let check = &mut self.prepared.check;
         let right = (&bounds.rhs[..], &bounds.size[..]);
@@ -201,10 +193,9 @@ impl<S: Shape> Session<S> {
     }
 
     pub(super) fn conflict(&self, at: usize) -> SolveError {
-        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
-        let dependency = &self.prepared.dependencies[at];
-        debug_assert!(!involved(&self.prepared.assembly, dependency).is_empty());
-        explain(&self.shapes, &constraints, &self.freedom, &self.prepared.assembly, dependency)
+        let Prepared { assembly, dependencies, .. } = &self.prepared;
+        debug_assert!(!involved(assembly, &dependencies[at]).is_empty());
+        explain(&self.problem, assembly, &dependencies[at])
     }
 }
 
@@ -216,8 +207,4 @@ fn is_finite(d: &[f64]) -> bool {
         sums.iter_mut().zip(eight).for_each(|(sum, d)| *sum += d * 0.0);
     }
     sums.iter().chain(rest).all(|d| d.is_finite())
-}
-
-pub(super) fn overflow() -> EditError {
-    Geometry::Invalid("the adjustment overflows: ask for a smaller change".into()).into()
 }

@@ -2,42 +2,28 @@
 
 mod account;
 mod border;
-mod bound;
-mod check;
 mod curved;
 mod edited;
-mod effort;
 mod event;
-mod inspect;
 mod mixing;
 mod prepared;
-mod program;
 mod sequential;
 mod slide;
-mod smoothing;
 
 use std::any::Any;
 use std::marker::PhantomData;
 
-use self::bound::{Bound, add_companions, bind, loosen};
 pub use self::edited::Edited;
 use self::prepared::{Prepared, prepare};
-use self::smoothing::Smoothing;
-use super::ask::{Constraint, Value, Wanted};
-use super::assembly::Freedom;
-use super::conflict::quoted;
-use super::error::EditError;
-use super::metric::Metric;
-use super::problem::Edit;
+use super::builder::Edit;
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::functional::{Linearity, Shapes, value_of};
-use crate::shape::{Location, Shape, check_shape};
+use crate::functional::{Linearity, value_of};
+use crate::problem::bound::{Bound, add_companions, loosen};
+use crate::problem::conflict::quoted;
+use crate::problem::{Asked, Constraint, ConstraintId, EditError, Problem, Value, view};
+use crate::shape::{Location, Shape};
 use crate::solve::{Sense, SolveError, Solver};
-
-/// Names a constraint of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ConstraintId(u64);
 
 /// An edit under way. Events do not allocate and do not depend on the size of the shapes (as long as everything
 /// asked is a linear equation and the handle does not slide). Where something is not linear, an event costs a few times what that
@@ -53,21 +39,11 @@ pub struct ConstraintId(u64);
 /// is in [proportion](Edit::force); `commit` asks the functionals themselves ([`measure`](crate::measure)). What does not hold
 /// is an error, and the shapes are as they were.
 pub struct Session<S> {
-    shapes: Vec<Box<dyn Shape>>,
-    bound: Vec<Bound>,
-    handle: Option<usize>,
-    /// The handle's value when it was prepared.
-    handle_start: Vec<f64>,
-    /// Where it was dragged before, to go back to where an event fails.
-    handle_last: Vec<f64>,
-    sliding: Option<(Box<dyn Shape>, f64)>,
-    freedom: Freedom,
-    metric: Metric,
-    smoothing: Smoothing,
-    best_effort: bool,
+    /// What is asked; its shapes are as the last event left them.
+    problem: Problem,
+    handle: Option<Handle>,
     /// The axis whose turn it is, where they alternate.
     alternating: Option<usize>,
-    forced: bool,
     /// Whether the shapes are what the last event made of what is asked now.
     solved: bool,
     /// The first shape before knots were inserted to keep the edit in an interval; and whether it is (again) what is shown.
@@ -75,105 +51,78 @@ pub struct Session<S> {
     pristine: bool,
     solver: Box<dyn Solver>,
     prepared: Prepared,
-    next_id: u64,
     checkpoints: Vec<Vec<(u32, u32, Point)>>,
     start: Vec<(u32, u32, Point)>,
     kind: PhantomData<fn() -> S>,
 }
 
-impl<S> std::fmt::Debug for Session<S> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Session").field("constraints", &self.bound).finish_non_exhaustive()
+/// What is dragged.
+#[derive(Debug)]
+struct Handle {
+    /// The number of its constraint.
+    at: usize,
+    /// Its value when it was prepared.
+    start: Vec<f64>,
+    /// Where it was dragged before, to go back to where an event fails.
+    last: Vec<f64>,
+    /// The curve as it was and the parameter, where that slides.
+    sliding: Option<(Box<dyn Shape>, f64)>,
+}
+
+impl Handle {
+    fn new(problem: &Problem, at: usize, slides: bool) -> Result<Self> {
+        let Bound { constraint, target, .. } = &problem.bound[at];
+        let functional = constraint.functional();
+        let place = functional.location().filter(|_| functional.is_vector());
+        let sliding = match place {
+            _ if !slides => None,
+            Some((shape, Location::Curve(u))) => Some((problem.shapes().get(shape)?.boxed(), u)),
+            _ => {
+                let what = functional.describe();
+                return Err(Error::Invalid(format!(
+                    "\"{what}\" cannot slide: only a position on a curve can"
+                )));
+            }
+        };
+        Ok(Self { at, start: target.clone(), last: target.clone(), sliding })
     }
 }
 
-fn view(shapes: &[Box<dyn Shape>]) -> Shapes<'_> {
-    Shapes::new(shapes.iter().map(AsRef::as_ref))
+impl<S> std::fmt::Debug for Session<S> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("constraints", &self.problem.bound).finish_non_exhaustive()
+    }
 }
 
 impl<S: Shape> Session<S> {
-    pub(super) fn new(
-        edit: Edit<S>,
-        solver: Box<dyn Solver>,
-        freedom: Freedom,
-        metric: Metric,
-    ) -> Result<Self, EditError> {
-        let mut smoothing = Smoothing::new(edit.smooth, edit.everywhere, edit.names());
-        let Edit {
-            mut shapes,
-            mut constraints,
-            mut handle,
-            sliding,
-            best_effort,
-            alternating,
-            forced,
-            original,
-            ..
-        } = edit;
-        for shape in &mut shapes {
-            check_shape(shape.as_mut())?;
-        }
-        add_companions(&mut constraints, handle.as_mut(), &[], None);
-        let mut bound = Vec::with_capacity(constraints.len() + 1);
-        let mut next_id = 0;
-        for constraint in constraints {
-            bound.push(bind(&view(&shapes), constraint, ConstraintId(next_id))?);
-            next_id += 1;
-        }
-        let mut slide = None;
-        let mut handle_start = Vec::new();
-        let handle = match handle {
-            None => None,
-            Some(functional) => {
-                if sliding {
-                    let Some((shape, Location::Curve(u))) =
-                        functional.location().filter(|_| functional.is_vector())
-                    else {
-                        let what = functional.describe();
-                        return Err(Error::Invalid(format!(
-                            "\"{what}\" cannot slide: only a position on a curve can"
-                        ))
-                        .into());
-                    };
-                    slide = Some((view(&shapes).get(shape)?.boxed(), u));
-                }
-                let constraint = Constraint::new(functional, Wanted::Keep);
-                bound.push(bind(&view(&shapes), constraint, ConstraintId(next_id))?);
-                next_id += 1;
-                handle_start.clone_from(&bound[bound.len() - 1].target);
-                Some(bound.len() - 1)
-            }
-        };
+    pub(super) fn new(edit: Edit<S>, asked: Asked, solver: Box<dyn Solver>) -> Result<Self, EditError> {
+        let (slides, alternating, original) = edit.into_rest();
+        let (mut problem, dragged) = Problem::new(asked)?;
+        let handle = dragged.map(|at| Handle::new(&problem, at, slides)).transpose()?;
         if alternating {
-            check_alternating(&bound)?;
+            check_alternating(&problem.bound)?;
         }
-        smoothing.renew(&shapes, &mut bound, &freedom, &metric)?;
-        let prepared =
-            prepare(&shapes, &bound, handle, &freedom, &metric, solver.as_ref(), !best_effort, false)?;
-        let start = snapshot(&shapes, &prepared);
+        problem.renew_smoothness()?;
+        let prepared = prepare(&problem, dragged, solver.as_ref(), false)?;
+        let start = snapshot(&problem.shapes, &prepared);
         Ok(Self {
-            shapes,
-            bound,
+            problem,
             handle,
-            handle_last: handle_start.clone(),
-            handle_start,
-            sliding: slide,
-            freedom,
-            metric,
-            smoothing,
-            best_effort,
             alternating: alternating.then_some(0),
-            forced,
             solved: false,
             pristine: original.is_some(),
             original,
             solver,
             prepared,
-            next_id,
             checkpoints: Vec::new(),
             start,
             kind: PhantomData,
         })
+    }
+
+    /// What is asked, with the shapes as they are now.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
     }
 
     /// The shape as it is now.
@@ -193,7 +142,7 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// When there are not as many.
     pub fn shape_at(&self, index: usize) -> Result<&dyn Shape> {
-        if index == 0 { Ok(self.first()) } else { view(&self.shapes).get(index) }
+        if index == 0 { Ok(self.first()) } else { view(&self.problem.shapes).get(index) }
     }
 
     /// Shape `index` of the problem with all vertices that events can move: where the edit is kept in an interval, with the
@@ -202,13 +151,13 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// When there are not as many.
     pub fn prepared_shape(&self, index: usize) -> Result<&dyn Shape> {
-        view(&self.shapes).get(index)
+        view(&self.problem.shapes).get(index)
     }
 
     /// The first shape as it is now: without the knots that the edit inserted, where nothing has moved.
     fn first(&self) -> &dyn Shape {
         let original = self.original.as_deref().filter(|_| self.pristine);
-        original.unwrap_or(self.shapes[0].as_ref())
+        original.unwrap_or(self.problem.shapes[0].as_ref())
     }
 
     /// Solves for what is asked, the handle where it is.
@@ -246,7 +195,7 @@ impl<S: Shape> Session<S> {
     }
 
     fn drag_to(&mut self, value: &[f64]) -> Result<&S, EditError> {
-        let Some(handle) = self.handle else {
+        let Some(handle) = self.handle.as_ref().map(|handle| handle.at) else {
             return Err(Error::Invalid(
                 "this edit has no handle to drag: give it one before preparing".into(),
             )
@@ -258,19 +207,22 @@ impl<S: Shape> Session<S> {
             ))
             .into());
         }
-        if self.bound[handle].target.len() != value.len() {
-            let (what, needed) = (self.bound[handle].constraint.describe(), self.bound[handle].target.len());
+        if self.problem.bound[handle].target.len() != value.len() {
+            let (what, needed) =
+                (self.problem.bound[handle].constraint.describe(), self.problem.bound[handle].target.len());
             let found = value.len();
             return Err(Error::Invalid(format!("\"{what}\" has {needed} number(s), not {found}")).into());
         }
-        if self.sliding.is_some() {
-            self.slide(handle, value)?;
+        self.slide(value)?;
+        let target = &mut self.problem.bound[handle].target;
+        if let Some(handle) = &mut self.handle {
+            handle.last.copy_from_slice(target);
         }
-        let target = &mut self.bound[handle].target;
-        self.handle_last.copy_from_slice(target);
         target.copy_from_slice(value);
         if let Err(error) = self.turn() {
-            self.bound[handle].target.copy_from_slice(&self.handle_last);
+            if let Some(Handle { last, .. }) = &self.handle {
+                self.problem.bound[handle].target.copy_from_slice(last);
+            }
             return Err(error);
         }
         Ok(self.shape())
@@ -283,22 +235,14 @@ impl<S: Shape> Session<S> {
     /// When it cannot be asked of the shapes or the system cannot be factored; the session is as before then.
     pub fn add(&mut self, constraint: Constraint) -> Result<ConstraintId, EditError> {
         let mut fresh = vec![constraint];
-        add_companions(&mut fresh, None, &self.bound, self.handle);
-        let before = self.bound.clone();
-        let id = ConstraintId(self.next_id);
-        for constraint in fresh {
-            let known = self.bound.iter().any(|b| b.constraint.describe() == constraint.describe());
-            if known && constraint.wanted == Wanted::Keep && self.next_id > id.0 {
-                continue;
-            }
-            self.bound.push(bind(&view(&self.shapes), constraint, ConstraintId(self.next_id))?);
-            self.next_id += 1;
+        let dragged = self.dragged();
+        add_companions(&mut fresh, None, &self.problem.bound, dragged);
+        let before = self.problem.bound.clone();
+        let added = self.problem.bind_all(fresh).and_then(|id| self.prepare_again().map(|()| id));
+        if added.is_err() {
+            self.problem.bound = before;
         }
-        if let Err(error) = self.prepare_again() {
-            self.bound = before;
-            return Err(error);
-        }
-        Ok(id)
+        added
     }
 
     /// Takes a constraint away.
@@ -306,21 +250,26 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// When there is none of this name, or it is the handle.
     pub fn remove(&mut self, id: ConstraintId) -> Result<(), EditError> {
-        let Some(at) = self.bound.iter().position(|b| b.id == id) else {
+        let Some(at) = self.problem.bound.iter().position(|b| b.id == id) else {
             return Err(Error::Invalid("this constraint is not (or no longer) in the session".into()).into());
         };
-        if self.handle == Some(at) {
+        if self.dragged() == Some(at) {
             return Err(Error::Invalid(
                 "the handle cannot be removed from a session: commit it instead".into(),
             )
             .into());
         }
-        let gone = self.bound.remove(at);
-        self.handle = self.handle.map(|h| if h > at { h - 1 } else { h });
-        loosen(&mut self.bound, self.handle);
+        let gone = self.problem.bound.remove(at);
+        if let Some(handle) = self.handle.as_mut().filter(|handle| handle.at > at) {
+            handle.at -= 1;
+        }
+        let dragged = self.dragged();
+        loosen(&mut self.problem.bound, dragged);
         if let Err(error) = self.prepare_again() {
-            self.bound.insert(at, gone);
-            self.handle = self.handle.map(|h| if h >= at { h + 1 } else { h });
+            self.problem.bound.insert(at, gone);
+            if let Some(handle) = self.handle.as_mut().filter(|handle| handle.at >= at) {
+                handle.at += 1;
+            }
             return Err(error);
         }
         Ok(())
@@ -328,7 +277,7 @@ impl<S: Shape> Session<S> {
 
     /// Remembers the shape as it is now, for [`undo`](Self::undo).
     pub fn checkpoint(&mut self) {
-        self.checkpoints.push(snapshot(&self.shapes, &self.prepared));
+        self.checkpoints.push(snapshot(&self.problem.shapes, &self.prepared));
     }
 
     /// Goes back to the last [`checkpoint`](Self::checkpoint), or to the start of the session; false where there is
@@ -341,9 +290,11 @@ impl<S: Shape> Session<S> {
             Some(state) => (state, true),
             None => (self.start.clone(), false),
         };
-        let changed =
-            any || state.iter().any(|&(s, v, p)| self.shapes[s as usize].control_vertices()[v as usize] != p);
-        put(&mut self.shapes, &state);
+        let changed = any
+            || state
+                .iter()
+                .any(|&(s, v, p)| self.problem.shapes[s as usize].control_vertices()[v as usize] != p);
+        put(&mut self.problem.shapes, &state);
         if changed {
             self.prepare_again()?;
         }
@@ -363,16 +314,16 @@ impl<S: Shape> Session<S> {
         let report = self.judged()?;
         let mut before = self.start;
         if let (Some(original), true) = (&self.original, self.pristine) {
-            (self.shapes[0], before) = (original.boxed(), Vec::new());
+            (self.problem.shapes[0], before) = (original.boxed(), Vec::new());
         }
-        Ok(Edited { shapes: self.shapes, report, before, original: self.original, kind: PhantomData })
+        Ok(Edited { shapes: self.problem.shapes, report, before, original: self.original, kind: PhantomData })
     }
 
     /// Base plus adjustment, into the shapes.
     fn place(&mut self) {
         let Prepared { d, base, places, .. } = &self.prepared;
         let mut from = 0;
-        for (index, shape) in self.shapes.iter_mut().enumerate() {
+        for (index, shape) in self.problem.shapes.iter_mut().enumerate() {
             let until = from + places[from..].partition_point(|&(s, _)| s as usize == index);
             if until == from {
                 continue;
@@ -393,26 +344,21 @@ impl<S: Shape> Session<S> {
         self.place();
     }
 
+    /// The number of the handle's constraint.
+    fn dragged(&self) -> Option<usize> {
+        self.handle.as_ref().map(|handle| handle.at)
+    }
+
     fn prepare_again(&mut self) -> Result<(), EditError> {
-        if let Some(handle) = self.handle {
-            let bound = &mut self.bound[handle];
-            value_of(bound.constraint.functional.as_ref(), &view(&self.shapes), &mut self.handle_start)?;
+        if let Some(handle) = &mut self.handle {
+            let functional = self.problem.bound[handle.at].constraint.functional.as_ref();
+            value_of(functional, &view(&self.problem.shapes), &mut handle.start)?;
         }
-        let before = self.smoothing.renew(&self.shapes, &mut self.bound, &self.freedom, &self.metric)?;
-        let prepared = prepare(
-            &self.shapes,
-            &self.bound,
-            self.handle,
-            &self.freedom,
-            &self.metric,
-            self.solver.as_ref(),
-            !self.best_effort,
-            false,
-        );
-        self.prepared = match (prepared, before) {
+        let before = self.problem.renew_smoothness()?;
+        self.prepared = match (prepare(&self.problem, self.dragged(), self.solver.as_ref(), false), before) {
             (Ok(prepared), _) => prepared,
             (Err(error), before) => {
-                self.bound = before.unwrap_or_else(|| std::mem::take(&mut self.bound));
+                self.problem.bound = before.unwrap_or_else(|| std::mem::take(&mut self.problem.bound));
                 return Err(error);
             }
         };
@@ -420,7 +366,7 @@ impl<S: Shape> Session<S> {
         // What is touched for the first time belongs to the way back, too.
         let known: std::collections::BTreeSet<(u32, u32)> =
             self.start.iter().map(|&(s, v, _)| (s, v)).collect();
-        let fresh = snapshot(&self.shapes, &self.prepared);
+        let fresh = snapshot(&self.problem.shapes, &self.prepared);
         self.start.extend(fresh.into_iter().filter(|&(s, v, _)| !known.contains(&(s, v))));
         Ok(())
     }

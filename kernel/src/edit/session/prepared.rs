@@ -1,20 +1,18 @@
 //! What is known for one set of constraints at one state of the shapes.
 
+use super::Handle;
 use super::border::{Border, members};
-use super::bound::{Bound, right_hand_side};
-use super::check::Check;
-use super::program::{Bounds, equations, gather, has_inequalities, senses};
-use super::view;
 use crate::Point;
-use crate::edit::EditError;
-use crate::edit::ask::Constraint;
-use crate::edit::assembly::{Assembly, Freedom};
-use crate::edit::metric::Metric;
 use crate::edit::report::Convergence;
 use crate::error::Error;
 use crate::functional::Linearity;
-use crate::shape::Shape;
-use crate::solve::{Dependency, Factored, Solver, System};
+use crate::problem::assembly::Assembly;
+use crate::problem::bound::{Bound, right_hand_side};
+use crate::problem::check::Check;
+use crate::problem::constraint::Constraint;
+use crate::problem::program::{Bounds, equations, gather, has_inequalities, senses};
+use crate::problem::{EditError, Problem};
+use crate::solve::{Dependency, Factored, Solver};
 
 /// What is known for one set of constraints at one state of the shapes.
 pub(super) struct Prepared {
@@ -50,50 +48,39 @@ pub(super) struct Prepared {
 /// Prepares the constraints: where some are not linear, those that are, with the others as their border if that can be
 /// (they are few, and none depends on the rest where the shapes are), else all in one system. `finely`: rows that the others
 /// nearly imply are not left out.
-#[allow(clippy::too_many_arguments, reason = "everything that a session is made of")]
 pub(super) fn prepare(
-    boxes: &[Box<dyn Shape>],
-    bound: &[Bound],
+    problem: &Problem,
     handle: Option<usize>,
-    freedom: &Freedom,
-    metric: &Metric,
     solver: &dyn Solver,
-    bordered: bool,
     finely: bool,
 ) -> Result<Prepared, EditError> {
-    let members = if bordered && !has_inequalities(bound) { members(bound) } else { Vec::new() };
+    let bound = &problem.bound;
+    let bordered = !problem.best_effort && !has_inequalities(bound);
+    let members = if bordered { members(bound) } else { Vec::new() };
     if !members.is_empty() {
-        let mut prepared = prepare_system(boxes, bound, handle, freedom, metric, solver, &members, finely)?;
-        let shapes = view(boxes);
-        let moving = prepared.places.iter().map(|&(s, v)| shapes.offset(s as usize) + v as usize).collect();
+        let mut prepared = prepare_system(problem, handle, solver, &members, finely)?;
+        let moving = prepared.assembly.vertices().collect();
         let mut border = Border::new(members, bound, &prepared.assembly, moving, &prepared.base)?;
-        border.evaluate(&shapes, bound)?;
+        border.evaluate(&problem.shapes(), bound)?;
         if border.project(&prepared.assembly, prepared.factored.as_mut()) == Ok(true) {
             border.keep_as_base();
             prepared.border = Some(border);
             return Ok(prepared);
         }
     }
-    prepare_system(boxes, bound, handle, freedom, metric, solver, &[], finely)
+    prepare_system(problem, handle, solver, &[], finely)
 }
 
-#[allow(clippy::too_many_arguments, reason = "everything that a session is made of")]
 fn prepare_system(
-    boxes: &[Box<dyn Shape>],
-    bound: &[Bound],
+    problem: &Problem,
     handle: Option<usize>,
-    freedom: &Freedom,
-    metric: &Metric,
     solver: &dyn Solver,
     aside: &[usize],
     finely: bool,
 ) -> Result<Prepared, EditError> {
-    let shapes = view(boxes);
-    let constraints: Vec<&Constraint> = bound.iter().map(|b| &b.constraint).collect();
-    let mut assembly = Assembly::beside(&shapes, &constraints, freedom, metric, &|k| aside.contains(&k))?;
-    if finely {
-        assembly.decide(System::FINE);
-    }
+    let (shapes, bound) = (problem.shapes(), &problem.bound);
+    let constraints: Vec<&Constraint> = problem.constraints().collect();
+    let mut assembly = problem.assemble_beside(finely, &|k| aside.contains(&k))?;
     let (mut rhs, mut size) = (Vec::new(), Vec::new());
     right_hand_side(&shapes, bound, &assembly, &mut rhs, &mut size)?;
     let mut bounds = None;
@@ -107,14 +94,10 @@ fn prepare_system(
     }
     let mut factored = solver.factor(&assembly.system)?;
     let sides = assembly.system.sides();
-    let touched = assembly.system.touched();
-    let vertex_of = |column: usize| if sides == 3 { column } else { column / 3 };
-    let step = if sides == 3 { 1 } else { 3 };
-    let vertices: Vec<usize> = touched.iter().step_by(step).map(|&c| vertex_of(c)).collect();
-    let mut places = Vec::with_capacity(vertices.len());
-    let mut base = Vec::with_capacity(vertices.len());
+    let count = assembly.vertices().len();
+    let (mut places, mut base) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut shape = 0;
-    for vertex in vertices {
+    for vertex in assembly.vertices() {
         // Rows are checked where they arrive; a metric's neighbours are not.
         if vertex >= shapes.vertex_count() {
             return Err(Error::Invalid(format!(
@@ -131,7 +114,7 @@ fn prepare_system(
     }
     let whole = bounds.as_ref().map_or(&assembly.system, |bounds| &bounds.full.system);
     let mut check = Check::new(whole, factored.as_ref(), &base)?;
-    let d = vec![0.0; touched.len() * sides];
+    let d = vec![0.0; 3 * count];
     let mut still = Vec::new();
     let mut response = Vec::new();
     if let Some(handle) = handle.filter(|_| bounds.is_none()) {
@@ -182,20 +165,20 @@ fn prepare_system(
 
 impl Prepared {
     /// The right-hand side for the present target of the handle, and the adjustment that the independent rows ask for.
-    pub(super) fn meet(&mut self, bound: &[Bound], handle: Option<usize>, start: &[f64]) {
+    pub(super) fn meet(&mut self, bound: &[Bound], handle: Option<&Handle>) {
         let Some(handle) = handle else {
             self.factored.solve_into(&self.rhs, &mut self.d);
             return;
         };
         // d = C₀b₀ + Σ response · change: only the columns of C whose b is ever non-zero.
         self.d.copy_from_slice(&self.still);
-        let (target, sides) = (&bound[handle].target, self.assembly.system.sides());
-        let slots = self.assembly.slots(handle).chunks(if sides == 3 { 3 } else { 1 });
+        let (target, sides) = (&bound[handle.at].target, self.assembly.system.sides());
+        let slots = self.assembly.slots(handle.at).chunks(if sides == 3 { 3 } else { 1 });
         for (slots, response) in slots.zip(&self.response) {
             let mut change = [0.0; 3];
             for slot in slots {
                 let side = if sides == 3 { slot.side as usize } else { 0 };
-                change[side] = target[slot.equation as usize] - start[slot.equation as usize];
+                change[side] = target[slot.equation as usize] - handle.start[slot.equation as usize];
                 self.rhs[self.assembly.entry(slot)] = change[side];
             }
             if sides == 3 {

@@ -1,18 +1,19 @@
 //! Constraints that are not linear: sequential quadratic programming.
 
-use super::bound::right_hand_side;
-use super::check::{excess, near_conflict};
-use super::event::overflow;
 use super::mixing::Mixing;
-use super::program::{Bounds, Solved, senses};
-use super::{Session, put, snapshot, view};
-use crate::edit::EditError;
-use crate::edit::ask::Constraint;
-use crate::edit::assembly::Assembly;
-use crate::edit::conflict::quoted;
+use super::{Session, put, snapshot};
 use crate::edit::report::Convergence;
 use crate::error::Error;
 use crate::measure::error_of;
+use crate::problem::EditError;
+use crate::problem::assembly::Assembly;
+use crate::problem::bound::right_hand_side;
+use crate::problem::check::{excess, near_conflict};
+use crate::problem::conflict::quoted;
+use crate::problem::constraint::Constraint;
+use crate::problem::program::{Bounds, Solved, senses};
+use crate::problem::solution::overflow;
+use crate::problem::view;
 use crate::shape::Shape;
 use crate::solve::{Sense, SolveError};
 
@@ -91,11 +92,11 @@ impl<S: Shape> Session<S> {
             )
             .into());
         }
-        let state = snapshot(&self.shapes, &self.prepared);
+        let state = snapshot(&self.problem.shapes, &self.prepared);
         let d = self.prepared.d.clone();
         let result = self.iterate_from_start();
         if result.is_err() {
-            put(&mut self.shapes, &state);
+            put(&mut self.problem.shapes, &state);
             self.prepared.d = d;
         }
         result
@@ -111,7 +112,7 @@ impl<S: Shape> Session<S> {
             None => 0.5 * d.iter().map(|v| v * v).sum::<f64>(),
             Some(whitened) => 0.5 * whitened.squared_length(d, sides),
         };
-        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
+        let constraints: Vec<&Constraint> = self.problem.constraints().collect();
         let senses = senses(&here.assembly, &constraints);
         let mut merit = Merit { penalty: vec![0.0; here.rhs.len()], points: Vec::new() };
         merit.remember(0.0, violations(&senses, sides, &here.rhs));
@@ -124,7 +125,8 @@ impl<S: Shape> Session<S> {
             let mut wanted = vec![0.0; here.rhs.len()];
             here.assembly.system.rows().multiply(&from, sides, &mut wanted);
             wanted.iter_mut().zip(&here.rhs).for_each(|(w, b)| *w += b);
-            let mut solved = self.program(&here.assembly, &wanted, &here.size)?;
+            let mut solved =
+                self.problem.program(self.solver.as_ref(), &here.assembly, &wanted, &here.size)?;
             if solved.d.iter().any(|d| !d.is_finite()) {
                 return Err(overflow());
             }
@@ -138,8 +140,9 @@ impl<S: Shape> Session<S> {
                 let right = (&solved.rhs[..], &solved.size[..]);
                 let part = solved.part.as_ref().map_or(&here.assembly, |(part, _)| part);
                 let out = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?;
-                if let Some(out) = out.filter(|_| !self.forced && !solved.softened) {
-                    let error = near_conflict(&self.bound, part, solved.factored.as_mut(), &solved.rhs, out);
+                if let Some(out) = out.filter(|_| !self.problem.forced && !solved.softened) {
+                    let error =
+                        near_conflict(&self.problem.bound, part, solved.factored.as_mut(), &solved.rhs, out);
                     return Err(error.into());
                 }
                 self.prepared.iterations = iteration;
@@ -200,10 +203,9 @@ impl<S: Shape> Session<S> {
     }
 
     fn linearize(&self) -> Result<Linearized, EditError> {
-        let shapes = view(&self.shapes);
-        let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
-        let assembly = Assembly::new(&shapes, &constraints, &self.freedom, &self.metric)?;
-        if !vertices(&assembly).eq(vertices(&self.prepared.assembly)) {
+        let shapes = view(&self.problem.shapes);
+        let assembly = self.problem.assemble(false)?;
+        if !assembly.vertices().eq(self.prepared.assembly.vertices()) {
             return Err(Error::Invalid(
                 "a constraint touches other control vertices than when the edit was prepared; prepare anew"
                     .into(),
@@ -211,14 +213,14 @@ impl<S: Shape> Session<S> {
             .into());
         }
         let (mut rhs, mut size) = (Vec::new(), Vec::new());
-        let errors = right_hand_side(&shapes, &self.bound, &assembly, &mut rhs, &mut size)?;
+        let errors = right_hand_side(&shapes, &self.problem.bound, &assembly, &mut rhs, &mut size)?;
         Ok(Linearized { assembly, rhs, size, errors })
     }
 
     /// By how much each entry misses its side at the present shapes.
     fn violations(&self, assembly: &Assembly, senses: &[Sense]) -> Result<Vec<f64>, Error> {
         let (mut rhs, mut size) = (Vec::new(), Vec::new());
-        right_hand_side(&view(&self.shapes), &self.bound, assembly, &mut rhs, &mut size)?;
+        right_hand_side(&view(&self.problem.shapes), &self.problem.bound, assembly, &mut rhs, &mut size)?;
         Ok(violations(senses, assembly.system.sides(), &rhs))
     }
 
@@ -241,10 +243,12 @@ impl<S: Shape> Session<S> {
     fn unsolved(&self, here: &Linearized, convergence: &Convergence) -> EditError {
         let iterations = convergence.iterations;
         let relative = |(error, size): &(f64, f64)| if *error <= MET * size { 0.0 } else { *error };
-        let worst =
-            here.errors.iter().map(relative).zip(&self.bound).fold((0.0, None), |worst, (error, b)| {
+        let worst = here.errors.iter().map(relative).zip(&self.problem.bound).fold(
+            (0.0, None),
+            |worst, (error, b)| {
                 if error > worst.0 { (error, Some(b)) } else { worst }
-            });
+            },
+        );
         match worst {
             (residual, Some(bound)) => {
                 SolveError::NotConverged { iterations, residual, worst: quoted(&bound.constraint.label()) }
@@ -257,12 +261,6 @@ impl<S: Shape> Session<S> {
 
 fn largest(v: &[f64]) -> f64 {
     v.iter().fold(0.0, |m, v| m.max(v.abs()))
-}
-
-/// The vertices that move.
-fn vertices(assembly: &Assembly) -> impl Iterator<Item = usize> {
-    let (system, alike) = (&assembly.system, assembly.system.sides() == 3);
-    system.touched().iter().step_by(if alike { 1 } else { 3 }).map(move |&c| if alike { c } else { c / 3 })
 }
 
 fn violations(senses: &[Sense], sides: usize, rhs: &[f64]) -> Vec<f64> {

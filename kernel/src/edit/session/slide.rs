@@ -2,27 +2,28 @@
 
 use std::sync::Arc;
 
-use super::bound::bind;
-use super::{Session, view};
-use crate::edit::EditError;
-use crate::edit::ask::{Constraint, Wanted};
+use super::{Handle, Session};
 use crate::error::Result;
 use crate::functional::position;
+use crate::problem::EditError;
+use crate::problem::bound::{Bound, bind};
+use crate::problem::constraint::{Constraint, Wanted};
+use crate::problem::view;
 use crate::shape::Shape;
 
 impl<S: Shape> Session<S> {
-    /// Moves the handle's parameter to where the cursor's foot on the original curve is, and prepares there.
-    pub(super) fn slide(&mut self, handle: usize, cursor: &[f64]) -> Result<(), EditError> {
-        let Some((original, u)) = &mut self.sliding else { return Ok(()) };
+    /// Moves the handle's parameter to where the cursor's foot on the original curve is, and prepares there; nothing where it
+    /// does not slide.
+    pub(super) fn slide(&mut self, cursor: &[f64]) -> Result<(), EditError> {
+        let Some(Handle { at, sliding: Some((original, u)), .. }) = &mut self.handle else { return Ok(()) };
         let cursor = crate::Vector::from_column_slice(&cursor[..3]);
         *u = foot(original.as_ref(), cursor, *u)?;
-        let moved = position(*u);
-        let shape = self.bound[handle].constraint.functional.location().map_or(0, |(shape, _)| shape);
+        let (at, moved) = (*at, position(*u));
+        let Bound { constraint, id, .. } = &self.problem.bound[at];
+        let (shape, id) = (constraint.functional.location().map_or(0, |(shape, _)| shape), *id);
         self.restore();
         let constraint = Constraint::new(Arc::new(moved.on(shape)), Wanted::Keep);
-        let id = self.bound[handle].id;
-        self.bound[handle] = bind(&view(&self.shapes), constraint, id)?;
-        self.handle_start.clone_from(&self.bound[handle].target);
+        self.problem.bound[at] = bind(&view(&self.problem.shapes), constraint, id)?;
         self.prepare_again()
     }
 }

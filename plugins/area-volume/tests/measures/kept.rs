@@ -262,11 +262,11 @@ fn a_thousand_random_events_keep_what_patches_enclose() {
         }
         let mut session = if alternating { edit.alternating() } else { edit }.prepare(Automatic).unwrap();
         wander(&mut session, cube[0].point(0.3, 0.6).unwrap(), 1000, |session, to, event| {
-            let error = number(measure.as_ref(), &session.shapes()) / kept - 1.0;
+            let error = number(measure.as_ref(), &session.problem().shapes()) / kept - 1.0;
             assert!(error.abs() <= KEPT, "event {event}: {error:e}");
             assert!((session.shape().point(0.3, 0.6).unwrap() - to).amax() <= ROUNDING, "event {event}");
             if event % 50 == 0 {
-                assert!(gap(&session.shapes(), &on).unwrap() <= ROUNDING, "event {event}");
+                assert!(gap(&session.problem().shapes(), &on).unwrap() <= ROUNDING, "event {event}");
             }
         });
     }

@@ -70,9 +70,9 @@ fn edges_of_unlike_patches_stay_one_while_they_are_edited() {
         for step in 1..=10 {
             session.to_point(from + Vector::new(0.03, 0.02, -0.01) * f64::from(step)).unwrap();
             let mut out = [f64::NAN];
-            volume().of(0..6).value(&session.shapes(), &mut out).unwrap();
+            volume().of(0..6).value(&session.problem().shapes(), &mut out).unwrap();
             assert!((out[0].abs() / kept - 1.0).abs() < 1e-12, "{step}: {out:?}");
-            assert!(gap(&session.shapes(), &everyone(&all)).unwrap() < 1e-13);
+            assert!(gap(&session.problem().shapes(), &everyone(&all)).unwrap() < 1e-13);
         }
     }
 }

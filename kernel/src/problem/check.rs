@@ -2,24 +2,24 @@
 
 use std::collections::BTreeSet;
 
+use super::assembly::Assembly;
 use super::bound::Bound;
+use super::conflict::quoted;
+use super::constraint::Constraint;
 use crate::Point;
-use crate::edit::ask::Constraint;
-use crate::edit::assembly::Assembly;
-use crate::edit::conflict::quoted;
 use crate::functional::Accuracy;
 use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
 use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
 
 /// What is known of a system's rows at mouse down, and room to check them at every mouse move.
 #[derive(Debug)]
-pub(super) struct Check {
+pub(crate) struct Check {
     /// `Σ |coefficient|` of each row.
     rough: Vec<f64>,
     /// `1 / ‖row‖`: the way that a change of its value by 1 alone would cost; zero for a row without a length.
     cost: Vec<f64>,
     /// The largest coordinate of the vertices that move.
-    pub(super) reach: f64,
+    pub(crate) reach: f64,
     /// Where the vertices are, number by number, and the way that they really go, their coordinates being rounded.
     base: Vec<f64>,
     way: Vec<f64>,
@@ -81,10 +81,10 @@ impl Measure {
 
 /// An adjustment that is out of proportion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Excess {
-    pub(super) length: f64,
+pub(crate) struct Excess {
+    pub(crate) length: f64,
     /// How many times as long it is as the adjustments together that each equation alone would cost.
-    pub(super) times: f64,
+    pub(crate) times: f64,
 }
 
 impl Excess {
@@ -106,7 +106,7 @@ impl Check {
     ///
     /// # Errors
     /// When the metric is not positive definite.
-    pub(super) fn new(system: &System, factored: &dyn Factored, base: &[Point]) -> Result<Self, SolveError> {
+    pub(crate) fn new(system: &System, factored: &dyn Factored, base: &[Point]) -> Result<Self, SolveError> {
         let rows = system.rows();
         Ok(Self {
             rough: (0..rows.len()).map(|row| rows.row(row).1.iter().map(|v| v.abs()).sum()).collect(),
@@ -122,7 +122,7 @@ impl Check {
 
     /// Remembers how long the adjustments are that events are made of: so an event need not measure a length that is
     /// bounded by theirs.
-    pub(super) fn of_events(&mut self, sides: usize, still: &[f64], response: &[Vec<f64>]) {
+    pub(crate) fn of_events(&mut self, sides: usize, still: &[f64], response: &[Vec<f64>]) {
         self.still = self.measure.length(still, sides);
         // A response is that of one coordinate: a column of one side.
         self.response = response.iter().map(|r| self.measure.length(r, 1)).collect();
@@ -131,7 +131,7 @@ impl Check {
     /// The first row that the adjustment `d` misses by more than rounding explains, once the vertices are where it takes
     /// them, if any: the row, and its error. `right` are the wanted changes, `size` the sizes of the numbers they come from,
     /// an entry for each row and side. Allocates nothing.
-    pub(super) fn missed(
+    pub(crate) fn missed(
         &mut self,
         system: &System,
         senses: impl Fn(usize) -> Sense,
@@ -221,7 +221,7 @@ impl Check {
     /// rounding of the numbers that it comes from.) `handle` are the entries of the handle's numbers, where the adjustment is
     /// one of its responses: then the length is known to be no more than a sum, and to be allowed no less than what these
     /// entries allow, which mostly settles the question.
-    pub(super) fn excess(
+    pub(crate) fn excess(
         &mut self,
         sides: usize,
         right: (&[f64], &[f64]),
@@ -252,7 +252,7 @@ impl Check {
 ///
 /// # Errors
 /// When the metric is not positive definite.
-pub(super) fn excess(
+pub(crate) fn excess(
     system: &System,
     factored: &dyn Factored,
     right: (&[f64], &[f64]),
@@ -298,7 +298,7 @@ fn length(d: &[f64]) -> f64 {
 /// The error for an adjustment out of proportion. It names the constraints that fight each other: those whose multipliers,
 /// times the lengths of their rows, are within a hundredth of the largest.
 #[cold]
-pub(super) fn near_conflict(
+pub(crate) fn near_conflict(
     bound: &[Bound],
     assembly: &Assembly,
     factored: &mut dyn Factored,
@@ -325,7 +325,7 @@ pub(super) fn near_conflict(
 
 /// The error for an answer that misses a constraint.
 #[cold]
-pub(super) fn missed_by(solver: &str, constraint: &Constraint, error: Error) -> SolveError {
+pub(crate) fn missed_by(solver: &str, constraint: &Constraint, error: Error) -> SolveError {
     if let Accuracy::Within(tolerance) = constraint.functional().accuracy() {
         return SolveError::OutOfTolerance {
             constraint: quoted(&constraint.label()),

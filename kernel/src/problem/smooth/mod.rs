@@ -33,10 +33,10 @@ use self::joint::{Joint, joint_at, joints_near};
 use self::net::{Net, nets};
 use self::pole::Pole;
 use self::relation::{Column, Relation, ends_meet, reach};
-pub(super) use self::row::Smooth;
+pub(crate) use self::row::Smooth;
 pub use self::row::SmoothKnot;
-use super::ask::Constraint;
-use super::assembly::Freedom;
+use super::Freedom;
+use super::constraint::Constraint;
 use super::metric::Metric;
 use crate::error::Result;
 use crate::functional::{Equation, Functional, On, Shapes, Store};
@@ -49,43 +49,43 @@ type Line = (usize, usize, usize);
 
 /// What there is to keep, and to look at afterwards.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(crate) struct Found {
     /// One for each knot or knot line at which something is kept.
-    pub(super) kept: Vec<Smooth>,
+    pub(crate) kept: Vec<Smooth>,
     watches: BTreeMap<(Line, usize), Vec<Watch>>,
 }
 
 /// The places that an edit touches where corners can appear, as they were.
 #[derive(Debug, Default)]
-pub(super) struct Watched(BTreeMap<(Line, usize), Vec<Watch>>);
+pub(crate) struct Watched(BTreeMap<(Line, usize), Vec<Watch>>);
 
 impl Watched {
     /// Looks at these places too, unless they are known already.
-    pub(super) fn add(&mut self, found: &mut Found) {
+    pub(crate) fn add(&mut self, found: &mut Found) {
         for (place, watch) in std::mem::take(&mut found.watches) {
             self.0.entry(place).or_insert(watch);
         }
     }
 
     /// The corners that have appeared there, or changed.
-    pub(super) fn corners(&self, shapes: &Shapes<'_>) -> Vec<Corner> {
+    pub(crate) fn corners(&self, shapes: &Shapes<'_>) -> Vec<Corner> {
         corner::corners(self.0.values().flatten(), shapes)
     }
 }
 
 /// Whether a constraint is one of ours.
-pub(super) fn is_ours(constraint: &Constraint) -> bool {
+pub(crate) fn is_ours(constraint: &Constraint) -> bool {
     ours(constraint).is_some()
 }
 
 /// What a constraint keeps smooth, if it is one of ours.
-pub(super) fn ours(constraint: &Constraint) -> Option<&Smooth> {
+pub(crate) fn ours(constraint: &Constraint) -> Option<&Smooth> {
     let any: &dyn Any = constraint.functional.as_ref();
     any.downcast_ref()
 }
 
 /// What to do about a conflict with what is kept smooth.
-pub(super) const ADVICE: &str = ", or say smooth = 0 to let corners appear";
+pub(crate) const ADVICE: &str = ", or say smooth = 0 to let corners appear";
 
 /// Whether a net has places where a corner (with level 2, a jump of the curvature) can appear, and whether it closes a seam.
 /// `O(p²)`: whoever has none pays no more.
@@ -107,7 +107,7 @@ fn least(net: &Net<'_>, level: u8) -> usize {
 ///
 /// # Errors
 /// When something cannot be asked of the shapes.
-pub(super) fn find<'f>(
+pub(crate) fn find<'f>(
     shapes: &Shapes<'_>,
     asked: impl Iterator<Item = &'f dyn Functional>,
     names: &[On],
@@ -154,7 +154,7 @@ pub(super) fn find<'f>(
 
 /// The vertices of a curve that cannot move while only those `inside` an interval may and what is smooth at a parameter is
 /// kept.
-pub(super) fn frozen(curve: &Curve, u: f64, inside: &[usize], level: u8) -> Vec<usize> {
+pub(crate) fn frozen(curve: &Curve, u: f64, inside: &[usize], level: u8) -> Vec<usize> {
     let shapes = Shapes::one(curve);
     let mut frozen = Vec::new();
     for net in nets(&shapes, 0).iter().filter(|_| level > 0) {

@@ -1,80 +1,82 @@
 //! The least adjustment under linear rows: equations, and inequalities where there are any.
 
-use super::Session;
+use super::assembly::Assembly;
 use super::bound::Bound;
+use super::conflict::{contradiction, explain};
+use super::constraint::Constraint;
 use super::effort::soften;
-use crate::edit::EditError;
-use crate::edit::ask::Constraint;
-use crate::edit::assembly::Assembly;
-use crate::edit::conflict::{contradiction, explain};
-use crate::shape::Shape;
-use crate::solve::{Dependency, Factored, Outcome, Program, Sense, System};
+use super::{EditError, Problem};
+use crate::solve::{Dependency, Factored, Outcome, Program, Sense, Solver, System};
 
 /// The rows of a problem with inequalities, of which the prepared system holds the equations and the active ones.
 #[derive(Debug)]
-pub(super) struct Bounds {
-    pub(super) full: Assembly,
-    pub(super) rhs: Vec<f64>,
-    pub(super) size: Vec<f64>,
+pub(crate) struct Bounds {
+    pub(crate) full: Assembly,
+    pub(crate) rhs: Vec<f64>,
+    pub(crate) size: Vec<f64>,
     /// The active inequalities' rows.
-    pub(super) active: Vec<usize>,
+    pub(crate) active: Vec<usize>,
 }
 
-/// A solved problem.
-pub(super) struct Solved {
+/// Linear rows solved.
+pub(crate) struct Solved {
     /// The rows that hold with equality, where that is not all of them, and which they are.
-    pub(super) part: Option<(Assembly, Vec<usize>)>,
-    pub(super) active: Vec<usize>,
-    pub(super) factored: Box<dyn Factored>,
-    pub(super) dependencies: Vec<Dependency>,
+    pub(crate) part: Option<(Assembly, Vec<usize>)>,
+    pub(crate) active: Vec<usize>,
+    pub(crate) factored: Box<dyn Factored>,
+    pub(crate) dependencies: Vec<Dependency>,
     /// Of these rows.
-    pub(super) rhs: Vec<f64>,
-    pub(super) size: Vec<f64>,
-    pub(super) d: Vec<f64>,
+    pub(crate) rhs: Vec<f64>,
+    pub(crate) size: Vec<f64>,
+    pub(crate) d: Vec<f64>,
     /// Whether rows are missed because only a best effort was asked for.
-    pub(super) softened: bool,
+    pub(crate) softened: bool,
     /// The tolerance at which rows count as implied by others.
-    pub(super) tolerance: f64,
+    pub(crate) tolerance: f64,
 }
 
 /// Whether some constraints are inequalities.
-pub(super) fn has_inequalities(bound: &[Bound]) -> bool {
+pub(crate) fn has_inequalities(bound: &[Bound]) -> bool {
     bound.iter().any(|b| b.constraint.sense() != Sense::Equal)
 }
 
 /// Which side of its right-hand side each row must be on.
-pub(super) fn senses(assembly: &Assembly, constraints: &[&Constraint]) -> Vec<Sense> {
+pub(crate) fn senses(assembly: &Assembly, constraints: &[&Constraint]) -> Vec<Sense> {
     (0..assembly.system.rows().len()).map(|row| constraints[assembly.constraint_of(row)].sense()).collect()
 }
 
 /// The rows that are equations.
-pub(super) fn equations(senses: &[Sense]) -> Vec<usize> {
+pub(crate) fn equations(senses: &[Sense]) -> Vec<usize> {
     (0..senses.len()).filter(|&row| senses[row] == Sense::Equal).collect()
 }
 
 /// The entries of some rows of a system with one side.
-pub(super) fn gather(values: &[f64], rows: &[usize]) -> Vec<f64> {
+pub(crate) fn gather(values: &[f64], rows: &[usize]) -> Vec<f64> {
     rows.iter().map(|&row| values[row]).collect()
 }
 
-impl<S: Shape> Session<S> {
+impl Problem {
     /// The least adjustment that meets linear rows, each on its side of its right-hand side.
-    pub(super) fn program(&self, full: &Assembly, rhs: &[f64], size: &[f64]) -> Result<Solved, EditError> {
+    pub(crate) fn program(
+        &self,
+        solver: &dyn Solver,
+        full: &Assembly,
+        rhs: &[f64],
+        size: &[f64],
+    ) -> Result<Solved, EditError> {
         let constraints: Vec<&Constraint> = self.bound.iter().map(|b| &b.constraint).collect();
         let senses = senses(full, &constraints);
         let mut kept = equations(&senses);
         if kept.len() == senses.len() {
-            return self.equal(&constraints, full, rhs.to_vec(), size.to_vec());
+            return self.equal(solver, full, rhs.to_vec(), size.to_vec());
         }
         let part = full.select(&kept);
-        let mut solved = self.equal(&constraints, &part, gather(rhs, &kept), gather(size, &kept))?;
+        let mut solved = self.equal(solver, &part, gather(rhs, &kept), gather(size, &kept))?;
         let mut rhs = rhs.to_vec();
         kept.iter().zip(&solved.rhs).for_each(|(&row, b)| rhs[row] = *b);
         let program = Program { system: &full.system, rhs: &rhs, senses: &senses, size };
-        match self.solver.program(&program)? {
-            Outcome::Infeasible { rows } => {
-                Err(contradiction(&constraints, &self.freedom, full, &rows).into())
-            }
+        match solver.program(&program)? {
+            Outcome::Infeasible { rows } => Err(contradiction(self, full, &rows).into()),
             Outcome::Active { rows, .. } if rows.is_empty() => {
                 solved.part = Some((part, kept));
                 Ok(solved)
@@ -84,7 +86,7 @@ impl<S: Shape> Session<S> {
                 kept.sort_unstable();
                 let part = full.select(&kept);
                 let softened = solved.softened;
-                solved = self.equal(&constraints, &part, gather(&rhs, &kept), gather(size, &kept))?;
+                solved = self.equal(solver, &part, gather(&rhs, &kept), gather(size, &kept))?;
                 solved.part = Some((part, kept));
                 solved.active = rows;
                 solved.softened |= softened;
@@ -96,13 +98,13 @@ impl<S: Shape> Session<S> {
     /// The least adjustment that meets equations.
     fn equal(
         &self,
-        constraints: &[&Constraint],
+        solver: &dyn Solver,
         assembly: &Assembly,
         rhs: Vec<f64>,
         size: Vec<f64>,
     ) -> Result<Solved, EditError> {
         let closer = assembly.system.finely();
-        let mut solved = self.meet(&assembly.system, rhs, size)?;
+        let mut solved = meet(solver, &assembly.system, rhs, size)?;
         let disagrees = |solved: &Solved| {
             let Solved { dependencies, rhs, size, d, .. } = solved;
             dependencies.iter().position(|dependency| !dependency.agrees(&assembly.system, rhs, size, d))
@@ -116,23 +118,23 @@ impl<S: Shape> Session<S> {
         }
         // Before it is called a conflict: what is nearly implied is not implied.
         if assembly.system.tolerance() > closer.tolerance() {
-            solved = self.meet(&closer, solved.rhs, solved.size)?;
+            solved = meet(solver, &closer, solved.rhs, solved.size)?;
             match disagrees(&solved) {
                 None => return Ok(solved),
                 Some(still) => at = still,
             }
         }
-        Err(explain(&self.shapes, constraints, &self.freedom, assembly, &solved.dependencies[at]).into())
+        Err(explain(self, assembly, &solved.dependencies[at]).into())
     }
+}
 
-    /// The least adjustment that meets the independent rows of a system.
-    fn meet(&self, system: &System, rhs: Vec<f64>, size: Vec<f64>) -> Result<Solved, EditError> {
-        let mut factored = self.solver.factor(system)?;
-        let dropped = factored.rank() < system.rows().len();
-        let dependencies = if dropped { factored.diagnosis().dependencies } else { Vec::new() };
-        let mut d = vec![0.0; system.touched().len() * system.sides()];
-        factored.solve_into(&rhs, &mut d);
-        let (part, active, softened, tolerance) = (None, Vec::new(), false, system.tolerance());
-        Ok(Solved { part, active, factored, dependencies, rhs, size, d, softened, tolerance })
-    }
+/// The least adjustment that meets the independent rows of a system.
+fn meet(solver: &dyn Solver, system: &System, rhs: Vec<f64>, size: Vec<f64>) -> Result<Solved, EditError> {
+    let mut factored = solver.factor(system)?;
+    let dropped = factored.rank() < system.rows().len();
+    let dependencies = if dropped { factored.diagnosis().dependencies } else { Vec::new() };
+    let mut d = vec![0.0; system.touched().len() * system.sides()];
+    factored.solve_into(&rhs, &mut d);
+    let (part, active, softened, tolerance) = (None, Vec::new(), false, system.tolerance());
+    Ok(Solved { part, active, factored, dependencies, rhs, size, d, softened, tolerance })
 }

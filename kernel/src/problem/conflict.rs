@@ -2,16 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use super::ask::Constraint;
-use super::assembly::{Assembly, Freedom};
+use super::Problem;
+use super::assembly::Assembly;
+use super::constraint::Constraint;
 use super::knots::knot_that_helps;
 use super::smooth::{ADVICE, is_ours};
-use crate::functional::Shapes;
-use crate::shape::Shape;
 use crate::solve::{Dependency, SolveError};
 
 /// The constraints of a dependency: those of the rows it is made of, and its own, ascending.
-pub(super) fn involved(assembly: &Assembly, dependency: &Dependency) -> Vec<usize> {
+pub(crate) fn involved(assembly: &Assembly, dependency: &Dependency) -> Vec<usize> {
     let mut set: BTreeSet<usize> =
         dependency.combination.iter().map(|&(row, _)| assembly.constraint_of(row)).collect();
     set.insert(assembly.constraint_of(dependency.row));
@@ -19,13 +18,8 @@ pub(super) fn involved(assembly: &Assembly, dependency: &Dependency) -> Vec<usiz
 }
 
 /// The error for a dependency whose right-hand sides disagree.
-pub(super) fn explain(
-    boxes: &[Box<dyn Shape>],
-    constraints: &[&Constraint],
-    freedom: &Freedom,
-    assembly: &Assembly,
-    dependency: &Dependency,
-) -> SolveError {
+pub(crate) fn explain(problem: &Problem, assembly: &Assembly, dependency: &Dependency) -> SolveError {
+    let (constraints, freedom) = (problem.constraints().collect::<Vec<_>>(), &problem.freedom);
     let all = involved(assembly, dependency);
     // Two constraints of one name are told apart by their number.
     let told = |k: &usize| {
@@ -36,12 +30,14 @@ pub(super) fn explain(
     };
     let own = constraints[assembly.constraint_of(dependency.row)].describe();
     if dependency.combination.is_empty() {
-        return SolveError::Conflict(format!(
+        let text = format!(
             "{} cannot be met: no control vertex that may move has any influence there; {}",
             quoted(&own),
             freedom.advice()
-        ));
+        );
+        return SolveError::Conflict { constraints: vec![own], knot: None, text };
     }
+    let labels = all.iter().map(|&k| constraints[k].label()).collect();
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
     let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
     let still = companions(theirs.iter().map(|&k| constraints[k]));
@@ -67,22 +63,20 @@ pub(super) fn explain(
         ),
     };
     if equations <= columns.len() {
-        return SolveError::Conflict(release);
+        return SolveError::Conflict { constraints: labels, knot: None, text: release };
     }
-    let shapes = Shapes::new(boxes.iter().map(AsRef::as_ref));
     let involved: Vec<&Constraint> = all.iter().map(|&k| constraints[k]).collect();
-    let knot = match knot_that_helps(&shapes, &involved, freedom) {
-        Some(knot) => format!(", or insert a knot at {knot}"),
-        None => String::new(),
-    };
+    let knot = knot_that_helps(&problem.shapes(), &involved, freedom);
+    let insert = knot.map_or_else(String::new, |knot| format!(", or insert a knot at {knot}"));
     let what = if per_vertex == 1 { "things a coordinate" } else { "things" };
-    SolveError::Conflict(format!(
-        "{release}{knot}: they ask {equations} {what} of {vertices} control vertices that may move"
-    ))
+    let text = format!(
+        "{release}{insert}: they ask {equations} {what} of {vertices} control vertices that may move"
+    );
+    SolveError::Conflict { constraints: labels, knot, text }
 }
 
 /// A constraint's name in quotes, unless it has some itself: `"position at 0.25"`, `area of "section"`.
-pub(super) fn quoted(name: &str) -> String {
+pub(crate) fn quoted(name: &str) -> String {
     if name.contains('"') { name.to_owned() } else { format!("\"{name}\"") }
 }
 
@@ -118,12 +112,8 @@ fn advice(ours: &[usize]) -> &'static str {
 }
 
 /// The error for rows that cannot all hold, some of them inequalities.
-pub(super) fn contradiction(
-    constraints: &[&Constraint],
-    freedom: &Freedom,
-    assembly: &Assembly,
-    rows: &[usize],
-) -> SolveError {
+pub(crate) fn contradiction(problem: &Problem, assembly: &Assembly, rows: &[usize]) -> SolveError {
+    let constraints: Vec<&Constraint> = problem.constraints().collect();
     let all: BTreeSet<usize> = rows.iter().map(|&row| assembly.constraint_of(row)).collect();
     let told = |k: &usize| {
         let name = constraints[*k].label();
@@ -135,10 +125,11 @@ pub(super) fn contradiction(
     let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
     let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
     let still = companions(theirs.iter().map(|&k| constraints[k]));
-    SolveError::Conflict(match (&names[..], rows) {
+    let labels = all.iter().map(|&k| constraints[k].label()).collect();
+    let text = match (&names[..], rows) {
         ([only], [row]) if untouched(row) => format!(
             "{only} does not hold, and no control vertex that may move has any influence there; {}",
-            freedom.advice()
+            problem.freedom.advice()
         ),
         ([only], _) => format!("{only} cannot hold; move the bound"),
         _ => format!(
@@ -147,5 +138,6 @@ pub(super) fn contradiction(
             more(&ours),
             advice(&ours)
         ),
-    })
+    };
+    SolveError::Conflict { constraints: labels, knot: None, text }
 }

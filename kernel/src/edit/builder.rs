@@ -3,16 +3,13 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use super::ask::{Constraint, Wanted};
-use super::assembly::Freedom;
-use super::conflict::quoted;
-use super::error::EditError;
 use super::locality::{localise_beside, most_influential};
-use super::metric::Metric;
 use super::session::{Edited, Session};
-use super::smooth::frozen;
 use crate::error::{Error, Result};
 use crate::functional::{Functional, On, Shapes};
+use crate::problem::conflict::quoted;
+use crate::problem::smooth::frozen;
+use crate::problem::{Asked, Constraint, EditError, Freedom, Metric, Problem, Smoothing, Wanted};
 use crate::shape::{Location, Shape, vertex_index};
 use crate::solve::{Automatic, Solver};
 use crate::spline::Curve;
@@ -20,21 +17,21 @@ use crate::spline::Curve;
 /// Says an edit: what is asked of a shape (and perhaps others with it), what may move and what "least" means.
 #[derive(Debug)]
 pub struct Edit<S> {
-    pub(super) shapes: Vec<Box<dyn Shape>>,
-    pub(super) constraints: Vec<Constraint>,
-    pub(super) handle: Option<Arc<dyn Functional>>,
-    pub(super) sliding: bool,
-    pub(super) best_effort: bool,
-    pub(super) alternating: bool,
-    pub(super) forced: bool,
+    shapes: Vec<Box<dyn Shape>>,
+    constraints: Vec<Constraint>,
+    handle: Option<Arc<dyn Functional>>,
+    sliding: bool,
+    best_effort: bool,
+    alternating: bool,
+    forced: bool,
     /// The first shape before knots were inserted to keep the edit in an interval.
-    pub(super) original: Option<Box<dyn Shape>>,
+    original: Option<Box<dyn Shape>>,
     locks: Vec<(usize, i64)>,
     locality: Option<usize>,
     window: Option<(f64, f64)>,
     metric: Metric,
-    pub(super) smooth: u8,
-    pub(super) everywhere: bool,
+    smooth: u8,
+    everywhere: bool,
     names: Vec<(usize, Arc<str>)>,
     kind: PhantomData<fn() -> S>,
 }
@@ -142,7 +139,7 @@ impl<S: Shape> Edit<S> {
     }
 
     /// How messages name the shapes.
-    pub(super) fn names(&self) -> Vec<On> {
+    fn names(&self) -> Vec<On> {
         let name =
             |shape| self.names.iter().rev().find(|(s, _)| *s == shape).map(|(_, name)| Arc::clone(name));
         (0..self.shapes.len()).map(|shape| On { shape, name: name(shape) }).collect()
@@ -220,12 +217,42 @@ impl<S: Shape> Edit<S> {
     /// # Errors
     /// As for [`solve_with`](Self::solve_with).
     pub fn prepare(mut self, solver: impl Solver + 'static) -> Result<Session<S>, EditError> {
+        let asked = self.asked()?;
+        Session::new(self, asked, Box::new(solver))
+    }
+
+    /// What is asked as a problem, bound where the shapes are: for those who take its rows, solve it once, or look for another
+    /// answer than the least adjustment. (Handles, sliding and alternating axes are a session's: a handle is kept where it is.)
+    ///
+    /// # Errors
+    /// When something cannot be asked of the shapes.
+    pub fn problem(mut self) -> Result<Problem, EditError> {
+        let (mut problem, _) = Problem::new(self.asked()?)?;
+        problem.renew_smoothness()?;
+        Ok(problem)
+    }
+
+    /// All that a problem is made of, taken out.
+    fn asked(&mut self) -> Result<Asked, EditError> {
         if let Some((start, end)) = self.window {
             self.localise_window(start, end)?;
         }
-        let freedom = self.freedom()?;
-        let metric = std::mem::take(&mut self.metric);
-        Session::new(self, Box::new(solver), freedom, metric)
+        Ok(Asked {
+            freedom: self.freedom()?,
+            smoothing: Smoothing::new(self.smooth, self.everywhere, self.names()),
+            shapes: std::mem::take(&mut self.shapes),
+            constraints: std::mem::take(&mut self.constraints),
+            handle: self.handle.take(),
+            metric: std::mem::take(&mut self.metric),
+            best_effort: self.best_effort,
+            forced: self.forced,
+        })
+    }
+
+    /// What is left for a session: whether the handle slides, whether axes alternate, and the first shape before knots were
+    /// inserted.
+    pub(super) fn into_rest(self) -> (bool, bool, Option<Box<dyn Shape>>) {
+        (self.sliding, self.alternating, self.original)
     }
 
     /// The location that the edit is about: the handle's, else that of the first constraint that changes something.

@@ -1,17 +1,18 @@
 //! Which knot to insert where too few vertices can move.
 
-use super::ask::Constraint;
-use super::assembly::{Assembly, Freedom};
+use super::assembly::Assembly;
+use super::constraint::Constraint;
 use super::metric::Metric;
 use crate::Point;
 use crate::functional::Shapes;
+use crate::problem::Freedom;
 use crate::shape::Location;
 use crate::solve::{Automatic, Solver};
 use crate::spline::{Curve, Space};
 
 /// A knot that makes the constraints independent when inserted into their curve: the middle of a span near them,
 /// tried out. `None` where there is none, or they are not about one curve.
-pub(super) fn knot_that_helps(
+pub(crate) fn knot_that_helps(
     shapes: &Shapes<'_>,
     constraints: &[&Constraint],
     freedom: &Freedom,

@@ -4,46 +4,19 @@ use crate::error::Result;
 use crate::functional::{Equation, Shapes, Store, rows_of};
 use crate::solve::{Sense, SparseRows, System};
 
-use super::ask::Constraint;
+use super::Freedom;
+use super::constraint::Constraint;
 use super::metric::Metric;
-
-/// Which vertices may move: global numbers, ascending.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Freedom {
-    pub(super) locked: Vec<usize>,
-    pub(super) only: Option<Vec<usize>>,
-    /// The interval that the edit is kept within, where `only` comes from one.
-    pub(super) within: Option<(f64, f64)>,
-}
-
-impl Freedom {
-    pub(super) fn may_move(&self, vertex: usize) -> bool {
-        self.locked.binary_search(&vertex).is_err()
-            && self.only.as_ref().is_none_or(|only| only.binary_search(&vertex).is_ok())
-    }
-
-    /// What could be done where nothing that may move has influence.
-    pub(super) fn advice(&self) -> String {
-        match (self.within, self.only.is_some(), self.locked.is_empty()) {
-            (Some((start, end)), _, true) => format!("widen within = [{start}, {end}], or release it"),
-            (Some((start, end)), _, false) => format!("unlock one, or widen within = [{start}, {end}]"),
-            (None, true, true) => "widen the locality, or release it".to_owned(),
-            (None, true, false) => "unlock one, or widen the locality".to_owned(),
-            (None, false, false) => "unlock one, or release it".to_owned(),
-            (None, false, true) => "release it".to_owned(),
-        }
-    }
-}
 
 /// Where one scalar equation of a constraint is in the system, and how large the numbers in it are.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slot {
-    pub(super) row: u32,
-    pub(super) side: u32,
+pub(crate) struct Slot {
+    pub(crate) row: u32,
+    pub(crate) side: u32,
     /// Which of the functional's numbers it is.
-    pub(super) equation: u32,
+    pub(crate) equation: u32,
     /// `Σ |coefficient| · |vertex|`: rounding errors of its value are of this size times ε, whatever the axes.
-    pub(super) magnitude: f64,
+    pub(crate) magnitude: f64,
 }
 
 /// The largest coordinate of a vertex: what its others were rounded beside, if it was ever turned.
@@ -51,42 +24,58 @@ fn reach(shapes: &Shapes<'_>, vertex: usize) -> f64 {
     shapes.vertex(vertex).coords.amax()
 }
 
-/// The system of a set of constraints.
+/// The linear system of a problem: which control vertices matter, and which equation of which constraint is in which row.
 #[derive(Debug)]
-pub(super) struct Assembly {
-    pub(super) system: System,
+pub struct Assembly {
+    pub(crate) system: System,
     /// All slots, constraint after constraint.
-    pub(super) slots: Vec<Slot>,
+    pub(crate) slots: Vec<Slot>,
     /// Where the slots of each constraint start; one more entry than constraints.
-    pub(super) starts: Vec<usize>,
+    pub(crate) starts: Vec<usize>,
 }
 
 impl Assembly {
+    /// The rows over the control vertices that they touch and that may move, and the metric.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// The control vertices behind the columns, by their numbers through all shapes: each column of a system with three sides is
+    /// one, each three columns of one with a single side are.
+    pub fn vertices(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        let alike = self.system.sides() == 3;
+        self.system
+            .touched()
+            .iter()
+            .step_by(if alike { 1 } else { 3 })
+            .map(move |&c| if alike { c } else { c / 3 })
+    }
+
     /// The slots of constraint `k`.
-    pub(super) fn slots(&self, k: usize) -> &[Slot] {
+    pub(crate) fn slots(&self, k: usize) -> &[Slot] {
         &self.slots[self.starts[k]..self.starts[k + 1]]
     }
 
     /// The constraint that a row belongs to.
-    pub(super) fn constraint_of(&self, row: usize) -> usize {
+    pub(crate) fn constraint_of(&self, row: usize) -> usize {
         let slot = self.slots.partition_point(|s| (s.row as usize) < row);
         self.starts.partition_point(|&s| s <= slot).saturating_sub(1)
     }
 
     /// The index of a slot's entry in right-hand sides.
-    pub(super) fn entry(&self, slot: &Slot) -> usize {
+    pub(crate) fn entry(&self, slot: &Slot) -> usize {
         slot.row as usize * self.system.sides() + slot.side as usize
     }
 
     /// Decides rank at this [`tolerance`](System::tolerance).
-    pub(super) fn decide(&mut self, tolerance: f64) {
+    pub(crate) fn decide(&mut self, tolerance: f64) {
         if tolerance < self.system.tolerance() {
             self.system = self.system.finely();
         }
     }
 
     /// The rows `kept` (ascending) of it; constraints keep their numbers.
-    pub(super) fn select(&self, kept: &[usize]) -> Self {
+    pub(crate) fn select(&self, kept: &[usize]) -> Self {
         let mut slots = Vec::with_capacity(self.slots.len());
         let mut starts = Vec::with_capacity(self.starts.len());
         for k in 0..self.starts.len() - 1 {
@@ -100,7 +89,7 @@ impl Assembly {
         Self { system: self.system.select(kept), slots, starts }
     }
 
-    pub(super) fn new(
+    pub(crate) fn new(
         shapes: &Shapes<'_>,
         constraints: &[&Constraint],
         freedom: &Freedom,
@@ -111,7 +100,7 @@ impl Assembly {
 
     /// The same without the rows of the constraints that are on the `border`: they have no slots, but the vertices that
     /// they touch are among those that move.
-    pub(super) fn beside(
+    pub(crate) fn beside(
         shapes: &Shapes<'_>,
         constraints: &[&Constraint],
         freedom: &Freedom,

@@ -1,21 +1,20 @@
-//! What a session keeps smooth beside what is asked of it.
+//! What a problem keeps smooth beside what is asked of it.
 
 use std::sync::Arc;
 
+use super::Freedom;
 use super::bound::{Bound, bind};
-use super::{ConstraintId, Session, view};
-use crate::edit::EditError;
-use crate::edit::ask::{Constraint, Wanted};
-use crate::edit::assembly::Freedom;
-use crate::edit::metric::Metric;
-use crate::edit::report::{Report, Smoothness};
-use crate::edit::smooth::{Smooth, SmoothKnot, Watched, find, is_ours, ours};
+use super::constraint::{Constraint, Wanted};
+use super::metric::Metric;
+use super::smooth::{Smooth, SmoothKnot, Watched, find, is_ours, ours};
+use super::{ConstraintId, EditError, Problem, view};
 use crate::functional::{On, Shapes};
+use crate::plugin::Smoothness;
 use crate::shape::Shape;
 
-/// How smooth a session keeps its shapes, and the places where that may fail.
+/// How smooth a problem keeps its shapes, and the places where that may fail.
 #[derive(Debug)]
-pub(super) struct Smoothing {
+pub(crate) struct Smoothing {
     level: u8,
     /// Whether not only where something is asked, but wherever vertices may move.
     everywhere: bool,
@@ -25,13 +24,13 @@ pub(super) struct Smoothing {
 }
 
 impl Smoothing {
-    pub(super) fn new(level: u8, everywhere: bool, names: Vec<On>) -> Self {
+    pub(crate) fn new(level: u8, everywhere: bool, names: Vec<On>) -> Self {
         Self { level, everywhere, names, watched: Watched::default() }
     }
 
     /// Puts the rows that keep what is smooth *now* behind what is asked, in place of those that were there. What was there
     /// before, if that has changed, for the case that the new ones cannot be prepared.
-    pub(super) fn renew(
+    pub(crate) fn renew(
         &mut self,
         boxes: &[Box<dyn Shape>],
         bound: &mut Vec<Bound>,
@@ -45,11 +44,7 @@ impl Smoothing {
         self.watched.add(&mut found);
         let mut fresh = Vec::with_capacity(found.kept.len());
         for smooth in found.kept {
-            fresh.push(bind(
-                &shapes,
-                Constraint::new(Arc::new(smooth), Wanted::Keep),
-                ConstraintId(u64::MAX),
-            )?);
+            fresh.push(bind(&shapes, Constraint::new(Arc::new(smooth), Wanted::Keep), ConstraintId::OURS)?);
         }
         if fresh.is_empty() && !bound.iter().any(|b| is_ours(&b.constraint)) {
             return Ok(None);
@@ -61,18 +56,9 @@ impl Smoothing {
     }
 }
 
-impl<S: Shape> Session<S> {
-    /// What was kept smooth, and what corners there are all the same: apart from what was asked. Of its equations the others
-    /// imply so many.
-    pub(super) fn tell_smoothness(&self, report: &mut Report, redundant: usize) {
-        report.smooth = Smoothness { redundant, ..self.smoothness(&view(&self.shapes)) };
-        // They come last, in the account of the constraints too.
-        report.constraints.truncate(report.constraints.len().saturating_sub(report.smooth.knots));
-        report.notes.extend(report.smooth.notes());
-    }
-
+impl Problem {
     /// What is kept smooth beside what is asked, and the corners that other shapes of the same kinds have where these were
-    /// smooth (or other corners) at mouse down.
+    /// smooth (or other corners) when the problem was said.
     pub fn smoothness(&self, shapes: &Shapes<'_>) -> Smoothness {
         let (mut knots, mut equations) = (0, 0);
         for bound in self.bound.iter().filter(|b| is_ours(&b.constraint)) {
@@ -85,5 +71,10 @@ impl<S: Shape> Session<S> {
     /// The knots at which something is kept smooth.
     pub fn smooth_knots(&self) -> impl Iterator<Item = SmoothKnot> + '_ {
         self.bound.iter().filter_map(|b| ours(&b.constraint)).filter_map(Smooth::knot)
+    }
+
+    /// Keeps smooth what is smooth *now*. What was asked before, if that has changed.
+    pub(crate) fn renew_smoothness(&mut self) -> Result<Option<Vec<Bound>>, EditError> {
+        self.smoothing.renew(&self.shapes, &mut self.bound, &self.freedom, &self.metric)
     }
 }

@@ -1,9 +1,8 @@
 //! Constraints with numbers for targets.
 
-use super::ConstraintId;
-use crate::edit::EditError;
-use crate::edit::ask::{Constraint, Value, Wanted};
-use crate::edit::assembly::Assembly;
+use super::assembly::Assembly;
+use super::constraint::{Axis, Constraint, Value, Wanted};
+use super::{ConstraintId, EditError};
 use crate::error::{Error, Result};
 use crate::functional::{Curvature, Functional, Linearity, Shapes, equations_of, value_of};
 use crate::measure::error_of;
@@ -13,34 +12,39 @@ use std::sync::Arc;
 
 /// A constraint whose functional is bound and whose target is a number.
 #[derive(Debug, Clone)]
-pub(super) struct Bound {
-    pub(super) id: ConstraintId,
-    pub(super) constraint: Constraint,
+pub(crate) struct Bound {
+    pub(crate) id: ConstraintId,
+    pub(crate) constraint: Constraint,
     /// The wanted value: all of the functional's numbers, asked or not.
-    pub(super) target: Vec<f64>,
+    pub(crate) target: Vec<f64>,
 }
 
-/// Something that is asked: its name, the functional, and whether it stays as it is (all of it).
+/// Something that is asked: the functional, of which axis, and whether it stays as it is.
 struct Asked {
-    name: String,
     functional: Arc<dyn Functional>,
+    axis: Option<Axis>,
     changes: bool,
-    kept: bool,
 }
 
 impl Asked {
     /// `None`: what is dragged anywhere.
     fn new(functional: &Arc<dyn Functional>, wanted: Option<&Constraint>) -> Self {
         let changes = wanted.is_none_or(|c| c.wanted != Wanted::Keep);
-        let kept = !changes && wanted.is_some_and(|c| c.axis.is_none());
-        Self { name: functional.describe(), functional: Arc::clone(functional), changes, kept }
+        Self { functional: Arc::clone(functional), axis: wanted.and_then(|c| c.axis), changes }
+    }
+
+    /// Whether it is of an axis of this.
+    fn is_of(&self, functional: &dyn Functional, axis: Axis) -> bool {
+        self.axis.is_none_or(|own| own == axis) && self.functional.same_as(functional)
     }
 }
+
+const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
 /// Functionals that should stand still beside others join them, unless they are asked for themselves or something that is
 /// asked supersedes them; functionals that mean something else then become what they are beside that. `known` is asked
 /// already, the one at `dragged` being the handle.
-pub(super) fn add_companions(
+pub(crate) fn add_companions(
     constraints: &mut Vec<Constraint>,
     handle: Option<&mut Arc<dyn Functional>>,
     known: &[Bound],
@@ -51,23 +55,22 @@ pub(super) fn add_companions(
         Asked::new(&b.constraint.functional, Some(&b.constraint).filter(|_| dragged != Some(k)))
     }));
     asked.extend(handle.iter().map(|handle| Asked::new(handle, None)));
-    let gives_way = |companion: &dyn Functional, name: &str| {
-        asked.iter().any(|a| a.name == name || a.changes && a.functional.supersedes(companion))
+    let gives_way = |companion: &dyn Functional, axis: Axis| {
+        asked.iter().any(|a| a.is_of(companion, axis) || a.changes && a.functional.supersedes(companion))
     };
-    let mut fresh: Vec<(String, Arc<dyn Functional>, String)> = Vec::new();
+    let mut fresh: Vec<(Arc<dyn Functional>, String)> = Vec::new();
     let mut settle = |functional: &mut Arc<dyn Functional>, with_companions: bool| {
         let stands_still = |f: &dyn Functional| {
-            let name = f.describe();
-            asked.iter().any(|a| a.kept && a.name == name) || with_companions && !gives_way(f, &name)
+            let kept = |axis| asked.iter().any(|a| !a.changes && a.is_of(f, axis));
+            AXES.into_iter().all(|axis| kept(axis) || with_companions && !gives_way(f, axis))
         };
         if let Some(other) = functional.beside(&stands_still) {
             *functional = other;
         }
         let companions = if with_companions { functional.companions() } else { Vec::new() };
         for companion in companions {
-            let name = companion.describe();
-            if !gives_way(companion.as_ref(), &name) && !fresh.iter().any(|(known, ..)| *known == name) {
-                fresh.push((name, companion, functional.describe()));
+            if !fresh.iter().any(|(known, _)| known.same_as(companion.as_ref())) {
+                fresh.push((companion, functional.describe()));
             }
         }
     };
@@ -78,24 +81,32 @@ pub(super) fn add_companions(
     if let Some(handle) = handle {
         settle(handle, true);
     }
-    constraints.extend(fresh.into_iter().map(|(_, companion, beside)| Constraint {
-        companion: Some(beside),
-        ..Constraint::new(companion, Wanted::Keep)
-    }));
+    for (companion, beside) in fresh {
+        let free: Vec<Axis> = AXES.into_iter().filter(|axis| !gives_way(companion.as_ref(), *axis)).collect();
+        let kept = Constraint { companion: Some(beside), ..Constraint::new(companion, Wanted::Keep) };
+        match free[..] {
+            [_, _, _] => constraints.push(kept),
+            _ if !kept.functional.is_vector() => {}
+            _ => constraints.extend(free.into_iter().map(|axis| kept.clone().axis(axis))),
+        }
+    }
 }
 
 /// After something is no longer asked: functionals whose companions no longer stand still become what they are beside that.
-pub(super) fn loosen(bound: &mut [Bound], dragged: Option<usize>) {
-    let kept: Vec<String> = bound
+pub(crate) fn loosen(bound: &mut [Bound], dragged: Option<usize>) {
+    let kept: Vec<(Arc<dyn Functional>, Option<Axis>)> = bound
         .iter()
         .enumerate()
-        .filter(|(k, b)| {
-            dragged != Some(*k) && b.constraint.wanted == Wanted::Keep && b.constraint.axis.is_none()
-        })
-        .map(|(_, b)| b.constraint.describe())
+        .filter(|(k, b)| dragged != Some(*k) && b.constraint.wanted == Wanted::Keep)
+        .map(|(_, b)| (Arc::clone(&b.constraint.functional), b.constraint.axis))
         .collect();
+    let stands_still = |f: &dyn Functional| {
+        let kept_along =
+            |axis: Axis| kept.iter().any(|(k, own)| own.is_none_or(|own| own == axis) && k.same_as(f));
+        AXES.into_iter().all(kept_along)
+    };
     for b in bound {
-        if let Some(other) = b.constraint.functional.beside(&|f| kept.contains(&f.describe())) {
+        if let Some(other) = b.constraint.functional.beside(&stands_still) {
             b.constraint.functional = other;
         }
     }
@@ -114,7 +125,7 @@ fn instead_of_bounds(functional: &dyn Functional) -> &'static str {
     }
 }
 
-pub(super) fn bind(
+pub(crate) fn bind(
     shapes: &Shapes<'_>,
     mut constraint: Constraint,
     id: ConstraintId,
@@ -210,7 +221,7 @@ pub(super) fn bind(
 
 /// Wanted minus present values into `rhs`, the sizes of the numbers they come from into `size`; and for each
 /// constraint its largest error and the size to measure it by.
-pub(super) fn right_hand_side(
+pub(crate) fn right_hand_side(
     shapes: &Shapes<'_>,
     bound: &[Bound],
     assembly: &Assembly,

@@ -30,7 +30,7 @@ pub enum Metric {
 impl Metric {
     /// The global vertices that move where these do: more than themselves only with a falloff or a matrix.
     /// Ascending. `may_move` tells which vertices are free.
-    pub(super) fn widen(
+    pub(crate) fn widen(
         &self,
         shapes: &Shapes<'_>,
         touched: Vec<usize>,
@@ -59,7 +59,7 @@ impl Metric {
     }
 
     /// The metric over the vertices that move (ascending global numbers).
-    pub(super) fn resolve(
+    pub(crate) fn resolve(
         &self,
         shapes: &Shapes<'_>,
         moving: &[usize],

@@ -1,12 +1,12 @@
 //! The nearest thing to a solution where constraints conflict.
 
-use crate::edit::assembly::Assembly;
+use super::assembly::Assembly;
 use crate::solve::Dependency;
 
 /// The right-hand side on the independent rows that misses all rows least (each scaled as it stands): least squares
 /// over `[I; C]`, `C` the combinations of the dependent ones, by the normal equations of the few that are dependent:
 /// `y = b + Cᵀ (I + C Cᵀ)⁻¹ (b_dep - C b)`.
-pub(super) fn soften(assembly: &Assembly, dependencies: &[Dependency], rhs: &[f64]) -> Vec<f64> {
+pub(crate) fn soften(assembly: &Assembly, dependencies: &[Dependency], rhs: &[f64]) -> Vec<f64> {
     let sides = assembly.system.sides();
     let rows = assembly.system.rows();
     let norm = |row: usize| rows.norm(row).max(f64::MIN_POSITIVE);

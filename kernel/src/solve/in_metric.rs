@@ -1,0 +1,129 @@
+//! A metric taken out before any solver, and put back into its answers.
+
+use std::sync::Arc;
+
+use super::metric::Whitened;
+use super::rank::{Dependency, Diagnosis, reduce};
+use super::refine::Refinement;
+use super::system::System;
+use super::{DenseLu, Factored, SolveError, SystemMetric};
+
+/// What a solver made of the rows in the coordinates of the metric.
+struct InMetric {
+    core: Core,
+    refinement: Box<Refinement>,
+    dependencies: Vec<Dependency>,
+}
+
+struct Core {
+    inner: Box<dyn Factored>,
+    whitened: Box<Whitened>,
+    sides: usize,
+    /// The rows that were kept, where that is not all of them, and room for their right-hand sides and multipliers.
+    kept: Option<Vec<usize>>,
+    part: Vec<f64>,
+}
+
+/// A solver for systems whose metric is the identity.
+pub(super) type MinimumNorm<'a> = dyn Fn(&System) -> Result<Box<dyn Factored>, SolveError> + 'a;
+
+/// Factors a system whose metric is not the identity with a solver for those where it is. Which rows depend on others is asked
+/// of the rows as they were given: the metric does not matter to it, and would add its condition to the rounding.
+///
+/// # Errors
+/// The solver's own; when the metric is not positive definite, or so ill-conditioned that answers do not meet the rows.
+pub(super) fn factor(
+    solver: &str,
+    factor: &MinimumNorm<'_>,
+    system: &System,
+) -> Result<Box<dyn Factored>, SolveError> {
+    let Some(whitened) = system.whitened()? else { return factor(system) };
+    let (count, sides) = (system.rows().len(), system.sides());
+    let plain = system.with_rows(Arc::clone(&whitened.rows), SystemMetric::Least);
+    let mut inner = factor(&plain)?;
+    let (mut kept, mut dependencies) = (None, Vec::new());
+    if inner.rank() < count {
+        let (independent, others) = reduce(system, solver)?;
+        inner = factor(&plain.select(&independent).finely())?;
+        if inner.rank() < independent.len() {
+            return Err(ill_conditioned(solver, system, inner.as_ref()));
+        }
+        (kept, dependencies) = (Some(independent), others);
+    }
+    let part = vec![0.0; kept.as_ref().map_or(0, |kept| kept.len() * sides)];
+    let mut core = Core { inner, whitened, sides, kept, part };
+    let rows: Vec<u32> = match &core.kept {
+        None => (0..count as u32).collect(),
+        Some(kept) => kept.iter().map(|&row| row as u32).collect(),
+    };
+    match Refinement::new(system, rows.into_iter(), |rhs, d| core.solve_into(rhs, d)) {
+        Some(refinement) => Ok(Box::new(InMetric { core, refinement, dependencies })),
+        None => Err(ill_conditioned(solver, system, core.inner.as_ref())),
+    }
+}
+
+#[cold]
+fn ill_conditioned(solver: &str, system: &System, inner: &dyn Factored) -> SolveError {
+    let condition = inner.diagnosis().condition;
+    if solver == "householder-qr" && !DenseLu::takes(system) {
+        return SolveError::Unsupported(format!(
+            "the constraints are so nearly dependent (condition {condition:.1e}) that they are not met to rounding: take \
+             away one of those that nearly coincide, or ask for fewer at once"
+        ));
+    }
+    let better = if solver == "householder-qr" { "lu" } else { "householder-qr" };
+    SolveError::IllConditioned { solver: solver.into(), condition, better }
+}
+
+impl Core {
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        match &self.kept {
+            None => self.inner.solve_into(rhs, d),
+            Some(kept) => {
+                gather(kept, self.sides, rhs, &mut self.part);
+                self.inner.solve_into(&self.part, d);
+            }
+        }
+        self.whitened.finish(d, self.sides);
+    }
+}
+
+/// The entries of some rows.
+fn gather(kept: &[usize], sides: usize, all: &[f64], part: &mut [f64]) {
+    for (part, &row) in part.chunks_exact_mut(sides).zip(kept) {
+        part.copy_from_slice(&all[row * sides..(row + 1) * sides]);
+    }
+}
+
+impl Factored for InMetric {
+    fn solver(&self) -> &str {
+        self.core.inner.solver()
+    }
+
+    fn rank(&self) -> usize {
+        self.core.inner.rank()
+    }
+
+    fn diagnosis(&self) -> Diagnosis {
+        Diagnosis { dependencies: self.dependencies.clone(), ..self.core.inner.diagnosis() }
+    }
+
+    fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
+        let Self { core, refinement, .. } = self;
+        core.solve_into(rhs, d);
+        refinement.refine(rhs, d, |missed, more| core.solve_into(missed, more));
+    }
+
+    /// `F W⁻¹ Fᵀ λ = b` is the same equation in the metric's coordinates.
+    fn multipliers_into(&mut self, rhs: &[f64], multipliers: &mut [f64]) {
+        let Core { inner, kept, part, sides, .. } = &mut self.core;
+        let Some(kept) = kept else { return inner.multipliers_into(rhs, multipliers) };
+        gather(kept, *sides, rhs, part);
+        let mut some = vec![0.0; part.len()];
+        inner.multipliers_into(part, &mut some);
+        multipliers.fill(0.0);
+        for (some, &row) in some.chunks_exact(*sides).zip(&*kept) {
+            multipliers[row * *sides..(row + 1) * *sides].copy_from_slice(some);
+        }
+    }
+}
