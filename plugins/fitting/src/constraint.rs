@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use loftsman_kernel::edit::{Axis, Constraint, Edit, EditError, Wanted};
+use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of};
 use loftsman_kernel::measure::measure;
 use loftsman_kernel::solve::Sense;
@@ -19,37 +21,38 @@ const DEPENDENT: f64 = 1e-10;
 /// How far a dependent row may contradict the others, relative to the numbers in it.
 const AGREES: f64 = 1e-8;
 
-/// A functional and the value that the fitted curve must give it.
-#[derive(Debug, Clone)]
-pub struct Constraint {
-    functional: Arc<dyn Functional>,
-    to: Option<Vec<f64>>,
+/// Whether a fit can hold a constraint at all.
+fn check(constraint: &Constraint) -> Result<()> {
+    let functional = constraint.functional();
+    let reason = match constraint.wanted() {
+        _ if functional.linearity() != Linearity::Linear => {
+            "it is not linear in the control vertices; edit the fitted curve instead"
+        }
+        _ if !functional.companions().is_empty() => {
+            "it holds beside others that stay as they are, and a fit has no curve yet to keep them of; edit the fitted curve \
+             instead"
+        }
+        Wanted::To(_) | Wanted::Hold => return Ok(()),
+        Wanted::Keep | Wanted::By(_) | Wanted::Scale(_) => {
+            "a fit has no curve yet of which it could be kept or changed: say which value it should have with `to`"
+        }
+        Wanted::AtLeast(_) | Wanted::AtMost(_) => {
+            "a fit holds equations, no bounds; edit or fair the fitted curve instead"
+        }
+    };
+    Err(refused(constraint, reason))
 }
 
-impl Constraint {
-    /// `functional(curve) = to`, one number an equation (a vector's x, y and z).
-    pub fn new(functional: impl Functional + 'static, to: impl Into<Vec<f64>>) -> Self {
-        Self { functional: Arc::new(functional), to: Some(to.into()) }
-    }
+fn refused(constraint: &Constraint, reason: &str) -> FitError {
+    FitError::Constraint { name: constraint.describe(), reason: reason.into() }
+}
 
-    /// A condition, which holds where its value is zero: parallel to a direction, orthogonal, symmetric.
-    pub fn condition(functional: impl Functional + 'static) -> Self {
-        Self { functional: Arc::new(functional), to: None }
-    }
-
-    /// A functional built elsewhere, with its value or, for a condition, `None`.
-    pub fn shared(functional: Arc<dyn Functional>, to: Option<Vec<f64>>) -> Self {
-        Self { functional, to }
-    }
-
-    /// Where its functional looks, where that is one place.
-    pub(crate) fn location(&self) -> Option<(usize, loftsman_kernel::shape::Location)> {
-        self.functional.location()
-    }
-
-    /// What it asks, for people: `position at 0.25`.
-    pub fn name(&self) -> String {
-        self.functional.describe()
+/// Why a constraint cannot be asked of the curve.
+fn unheld(constraint: &Constraint, error: EditError) -> FitError {
+    match error {
+        EditError::Geometry(Error::Invalid(reason)) => refused(constraint, &reason),
+        EditError::Geometry(error) => FitError::Geometry(error),
+        error => refused(constraint, &error.to_string()),
     }
 }
 
@@ -74,6 +77,7 @@ struct Local {
 struct Imposed {
     name: String,
     functional: Arc<dyn Functional>,
+    axis: Option<Axis>,
     to: Vec<f64>,
 }
 
@@ -116,8 +120,9 @@ impl Holding {
         let shapes = Shapes::one(curve);
         let reach = points.iter().fold(0.0_f64, |most, p| most.max(p.coords.amax()));
         let mut residuals = Vec::with_capacity(self.imposed.len());
-        for Imposed { name, functional, to } in self.imposed {
-            let found = measure(&shapes, functional.as_ref(), Sense::Equal, &to, &|_| true, reach)?;
+        for Imposed { name, functional, axis, to } in self.imposed {
+            let asked = |k: usize| axis.is_none_or(|axis| axis as usize == k);
+            let found = measure(&shapes, functional.as_ref(), Sense::Equal, &to, &asked, reach)?;
             if !found.holds() {
                 let verdict = found.verdict();
                 return Err(FitError::Missed { name, error: verdict.error, allowed: verdict.allowed });
@@ -136,34 +141,31 @@ impl Held {
     /// When a constraint is not linear, lacks its value, or cannot be asked of a curve.
     pub(crate) fn new(constraints: &[Constraint], curve: &Curve, frame: &Frame) -> Result<Self> {
         let mut held = Self::default();
-        let shapes = Shapes::one(curve);
-        for (index, constraint) in constraints.iter().enumerate() {
-            let name = constraint.name();
-            let refuse = |reason: String| FitError::Constraint { name: name.clone(), reason };
-            let bound = constraint.functional.bind(&shapes)?;
-            let functional = bound.as_ref().unwrap_or(&constraint.functional);
-            if functional.linearity() != Linearity::Linear || !functional.companions().is_empty() {
-                return Err(refuse(
-                    "it is not linear in the control vertices; edit the fitted curve instead".into(),
-                ));
-            }
-            let count = functional.equations();
-            let to = match &constraint.to {
-                Some(to) if to.len() == count && to.iter().all(|v| v.is_finite()) => to.clone(),
-                Some(to) => {
-                    return Err(refuse(format!("it needs {count} finite numbers as its value, not {to:?}")));
-                }
-                None if functional.is_condition() => vec![0.0; count],
-                None => return Err(refuse("say which value it should have with `to`".into())),
-            };
+        if constraints.is_empty() {
+            return Ok(held);
+        }
+        for constraint in constraints {
+            check(constraint)?;
+        }
+        let asked =
+            |some: &[Constraint]| some.iter().cloned().fold(Edit::new(curve).smooth(0), Edit::ask).problem();
+        let problem = asked(constraints).map_err(|error| {
+            let alone = constraints.iter().find(|c| asked(std::slice::from_ref(*c)).is_err());
+            unheld(alone.unwrap_or(&constraints[0]), error)
+        })?;
+        let shapes = problem.shapes();
+        for (index, constraint) in problem.constraints().enumerate() {
             let mut store = Store::default();
-            rows_of(functional.as_ref(), &shapes, &mut store.rows(&shapes))?;
-            if !held.append(index, &store, &to, frame) {
-                return Err(refuse(
-                    "it does not depend on the control vertices, or too much to compute with".into(),
+            rows_of(constraint.functional().as_ref(), &shapes, &mut store.rows(&shapes))?;
+            let to = problem.target(index).unwrap_or_default();
+            if !held.append(index, constraint.narrowed(), &store, to, frame) {
+                return Err(refused(
+                    constraint,
+                    "it does not depend on the control vertices, or too much to compute with",
                 ));
             }
-            held.imposed.push(Imposed { name, functional: Arc::clone(functional), to });
+            let (name, functional) = (constraint.describe(), Arc::clone(constraint.functional()));
+            held.imposed.push(Imposed { name, functional, axis: constraint.narrowed(), to: to.to_vec() });
         }
         let entries = held.rows.len().saturating_mul(3 * curve.points().len());
         if entries > BORDER {
@@ -176,8 +178,17 @@ impl Held {
         Ok(held)
     }
 
-    /// Appends the equations of one constraint; false where one of them has no coefficients.
-    fn append(&mut self, constraint: usize, store: &Store, to: &[f64], frame: &Frame) -> bool {
+    /// Appends the equations of one constraint, of one axis where it is narrowed to that; false where one of them has no
+    /// coefficients.
+    fn append(
+        &mut self,
+        constraint: usize,
+        axis: Option<Axis>,
+        store: &Store,
+        to: &[f64],
+        frame: &Frame,
+    ) -> bool {
+        let asked = |k: usize| axis.is_none_or(|axis| axis as usize == k);
         let mut to = to.iter().copied();
         let mut next = || to.next().unwrap_or(0.0);
         let origin = frame.leave(Vector::zeros()).coords;
@@ -192,10 +203,13 @@ impl Held {
                         return false;
                     }
                     let value = frame.enter_vector(wanted - origin * sum) / size;
-                    for axis in 0..3 {
+                    for axis in (0..3).filter(|k| asked(*k)) {
                         let e = Vector::ith(axis, 1.0 / size);
                         let terms = vertices.iter().zip(coefficients).map(|(&v, &c)| (v, e * c)).collect();
                         self.rows.push(Row { terms, value: value[axis], constraint });
+                    }
+                    if axis.is_some() {
+                        continue;
                     }
                     let values = coefficients.iter().map(|c| c / size).collect();
                     self.local.extend(vertices.first().map(|&start| Local { start, values, value }));

@@ -1,10 +1,11 @@
 //! The whole way from points to a curve: parameters, knots where they are needed, a tolerance that holds.
 
+use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::plugin::{Observer, Quiet};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 
-use crate::constraint::{Constraint, Kept};
+use crate::constraint::Kept;
 use crate::corner::Corners;
 use crate::error::Result;
 use crate::frame::Frame;

@@ -1,10 +1,11 @@
 //! Least squares: the spline curve of a given space that is nearest to points at their parameters.
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::spline::{Curve, Space};
 
 use crate::banded::Stencils;
-use crate::constraint::{Constraint, Held, Holding, Kept, rough};
+use crate::constraint::{Held, Holding, Kept, rough};
 use crate::error::{FitError, Result};
 use crate::frame::Frame;
 use crate::knots::check_data;

@@ -7,7 +7,7 @@
 //! | a curve within a tolerance, knots where they are needed | [`Fit`] |
 //! | a surface through, or near to, a grid of points | [`GridFit`] |
 //! | which parameters the points get | [`Parametrization`] |
-//! | what must hold exactly | [`Constraint`], any linear functional |
+//! | what must hold exactly | [`Constraint`](loftsman_kernel::edit::Constraint), any linear functional |
 //! | the same in a recipe | the operation `fit`: [`FitPoints`], brought by the plug-in [`Fitting`] |
 //!
 //! All equations are banded (around a circle for closed curves) and solved by orthogonal rotations, in time linear
@@ -46,7 +46,7 @@ mod through;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
-pub use constraint::{Constraint, Kept};
+pub use constraint::Kept;
 pub use corner::Corners;
 pub use error::FitError;
 pub use fit::{Fit, FittedCurve, Target};

@@ -2,15 +2,15 @@
 
 use std::borrow::Cow;
 
+use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
     ConstraintReport, Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters,
-    StepReport,
+    StepReport, constraint_from, functional_from,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::{Error, Point};
 
-use crate::constraint::Constraint;
 use crate::corner::Corners;
 use crate::error::FitError;
 use crate::fit::{Fit, FittedCurve, Target};
@@ -359,26 +359,20 @@ fn constraint_of(
     object: &str,
     context: &Context<'_>,
 ) -> Result<Constraint, OperationError> {
-    let kind = table.text("kind")?;
-    let declaration = context.registry.find_functional(kind, table.path())?;
     for word in ["by", "scale", "keep", "at_least", "at_most"] {
         if table.has(word) {
             let problem = "needs a shape that is there already; a fit can only be told a value, with \"to\"";
             return Err(table.error(word, problem).into());
         }
     }
-    // Some kinds have a field `to` of their own (a direction): they are conditions.
-    let own = declaration.fields.iter().any(|f| f.name == "to");
-    let to = if own || !table.has("to") {
-        None
-    } else if table.list("to").is_ok() {
-        Some(table.numbers("to")?)
-    } else {
-        Some(vec![table.number("to")?])
-    };
-    let fields = if own { table.without(&["kind"]) } else { table.without(&["kind", "to"]) };
-    let functional = context.registry.build_functional(kind, &fields, &mut OnlyItself { object })?;
-    Ok(Constraint::shared(functional, to))
+    let mut names = OnlyItself { object };
+    // "says nothing: give one of" would name words that a fit does not take.
+    if !table.has("to")
+        && !functional_from(context.registry, &table.without(&["axis"]), &mut names)?.is_condition()
+    {
+        return Err(table.error("to", "is missing: say which value it should have with `to`").into());
+    }
+    Ok(constraint_from(context.registry, table, &mut names)?)
 }
 
 /// A fit has one shape: the curve that it makes.

@@ -2,14 +2,15 @@
 
 use std::ops::Range;
 
-use loftsman_kernel::functional::{Functional, position};
+use loftsman_kernel::edit::{Ask, Constraint};
+use loftsman_kernel::functional::position;
 use loftsman_kernel::measure;
 use loftsman_kernel::plugin::Observer;
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use crate::constraint::{Constraint, Holding};
+use crate::constraint::Holding;
 use crate::error::{FitError, Result};
 use crate::fit::{Fit, FittedCurve};
 use crate::frame::Frame;
@@ -147,7 +148,7 @@ impl Whole<'_> {
         for ((u, k), kept) in ends.into_iter().zip(kept) {
             if kept && !is_asked(&all, u) {
                 let point = self.frame.leave(self.points[self.index(k)]);
-                all.push(Constraint::new(position(u), <[f64; 3]>::from(point.coords)));
+                all.push(position(u).to(point));
             }
         }
         all
@@ -158,8 +159,8 @@ impl Whole<'_> {
         let mut all = vec![Vec::new(); cuts.len()];
         for constraint in &self.fit.constraints {
             let refuse =
-                |reason: &str| FitError::Constraint { name: constraint.name(), reason: reason.into() };
-            let Some(u) = constraint.place() else {
+                |reason: &str| FitError::Constraint { name: constraint.describe(), reason: reason.into() };
+            let Some(u) = place(constraint) else {
                 return Err(refuse(
                     "it looks at the whole curve, which has corners: leave it or the corners out",
                 ));
@@ -358,22 +359,19 @@ impl Whole<'_> {
 
 /// Whether constraints ask for the position at a parameter.
 fn is_asked(constraints: &[Constraint], u: f64) -> bool {
-    let place = position(u).describe();
-    constraints.iter().any(|constraint| constraint.name() == place)
+    constraints.iter().any(|c| c.narrowed().is_none() && c.functional().same_as(&position(u)))
+}
+
+/// The parameter at which a constraint looks, where it is one.
+pub(crate) fn place(constraint: &Constraint) -> Option<f64> {
+    match constraint.functional().location()? {
+        (0, Location::Curve(u)) => Some(u),
+        _ => None,
+    }
 }
 
 /// The points of a piece (those from the number of points on are the first again) and their parameters.
 struct Cut {
     range: Range<usize>,
     sites: Vec<f64>,
-}
-
-impl Constraint {
-    /// The parameter at which it looks, where it is one.
-    pub(crate) fn place(&self) -> Option<f64> {
-        match self.location()? {
-            (0, Location::Curve(u)) => Some(u),
-            _ => None,
-        }
-    }
 }

@@ -1,10 +1,10 @@
 //! The search behind a fit: rounds of least squares and new knots, without parameter corrections and with them.
 
+use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::plugin::Observer;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use crate::constraint::Constraint;
 use crate::error::{FitError, Result};
 use crate::fit::Fit;
 use crate::frame::Frame;

@@ -6,7 +6,8 @@ mod common;
 
 use common::evaluator::{extent, holds};
 use common::families::{Member, Random, airfoil, member};
-use loftsman_fitting::{Constraint, Corners, Fit, FitError, FittedCurve, Parametrization, Target};
+use loftsman_fitting::{Corners, Fit, FitError, FittedCurve, Parametrization, Target};
+use loftsman_kernel::edit::Ask;
 use loftsman_kernel::functional::{derivative, tangent};
 use loftsman_kernel::{Point, Vector};
 
@@ -183,10 +184,10 @@ fn directions_held_at_the_ends() {
         let mut fit = Fit::new(3 + (seed % 3) as usize, Target::Relative(1e-2));
         let along = *next - first;
         fit.constraints = vec![if seed % 2 == 0 {
-            Constraint::condition(tangent(0.0).along(<[f64; 3]>::from(along.normalize())))
+            tangent(0.0).along(<[f64; 3]>::from(along.normalize())).hold()
         } else {
             let speed = fit_length(&member.points);
-            Constraint::new(derivative(0.0, 1), <[f64; 3]>::from(along.normalize() * speed))
+            derivative(0.0, 1).to(<[f64; 3]>::from(along.normalize() * speed))
         }];
         let what = format!("{} (seed {seed}, degree {})", member.kind, fit.degree);
         if let Ok(fitted) = &fit.curve(&member.points) {
@@ -290,10 +291,10 @@ fn corners_open_closed_weighted_and_held() {
         holds(&closed, &points, true, "L, closed");
         if degree > 1 {
             let mut held = base.clone();
-            held.constraints = vec![Constraint::new(derivative(0.0, 1), [2.0, 0.5, 0.0])];
+            held.constraints = vec![derivative(0.0, 1).to([2.0, 0.5, 0.0])];
             let start = held.curve(&points).unwrap().curve.derivative(0.0, 1).unwrap();
             assert!((start - Vector::new(2.0, 0.5, 0.0)).norm() < 1e-9);
-            held.constraints = vec![Constraint::new(derivative(fitted.parameters[40], 1), [2.0, 0.5, 0.0])];
+            held.constraints = vec![derivative(fitted.parameters[40], 1).to([2.0, 0.5, 0.0])];
             assert!(matches!(held.curve(&points), Err(FitError::Constraint { .. })));
         }
     }

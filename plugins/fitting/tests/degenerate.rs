@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
 use loftsman_fitting::{
-    Constraint, Duplicates, Ends, Fit, FitError, Interpolation, LeastSquares, Parametrization, Target,
+    Duplicates, Ends, Fit, FitError, Interpolation, LeastSquares, Parametrization, Target,
 };
-use loftsman_kernel::functional::{derivative, linear, orthogonal, position, tangent};
+use loftsman_kernel::edit::{Ask, Axis};
+use loftsman_kernel::functional::{curvature, derivative, linear, orthogonal, position, tangent};
 use loftsman_kernel::spline::Space;
 use loftsman_kernel::{Point, Vector};
 
@@ -190,11 +191,11 @@ fn constraints_hold_exactly() {
         let place = Point::new(2.1, 0.4, 0.0) + shift;
         let slope = Vector::new(3.0, 1.0, -2.0);
         fit.constraints = vec![
-            Constraint::new(position(0.5), <[f64; 3]>::from(place.coords)),
-            Constraint::new(derivative(0.5, 1), <[f64; 3]>::from(slope)),
-            Constraint::condition(tangent(0.25).along([1.0, 1.0, 0.5])),
-            Constraint::condition(orthogonal(0.8, [0.0, 0.0, 1.0])),
-            Constraint::new(linear([(3, Vector::x()), (-2, Vector::y())]), [0.7]),
+            position(0.5).to(<[f64; 3]>::from(place.coords)),
+            derivative(0.5, 1).to(<[f64; 3]>::from(slope)),
+            tangent(0.25).along([1.0, 1.0, 0.5]).hold(),
+            orthogonal(0.8, [0.0, 0.0, 1.0]).hold(),
+            linear([(3, Vector::x()), (-2, Vector::y())]).to(0.7),
         ];
         let fitted = fit.curve(&moved).unwrap();
         let tiny = 1e-11 * (1.0 + offset);
@@ -217,7 +218,7 @@ fn constrained_least_squares_is_least() {
     let points = wave(40);
     let sites: Vec<f64> = (0..40).map(|i| f64::from(i) / 39.0).collect();
     let mut fit = LeastSquares::new(Space::clamped(3, &[0.0, 0.25, 0.5, 0.75, 1.0]).unwrap());
-    fit.constraints = vec![Constraint::new(position(0.4), [2.0, 0.0, 1.0])];
+    fit.constraints = vec![position(0.4).to([2.0, 0.0, 1.0])];
     let fitted = fit.curve(&sites, &points).unwrap();
     let sum = |curve: &loftsman_kernel::spline::Curve| -> f64 {
         sites.iter().zip(&points).map(|(&u, q)| (curve.point(u).unwrap() - q).norm_squared()).sum()
@@ -251,10 +252,7 @@ fn constraints_may_determine_what_the_points_do_not() {
     let points: Vec<Point> = sites.iter().map(|&u| Point::new(u, u * (1.0 - u), 0.0)).collect();
     let mut fit = LeastSquares::new(Space::clamped(1, &[0.0, 0.3, 0.4, 0.5, 0.7, 1.0]).unwrap());
     assert!(matches!(fit.curve(&sites, &points), Err(FitError::NoData { .. })));
-    fit.constraints = vec![
-        Constraint::new(position(0.4), [0.5, 0.25, 0.0]),
-        Constraint::new(position(0.45), [0.5, 0.75, 0.0]),
-    ];
+    fit.constraints = vec![position(0.4).to([0.5, 0.25, 0.0]), position(0.45).to([0.5, 0.75, 0.0])];
     let fitted = fit.curve(&sites, &points).unwrap();
     assert!((fitted.curve.point(0.5).unwrap() - Point::new(0.5, 1.25, 0.0)).norm() < 1e-14);
 }
@@ -264,13 +262,45 @@ fn redundant_is_reported_and_conflict_is_named() {
     let points = wave(40);
     let mut fit = Fit::new(3, Target::Vertices(10));
     let here = [1.5, 1.0, 0.4];
-    fit.constraints = vec![Constraint::new(position(0.4), here), Constraint::new(derivative(0.4, 0), here)];
+    fit.constraints = vec![position(0.4).to(here), derivative(0.4, 0).to(here)];
     let fitted = fit.curve(&points).unwrap();
-    assert_eq!(fitted.kept.redundant, ["derivative 0 at 0.4".to_owned()].map(|_| fit.constraints[1].name()));
-    fit.constraints[1] = Constraint::new(derivative(0.4, 0), [1.5, 1.2, 0.4]);
+    assert_eq!(
+        fitted.kept.redundant,
+        ["derivative 0 at 0.4".to_owned()].map(|_| fit.constraints[1].describe())
+    );
+    fit.constraints[1] = derivative(0.4, 0).to([1.5, 1.2, 0.4]);
     let Err(FitError::Conflict { name, with }) = fit.curve(&points) else { panic!() };
-    assert_eq!(name, fit.constraints[1].name());
+    assert_eq!(name, fit.constraints[1].describe());
     assert_eq!(with, ["position at 0.4"]);
+}
+
+#[test]
+fn one_axis_of_a_place_is_held_and_the_others_are_free() {
+    let points = wave(60);
+    let sites: Vec<f64> = (0..60).map(|k| f64::from(k) / 59.0).collect();
+    let mut fit = LeastSquares::new(Space::clamped(3, &[0.0, 0.2, 0.45, 0.7, 1.0]).unwrap());
+    let free = fit.curve(&sites, &points).unwrap().curve;
+    let before = free.point(0.3).unwrap();
+    for axis in [Axis::X, Axis::Y, Axis::Z] {
+        let k = axis as usize;
+        fit.constraints = vec![position(0.3).axis(axis).to(before[k] + 0.5)];
+        let held = fit.curve(&sites, &points).unwrap();
+        // The other axes are the least-squares curve's.
+        for (now, was) in held.curve.points().iter().zip(free.points()) {
+            let way = now - was;
+            assert!((0..3).all(|other| other == k || way[other].abs() < 1e-12), "{way}");
+        }
+        assert!((held.curve.point(0.3).unwrap()[k] - before[k] - 0.5).abs() < 1e-13);
+        assert!(held.kept.residuals[0].0.ends_with("of position at 0.3"), "{:?}", held.kept.residuals);
+    }
+    let Err(FitError::Constraint { reason, .. }) = ({
+        let mut fit = Fit::new(3, Target::Vertices(12));
+        fit.constraints = vec![curvature(0.3).to([0.1, 0.0])];
+        fit.curve(&points)
+    }) else {
+        panic!()
+    };
+    assert!(reason.contains("no curve yet to keep them of"), "{reason}");
 }
 
 #[test]
@@ -278,17 +308,21 @@ fn constraints_that_cannot_be_are_refused() {
     let points = wave(40);
     let mut fit = Fit::new(3, Target::Vertices(10));
     for bad in [
-        Constraint::condition(position(0.4)),
-        Constraint::new(position(0.4), [1.0]),
-        Constraint::new(position(0.4), [1.0, f64::NAN, 2.0]),
-        Constraint::new(loftsman_kernel::functional::magnitude(0.4), [1.0]),
-        Constraint::new(derivative(0.4, 7), [0.0; 3]),
+        position(0.4).keep(),
+        position(0.4).to(1.0),
+        position(0.4).to([1.0, f64::NAN, 2.0]),
+        loftsman_kernel::functional::magnitude(0.4).to(1.0),
+        derivative(0.4, 7).to([0.0; 3]),
+        position(0.4).by([0.0; 3]),
+        position(0.4).axis(Axis::X).at_least(0.5),
+        curvature(0.4).to([0.1, 0.0]),
+        tangent(0.4).axis(Axis::Z).keep(),
     ] {
         fit.constraints = vec![bad];
         let error = fit.curve(&points).unwrap_err();
         assert!(matches!(error, FitError::Constraint { .. }), "{error}");
     }
-    fit.constraints = vec![Constraint::new(position(1.4), [0.0; 3])];
+    fit.constraints = vec![position(1.4).to([0.0; 3])];
     assert!(matches!(fit.curve(&points), Err(FitError::Geometry(_))));
 }
 

@@ -6,7 +6,8 @@ mod common;
 
 use common::evaluator::{Spline, size, spread};
 use common::families::{Random, member};
-use loftsman_fitting::{Constraint, Corners, Fit, FitError, Target};
+use loftsman_fitting::{Corners, Fit, FitError, Target};
+use loftsman_kernel::edit::Ask;
 use loftsman_kernel::functional::position;
 use loftsman_kernel::{Point, Vector};
 
@@ -30,7 +31,7 @@ fn positions_hold_on_the_curve_or_the_fit_is_refused() {
             near + Vector::new(r.normal(), r.normal(), 0.0) * (extent * r.pick(&[0.0, 1e-3, 0.1]))
         };
         let aims: Vec<(f64, Vector)> = at.iter().map(|&u| (u, aim(u, &mut r))).collect();
-        let constraint = |(u, q): &(f64, Vector)| Constraint::new(position(*u), <[f64; 3]>::from(q * size));
+        let constraint = |(u, q): &(f64, Vector)| position(*u).to(<[f64; 3]>::from(q * size));
         let fit = Fit {
             closed: member.closed,
             best_effort: true,
@@ -87,7 +88,7 @@ fn an_end_of_a_cornered_curve_goes_where_a_constraint_puts_it() {
                 let to = end + Vector::new(0.0, 0.3, 0.1);
                 let fit = Fit {
                     corners: Corners::Angle(60.0_f64.to_radians()),
-                    constraints: vec![Constraint::new(position(u), <[f64; 3]>::from(to.coords))],
+                    constraints: vec![position(u).to(<[f64; 3]>::from(to.coords))],
                     ..Fit::new(degree, Target::Tolerance(0.5))
                 };
                 let found = fit.curve(points).unwrap_or_else(|e| panic!("degree {degree}, {u}: {e}"));
