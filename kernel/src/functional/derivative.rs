@@ -1,6 +1,9 @@
 //! The derivative vectors of a shape.
 
-use super::position::{AT, OBJECT};
+use std::sync::Arc;
+
+use super::at::{AT_OR_NEAR, At};
+use super::position::OBJECT;
 use super::{
     DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals, magnitude, tangent,
 };
@@ -12,12 +15,12 @@ use crate::shape::{Derivative, Location};
 #[derive(Debug, Clone, PartialEq)]
 pub struct DerivativeAt {
     on: On,
-    at: Location,
+    at: At,
     order: Derivative,
 }
 
-/// The derivative of an order (`k` on a curve, `[i, j]` on a surface) at a location.
-pub fn derivative(at: impl Into<Location>, order: impl Into<Derivative>) -> DerivativeAt {
+/// The derivative of an order (`k` on a curve, `[i, j]` on a surface) at a location, or [near](super::near()) one, which floats.
+pub fn derivative(at: impl Into<At>, order: impl Into<Derivative>) -> DerivativeAt {
     DerivativeAt { on: On::default(), at: at.into(), order: order.into() }
 }
 
@@ -36,24 +39,24 @@ impl Functional for DerivativeAt {
     }
 
     fn linearity(&self) -> Linearity {
-        Linearity::Linear
+        if self.at.floats { Linearity::Nonlinear } else { Linearity::Linear }
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at, self.order)?);
+        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at.location, self.order)?);
         Ok(())
     }
 
     fn describe(&self) -> String {
         let Self { on, at, order } = self;
-        match at {
-            Location::Curve(_) => format!("derivative {} at {at}{on}", order.u),
-            Location::Surface(..) => format!("derivative [{}, {}] at {at}{on}", order.u, order.v),
+        match at.location {
+            Location::Curve(_) => format!("derivative {} {at}{on}", order.u),
+            Location::Surface(..) => format!("derivative [{}, {}] {at}{on}", order.u, order.v),
         }
     }
 
     fn supersedes(&self, companion: &dyn Functional) -> bool {
-        match self.at {
+        match self.at.location {
             Location::Curve(u) if self.order == 1.into() => {
                 let on = || self.on.clone();
                 tangent(u).on(on()).same_as(companion) || magnitude(u).on(on()).same_as(companion)
@@ -71,7 +74,26 @@ impl Functional for DerivativeAt {
     }
 
     fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at))
+        Some((self.on.shape, self.at.location))
+    }
+
+    fn floats(&self) -> bool {
+        self.at.floats
+    }
+
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
+    }
+
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        let order = Derivative { u: self.order.u + order.u, v: self.order.v + order.v };
+        let value = shapes.value(self.on.shape, self.at.location, order)?;
+        out.copy_from_slice(value.as_slice());
+        Ok(())
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.at.note(&self.describe())
     }
 }
 
@@ -80,7 +102,8 @@ impl DeclaredFunctional for DerivativeAt {
         name: "derivative",
         help: "the derivative vector there",
         fields: &[
-            AT,
+            AT_OR_NEAR[0],
+            AT_OR_NEAR[1],
             Field::optional(
                 "order",
                 "whole number, or [i, j] on a surface",
@@ -92,8 +115,8 @@ impl DeclaredFunctional for DerivativeAt {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = parameters.location("at")?;
-        let order = match (parameters.value("order"), at) {
+        let at = At::from_parameters(parameters)?;
+        let order = match (parameters.value("order"), at.location) {
             (None, Location::Curve(_)) => Derivative { u: 1, v: 0 },
             (Some(value), Location::Curve(_)) if !value.is_array() => parameters.count("order")?.into(),
             (Some(value), Location::Surface(..)) if value.is_array() => {

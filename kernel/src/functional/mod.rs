@@ -3,6 +3,7 @@
 //! A functional is a number, or several, that a shape has: where it passes, how it is directed, how much area
 //! it encloses. It is written once and works on every [`Shape`](crate::shape::Shape).
 
+mod at;
 mod checked;
 mod curvature;
 mod derivative;
@@ -25,6 +26,7 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+pub use at::{At, near};
 pub(crate) use checked::equations_of;
 pub use checked::{linearize_of, rows_of, value_of};
 pub use curvature::{Curvature, curvature};
@@ -43,9 +45,9 @@ pub use symmetry::{Symmetry, symmetry};
 pub use tangent::{Tangent, tangent};
 pub use vertex::{VertexAt, vertex};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::plugin::{Declaration, ParameterError, Parameters, Registry};
-use crate::shape::Location;
+use crate::shape::{Derivative, Location};
 
 /// Registers all functionals of the kernel.
 pub fn register(registry: &mut Registry) {
@@ -184,6 +186,32 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// Where on which shape it looks, where it is one place.
     fn location(&self) -> Option<(usize, Location)> {
         None
+    }
+
+    /// Whether its location floats: the parameters are then unknowns of the problem, beside the control vertices and without
+    /// weight. A session asks for it [moved](Self::moved) to where it finds the adjustment least. False by default.
+    fn floats(&self) -> bool {
+        false
+    }
+
+    /// The same at another location of the same shape, come to rest there if it floats; `None` (the default) where it cannot
+    /// move.
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        let _ = to;
+        None
+    }
+
+    /// The derivative of its value along its location, into `out` (as many numbers as it has equations): by `order.u` times the
+    /// first parameter and `order.v` times the second. For those that can be [moved](Self::moved).
+    ///
+    /// # Errors
+    /// By default: its value along its location is not known. As for [`rows`](Self::rows).
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        let _ = (shapes, order, out);
+        Err(Error::Invalid(format!(
+            "{} cannot move along its shape: how it changes there is not known",
+            self.describe()
+        )))
     }
 
     /// Whether it names control vertices of shape `shape` of the problem by their numbers: then it means others once knots

@@ -1,5 +1,8 @@
 //! Where a shape passes.
 
+use std::sync::Arc;
+
+use super::at::{AT_OR_NEAR, At};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals};
 use crate::error::Result;
 use crate::plugin::{Declaration, Field, ParameterError, Parameters};
@@ -10,11 +13,11 @@ use crate::shape::{Derivative, Location};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Position {
     on: On,
-    at: Location,
+    at: At,
 }
 
-/// The position at a location: `u` on a curve, `[u, v]` on a surface.
-pub fn position(at: impl Into<Location>) -> Position {
+/// The position at a location: `u` on a curve, `[u, v]` on a surface; or [near](super::near()) one, which floats.
+pub fn position(at: impl Into<At>) -> Position {
     Position { on: On::default(), at: at.into() }
 }
 
@@ -33,16 +36,16 @@ impl Functional for Position {
     }
 
     fn linearity(&self) -> Linearity {
-        Linearity::Linear
+        if self.at.floats { Linearity::Nonlinear } else { Linearity::Linear }
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at, Derivative::POSITION)?);
+        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at.location, Derivative::POSITION)?);
         Ok(())
     }
 
     fn describe(&self) -> String {
-        format!("position at {}{}", self.at, self.on)
+        format!("position {}{}", self.at, self.on)
     }
 
     fn same_as(&self, other: &dyn Functional) -> bool {
@@ -54,7 +57,25 @@ impl Functional for Position {
     }
 
     fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at))
+        Some((self.on.shape, self.at.location))
+    }
+
+    fn floats(&self) -> bool {
+        self.at.floats
+    }
+
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
+    }
+
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        let value = shapes.value(self.on.shape, self.at.location, order)?;
+        out.copy_from_slice(value.as_slice());
+        Ok(())
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.at.note(&self.describe())
     }
 }
 
@@ -67,10 +88,13 @@ pub(super) const OBJECT: Field =
     Field::optional("object", "text", "the step's object", "another object of the scene to ask this of");
 
 impl DeclaredFunctional for Position {
-    const DECLARATION: Declaration =
-        Declaration { name: "position", help: "where the shape passes", fields: &[AT, OBJECT] };
+    const DECLARATION: Declaration = Declaration {
+        name: "position",
+        help: "where the shape passes",
+        fields: &[AT_OR_NEAR[0], AT_OR_NEAR[1], OBJECT],
+    };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        Ok(Self { on: On::from_parameters(parameters, names)?, at: parameters.location("at")? })
+        Ok(Self { on: On::from_parameters(parameters, names)?, at: At::from_parameters(parameters)? })
     }
 }

@@ -1,8 +1,8 @@
 //! The shapes of a problem, with their control vertices numbered through.
 
-use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::{Derivative, Location, Shape, Sides, Stencil};
+use crate::{Point, Vector};
 
 /// The shapes of a problem. Their control vertices are numbered through: vertex `i` of shape `s` is
 /// `offset(s) + i`.
@@ -87,6 +87,14 @@ impl<'a> Shapes<'a> {
     /// As for [`get`](Self::get) and [`Shape::stencil`]; where the stencil is wrong, naming the shape's type.
     pub fn stencil(&self, index: usize, at: Location, derivative: Derivative) -> Result<Stencil> {
         self.checked(index, at, self.get(index)?.stencil(at, derivative)?)
+    }
+
+    /// The value of a derivative of shape `index` at a location, by its [stencil](Self::stencil).
+    ///
+    /// # Errors
+    /// As for [`stencil`](Self::stencil).
+    pub fn value(&self, index: usize, at: Location, derivative: Derivative) -> Result<Vector> {
+        Ok(self.stencil(index, at, derivative)?.apply(self.get(index)?.control_vertices()))
     }
 
     /// The same from a side of each parameter, where that is a knot at which they differ.

@@ -176,6 +176,9 @@ pub struct ConstraintReport {
     pub name: String,
     /// Largest error of its equations after the step.
     pub residual: f64,
+    /// Where it came to rest, if its location floated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub location: Option<Vec<f64>>,
     /// The same between the places where it was imposed, for a condition that is meant along an edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<f64>,

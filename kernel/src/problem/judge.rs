@@ -89,6 +89,7 @@ impl Problem {
         let each = asked.map(|(k, bound)| ConstraintReport {
             name: bound.constraint.describe(),
             residual: of(misfit, k).iter().fold(0.0, |m, e| m.max(e.abs())),
+            location: None,
             between: None,
             multipliers: of(multipliers, k),
         });

@@ -2,7 +2,7 @@
 //!
 //! A [`Problem`] is the layer between functionals and solvers. It binds targets to numbers, checks them, adds the functionals
 //! that should stand still beside others and the rows that keep smooth what is smooth, and assembles the linear
-//! [`System`](crate::solve::System). [Sessions](crate::edit::Session) solve it event after event; [`Problem::solve`] solves it
+//! [`System`]. [Sessions](crate::edit::Session) solve it event after event; [`Problem::solve`] solves it
 //! once; who looks for another answer than the least adjustment (fairing) takes its rows, and has the answer judged by
 //! [`Problem::verify`] before it is handed out.
 //!

@@ -128,7 +128,13 @@ impl Bound {
     /// The report of a bound that misses its value by so much, with its multiplier.
     pub(crate) fn account(&self, residual: f64, push: f64) -> ConstraintReport {
         let name = self.label.clone();
-        ConstraintReport { name, residual, between: None, multipliers: vec![self.sign * push] }
+        ConstraintReport {
+            name,
+            residual,
+            location: None,
+            between: None,
+            multipliers: vec![self.sign * push],
+        }
     }
 
     /// Its row, `Σ c x ≥ b` over the coordinates that may move, for points relative to an origin; `rest` is where they are.

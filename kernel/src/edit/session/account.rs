@@ -91,11 +91,14 @@ impl<S: Shape> Session<S> {
             report.constraints.push(ConstraintReport {
                 name: bound.constraint.label(),
                 residual: measured.error,
+                location: self.rests_at(bound),
                 between: measured.between.map(|between| between.error),
                 multipliers: Vec::new(),
             });
         }
-        self.add_multipliers(&mut report);
+        for (constraint, multipliers) in report.constraints.iter_mut().zip(self.multipliers()) {
+            constraint.multipliers = multipliers;
+        }
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }
@@ -124,7 +127,8 @@ impl<S: Shape> Session<S> {
         report
     }
 
-    fn add_multipliers(&self, report: &mut Report) {
+    /// The multipliers of each constraint, one for each equation that is asked of it.
+    pub(super) fn multipliers(&self) -> Vec<Vec<f64>> {
         let prepared = &self.prepared;
         let mut multipliers = vec![0.0; prepared.rhs.len()];
         let mut rhs = prepared.rhs.clone();
@@ -137,22 +141,24 @@ impl<S: Shape> Session<S> {
         if let Ok(mut factored) = self.solver.factor(&prepared.assembly.system) {
             factored.multipliers_into(&rhs, &mut multipliers);
         }
-        for (k, constraint) in report.constraints.iter_mut().enumerate() {
+        let of = |slot: &Slot| multipliers[prepared.assembly.entry(slot)];
+        let each = (0..self.problem.bound.len()).map(|k| {
             let part = prepared.assembly.slots(k);
-            let of = |slot: &Slot| multipliers[prepared.assembly.entry(slot)];
-            constraint.multipliers = match &prepared.bounds {
+            match &prepared.bounds {
                 None => part.iter().map(of).collect(),
                 // Zero for an inequality that is not active.
                 Some(bounds) => {
                     let known = |all: &Slot| part.iter().find(|s| s.equation == all.equation);
                     bounds.full.slots(k).iter().map(|all| known(all).map_or(0.0, of)).collect()
                 }
-            };
-        }
+            }
+        });
+        let mut each: Vec<Vec<f64>> = each.collect();
         let bordering = prepared.border.iter().flat_map(|border| border.rows.iter().zip(&border.multipliers));
         for (&(k, _), &multiplier) in bordering {
-            report.constraints[k].multipliers.push(multiplier);
+            each[k].push(multiplier);
         }
+        each
     }
 }
 

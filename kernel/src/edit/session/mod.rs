@@ -5,6 +5,7 @@ mod border;
 mod curved;
 mod edited;
 mod event;
+mod floating;
 mod mixing;
 mod prepared;
 mod sequential;
@@ -42,6 +43,8 @@ pub struct Session<S> {
     /// What is asked; its shapes are as the last event left them.
     problem: Problem,
     handle: Option<Handle>,
+    /// The constraints whose locations float.
+    floating: Vec<ConstraintId>,
     /// The axis whose turn it is, where they alternate.
     alternating: Option<usize>,
     /// Whether the shapes are what the last event made of what is asked now.
@@ -102,12 +105,14 @@ impl<S: Shape> Session<S> {
         if alternating {
             check_alternating(&problem.bound)?;
         }
+        let floating = floating::anchor(&mut problem.bound, 0)?;
         problem.renew_smoothness()?;
         let prepared = prepare(&problem, dragged, solver.as_ref(), false)?;
         let start = snapshot(&problem.shapes, &prepared);
         Ok(Self {
             problem,
             handle,
+            floating,
             alternating: alternating.then_some(0),
             solved: false,
             pristine: original.is_some(),
@@ -171,7 +176,11 @@ impl<S: Shape> Session<S> {
 
     /// An event; what it hands out is solved for.
     fn turn(&mut self) -> Result<(), EditError> {
-        self.event()?;
+        if self.floating.is_empty() {
+            self.event()?
+        } else {
+            self.floating_event()?
+        }
         (self.solved, self.pristine) = (true, false);
         Ok(())
     }
@@ -237,10 +246,13 @@ impl<S: Shape> Session<S> {
         let mut fresh = vec![constraint];
         let dragged = self.dragged();
         add_companions(&mut fresh, None, &self.problem.bound, dragged);
-        let before = self.problem.bound.clone();
-        let added = self.problem.bind_all(fresh).and_then(|id| self.prepare_again().map(|()| id));
+        let (before, floating) = (self.problem.bound.clone(), self.floating.clone());
+        let added = self.problem.bind_all(fresh).and_then(|id| {
+            self.floating.extend(floating::anchor(&mut self.problem.bound, before.len())?);
+            self.prepare_again().map(|()| id)
+        });
         if added.is_err() {
-            self.problem.bound = before;
+            (self.problem.bound, self.floating) = (before, floating);
         }
         added
     }

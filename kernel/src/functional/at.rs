@@ -1,0 +1,93 @@
+//! Where a functional looks: at a location, or near one, where that floats.
+
+use std::fmt;
+
+use crate::plugin::{Field, ParameterError, Parameters};
+use crate::shape::Location;
+
+/// A location, or one that floats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct At {
+    pub(super) location: Location,
+    /// Where it starts, if it floats or has floated.
+    from: Option<Location>,
+    pub(super) floats: bool,
+}
+
+/// A location that floats: the functional holds wherever near here the least adjustment meets it. Its parameters are unknowns of
+/// the problem, without weight: of all places from here on downhill, the adjustment is least at the one that is found.
+///
+/// ```
+/// use loftsman_kernel::Point;
+/// use loftsman_kernel::edit::{Ask, Edit};
+/// use loftsman_kernel::functional::{near, position};
+/// use loftsman_kernel::spline::{Curve, Space};
+///
+/// let points = (0..12).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
+/// let curve = Curve::new(Space::clamped_uniform(3, 12)?, points)?;
+/// // Through a point above the middle, wherever along the curve.
+/// let moved = Edit::new(&curve).ask(position(near(4.0)).to([5.0, 1.0, 0.0])).solve()?;
+/// let at = moved.report().constraints[0].location.clone().unwrap();
+/// assert!((moved.shape().point(at[0])? - Point::new(5.0, 1.0, 0.0)).norm() < 1e-12);
+/// assert!(moved.report().adjustment < 1.5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn near(location: impl Into<Location>) -> At {
+    let location = location.into();
+    At { location, from: Some(location), floats: true }
+}
+
+impl At {
+    /// Come to rest at a location.
+    pub(super) fn moved(self, to: Location) -> Self {
+        Self { location: to, floats: false, ..self }
+    }
+
+    /// Where it came to rest, for the report.
+    pub(super) fn note(&self, name: &str) -> Vec<String> {
+        let rests = self.from.filter(|_| !self.floats);
+        rests.map(|_| format!("{name}: it holds at {}", self.location)).into_iter().collect()
+    }
+
+    /// From the fields `at` or `near`.
+    pub(super) fn from_parameters(parameters: &Parameters) -> Result<Self, ParameterError> {
+        match (parameters.has("at"), parameters.has("near")) {
+            (true, true) => Err(parameters
+                .error("near", "stands beside \"at\": a location is given, or floats; give one of them")),
+            (_, true) => parameters.location("near").map(near),
+            _ => parameters.location("at").map(Self::from),
+        }
+    }
+}
+
+/// The fields of a kind whose location may float.
+pub(super) const AT_OR_NEAR: [Field; 2] = [
+    Field::optional(
+        "at",
+        "number, or [u, v] on a surface",
+        "near",
+        "the location, in the shape's own parameters",
+    ),
+    Field::optional(
+        "near",
+        "number, or [u, v] on a surface",
+        "at",
+        "instead of at: the location floats, from here to where the change is least",
+    ),
+];
+
+impl<T: Into<Location>> From<T> for At {
+    fn from(location: T) -> Self {
+        Self { location: location.into(), from: None, floats: false }
+    }
+}
+
+impl fmt::Display for At {
+    /// `at 0.4`, or `near 0.4` where it starts.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.from {
+            None => write!(f, "at {}", self.location),
+            Some(from) => write!(f, "near {from}"),
+        }
+    }
+}

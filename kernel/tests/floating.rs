@@ -1,0 +1,306 @@
+//! Locations that float, against brute force over their parameters: edits at rest on a fine grid, walked downhill from where
+//! the location starts.
+#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
+
+#[path = "smooth/dice.rs"]
+#[allow(dead_code, reason = "part of it is for other tests")]
+mod dice;
+
+use std::sync::Arc;
+
+use dice::Dice;
+use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric};
+use loftsman_kernel::functional::{curvature, near, position};
+use loftsman_kernel::shape::Location;
+use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SolveError, Solver, Sparse};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+
+fn solvers() -> Vec<Arc<dyn Solver>> {
+    vec![Arc::new(Automatic), Arc::new(Sparse), Arc::new(HouseholderQr), Arc::new(DenseLu), Arc::new(Adjoint)]
+}
+
+/// A wavy curve: clamped, floating or periodic, polynomial or with unlike weights.
+fn curve(dice: &mut Dice, round: usize) -> Curve {
+    let p = 1 + round % 5;
+    let n = p + 4 + dice.below(8);
+    let space = match round / 5 % 3 {
+        0 => Space::clamped_uniform(p, n).unwrap(),
+        1 => Space::open(p, (0..n + p + 1).map(|k| k as f64 * 0.7).collect::<Vec<_>>()).unwrap(),
+        _ => Space::periodic(p, (0..=n).map(|k| k as f64).collect::<Vec<_>>()).unwrap(),
+    };
+    let n = space.len();
+    let round_trip = space.is_periodic();
+    let point = |k: usize, dice: &mut Dice| {
+        let t = k as f64;
+        let jitter = dice.vector(0.2);
+        if round_trip {
+            let angle = std::f64::consts::TAU * t / n as f64;
+            Point::new(5.0 * angle.cos(), 4.0 * angle.sin(), (2.0 * angle).sin()) + jitter
+        } else {
+            Point::new(t, 1.5 * (0.9 * t).sin(), 0.6 * (0.5 * t).cos()) + jitter
+        }
+    };
+    let points: Vec<Point> = (0..n).map(|k| point(k, dice)).collect();
+    let weights = (round % 2 == 1).then(|| (0..n).map(|_| dice.between(0.4, 2.5)).collect());
+    Curve::build(space, points, weights).unwrap()
+}
+
+fn ends(edit: Edit<Curve>, curve: &Curve) -> Edit<Curve> {
+    let (a, b) = curve.space().domain();
+    if curve.space().is_periodic() { edit } else { edit.ask(position(a).keep()).ask(position(b).keep()) }
+}
+
+/// The length of the least adjustment with the location at rest; infinite where it cannot be.
+fn at_rest(curve: &Curve, u: f64, to: Point, metric: &Metric) -> f64 {
+    let edit = ends(Edit::new(curve), curve).metric(metric.clone()).ask(position(u).to(to));
+    // The least is measured by the metric, as the forces tell it: ½ dᵀWd = ½ bᵀλ.
+    edit.solve().map_or(f64::INFINITY, |edited| measured(curve, edited.shape(), metric))
+}
+
+/// The length of a displacement in a metric.
+fn measured(before: &Curve, after: &Curve, metric: &Metric) -> f64 {
+    let d: Vec<Vector> = after.points().iter().zip(before.points()).map(|(a, b)| a - b).collect();
+    match metric {
+        Metric::Weights(weights) => {
+            d.iter().zip(weights).map(|(d, w)| w * d.norm_squared()).sum::<f64>().sqrt()
+        }
+        _ => d.iter().map(Vector::norm_squared).sum::<f64>().sqrt(),
+    }
+}
+
+/// From `start` downhill on a grid, then by golden sections.
+fn downhill(domain: (f64, f64), periodic: bool, start: f64, cost: &dyn Fn(f64) -> f64) -> f64 {
+    let step = (domain.1 - domain.0) / 4000.0;
+    let inside = |u: f64| if periodic { u } else { u.clamp(domain.0, domain.1) };
+    let mut at = start;
+    let mut here = cost(at);
+    for _ in 0..8000 {
+        let sides = [inside(at - step), inside(at + step)].map(|u| (cost(u), u));
+        let best = if sides[0].0 < sides[1].0 { sides[0] } else { sides[1] };
+        if best.0 >= here {
+            break;
+        }
+        (here, at) = best;
+    }
+    let (mut a, mut b) = (inside(at - step), inside(at + step));
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    for _ in 0..60 {
+        let (x, y) = (b - golden * (b - a), a + golden * (b - a));
+        if cost(x) < cost(y) { b = y } else { a = x }
+    }
+    0.5 * (a + b)
+}
+
+#[test]
+fn the_curve_passes_where_it_costs_least_near_where_it_starts() {
+    let mut dice = Dice(0x10f7);
+    let (mut checked, mut elsewhere) = (0, 0);
+    for round in 0..60 {
+        let curve = curve(&mut dice, round);
+        let (a, b) = curve.space().domain();
+        let periodic = curve.space().is_periodic();
+        let start = dice.between(a + 0.1 * (b - a), b - 0.1 * (b - a));
+        let target = (start + dice.between(-0.06, 0.06) * (b - a)).clamp(a, b);
+        let to = curve.point(target).unwrap() + dice.vector(0.4);
+        let metric = match round % 3 {
+            0 => Metric::Weights((0..curve.points().len()).map(|_| dice.between(0.5, 3.0)).collect()),
+            _ => Metric::Least,
+        };
+        let domain = if periodic { (a - (b - a), b + (b - a)) } else { (a, b) };
+        let wrap = |u: f64| if periodic { a + (u - a).rem_euclid(b - a) } else { u };
+        let cost = |u: f64| at_rest(&curve, wrap(u), to, &metric);
+        let expected = downhill(domain, periodic, start, &cost);
+        let least = cost(expected);
+        for solver in solvers() {
+            let name = solver.name().to_owned();
+            let edit = ends(Edit::new(&curve), &curve).metric(metric.clone());
+            let edited = match edit.ask(position(near(start)).to(to)).solve_with(solver) {
+                Ok(edited) => edited,
+                Err(EditError::Solve(SolveError::TooLarge { .. })) if name == "adjoint" => continue,
+                Err(error) => panic!("{round} {name}: {error}"),
+            };
+            let told = edited.report().constraints.iter().find(|c| c.location.is_some()).unwrap();
+            let u = told.location.clone().unwrap()[0];
+            assert!((edited.shape().point(u).unwrap() - to).norm() < 1e-11, "{round} {name}");
+            let found = measured(&curve, edited.shape(), &metric);
+            // Polylines have a local minimum at every vertex or so: one of them as good will do.
+            let same = (found - least).abs() <= 1e-7 * least + 1e-9;
+            if !same {
+                assert!(
+                    found < least,
+                    "{round} {name}: {found} at {u} beside {least} at {expected} from {start}"
+                );
+                elsewhere += 1;
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked > 250, "{checked}");
+    assert!(elsewhere * 50 < checked, "{elsewhere} of {checked} went to a better place farther away");
+}
+
+#[test]
+fn a_point_on_the_curve_changes_nothing() {
+    let mut dice = Dice(7);
+    for round in 0..60 {
+        let curve = curve(&mut dice, round);
+        let (a, b) = curve.space().domain();
+        let u = dice.between(a + 0.2 * (b - a), b - 0.2 * (b - a));
+        let from = u + dice.between(-0.2, 0.2) * (b - a) / curve.points().len() as f64;
+        let to = curve.point(u).unwrap();
+        let edited = Edit::new(&curve).ask(position(near(from)).to(to)).solve().unwrap();
+        assert!(edited.report().adjustment < 1e-9, "{round}: {}", edited.report().adjustment);
+        // Even where nothing may move.
+        let all = 0..curve.points().len() as i64;
+        let locked = Edit::new(&curve).lock(all).ask(position(near(from)).to(to)).solve();
+        let locked = locked.unwrap_or_else(|error| panic!("{round}: {error}"));
+        assert_eq!(locked.shape(), &curve);
+    }
+}
+
+#[test]
+fn drags_follow_the_curve_and_equal_edits_from_where_they_are() {
+    let mut dice = Dice(99);
+    for round in 0..30 {
+        let curve = curve(&mut dice, round);
+        let (a, b) = curve.space().domain();
+        let start = 0.5 * (a + b);
+        let from = curve.point(start).unwrap();
+        let way = dice.vector(1.0);
+        for solver in solvers() {
+            let edit = ends(Edit::new(&curve), &curve).handle(position(near(start)));
+            let mut session = match edit.prepare(Arc::clone(&solver)) {
+                Ok(session) => session,
+                Err(EditError::Solve(SolveError::TooLarge { .. })) if solver.name() == "adjoint" => continue,
+                Err(error) => panic!("{error}"),
+            };
+            let mut u = start;
+            for step in 1..=10 {
+                let to = from + way * (0.1 * f64::from(step));
+                session.to_point(to).unwrap();
+                let report = session.report();
+                let rests = report.constraints.iter().find_map(|c| c.location.clone()).unwrap()[0];
+                assert!((session.shape().point(rests).unwrap() - to).norm() < 1e-11);
+                let once = ends(Edit::new(&curve), &curve).ask(position(near(u)).to(to)).solve().unwrap();
+                let (dragged, alone) = (report.adjustment, once.report().adjustment);
+                assert!((dragged - alone).abs() < 1e-7 * alone, "{round}: {dragged} {alone}");
+                u = rests;
+            }
+            assert!(session.commit().unwrap().report().residual < 1e-11);
+        }
+    }
+}
+
+#[test]
+fn beside_what_is_not_linear_bounds_and_one_axis() {
+    let curve = curve(&mut Dice(5), 3);
+    let (a, b) = curve.space().domain();
+    let at = |share: f64| a + share * (b - a);
+    let to = curve.point(at(0.45)).unwrap() + Vector::new(0.0, 0.3, 0.2);
+    let cost = |u: f64| {
+        let edit = Edit::new(&curve).ask(curvature(at(0.8)).scale(1.2)).ask(position(u).to(to));
+        edit.solve().map_or(f64::INFINITY, |edited| edited.report().adjustment)
+    };
+    let expected = downhill((a, b), false, at(0.4), &cost);
+    let ask = || Edit::new(&curve).ask(curvature(at(0.8)).scale(1.2)).ask(position(near(at(0.4))).to(to));
+    let edited = ask().solve().unwrap();
+    let found = edited.report().adjustment;
+    assert!((found - cost(expected)).abs() < 1e-7 * found, "{found} {}", cost(expected));
+    // A bound that carries something.
+    let low = edited.shape().point(at(0.6)).unwrap().y + 0.1;
+    let bounded = Edit::new(&curve)
+        .ask(position(at(0.6)).axis(Axis::Y).at_least(low))
+        .ask(position(near(at(0.4))).to(to))
+        .solve()
+        .unwrap();
+    assert!(bounded.shape().point(at(0.6)).unwrap().y >= low - 1e-12);
+    let cost = |u: f64| {
+        let edit =
+            Edit::new(&curve).ask(position(at(0.6)).axis(Axis::Y).at_least(low)).ask(position(u).to(to));
+        edit.solve().map_or(f64::INFINITY, |edited| edited.report().adjustment)
+    };
+    let expected = cost(downhill((a, b), false, at(0.4), &cost));
+    assert!((bounded.report().adjustment - expected).abs() < 1e-7 * expected);
+    // One axis alone can be met without a change, where the curve has that height.
+    let height = curve.point(at(0.43)).unwrap().y;
+    let level = Edit::new(&curve).ask(position(near(at(0.4))).axis(Axis::Y).to(height)).solve().unwrap();
+    assert!(level.report().adjustment < 1e-9);
+}
+
+#[test]
+fn surfaces_float_in_both_parameters() {
+    let mut dice = Dice(21);
+    for round in 0..12 {
+        let (u, v) =
+            (Space::clamped_uniform(2 + round % 2, 7).unwrap(), Space::clamped_uniform(3, 6).unwrap());
+        let net = (0..42).map(|k| {
+            let (i, j) = ((k / 6) as f64, (k % 6) as f64);
+            Point::new(i, j, (0.7 * i).sin() + (0.5 * j).cos()) + dice.vector(0.1)
+        });
+        let surface = Surface::build(u, v, net.collect(), None).unwrap();
+        let ([a, b], [c, d]) =
+            (<[f64; 2]>::from(surface.u().domain()), <[f64; 2]>::from(surface.v().domain()));
+        let start = [
+            dice.between(a + 0.3 * (b - a), b - 0.3 * (b - a)),
+            dice.between(c + 0.3 * (d - c), d - 0.3 * (d - c)),
+        ];
+        let to = surface.point(start[0], start[1]).unwrap() + dice.vector(0.5);
+        for solver in solvers() {
+            let edited = Edit::new(&surface).ask(position(near(start)).to(to)).solve_with(solver).unwrap();
+            let at = edited.report().constraints[0].location.clone().unwrap();
+            assert!((edited.shape().point(at[0], at[1]).unwrap() - to).norm() < 1e-11);
+            let found = edited.report().adjustment;
+            let cost = |u: f64, v: f64| {
+                let edit = Edit::new(&surface).ask(position(Location::Surface(u, v)).to(to));
+                edit.solve().map_or(f64::INFINITY, |edited| edited.report().adjustment)
+            };
+            let began = cost(start[0], start[1]);
+            assert!(found <= began * (1.0 + 1e-12));
+            // No place around is better.
+            for k in 0..16 {
+                let angle = f64::from(k) * std::f64::consts::TAU / 16.0;
+                for reach in [1e-1, 1e-2, 1e-3] {
+                    let (u, v) = (
+                        (at[0] + reach * angle.cos()).clamp(a, b),
+                        (at[1] + reach * angle.sin()).clamp(c, d),
+                    );
+                    assert!(cost(u, v) >= found * (1.0 - 1e-9), "{round}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn two_that_start_at_one_place_part_and_what_cannot_be_is_said() {
+    let curve = Curve::new(
+        Space::clamped_uniform(3, 12).unwrap(),
+        (0..12).map(|k| Point::new(f64::from(k), 0.1 * f64::from(k * k % 5), 0.0)).collect(),
+    )
+    .unwrap();
+    let (one, other) = (curve.point(4.2).unwrap(), curve.point(5.1).unwrap());
+    let up = Vector::new(0.0, 0.2, 0.0);
+    let both = Edit::new(&curve)
+        .ask(position(near(4.6)).to(one + up))
+        .ask(position(near(4.6)).to(other + up))
+        .solve()
+        .unwrap();
+    let at: Vec<f64> = both.report().constraints.iter().map(|c| c.location.clone().unwrap()[0]).collect();
+    assert!(at[0] < at[1], "{at:?}");
+    // The same twice is redundant wherever it comes to rest.
+    let twice = Edit::new(&curve)
+        .ask(position(near(4.3)).to(one + up))
+        .ask(position(near(4.3)).to(one + up))
+        .solve()
+        .unwrap();
+    assert_eq!(twice.report().rank, 3);
+    let nowhere = Edit::new(&curve).lock(0..12).ask(position(near(4.0)).to([4.0, 9.0, 0.0])).solve();
+    assert!(nowhere.unwrap_err().to_string().contains("position near 4"));
+    let outside = Edit::new(&curve).ask(position(near(40.0)).to([4.0, 9.0, 0.0])).solve();
+    assert!(outside.unwrap_err().to_string().contains("40"));
+    // An end that is pulled along its tangent stays an end.
+    let end = curve.point(9.0).unwrap() + curve.derivative(9.0, 1).unwrap();
+    let pulled = Edit::new(&curve).ask(position(near(8.8)).to(end)).solve().unwrap();
+    assert_eq!(pulled.report().constraints[0].location, Some(vec![9.0]));
+}
