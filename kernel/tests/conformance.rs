@@ -34,9 +34,15 @@ impl ShapeNames for Two {
 /// Parameters for every kind that is registered; a new kind without an entry here fails the test.
 fn samples(kind: &str) -> Vec<(bool, serde_json::Value)> {
     match kind {
-        "position" => vec![(false, json!({ "at": 0.9 })), (true, json!({ "at": [0.9, 1.3] }))],
+        "position" => vec![
+            (false, json!({ "at": 0.9 })),
+            (true, json!({ "at": [0.9, 1.3] })),
+            (false, json!({ "near": 0.9 })),
+            (true, json!({ "near": [0.9, 1.3] })),
+        ],
         "derivative" => vec![
             (false, json!({ "at": 0.9, "order": 3 })),
+            (false, json!({ "near": 0.9, "order": 1 })),
             (true, json!({ "at": [0.9, 1.3], "order": [1, 1] })),
         ],
         "tangent" => {

@@ -9,9 +9,11 @@ mod dice;
 use std::sync::Arc;
 
 use dice::Dice;
+use loftsman_kernel::conformance::{functional_conformance, sample_shapes};
 use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric};
-use loftsman_kernel::functional::{curvature, near, position};
-use loftsman_kernel::shape::Location;
+use loftsman_kernel::error::Result;
+use loftsman_kernel::functional::{Functional, Linearity, Rows, Shapes, curvature, near, position};
+use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SolveError, Solver, Sparse};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
@@ -303,4 +305,80 @@ fn two_that_start_at_one_place_part_and_what_cannot_be_is_said() {
     let end = curve.point(9.0).unwrap() + curve.derivative(9.0, 1).unwrap();
     let pulled = Edit::new(&curve).ask(position(near(8.8)).to(end)).solve().unwrap();
     assert_eq!(pulled.report().constraints[0].location, Some(vec![9.0]));
+}
+
+/// A position that floats, and moves in another way than it says.
+#[derive(Debug, Clone)]
+struct Astray {
+    inner: Arc<dyn Functional>,
+    faster: f64,
+    stays: bool,
+    floats: bool,
+}
+
+impl Functional for Astray {
+    fn equations(&self) -> usize {
+        3
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Nonlinear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        self.inner.rows(shapes, rows)
+    }
+
+    fn describe(&self) -> String {
+        "astray".into()
+    }
+
+    fn location(&self) -> Option<(usize, Location)> {
+        self.inner.location()
+    }
+
+    fn floats(&self) -> bool {
+        self.floats
+    }
+
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        if self.stays {
+            return None;
+        }
+        Some(Arc::new(Self { inner: self.inner.moved(to)?, floats: false, ..self.clone() }))
+    }
+
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        self.inner.along(shapes, order, out)?;
+        out.iter_mut().for_each(|v| *v *= self.faster);
+        Ok(())
+    }
+}
+
+#[test]
+fn who_moves_otherwise_than_said_is_seen_and_harms_nobody() {
+    let inner: Arc<dyn Functional> = Arc::new(position(near(0.9)));
+    let honest = Astray { inner, faster: 1.0, stays: false, floats: true };
+    let passes = |astray: &Astray| {
+        sample_shapes(false).into_iter().all(|shape| functional_conformance(astray, &[shape]).passed())
+    };
+    assert!(passes(&honest));
+    assert!(!passes(&Astray { faster: 1.1, ..honest.clone() }));
+    assert!(!passes(&Astray { faster: f64::NAN, ..honest.clone() }));
+    // What is handed out is measured whatever the functional says of its way.
+    let curve = curve(&mut Dice(1), 2);
+    let (a, b) = curve.space().domain();
+    let u = 0.5 * (a + b);
+    let to = curve.point(u).unwrap() + Vector::new(0.1, 0.2, 0.3);
+    for (faster, stays) in [(1.1, false), (-1.0, false), (0.0, false), (f64::NAN, false), (1.0, true)] {
+        let inner: Arc<dyn Functional> = Arc::new(position(near(u)));
+        let done = Edit::new(&curve).ask((Astray { inner, faster, stays, floats: true }).to(to)).solve();
+        match done {
+            Ok(done) => {
+                let at = done.report().constraints[0].location.clone().unwrap()[0];
+                assert!((done.shape().point(at).unwrap() - to).norm() < 1e-11);
+            }
+            Err(error) => assert!(stays && error.to_string().contains("cannot be moved"), "{error}"),
+        }
+    }
 }

@@ -61,6 +61,35 @@ fn the_same_recipe_in_json_gives_the_same_bytes() {
 }
 
 #[test]
+fn a_location_that_floats_comes_to_rest_where_the_change_is_least() {
+    let bench = Bench::with_wave();
+    let step = |place: &str| {
+        EDIT.replace("at = 2.5, by = [0.0, 0.5, 0.0]", &format!("{place}, to = [3.0, 1.0, 0.0]"))
+    };
+    let adjusted = |place: &str| {
+        bench.write("r.toml", step(place));
+        bench.json(&["run", "r.toml"])["steps"][0].clone()
+    };
+    let floated = adjusted("near = 2.5");
+    let told = &floated["constraints"][0];
+    assert_eq!(told["name"], "position near 2.5");
+    let u = told["location"][0].as_f64().unwrap();
+    let least = floated["adjustment"].as_f64().unwrap();
+    assert!(
+        floated["notes"].to_string().contains(&format!("position near 2.5: it holds at {u}")),
+        "{floated}"
+    );
+    // The curve is there, by its own evaluator; at rest there it costs the same, and beside it more.
+    let near = |at: f64| adjusted(&format!("at = {at}"))["adjustment"].as_f64().unwrap();
+    assert!((near(u) - least).abs() < 1e-9 * least);
+    assert!(near(u + 0.01) > least && near(u - 0.01) > least && near(2.5) > least);
+    for place in ["at = 2.5, near = 2.5", "scale = 2.0"] {
+        bench.write("r.toml", step(place));
+        bench.fails(&["run", "r.toml"], 1, &["constraints[0]"]);
+    }
+}
+
+#[test]
 fn the_command_line_replaces_outputs_and_solver() {
     let bench = Bench::with_wave();
     bench.write("recipes/r.toml", EDIT.replace("wave.loft.json", "../wave.loft.json"));

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::functional::{
     Equation, Functional, Linearity, Shapes, Store, equations_of, linearize_of, rows_of, value_of,
 };
-use crate::shape::{Derivative, Shape};
+use crate::shape::{Derivative, Location, Shape};
 use crate::spline::{Curve, Space, Surface};
 use crate::{Point, Vector};
 
@@ -166,6 +166,9 @@ fn claims(
             format!("{name} is at {at} of shape {shape}, where nothing is: {there:?}")
         });
     }
+    if let Some(at) = functional.location().map(|(_, at)| at).filter(|at| functional.moved(*at).is_some()) {
+        moves(functional, shapes, value, at, verdict, name);
+    }
     for companion in functional.companions() {
         let own = companion.describe();
         verdict.check(!own.is_empty() && own != name, || {
@@ -181,6 +184,49 @@ fn claims(
         verdict.check(asked.is_ok(), || {
             format!("{name} has a companion that cannot be asked, {own}: {asked:?}")
         });
+    }
+}
+
+/// Moved to where it is, it has the value that it has, and comes to rest; its value changes along its location as it says, by
+/// differences.
+fn moves(
+    functional: &dyn Functional,
+    shapes: &[Box<dyn Shape>],
+    value: &[f64],
+    at: Location,
+    verdict: &mut Verdict,
+    name: &str,
+) {
+    let value_at = |to: Location| -> Option<Vec<f64>> {
+        let moved = functional.moved(to)?;
+        let mut out = vec![0.0; value.len()];
+        let asked = value_of(moved.as_ref(), &view(shapes), &mut out);
+        (asked.is_ok() && !moved.floats()).then_some(out)
+    };
+    verdict.check(value_at(at).as_deref() == Some(value), || {
+        format!("{name} has another value, or still floats, when it is moved to where it is")
+    });
+    let (Some((shape, _)), mut along) = (functional.location(), vec![0.0; value.len()]) else { return };
+    let Ok(domain) = view(shapes).get(shape).map(|shape| shape.domain()) else { return };
+    for (k, interval) in domain.iter().enumerate().take(at.parameters()) {
+        let order = Derivative { u: usize::from(k == 0), v: usize::from(k == 1) };
+        let step = 1e-6 * (interval.end - interval.start);
+        let by = |step: f64| match at {
+            Location::Curve(u) => Location::Curve(u + step),
+            Location::Surface(u, v) if k == 0 => Location::Surface(u + step, v),
+            Location::Surface(u, v) => Location::Surface(u, v + step),
+        };
+        let (Some(below), Some(above)) = (value_at(by(-step)), value_at(by(step))) else { continue };
+        let told = functional.along(&view(shapes), order, &mut along);
+        verdict.check(told.is_ok(), || format!("{name} moves, but does not say how it changes: {told:?}"));
+        let size = along.iter().chain(value).fold(0.0_f64, |m, v| m.max(v.abs()));
+        // From one side or the other: a knot may be there.
+        for (((a, b), told), here) in above.iter().zip(&below).zip(&along).zip(value) {
+            let sides = [(a - here) / step, (here - b) / step];
+            let near = sides.iter().any(|found| (found - told).abs() <= 1e-4 * (size + found.abs()));
+            verdict
+                .check(near, || format!("{name} changes by {} along its location and says {told}", sides[0]));
+        }
     }
 }
 

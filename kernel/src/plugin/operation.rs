@@ -1,6 +1,7 @@
 //! What a recipe step runs.
 
 use std::fmt;
+use std::sync::Arc;
 
 use super::declaration::Declaration;
 use super::mark::Mark;
@@ -8,7 +9,9 @@ use super::parameters::{ParameterError, Parameters};
 use super::registry::Registry;
 use crate::edit::EditError;
 use crate::error::Error;
+use crate::functional::Functional;
 use crate::scene::Scene;
+use crate::shape::Location;
 
 /// Watches long work; every method does nothing by default.
 pub trait Observer {
@@ -185,6 +188,18 @@ pub struct ConstraintReport {
     /// Lagrange multipliers, one an equation: how much `½ dᵀWd` would change with its value.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub multipliers: Vec<f64>,
+}
+
+impl ConstraintReport {
+    /// The functional where its location came to rest, if that floated.
+    pub fn rested(&self, functional: &Arc<dyn Functional>) -> Option<Arc<dyn Functional>> {
+        let to = match self.location.as_deref()? {
+            [u] => Location::Curve(*u),
+            [u, v] => Location::Surface(*u, *v),
+            _ => return None,
+        };
+        functional.moved(to)
+    }
 }
 
 /// How many corners are told one by one.

@@ -103,7 +103,7 @@ impl Operation for Drag {
         };
         let after: Vec<&dyn Shape> = dragged.shapes.iter().map(AsRef::as_ref).collect();
         let mut report = dragged.report;
-        report.marks = problem.marks(&after);
+        report.marks = problem.marks(&after, &report.constraints);
         let mut edited = scene.clone();
         for ((name, shape), frames) in problem.names.iter().zip(after).zip(dragged.frames) {
             put_back(&mut edited, name, shape)?;

@@ -49,7 +49,7 @@ impl Operation for EditOperation {
         let mut report = step_report("edit", &problem.names[0], &solved.report);
         report.prepare_seconds = Some(solved.prepare_seconds);
         report.event_seconds = Some(solved.event_seconds);
-        report.marks = problem.marks(&after);
+        report.marks = problem.marks(&after, &report.constraints);
         let mut edited = scene.clone();
         for (name, shape) in problem.names.iter().zip(after) {
             put_back(&mut edited, name, shape)?;

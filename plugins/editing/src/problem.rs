@@ -7,8 +7,8 @@ use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, pick};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Functional, Shapes, value_of};
 use loftsman_kernel::plugin::{
-    Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters, SceneShapes, Spot,
-    StepReport, ask_once, constraint_from, functional_from, nearest, object_name,
+    ConstraintReport, Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters,
+    SceneShapes, Spot, StepReport, ask_once, constraint_from, functional_from, nearest, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
@@ -168,12 +168,18 @@ impl Problem {
         Ok(Vector::from(value))
     }
 
-    /// What a picture of the edit should mark.
-    pub(crate) fn marks(&self, after: &[&dyn Shape]) -> Vec<Mark> {
-        let on = |c: &Constraint| Mark::of(c, &self.names, &self.shapes, after);
-        let mut marks: Vec<Mark> = self.constraints.iter().filter_map(on).collect();
+    /// What a picture of the edit should mark, locations that floated where they came to rest.
+    pub(crate) fn marks(&self, after: &[&dyn Shape], told: &[ConstraintReport]) -> Vec<Mark> {
+        let on = |(k, c): (usize, &Constraint)| {
+            let rested = told.get(k).and_then(|told| told.rested(c.functional()));
+            let rested = rested.map(|f| Constraint::new(f, c.wanted().clone()));
+            Mark::of(rested.as_ref().unwrap_or(c), &self.names, &self.shapes, after)
+        };
+        let mut marks: Vec<Mark> = self.constraints.iter().enumerate().filter_map(on).collect();
         if let Some(handle) = &self.handle
-            && let Some((shape, at)) = handle.location()
+            && let name = handle.describe()
+            && let rested = told.iter().find(|told| told.name == name).and_then(|told| told.rested(handle))
+            && let Some((shape, at)) = rested.as_ref().unwrap_or(handle).location()
             && let (Some(name), Some(before), Some(after)) =
                 (self.names.get(shape), self.shapes.get(shape), after.get(shape))
         {

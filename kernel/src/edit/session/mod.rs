@@ -79,6 +79,12 @@ impl Handle {
         let place = functional.location().filter(|_| functional.is_vector());
         let sliding = match place {
             _ if !slides => None,
+            _ if functional.floats() => {
+                let what = functional.describe();
+                return Err(Error::Invalid(format!(
+                    "\"{what}\" floats, so that it need not slide: give its location with \"at\", or do not let it slide"
+                )));
+            }
             Some((shape, Location::Curve(u))) => Some((problem.shapes().get(shape)?.boxed(), u)),
             _ => {
                 let what = functional.describe();
@@ -177,9 +183,9 @@ impl<S: Shape> Session<S> {
     /// An event; what it hands out is solved for.
     fn turn(&mut self) -> Result<(), EditError> {
         if self.floating.is_empty() {
-            self.event()?
+            self.event()?;
         } else {
-            self.floating_event()?
+            self.floating_event()?;
         }
         (self.solved, self.pristine) = (true, false);
         Ok(())
