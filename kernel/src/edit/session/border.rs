@@ -42,6 +42,8 @@ pub(super) struct Border {
     pub(super) moved: bool,
     /// The adjustment that is tried next.
     pub(super) next: Vec<f64>,
+    /// The tangential way of the last step.
+    way: Vec<f64>,
     /// The size of the coordinates that the shapes started with, as a length over all of them.
     pub(super) reach: f64,
     /// Multipliers of the rows.
@@ -136,6 +138,7 @@ impl Border {
             before: vec![0.0; width],
             moved: false,
             next: vec![0.0; width],
+            way: vec![0.0; width],
             reach,
             multipliers: vec![0.0; m],
             right: vec![0.0; m],
@@ -283,8 +286,16 @@ impl Border {
         each.fold((0.0, 0), |worst, own| if own.0 > worst.0 { own } else { worst })
     }
 
-    /// Whether row `i` misses its target by no more than its terms' rounding errors.
-    pub(super) fn is_rounding(&self, bound: &[Bound], row: usize, base: &[Point], d: &[f64]) -> bool {
+    /// Whether row `row` misses its target by no more than a `share` of its terms and the accuracy that its functional promises.
+    /// With [`ITERATED`](crate::measure::ITERATED), nothing that is measured on the answer will say otherwise.
+    pub(super) fn is_rounding(
+        &self,
+        bound: &[Bound],
+        row: usize,
+        share: f64,
+        base: &[Point],
+        d: &[f64],
+    ) -> bool {
         let width = self.raised.len();
         let (k, e) = self.rows[row];
         let gradient = self.here.gradient[row * width..(row + 1) * width].chunks_exact(3);
@@ -293,7 +304,8 @@ impl Border {
             .zip(points)
             .map(|(g, (p, d))| (0..3).map(|a| (g[a] * (p[a] + d[a])).abs()).sum::<f64>())
             .sum();
-        (bound[k].target[e] - self.here.value[row]).abs() <= 1e-13 * size
+        let (target, own) = (bound[k].target[e], bound[k].constraint.functional.accuracy().tolerance());
+        (target - self.here.value[row]).abs() <= own + share * (size + target.abs())
     }
 
     /// The way from the adjustment `d`: what restores the values (along `Q`), and what makes the adjustment less without
@@ -324,10 +336,12 @@ impl Border {
         let last = (m.max(1) - 1) * width;
         let q = &self.here.projected[last..last + width];
         let (along, across) = (self.right[m.max(1) - 1], normal[m.max(1) - 1]);
-        let mut sums = [[0.0; 3]; 4];
+        let mut sums = [[0.0; 4]; 4];
         let lanes = width - width % 4;
-        let mut one = |lane: usize, next: &mut f64, d: f64, t: f64, q: f64| {
+        let mut one = |lane: usize, next: &mut f64, way: &mut f64, d: f64, t: f64, q: f64| {
             let t = t + along * q;
+            sums[lane][3] += t * *way;
+            *way = t;
             *next += across * q + share * t;
             let change = *next - d;
             sums[lane][0] += t * t;
@@ -335,18 +349,39 @@ impl Border {
             sums[lane][2] += *next * *next;
         };
         let (next, rest) = self.next.split_at_mut(lanes);
-        let four = next.as_chunks_mut::<4>().0.iter_mut().zip(d.as_chunks::<4>().0);
-        for ((next, d), (t, q)) in four.zip(self.raised.as_chunks::<4>().0.iter().zip(q.as_chunks::<4>().0)) {
+        let (way, way_rest) = self.way.split_at_mut(lanes);
+        let four = next.as_chunks_mut::<4>().0.iter_mut().zip(way.as_chunks_mut::<4>().0);
+        let fixed = d.as_chunks::<4>().0.iter().zip(self.raised.as_chunks::<4>().0);
+        for ((next, way), ((d, t), q)) in four.zip(fixed.zip(q.as_chunks::<4>().0)) {
             for lane in 0..4 {
-                one(lane, &mut next[lane], d[lane], t[lane], q[lane]);
+                one(lane, &mut next[lane], &mut way[lane], d[lane], t[lane], q[lane]);
             }
         }
-        for (lane, next) in rest.iter_mut().enumerate() {
+        for (lane, (next, way)) in rest.iter_mut().zip(way_rest).enumerate() {
             let at = lanes + lane;
-            one(lane, next, d[at], self.raised[at], q[at]);
+            one(lane, next, way, d[at], self.raised[at], q[at]);
         }
-        let total = |k: usize| ((sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k])).sqrt();
-        Step { tangential: total(0), change: total(1), whole: total(2) }
+        let total = |k: usize| (sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k]);
+        Step {
+            tangential: total(0).sqrt(),
+            change: total(1).sqrt(),
+            whole: total(2).sqrt(),
+            before: total(3),
+        }
+    }
+
+    /// Takes out of `next` what disturbs the linear constraints: `next ← next - C F (next - d_F)`. A step by a share `s` of the
+    /// tangential way leaves `1 - s` of the rounding errors in these, and many such steps add up.
+    pub(super) fn stay(&mut self, assembly: &Assembly, factored: &mut dyn Factored) {
+        if self.missed.is_empty() {
+            return;
+        }
+        for ((r, next), l) in self.raised.iter_mut().zip(&self.next).zip(&self.linear) {
+            *r = next - l;
+        }
+        assembly.system.rows().multiply(&self.raised, self.sides, &mut self.missed);
+        factored.solve_into(&self.missed, &mut self.work);
+        self.next.iter_mut().zip(&self.work).for_each(|(n, w)| *n -= w);
     }
 
     /// Restores the values only: `d ← d + Q S⁻¹ (wanted - value)`.
@@ -377,6 +412,8 @@ pub(super) struct Step {
     pub(super) tangential: f64,
     /// The length of the change.
     pub(super) change: f64,
+    /// The product of the tangential way with that of the step before.
+    pub(super) before: f64,
     /// The length of the adjustment after it; not finite where something overflows.
     pub(super) whole: f64,
 }

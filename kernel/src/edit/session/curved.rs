@@ -2,10 +2,12 @@
 //! least adjustment with all axes together, or one axis an event (paper 2).
 
 use super::bound::right_hand_side;
+use super::progress::{Progress, looks};
 use super::{Session, view};
 use crate::edit::EditError;
 use crate::edit::conflict::quoted;
 use crate::error::Error;
+use crate::measure::ITERATED;
 use crate::shape::Shape;
 use crate::solve::SolveError;
 
@@ -13,6 +15,10 @@ use crate::solve::SolveError;
 const ITERATIONS: usize = 200;
 /// A constraint is met at this error, relative to the value wanted.
 const MET: f64 = 2e-13;
+/// Where it does not get better than that, it is met at this share of its terms; after more iterations than are usual, at what
+/// the answer is judged by ([`ITERATED`]).
+const ROUNDED: f64 = 1e-13;
+const USUAL: usize = 20;
 /// After an event the adjustment changes by less than this share of itself: its length, which is flat at the least one, is
 /// least to the square of it.
 const STILL: f64 = 1e-6;
@@ -21,6 +27,9 @@ const STILL: f64 = 1e-6;
 const SETTLED: f64 = 1e-11;
 /// A share of the tangential way below which shortening it further does not help.
 const SHORTEST: f64 = 1.0 / 64.0;
+/// The most of it that is taken at once, and what more than all of it may be, as a share of the adjustment.
+const LONGEST: f64 = 8.0;
+const BOLD: f64 = 0.25;
 
 impl<S: Shape> Session<S> {
     /// Solves for the present targets, the nonlinear constraints as border of the linear ones. The shapes are as before
@@ -31,8 +40,21 @@ impl<S: Shape> Session<S> {
         }
         let mut result = if self.alternating.is_some() { self.one_axis() } else { self.all_axes() };
         // Where whole steps do not arrive, shortened ones may.
-        if self.alternating.is_none() && result.is_err() && self.iterate().is_ok() {
-            result = Ok(());
+        if self.alternating.is_none()
+            && let Err(error) = &result
+        {
+            let on_the_way = matches!(error, EditError::Geometry(_));
+            let most = looks(&self.bound);
+            let used = match error {
+                EditError::Solve(SolveError::NotConverged { iterations, .. }) => *iterations,
+                _ => 0,
+            };
+            match self.iterate(most.saturating_sub(used).max(most / 4)) {
+                Ok(()) => result = Ok(()),
+                // That whole steps went where something cannot be asked says less than how far shortened ones came.
+                Err(other) if on_the_way => result = Err(other),
+                Err(_) => {}
+            }
         }
         if result.is_err()
             && let Some(border) = &self.prepared.border
@@ -88,6 +110,7 @@ impl<S: Shape> Session<S> {
     fn descend(&mut self, still: f64) -> Result<(), EditError> {
         let (mut share, mut tangential, mut missed) = (1.0, f64::INFINITY, f64::INFINITY);
         let mut changed = f64::INFINITY;
+        let mut progress = Progress::new(looks(&self.bound));
         for iteration in 1..=ITERATIONS {
             self.place();
             let prepared = &mut self.prepared;
@@ -96,7 +119,8 @@ impl<S: Shape> Session<S> {
             let (error, worst) = border.error(&self.bound);
             // Below 1e-12 there may be no more to gain than rounding; each row for itself, as one may never do better.
             let stalled = error >= 0.5 * missed;
-            let rounding = |row| border.is_rounding(&self.bound, row, &prepared.base, &prepared.d);
+            let rounded = if iteration > USUAL { ITERATED } else { ROUNDED };
+            let rounding = |row| border.is_rounding(&self.bound, row, rounded, &prepared.base, &prepared.d);
             let met = error <= MET
                 || stalled
                     && (0..border.rows.len())
@@ -109,21 +133,29 @@ impl<S: Shape> Session<S> {
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
             let step = border.step_from_here(&self.bound, share, &prepared.d);
+            if share != 1.0 {
+                border.stay(&prepared.assembly, prepared.factored.as_mut());
+            }
             let floor = 4.0 * f64::EPSILON * border.reach;
             let rests = step.change <= STILL * step.whole && step.change >= changed;
-            if met && (rests || step.change <= (still * step.whole).max(floor)) {
+            if met && (rests || step.change.max(step.tangential) <= (still * step.whole).max(floor)) {
                 prepared.iterations = iteration;
                 return Ok(());
             }
             if !step.whole.is_finite() {
                 return Err(self.overflow(worst));
             }
-            if iteration == ITERATIONS {
-                return Err(self.not_converged(worst).into());
+            if iteration == ITERATIONS || !progress.goes_on(1, error, step.change / step.whole) {
+                return Err(self.not_converged(iteration, worst).into());
             }
-            // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says.
-            if step.tangential > 0.8 * tangential && share > SHORTEST {
-                share *= 0.5;
+            // Where the tangential way hardly gets shorter, the shape is bent more than the metric says (the way turns back, and
+            // a share of it is enough), or less (it goes on, and more of it is needed): a share `s` that leaves `ρ` of the way
+            // would leave nothing at `s / (1 - ρ)`, if it is one direction that is slow (Barzilai and Borwein 1988). A way that
+            // gets longer and longer in one direction leaves a place where the adjustment is not least.
+            if step.tangential > 0.8 * tangential && tangential.is_finite() {
+                let left = step.before / (tangential * tangential);
+                let most = (BOLD * step.whole / step.tangential).clamp(1.0, LONGEST);
+                share = if left < 1.0 { (share / (1.0 - left)).clamp(SHORTEST, most) } else { most };
             }
             (tangential, missed, changed) = (step.tangential, error, step.change);
             std::mem::swap(&mut prepared.d, &mut border.next);
@@ -175,7 +207,7 @@ impl<S: Shape> Session<S> {
             }
             border.restore(&self.bound, &mut prepared.d);
             if iteration == ITERATIONS {
-                return Err(self.not_converged(worst).into());
+                return Err(self.not_converged(iteration, worst).into());
             }
         }
         Ok(())
@@ -217,12 +249,13 @@ impl<S: Shape> Session<S> {
         Error::Invalid(format!("{name}: the numbers on the way there overflow; ask for less at once")).into()
     }
 
-    fn not_converged(&self, row: usize) -> SolveError {
-        let residual = self.prepared.border.as_ref().map_or(0.0, |border| {
+    fn not_converged(&self, iterations: usize, row: usize) -> SolveError {
+        let (wanted, residual) = self.prepared.border.as_ref().map_or((0.0, 0.0), |border| {
             let (k, e) = border.rows[row];
-            (self.bound[k].target[e] - border.here.value[row]).abs()
+            (self.bound[k].target[e], (self.bound[k].target[e] - border.here.value[row]).abs())
         });
-        SolveError::NotConverged { iterations: ITERATIONS, residual, worst: quoted(&self.border_name(row)) }
+        let worst = format!("{}, {wanted:.3e} wanted", quoted(&self.border_name(row)));
+        SolveError::NotConverged { iterations, residual, worst }
     }
 
     fn border_name(&self, row: usize) -> String {

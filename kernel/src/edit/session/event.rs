@@ -5,6 +5,7 @@ use super::check::{excess, missed_by, near_conflict};
 use super::effort::soften;
 use super::prepared::{Prepared, prepare};
 use super::program::{Bounds, Solved, senses};
+use super::progress::looks;
 use crate::edit::EditError;
 use crate::edit::ask::Constraint;
 use crate::edit::conflict::{explain, involved};
@@ -20,7 +21,7 @@ impl<S: Shape> Session<S> {
             return self.curved_event();
         }
         if !self.prepared.linear {
-            return self.iterate();
+            return self.iterate(looks(&self.bound));
         }
         if let Some(bounds) = self.prepared.bounds.take() {
             return self.bounded(bounds);

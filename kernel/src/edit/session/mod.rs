@@ -12,6 +12,7 @@ mod inspect;
 mod mixing;
 mod prepared;
 mod program;
+mod progress;
 mod sequential;
 mod slide;
 mod smoothing;
