@@ -42,7 +42,7 @@ pub(super) struct Border {
     pub(super) moved: bool,
     /// The adjustment that is tried next.
     pub(super) next: Vec<f64>,
-    /// The tangential way of the last step.
+    /// The tangential way that was remembered last.
     way: Vec<f64>,
     /// The size of the coordinates that the shapes started with, as a length over all of them.
     pub(super) reach: f64,
@@ -336,12 +336,10 @@ impl Border {
         let last = (m.max(1) - 1) * width;
         let q = &self.here.projected[last..last + width];
         let (along, across) = (self.right[m.max(1) - 1], normal[m.max(1) - 1]);
-        let mut sums = [[0.0; 4]; 4];
+        let mut sums = [[0.0; 3]; 4];
         let lanes = width - width % 4;
-        let mut one = |lane: usize, next: &mut f64, way: &mut f64, d: f64, t: f64, q: f64| {
+        let mut one = |lane: usize, next: &mut f64, d: f64, t: f64, q: f64| {
             let t = t + along * q;
-            sums[lane][3] += t * *way;
-            *way = t;
             *next += across * q + share * t;
             let change = *next - d;
             sums[lane][0] += t * t;
@@ -349,25 +347,32 @@ impl Border {
             sums[lane][2] += *next * *next;
         };
         let (next, rest) = self.next.split_at_mut(lanes);
-        let (way, way_rest) = self.way.split_at_mut(lanes);
-        let four = next.as_chunks_mut::<4>().0.iter_mut().zip(way.as_chunks_mut::<4>().0);
-        let fixed = d.as_chunks::<4>().0.iter().zip(self.raised.as_chunks::<4>().0);
-        for ((next, way), ((d, t), q)) in four.zip(fixed.zip(q.as_chunks::<4>().0)) {
+        let four = next.as_chunks_mut::<4>().0.iter_mut().zip(d.as_chunks::<4>().0);
+        for ((next, d), (t, q)) in four.zip(self.raised.as_chunks::<4>().0.iter().zip(q.as_chunks::<4>().0)) {
             for lane in 0..4 {
-                one(lane, &mut next[lane], &mut way[lane], d[lane], t[lane], q[lane]);
+                one(lane, &mut next[lane], d[lane], t[lane], q[lane]);
             }
         }
-        for (lane, (next, way)) in rest.iter_mut().zip(way_rest).enumerate() {
+        for (lane, next) in rest.iter_mut().enumerate() {
             let at = lanes + lane;
-            one(lane, next, way, d[at], self.raised[at], q[at]);
+            one(lane, next, d[at], self.raised[at], q[at]);
         }
-        let total = |k: usize| (sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k]);
-        Step {
-            tangential: total(0).sqrt(),
-            change: total(1).sqrt(),
-            whole: total(2).sqrt(),
-            before: total(3),
+        let total = |k: usize| ((sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k])).sqrt();
+        Step { tangential: total(0), change: total(1), whole: total(2) }
+    }
+
+    /// Remembers the tangential way of the last step from here, and returns its product with the one remembered before.
+    pub(super) fn remember_way(&mut self) -> f64 {
+        let width = self.raised.len();
+        let last = self.rows.len().max(1) - 1;
+        let (along, q) = (self.right[last], &self.here.projected[last * width..(last + 1) * width]);
+        let mut product = 0.0;
+        for ((way, t), q) in self.way.iter_mut().zip(&self.raised).zip(q) {
+            let t = t + along * q;
+            product += t * *way;
+            *way = t;
         }
+        product
     }
 
     /// Takes out of `next` what disturbs the linear constraints: `next ← next - C F (next - d_F)`. A step by a share `s` of the
@@ -412,8 +417,6 @@ pub(super) struct Step {
     pub(super) tangential: f64,
     /// The length of the change.
     pub(super) change: f64,
-    /// The product of the tangential way with that of the step before.
-    pub(super) before: f64,
     /// The length of the adjustment after it; not finite where something overflows.
     pub(super) whole: f64,
 }

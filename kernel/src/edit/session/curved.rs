@@ -27,6 +27,8 @@ const STILL: f64 = 1e-6;
 const SETTLED: f64 = 1e-11;
 /// A share of the tangential way below which shortening it further does not help.
 const SHORTEST: f64 = 1.0 / 64.0;
+/// After so many iterations the share is chosen by how the way has turned.
+const LINGERS: usize = ITERATIONS / 2;
 /// The most of it that is taken at once, and what more than all of it may be, as a share of the adjustment.
 const LONGEST: f64 = 8.0;
 const BOLD: f64 = 0.25;
@@ -133,12 +135,15 @@ impl<S: Shape> Session<S> {
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
             let step = border.step_from_here(&self.bound, share, &prepared.d);
-            if share != 1.0 {
+            // What most events never come to, and need not pay for.
+            let lingers = iteration >= LINGERS;
+            let turned = if lingers { border.remember_way() } else { 0.0 };
+            if lingers && share != 1.0 {
                 border.stay(&prepared.assembly, prepared.factored.as_mut());
             }
             let floor = 4.0 * f64::EPSILON * border.reach;
             let rests = step.change <= STILL * step.whole && step.change >= changed;
-            if met && (rests || step.change.max(step.tangential) <= (still * step.whole).max(floor)) {
+            if met && (rests || step.change <= (still * step.whole).max(floor)) {
                 prepared.iterations = iteration;
                 return Ok(());
             }
@@ -148,14 +153,19 @@ impl<S: Shape> Session<S> {
             if iteration == ITERATIONS || !progress.goes_on(1, error, step.change / step.whole) {
                 return Err(self.not_converged(iteration, worst).into());
             }
-            // Where the tangential way hardly gets shorter, the shape is bent more than the metric says (the way turns back, and
-            // a share of it is enough), or less (it goes on, and more of it is needed): a share `s` that leaves `ρ` of the way
-            // would leave nothing at `s / (1 - ρ)`, if it is one direction that is slow (Barzilai and Borwein 1988). A way that
-            // gets longer and longer in one direction leaves a place where the adjustment is not least.
-            if step.tangential > 0.8 * tangential && tangential.is_finite() {
-                let left = step.before / (tangential * tangential);
-                let most = (BOLD * step.whole / step.tangential).clamp(1.0, LONGEST);
-                share = if left < 1.0 { (share / (1.0 - left)).clamp(SHORTEST, most) } else { most };
+            // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says. Where
+            // that does not help for long, the shape may as well be bent less: the way turns back, or goes on and more of it is
+            // needed. A share `s` that leaves `ρ` of the way would leave nothing at `s / (1 - ρ)`, if it is one direction that
+            // is slow (Barzilai and Borwein 1988). A way that gets longer and longer in one direction leaves a place where the
+            // adjustment is not least.
+            if step.tangential > 0.8 * tangential {
+                if iteration > LINGERS {
+                    let left = turned / (tangential * tangential);
+                    let most = (BOLD * step.whole / step.tangential).clamp(1.0, LONGEST);
+                    share = if left < 1.0 { (share / (1.0 - left)).clamp(SHORTEST, most) } else { most };
+                } else if share > SHORTEST {
+                    share *= 0.5;
+                }
             }
             (tangential, missed, changed) = (step.tangential, error, step.change);
             std::mem::swap(&mut prepared.d, &mut border.next);
