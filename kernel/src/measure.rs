@@ -1,8 +1,8 @@
 //! What is handed out, measured afresh: the one place that says whether an answer holds.
 //!
 //! Nobody believes a solver. Whoever hands out shapes that were asked something (an edit, a fairing, a fit, a loft) asks the
-//! functionals themselves, on these shapes, and has the answer judged here: each equation by the [`Accuracy`](crate::functional::Accuracy) that it
-//! promises, rounding being that of numbers as large as those that went in.
+//! functionals themselves, on these shapes, and has the answer judged here: each equation by the
+//! [`Accuracy`](crate::functional::Accuracy) that it promises, rounding being that of numbers as large as those that went in.
 
 use crate::Point;
 use crate::error::Result;

@@ -18,6 +18,7 @@ const MET: f64 = 2e-13;
 /// Where it does not get better than that, it is met at this share of its terms; after more iterations than are usual, at what
 /// the answer is judged by ([`ITERATED`]).
 const ROUNDED: f64 = 1e-13;
+/// Most events take no more iterations than these.
 const USUAL: usize = 20;
 /// After an event the adjustment changes by less than this share of itself: its length, which is flat at the least one, is
 /// least to the square of it.
@@ -27,10 +28,9 @@ const STILL: f64 = 1e-6;
 const SETTLED: f64 = 1e-11;
 /// A share of the tangential way below which shortening it further does not help.
 const SHORTEST: f64 = 1.0 / 64.0;
-/// After so many iterations the share is chosen by how the way has turned.
-const LINGERS: usize = ITERATIONS / 2;
-/// The most of it that is taken at once, and what more than all of it may be, as a share of the adjustment.
+/// The most of the tangential way that is taken at once.
 const LONGEST: f64 = 8.0;
+/// What may be taken beyond all of it, as a share of the adjustment.
 const BOLD: f64 = 0.25;
 
 impl<S: Shape> Session<S> {
@@ -136,7 +136,7 @@ impl<S: Shape> Session<S> {
             let Some(border) = &mut prepared.border else { return Ok(()) };
             let step = border.step_from_here(&self.bound, share, &prepared.d);
             // What most events never come to, and need not pay for.
-            let lingers = iteration >= LINGERS;
+            let lingers = iteration >= USUAL;
             let turned = if lingers { border.remember_way() } else { 0.0 };
             if lingers && share != 1.0 {
                 border.stay(&prepared.assembly, prepared.factored.as_mut());
@@ -154,15 +154,12 @@ impl<S: Shape> Session<S> {
                 return Err(self.not_converged(iteration, worst).into());
             }
             // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says. Where
-            // that does not help for long, the shape may as well be bent less: the way turns back, or goes on and more of it is
-            // needed. A share `s` that leaves `ρ` of the way would leave nothing at `s / (1 - ρ)`, if it is one direction that
-            // is slow (Barzilai and Borwein 1988). A way that gets longer and longer in one direction leaves a place where the
-            // adjustment is not least.
+            // shorter ways do not help for long, the way tells by how it has turned: back, and it is still too long; or it goes on
+            // as before, and more of it is needed. A way that even gets longer leaves a place where the adjustment is stationary
+            // and not least.
             if step.tangential > 0.8 * tangential {
-                if iteration > LINGERS {
-                    let left = turned / (tangential * tangential);
-                    let most = (BOLD * step.whole / step.tangential).clamp(1.0, LONGEST);
-                    share = if left < 1.0 { (share / (1.0 - left)).clamp(SHORTEST, most) } else { most };
+                if iteration > USUAL && turned > 0.0 {
+                    share = (2.0 * share).min((BOLD * step.whole / step.tangential).clamp(1.0, LONGEST));
                 } else if share > SHORTEST {
                     share *= 0.5;
                 }

@@ -4,14 +4,14 @@ use super::bound::Bound;
 
 /// The work that an event may take, in evaluations of shapes, where its constraints say what a look at them
 /// [takes](crate::functional::Functional::effort).
-const WORK: usize = 40_000_000;
+const WORK: usize = 30_000_000;
 /// So many looks are allowed in any case.
 const LEAST: usize = 60;
 /// An error below this share of what is asked is small: the constraints nearly hold, and what goes on is the search for the
 /// least adjustment, which may linger.
 const SMALL: f64 = 1e-3;
-/// The share of all looks that may bring nothing, in a row: while the error is large, and while it is small.
-const PATIENCE: [f64; 2] = [0.125, 0.375];
+/// The share of all looks that may bring nothing, in a row, while the error is large.
+const PATIENCE: f64 = 0.25;
 
 /// How many looks at its constraints an event may take: no number of them is too much where they are cheap.
 pub(super) fn looks(bound: &[Bound]) -> usize {
@@ -24,7 +24,7 @@ pub(super) fn looks(bound: &[Bound]) -> usize {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Progress {
     most: usize,
-    pub(super) looks: usize,
+    looks: usize,
     error: f64,
     change: f64,
     /// The looks when one of these was halved.
@@ -47,7 +47,7 @@ impl Progress {
             self.halved = self.looks;
         }
         let idle = (self.looks - self.halved) as f64;
-        self.looks < self.most && idle < PATIENCE[usize::from(error <= SMALL)] * self.most as f64
+        self.looks < self.most && (error <= SMALL || idle < PATIENCE * self.most as f64)
     }
 }
 
@@ -74,10 +74,10 @@ mod tests {
 
     #[test]
     fn stuck_is_seen_sooner_where_the_constraints_are_far_from_holding() {
-        assert_eq!(iterations(160, |_| 0.9, |_| 1.0), 20);
+        assert_eq!(iterations(160, |_| 0.9, |_| 1.0), 40);
         let (error, change) = (|k| 0.9 + 0.05 * (k as f64).sin(), |k| 1.0 + 0.3 * (k as f64).cos());
-        assert_eq!(iterations(160, error, change), 20);
-        assert_eq!(iterations(160, |_| 1e-6, |_| 1e-2), 60);
-        assert_eq!(iterations(160, |_| f64::NAN, |_| f64::NAN), 19);
+        assert_eq!(iterations(160, error, change), 40);
+        assert_eq!(iterations(160, |_| 1e-6, |_| 1e-2), 159);
+        assert_eq!(iterations(160, |_| f64::NAN, |_| f64::NAN), 39);
     }
 }

@@ -83,8 +83,8 @@ fn edited(surface: &Surface, scale: f64, moved: bool) -> (std::result::Result<Su
     (done, looks.load(Ordering::Relaxed) * effort)
 }
 
-/// Evaluations that an edit may take: 40 million of an event, a quarter more for shortened steps after whole ones, and what it
-/// takes to prepare, to settle and to measure.
+/// Evaluations that an edit may take: 30 million of an event and as many to settle, and what it takes to prepare and to
+/// measure; where the event does not arrive, a quarter more instead, for shortened steps.
 const MOST: usize = 60_000_000;
 
 /// What was done, judged by triangles; or what is said.
@@ -126,7 +126,7 @@ fn edits_of_tori_of_any_proportions_end_soon() {
             refused += usize::from(!done);
         }
     }
-    assert!(members == 100 && plain >= 20 && 10 * refused <= plain, "{members} {plain} {refused}");
+    assert!(members == 100 && plain >= 20 && refused == 0, "{members} {plain} {refused}");
 }
 
 #[test]
