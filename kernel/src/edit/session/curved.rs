@@ -153,10 +153,10 @@ impl<S: Shape> Session<S> {
             if iteration == ITERATIONS || !progress.goes_on(1, error, step.change / step.whole) {
                 return Err(self.not_converged(iteration, worst).into());
             }
-            // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says. Where
-            // shorter ways do not help for long, the way tells by how it has turned: back, and it is still too long; or it goes on
-            // as before, and more of it is needed. A way that even gets longer leaves a place where the adjustment is stationary
-            // and not least.
+            // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says.
+            // Where shorter ways do not help for long, the way tells by how it has turned: back, and it is still too long;
+            // or it goes on as before, and more of it is needed. A way that even gets longer leaves a place where the
+            // adjustment is stationary and not least.
             if step.tangential > 0.8 * tangential {
                 if iteration > USUAL && turned > 0.0 {
                     share = (2.0 * share).min((BOLD * step.whole / step.tangential).clamp(1.0, LONGEST));
