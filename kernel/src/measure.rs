@@ -1,12 +1,12 @@
 //! What is handed out, measured afresh: the one place that says whether an answer holds.
 //!
 //! Nobody believes a solver. Whoever hands out shapes that were asked something (an edit, a fairing, a fit, a loft) asks the
-//! functionals themselves, on these shapes, and has the answer judged here: each equation by the [`Accuracy`] that it
-//! promises, rounding being that of numbers as large as those that went in.
+//! functionals themselves, on these shapes, and has the answer judged here: each equation by the
+//! [`Accuracy`](crate::functional::Accuracy) that it promises, rounding being that of numbers as large as those that went in.
 
 use crate::Point;
 use crate::error::Result;
-use crate::functional::{Accuracy, Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
+use crate::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
 use crate::solve::Sense;
 
 /// Linear equations hold to so many units in the last place of the numbers that they are made of. Sums of a few dozen terms
@@ -130,10 +130,7 @@ fn equations(
     let mut store = Store::default();
     rows_of(functional, shapes, &mut store.rows(shapes))?;
     let unit = if functional.linearity() == Linearity::Linear { ROUNDING } else { ITERATED };
-    let own = match functional.accuracy() {
-        Accuracy::Rounding => 0.0,
-        Accuracy::Within(tolerance) => tolerance,
-    };
+    let own = functional.accuracy().tolerance();
     let size = |v: usize| shapes.vertex(v).coords.amax().min(PROPORTION * reach).max(reach);
     let (mut largest, mut worst) = (0.0_f64, Error::default());
     let mut keep = |found: Error| {

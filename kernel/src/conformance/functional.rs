@@ -211,6 +211,9 @@ fn moves(
     for (k, interval) in domain.iter().enumerate().take(at.parameters()) {
         let order = Derivative { u: usize::from(k == 0), v: usize::from(k == 1) };
         let step = 1e-6 * (interval.end - interval.start);
+        if !(step > 0.0 && step.is_finite()) {
+            continue;
+        }
         let by = |step: f64| match at {
             Location::Curve(u) => Location::Curve(u + step),
             Location::Surface(u, v) if k == 0 => Location::Surface(u + step, v),

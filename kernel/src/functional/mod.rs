@@ -86,6 +86,16 @@ pub enum Accuracy {
     Within(f64),
 }
 
+impl Accuracy {
+    /// What it adds to rounding, in the units of the functional's value.
+    pub fn tolerance(self) -> f64 {
+        match self {
+            Self::Rounding => 0.0,
+            Self::Within(tolerance) => tolerance,
+        }
+    }
+}
+
 /// Something that may be asked of shapes: `f(P)`, one number or several.
 pub trait Functional: Any + Debug + Send + Sync {
     /// How many numbers it is.
@@ -241,6 +251,13 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// How well its equations hold where they are said to. To rounding by default.
     fn accuracy(&self) -> Accuracy {
         Accuracy::Rounding
+    }
+
+    /// What a look at it takes at most, in evaluations of its shapes, for functionals that take thousands of them (quadrature
+    /// that adapts itself to the shape): an edit that such a constraint does not let arrive is given up the sooner, the more
+    /// each look takes. None (the default) is too little to count.
+    fn effort(&self) -> usize {
+        0
     }
 
     /// The same condition elsewhere: for a condition that is meant along an edge but imposed at some places of it, a

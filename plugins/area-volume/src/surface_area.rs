@@ -31,6 +31,8 @@ pub struct SurfaceArea {
     members: Members,
     /// How well the area can be told, where that is not to rounding.
     told: Option<f64>,
+    /// The most points at which a look evaluates the surfaces.
+    effort: usize,
 }
 
 /// The area of the first shape of the problem, a surface.
@@ -62,16 +64,21 @@ impl SurfaceArea {
     /// The area of all of these.
     #[must_use]
     pub fn of<T: Into<On>>(self, shapes: impl IntoIterator<Item = T>) -> Self {
-        Self { members: shapes.into_iter().collect(), told: None }
+        Self { members: shapes.into_iter().collect(), ..Self::default() }
     }
 
-    fn measure(&self, shapes: &Shapes<'_>, mut found: impl FnMut(usize, Vec<Vector>)) -> Result<Area> {
+    /// The area, and its gradient on each member where it is wanted.
+    fn measure(
+        &self,
+        shapes: &Shapes<'_>,
+        mut found: Option<&mut dyn FnMut(usize, Vec<Vector>)>,
+    ) -> Result<Area> {
         let what = self.describe();
         let mut total = Area { area: 0.0, error: 0.0 };
         for on in &self.members.0 {
             let own = surface(shapes, on, &what, "ask for the area inside it, or its length")?;
-            let mut gradient = vec![Vector::zeros(); own.points().len()];
-            let Area { area, error } = Measure::new(own).whole(&mut gradient);
+            let mut gradient = found.as_ref().map(|_| vec![Vector::zeros(); own.points().len()]);
+            let Area { area, error } = Measure::new(own).whole(gradient.as_deref_mut());
             let name = name_of(on);
             if !area.is_finite() {
                 return Err(Error::Invalid(format!(
@@ -87,23 +94,46 @@ impl SurfaceArea {
             if error > ENOUGH * area {
                 return Err(Error::Invalid(format!(
                     "{what}: that of {name} can be told to {:.1e} of itself only, which is not enough to keep it or bring \
-                     it to a value: the surface folds over or is creased along lines that are not knots; unfold it, or \
-                     insert knots there",
+                     it to a value: the surface folds over or is creased along lines that are not knots, as it is or on the way \
+                     to what is asked; unfold it, insert knots there, or ask for less at once",
                     error / area
                 )));
             }
             total.area += area;
             total.error += error;
-            found(on.shape, gradient);
+            if let (Some(found), Some(gradient)) = (&mut found, gradient) {
+                found(on.shape, gradient);
+            }
         }
         Ok(total)
     }
 }
 
-/// Nodes and weights of a rule on `[0, 1]` in both directions.
+/// A rule in each direction.
 struct Nodes {
-    u: (Vec<f64>, Vec<f64>),
-    v: (Vec<f64>, Vec<f64>),
+    u: Along,
+    v: Along,
+}
+
+/// Nodes on `[0, 1]` with three weights each: Gauss and Legendre's, those of the highest divided difference, which is zero for
+/// all polynomials that have one coefficient less than there are nodes, and these times the distance from the middle, for
+/// polynomials with one coefficient less still. One of the two is even, the other odd about the middle, so that not both
+/// overlook a crease there. They are scaled to a sum of 1 without signs.
+struct Along(Vec<(f64, [f64; 3])>);
+
+impl Along {
+    fn new(count: usize) -> Self {
+        let (nodes, weights) = gauss_legendre(count);
+        let difference = |k: usize| {
+            let others = nodes.iter().enumerate().filter(|(j, _)| *j != k);
+            others.map(|(_, x)| nodes[k] - x).product::<f64>().recip()
+        };
+        let off = |k: usize| (nodes[k] - 0.5) * difference(k);
+        let whole: f64 = (0..count).map(|k| difference(k).abs()).sum();
+        let other: f64 = (0..count).map(|k| off(k).abs()).sum();
+        let all = |k: usize| [weights[k], difference(k) / whole, off(k) / other];
+        Self((0..count).map(|k| (nodes[k], all(k))).collect())
+    }
 }
 
 struct Measure<'s> {
@@ -123,14 +153,14 @@ struct Part {
 impl<'s> Measure<'s> {
     fn new(surface: &'s Surface) -> Self {
         let rule = |extra: usize| Nodes {
-            u: gauss_legendre(surface.u().degree() + extra),
-            v: gauss_legendre(surface.v().degree() + extra),
+            u: Along::new(surface.u().degree() + extra),
+            v: Along::new(surface.v().degree() + extra),
         };
         Self { surface, rules: EXTRA.map(rule), bases: [Basis::default(), Basis::default()] }
     }
 
-    /// The area of a part by a rule for each direction, and its gradient added where there is room.
-    fn part(&mut self, part: Part, rules: [usize; 2], mut gradient: Option<&mut [Vector]>) -> f64 {
+    /// The area of a part by one of the rules, and its gradient added where there is room.
+    fn part(&mut self, part: Part, rule: usize, mut gradient: Option<&mut [Vector]>) -> Sum {
         let (su, sv) = (self.surface.u(), self.surface.v());
         let (p, q) = (su.degree(), sv.degree());
         let columns = sv.len();
@@ -141,10 +171,11 @@ impl<'s> Measure<'s> {
         let [bu, bv] = &mut self.bases;
         bu.enter(su, part.spans[0]);
         bv.enter(sv, part.spans[1]);
-        let (along_u, along_v) = (&self.rules[rules[0]].u, &self.rules[rules[1]].v);
-        let mut total = 0.0;
-        for (x, wx) in along_u.0.iter().zip(&along_u.1) {
-            bu.at(part.u.0 + (part.u.1 - part.u.0) * x);
+        let Nodes { u: along_u, v: along_v } = &self.rules[rule];
+        let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
+        let mut sum = Sum { area: 0.0, rough_along: [[0.0; 2]; 2] };
+        for (x, [wx, ux @ ..]) in &along_u.0 {
+            bu.at(part.u.0 + length_u * x);
             // Combined along u: homogeneous points and derivatives for each of the q + 1 columns.
             let mut line = [[[0.0; 4]; 2]; MAX_ORDER];
             for (j, line) in line.iter_mut().enumerate().take(q + 1) {
@@ -158,8 +189,9 @@ impl<'s> Measure<'s> {
                     }
                 }
             }
-            for (y, wy) in along_v.0.iter().zip(&along_v.1) {
-                bv.at(part.v.0 + (part.v.1 - part.v.0) * y);
+            let mut sums = [[[0.0; 3]; 2]; MAX_ORDER];
+            for (y, [wy, vy @ ..]) in &along_v.0 {
+                bv.at(part.v.0 + length_v * y);
                 let (mut s, mut su_, mut sv_) = ([0.0; 4], [0.0; 4], [0.0; 4]);
                 for (j, line) in line.iter().enumerate().take(q + 1) {
                     for a in 0..4 {
@@ -169,32 +201,49 @@ impl<'s> Measure<'s> {
                     }
                 }
                 let w = s[3];
-                let project = |d: [f64; 4]| Vector::from_fn(|a, _| (d[a] - s[a] / w * d[3]) / w);
+                let project = |d: [f64; 4]| [0, 1, 2].map(|a| (d[a] - s[a] / w * d[3]) / w);
                 let (tu, tv) = (project(su_), project(sv_));
-                let normal = tu.cross(&tv);
-                let size = normal.norm();
-                let weight = wx * (part.u.1 - part.u.0) * wy * (part.v.1 - part.v.0);
-                total += weight * size;
-                let Some(gradient) = gradient.as_deref_mut().filter(|_| size > 0.0) else { continue };
-                let unit = normal / size;
-                let (by_u, by_v) = (tv.cross(&unit) * weight, unit.cross(&tu) * weight);
-                for i in 0..=p {
-                    for j in 0..=q {
-                        let at = vertex(i, j);
-                        let own = weights.map_or(1.0, |w| w[at]);
-                        let r = own * bu.values[i] * bv.values[j] / w;
-                        let ru = (own * bu.slopes[i] * bv.values[j] - r * su_[3]) / w;
-                        let rv = (own * bu.values[i] * bv.slopes[j] - r * sv_[3]) / w;
-                        gradient[at] += by_u * ru + by_v * rv;
+                let normal = cross(tu, tv);
+                let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+                sum.area += wx * wy * size;
+                for k in 0..2 {
+                    sum.rough_along[0][k] += ux[k] * wy * size;
+                    sum.rough_along[1][k] += wx * vy[k] * size;
+                }
+                if !(gradient.is_some() && size > 0.0) {
+                    continue;
+                }
+                // The point, its u and its v derivative depend on the vertices as `s`, `su_` and `sv_` do: summed over this
+                // line first, so that a point costs the vertices of one direction, not of both.
+                let unit = normal.map(|n| n / size);
+                let weight = wx * length_u * wy * length_v / w;
+                let (by_u, by_v) = (cross(tv, unit), cross(unit, tu));
+                for a in 0..3 {
+                    let (by_u, by_v) = (by_u[a] * weight, by_v[a] * weight);
+                    let by_point = -(by_u * su_[3] + by_v * sv_[3]) / w;
+                    for (j, sums) in sums.iter_mut().enumerate().take(q + 1) {
+                        sums[0][a] += by_point * bv.values[j] + by_v * bv.slopes[j];
+                        sums[1][a] += by_u * bv.values[j];
+                    }
+                }
+            }
+            let Some(gradient) = gradient.as_deref_mut() else { continue };
+            for i in 0..=p {
+                for (j, [by_value, by_slope]) in sums.iter().enumerate().take(q + 1) {
+                    let at = vertex(i, j);
+                    let own = weights.map_or(1.0, |w| w[at]);
+                    for a in 0..3 {
+                        gradient[at][a] += own * (by_value[a] * bu.values[i] + by_slope[a] * bu.slopes[i]);
                     }
                 }
             }
         }
-        total
+        sum.area *= length_u * length_v;
+        sum
     }
 
-    /// The area, what it may be wrong by, and its gradient added.
-    fn whole(&mut self, gradient: &mut [Vector]) -> Area {
+    /// The area, what it may be wrong by, and its gradient added where there is room.
+    fn whole(&mut self, mut gradient: Option<&mut [Vector]>) -> Area {
         let (u, v) = (self.surface.u().clone(), self.surface.v().clone());
         let mut parts = BinaryHeap::new();
         let ends = |flat: &[f64], span: usize| (flat[span], flat[span + 1]);
@@ -207,7 +256,7 @@ impl<'s> Measure<'s> {
         let cells = parts.len();
         let share = parts.iter().map(|p| p.fine).sum::<f64>() / cells.max(1) as f64;
         let mut made = cells;
-        for _ in 0..HALVINGS + HALVINGS_A_CELL * cells {
+        for _ in 0..halvings(cells) {
             let Some(worst) = parts.pop() else { break };
             if worst.error <= AGREE * share.max(worst.fine) || !worst.error.is_finite() {
                 parts.push(worst);
@@ -229,19 +278,24 @@ impl<'s> Measure<'s> {
         parts.sort_by_key(|p| p.order);
         let mut found = Area { area: 0.0, error: 0.0 };
         for p in &parts {
-            found.area += self.part(p.part, [1; 2], Some(gradient));
+            if gradient.is_some() {
+                self.part(p.part, 1, gradient.as_deref_mut());
+            }
+            found.area += p.fine;
             found.error += p.error;
         }
         found
     }
 
     fn judged(&mut self, part: Part, order: usize) -> Judged {
-        let (rough, fine) = (self.part(part, [0; 2], None), self.part(part, [1; 2], None));
-        Judged { part, fine, error: (fine - rough).abs(), order, settled: false }
+        let (rough, fine) = (self.part(part, 0, None), self.part(part, 1, None));
+        let [along_u, along_v] = fine.rough_along.map(|[a, b]| a.abs() + b.abs());
+        let across_u = along_u >= along_v;
+        let error = (fine.area - rough.area).abs();
+        Judged { part, fine: fine.area, error, across_u, order, settled: false }
     }
 
-    /// A part in two, across the direction to which the difference of the rules is due: the one in which the rougher rule
-    /// alone is further from the better one in both. None where there is no number between the ends.
+    /// A part in two, across the direction in which it is less smooth. None where there is no number between the ends.
     fn halves(&mut self, whole: &Judged, order: usize) -> Option<[Judged; 2]> {
         let part = whole.part;
         let middle = |(a, b): (f64, f64)| {
@@ -252,10 +306,20 @@ impl<'s> Measure<'s> {
             middle(part.u).map(|m| [Part { u: (part.u.0, m), ..part }, Part { u: (m, part.u.1), ..part }]);
         let across_v =
             middle(part.v).map(|m| [Part { v: (part.v.0, m), ..part }, Part { v: (m, part.v.1), ..part }]);
-        let off = [[0, 1], [1, 0]].map(|rules| (self.part(part, rules, None) - whole.fine).abs());
-        let halves = if off[0] >= off[1] { across_u.or(across_v) } else { across_v.or(across_u) };
+        let halves = if whole.across_u { across_u.or(across_v) } else { across_v.or(across_u) };
         halves.map(|[first, second]| [self.judged(first, order), self.judged(second, order + 1)])
     }
+}
+
+/// What a rule finds on a part: the area, and what is left of `|S_u × S_v|` along u and along v when it is summed over the
+/// other direction and polynomials are taken out: nothing where it is smooth.
+struct Sum {
+    area: f64,
+    rough_along: [[f64; 2]; 2],
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// An area, and a bound (as a rule) of its error.
@@ -269,6 +333,8 @@ struct Judged {
     part: Part,
     fine: f64,
     error: f64,
+    /// Across which direction to halve it.
+    across_u: bool,
     order: usize,
     /// Whether it cannot be halved any more.
     settled: bool,
@@ -293,6 +359,21 @@ impl Ord for Judged {
     }
 }
 
+/// The most points at which a look evaluates a surface: both rules on each part that can arise, and the better one again on
+/// those that remain, for the gradient.
+fn points(surface: &Surface) -> usize {
+    let (p, q) = (surface.u().degree(), surface.v().degree());
+    let [rough, fine] = EXTRA.map(|extra| (p + extra) * (q + extra));
+    let cells = surface.u().spans().count() * surface.v().spans().count();
+    let halvings = halvings(cells);
+    (cells + 2 * halvings) * (rough + fine) + (cells + halvings) * fine
+}
+
+/// How many halvings so many cells are allowed.
+fn halvings(cells: usize) -> usize {
+    HALVINGS + HALVINGS_A_CELL * cells
+}
+
 /// The longest side of the box of a surface's vertices.
 fn extent(surface: &Surface) -> f64 {
     let (low, high) = surface.hull_bounds();
@@ -310,9 +391,10 @@ impl Functional for SurfaceArea {
 
     fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
         rows.equation();
-        let total = self.measure(shapes, |shape, gradient| {
+        let mut append = |shape, gradient: Vec<Vector>| {
             rows.terms(shape, 0, gradient.into_iter());
-        })?;
+        };
+        let total = self.measure(shapes, Some(&mut append))?;
         if let Some(value) = value.first_mut() {
             *value = total.area;
         }
@@ -325,7 +407,7 @@ impl Functional for SurfaceArea {
 
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
         if let Some(out) = out.first_mut() {
-            *out = self.measure(shapes, |_, _| ())?.area;
+            *out = self.measure(shapes, None)?.area;
         }
         Ok(())
     }
@@ -338,14 +420,23 @@ impl Functional for SurfaceArea {
         format!("surface area{}", self.members)
     }
 
+    fn effort(&self) -> usize {
+        self.effort
+    }
+
     fn accuracy(&self) -> Accuracy {
         self.told.map_or(Accuracy::Rounding, Accuracy::Within)
     }
 
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
-        let Area { area, error } = self.measure(shapes, |_, _| ())?;
+        let Area { area, error } = self.measure(shapes, None)?;
         let told = (error > AS_GOOD * area).then_some(error);
-        Ok(Some(Arc::new(Self { members: self.members.clone(), told })))
+        let mut effort = 0;
+        for on in &self.members.0 {
+            effort +=
+                points(surface(shapes, on, &self.describe(), "ask for the area inside it, or its length")?);
+        }
+        Ok(Some(Arc::new(Self { members: self.members.clone(), told, effort })))
     }
 }
 
@@ -357,6 +448,6 @@ impl DeclaredFunctional for SurfaceArea {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        Ok(Self { members: Members::from_parameters(parameters, names, "objects")?, told: None })
+        Ok(Self { members: Members::from_parameters(parameters, names, "objects")?, ..Self::default() })
     }
 }

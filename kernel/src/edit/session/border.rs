@@ -42,6 +42,8 @@ pub(super) struct Border {
     pub(super) moved: bool,
     /// The adjustment that is tried next.
     pub(super) next: Vec<f64>,
+    /// The tangential way that was remembered last.
+    way: Vec<f64>,
     /// The size of the coordinates that the shapes started with, as a length over all of them.
     pub(super) reach: f64,
     /// Multipliers of the rows.
@@ -136,6 +138,7 @@ impl Border {
             before: vec![0.0; width],
             moved: false,
             next: vec![0.0; width],
+            way: vec![0.0; width],
             reach,
             multipliers: vec![0.0; m],
             right: vec![0.0; m],
@@ -283,8 +286,16 @@ impl Border {
         each.fold((0.0, 0), |worst, own| if own.0 > worst.0 { own } else { worst })
     }
 
-    /// Whether row `i` misses its target by no more than its terms' rounding errors.
-    pub(super) fn is_rounding(&self, bound: &[Bound], row: usize, base: &[Point], d: &[f64]) -> bool {
+    /// Whether row `row` misses its target by no more than a `share` of its terms and the accuracy that its functional promises.
+    /// With [`ITERATED`](crate::measure::ITERATED), nothing that is measured on the answer will say otherwise.
+    pub(super) fn is_rounding(
+        &self,
+        bound: &[Bound],
+        row: usize,
+        share: f64,
+        base: &[Point],
+        d: &[f64],
+    ) -> bool {
         let width = self.raised.len();
         let (k, e) = self.rows[row];
         let gradient = self.here.gradient[row * width..(row + 1) * width].chunks_exact(3);
@@ -293,7 +304,8 @@ impl Border {
             .zip(points)
             .map(|(g, (p, d))| (0..3).map(|a| (g[a] * (p[a] + d[a])).abs()).sum::<f64>())
             .sum();
-        (bound[k].target[e] - self.here.value[row]).abs() <= 1e-13 * size
+        let (target, own) = (bound[k].target[e], bound[k].constraint.functional.accuracy().tolerance());
+        (target - self.here.value[row]).abs() <= own + share * (size + target.abs())
     }
 
     /// The way from the adjustment `d`: what restores the values (along `Q`), and what makes the adjustment less without
@@ -347,6 +359,34 @@ impl Border {
         }
         let total = |k: usize| ((sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k])).sqrt();
         Step { tangential: total(0), change: total(1), whole: total(2) }
+    }
+
+    /// Remembers the tangential way of the last step from here, and returns its product with the one remembered before.
+    pub(super) fn remember_way(&mut self) -> f64 {
+        let width = self.raised.len();
+        let last = self.rows.len().max(1) - 1;
+        let (along, q) = (self.right[last], &self.here.projected[last * width..(last + 1) * width]);
+        let mut product = 0.0;
+        for ((way, t), q) in self.way.iter_mut().zip(&self.raised).zip(q) {
+            let t = t + along * q;
+            product += t * *way;
+            *way = t;
+        }
+        product
+    }
+
+    /// Takes out of `next` what disturbs the linear constraints: `next ← next - C F (next - d_F)`. A step by a share `s` of the
+    /// tangential way leaves `1 - s` of the rounding errors in these, and many such steps add up.
+    pub(super) fn stay(&mut self, assembly: &Assembly, factored: &mut dyn Factored) {
+        if self.missed.is_empty() {
+            return;
+        }
+        for ((r, next), l) in self.raised.iter_mut().zip(&self.next).zip(&self.linear) {
+            *r = next - l;
+        }
+        assembly.system.rows().multiply(&self.raised, self.sides, &mut self.missed);
+        factored.solve_into(&self.missed, &mut self.work);
+        self.next.iter_mut().zip(&self.work).for_each(|(n, w)| *n -= w);
     }
 
     /// Restores the values only: `d ← d + Q S⁻¹ (wanted - value)`.

@@ -2,7 +2,9 @@
 //! least adjustment with all axes together, or one axis an event (paper 2).
 
 use super::Session;
+use super::progress::{Progress, looks};
 use crate::error::Error;
+use crate::measure::ITERATED;
 use crate::problem::EditError;
 use crate::problem::bound::right_hand_side;
 use crate::problem::conflict::quoted;
@@ -14,6 +16,11 @@ use crate::solve::SolveError;
 const ITERATIONS: usize = 200;
 /// A constraint is met at this error, relative to the value wanted.
 const MET: f64 = 2e-13;
+/// Where it does not get better than that, it is met at this share of its terms; after more iterations than are usual, at what
+/// the answer is judged by ([`ITERATED`]).
+const ROUNDED: f64 = 1e-13;
+/// Most events take no more iterations than these.
+const USUAL: usize = 20;
 /// After an event the adjustment changes by less than this share of itself: its length, which is flat at the least one, is
 /// least to the square of it.
 const STILL: f64 = 1e-6;
@@ -22,6 +29,10 @@ const STILL: f64 = 1e-6;
 const SETTLED: f64 = 1e-11;
 /// A share of the tangential way below which shortening it further does not help.
 const SHORTEST: f64 = 1.0 / 64.0;
+/// The most of the tangential way that is taken at once.
+const LONGEST: f64 = 8.0;
+/// What may be taken beyond all of it, as a share of the adjustment.
+const BOLD: f64 = 0.25;
 
 impl<S: Shape> Session<S> {
     /// Solves for the present targets, the nonlinear constraints as border of the linear ones. The shapes are as before
@@ -32,8 +43,21 @@ impl<S: Shape> Session<S> {
         }
         let mut result = if self.alternating.is_some() { self.one_axis() } else { self.all_axes() };
         // Where whole steps do not arrive, shortened ones may.
-        if self.alternating.is_none() && result.is_err() && self.iterate().is_ok() {
-            result = Ok(());
+        if self.alternating.is_none()
+            && let Err(error) = &result
+        {
+            let on_the_way = matches!(error, EditError::Geometry(_));
+            let most = looks(&self.problem.bound);
+            let used = match error {
+                EditError::Solve(SolveError::NotConverged { iterations, .. }) => *iterations,
+                _ => 0,
+            };
+            match self.iterate(most.saturating_sub(used).max(most / 4)) {
+                Ok(()) => result = Ok(()),
+                // That whole steps went where something cannot be asked says less than how far shortened ones came.
+                Err(other) if on_the_way => result = Err(other),
+                Err(_) => {}
+            }
         }
         if result.is_err()
             && let Some(border) = &self.prepared.border
@@ -89,6 +113,7 @@ impl<S: Shape> Session<S> {
     fn descend(&mut self, still: f64) -> Result<(), EditError> {
         let (mut share, mut tangential, mut missed) = (1.0, f64::INFINITY, f64::INFINITY);
         let mut changed = f64::INFINITY;
+        let mut progress = Progress::new(looks(&self.problem.bound));
         for iteration in 1..=ITERATIONS {
             self.place();
             let prepared = &mut self.prepared;
@@ -97,7 +122,9 @@ impl<S: Shape> Session<S> {
             let (error, worst) = border.error(&self.problem.bound);
             // Below 1e-12 there may be no more to gain than rounding; each row for itself, as one may never do better.
             let stalled = error >= 0.5 * missed;
-            let rounding = |row| border.is_rounding(&self.problem.bound, row, &prepared.base, &prepared.d);
+            let rounded = if iteration > USUAL { ITERATED } else { ROUNDED };
+            let rounding =
+                |row| border.is_rounding(&self.problem.bound, row, rounded, &prepared.base, &prepared.d);
             let met = error <= MET
                 || stalled
                     && (0..border.rows.len())
@@ -110,6 +137,12 @@ impl<S: Shape> Session<S> {
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
             let step = border.step_from_here(&self.problem.bound, share, &prepared.d);
+            // What most events never come to, and need not pay for.
+            let lingers = iteration >= USUAL;
+            let turned = if lingers { border.remember_way() } else { 0.0 };
+            if lingers && share != 1.0 {
+                border.stay(&prepared.assembly, prepared.factored.as_mut());
+            }
             let floor = 4.0 * f64::EPSILON * border.reach;
             let rests = step.change <= STILL * step.whole && step.change >= changed;
             if met && (rests || step.change <= (still * step.whole).max(floor)) {
@@ -119,12 +152,19 @@ impl<S: Shape> Session<S> {
             if !step.whole.is_finite() {
                 return Err(self.overflow(worst));
             }
-            if iteration == ITERATIONS {
-                return Err(self.not_converged(worst).into());
+            if iteration == ITERATIONS || !progress.goes_on(1, error, step.change / step.whole) {
+                return Err(self.not_converged(iteration, worst).into());
             }
             // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says.
-            if step.tangential > 0.8 * tangential && share > SHORTEST {
-                share *= 0.5;
+            // Where shorter ways do not help for long, the way tells by how it has turned: back, and it is still too long;
+            // or it goes on as before, and more of it is needed. A way that even gets longer leaves a place where the
+            // adjustment is stationary and not least.
+            if step.tangential > 0.8 * tangential {
+                if iteration > USUAL && turned > 0.0 {
+                    share = (2.0 * share).min((BOLD * step.whole / step.tangential).clamp(1.0, LONGEST));
+                } else if share > SHORTEST {
+                    share *= 0.5;
+                }
             }
             (tangential, missed, changed) = (step.tangential, error, step.change);
             std::mem::swap(&mut prepared.d, &mut border.next);
@@ -176,7 +216,7 @@ impl<S: Shape> Session<S> {
             }
             border.restore(&self.problem.bound, &mut prepared.d);
             if iteration == ITERATIONS {
-                return Err(self.not_converged(worst).into());
+                return Err(self.not_converged(iteration, worst).into());
             }
         }
         Ok(())
@@ -225,12 +265,16 @@ impl<S: Shape> Session<S> {
         Error::Invalid(format!("{name}: the numbers on the way there overflow; ask for less at once")).into()
     }
 
-    fn not_converged(&self, row: usize) -> SolveError {
-        let residual = self.prepared.border.as_ref().map_or(0.0, |border| {
+    fn not_converged(&self, iterations: usize, row: usize) -> SolveError {
+        let (wanted, residual) = self.prepared.border.as_ref().map_or((0.0, 0.0), |border| {
             let (k, e) = border.rows[row];
-            (self.problem.bound[k].target[e] - border.here.value[row]).abs()
+            (
+                self.problem.bound[k].target[e],
+                (self.problem.bound[k].target[e] - border.here.value[row]).abs(),
+            )
         });
-        SolveError::NotConverged { iterations: ITERATIONS, residual, worst: quoted(&self.border_name(row)) }
+        let worst = format!("{}, {wanted:.3e} wanted", quoted(&self.border_name(row)));
+        SolveError::NotConverged { iterations, residual, worst }
     }
 
     fn border_name(&self, row: usize) -> String {

@@ -2,6 +2,7 @@
 
 use super::Session;
 use super::prepared::{Prepared, prepare};
+use super::progress::looks;
 use crate::measure::Error;
 use crate::problem::EditError;
 use crate::problem::check::{excess, missed_by, near_conflict};
@@ -20,7 +21,7 @@ impl<S: Shape> Session<S> {
             return self.curved_event();
         }
         if !self.prepared.linear {
-            return self.iterate();
+            return self.iterate(looks(&self.problem.bound));
         }
         if let Some(bounds) = self.prepared.bounds.take() {
             return self.bounded(bounds);

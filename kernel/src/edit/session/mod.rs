@@ -8,6 +8,7 @@ mod event;
 mod floating;
 mod mixing;
 mod prepared;
+mod progress;
 mod sequential;
 mod slide;
 

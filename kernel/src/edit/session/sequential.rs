@@ -1,13 +1,14 @@
 //! Constraints that are not linear: sequential quadratic programming.
 
 use super::mixing::Mixing;
+use super::progress::Progress;
 use super::{Session, put, snapshot};
 use crate::edit::report::Convergence;
 use crate::error::Error;
 use crate::measure::error_of;
 use crate::problem::EditError;
 use crate::problem::assembly::Assembly;
-use crate::problem::bound::right_hand_side;
+use crate::problem::bound::{Bound, right_hand_side};
 use crate::problem::check::{excess, near_conflict};
 use crate::problem::conflict::quoted;
 use crate::problem::constraint::Constraint;
@@ -83,7 +84,8 @@ impl<S: Shape> Session<S> {
     /// The least adjustment under constraints that are not linear: a sequence of linear problems, linearized where the
     /// shapes are, with the whole adjustment since the start as unknown, so that it converges to the least one. Steps are
     /// mixed with those before, or shortened, until a merit function decreases. A failure leaves the shapes as they were.
-    pub(super) fn iterate(&mut self) -> Result<(), EditError> {
+    /// `looks`: how often the constraints may be looked at.
+    pub(super) fn iterate(&mut self, looks: usize) -> Result<(), EditError> {
         if self.alternating.is_some() {
             return Err(SolveError::Unsupported(
                 "the axes cannot alternate here: a constraint that is not linear depends on the others, there are \
@@ -94,7 +96,7 @@ impl<S: Shape> Session<S> {
         }
         let state = snapshot(&self.problem.shapes, &self.prepared);
         let d = self.prepared.d.clone();
-        let result = self.iterate_from_start();
+        let result = self.iterate_from_start(looks);
         if result.is_err() {
             put(&mut self.problem.shapes, &state);
             self.prepared.d = d;
@@ -102,7 +104,7 @@ impl<S: Shape> Session<S> {
         result
     }
 
-    fn iterate_from_start(&mut self) -> Result<(), EditError> {
+    fn iterate_from_start(&mut self, most: usize) -> Result<(), EditError> {
         self.restore();
         let mut here = self.linearize()?;
         let sides = here.assembly.system.sides();
@@ -118,6 +120,7 @@ impl<S: Shape> Session<S> {
         merit.remember(0.0, violations(&senses, sides, &here.rhs));
         let mut convergence = Convergence { change: f64::INFINITY, ..Convergence::default() };
         let mut mixing = Mixing::default();
+        let mut progress = Progress::new(most);
         for iteration in 1..=ITERATIONS {
             convergence.iterations = iteration;
             // b + F d: the unknown is the adjustment from the start, not from here.
@@ -135,7 +138,9 @@ impl<S: Shape> Session<S> {
                 (0.0, _) => 0.0,
                 (step, whole) => step / whole,
             };
-            let met = here.errors.iter().all(|(error, size)| *error <= MET * size);
+            let met = here.errors.iter().zip(&self.problem.bound).all(|((error, size), b)| {
+                *error <= b.constraint.functional.accuracy().tolerance() + MET * size
+            });
             if met && convergence.change <= STILL[usize::from(iteration > ITERATIONS / 2)] {
                 let right = (&solved.rhs[..], &solved.size[..]);
                 let part = solved.part.as_ref().map_or(&here.assembly, |(part, _)| part);
@@ -163,6 +168,8 @@ impl<S: Shape> Session<S> {
             // First what the last steps taught, then the whole step, then ever shorter ones.
             let mut mixed = mixing.next(&from, &step);
             let mut share = 1.0;
+            // The rows and the values where the shapes will be, and the values at each point tried.
+            let mut looks = 2;
             let mut failure = None;
             loop {
                 match &mixed {
@@ -175,6 +182,7 @@ impl<S: Shape> Session<S> {
                     }
                 }
                 self.place();
+                looks += 1;
                 // Where something cannot be asked (a tangent that vanishes), the step is too long.
                 match self.violations(&here.assembly, &senses) {
                     Err(error) => failure = Some(error),
@@ -197,6 +205,10 @@ impl<S: Shape> Session<S> {
                 }
             }
             convergence.shortened += usize::from(share < 1.0);
+            let error = here.errors.iter().fold(0.0_f64, |m, (error, size)| m.max(error / size));
+            if !progress.goes_on(looks, error, convergence.change) {
+                break;
+            }
             here = self.linearize()?;
         }
         Err(self.unsolved(&here, &convergence))
@@ -242,17 +254,21 @@ impl<S: Shape> Session<S> {
 
     fn unsolved(&self, here: &Linearized, convergence: &Convergence) -> EditError {
         let iterations = convergence.iterations;
-        let relative = |(error, size): &(f64, f64)| if *error <= MET * size { 0.0 } else { *error };
-        let worst = here.errors.iter().map(relative).zip(&self.problem.bound).fold(
-            (0.0, None),
-            |worst, (error, b)| {
-                if error > worst.0 { (error, Some(b)) } else { worst }
-            },
-        );
+        let relative = |((error, size), b): (&(f64, f64), &Bound)| {
+            let met = *error <= b.constraint.functional.accuracy().tolerance() + MET * size;
+            if met { 0.0 } else { *error }
+        };
+        let each = here.errors.iter().zip(&self.problem.bound).map(relative);
+        let worst = each
+            .zip(&self.problem.bound)
+            .fold((0.0, None), |worst, (error, b)| if error > worst.0 { (error, Some(b)) } else { worst });
         match worst {
             (residual, Some(bound)) => {
-                SolveError::NotConverged { iterations, residual, worst: quoted(&bound.constraint.label()) }
-                    .into()
+                let mut worst = quoted(&bound.constraint.label());
+                if let [wanted] = bound.target[..] {
+                    worst = format!("{worst}, {wanted:.3e} wanted");
+                }
+                SolveError::NotConverged { iterations, residual, worst }.into()
             }
             _ => SolveError::StillMoving { iterations, change: convergence.change }.into(),
         }

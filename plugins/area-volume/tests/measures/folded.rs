@@ -10,7 +10,7 @@ use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 /// A torus of control vertices; it meets its axis where `tube > ring`.
-fn torus(degree: usize, around: usize, across: usize, ring: f64, tube: f64, size: f64) -> Surface {
+pub(crate) fn torus(degree: usize, around: usize, across: usize, ring: f64, tube: f64, size: f64) -> Surface {
     let at = |i: usize, j: usize| {
         let ((su, cu), (sv, cv)) =
             ((TAU * i as f64 / around as f64).sin_cos(), (TAU * j as f64 / across as f64).sin_cos());
@@ -23,7 +23,7 @@ fn torus(degree: usize, around: usize, across: usize, ring: f64, tube: f64, size
 }
 
 /// Numbers that look random and are the same every time.
-fn random(seed: u64) -> impl FnMut() -> f64 {
+pub(crate) fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -35,7 +35,7 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// The area by triangles, `n` steps a span of the (uniform) knots both ways: no quadrature.
-fn area_of_triangles(surface: &Surface, n: usize) -> f64 {
+pub(crate) fn area_of_triangles(surface: &Surface, n: usize) -> f64 {
     let at = |i: usize, j: usize| surface.point(i as f64 / n as f64, j as f64 / n as f64).unwrap();
     let (rows, columns) = (n * surface.u().len(), n * surface.v().len());
     let points: Vec<Vec<Point>> = (0..=rows).map(|i| (0..=columns).map(|j| at(i, j)).collect()).collect();

@@ -6,11 +6,13 @@
     reason = "these are tests, their helpers included"
 )]
 
+mod bounded;
 mod conformance;
 mod errors;
 mod folded;
 mod kept;
 mod patches;
+mod polyline;
 mod recipes;
 mod samples;
 mod sessions;
