@@ -47,6 +47,12 @@ impl Functional for DerivativeAt {
         Ok(())
     }
 
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        let value = shapes.value(self.on.shape, self.at.location, self.order)?;
+        out.copy_from_slice(value.as_slice());
+        Ok(())
+    }
+
     fn describe(&self) -> String {
         let Self { on, at, order } = self;
         match at.location {

@@ -44,6 +44,12 @@ impl Functional for Position {
         Ok(())
     }
 
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        let value = shapes.value(self.on.shape, self.at.location, Derivative::POSITION)?;
+        out.copy_from_slice(value.as_slice());
+        Ok(())
+    }
+
     fn describe(&self) -> String {
         format!("position {}{}", self.at, self.on)
     }

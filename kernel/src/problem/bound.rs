@@ -133,11 +133,11 @@ pub(crate) fn bind(
     if let Some(bound) = constraint.functional.bind(shapes)? {
         constraint.functional = bound;
     }
-    let name = constraint.describe();
+    // Names are for messages: most constraints are bound without one.
+    let wrong =
+        |what: &str| -> EditError { Error::Invalid(format!("{}{what}", constraint.describe())).into() };
     if constraint.axis.is_some() && !constraint.functional.is_vector() {
-        return Err(
-            Error::Invalid(format!("{name} cannot be narrowed to an axis: it is not a vector")).into()
-        );
+        return Err(wrong(" cannot be narrowed to an axis: it is not a vector"));
     }
     let wish = match &constraint.wanted {
         Wanted::Keep | Wanted::Hold => None,
@@ -148,40 +148,34 @@ pub(crate) fn bind(
         Wanted::AtMost(_) => Some("at_most"),
     };
     if let (Some(wish), Some(instead)) = (wish, constraint.functional.only_holds()) {
-        return Err(Error::Invalid(format!(
-            "{name} holds or does not hold, so that \"{wish}\" says nothing: leave it out; {instead}"
-        ))
-        .into());
+        return Err(wrong(&format!(
+            " holds or does not hold, so that \"{wish}\" says nothing: leave it out; {instead}"
+        )));
     }
     let count = equations_of(constraint.functional.as_ref())?;
     if count == 0 && constraint.functional.linearity() != Linearity::Linear {
-        return Err(Error::Invalid(format!(
-            "{name} has no equations, so that it asks nothing; leave it out"
-        ))
-        .into());
+        return Err(wrong(" has no equations, so that it asks nothing; leave it out"));
     }
     let mut target = vec![0.0; count];
     value_of(constraint.functional.as_ref(), shapes, &mut target)?;
     if let Some(bad) = target.iter().find(|v| !v.is_finite()) {
-        return Err(Error::Invalid(format!(
-            "{name}: its value is {bad}; the numbers of the shape, or of what is asked, are too large to compute with"
-        ))
-        .into());
+        return Err(wrong(&format!(
+            ": its value is {bad}; the numbers of the shape, or of what is asked, are too large to compute with"
+        )));
     }
     let present = target.clone();
     let check = |value: &Value| -> Result<Vec<f64>, EditError> {
         if let Some(bad) = value.0.iter().find(|v| !v.is_finite()) {
-            return Err(Error::Invalid(format!("{name}: {bad} is not a finite number")).into());
+            return Err(wrong(&format!(": {bad} is not a finite number")));
         }
         match (value.0.len(), constraint.axis) {
             (found, _) if found == count => Ok(value.0.clone()),
             // One number for the one axis that is asked.
             (1, Some(_)) => Ok(vec![value.0[0]; count]),
-            (found, _) if constraint.functional.is_condition() => Err(Error::Invalid(format!(
-                "{name} is a condition that holds or not, and {found} number(s) were given: keep it, or say what it should \
+            (found, _) if constraint.functional.is_condition() => Err(wrong(&format!(
+                " is a condition that holds or not, and {found} number(s) were given: keep it, or say what it should \
                  be like in its own fields (\"direction\" for a tangent)"
-            ))
-            .into()),
+            ))),
             (found, _) => {
                 let short = matches!(constraint.wanted, Wanted::To(_) | Wanted::By(_));
                 let whole =
@@ -192,10 +186,7 @@ pub(crate) fn bind(
                         Sense::Equal => "",
                         _ => instead_of_bounds(constraint.functional.as_ref()),
                     };
-                    Error::Invalid(format!(
-                        "{name}: \"{wish}\" gives {found} number(s) where {count} are needed{instead}"
-                    ))
-                    .into()
+                    wrong(&format!(": \"{wish}\" gives {found} number(s) where {count} are needed{instead}"))
                 })
             }
         }
@@ -207,13 +198,11 @@ pub(crate) fn bind(
         Wanted::By(value) => target.iter_mut().zip(check(value)?).for_each(|(t, by)| *t += by),
         Wanted::Scale(factor) if factor.is_finite() => target.iter_mut().for_each(|t| *t *= factor),
         Wanted::Scale(factor) => {
-            return Err(
-                Error::Invalid(format!("{name}: {factor} is not a factor; give a finite number")).into()
-            );
+            return Err(wrong(&format!(": {factor} is not a factor; give a finite number")));
         }
     }
     if let Some(bad) = target.iter().find(|t| !t.is_finite()) {
-        return Err(Error::Invalid(format!("{name}: its value would be {bad}; ask for less")).into());
+        return Err(wrong(&format!(": its value would be {bad}; ask for less")));
     }
     constraint.functional.check_target(&present, &target)?;
     Ok(Bound { id, constraint, target })
