@@ -7,6 +7,7 @@
 mod constraints;
 mod declaration;
 mod format;
+mod frames;
 mod mark;
 mod operation;
 mod parameters;
@@ -21,6 +22,7 @@ pub use format::{
     Fate, Format, FormatDeclaration, FormatError, Memory, Place, ReadOptions, ReadReport, Sink, Source,
     UpChoice, WriteOptions, WriteReport, Written,
 };
+pub use frames::Frames;
 pub use mark::{Mark, MarkKind, Spot};
 pub use operation::{
     Clock, ConstraintReport, Context, Convergence, Corner, NoClock, Observer, Operation, OperationError,
@@ -28,5 +30,5 @@ pub use operation::{
 };
 pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};
-pub use step::{SceneShapes, ask_once, object_name, put_back, shape_of};
+pub use step::{SceneShapes, SeenShapes, ask_once, object_name, put_back, shape_of};
 pub use tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};

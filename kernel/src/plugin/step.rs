@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use super::{ParameterError, Parameters};
+use super::{Frames, ParameterError, Parameters};
 use crate::edit::Constraint;
 use crate::error::{Error, Result};
 use crate::functional::{ShapeNames, Shapes, equations_of, value_of};
@@ -16,6 +16,17 @@ pub struct SceneShapes<'a> {
     scene: &'a Scene,
     names: Vec<String>,
     shapes: Vec<Box<dyn Shape>>,
+}
+
+/// The shapes of a step's problem in one frame.
+#[derive(Debug)]
+pub struct SeenShapes {
+    /// The objects' names.
+    pub names: Vec<String>,
+    /// Copies of their shapes.
+    pub shapes: Vec<Box<dyn Shape>>,
+    /// The frame that these are in, and the way back.
+    pub frames: Frames,
 }
 
 impl<'a> SceneShapes<'a> {
@@ -32,9 +43,14 @@ impl<'a> SceneShapes<'a> {
         &self.shapes
     }
 
-    /// The objects' names and copies of their shapes.
-    pub fn into_parts(self) -> (Vec<String>, Vec<Box<dyn Shape>>) {
-        (self.names, self.shapes)
+    /// The objects' names, copies of their shapes, and the frame in which these are: their own where all are placed alike, else
+    /// that of the world.
+    ///
+    /// # Errors
+    /// As for a placement that cannot be undone, naming the object.
+    pub fn into_parts(mut self) -> Result<SeenShapes> {
+        let frames = Frames::new(self.scene, &self.names, &mut self.shapes)?;
+        Ok(SeenShapes { names: self.names, shapes: self.shapes, frames })
     }
 }
 

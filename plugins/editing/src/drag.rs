@@ -101,13 +101,18 @@ impl Operation for Drag {
         } else {
             return Err(Error::Invalid("only curves and surfaces can be dragged".into()).into());
         };
-        let after: Vec<&dyn Shape> = dragged.shapes.iter().map(AsRef::as_ref).collect();
+        let own = problem.own(&dragged.shapes);
+        let after: Vec<&dyn Shape> = own.iter().map(AsRef::as_ref).collect();
         let mut report = dragged.report;
+        report.notes.extend(problem.frames.note());
         report.marks = problem.marks(&after, &report.constraints);
         let mut edited = scene.clone();
-        for ((name, shape), frames) in problem.names.iter().zip(after).zip(dragged.frames) {
+        for (index, ((name, shape), frames)) in
+            problem.names.iter().zip(after).zip(dragged.frames).enumerate()
+        {
             put_back(&mut edited, name, shape)?;
             if keep {
+                let frames = frames.iter().map(|points| problem.frames.own(index, points)).collect();
                 edited.object_mut(name)?.animation = Some(Animation { rate, frames });
             }
         }

@@ -45,10 +45,12 @@ impl Operation for EditOperation {
         } else {
             return Err(Error::Invalid("only curves and surfaces can be edited".into()).into());
         };
-        let after: Vec<&dyn Shape> = solved.shapes.iter().map(AsRef::as_ref).collect();
+        let own = problem.own(&solved.shapes);
+        let after: Vec<&dyn Shape> = own.iter().map(AsRef::as_ref).collect();
         let mut report = step_report("edit", &problem.names[0], &solved.report);
         report.prepare_seconds = Some(solved.prepare_seconds);
         report.event_seconds = Some(solved.event_seconds);
+        report.notes.extend(problem.frames.note());
         report.marks = problem.marks(&after, &report.constraints);
         let mut edited = scene.clone();
         for (name, shape) in problem.names.iter().zip(after) {

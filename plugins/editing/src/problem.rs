@@ -7,8 +7,9 @@ use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, pick};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Functional, Shapes, value_of};
 use loftsman_kernel::plugin::{
-    ConstraintReport, Context, Field, Mark, MarkKind, OperationError, ParameterError, Parameters,
-    SceneShapes, Spot, StepReport, ask_once, constraint_from, functional_from, nearest, object_name,
+    ConstraintReport, Context, Field, Frames, Mark, MarkKind, OperationError, ParameterError, Parameters,
+    SceneShapes, SeenShapes, Spot, StepReport, ask_once, constraint_from, functional_from, nearest,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
@@ -70,6 +71,8 @@ pub(crate) const SHARED: [Field; 11] = [
 pub(crate) struct Problem {
     pub(crate) names: Vec<String>,
     pub(crate) shapes: Vec<Box<dyn Shape>>,
+    /// The frame that they are in.
+    pub(crate) frames: Frames,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) handle: Option<Arc<dyn Functional>>,
     pub(crate) metric: Metric,
@@ -109,10 +112,11 @@ impl Problem {
         let solver = parameters.text_or("solver", "automatic")?;
         let solver =
             Arc::clone(context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?);
-        let (names, shapes) = names.into_parts();
+        let SeenShapes { names, shapes, frames } = names.into_parts()?;
         Ok(Self {
             names,
             shapes,
+            frames,
             constraints,
             handle,
             metric: metric(parameters)?,
@@ -168,12 +172,20 @@ impl Problem {
         Ok(Vector::from(value))
     }
 
-    /// What a picture of the edit should mark, locations that floated where they came to rest.
+    /// Shapes in their objects' own coordinates.
+    pub(crate) fn own(&self, shapes: &[Box<dyn Shape>]) -> Vec<Box<dyn Shape>> {
+        let each = shapes.iter().enumerate();
+        each.map(|(index, shape)| self.frames.own_shape(index, shape.as_ref())).collect()
+    }
+
+    /// What a picture of the edit should mark, locations that floated where they came to rest. `after` are in their objects' own
+    /// coordinates.
     pub(crate) fn marks(&self, after: &[&dyn Shape], told: &[ConstraintReport]) -> Vec<Mark> {
+        let before = self.own(&self.shapes);
         let on = |(k, c): (usize, &Constraint)| {
             let rested = told.get(k).and_then(|told| told.rested(c.functional()));
             let rested = rested.map(|f| Constraint::new(f, c.wanted().clone()));
-            Mark::of(rested.as_ref().unwrap_or(c), &self.names, &self.shapes, after)
+            Mark::of(rested.as_ref().unwrap_or(c), &self.names, &before, after)
         };
         let mut marks: Vec<Mark> = self.constraints.iter().enumerate().filter_map(on).collect();
         if let Some(handle) = &self.handle
@@ -181,7 +193,7 @@ impl Problem {
             && let rested = told.iter().find(|told| told.name == name).and_then(|told| told.rested(handle))
             && let Some((shape, at)) = rested.as_ref().unwrap_or(handle).location()
             && let (Some(name), Some(before), Some(after)) =
-                (self.names.get(shape), self.shapes.get(shape), after.get(shape))
+                (self.names.get(shape), before.get(shape), after.get(shape))
         {
             let what = (MarkKind::of(handle.as_ref(), false), handle.describe());
             marks.extend(Mark::on(name, what, at, before.as_ref(), *after));

@@ -7,7 +7,7 @@ use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, Operation, OperationError, ParameterError, Parameters, SceneShapes,
-    StepReport, ask_once, constraint_from, object_name, put_back,
+    SeenShapes, StepReport, ask_once, constraint_from, object_name, put_back,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
@@ -77,7 +77,7 @@ impl Operation for FairOperation {
         ask_once(names.shapes(), &constraints, &tables)?;
         let solver = parameters.text_or("solver", "automatic")?;
         let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
-        let (names, shapes) = names.into_parts();
+        let SeenShapes { names, shapes, frames } = names.into_parts()?;
         let problem = Problem {
             energy: energy(parameters)?,
             constraints,
@@ -99,10 +99,14 @@ impl Operation for FairOperation {
         let mut report = step_report(&object, &told);
         report.prepare_seconds = Some(context.clock.seconds() - start);
         // Other objects that constraints name stay as they are, and so do marks on them.
+        let before: Vec<Box<dyn Shape>> =
+            (0..shapes.len()).map(|index| frames.own_shape(index, shapes[index].as_ref())).collect();
+        let fair = frames.own_shape(0, fair.as_ref());
         let after: Vec<&dyn Shape> =
-            std::iter::once(fair.as_ref()).chain(shapes[1..].iter().map(AsRef::as_ref)).collect();
+            std::iter::once(fair.as_ref()).chain(before[1..].iter().map(AsRef::as_ref)).collect();
         let asked = &problem.constraints;
-        report.marks = asked.iter().filter_map(|c| Mark::of(c, &names, &shapes, &after)).collect();
+        report.marks = asked.iter().filter_map(|c| Mark::of(c, &names, &before, &after)).collect();
+        report.notes.extend(frames.note());
         put_back(scene, &object, fair.as_ref())?;
         Ok(report)
     }

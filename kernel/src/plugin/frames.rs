@@ -1,0 +1,86 @@
+//! Objects of one problem that are placed differently, seen in one frame.
+
+use nalgebra::Matrix4;
+
+use crate::Point;
+use crate::error::{Error, Result};
+use crate::placement::transform_point;
+use crate::scene::Scene;
+use crate::shape::Shape;
+
+/// The frame in which the shapes of a problem are seen. Where all are placed alike, that is their own; where they are not, it is
+/// the world's: a join, an area or a distance between them means nothing in coordinates that differ.
+#[derive(Debug, Clone, Default)]
+pub struct Frames(Vec<Frame>);
+
+#[derive(Debug, Clone)]
+struct Frame {
+    /// From the world to the object's own coordinates.
+    back: Matrix4<f64>,
+    own: Vec<Point>,
+    seen: Vec<Point>,
+}
+
+impl Frames {
+    /// Takes shapes of a scene's objects into one frame.
+    ///
+    /// # Errors
+    /// When the hierarchy is cyclic, an object's placement flattens it, so that nothing in the world says where its vertices go,
+    /// or a coordinate overflows.
+    pub(super) fn new(scene: &Scene, names: &[String], shapes: &mut [Box<dyn Shape>]) -> Result<Self> {
+        let world = scene.world_transforms()?;
+        let place = |name: &String| scene.position(name).and_then(|at| world.get(at).copied().flatten());
+        let places: Vec<Matrix4<f64>> =
+            names.iter().map(|name| place(name).unwrap_or_else(Matrix4::identity)).collect();
+        if places.windows(2).all(|pair| pair[0] == pair[1]) {
+            return Ok(Self::default());
+        }
+        let mut frames = Vec::with_capacity(places.len());
+        for ((name, to_world), shape) in names.iter().zip(places).zip(shapes) {
+            let back = to_world.try_inverse().filter(|back| back.iter().all(|v| v.is_finite()));
+            let back = back.ok_or_else(|| {
+                Error::Invalid(format!(
+                    "\"{name}\" is placed by a transform that flattens it, so that it cannot be edited together with objects that \
+                     are placed otherwise: correct its transform"
+                ))
+            })?;
+            let own = shape.control_vertices().to_vec();
+            let seen: Vec<Point> = own.iter().map(|p| transform_point(&to_world, p)).collect();
+            if let Some(index) = seen.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+                return Err(Error::Invalid(format!(
+                    "control vertex {index} of \"{name}\" is not finite where it is placed: correct its transform"
+                )));
+            }
+            shape.control_vertices_mut().copy_from_slice(&seen);
+            frames.push(Frame { back, own, seen });
+        }
+        Ok(Self(frames))
+    }
+
+    /// Control vertices of shape `index`, in its object's own coordinates. Those that have not moved are as they were, to the last
+    /// bit.
+    pub fn own(&self, index: usize, points: &[Point]) -> Vec<Point> {
+        let Some(Frame { back, own, seen }) = self.0.get(index) else { return points.to_vec() };
+        // With knots inserted, vertices have other numbers.
+        let same = |k: usize, p: &Point| seen.len() == points.len() && seen[k] == *p;
+        let each = points.iter().enumerate();
+        each.map(|(k, p)| if same(k, p) { own[k] } else { transform_point(back, p) }).collect()
+    }
+
+    /// The same of a whole shape.
+    pub fn own_shape(&self, index: usize, shape: &dyn Shape) -> Box<dyn Shape> {
+        let mut own = shape.boxed();
+        if !self.0.is_empty() {
+            let points = self.own(index, shape.control_vertices());
+            own.control_vertices_mut().copy_from_slice(&points);
+        }
+        own
+    }
+
+    /// What the report should say of it.
+    pub fn note(&self) -> Option<String> {
+        (!self.0.is_empty()).then(|| {
+            "the objects are placed differently: everything asked of them is in the coordinates of the world".into()
+        })
+    }
+}
