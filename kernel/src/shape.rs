@@ -277,11 +277,117 @@ pub trait Shape: Any + Debug + Send + Sync {
         std::any::type_name::<Self>()
     }
 
-    /// How the control vertices neighbour one another: a grid of `rows × columns`, row after row, each
-    /// direction perhaps closed. By default one open row.
-    fn grid(&self) -> Grid {
-        Grid { rows: 1, columns: self.control_vertices().len(), rows_wrap: false, columns_wrap: false }
+    /// How the control vertices neighbour one another, where they do as a grid of `rows × columns`, row after row, each direction
+    /// perhaps closed. `None` (the default) where they do not, or it is not known: nobody guesses then which are neighbours.
+    fn grid(&self) -> Option<Grid> {
+        None
     }
+
+    /// The shape itself: of a box, what is in it, so that whoever asks what a shape is sees that.
+    fn as_shape(&self) -> &dyn Shape
+    where
+        Self: Sized,
+    {
+        self
+    }
+
+    /// The shape in a box: of a box, itself.
+    fn into_box(self) -> Box<dyn Shape>
+    where
+        Self: Sized,
+    {
+        Box::new(self)
+    }
+
+    /// What is in a box, where it is of this type: [`into_box`](Self::into_box)'s way back.
+    fn from_box(shape: Box<dyn Shape>) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        let any: Box<dyn Any> = shape;
+        any.downcast().ok().map(|shape| *shape)
+    }
+
+    /// The same, looked at.
+    #[allow(clippy::borrowed_box, reason = "a box is itself a shape, and what is looked for")]
+    fn in_box(shape: &Box<dyn Shape>) -> Option<&Self>
+    where
+        Self: Sized,
+    {
+        let any: &dyn Any = shape.as_ref();
+        any.downcast_ref()
+    }
+}
+
+/// A shape of any kind is a shape: edits and fairings take it as it comes.
+impl Shape for Box<dyn Shape> {
+    fn control_vertices(&self) -> &[Point] {
+        self.as_ref().control_vertices()
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        self.as_mut().control_vertices_mut()
+    }
+
+    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
+        self.as_ref().stencil(at, derivative)
+    }
+
+    fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
+        self.as_ref().stencil_on(at, derivative, sides)
+    }
+
+    fn domain(&self) -> Domain {
+        self.as_ref().domain()
+    }
+
+    fn boxed(&self) -> Box<dyn Shape> {
+        self.as_ref().boxed()
+    }
+
+    fn value(&self, at: Location, derivative: Derivative) -> Result<Vector> {
+        self.as_ref().value(at, derivative)
+    }
+
+    fn smoothness(&self, order: usize) -> Option<Symmetric> {
+        self.as_ref().smoothness(order)
+    }
+
+    fn type_name(&self) -> &'static str {
+        self.as_ref().type_name()
+    }
+
+    fn grid(&self) -> Option<Grid> {
+        self.as_ref().grid()
+    }
+
+    fn as_shape(&self) -> &dyn Shape {
+        self.as_ref()
+    }
+
+    fn into_box(self) -> Box<dyn Shape> {
+        self
+    }
+
+    fn from_box(shape: Box<dyn Shape>) -> Option<Self> {
+        Some(shape)
+    }
+
+    fn in_box(shape: &Box<dyn Shape>) -> Option<&Self> {
+        Some(shape)
+    }
+}
+
+impl Clone for Box<dyn Shape> {
+    fn clone(&self) -> Self {
+        self.boxed()
+    }
+}
+
+/// The grid of a shape's control vertices; one open row where there is none, for those to whom it is an order and no more.
+pub fn grid_or_row(shape: &dyn Shape) -> Grid {
+    let columns = shape.control_vertices().len();
+    shape.grid().unwrap_or(Grid { rows: 1, columns, rows_wrap: false, columns_wrap: false })
 }
 
 /// Whether a shape hangs together: as many control vertices to move as to look at, a grid of just these, a domain.
@@ -297,7 +403,7 @@ pub(crate) fn check_shape(shape: &mut dyn Shape) -> Result<()> {
             "has {count} control vertices to look at and {movable} to move: these must be the same"
         ));
     }
-    let Grid { rows, columns, .. } = shape.grid();
+    let Grid { rows, columns, .. } = grid_or_row(shape);
     if rows.checked_mul(columns) != Some(count) {
         return wrong(format!("has {count} control vertices in a grid of {rows} × {columns}"));
     }

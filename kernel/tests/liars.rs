@@ -622,12 +622,13 @@ impl Shape for Crooked {
         Box::new(self.clone())
     }
 
-    fn grid(&self) -> Grid {
-        match self.lie {
-            9 => Grid { rows: 3, ..self.inner.grid() },
-            10 => Grid { rows: usize::MAX, columns: usize::MAX, ..self.inner.grid() },
-            _ => self.inner.grid(),
-        }
+    fn grid(&self) -> Option<Grid> {
+        let own = self.inner.grid()?;
+        Some(match self.lie {
+            9 => Grid { rows: 3, ..own },
+            10 => Grid { rows: usize::MAX, columns: usize::MAX, ..own },
+            _ => own,
+        })
     }
 
     fn smoothness(&self, order: usize) -> Option<Symmetric> {

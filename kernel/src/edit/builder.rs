@@ -47,7 +47,7 @@ impl<S: Shape> Edit<S> {
     /// An edit of a shape that is given away, so that nothing is copied.
     pub fn of(shape: S) -> Self {
         Self {
-            shapes: vec![Box::new(shape)],
+            shapes: vec![shape.into_box()],
             constraints: Vec::new(),
             handle: None,
             sliding: false,
@@ -98,6 +98,15 @@ impl<S: Shape> Edit<S> {
     #[must_use]
     pub fn locality(mut self, vertices: usize) -> Self {
         self.locality = Some(vertices);
+        self
+    }
+
+    /// Keeps the edit within an interval of a curve (preparing refuses other shapes): knots are inserted around the location until as many vertices
+    /// as [`locality`](Self::locality) says (by default one more than there are constraints, up to `p + 1`) can move
+    /// without changing anything outside (paper 4, §5).
+    #[must_use]
+    pub fn within(mut self, start: f64, end: f64) -> Self {
+        self.window = Some((start, end));
         self
     }
 
@@ -335,17 +344,6 @@ impl<S: Shape> Edit<S> {
         let (refined, _) = localise_beside(curve, start, end, u, vertices, &kept)?;
         self.original = Some(std::mem::replace(&mut self.shapes[0], Box::new(refined)));
         Ok(())
-    }
-}
-
-impl Edit<Curve> {
-    /// Keeps the edit within an interval of the curve: knots are inserted around the location until as many vertices
-    /// as [`locality`](Self::locality) says (by default one more than there are constraints, up to `p + 1`) can move
-    /// without changing anything outside (paper 4, §5).
-    #[must_use]
-    pub fn within(mut self, start: f64, end: f64) -> Self {
-        self.window = Some((start, end));
-        self
     }
 }
 

@@ -45,7 +45,7 @@ impl Metric {
                 let mut all = Vec::new();
                 for &vertex in &touched {
                     let (shape, offset) = shape_of(shapes, vertex)?;
-                    neighbours(&shape.grid(), vertex - offset, *radius, |near, _| {
+                    neighbours(&grid_of(shape)?, vertex - offset, *radius, |near, _| {
                         if may_move(offset + near) {
                             all.push(offset + near);
                         }
@@ -93,7 +93,7 @@ impl Metric {
                 let mut entries = Vec::new();
                 for (i, &vertex) in moving.iter().enumerate() {
                     let (shape, offset) = shape_of(shapes, vertex)?;
-                    let grid = shape.grid();
+                    let grid = grid_of(shape)?;
                     if let Some(length) = wrapped(&grid).filter(|&length| 2.0 * radius > length as f64) {
                         return Err(Error::Invalid(format!(
                             "a falloff radius of {radius} goes more than once around a closed shape of {length} \
@@ -152,6 +152,17 @@ impl Metric {
 fn shape_of<'a>(shapes: &Shapes<'a>, vertex: usize) -> Result<(&'a dyn Shape, usize)> {
     let index = (0..shapes.len()).rev().find(|&i| shapes.offset(i) <= vertex).unwrap_or(0);
     Ok((shapes.get(index)?, shapes.offset(index)))
+}
+
+/// The grid of a shape's control vertices.
+fn grid_of(shape: &dyn Shape) -> Result<Grid> {
+    shape.grid().ok_or_else(|| {
+        Error::Invalid(format!(
+            "a falloff goes from a control vertex to its neighbours, and a shape ({}) does not say which these are: use \"least\", \
+             or weights",
+            shape.type_name()
+        ))
+    })
 }
 
 /// The shortest way around the grid, where it is closed in a direction.

@@ -253,8 +253,8 @@ impl Shape for CatmullRom {
         Box::new(self.clone())
     }
 
-    fn grid(&self) -> Grid {
-        Grid { rows: 1, columns: self.points.len(), rows_wrap: false, columns_wrap: self.is_closed() }
+    fn grid(&self) -> Option<Grid> {
+        Some(Grid { rows: 1, columns: self.points.len(), rows_wrap: false, columns_wrap: self.is_closed() })
     }
 }
 

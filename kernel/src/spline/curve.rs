@@ -345,8 +345,13 @@ impl Shape for Curve {
         Some(super::gram::smoothness(&self.space, order))
     }
 
-    fn grid(&self) -> Grid {
-        Grid { rows: 1, columns: self.points.len(), rows_wrap: false, columns_wrap: self.space.is_periodic() }
+    fn grid(&self) -> Option<Grid> {
+        Some(Grid {
+            rows: 1,
+            columns: self.points.len(),
+            rows_wrap: false,
+            columns_wrap: self.space.is_periodic(),
+        })
     }
 }
 

@@ -231,12 +231,12 @@ impl Shape for Surface {
         Some(super::gram::smoothness_of_product(&self.u, &self.v, order))
     }
 
-    fn grid(&self) -> Grid {
-        Grid {
+    fn grid(&self) -> Option<Grid> {
+        Some(Grid {
             rows: self.u.len(),
             columns: self.v.len(),
             rows_wrap: self.u.is_periodic(),
             columns_wrap: self.v.is_periodic(),
-        }
+        })
     }
 }

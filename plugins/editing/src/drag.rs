@@ -2,13 +2,11 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::Edit;
-use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, put_back,
 };
 use loftsman_kernel::scene::{Animation, Scene};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::{Curve, Surface};
 
 use crate::problem::{Problem, SHARED, step_report};
 
@@ -84,23 +82,12 @@ impl Operation for Drag {
                 .into());
         }
         let sliding = parameters.flag("sliding")?;
+        if sliding && !problem.is_curve() {
+            return Err(parameters.error("sliding", "this is for curves only").into());
+        }
         let keep = parameters.flag("frames")?;
-        let any: &dyn std::any::Any = problem.shapes[0].as_ref();
-        let dragged = if let Some(curve) = any.downcast_ref::<Curve>() {
-            let mut edit = problem.edit(curve);
-            if let Some((a, b)) = problem.within {
-                edit = edit.within(a, b);
-            }
-            run(&problem, if sliding { edit.sliding() } else { edit }, &path, keep, context)?
-        } else if let Some(surface) = any.downcast_ref::<Surface>() {
-            if problem.within.is_some() || sliding {
-                let field = if sliding { "sliding" } else { "within" };
-                return Err(parameters.error(field, "this is for curves only").into());
-            }
-            run(&problem, problem.edit(surface), &path, keep, context)?
-        } else {
-            return Err(Error::Invalid("only curves and surfaces can be dragged".into()).into());
-        };
+        let edit = if sliding { problem.edit().sliding() } else { problem.edit() };
+        let dragged = run(&problem, edit, &path, keep, context)?;
         let own = problem.own(&dragged.shapes);
         let after: Vec<&dyn Shape> = own.iter().map(AsRef::as_ref).collect();
         let mut report = dragged.report;
@@ -128,9 +115,9 @@ struct Dragged {
     report: StepReport,
 }
 
-fn run<S: Shape + Clone>(
+fn run(
     problem: &Problem,
-    edit: Edit<S>,
+    edit: Edit<Box<dyn Shape>>,
     path: &[Point],
     keep: bool,
     context: &Context<'_>,

@@ -1,13 +1,11 @@
 //! `edit`: the least adjustment that meets the constraints.
 
 use loftsman_kernel::edit::{Edit, Report};
-use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Operation, OperationError, Parameters, StepReport, put_back,
 };
 use loftsman_kernel::scene::Scene;
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::{Curve, Surface};
 
 use crate::problem::{Problem, SHARED, step_report};
 
@@ -31,20 +29,7 @@ impl Operation for EditOperation {
             let text = "nothing is asked, so nothing would change: give at least one constraint";
             return Err(parameters.error("constraints", text).into());
         }
-        let any: &dyn std::any::Any = problem.shapes[0].as_ref();
-        let solved = if let Some(curve) = any.downcast_ref::<Curve>() {
-            let edit = problem.edit(curve);
-            run(&problem, problem.within.map_or(edit, |(a, b)| problem.edit(curve).within(a, b)), context)?
-        } else if let Some(surface) = any.downcast_ref::<Surface>() {
-            if problem.within.is_some() {
-                return Err(parameters
-                    .error("within", "only curves can be edited within an interval")
-                    .into());
-            }
-            run(&problem, problem.edit(surface), context)?
-        } else {
-            return Err(Error::Invalid("only curves and surfaces can be edited".into()).into());
-        };
+        let solved = run(&problem, problem.edit(), context)?;
         let own = problem.own(&solved.shapes);
         let after: Vec<&dyn Shape> = own.iter().map(AsRef::as_ref).collect();
         let mut report = step_report("edit", &problem.names[0], &solved.report);
@@ -68,9 +53,9 @@ struct Solved {
     event_seconds: f64,
 }
 
-fn run<S: Shape + Clone>(
+fn run(
     problem: &Problem,
-    edit: Edit<S>,
+    edit: Edit<Box<dyn Shape>>,
     context: &Context<'_>,
 ) -> Result<Solved, OperationError> {
     let start = context.clock.seconds();

@@ -113,7 +113,7 @@ impl Problem {
         let solver =
             Arc::clone(context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?);
         let SeenShapes { names, shapes, frames } = names.into_parts()?;
-        Ok(Self {
+        let problem = Self {
             names,
             shapes,
             frames,
@@ -129,12 +129,21 @@ impl Problem {
                 && parameters.choice("axes", &[("together", false), ("alternating", true)])?,
             smooth: smooth(parameters)?,
             solver,
-        })
+        };
+        if problem.within.is_some() && !problem.is_curve() {
+            return Err(parameters.error("within", "only curves can be edited within an interval").into());
+        }
+        Ok(problem)
     }
 
-    /// The edit, its first shape taken out of the box as what it is.
-    pub(crate) fn edit<S: Shape + Clone>(&self, first: &S) -> Edit<S> {
-        let mut edit = Edit::new(first).metric(self.metric.clone()).lock(self.lock.iter().copied());
+    /// Whether what is edited has one parameter.
+    pub(crate) fn is_curve(&self) -> bool {
+        self.shapes[0].domain().len() == 1
+    }
+
+    /// The edit.
+    pub(crate) fn edit(&self) -> Edit<Box<dyn Shape>> {
+        let mut edit = Edit::new(&self.shapes[0]).metric(self.metric.clone()).lock(self.lock.iter().copied());
         edit = edit.smooth(self.smooth);
         for (index, other) in self.shapes.iter().enumerate().skip(1) {
             edit = edit.with(other.boxed());
@@ -147,6 +156,9 @@ impl Problem {
         }
         if let Some(count) = self.locality {
             edit = edit.locality(count);
+        }
+        if let Some((start, end)) = self.within {
+            edit = edit.within(start, end);
         }
         if let Some(handle) = &self.handle {
             edit = edit.shared_handle(Arc::clone(handle));

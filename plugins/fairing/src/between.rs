@@ -8,7 +8,7 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::edit::{Constraint, EditError};
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Shape, grid_or_row};
 use loftsman_kernel::solve::SolveError;
 
 use crate::active::{Row, Stuck};
@@ -200,7 +200,7 @@ impl<S: Shape + Clone> Between<'_, S> {
         let problem = self.problem;
         let first = rows.len() - self.bounds.len();
         let mut x = problem.inside(leash, self.plain, self.bounds)?;
-        let grid = problem.fair.shape.grid();
+        let grid = grid_or_row(problem.fair.shape.as_shape());
         let mut squares = problem.squares.clone();
         let (mut guess, mut last) = (Vec::new(), Vec::new());
         let mut solve = |tethers: &[f64], x: &mut [Vector]| {

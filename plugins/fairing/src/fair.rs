@@ -124,7 +124,7 @@ impl<S: Shape + Clone> Fair<S> {
     pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<Fairer<S>, EditError> {
         let solver: Arc<dyn Solver> = Arc::new(solver);
         let asked = std::mem::take(&mut self.constraints);
-        let all = std::iter::once(&self.shape as &dyn Shape).chain(self.others.iter().map(AsRef::as_ref));
+        let all = std::iter::once(self.shape.as_shape()).chain(self.others.iter().map(AsRef::as_ref));
         let (equations, bounds) = split(asked.clone(), &Shapes::new(all))?;
         let problem = Problem::new(&self, solver)?;
         let plain = problem.stage(equations.clone())?;

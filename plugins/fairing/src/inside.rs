@@ -3,7 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::edit::EditError;
 use loftsman_kernel::error::Error;
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Shape, grid_or_row};
 use loftsman_kernel::solve::SolveError;
 
 use crate::bounds::Bound;
@@ -40,7 +40,7 @@ impl<S: Shape + Clone> Problem<'_, S> {
             names.push(bound.name());
             rows.push(bound.row(&self.among(&self.fair.shape), &self.rest, &self.free)?);
         }
-        let grid = self.fair.shape.grid();
+        let grid = grid_or_row(self.fair.shape.as_shape());
         let stuck = |_| {
             SolveError::Unsupported(format!(
                 "no shape within {} that meets the constraints was found: they nearly depend on each other; leave some out",

@@ -1,10 +1,8 @@
 //! `fair`: the fairest shape that meets the constraints.
 
-use std::any::Any;
 use std::sync::Arc;
 
 use loftsman_kernel::edit::Constraint;
-use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, Operation, OperationError, ParameterError, Parameters, SceneShapes,
     SeenShapes, StepReport, ask_once, constraint_from, object_name, put_back,
@@ -12,7 +10,6 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Solver;
-use loftsman_kernel::spline::{Curve, Surface};
 
 use crate::energy::{Datum, Energy, bend, data, near, stretch, variation};
 use crate::fair::{Fair, FairReport};
@@ -84,18 +81,10 @@ impl Operation for FairOperation {
             lock: if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() },
             within: if parameters.has("within") { Some(parameters.number("within")?) } else { None },
             smooth: smooth(parameters)?,
-            others: &shapes[1..],
             solver: Arc::clone(solver),
         };
         let start = context.clock.seconds();
-        let any: &dyn Any = shapes[0].as_ref();
-        let (fair, told) = if let Some(curve) = any.downcast_ref::<Curve>() {
-            problem.solve(curve)?
-        } else if let Some(surface) = any.downcast_ref::<Surface>() {
-            problem.solve(surface)?
-        } else {
-            return Err(Error::Invalid("only curves and surfaces can be made fair".into()).into());
-        };
+        let (fair, told) = problem.solve(&shapes)?;
         let mut report = step_report(&object, &told);
         report.prepare_seconds = Some(context.clock.seconds() - start);
         // Other objects that constraints name stay as they are, and so do marks on them.
@@ -112,31 +101,31 @@ impl Operation for FairOperation {
     }
 }
 
-struct Problem<'a> {
+struct Problem {
     energy: Energy,
     constraints: Vec<Constraint>,
     lock: Vec<i64>,
     within: Option<f64>,
     smooth: u8,
-    others: &'a [Box<dyn Shape>],
     solver: Arc<dyn Solver>,
 }
 
-impl Problem<'_> {
-    fn solve<S: Shape + Clone>(&self, shape: &S) -> Result<(Box<dyn Shape>, FairReport), OperationError> {
-        let mut fair = Fair::new(shape).energy(self.energy.clone()).lock(self.lock.iter().copied());
+impl Problem {
+    fn solve(&self, shapes: &[Box<dyn Shape>]) -> Result<(Box<dyn Shape>, FairReport), OperationError> {
+        let mut fair = Fair::new(&shapes[0]).energy(self.energy.clone()).lock(self.lock.iter().copied());
         fair = fair.smooth(self.smooth);
         if let Some(distance) = self.within {
             fair = fair.within(distance);
         }
-        for other in self.others {
+        for other in &shapes[1..] {
             fair = fair.beside(other.boxed());
         }
         for constraint in &self.constraints {
             fair = fair.ask(constraint.clone());
         }
         let done = fair.solve_with(Arc::clone(&self.solver))?;
-        Ok((done.shape().boxed(), done.report().clone()))
+        let told = done.report().clone();
+        Ok((done.into_shape(), told))
     }
 }
 

@@ -8,7 +8,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::plugin::ConstraintReport;
 use loftsman_kernel::problem::{self, Solution};
-use loftsman_kernel::shape::{Shape, vertex_index};
+use loftsman_kernel::shape::{Shape, grid_or_row, vertex_index};
 use loftsman_kernel::solve::{SolveError, Solver, System};
 use loftsman_kernel::{Point, Vector};
 
@@ -98,7 +98,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     pub(crate) fn new(fair: &'a Fair<S>, solver: Arc<dyn Solver>) -> Result<Self, EditError> {
         let vertices = fair.shape.control_vertices();
         let origin = vertices.first().copied().unwrap_or_else(Point::origin);
-        let squares = Squares::new(&fair.shape, &fair.energy, origin)?;
+        let squares = Squares::new(fair.shape.as_shape(), &fair.energy, origin)?;
         let mut free = vec![true; vertices.len()];
         for &lock in &fair.locks {
             let at = vertex_index(lock, free.len())?;
@@ -113,7 +113,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
 
     /// The energy with every vertex's own stiffness.
     pub(crate) fn damped(&self) -> Option<&Damped> {
-        let new = || Damped::new(&self.squares, &self.free, &self.fair.shape.grid());
+        let new = || Damped::new(&self.squares, &self.free, &grid_or_row(self.fair.shape.as_shape()));
         self.damped.get_or_init(new).as_ref()
     }
 
@@ -123,7 +123,8 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     }
 
     fn loose(&self) -> &Motions {
-        self.motions.get_or_init(|| motions(&self.fair.shape, &self.squares, &self.free, || self.damped()))
+        self.motions
+            .get_or_init(|| motions(self.fair.shape.as_shape(), &self.squares, &self.free, || self.damped()))
     }
 
     /// The shape with other control vertices; locked ones to the last bit as they were, in spite of the origin.
@@ -140,7 +141,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     /// A shape among the others of the problem.
     pub(crate) fn among<'b>(&'b self, shape: &'b S) -> Shapes<'b> {
         let others = self.fair.others.iter().map(AsRef::as_ref);
-        Shapes::new(std::iter::once(shape as &dyn Shape).chain(others))
+        Shapes::new(std::iter::once(shape.as_shape()).chain(others))
     }
 
     /// Binds equations. What conflicts is named here; the nearest shape that meets them is where the search starts.
@@ -205,7 +206,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let mut squares = self.squares.clone();
         let mut search = Search::default();
         if self.free.contains(&true) {
-            let grid = self.fair.shape.grid();
+            let grid = grid_or_row(self.fair.shape.as_shape());
             let precondition = |squares: &Squares| Preconditioner::new(squares, &self.free, &grid, system);
             let mut preconditioner = precondition(&squares).ok_or_else(|| self.beyond())?;
             self.correct(stage, &mut projection, &mut x)?;
@@ -259,7 +260,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let weights: Vec<f64> = self.squares.stiffness(x.len()).iter().map(|h| DAMPING * h).collect();
         let mut squares = self.squares.clone();
         squares.tether(&weights, x);
-        let grid = self.fair.shape.grid();
+        let grid = grid_or_row(self.fair.shape.as_shape());
         let mut preconditioner = Preconditioner::new(&squares, &self.free, &grid, projection.system())
             .ok_or_else(|| self.beyond())?;
         projection.tether();
@@ -371,7 +372,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         }
         let smooth = stage.asked.smoothness(&shapes);
         let kept: Vec<SmoothKnot> = stage.asked.smooth_knots().collect();
-        let mut notes = notes(&self.fair.shape, &self.squares, least.ways, &kept);
+        let mut notes = notes(self.fair.shape.as_shape(), &self.squares, least.ways, &kept);
         notes.extend(smooth.notes());
         let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
         let nearest = &stage.nearest;

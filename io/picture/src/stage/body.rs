@@ -1,7 +1,7 @@
 //! An object on the stage.
 
 use loftsman_kernel::scene::{Geometry, Object};
-use loftsman_kernel::shape::Grid;
+use loftsman_kernel::shape::{Grid, grid_or_row};
 use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Vector4;
@@ -66,7 +66,7 @@ impl Form {
     fn surface(surface: &Surface, points: Vec<Vector>, trim: Option<Trim>) -> Result<Self, PictureError> {
         let staged = points.iter().map(|p| Point::from(*p)).collect();
         let (u, v, _, weights) = surface.clone().into_parts();
-        let grid = loftsman_kernel::shape::Shape::grid(surface);
+        let grid = grid_or_row(surface);
         let surface = Box::new(Surface::build(u, v, staged, weights)?);
         Ok(Self::Surface { surface, net: points, grid, trim })
     }

@@ -1,6 +1,5 @@
 //! A finished edit.
 
-use std::any::Any;
 use std::marker::PhantomData;
 
 use super::put;
@@ -27,8 +26,7 @@ impl<S: Shape> Edited<S> {
     /// # Panics
     /// Never: the first shape is what the edit was made of.
     pub fn shape(&self) -> &S {
-        let any: &dyn Any = self.shapes[0].as_ref();
-        match any.downcast_ref() {
+        match S::in_box(&self.shapes[0]) {
             Some(shape) => shape,
             None => unreachable!("the first shape of an edit has the edit's type"),
         }
@@ -47,10 +45,9 @@ impl<S: Shape> Edited<S> {
     /// # Panics
     /// Never: the first shape is what the edit was made of.
     pub fn into_shape(mut self) -> S {
-        let any: Box<dyn Any> = self.shapes.swap_remove(0);
-        match any.downcast() {
-            Ok(shape) => *shape,
-            Err(_) => unreachable!("the first shape of an edit has the edit's type"),
+        match S::from_box(self.shapes.swap_remove(0)) {
+            Some(shape) => shape,
+            None => unreachable!("the first shape of an edit has the edit's type"),
         }
     }
 

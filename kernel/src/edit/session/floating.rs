@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::functional::{Functional, value_of};
 use crate::problem::ConstraintId;
 use crate::problem::bound::Bound;
-use crate::shape::{Derivative, Interval, Location, Shape};
+use crate::shape::{Derivative, Interval, Location, Shape, grid_or_row};
 use crate::solve::Sense;
 
 /// Steps, and how often one is halved.
@@ -122,7 +122,7 @@ impl<S: Shape> Session<S> {
             }
             let Some((shape, location)) = bound.constraint.functional.location() else { continue };
             let shape = self.problem.shapes().get(shape)?;
-            let (domain, grid) = (shape.domain(), shape.grid());
+            let (domain, grid) = (shape.domain(), grid_or_row(shape));
             for (k, interval) in domain.iter().enumerate().take(location.parameters()) {
                 let along = if k == 0 && domain.len() == 2 { grid.rows } else { grid.columns };
                 let limit = 0.5 * (interval.end - interval.start) / along.max(1) as f64;

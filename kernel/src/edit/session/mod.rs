@@ -12,7 +12,6 @@ mod progress;
 mod sequential;
 mod slide;
 
-use std::any::Any;
 use std::marker::PhantomData;
 
 pub use self::edited::Edited;
@@ -142,8 +141,7 @@ impl<S: Shape> Session<S> {
     /// # Panics
     /// Never: the first shape is what the edit was made of.
     pub fn shape(&self) -> &S {
-        let any: &dyn Any = self.first();
-        match any.downcast_ref() {
+        match S::in_box(self.first()) {
             Some(shape) => shape,
             None => unreachable!("the first shape of an edit has the edit's type"),
         }
@@ -154,7 +152,7 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// When there are not as many.
     pub fn shape_at(&self, index: usize) -> Result<&dyn Shape> {
-        if index == 0 { Ok(self.first()) } else { view(&self.problem.shapes).get(index) }
+        if index == 0 { Ok(self.first().as_ref()) } else { view(&self.problem.shapes).get(index) }
     }
 
     /// Shape `index` of the problem with all vertices that events can move: where the edit is kept in an interval, with the
@@ -167,9 +165,9 @@ impl<S: Shape> Session<S> {
     }
 
     /// The first shape as it is now: without the knots that the edit inserted, where nothing has moved.
-    fn first(&self) -> &dyn Shape {
-        let original = self.original.as_deref().filter(|_| self.pristine);
-        original.unwrap_or(self.problem.shapes[0].as_ref())
+    #[allow(clippy::borrowed_box, reason = "the box may be the shape that was given")]
+    fn first(&self) -> &Box<dyn Shape> {
+        self.original.as_ref().filter(|_| self.pristine).unwrap_or(&self.problem.shapes[0])
     }
 
     /// Solves for what is asked, the handle where it is.
