@@ -97,20 +97,20 @@ pub fn describe(scene: &Scene) -> SceneFacts {
 }
 
 fn object(object: &Object) -> ObjectFacts {
-    let points = object.geometry.points();
+    let points = object.geometry().points();
     let facts = ObjectFacts {
         name: object.name().to_owned(),
-        kind: object.geometry.kind(),
+        kind: object.geometry().kind(),
         parent: object.parent.clone(),
         layer: object.layer.clone(),
         color: object.color,
         transformed: object.transform.is_some(),
-        vertices: (!matches!(object.geometry, Geometry::Group)).then_some(points.len()),
+        vertices: (!matches!(object.geometry(), Geometry::Group)).then_some(points.len()),
         frames: object.animation.as_ref().map(|a| a.frames.len()),
         bounds: bounds(points),
         ..ObjectFacts::default()
     };
-    match &object.geometry {
+    match object.geometry() {
         Geometry::Curve(c) => curve(c, facts),
         Geometry::Surface(s) => surface(s, facts),
         Geometry::Trimmed(t) => ObjectFacts { loops: Some(t.loops().count()), ..surface(t.surface(), facts) },

@@ -1,6 +1,9 @@
 //! Where things are: transforms of geometry, the way up a hierarchy, and scenes in another unit or up axis.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix4};
 
@@ -155,7 +158,7 @@ impl Scene {
     /// The same scene with its numbers in another unit and another axis up: itself where both already hold.
     ///
     /// Every point becomes `s R p`; transforms become `M T M⁻¹` with `M = s R`, frames go along, normals turn.
-    /// `O(points)`.
+    /// Objects that share a geometry share what it becomes. `O(points)`.
     ///
     /// # Errors
     /// When a coordinate overflows; the message names the object.
@@ -172,9 +175,17 @@ impl Scene {
         scene.materials.clone_from(&self.materials);
         scene.images.clone_from(&self.images);
         scene.statements.clone_from(&self.statements);
+        let mut known: HashMap<usize, Arc<Geometry>> = HashMap::new();
         for object in self.objects() {
             let named = |e: Error| Error::Invalid(format!("\"{}\" in {}: {e}", object.name(), unit.name()));
-            let mut new = Object::new(object.name(), object.geometry.transformed(&map).map_err(named)?);
+            let geometry = match known.entry(object.geometry_id()) {
+                Entry::Occupied(known) => Arc::clone(known.get()),
+                Entry::Vacant(new) => {
+                    let moved = object.geometry().transformed(&map).map_err(named)?;
+                    Arc::clone(new.insert(Arc::new(moved)))
+                }
+            };
+            let mut new = Object::sharing(object.name(), geometry);
             new.color = object.color;
             new.layer.clone_from(&object.layer);
             new.parent.clone_from(&object.parent);
@@ -269,7 +280,10 @@ mod tests {
         );
         scene.add(object).unwrap();
         let place = |s: &Scene| {
-            transform_point(&s.world_transforms().unwrap()[0].unwrap(), &s.objects()[0].geometry.points()[0])
+            transform_point(
+                &s.world_transforms().unwrap()[0].unwrap(),
+                &s.objects()[0].geometry().points()[0],
+            )
         };
         let before = place(&scene);
         let turned = scene.converted(Unit::Metre, Up::Y).unwrap();

@@ -21,7 +21,7 @@ fn every_format() {
         // A scene of what the format can hold, and one of everything.
         let mut clouds = Scene::new();
         for object in sample_scene().objects() {
-            if matches!(object.geometry, Geometry::Cloud(_) | Geometry::Polyline(_)) {
+            if matches!(object.geometry(), Geometry::Cloud(_) | Geometry::Polyline(_)) {
                 let mut object = object.clone();
                 object.parent = None;
                 clouds.add(object).unwrap();

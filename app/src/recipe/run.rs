@@ -268,20 +268,12 @@ impl<'a> Runner<'a> {
 fn remember(before: &mut Scene, scene: &Scene) -> Result<()> {
     for object in scene.objects() {
         match before.get(object.name()) {
-            Some(old) if old.geometry.kind() == object.geometry.kind() => {}
-            Some(_) => before.replace(object.name(), object.geometry.clone())?,
-            None => before.add(Object::new(object.name(), object.geometry.clone()))?,
+            Some(old) if old.geometry().kind() == object.geometry().kind() => {}
+            Some(_) => before.replace_shared(object.name(), object.shared_geometry().clone())?,
+            None => before.add(Object::sharing(object.name(), object.shared_geometry().clone()))?,
         }
     }
-    let gone: Vec<String> = before
-        .objects()
-        .iter()
-        .filter(|o| scene.get(o.name()).is_none() && !matches!(o.geometry, Geometry::Group))
-        .map(|o| o.name().to_owned())
-        .collect();
-    for name in gone {
-        before.remove(&name)?;
-    }
+    before.retain(|o| scene.get(o.name()).is_some() || matches!(o.geometry(), Geometry::Group));
     Ok(())
 }
 

@@ -70,7 +70,7 @@ fn with(pointer: &str, value: Value) -> Value {
 #[test]
 fn the_triangle_itself_is_read() {
     let (scene, report) = read(&triangle()).unwrap();
-    let Geometry::Mesh(mesh) = &scene.object("t").unwrap().geometry else { panic!("no mesh") };
+    let Geometry::Mesh(mesh) = scene.object("t").unwrap().geometry() else { panic!("no mesh") };
     assert_eq!((mesh.points().len(), mesh.corners()), (3, [0, 1, 2].as_slice()));
     assert!(report.left_out.is_empty());
 }
@@ -201,7 +201,7 @@ fn sparse_accessors_are_checked() {
     };
     // Indices 0, 1, 2 are at byte 36, three positions at byte 0: they are put over zeros.
     let (scene, _) = read(&with("/accessors/0", sparse(3, 5121, 36))).unwrap();
-    assert_eq!(scene.objects()[0].geometry.points()[1].x, 1.0);
+    assert_eq!(scene.objects()[0].geometry().points()[1].x, 1.0);
     refused(&with("/accessors/0", sparse(4, 5121, 36)), &["accessors[0]", "sparse elements"]);
     refused(&with("/accessors/0", sparse(3, 5126, 0)), &["accessors[0]", "5126"]);
     refused(&with("/accessors/0", sparse(3, 5121, 0)), &["accessors[0].sparse.indices", "not above"]);
@@ -351,7 +351,7 @@ fn tangents_of_three_numbers_are_refused() {
 fn morph_targets_bend_by_weights_or_are_counted() {
     let targets = json!([{ "POSITION": 0 }, { "POSITION": 0 }]);
     let mut document = with("/meshes/0/primitives/0/targets", targets);
-    let corner = |scene: &Scene, k: usize| scene.objects()[k].geometry.points()[1].x;
+    let corner = |scene: &Scene, k: usize| scene.objects()[k].geometry().points()[1].x;
     let unmoved = corner(&read(&triangle()).unwrap().0, 0);
     let (scene, report) = read(&document).unwrap();
     let counted = |report: &ReadReport| {
@@ -402,7 +402,7 @@ fn extras_that_lie_change_nothing() {
         ),
     ] {
         let (scene, report) = read(&with("/nodes/0/extras", json!({ "loftsman": own }))).unwrap();
-        assert_eq!(scene.objects()[0].geometry.kind(), "mesh");
+        assert_eq!(scene.objects()[0].geometry().kind(), "mesh");
         assert!(report.left_out.keys().any(|k| k.contains(what)), "{report:?}");
     }
     let noted = json!({ "loftsman": r#"{"transform":[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]],"place":[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]}"# });

@@ -169,7 +169,7 @@ fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) 
                 let finite = scene
                     .objects()
                     .iter()
-                    .flat_map(|o| o.geometry.points())
+                    .flat_map(|o| o.geometry().points())
                     .all(|p| p.iter().all(|c| c.is_finite()));
                 verdict.check(finite, || "NaN or infinity came through".into());
             }

@@ -43,8 +43,8 @@ impl Operation for Transform {
         let name = object_name(scene, p, |g| !matches!(g, Geometry::Group), "object")?;
         let map = map(p)?;
         let object = scene.object(&name)?;
-        let moved = object.geometry.transformed(&map)?;
-        if extent(object.geometry.points()) > 0.0 && extent(moved.points()) == 0.0 {
+        let moved = object.geometry().transformed(&map)?;
+        if extent(object.geometry().points()) > 0.0 && extent(moved.points()) == 0.0 {
             let problem = format!(
                 "all points of \"{name}\" would come to lie in one place, since numbers of that size cannot tell them \
                  apart: scale or move it by less"

@@ -40,7 +40,7 @@ fn run(fields: Value) -> Result<Vec<Point>, OperationError> {
     let parameters = Parameters::new(fields, "step[0]")?;
     parameters.check(operation.declaration().fields)?;
     match operation.apply(&mut scene, &parameters, &Context::quiet(&registry)) {
-        Ok(_) => Ok(scene.object("c").unwrap().geometry.points().to_vec()),
+        Ok(_) => Ok(scene.object("c").unwrap().geometry().points().to_vec()),
         Err(error) => {
             assert_eq!(scene, before, "a failed step leaves the scene alone");
             Err(error)

@@ -44,7 +44,7 @@ impl Format for Dots {
     fn write(&self, scene: &Scene, sink: &mut dyn Sink, _: &WriteOptions<'_>) -> Result<WriteReport, FormatError> {
         let (mut report, mut text) = (WriteReport::default(), String::new());
         for object in scene.objects() {
-            let cloud = if let Geometry::Cloud(cloud) = &object.geometry { Some(cloud) } else { None };
+            let cloud = if let Geometry::Cloud(cloud) = object.geometry() { Some(cloud) } else { None };
             let points = cloud.map_or(&[] as &[Point], |c| &c.points);
             if cloud.is_some() { text += &format!("cloud {}\n", object.name().replace('\n', " ")); }
             text.extend(points.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)));

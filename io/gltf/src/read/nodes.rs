@@ -138,7 +138,7 @@ fn finish(
     for (at, spline) in exact {
         let object = scene.object_mut(&names[at]).map_err(fail)?;
         object.animation = spline.animation;
-        object.geometry = spline.geometry;
+        object.set_geometry(spline.geometry);
     }
     Ok(scene)
 }

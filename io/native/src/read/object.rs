@@ -304,7 +304,7 @@ fn check_names<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
                 return Err(trail.refuse_table(place, missing("material", name, hint)));
             }
         }
-        if let Geometry::Mesh(mesh) = &object.geometry {
+        if let Geometry::Mesh(mesh) = object.geometry() {
             let slots = object.materials.len().max(1);
             if let Some((face, slot)) = mesh.materials.iter().enumerate().find(|&(_, &s)| s as usize >= slots)
             {

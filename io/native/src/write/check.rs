@@ -31,10 +31,10 @@ fn check_object(object: &Object) -> Result<(), String> {
             return Err("its transform is not affine: the last row must be 0 0 0 1".to_owned());
         }
     }
-    let count = object.geometry.points().len();
-    match &object.geometry {
+    let count = object.geometry().points().len();
+    match object.geometry() {
         Geometry::Group | Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) => {}
-        Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", object.geometry.points())?,
+        Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", object.geometry().points())?,
         Geometry::Mesh(mesh) => {
             points("point", mesh.points())?;
             each("normal", mesh.normals.values().iter().map(Vector::as_slice))?;

@@ -173,9 +173,9 @@ fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> 
         error: None,
         reason: None,
     };
-    out.key(object.geometry.kind())?;
+    out.key(object.geometry().kind())?;
     out.open_table()?;
-    written.form = match &object.geometry {
+    written.form = match object.geometry() {
         Geometry::Group => "group".to_owned(),
         Geometry::Curve(curve) => {
             spline::curve(curve, out)?;

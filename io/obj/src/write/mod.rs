@@ -92,7 +92,7 @@ pub(crate) fn write(
         scale,
         materials: library.names.clone(),
         state: State::default(),
-        face_normals: placed.objects().iter().any(|o| match &o.geometry {
+        face_normals: placed.objects().iter().any(|o| match o.geometry() {
             Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
             Geometry::Surface(_) => options.tessellator.is_some() && surfaces != Surfaces::Exact,
             _ => false,
@@ -113,9 +113,9 @@ pub(crate) fn write(
         options.observer.progress("writing", index as u64, total);
         let geometry = match transform {
             Some(map) => Cow::Owned(
-                object.geometry.transformed(map).map_err(|e| fail(e.to_string()).of(object.name()))?,
+                object.geometry().transformed(map).map_err(|e| fail(e.to_string()).of(object.name()))?,
             ),
-            None => Cow::Borrowed(&object.geometry),
+            None => Cow::Borrowed(object.geometry()),
         };
         let mirrored = transform.is_some_and(|m| m.fixed_view::<3, 3>(0, 0).determinant() < 0.0);
         let written = writer
@@ -178,7 +178,7 @@ fn notes<T>(scene: &Scene, world: &[Option<T>], told: &Notes, report: &mut Write
     );
     say(count(&|o| o.color.is_some()), "object colour(s) are left out");
     say(count(&|o| o.layer.is_some()), "layer name(s) are left out");
-    let tangents = |o: &Object| matches!(&o.geometry, Geometry::Mesh(mesh) if !mesh.tangents.is_empty());
+    let tangents = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if !mesh.tangents.is_empty());
     say(count(&tangents), "mesh(es) have tangents, which are left out");
     let of_objects = scene.objects().iter().map(|o| o.statements.len()).sum::<usize>();
     let foreign = |key: &str| !key.starts_with("mtl ");
@@ -188,9 +188,9 @@ fn notes<T>(scene: &Scene, world: &[Option<T>], told: &Notes, report: &mut Write
         scene.statements.len() + of_objects + of_materials.sum::<usize>(),
         "statement(s) of other formats are left out",
     );
-    let more = |o: &Object| matches!(&o.geometry, Geometry::Mesh(mesh) if !mesh.more_uvs.is_empty());
+    let more = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if !mesh.more_uvs.is_empty());
     say(count(&more), "mesh(es) have further texture coordinates, which are left out");
-    let cloud = |o: &Object| matches!(o.geometry, Geometry::Cloud(_));
+    let cloud = |o: &Object| matches!(o.geometry(), Geometry::Cloud(_));
     say(count(&cloud), "cloud(s) are point statements (p), which Blender passes over");
     report.notes.push("OBJ has no unit: a reader must know it".to_owned());
 }

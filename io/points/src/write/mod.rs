@@ -43,9 +43,9 @@ pub(crate) fn file(
             report.objects.push(left_out(object));
             continue;
         };
-        let placed = place.as_ref().map(|place| object.geometry.transformed(place)).transpose();
+        let placed = place.as_ref().map(|place| object.geometry().transformed(place)).transpose();
         let geometry = placed.map_err(|e| fail(e.to_string()).of(object.name()))?;
-        let points = geometry.as_ref().unwrap_or(&object.geometry).points();
+        let points = geometry.as_ref().unwrap_or(object.geometry()).points();
         if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
             let problem =
                 format!("point {i} is ({}, {}, {}): every coordinate must be finite", p.x, p.y, p.z);
@@ -54,7 +54,7 @@ pub(crate) fn file(
         let by = if place.is_some() { ", placed by its transforms" } else { "" };
         report.objects.push(Written {
             object: object.name().to_owned(),
-            form: format!("{} of {} points{by}", object.geometry.kind(), points.len()),
+            form: format!("{} of {} points{by}", object.geometry().kind(), points.len()),
             fate: Fate::Kept,
             tolerance: None,
             error: None,
@@ -87,7 +87,7 @@ pub(crate) fn file(
 }
 
 fn kind_of(object: &Object) -> Option<Kind> {
-    match &object.geometry {
+    match object.geometry() {
         Geometry::Cloud(_) => Some(Kind::Cloud),
         Geometry::Polyline(line) => Some(Kind::Polyline { closed: Some(line.closed) }),
         _ => None,
@@ -101,7 +101,7 @@ fn left_out(object: &Object) -> Written {
         fate: Fate::LeftOut,
         tolerance: None,
         error: None,
-        reason: Some(match object.geometry.kind() {
+        reason: Some(match object.geometry().kind() {
             "group" => "a group has no points of its own".to_owned(),
             kind => format!("a point file holds clouds and polylines, not a {kind}: tessellate it first"),
         }),

@@ -1,123 +1,22 @@
 //! A scene: named objects with units, an up axis, colours, layers and a hierarchy.
 
-use std::collections::HashMap;
+mod geometry;
+mod object;
 
-use nalgebra::Matrix4;
+use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::Point;
 use crate::connection::Connection;
 use crate::error::{Error, Result};
 use crate::material::{Image, Material};
-use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::named::{Named, NamedList};
-use crate::spline::{Curve, Surface, Trimmed};
+use crate::spline::{Curve, Surface};
 
+pub use self::geometry::Geometry;
+pub use self::object::Object;
 pub use crate::animation::Animation;
 pub use crate::unit::{Unit, Up};
-
-/// What an object is.
-#[non_exhaustive]
-#[allow(clippy::large_enum_variant, reason = "objects are few: a few hundred bytes each buy plain matching")]
-#[derive(Debug, Clone, PartialEq)]
-pub enum Geometry {
-    /// Nothing of its own: a group that others hang under.
-    Group,
-    /// A spline curve.
-    Curve(Curve),
-    /// A spline surface.
-    Surface(Surface),
-    /// A spline surface of which loops bound a part.
-    Trimmed(Trimmed),
-    /// A polygon mesh.
-    Mesh(Mesh),
-    /// A chain of straight segments.
-    Polyline(Polyline),
-    /// Loose points.
-    Cloud(Cloud),
-}
-
-impl Geometry {
-    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"`.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Group => "group",
-            Self::Curve(_) => "curve",
-            Self::Surface(_) => "surface",
-            Self::Trimmed(_) => "trimmed",
-            Self::Mesh(_) => "mesh",
-            Self::Polyline(_) => "polyline",
-            Self::Cloud(_) => "cloud",
-        }
-    }
-
-    /// The points it is kept as: control vertices, mesh points, polyline or cloud points.
-    pub fn points(&self) -> &[Point] {
-        match self {
-            Self::Group => &[],
-            Self::Curve(curve) => curve.points(),
-            Self::Surface(surface) => surface.points(),
-            Self::Trimmed(trimmed) => trimmed.surface().points(),
-            Self::Mesh(mesh) => mesh.points(),
-            Self::Polyline(line) => &line.points,
-            Self::Cloud(cloud) => &cloud.points,
-        }
-    }
-}
-
-/// A named thing in a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Object {
-    name: String,
-    /// What it is.
-    pub geometry: Geometry,
-    /// Red, green, blue, alpha, each 0 to 1.
-    pub color: Option<[f64; 4]>,
-    /// The layer it is on.
-    pub layer: Option<String>,
-    /// The name of the object it hangs under.
-    pub parent: Option<String>,
-    /// From its own coordinates to its parent's (or the scene's); affine.
-    pub transform: Option<Matrix4<f64>>,
-    /// Its frames, where it moves.
-    pub animation: Option<Animation>,
-    /// The names of its materials, among the scene's; a mesh's faces say which, others have the first.
-    pub materials: Vec<String>,
-    /// What a format said of it beyond all this, word for word, for the same format: `("gltf extras", "{…}")`.
-    pub statements: Vec<(String, String)>,
-}
-
-impl Object {
-    /// An object with a name and a geometry and nothing else.
-    pub fn new(name: impl Into<String>, geometry: Geometry) -> Self {
-        Self {
-            name: name.into(),
-            geometry,
-            color: None,
-            layer: None,
-            parent: None,
-            transform: None,
-            animation: None,
-            materials: Vec::new(),
-            statements: Vec::new(),
-        }
-    }
-
-    /// What was said of it under this heading, first.
-    pub fn statement(&self, heading: &str) -> Option<&str> {
-        self.statements.iter().find(|(known, _)| known == heading).map(|(_, text)| text.as_str())
-    }
-
-    /// The same object under another name.
-    #[must_use]
-    pub fn renamed(&self, name: impl Into<String>) -> Self {
-        Self { name: name.into(), ..self.clone() }
-    }
-
-    /// Its name, unique in its scene, never empty there. [`Scene::rename`] changes it.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-}
 
 /// Named objects, their unit and their up axis.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -187,7 +86,7 @@ impl Scene {
     /// # Errors
     /// When there is no such object or it is not a curve.
     pub fn curve(&self, name: &str) -> Result<&Curve> {
-        match &self.object(name)?.geometry {
+        match self.object(name)?.geometry() {
             Geometry::Curve(curve) => Ok(curve),
             other => Err(Error::Invalid(format!("\"{name}\" is a {}, not a curve", other.kind()))),
         }
@@ -198,7 +97,7 @@ impl Scene {
     /// # Errors
     /// When there is no such object or it is not a surface.
     pub fn surface(&self, name: &str) -> Result<&Surface> {
-        match &self.object(name)?.geometry {
+        match self.object(name)?.geometry() {
             Geometry::Surface(surface) => Ok(surface),
             other => Err(Error::Invalid(format!("\"{name}\" is a {}, not a surface", other.kind()))),
         }
@@ -277,13 +176,21 @@ impl Scene {
     /// # Errors
     /// When there is no such object.
     pub fn replace(&mut self, name: &str, geometry: impl Into<Geometry>) -> Result<()> {
+        self.replace_shared(name, Arc::new(geometry.into()))
+    }
+
+    /// As [`replace`](Self::replace), sharing the new geometry with whoever else holds it.
+    ///
+    /// # Errors
+    /// When there is no such object.
+    pub fn replace_shared(&mut self, name: &str, geometry: Arc<Geometry>) -> Result<()> {
         let object = self.object_mut(name)?;
-        let geometry = geometry.into();
-        if object.animation.is_some() && object.geometry != geometry {
+        let same = Arc::ptr_eq(object.shared_geometry(), &geometry);
+        if object.animation.is_some() && !same && *object.geometry() != *geometry {
             object.animation = None;
         }
-        object.geometry = geometry;
-        if !matches!(object.geometry, Geometry::Surface(_) | Geometry::Trimmed(_)) {
+        object.share_geometry(geometry);
+        if !matches!(object.geometry(), Geometry::Surface(_) | Geometry::Trimmed(_)) {
             self.disconnect(name);
         }
         Ok(())
@@ -294,16 +201,31 @@ impl Scene {
     /// # Errors
     /// When there is no such object.
     pub fn remove(&mut self, name: &str) -> Result<Object> {
-        let Some(&at) = self.index.get(name) else { return Err(self.missing(name)) };
-        let gone = self.objects.remove(at);
+        if !self.index.contains_key(name) {
+            return Err(self.missing(name));
+        }
+        self.retain(|object| object.name() != name).pop().ok_or_else(|| self.missing(name))
+    }
+
+    /// Takes all objects out that are not to be kept, and their connections, and gives them in their order. What hung
+    /// under one of them hangs under the next object up that was kept. `O(objects)`, however many go.
+    pub fn retain(&mut self, keep: impl Fn(&Object) -> bool) -> Vec<Object> {
+        let (kept, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.objects).into_iter().partition(keep);
+        self.objects = kept;
+        if gone.is_empty() {
+            return gone;
+        }
         self.index = self.objects.iter().enumerate().map(|(i, o)| (o.name.clone(), i)).collect();
+        let mut above: HashMap<&str, Option<&str>> =
+            gone.iter().map(|o| (o.name.as_str(), o.parent.as_deref())).collect();
         for object in &mut self.objects {
-            if object.parent.as_deref() == Some(name) {
-                object.parent.clone_from(&gone.parent);
+            let parent = object.parent.as_deref().and_then(|parent| above.get_key_value(parent));
+            if let Some((&parent, _)) = parent {
+                object.parent = first_kept(parent, &mut above).map(str::to_owned);
             }
         }
-        self.disconnect(name);
-        Ok(gone)
+        self.connections.retain(|c| c.sides().iter().all(|side| !above.contains_key(side.object.as_str())));
+        gone
     }
 
     /// `wanted` itself if it is free, or with `.001`, `.002`, … behind it; `"object"` for an empty one.
@@ -314,7 +236,7 @@ impl Scene {
     /// The corners of the axis-parallel box around all points that objects are kept as (control vertices
     /// included), in each object's own coordinates; `None` for an empty scene.
     pub fn bounds(&self) -> Option<(Point, Point)> {
-        let mut points = self.objects.iter().flat_map(|o| o.geometry.points());
+        let mut points = self.objects.iter().flat_map(|o| o.geometry().points());
         let first = *points.next()?;
         Some(points.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
     }
@@ -377,7 +299,7 @@ impl Scene {
                 let problem = format!("the material \"{missing}\" of \"{name}\" does not exist");
                 return Err(Error::Invalid(problem));
             }
-            if let Geometry::Mesh(mesh) = &object.geometry {
+            if let Geometry::Mesh(mesh) = object.geometry() {
                 mesh.check().map_err(|e| Error::Invalid(format!("\"{name}\": {e}")))?;
                 let slots = object.materials.len().max(1);
                 if let Some((face, slot)) =
@@ -407,18 +329,17 @@ impl Scene {
     }
 }
 
-macro_rules! into_geometry {
-    ($($kind:ident),*) => {$(
-        impl From<$kind> for Geometry {
-            fn from(value: $kind) -> Self {
-                Self::$kind(value)
-            }
-        }
-        impl From<&$kind> for Geometry {
-            fn from(value: &$kind) -> Self {
-                Self::$kind(value.clone())
-            }
-        }
-    )*};
+/// The next object up from one that went which did not, and a shorter way to it for all that were met; none where
+/// objects that went hang under each other in a circle.
+fn first_kept<'a>(name: &'a str, above: &mut HashMap<&'a str, Option<&'a str>>) -> Option<&'a str> {
+    let mut way = Vec::new();
+    let mut at = Some(name);
+    while let Some(next) = at.and_then(|name| above.get_mut(name)) {
+        way.extend(at);
+        at = next.take();
+    }
+    for name in way {
+        above.insert(name, at);
+    }
+    at
 }
-into_geometry!(Curve, Surface, Trimmed, Mesh, Polyline, Cloud);
