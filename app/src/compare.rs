@@ -194,6 +194,7 @@ fn unlike(a: &Geometry, b: &Geometry) -> Option<(String, String)> {
             format!("a mesh of {} points and {} faces", mesh.points().len(), mesh.face_count())
         }
         Geometry::Group => "a group".to_owned(),
+        Geometry::Instance(definition) => format!("an instance of \"{definition}\""),
         other => format!("a {} of {} points", other.kind(), other.points().len()),
     };
     let (before, after) = (count(a), count(b));

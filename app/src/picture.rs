@@ -206,7 +206,11 @@ impl Look {
         let others: Vec<String> = scene
             .objects()
             .iter()
-            .filter(|o| !matches!(o.geometry(), Geometry::Curve(_) | Geometry::Group) && shown(o.name()))
+            .filter(|o| {
+                let passed =
+                    matches!(o.geometry(), Geometry::Curve(_) | Geometry::Group | Geometry::Instance(_));
+                !passed && shown(o.name())
+            })
             .map(|o| format!("\"{}\" ({})", o.name(), o.geometry().kind()))
             .collect();
         let (few, more) = others.split_at(others.len().min(5));

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Matrix4};
 
 use crate::error::{Error, Result};
 use crate::mesh::{Cloud, Mesh, Polyline};
-use crate::scene::{Geometry, Object, Scene, Unit, Up};
+use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use crate::spline::{Curve, Surface};
 use crate::{Point, Vector};
 
@@ -36,7 +36,7 @@ fn from_z(to: Up) -> Matrix3<f64> {
 impl Geometry {
     /// The geometry moved by an affine map (the last row is taken as `0 0 0 1`).
     ///
-    /// Splines follow their control vertices; their weights stay, and loops stay where they are in the parameter plane.
+    /// Groups and instances have no points and stay as they are. Splines follow their control vertices; their weights stay, and loops stay where they are in the parameter plane.
     /// Normals follow the cofactor matrix, tangents the map itself, and both come
     /// out with unit length; a map that mirrors reverses the faces, so that outside stays outside. `O(points)`.
     ///
@@ -63,6 +63,7 @@ impl Geometry {
         }
         Ok(match self {
             Self::Group => Self::Group,
+            Self::Instance(definition) => Self::Instance(definition.clone()),
             Self::Curve(curve) => Self::Curve(Curve::build(
                 curve.space().clone(),
                 points,
@@ -134,25 +135,7 @@ impl Scene {
     /// When the hierarchy is broken ([`check_hierarchy`](Self::check_hierarchy)).
     pub fn world_transforms(&self) -> Result<Vec<Option<Matrix4<f64>>>> {
         self.check_hierarchy()?;
-        let objects = self.objects();
-        let mut world: Vec<Option<Option<Matrix4<f64>>>> = vec![None; objects.len()];
-        for start in 0..objects.len() {
-            let mut way = Vec::new();
-            let mut at = Some(start);
-            while let Some(i) = at.filter(|&i| world[i].is_none()) {
-                way.push(i);
-                at = objects[i].parent.as_deref().and_then(|parent| self.position(parent));
-            }
-            let mut above = at.and_then(|i| world[i]).flatten();
-            for i in way.into_iter().rev() {
-                above = match (above, objects[i].transform) {
-                    (Some(above), Some(own)) => Some(above * own),
-                    (above, own) => above.or(own),
-                };
-                world[i] = Some(above);
-            }
-        }
-        Ok(world.into_iter().map(Option::flatten).collect())
+        Ok(self.transforms())
     }
 
     /// The same scene with its numbers in another unit and another axis up: itself where both already hold.
@@ -170,13 +153,10 @@ impl Scene {
         let turn = self.up.turn(up);
         let mut map = Matrix4::identity();
         map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn * scale));
-        let mut scene = Self::new();
+        let mut scene = self.around();
         (scene.unit, scene.up) = (unit, up);
-        scene.materials.clone_from(&self.materials);
-        scene.images.clone_from(&self.images);
-        scene.statements.clone_from(&self.statements);
-        let mut known: HashMap<usize, Arc<Geometry>> = HashMap::new();
-        for object in self.objects() {
+        let mut known = HashMap::new();
+        let mut converted = |object: &Object| {
             let named = |e: Error| Error::Invalid(format!("\"{}\" in {}: {e}", object.name(), unit.name()));
             let geometry = match known.entry(object.geometry_id()) {
                 Entry::Occupied(known) => Arc::clone(known.get()),
@@ -185,10 +165,8 @@ impl Scene {
                     Arc::clone(new.insert(Arc::new(moved)))
                 }
             };
-            let mut new = Object::sharing(object.name(), geometry);
-            new.color = object.color;
-            new.layer.clone_from(&object.layer);
-            new.parent.clone_from(&object.parent);
+            let mut new = object.renamed(object.name());
+            new.share_geometry(geometry);
             new.transform = object.transform.map(|own| {
                 let linear = turn * own.fixed_view::<3, 3>(0, 0) * turn.transpose();
                 let shift = turn * own.fixed_view::<3, 1>(0, 3) * scale;
@@ -197,13 +175,21 @@ impl Scene {
                 changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
                 changed
             });
-            new.materials.clone_from(&object.materials);
-            new.statements.clone_from(&object.statements);
-            new.animation.clone_from(&object.animation);
             for frame in new.animation.iter_mut().flat_map(|a| &mut a.frames) {
                 frame.iter_mut().for_each(|p| *p = transform_point(&map, p));
             }
-            scene.add(new)?;
+            Ok::<_, Error>(new)
+        };
+        for definition in self.definitions() {
+            let mut new = Definition::new(definition.name());
+            new.statements.clone_from(&definition.statements);
+            for object in definition.objects() {
+                new.add(converted(object)?)?;
+            }
+            scene.define(new)?;
+        }
+        for object in self.objects() {
+            scene.add(converted(object)?)?;
         }
         for connection in self.connections() {
             scene.connect(connection.clone())?;

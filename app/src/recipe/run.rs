@@ -266,7 +266,8 @@ impl<'a> Runner<'a> {
 
 /// Keeps the first state of each object in which it was of its present kind.
 fn remember(before: &mut Scene, scene: &Scene) -> Result<()> {
-    for object in scene.objects() {
+    // What an instance shows is not among the objects.
+    for object in scene.objects().iter().filter(|o| !matches!(o.geometry(), Geometry::Instance(_))) {
         match before.get(object.name()) {
             Some(old) if old.geometry().kind() == object.geometry().kind() => {}
             Some(_) => before.replace_shared(object.name(), object.shared_geometry().clone())?,

@@ -222,11 +222,31 @@ fn a_few_bytes_get_no_gigabytes() {
     many["meshes"] = Value::Array(vec![many["meshes"][0].clone(); 40]);
     many["nodes"] = (0..40).map(|i| json!({ "mesh": i })).collect();
     many["scenes"][0]["nodes"] = (0..40).collect();
+    let (scene, _) = read(&many).unwrap();
+    let first = scene.objects()[0].geometry_id();
+    assert!(scene.objects().iter().all(|o| o.geometry_id() == first), "the same primitives are one geometry");
+    // Each of vertices of its own.
+    many["accessors"] = (0..40).map(|_| zeros(big)).chain([many["accessors"][1].clone()]).collect();
+    for (k, mesh) in many["meshes"].as_array_mut().unwrap().iter_mut().enumerate() {
+        mesh["primitives"] = json!([{ "attributes": { "POSITION": k }, "indices": 40 }]);
+    }
     refused(&many, &["64 times"]);
     let mut same = with("/accessors/0", zeros(big));
     same["nodes"] = (0..1000).map(|_| json!({ "mesh": 0 })).collect();
     same["scenes"][0]["nodes"] = (0..1000).collect();
-    refused(&same, &["too many nodes show the same mesh"]);
+    // They share it, as long as they do not bend it, each in its own way.
+    let (scene, _) = read(&same).unwrap();
+    let first = scene.objects()[0].geometry_id();
+    assert!(scene.objects().len() == 1000 && scene.objects().iter().all(|o| o.geometry_id() == first));
+    same["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
+    same["nodes"] = (1..=1000).map(|k| json!({ "mesh": 0, "weights": [k] })).collect();
+    refused(&same, &["too many nodes bend the same mesh"]);
+    // Their names are their own.
+    let mut named = triangle();
+    named["meshes"][0]["name"] = json!("n".repeat(1 << 20));
+    named["nodes"] = (0..1000).map(|_| json!({ "mesh": 0 })).collect();
+    named["scenes"][0]["nodes"] = (0..1000).collect();
+    assert!(read(&named).unwrap_err().contains("64 times"));
     let mut empty = triangle();
     empty["nodes"] = Value::Array(vec![json!({}); 2_000_000]);
     empty["scenes"][0]["nodes"] = (0..2_000_000).collect();

@@ -14,6 +14,8 @@ use crate::spline::{Curve, Surface, Trimmed};
 pub enum Geometry {
     /// Nothing of its own: a group that others hang under.
     Group,
+    /// Nothing of its own: all objects of the definition of this name are shown where it is.
+    Instance(String),
     /// A spline curve.
     Curve(Curve),
     /// A spline surface.
@@ -29,10 +31,11 @@ pub enum Geometry {
 }
 
 impl Geometry {
-    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"`.
+    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"`, `"instance"`.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Group => "group",
+            Self::Instance(_) => "instance",
             Self::Curve(_) => "curve",
             Self::Surface(_) => "surface",
             Self::Trimmed(_) => "trimmed",
@@ -42,10 +45,11 @@ impl Geometry {
         }
     }
 
-    /// The points it is kept as: control vertices, mesh points, polyline or cloud points.
+    /// The points it is kept as: control vertices, mesh points, polyline or cloud points; groups and
+    /// instances have none.
     pub fn points(&self) -> &[Point] {
         match self {
-            Self::Group => &[],
+            Self::Group | Self::Instance(_) => &[],
             Self::Curve(curve) => curve.points(),
             Self::Surface(surface) => surface.points(),
             Self::Trimmed(trimmed) => trimmed.surface().points(),

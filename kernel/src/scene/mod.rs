@@ -1,11 +1,16 @@
 //! A scene: named objects with units, an up axis, colours, layers and a hierarchy.
 
+mod definition;
 mod geometry;
+mod list;
 mod object;
+mod placed;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
+use self::definition::Sound;
+use self::list::Objects;
 use crate::Point;
 use crate::connection::Connection;
 use crate::error::{Error, Result};
@@ -13,8 +18,10 @@ use crate::material::{Image, Material};
 use crate::named::{Named, NamedList};
 use crate::spline::{Curve, Surface};
 
+pub use self::definition::Definition;
 pub use self::geometry::Geometry;
 pub use self::object::Object;
+pub use self::placed::{MOST_PLACED, Path, Placed, Placements};
 pub use crate::animation::Animation;
 pub use crate::unit::{Unit, Up};
 
@@ -31,9 +38,9 @@ pub struct Scene {
     pub images: NamedList<Image>,
     /// What a format said of the whole beyond all this, word for word, for the same format.
     pub statements: Vec<(String, String)>,
-    objects: Vec<Object>,
+    definitions: NamedList<Definition>,
+    list: Objects,
     connections: Vec<Connection>,
-    index: HashMap<String, usize>,
 }
 
 impl Scene {
@@ -49,17 +56,17 @@ impl Scene {
 
     /// The objects, in their order.
     pub fn objects(&self) -> &[Object] {
-        &self.objects
+        self.list.as_slice()
     }
 
     /// The object of a name, if there is one.
     pub fn get(&self, name: &str) -> Option<&Object> {
-        self.index.get(name).map(|&i| &self.objects[i])
+        self.list.get(name)
     }
 
     /// Where among the [`objects`](Self::objects) the one of a name is.
     pub fn position(&self, name: &str) -> Option<usize> {
-        self.index.get(name).copied()
+        self.list.position(name)
     }
 
     /// The object of a name.
@@ -67,7 +74,7 @@ impl Scene {
     /// # Errors
     /// When there is none; the error lists the nearest name that there is.
     pub fn object(&self, name: &str) -> Result<&Object> {
-        self.get(name).ok_or_else(|| self.missing(name))
+        self.list.object(name)
     }
 
     /// The object of a name, to be changed.
@@ -75,10 +82,7 @@ impl Scene {
     /// # Errors
     /// As for [`object`](Self::object).
     pub fn object_mut(&mut self, name: &str) -> Result<&mut Object> {
-        match self.index.get(name) {
-            Some(&i) => Ok(&mut self.objects[i]),
-            None => Err(self.missing(name)),
-        }
+        self.list.object_mut(name)
     }
 
     /// The curve of a name.
@@ -108,16 +112,7 @@ impl Scene {
     /// # Errors
     /// When its name is empty or taken; use [`unique_name`](Self::unique_name) for names from elsewhere.
     pub fn add(&mut self, object: Object) -> Result<()> {
-        if object.name.is_empty() {
-            return Err(Error::Invalid("an object has an empty name: give it one".into()));
-        }
-        if self.index.contains_key(&object.name) {
-            let name = &object.name;
-            return Err(Error::Invalid(format!("two objects are named \"{name}\": rename one")));
-        }
-        self.index.insert(object.name.clone(), self.objects.len());
-        self.objects.push(object);
-        Ok(())
+        self.list.add(object)
     }
 
     /// Gives an object another name; what hangs under it follows.
@@ -125,24 +120,7 @@ impl Scene {
     /// # Errors
     /// When there is no such object, or the new name is empty or taken.
     pub fn rename(&mut self, name: &str, new: &str) -> Result<()> {
-        let Some(&at) = self.index.get(name) else { return Err(self.missing(name)) };
-        if name == new {
-            return Ok(());
-        }
-        if new.is_empty() {
-            return Err(Error::Invalid(format!("\"{name}\" cannot be renamed to an empty name")));
-        }
-        if self.index.contains_key(new) {
-            return Err(Error::Invalid(format!("\"{name}\" cannot be renamed: \"{new}\" is taken")));
-        }
-        self.index.remove(name);
-        self.index.insert(new.to_owned(), at);
-        new.clone_into(&mut self.objects[at].name);
-        for object in &mut self.objects {
-            if object.parent.as_deref() == Some(name) {
-                object.parent = Some(new.to_owned());
-            }
-        }
+        self.list.rename(name, new)?;
         for connection in &mut self.connections {
             connection.rename(name, new);
         }
@@ -201,42 +179,75 @@ impl Scene {
     /// # Errors
     /// When there is no such object.
     pub fn remove(&mut self, name: &str) -> Result<Object> {
-        if !self.index.contains_key(name) {
-            return Err(self.missing(name));
-        }
-        self.retain(|object| object.name() != name).pop().ok_or_else(|| self.missing(name))
+        self.list.object(name)?;
+        let missing = || Error::Invalid(format!("there is no object \"{name}\""));
+        self.retain(|object| object.name() != name).pop().ok_or_else(missing)
     }
 
     /// Takes all objects out that are not to be kept, and their connections, and gives them in their order. What hung
     /// under one of them hangs under the next object up that was kept. `O(objects)`, however many go.
     pub fn retain(&mut self, keep: impl Fn(&Object) -> bool) -> Vec<Object> {
-        let (kept, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.objects).into_iter().partition(keep);
-        self.objects = kept;
-        if gone.is_empty() {
-            return gone;
-        }
-        self.index = self.objects.iter().enumerate().map(|(i, o)| (o.name.clone(), i)).collect();
-        let mut above: HashMap<&str, Option<&str>> =
-            gone.iter().map(|o| (o.name.as_str(), o.parent.as_deref())).collect();
-        for object in &mut self.objects {
-            let parent = object.parent.as_deref().and_then(|parent| above.get_key_value(parent));
-            if let Some((&parent, _)) = parent {
-                object.parent = first_kept(parent, &mut above).map(str::to_owned);
-            }
-        }
-        self.connections.retain(|c| c.sides().iter().all(|side| !above.contains_key(side.object.as_str())));
+        let gone = self.list.retain(keep);
+        let names: HashSet<&str> = gone.iter().map(Object::name).collect();
+        self.connections.retain(|c| c.sides().iter().all(|side| !names.contains(side.object.as_str())));
         gone
+    }
+
+    /// The definitions, in their order.
+    pub fn definitions(&self) -> &NamedList<Definition> {
+        &self.definitions
+    }
+
+    /// Adds a definition at the end.
+    ///
+    /// # Errors
+    /// When its name is empty or taken.
+    pub fn define(&mut self, definition: Definition) -> Result<()> {
+        self.definitions.add(definition).map(drop)
+    }
+
+    /// The definition of a name.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn definition(&self, name: &str) -> Result<&Definition> {
+        self.definitions.get(name).ok_or_else(|| undefined(name))
+    }
+
+    /// The definition of a name, to be changed wherever it is shown.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn definition_mut(&mut self, name: &str) -> Result<&mut Definition> {
+        self.definitions.get_mut(name).ok_or_else(|| undefined(name))
+    }
+
+    /// Each object's map into the scene's coordinates; the hierarchy must have been checked.
+    pub(crate) fn transforms(&self) -> Vec<Option<nalgebra::Matrix4<f64>>> {
+        self.list.transforms()
+    }
+
+    /// All that is said of the whole, around other objects, without definitions and connections.
+    pub(crate) fn around(&self) -> Self {
+        Self {
+            unit: self.unit,
+            up: self.up,
+            materials: self.materials.clone(),
+            images: self.images.clone(),
+            statements: self.statements.clone(),
+            ..Self::default()
+        }
     }
 
     /// `wanted` itself if it is free, or with `.001`, `.002`, … behind it; `"object"` for an empty one.
     pub fn unique_name(&self, wanted: &str) -> String {
-        crate::named::unique_name(wanted, "object", |name| self.index.contains_key(name))
+        self.list.unique_name(wanted)
     }
 
     /// The corners of the axis-parallel box around all points that objects are kept as (control vertices
     /// included), in each object's own coordinates; `None` for an empty scene.
     pub fn bounds(&self) -> Option<(Point, Point)> {
-        let mut points = self.objects.iter().flat_map(|o| o.geometry().points());
+        let mut points = self.objects().iter().flat_map(|o| o.geometry().points());
         let first = *points.next()?;
         Some(points.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
     }
@@ -251,36 +262,27 @@ impl Scene {
         self.check_contents()
     }
 
-    /// Checks that every parent exists and no object hangs under itself, however far up. `O(objects)`.
+    /// Checks that every parent exists and no object hangs under itself, however far up; and the
+    /// [definitions](Self::check_definitions). `O(objects)`.
     ///
     /// # Errors
     /// With the names of the objects at fault.
     pub fn check_hierarchy(&self) -> Result<()> {
-        // 0: not seen, 1: on the way up from where we started, 2: known to reach a root.
-        let mut state = vec![0_u8; self.objects.len()];
-        for start in 0..self.objects.len() {
-            let mut path = Vec::new();
-            let mut at = start;
-            while state[at] != 2 {
-                if state[at] == 1 {
-                    let name = &self.objects[at].name;
-                    return Err(Error::Invalid(format!(
-                        "the hierarchy is cyclic: \"{name}\" hangs under itself; take one parent away"
-                    )));
-                }
-                state[at] = 1;
-                path.push(at);
-                let Some(parent) = &self.objects[at].parent else { break };
-                at = *self.index.get(parent).ok_or_else(|| {
-                    let name = &self.objects[at].name;
-                    Error::Invalid(format!("the parent \"{parent}\" of \"{name}\" does not exist"))
-                })?;
-            }
-            for i in path {
-                state[i] = 2;
-            }
-        }
+        self.list.check_hierarchy()?;
+        self.check_definitions()?;
         self.connections.iter().try_for_each(|connection| connection.check(self))
+    }
+
+    /// Checks that every definition that is shown exists, that none shows itself, however far down, and the hierarchy of
+    /// each. `O(objects)`.
+    ///
+    /// # Errors
+    /// With the names of the definitions and objects at fault.
+    pub fn check_definitions(&self) -> Result<()> {
+        for definition in &self.definitions {
+            definition.list.check_hierarchy().map_err(|e| definition.at_fault(&e))?;
+        }
+        Sound::of(self).map(drop)
     }
 
     fn check_contents(&self) -> Result<()> {
@@ -293,53 +295,45 @@ impl Scene {
                 }
             }
         }
-        for object in &self.objects {
-            let name = &object.name;
-            if let Some(missing) = object.materials.iter().find(|m| self.materials.get(m).is_none()) {
-                let problem = format!("the material \"{missing}\" of \"{name}\" does not exist");
-                return Err(Error::Invalid(problem));
-            }
-            if let Geometry::Mesh(mesh) = object.geometry() {
-                mesh.check().map_err(|e| Error::Invalid(format!("\"{name}\": {e}")))?;
-                let slots = object.materials.len().max(1);
-                if let Some((face, slot)) =
-                    mesh.materials.iter().enumerate().find(|&(_, &s)| s as usize >= slots)
-                {
-                    let problem =
-                        format!("face {face} of \"{name}\" has material slot {slot} of only {slots}");
-                    return Err(Error::Invalid(problem));
-                }
-            }
+        let mut slots = HashMap::new();
+        self.objects().iter().try_for_each(|object| self.check_object(object, &mut slots))?;
+        for definition in &self.definitions {
+            let mut objects = definition.objects().iter();
+            objects
+                .try_for_each(|object| self.check_object(object, &mut slots))
+                .map_err(|e| definition.at_fault(&e))?;
         }
         Ok(())
     }
 
-    fn missing(&self, name: &str) -> Error {
-        let names = self.objects.iter().map(|o| o.name.as_str());
-        let hint = match crate::plugin::nearest(name, names) {
-            Some(near) => format!("; did you mean \"{near}\"?"),
-            None if self.objects.is_empty() => "; the scene is empty".to_owned(),
+    /// Checks what an object names, and its geometry, if that is not among those whose largest slot is known.
+    fn check_object(&self, object: &Object, slots: &mut HashMap<usize, u32>) -> Result<()> {
+        let name = object.name();
+        if let Some(missing) = object.materials.iter().find(|m| self.materials.get(m).is_none()) {
+            return Err(Error::Invalid(format!("the material \"{missing}\" of \"{name}\" does not exist")));
+        }
+        let Geometry::Mesh(mesh) = object.geometry() else { return Ok(()) };
+        let known = slots.get(&object.geometry_id()).copied();
+        let largest = match known {
+            Some(largest) => largest,
             None => {
-                let some: Vec<_> = self.objects.iter().take(8).map(|o| format!("\"{}\"", o.name)).collect();
-                let more = if self.objects.len() > 8 { ", …" } else { "" };
-                format!("; there are {}{more}", some.join(", "))
+                mesh.check().map_err(|e| Error::Invalid(format!("\"{name}\": {e}")))?;
+                mesh.materials.iter().copied().max().unwrap_or(0)
             }
         };
-        Error::Invalid(format!("there is no object \"{name}\"{hint}"))
+        slots.insert(object.geometry_id(), largest);
+        let count = object.materials.len().max(1);
+        if largest as usize >= count {
+            let found = mesh.materials.iter().enumerate().find(|&(_, &slot)| slot as usize >= count);
+            let (face, slot) = found.map_or((0, largest), |(face, &slot)| (face, slot));
+            return Err(Error::Invalid(format!(
+                "face {face} of \"{name}\" has material slot {slot} of only {count}"
+            )));
+        }
+        Ok(())
     }
 }
 
-/// The next object up from one that went which did not, and a shorter way to it for all that were met; none where
-/// objects that went hang under each other in a circle.
-fn first_kept<'a>(name: &'a str, above: &mut HashMap<&'a str, Option<&'a str>>) -> Option<&'a str> {
-    let mut way = Vec::new();
-    let mut at = Some(name);
-    while let Some(next) = at.and_then(|name| above.get_mut(name)) {
-        way.extend(at);
-        at = next.take();
-    }
-    for name in way {
-        above.insert(name, at);
-    }
-    at
+fn undefined(name: &str) -> Error {
+    Error::Invalid(format!("there is no definition \"{name}\""))
 }

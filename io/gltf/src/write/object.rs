@@ -322,7 +322,7 @@ impl<'a> Writer<'a, '_> {
 
     /// The fineness in the coordinates in which a shape is tessellated: of surfaces that hang together, relative to all
     /// of them, so that they still do.
-    fn fineness(&self, object: &Object, stretch: f64, baked: bool) -> Fineness {
+    pub(super) fn fineness(&self, object: &Object, stretch: f64, baked: bool) -> Fineness {
         let mut fineness = self.options.fineness;
         if let Chord::Relative(fraction) = fineness.chord {
             let joined =

@@ -58,8 +58,8 @@ impl<'a> Scenery<'a> {
         let old = before.map(|before| placed(before, &palette)).transpose()?.unwrap_or_default();
         let place = |object: &str| scene.position(object).and_then(|i| new[i].place);
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
-        let earlier =
-            |object: &Object| old.iter().find(|o| o.object.name() == object.name()).map(|o| o.object);
+        let earlier: HashMap<&str, &Object> = old.iter().map(|o| (o.object.name(), o.object)).collect();
+        let earlier = |object: &Object| earlier.get(object.name()).copied();
         let frames: Vec<_> = match frames {
             true => new.iter().flat_map(|placed| chosen(placed, earlier(placed.object))).collect(),
             false => Vec::new(),
