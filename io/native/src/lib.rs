@@ -29,8 +29,9 @@
 //! | `animation` | `rate` (frames a second) and `frames`, each all points of the object, in their order |
 //!
 //! A definition has a `name`, `statements` (optional) and `objects`, which are as above; their names and parents are its
-//! own. Its objects may be instances of other definitions, but not of one that shows it. Objects that share their
-//! geometry are written once and as `same_as` from then on, so that they share it again when they are read.
+//! own. Its objects may be instances of other definitions, but not of one that shows it. Geometry that
+//! objects share is written once, and as `same_as` from then on, where that spares more than 256 points; they share it
+//! again when they are read.
 //!
 //! An open shape has `points + degree + 1` knots, a periodic one `points + 1` over one period. Unknown fields,
 //! and anything else that a reader would have to guess, are errors that name the place.

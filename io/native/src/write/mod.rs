@@ -100,7 +100,7 @@ fn write_scene(
     material::statements(&scene.statements, out)?;
     material::write_images(&scene.images, out)?;
     material::write_materials(&scene.materials, out)?;
-    let mut known = Known::new();
+    let mut known = Known::of(scene);
     if !scene.definitions().is_empty() {
         out.key("definitions")?;
         out.open_list()?;
@@ -126,8 +126,34 @@ fn write_scene(
     Ok(())
 }
 
-/// Where geometry stands that others share, by [`Object::geometry_id`]: the definition, and the object.
-type Known<'s> = HashMap<usize, (Option<&'s str>, &'s str)>;
+/// Points that objects have in common are written again with each of them, as people like to read it, until they are more
+/// than this.
+const REPEATED: usize = 256;
+
+/// Geometry that objects share, by [`Object::geometry_id`].
+struct Known<'s> {
+    /// How often it is there.
+    uses: HashMap<usize, usize>,
+    /// Where it stands: the definition, and the object.
+    first: HashMap<usize, (Option<&'s str>, &'s str)>,
+}
+
+impl Known<'_> {
+    fn of(scene: &Scene) -> Self {
+        let mut uses = HashMap::new();
+        let defined = scene.definitions().iter().flat_map(|definition| definition.objects());
+        for object in defined.chain(scene.objects()) {
+            *uses.entry(object.geometry_id()).or_default() += 1;
+        }
+        Self { uses, first: HashMap::new() }
+    }
+
+    /// Whether an object's geometry is written only once.
+    fn is_spared(&self, object: &Object) -> bool {
+        let uses = self.uses.get(&object.geometry_id()).copied().unwrap_or_default();
+        object.geometry().points().len().saturating_mul(uses.saturating_sub(1)) > REPEATED
+    }
+}
 
 /// The objects of a definition, or of the scene.
 fn write_objects<'s>(
@@ -216,8 +242,8 @@ fn write_geometry<'s>(
         error: None,
         reason: None,
     };
-    if !object.geometry().points().is_empty() {
-        if let Some((definition, first)) = known.get(&object.geometry_id()) {
+    if known.is_spared(object) {
+        if let Some((definition, first)) = known.first.get(&object.geometry_id()) {
             out.key("same_as")?;
             out.open_table()?;
             out.key("object")?;
@@ -230,7 +256,7 @@ fn write_geometry<'s>(
             written.form = format!("{}, the same as \"{first}\"", object.geometry().kind());
             return Ok(written);
         }
-        known.insert(object.geometry_id(), (of, object.name()));
+        known.first.insert(object.geometry_id(), (of, object.name()));
     }
     out.key(object.geometry().kind())?;
     out.open_table()?;
