@@ -139,7 +139,7 @@ fn difference(of: [&(&str, Scene); 2]) -> Difference {
     for object in a.objects() {
         match b.get(object.name()) {
             None => found.unlike.push(format!("\"{}\": {first} has it, {second} has not", object.name())),
-            Some(other) => match unlike(&object.geometry, &other.geometry) {
+            Some(other) => match unlike(object.geometry(), other.geometry()) {
                 Some((x, y)) => {
                     found.unlike.push(format!("\"{}\": {first} makes it {x}, {second} {y}", object.name()));
                 }
@@ -151,7 +151,7 @@ fn difference(of: [&(&str, Scene); 2]) -> Difference {
         found.unlike.push(format!("\"{}\": {second} has it, {first} has not", object.name()));
     }
     // Coordinates are scaled before they are subtracted, so that neither a difference nor the size overflows.
-    let points = || alike.iter().flat_map(|pair| pair.iter().flat_map(|o| o.geometry.points()));
+    let points = || alike.iter().flat_map(|pair| pair.iter().flat_map(|o| o.geometry().points()));
     let largest = points().map(|p| p.coords.amax()).fold(0.0, f64::max);
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let ends = points().map(|p| (p.coords / scale, p.coords / scale));
@@ -159,9 +159,9 @@ fn difference(of: [&(&str, Scene); 2]) -> Difference {
         ends.reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1))).map_or(0.0, |(low, high)| (high - low).amax());
     let size = if size > 0.0 { size } else { 1.0 };
     for [x, y] in alike {
-        let (p, q) = (x.geometry.points(), y.geometry.points());
+        let (p, q) = (x.geometry().points(), y.geometry().points());
         let apart = p.iter().zip(q).map(|(p, q)| (p.coords / scale - q.coords / scale).norm() / size);
-        let heavier = weights(&x.geometry).iter().zip(weights(&y.geometry));
+        let heavier = weights(x.geometry()).iter().zip(weights(y.geometry()));
         let heavier = heavier.map(|(v, w)| (v - w).abs() / v.abs().max(w.abs()).max(f64::MIN_POSITIVE));
         let most = apart.chain(heavier).fold(0.0, f64::max);
         found.largest = Some(found.largest.map_or(most, |before: f64| before.max(most)));
@@ -194,6 +194,7 @@ fn unlike(a: &Geometry, b: &Geometry) -> Option<(String, String)> {
             format!("a mesh of {} points and {} faces", mesh.points().len(), mesh.face_count())
         }
         Geometry::Group => "a group".to_owned(),
+        Geometry::Instance(definition) => format!("an instance of \"{definition}\""),
         other => format!("a {} of {} points", other.kind(), other.points().len()),
     };
     let (before, after) = (count(a), count(b));

@@ -1,5 +1,7 @@
 //! What is in a scene: for each object its type and the facts that people ask first.
 
+use std::collections::HashMap;
+
 use loftsman_kernel::Point;
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
@@ -13,6 +15,21 @@ pub struct SceneFacts {
     pub up: Up,
     /// Each object.
     pub objects: Vec<ObjectFacts>,
+    /// The definitions that instances show.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub definitions: Vec<DefinitionFacts>,
+    /// How many objects are shown, instances and all that they show, where there are definitions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shown: Option<u64>,
+}
+
+/// The facts about a definition.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct DefinitionFacts {
+    /// Its name.
+    pub name: String,
+    /// Each of its objects.
+    pub objects: Vec<ObjectFacts>,
 }
 
 /// The facts about an object. What does not apply is left out when it is serialised.
@@ -20,9 +37,12 @@ pub struct SceneFacts {
 pub struct ObjectFacts {
     /// Its name.
     pub name: String,
-    /// `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"` or `"group"`.
+    /// `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"` or `"instance"`.
     #[serde(rename = "type")]
     pub kind: &'static str,
+    /// The definition that an instance shows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shows: Option<String>,
     /// The object it hangs under.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parent: Option<String>,
@@ -93,24 +113,44 @@ fn is_false(flag: &bool) -> bool {
 
 /// The facts about a scene and each of its objects.
 pub fn describe(scene: &Scene) -> SceneFacts {
-    SceneFacts { unit: scene.unit, up: scene.up, objects: scene.objects().iter().map(object).collect() }
+    // What objects share is measured once.
+    let mut known: HashMap<usize, ObjectFacts> = HashMap::new();
+    let mut all = |objects: &[Object]| -> Vec<ObjectFacts> {
+        let facts = objects.iter().map(|object| {
+            let shape = known.entry(object.geometry_id()).or_insert_with(|| shape(object.geometry()));
+            ObjectFacts {
+                name: object.name().to_owned(),
+                parent: object.parent.clone(),
+                layer: object.layer.clone(),
+                color: object.color,
+                transformed: object.transform.is_some(),
+                frames: object.animation.as_ref().map(|a| a.frames.len()),
+                ..shape.clone()
+            }
+        });
+        facts.collect()
+    };
+    let definitions = scene.definitions().iter();
+    let definitions: Vec<_> = definitions
+        .map(|d| DefinitionFacts { name: d.name().to_owned(), objects: all(d.objects()) })
+        .collect();
+    let objects = all(scene.objects());
+    let shown = if definitions.is_empty() { None } else { scene.placed_count().ok() };
+    SceneFacts { unit: scene.unit, up: scene.up, objects, definitions, shown }
 }
 
-fn object(object: &Object) -> ObjectFacts {
-    let points = object.geometry.points();
+/// What is said of a geometry, whoever has it.
+fn shape(geometry: &Geometry) -> ObjectFacts {
+    let points = geometry.points();
+    let has_points = !matches!(geometry, Geometry::Group | Geometry::Instance(_));
     let facts = ObjectFacts {
-        name: object.name().to_owned(),
-        kind: object.geometry.kind(),
-        parent: object.parent.clone(),
-        layer: object.layer.clone(),
-        color: object.color,
-        transformed: object.transform.is_some(),
-        vertices: (!matches!(object.geometry, Geometry::Group)).then_some(points.len()),
-        frames: object.animation.as_ref().map(|a| a.frames.len()),
+        kind: geometry.kind(),
+        vertices: has_points.then_some(points.len()),
         bounds: bounds(points),
         ..ObjectFacts::default()
     };
-    match &object.geometry {
+    match geometry {
+        Geometry::Instance(definition) => ObjectFacts { shows: Some(definition.clone()), ..facts },
         Geometry::Curve(c) => curve(c, facts),
         Geometry::Surface(s) => surface(s, facts),
         Geometry::Trimmed(t) => ObjectFacts { loops: Some(t.loops().count()), ..surface(t.surface(), facts) },

@@ -15,7 +15,7 @@
 //!
 //! let mut scene = loftsman::read("examples/blade-section/IEA-15-240-RWT_AF20_Coords.txt")?;
 //! scene.rename("IEA-15-240-RWT_AF20_Coords", "section")?;
-//! let measured = scene.object("section")?.geometry.points();
+//! let measured = scene.object("section")?.geometry().points();
 //! let section = Fit::new(3, Target::Tolerance(1e-4)).curve(measured)?.curve;
 //!
 //! let thicker = Edit::new(&section)

@@ -206,8 +206,12 @@ impl Look {
         let others: Vec<String> = scene
             .objects()
             .iter()
-            .filter(|o| !matches!(o.geometry, Geometry::Curve(_) | Geometry::Group) && shown(o.name()))
-            .map(|o| format!("\"{}\" ({})", o.name(), o.geometry.kind()))
+            .filter(|o| {
+                let passed =
+                    matches!(o.geometry(), Geometry::Curve(_) | Geometry::Group | Geometry::Instance(_));
+                !passed && shown(o.name())
+            })
+            .map(|o| format!("\"{}\" ({})", o.name(), o.geometry().kind()))
             .collect();
         let (few, more) = others.split_at(others.len().min(5));
         let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };

@@ -16,7 +16,7 @@ fuzz_target!(|bytes: &[u8]| {
             assert!(report.adds_up(), "{report:?}");
             scene.check().unwrap();
             for object in scene.objects() {
-                assert!(object.geometry.points().iter().all(|p| p.iter().all(|x| x.is_finite())));
+                assert!(object.geometry().points().iter().all(|p| p.iter().all(|x| x.is_finite())));
             }
             let mut out = Memory::new("out.glb", "");
             // Numbers beyond single precision are refused: then nothing has to be read again.

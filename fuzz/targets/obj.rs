@@ -19,14 +19,14 @@ fuzz_target!(|bytes: &[u8]| {
     assert!(report.adds_up(), "{report:?}");
     scene.check().unwrap();
     let finite = |p: &loftsman_kernel::Point| p.iter().all(|c| c.is_finite());
-    assert!(scene.objects().iter().all(|o| o.geometry.points().iter().all(finite)));
+    assert!(scene.objects().iter().all(|o| o.geometry().points().iter().all(finite)));
     let mut out = Memory::new("out.obj", "");
     let Ok(report) = Obj.write(&scene, &mut out, &WriteOptions::default()) else { return };
     // A file of which nothing went out is none.
     if report.objects.iter().any(|o| o.fate != Fate::LeftOut) {
         let (again, _) = Obj.read(&out, &ReadOptions::default()).unwrap();
         for kind in ["curve", "surface", "trimmed", "mesh"] {
-            let count = |s: &Scene| s.objects().iter().filter(|o| o.geometry.kind() == kind).count();
+            let count = |s: &Scene| s.objects().iter().filter(|o| o.geometry().kind() == kind).count();
             assert_eq!(count(&again), count(&scene), "{kind}");
         }
     }

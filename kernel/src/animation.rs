@@ -35,7 +35,7 @@ impl Scene {
         map: impl Fn(&Geometry) -> Result<Geometry, E>,
     ) -> Result<(), E> {
         let object = self.object(name)?;
-        let geometry = map(&object.geometry)?;
+        let geometry = map(object.geometry())?;
         let animation = carried(object, &geometry, &map);
         self.replace(name, geometry)?;
         self.object_mut(name)?.animation = animation;
@@ -51,7 +51,7 @@ fn carried<E>(
 ) -> Option<Animation> {
     let animation = object.animation.as_ref()?;
     let frame = |points: &Vec<Point>| {
-        let mapped = map(&object.geometry.with_points(points.clone()).ok()?).ok()?;
+        let mapped = map(&object.geometry().with_points(points.clone()).ok()?).ok()?;
         let alike = mapped.with_points(geometry.points().to_vec()).ok()? == *geometry;
         alike.then(|| mapped.points().to_vec())
     };
@@ -120,14 +120,14 @@ mod tests {
                 let object = scene.object("c").unwrap();
                 let after = object.animation.as_ref().unwrap_or_else(|| panic!("{what} of {curve:?}"));
                 assert_eq!(after.rate, before.rate);
-                assert_eq!(after.frames[0], object.geometry.points(), "{what}");
+                assert_eq!(after.frames[0], object.geometry().points(), "{what}");
                 for (old, new) in before.frames.iter().zip(&after.frames) {
                     let at =
                         |geometry: &Geometry, points: &[Point]| match geometry.with_points(points.to_vec()) {
                             Ok(Geometry::Curve(curve)) => curve,
                             other => panic!("{other:?}"),
                         };
-                    let (old, new) = (at(&(&curve).into(), old), back(&at(&object.geometry, new)).unwrap());
+                    let (old, new) = (at(&(&curve).into(), old), back(&at(object.geometry(), new)).unwrap());
                     let (a, b) = curve.space().domain();
                     for i in 0..=20 {
                         let u = a + (b - a) * f64::from(i) / 20.0;

@@ -36,7 +36,7 @@ impl Connection {
     pub fn check(&self, scene: &Scene) -> Result<()> {
         for side in self.sides() {
             let name = &side.object;
-            match scene.get(name).map(|o| &o.geometry) {
+            match scene.get(name).map(|o| o.geometry()) {
                 Some(Geometry::Surface(_) | Geometry::Trimmed(_)) => {}
                 Some(other) => {
                     let kind = other.kind();

@@ -30,7 +30,7 @@ impl Scene {
         let world = self.world_transforms()?;
         let mut nets: Vec<(usize, Net)> = Vec::new();
         for (index, (object, map)) in self.objects().iter().zip(&world).enumerate() {
-            if let Geometry::Surface(surface) = &object.geometry {
+            if let Geometry::Surface(surface) = object.geometry() {
                 let place = |p: Point| map.as_ref().map_or(p, |map| transform_point(map, &p));
                 nets.extend(Net::of(surface, place).map(|net| (index, net)));
             }

@@ -50,6 +50,11 @@ impl<T: Named> NamedList<T> {
         self.index.get(name).map(|&i| &self.items[i])
     }
 
+    /// The thing of a name, if there is one, to be changed all but its name.
+    pub(crate) fn get_mut(&mut self, name: &str) -> Option<&mut T> {
+        self.index.get(name).map(|&i| &mut self.items[i])
+    }
+
     /// Where the thing of a name is.
     pub fn position(&self, name: &str) -> Option<usize> {
         self.index.get(name).copied()

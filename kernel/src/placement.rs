@@ -1,12 +1,15 @@
 //! Where things are: transforms of geometry, the way up a hierarchy, and scenes in another unit or up axis.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix4};
 
 use crate::error::{Error, Result};
 use crate::mesh::{Cloud, Mesh, Polyline};
-use crate::scene::{Geometry, Object, Scene, Unit, Up};
+use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use crate::spline::{Curve, Surface};
 use crate::{Point, Vector};
 
@@ -33,7 +36,7 @@ fn from_z(to: Up) -> Matrix3<f64> {
 impl Geometry {
     /// The geometry moved by an affine map (the last row is taken as `0 0 0 1`).
     ///
-    /// Splines follow their control vertices; their weights stay, and loops stay where they are in the parameter plane.
+    /// Groups and instances have no points and stay as they are. Splines follow their control vertices; their weights stay, and loops stay where they are in the parameter plane.
     /// Normals follow the cofactor matrix, tangents the map itself, and both come
     /// out with unit length; a map that mirrors reverses the faces, so that outside stays outside. `O(points)`.
     ///
@@ -60,6 +63,7 @@ impl Geometry {
         }
         Ok(match self {
             Self::Group => Self::Group,
+            Self::Instance(definition) => Self::Instance(definition.clone()),
             Self::Curve(curve) => Self::Curve(Curve::build(
                 curve.space().clone(),
                 points,
@@ -131,31 +135,13 @@ impl Scene {
     /// When the hierarchy is broken ([`check_hierarchy`](Self::check_hierarchy)).
     pub fn world_transforms(&self) -> Result<Vec<Option<Matrix4<f64>>>> {
         self.check_hierarchy()?;
-        let objects = self.objects();
-        let mut world: Vec<Option<Option<Matrix4<f64>>>> = vec![None; objects.len()];
-        for start in 0..objects.len() {
-            let mut way = Vec::new();
-            let mut at = Some(start);
-            while let Some(i) = at.filter(|&i| world[i].is_none()) {
-                way.push(i);
-                at = objects[i].parent.as_deref().and_then(|parent| self.position(parent));
-            }
-            let mut above = at.and_then(|i| world[i]).flatten();
-            for i in way.into_iter().rev() {
-                above = match (above, objects[i].transform) {
-                    (Some(above), Some(own)) => Some(above * own),
-                    (above, own) => above.or(own),
-                };
-                world[i] = Some(above);
-            }
-        }
-        Ok(world.into_iter().map(Option::flatten).collect())
+        Ok(self.transforms())
     }
 
     /// The same scene with its numbers in another unit and another axis up: itself where both already hold.
     ///
     /// Every point becomes `s R p`; transforms become `M T M⁻¹` with `M = s R`, frames go along, normals turn.
-    /// `O(points)`.
+    /// Objects that share a geometry share what it becomes. `O(points)`.
     ///
     /// # Errors
     /// When a coordinate overflows; the message names the object.
@@ -167,17 +153,20 @@ impl Scene {
         let turn = self.up.turn(up);
         let mut map = Matrix4::identity();
         map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn * scale));
-        let mut scene = Self::new();
+        let mut scene = self.around();
         (scene.unit, scene.up) = (unit, up);
-        scene.materials.clone_from(&self.materials);
-        scene.images.clone_from(&self.images);
-        scene.statements.clone_from(&self.statements);
-        for object in self.objects() {
+        let mut known = HashMap::new();
+        let mut converted = |object: &Object| {
             let named = |e: Error| Error::Invalid(format!("\"{}\" in {}: {e}", object.name(), unit.name()));
-            let mut new = Object::new(object.name(), object.geometry.transformed(&map).map_err(named)?);
-            new.color = object.color;
-            new.layer.clone_from(&object.layer);
-            new.parent.clone_from(&object.parent);
+            let geometry = match known.entry(object.geometry_id()) {
+                Entry::Occupied(known) => Arc::clone(known.get()),
+                Entry::Vacant(new) => {
+                    let moved = object.geometry().transformed(&map).map_err(named)?;
+                    Arc::clone(new.insert(Arc::new(moved)))
+                }
+            };
+            let mut new = object.renamed(object.name());
+            new.share_geometry(geometry);
             new.transform = object.transform.map(|own| {
                 let linear = turn * own.fixed_view::<3, 3>(0, 0) * turn.transpose();
                 let shift = turn * own.fixed_view::<3, 1>(0, 3) * scale;
@@ -186,13 +175,21 @@ impl Scene {
                 changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
                 changed
             });
-            new.materials.clone_from(&object.materials);
-            new.statements.clone_from(&object.statements);
-            new.animation.clone_from(&object.animation);
             for frame in new.animation.iter_mut().flat_map(|a| &mut a.frames) {
                 frame.iter_mut().for_each(|p| *p = transform_point(&map, p));
             }
-            scene.add(new)?;
+            Ok::<_, Error>(new)
+        };
+        for definition in self.definitions() {
+            let mut new = Definition::new(definition.name());
+            new.statements.clone_from(&definition.statements);
+            for object in definition.objects() {
+                new.add(converted(object)?)?;
+            }
+            scene.define(new)?;
+        }
+        for object in self.objects() {
+            scene.add(converted(object)?)?;
         }
         for connection in self.connections() {
             scene.connect(connection.clone())?;
@@ -269,7 +266,10 @@ mod tests {
         );
         scene.add(object).unwrap();
         let place = |s: &Scene| {
-            transform_point(&s.world_transforms().unwrap()[0].unwrap(), &s.objects()[0].geometry.points()[0])
+            transform_point(
+                &s.world_transforms().unwrap()[0].unwrap(),
+                &s.objects()[0].geometry().points()[0],
+            )
         };
         let before = place(&scene);
         let turned = scene.converted(Unit::Metre, Up::Y).unwrap();

@@ -140,15 +140,15 @@ fn what_obj_holds_comes_back() {
 /// Objects by name with their points, frames, layers and materials; the hierarchy. `flat`: the format has none.
 fn same(file: &Path, first: &Scene, second: &Scene, within: f64, flat: bool) {
     let names = |scene: &Scene| -> Vec<String> {
-        let kept = scene.objects().iter().filter(|o| !flat || !matches!(o.geometry, Geometry::Group));
+        let kept = scene.objects().iter().filter(|o| !flat || !matches!(o.geometry(), Geometry::Group));
         kept.map(|o| o.name().to_owned()).collect()
     };
     assert_eq!(names(first), names(second), "{}", file.display());
     for name in names(first) {
         let what = format!("{} \"{name}\"", file.display());
         let (a, b) = (first.get(&name).unwrap(), second.get(&name).unwrap());
-        assert_eq!(a.geometry.kind(), b.geometry.kind(), "{what}");
-        let (p, q) = (a.geometry.points(), b.geometry.points());
+        assert_eq!(a.geometry().kind(), b.geometry().kind(), "{what}");
+        let (p, q) = (a.geometry().points(), b.geometry().points());
         assert_eq!(p.len(), q.len(), "{what}");
         for (p, q) in p.iter().zip(q) {
             assert!((p - q).amax() <= within * p.coords.amax().max(1.0), "{what}: {p} {q}");
@@ -162,7 +162,7 @@ fn same(file: &Path, first: &Scene, second: &Scene, within: f64, flat: bool) {
             );
             assert_eq!((&a.materials, &a.statements), (&b.materials, &b.statements), "{what}");
         }
-        match (&a.geometry, &b.geometry) {
+        match (a.geometry(), b.geometry()) {
             (Geometry::Mesh(a), Geometry::Mesh(b)) => {
                 assert_eq!((a.corners(), a.starts()), (b.corners(), b.starts()), "{what}");
                 assert!(a.lines().eq(b.lines()), "{what}");

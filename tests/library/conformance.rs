@@ -2,7 +2,8 @@
 
 use loftsman::kernel::Point;
 use loftsman::kernel::conformance::{
-    format_conformance, functional_conformance, operation_conformance, sample_scene, solver_conformance,
+    format_conformance, functional_conformance, operation_conformance, sample_assembly, sample_scene,
+    solver_conformance,
 };
 use loftsman::kernel::error::Error;
 use loftsman::kernel::functional::ShapeNames;
@@ -18,16 +19,16 @@ fn every_format() {
     let formats = loftsman::registry().formats();
     assert!(formats.len() >= 4);
     for format in formats {
-        // A scene of what the format can hold, and one of everything.
+        // A scene of what the format can hold, one of everything, and one that shows everything four times.
         let mut clouds = Scene::new();
         for object in sample_scene().objects() {
-            if matches!(object.geometry, Geometry::Cloud(_) | Geometry::Polyline(_)) {
+            if matches!(object.geometry(), Geometry::Cloud(_) | Geometry::Polyline(_)) {
                 let mut object = object.clone();
                 object.parent = None;
                 clouds.add(object).unwrap();
             }
         }
-        for scene in [clouds, sample_scene()] {
+        for scene in [clouds, sample_scene(), sample_assembly()] {
             let verdict = format_conformance(format.as_ref(), &scene);
             assert!(verdict.passed(), "{}: {verdict}", format.declaration().name);
         }

@@ -20,7 +20,7 @@ fn patch(x: f64, width: f64) -> Surface {
 /// The points of a mesh at `x = 0`, by `y`.
 fn at_the_edge(scene: &Scene, name: &str) -> Vec<[i64; 2]> {
     let object = scene.objects().iter().find(|o| o.name().starts_with(name)).unwrap();
-    let Geometry::Mesh(mesh) = &object.geometry else { panic!("{} is no mesh", object.name()) };
+    let Geometry::Mesh(mesh) = object.geometry() else { panic!("{} is no mesh", object.name()) };
     let of_edge = mesh.points().iter().filter(|p| p.x.abs() < 1e-6);
     // To a millionth: what single precision keeps.
     let mut points: Vec<[i64; 2]> = of_edge.map(|p| [p.y, p.z].map(|c| (c * 1e6).round() as i64)).collect();

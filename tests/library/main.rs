@@ -4,5 +4,6 @@
 mod allocations;
 mod conformance;
 mod edits;
+mod instances;
 mod joined;
 mod walk;

@@ -75,7 +75,7 @@ fn the_line_through_the_gates_touches_seven_poles() {
     };
     let mut touched = Vec::new();
     for gate in 1..=9 {
-        let poles = match &scene.object(&format!("gate {gate}")).unwrap().geometry {
+        let poles = match scene.object(&format!("gate {gate}")).unwrap().geometry() {
             Geometry::Polyline(poles) => poles.points.clone(),
             other => panic!("{other:?}"),
         };

@@ -1,22 +1,21 @@
 //! What a step leaves of what earlier steps made: animations whose frames are of another shape, and marks whose places
 //! have moved. One place for all operations, whoever wrote them.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::plugin::{Mark, StepReport};
-use loftsman_kernel::scene::{Animation, Scene};
+use loftsman_kernel::scene::{Animation, Geometry, Scene};
 
 /// An animated object as it was before a step.
 struct Animated {
-    name: String,
-    points: Vec<Point>,
+    geometry: Arc<Geometry>,
     animation: Animation,
 }
 
 /// What has to be known of a scene before a step, to judge what is left after it.
 pub(super) struct Beforehand {
-    animated: Vec<Animated>,
+    animated: BTreeMap<String, Animated>,
     names: HashSet<String>,
 }
 
@@ -24,11 +23,9 @@ impl Beforehand {
     /// Looks at a scene. `O(objects)`, and a copy of all frames.
     pub(super) fn of(scene: &Scene) -> Self {
         let animated = scene.objects().iter().filter_map(|object| {
-            Some(Animated {
-                name: object.name().to_owned(),
-                points: object.geometry.points().to_vec(),
-                animation: object.animation.clone()?,
-            })
+            let animation = object.animation.clone()?;
+            let geometry = Arc::clone(object.shared_geometry());
+            Some((object.name().to_owned(), Animated { geometry, animation }))
         });
         let names = scene.objects().iter().map(|object| object.name().to_owned()).collect();
         Self { animated: animated.collect(), names }
@@ -43,18 +40,17 @@ impl Beforehand {
         let mut stale = Vec::new();
         for object in scene.objects() {
             let Some(animation) = &object.animation else { continue };
-            let earlier = self.animated.iter().find(|a| a.name == object.name());
-            let forgotten = earlier.is_some_and(|a| {
-                a.animation == *animation && a.points.as_slice() != object.geometry.points()
+            let forgotten = self.animated.get(object.name()).is_some_and(|a| {
+                a.animation == *animation && a.geometry.points() != object.geometry().points()
             });
-            if forgotten || !animation.fits(&object.geometry) {
+            if forgotten || !animation.fits(object.geometry()) {
                 stale.push((object.name().to_owned(), animation.frames.len()));
             }
         }
         for (name, _) in &stale {
             scene.object_mut(name)?.animation = None;
         }
-        for Animated { name, animation, .. } in &self.animated {
+        for (name, Animated { animation, .. }) in &self.animated {
             let gone = scene.get(name).is_some_and(|object| object.animation.is_none());
             if gone && !stale.iter().any(|(known, _)| known == name) {
                 stale.push((name.clone(), animation.frames.len()));
@@ -80,14 +76,14 @@ impl Beforehand {
         let fresh = || scene.objects().iter().filter(|object| !self.names.contains(object.name()));
         marks.retain_mut(|mark| {
             let own = scene.get(&mark.object);
-            if own.is_some_and(|object| mark.rests(&object.geometry)) {
+            if own.is_some_and(|object| mark.rests(object.geometry())) {
                 return true;
             }
-            if let Some(object) = fresh().find(|object| mark.rests(&object.geometry)) {
+            if let Some(object) = fresh().find(|object| mark.rests(object.geometry())) {
                 object.name().clone_into(&mut mark.object);
                 return true;
             }
-            own.is_some_and(|object| mark.follow(&object.geometry))
+            own.is_some_and(|object| mark.follow(object.geometry()))
         });
         count - marks.len()
     }

@@ -266,22 +266,15 @@ impl<'a> Runner<'a> {
 
 /// Keeps the first state of each object in which it was of its present kind.
 fn remember(before: &mut Scene, scene: &Scene) -> Result<()> {
-    for object in scene.objects() {
+    // What an instance shows is not among the objects.
+    for object in scene.objects().iter().filter(|o| !matches!(o.geometry(), Geometry::Instance(_))) {
         match before.get(object.name()) {
-            Some(old) if old.geometry.kind() == object.geometry.kind() => {}
-            Some(_) => before.replace(object.name(), object.geometry.clone())?,
-            None => before.add(Object::new(object.name(), object.geometry.clone()))?,
+            Some(old) if old.geometry().kind() == object.geometry().kind() => {}
+            Some(_) => before.replace_shared(object.name(), object.shared_geometry().clone())?,
+            None => before.add(Object::sharing(object.name(), object.shared_geometry().clone()))?,
         }
     }
-    let gone: Vec<String> = before
-        .objects()
-        .iter()
-        .filter(|o| scene.get(o.name()).is_none() && !matches!(o.geometry, Geometry::Group))
-        .map(|o| o.name().to_owned())
-        .collect();
-    for name in gone {
-        before.remove(&name)?;
-    }
+    before.retain(|o| scene.get(o.name()).is_some() || matches!(o.geometry(), Geometry::Group));
     Ok(())
 }
 

@@ -95,8 +95,9 @@ impl loftsman::kernel::plugin::Operation for Careless {
     ) -> Result<loftsman::kernel::plugin::StepReport, loftsman::kernel::plugin::OperationError> {
         let object = scene.object_mut("wave")?;
         if self.0 == "nudge" {
-            let points = object.geometry.points().iter().map(|p| p * 2.0).collect();
-            object.geometry = object.geometry.with_points(points)?;
+            let points = object.geometry().points().iter().map(|p| p * 2.0).collect();
+            let moved = object.geometry().with_points(points)?;
+            object.set_geometry(moved);
         } else if let Some(animation) = &mut object.animation {
             animation.frames[1].pop();
         }

@@ -248,7 +248,7 @@ fn torn_shapes_go_through_every_format() {
         for object in scene.objects() {
             let found = back.get(object.name()).unwrap_or_else(|| panic!("{file} has no {}", object.name()));
             if !file.ends_with(".obj") {
-                assert_eq!(found.geometry, object.geometry, "{file}: {}", object.name());
+                assert_eq!(found.geometry(), object.geometry(), "{file}: {}", object.name());
             }
         }
     }

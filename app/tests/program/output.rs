@@ -26,6 +26,31 @@ fn info_says_what_is_in_a_file() {
 }
 
 #[test]
+fn info_lists_definitions_and_counts_what_is_shown() {
+    let bench = Bench::new();
+    let text = r#"{ "loftsman": 1,
+      "definitions": [ { "name": "bolt", "objects": [ { "name": "head", "cloud": { "points": [[0, 0, 0], [1, 2, 4]] } } ] } ],
+      "objects": [ { "name": "left", "instance": { "definition": "bolt" } },
+                   { "name": "right", "instance": { "definition": "bolt" }, "transform":
+                     [[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]] } ] }"#;
+    bench.write("a.loft.json", text);
+    let info = bench.json(&["info", "a.loft.json"]);
+    assert_eq!((info["shown"].as_u64(), info["objects"][1]["shows"].as_str()), (Some(4), Some("bolt")));
+    assert_eq!(info["definitions"][0]["objects"][0]["vertices"].as_u64(), Some(2));
+    assert!(info["objects"][1].get("vertices").is_none());
+    let text = bench.done(&["info", "a.loft.json"]);
+    for words in
+        ["2 objects", "1 definition", "4 shown", "instance", "of bolt", "definition bolt", "2 points"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    // Flat where a format has none.
+    bench.done(&["convert", "a.loft.json", "a.xyz"]);
+    let rows = String::from_utf8(bench.read("a.xyz")).unwrap();
+    assert!(rows.contains("left/head") && rows.contains("right/head") && rows.contains("\n6 2 4"), "{rows}");
+}
+
+#[test]
 fn numbers_in_json_read_back_exactly() {
     let bench = Bench::new();
     let third = 1.0 / 3.0 * 1e-7;

@@ -74,6 +74,11 @@ impl Own {
         own
     }
 
+    /// Whether there is a spline.
+    pub(crate) fn has_spline(&self) -> bool {
+        self.curve.is_some() || self.surface.is_some() || self.trimmed.is_some()
+    }
+
     /// The spline, if there is one.
     pub(crate) fn spline(&self) -> Option<Result<Geometry>> {
         if let Some(curve) = &self.curve {

@@ -10,6 +10,8 @@
 //!   `*.loft.json` document has them, in the scene's own unit and axes, which `asset.extras.loftsman` names; and the
 //!   layer, and the exact transform where the node's parts round it. (A text, because Blender cannot take lists of
 //!   lists as custom properties.)
+//! * *Objects that share their geometry* share its vertices, and its mesh where their materials are the same too, unless they
+//!   move or shear. Instances become nodes with nodes of what they show below them, which share it likewise.
 //! * *Names, hierarchy, transforms* become nodes. glTF fixes metres and y up: points and transforms are turned and
 //!   scaled, no node is added. A transform with shear, which glTF forbids, is baked into the points below it.
 //! * *Large coordinates*: glTF has single precision. A shape further from its origin than eight times its own size
@@ -36,8 +38,10 @@
 //! # In
 //!
 //! Every node of the scene that is shown becomes an object, its mesh with a slot for each material; a mesh that several
-//! nodes show is copied for each. Strips and fans become triangles; lines the mesh's lines, or a polyline where there is
-//! one strip and nothing else; points a cloud; lines and points with colours or other layers are a mesh of nothing else.
+//! nodes show is one geometry, which their objects share until one of them is changed, and so are meshes of the same
+//! vertices that differ in their materials. Strips and fans become triangles;
+//! lines the mesh's lines, or a polyline where there is one strip and nothing else; points a cloud; lines and points with
+//! colours or other layers are a mesh of nothing else.
 //! Accessors may be sparse, interleaved, normalised or quantised. An exact spline is taken from the extras as long as the
 //! mesh has the vertices that were written with it. Tangents and the `extras` of other programs are kept. Skins, cameras,
 //! lights, animations of nodes, morph targets that nothing animates (weights bend the shape once), attributes and

@@ -398,7 +398,7 @@ fn every_frame_of_curves_of_all_kinds_is_within_the_reported_error() {
         // The exact curve and its exact frames come back from extras.
         let (scene, _) = Gltf.read(&file.memory, &ReadOptions::default()).unwrap();
         assert_eq!(scene.objects()[0].animation, object.animation, "{member} {kind}");
-        assert_eq!(scene.objects()[0].geometry, object.geometry, "{member} {kind}");
+        assert_eq!(scene.objects()[0].geometry(), object.geometry(), "{member} {kind}");
     }
     assert!(
         members >= 120 && torn >= 10 && refused <= 10 && bends > 100,
@@ -565,7 +565,7 @@ fn what_is_no_spline_starts_as_its_first_frame_too_and_comes_back_as_it_was() {
     let (base, frames) = file.shown();
     assert!(base[4][1] == 16.0 && frames[0][4][1] == 0.0 && frames[1][4][1] == 8.0);
     let (scene, report) = Gltf.read(&file.memory, &ReadOptions::default()).unwrap();
-    assert_eq!(scene.objects()[0].geometry, object.geometry);
+    assert_eq!(scene.objects()[0].geometry(), object.geometry());
     assert_eq!(scene.objects()[0].animation, object.animation);
     assert!(report.left_out.is_empty());
 }

@@ -70,7 +70,7 @@ fn with(pointer: &str, value: Value) -> Value {
 #[test]
 fn the_triangle_itself_is_read() {
     let (scene, report) = read(&triangle()).unwrap();
-    let Geometry::Mesh(mesh) = &scene.object("t").unwrap().geometry else { panic!("no mesh") };
+    let Geometry::Mesh(mesh) = scene.object("t").unwrap().geometry() else { panic!("no mesh") };
     assert_eq!((mesh.points().len(), mesh.corners()), (3, [0, 1, 2].as_slice()));
     assert!(report.left_out.is_empty());
 }
@@ -201,7 +201,7 @@ fn sparse_accessors_are_checked() {
     };
     // Indices 0, 1, 2 are at byte 36, three positions at byte 0: they are put over zeros.
     let (scene, _) = read(&with("/accessors/0", sparse(3, 5121, 36))).unwrap();
-    assert_eq!(scene.objects()[0].geometry.points()[1].x, 1.0);
+    assert_eq!(scene.objects()[0].geometry().points()[1].x, 1.0);
     refused(&with("/accessors/0", sparse(4, 5121, 36)), &["accessors[0]", "sparse elements"]);
     refused(&with("/accessors/0", sparse(3, 5126, 0)), &["accessors[0]", "5126"]);
     refused(&with("/accessors/0", sparse(3, 5121, 0)), &["accessors[0].sparse.indices", "not above"]);
@@ -222,11 +222,31 @@ fn a_few_bytes_get_no_gigabytes() {
     many["meshes"] = Value::Array(vec![many["meshes"][0].clone(); 40]);
     many["nodes"] = (0..40).map(|i| json!({ "mesh": i })).collect();
     many["scenes"][0]["nodes"] = (0..40).collect();
+    let (scene, _) = read(&many).unwrap();
+    let first = scene.objects()[0].geometry_id();
+    assert!(scene.objects().iter().all(|o| o.geometry_id() == first), "the same primitives are one geometry");
+    // Each of vertices of its own.
+    many["accessors"] = (0..40).map(|_| zeros(big)).chain([many["accessors"][1].clone()]).collect();
+    for (k, mesh) in many["meshes"].as_array_mut().unwrap().iter_mut().enumerate() {
+        mesh["primitives"] = json!([{ "attributes": { "POSITION": k }, "indices": 40 }]);
+    }
     refused(&many, &["64 times"]);
     let mut same = with("/accessors/0", zeros(big));
     same["nodes"] = (0..1000).map(|_| json!({ "mesh": 0 })).collect();
     same["scenes"][0]["nodes"] = (0..1000).collect();
-    refused(&same, &["too many nodes show the same mesh"]);
+    // They share it, as long as they do not bend it, each in its own way.
+    let (scene, _) = read(&same).unwrap();
+    let first = scene.objects()[0].geometry_id();
+    assert!(scene.objects().len() == 1000 && scene.objects().iter().all(|o| o.geometry_id() == first));
+    same["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
+    same["nodes"] = (1..=1000).map(|k| json!({ "mesh": 0, "weights": [k] })).collect();
+    refused(&same, &["too many nodes bend the same mesh"]);
+    // Their names are their own.
+    let mut named = triangle();
+    named["meshes"][0]["name"] = json!("n".repeat(1 << 20));
+    named["nodes"] = (0..1000).map(|_| json!({ "mesh": 0 })).collect();
+    named["scenes"][0]["nodes"] = (0..1000).collect();
+    assert!(read(&named).unwrap_err().contains("64 times"));
     let mut empty = triangle();
     empty["nodes"] = Value::Array(vec![json!({}); 2_000_000]);
     empty["scenes"][0]["nodes"] = (0..2_000_000).collect();
@@ -351,7 +371,7 @@ fn tangents_of_three_numbers_are_refused() {
 fn morph_targets_bend_by_weights_or_are_counted() {
     let targets = json!([{ "POSITION": 0 }, { "POSITION": 0 }]);
     let mut document = with("/meshes/0/primitives/0/targets", targets);
-    let corner = |scene: &Scene, k: usize| scene.objects()[k].geometry.points()[1].x;
+    let corner = |scene: &Scene, k: usize| scene.objects()[k].geometry().points()[1].x;
     let unmoved = corner(&read(&triangle()).unwrap().0, 0);
     let (scene, report) = read(&document).unwrap();
     let counted = |report: &ReadReport| {
@@ -402,7 +422,7 @@ fn extras_that_lie_change_nothing() {
         ),
     ] {
         let (scene, report) = read(&with("/nodes/0/extras", json!({ "loftsman": own }))).unwrap();
-        assert_eq!(scene.objects()[0].geometry.kind(), "mesh");
+        assert_eq!(scene.objects()[0].geometry().kind(), "mesh");
         assert!(report.left_out.keys().any(|k| k.contains(what)), "{report:?}");
     }
     let noted = json!({ "loftsman": r#"{"transform":[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]],"place":[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]}"# });

@@ -139,7 +139,7 @@ fn embedded() -> ImageData {
 }
 
 fn mesh(scene: &Scene) -> &Mesh {
-    let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { panic!("no mesh") };
+    let Geometry::Mesh(mesh) = scene.objects()[0].geometry() else { panic!("no mesh") };
     mesh
 }
 
@@ -160,7 +160,7 @@ fn normal_maps_get_tangents_and_the_scene_does_not() {
     // Tangents that a file has are kept as they are.
     let mut scene = scene;
     let count = mesh(&scene).points().len();
-    let Geometry::Mesh(own) = &mut scene.object_mut("wall").unwrap().geometry else { panic!("no mesh") };
+    let Geometry::Mesh(own) = scene.object_mut("wall").unwrap().geometry_mut() else { panic!("no mesh") };
     own.tangents = Layer::per_point(vec![[0.0, 0.6, 0.8, -1.0]; count]);
     let (back, _) = read(&write(&scene));
     for t in mesh(&back).tangents.values() {

@@ -49,9 +49,9 @@ fn read(name: &str) -> Result<(Scene, ReadReport), FormatError> {
 fn facts(scene: &Scene) -> [usize; 6] {
     let mut facts = [scene.objects().len(), 0, 0, 0, 0, 0];
     for object in scene.objects() {
-        facts[2] += object.geometry.points().len();
+        facts[2] += object.geometry().points().len();
         facts[5] += usize::from(!object.materials.is_empty());
-        match &object.geometry {
+        match object.geometry() {
             Geometry::Mesh(mesh) => {
                 facts[1] += usize::from(mesh.face_count() > 0);
                 facts[3] += mesh.triangle_count();
@@ -106,7 +106,7 @@ fn strips_and_fans_look_the_same_way_as_triangles() {
     // All of these show the same square, seen from +z.
     for number in ["04", "05", "06", "11", "13", "15"] {
         let (scene, _) = read(&format!("Mesh_PrimitiveMode_{number}.gltf")).unwrap();
-        let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { panic!("no mesh") };
+        let Geometry::Mesh(mesh) = scene.objects()[0].geometry() else { panic!("no mesh") };
         for face in 0..mesh.face_count() {
             assert!(mesh.face_normal(face).unwrap().z > 0.999, "{number}");
         }
@@ -126,12 +126,12 @@ fn a_missing_bin_is_named() {
 fn what_has_no_place_is_counted() {
     let (scene, report) = read("VertexColorTest.glb").unwrap();
     assert!(report.left_out.is_empty(), "{report:?}");
-    let tangents = |o: &loftsman_kernel::scene::Object| match &o.geometry {
+    let tangents = |o: &loftsman_kernel::scene::Object| match o.geometry() {
         Geometry::Mesh(mesh) => mesh.tangents.values().len(),
         _ => 0,
     };
     assert!(scene.objects().iter().any(|o| tangents(o) > 0));
-    let Geometry::Mesh(mesh) = &scene.objects()[1].geometry else { panic!("no mesh") };
+    let Geometry::Mesh(mesh) = scene.objects()[1].geometry() else { panic!("no mesh") };
     assert!(mesh.normals.corners().is_none() && mesh.normals.values().len() == mesh.points().len());
     assert!(mesh.colors.values().iter().all(|c| c.iter().all(|x| (0.0..=1.0).contains(x))));
     assert_eq!((scene.images.len(), scene.materials.len()), (2, 2));

@@ -201,7 +201,7 @@ fn values_by_corner_double_points_only_where_they_differ() {
     assert!(primitives[0]["attributes"].get("COLOR_0").is_none());
     assert!(primitives[1]["attributes"].get("COLOR_0").is_some());
     let once = back(&scene);
-    let Geometry::Mesh(mesh) = &once.objects()[0].geometry else { panic!("no mesh") };
+    let Geometry::Mesh(mesh) = once.objects()[0].geometry() else { panic!("no mesh") };
     for (corner, &point) in mesh.corners().iter().enumerate() {
         assert_eq!(mesh.normals.at(corner, point), Some(&if corner < 6 { Vector::z() } else { Vector::x() }));
         let red = [1.0, 0.0, 0.0, 1.0];
@@ -221,7 +221,7 @@ fn frames_come_back() {
     };
     let mut add = |name: &str, geometry: Geometry, rate: f64| {
         let mut object = Object::new(name, geometry);
-        object.animation = Some(Animation { rate, frames: frames(object.geometry.points()) });
+        object.animation = Some(Animation { rate, frames: frames(object.geometry().points()) });
         scene.add(object).unwrap();
     };
     let points: Vec<Point> = (0..5).map(|i| Point::new(f64::from(i), f64::from(i % 2), 0.0)).collect();
@@ -262,7 +262,7 @@ fn a_changed_mesh_counts_more_than_the_spline_that_it_showed() {
     let file = write(&scene);
     // As it is, it is the surface.
     let (same, report) = read(&file);
-    assert!(same.objects()[0].geometry == scene.objects()[0].geometry && report.left_out.is_empty());
+    assert!(same.objects()[0].geometry() == scene.objects()[0].geometry() && report.left_out.is_empty());
     let json = json_of(&file);
     let accessor = &json["accessors"]
         [json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize];
@@ -281,7 +281,7 @@ fn a_changed_mesh_counts_more_than_the_spline_that_it_showed() {
             let new = if vertex % 2 == 0 { old.next_up() } else { old + 0.25 };
             moved.bytes[at..at + 4].copy_from_slice(&new.to_le_bytes());
             let (found, report) = read(&moved);
-            let Geometry::Mesh(mesh) = &found.objects()[0].geometry else { panic!("{vertex} {axis}") };
+            let Geometry::Mesh(mesh) = found.objects()[0].geometry() else { panic!("{vertex} {axis}") };
             assert_eq!(
                 report.left_out.keys().filter(|k| k.contains("changed since")).count(),
                 1,
@@ -328,7 +328,7 @@ fn what_cannot_be_shown_comes_back_too() {
     for (a, b) in sample_scene().objects().iter().zip(read.objects()) {
         let same = format!("{a:?}") == format!("{b:?}");
         assert!(
-            same || matches!(a.geometry, Geometry::Mesh(_) | Geometry::Polyline(_) | Geometry::Cloud(_)),
+            same || matches!(a.geometry(), Geometry::Mesh(_) | Geometry::Polyline(_) | Geometry::Cloud(_)),
             "{a:?} {b:?}"
         );
     }
@@ -341,7 +341,7 @@ fn every_kind_goes_there_and_back_at_every_size() {
         let mut scene = sample_scene();
         for object in scene.objects().iter().map(|o| o.name().to_owned()).collect::<Vec<_>>() {
             let map = Matrix4::new_scaling(size);
-            let geometry = scene.object(&object).unwrap().geometry.transformed(&map).unwrap();
+            let geometry = scene.object(&object).unwrap().geometry().transformed(&map).unwrap();
             scene.replace(&object, geometry).unwrap();
         }
         let tessellator = Adaptive::default();
@@ -352,12 +352,15 @@ fn every_kind_goes_there_and_back_at_every_size() {
         let names = |s: &Scene| s.objects().iter().map(|o| o.name().to_owned()).collect::<Vec<_>>();
         assert_eq!(names(&once), names(&scene));
         for (a, b) in scene.objects().iter().zip(once.objects()) {
-            assert_eq!((a.geometry.kind(), &a.parent, &a.layer), (b.geometry.kind(), &b.parent, &b.layer));
-            let (p, q) = (a.geometry.points(), b.geometry.points());
+            assert_eq!(
+                (a.geometry().kind(), &a.parent, &a.layer),
+                (b.geometry().kind(), &b.parent, &b.layer)
+            );
+            let (p, q) = (a.geometry().points(), b.geometry().points());
             assert_eq!(p.len(), q.len());
-            match &a.geometry {
+            match a.geometry() {
                 Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) => {
-                    assert_eq!(a.geometry, b.geometry, "{size} {}: to the bit", a.name());
+                    assert_eq!(a.geometry(), b.geometry(), "{size} {}: to the bit", a.name());
                     exact += 1;
                 }
                 _ => {

@@ -150,7 +150,7 @@ fn hierarchy_units_shear_and_mirrors_end_where_they_should() {
     assert_eq!(found.len(), 3);
     for (name, found) in found {
         let index = scene.objects().iter().position(|o| o.name() == name).unwrap();
-        for (p, q) in scene.objects()[index].geometry.points().iter().zip(&found) {
+        for (p, q) in scene.objects()[index].geometry().points().iter().zip(&found) {
             let w = maps[index].unwrap().transform_point(p);
             let expected = Point::new(w.x, w.z, -w.y) / 1000.0;
             // Relative to the shape, wherever it is: 4 mm across.

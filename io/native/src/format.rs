@@ -48,7 +48,7 @@ impl Format for Native {
             })
     }
 
-    /// Reads a document. The report counts its objects; every one is kept, or there is an error.
+    /// Reads a document. The report counts its objects, those of definitions too; every one is kept, or there is an error.
     ///
     /// # Errors
     /// When the bytes are not a whole UTF-8 JSON document of version 1, or anything in it is not what the
@@ -64,7 +64,8 @@ impl Format for Native {
             .map_err(|e| FormatError::new(source.name(), Place::File, e.to_string()))?;
         let mut scene = read::document(source.name(), source.bytes(), options.observer)?;
         let mut report = ReadReport::default();
-        report.count_many(Fate::Kept, "", scene.objects().len());
+        let defined = scene.definitions().iter().map(|d| d.objects().len()).sum::<usize>();
+        report.count_many(Fate::Kept, "", scene.objects().len() + defined);
         if let Some(unit) = options.unit.filter(|&unit| unit != scene.unit) {
             let (new, old) = (unit.name(), scene.unit.name());
             report

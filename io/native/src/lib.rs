@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A document has the fields `loftsman` (the version, 1), `unit` (default `"m"`), `up` (default `"z"`), `images` and
-//! `materials` (optional), `statements` and `connections` (optional), and `objects`. An object has a `name`, exactly one geometry, and may have more:
+//! `materials` (optional), `statements`, `definitions` and `connections` (optional), and `objects`. An object has a `name`, exactly one geometry, and may have more:
 //!
 //! | field | value |
 //! |---|---|
@@ -18,6 +18,8 @@
 //! | `polyline` | `points`, `closed` (default false) |
 //! | `cloud` | `points` |
 //! | `group` | `{}`: nothing of its own, others hang under it |
+//! | `instance` | `definition`: the name of the definition whose objects are all shown here |
+//! | `same_as` | `object`: the name of an object before it, of the same list, whose geometry it has too; with `definition`, of that definition |
 //! | `color` | `[red, green, blue, alpha]` |
 //! | `materials` | the names of its materials; the faces of a mesh say which, all else has the first |
 //! | `layer` | a text |
@@ -25,6 +27,11 @@
 //! | `parent` | the name of the object it hangs under |
 //! | `transform` | four rows of four numbers, the last `[0, 0, 0, 1]`: own coordinates to the parent's |
 //! | `animation` | `rate` (frames a second) and `frames`, each all points of the object, in their order |
+//!
+//! A definition has a `name`, `statements` (optional) and `objects`, which are as above; their names and parents are its
+//! own. Its objects may be instances of other definitions, but not of one that shows it. Geometry that
+//! objects share is written once, and as `same_as` from then on, where that spares more than 256 points; they share it
+//! again when they are read.
 //!
 //! An open shape has `points + degree + 1` knots, a periodic one `points + 1` over one period. Unknown fields,
 //! and anything else that a reader would have to guess, are errors that name the place.

@@ -43,7 +43,7 @@ fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
     scene
         .objects()
         .iter()
-        .filter_map(|o| if let Geometry::Mesh(mesh) = &o.geometry { Some(mesh) } else { None })
+        .filter_map(|o| if let Geometry::Mesh(mesh) = o.geometry() { Some(mesh) } else { None })
 }
 
 fn mesh(scene: &Scene) -> &Mesh {
@@ -146,10 +146,12 @@ fn lines_and_points_have_the_counted_elements() {
     let m = mesh(&scene);
     assert_eq!((m.points().len(), m.face_count(), m.triangle_count()), (8, 6, 12));
     assert!(m.lines().count() > 0 && m.lines().map(|l| l.len() - 1).sum::<usize>() >= 6);
-    let cloud = scene.objects().iter().find(|o| o.geometry.kind() == "cloud").unwrap();
-    assert_eq!(cloud.geometry.points().len(), 24);
+    let cloud = scene.objects().iter().find(|o| o.geometry().kind() == "cloud").unwrap();
+    assert_eq!(cloud.geometry().points().len(), 24);
     let (scene, _) = read("lines_with_vt.obj");
-    assert!(matches!(&scene.objects()[2].geometry, Geometry::Polyline(l) if l.closed && l.points.len() == 4));
+    assert!(
+        matches!(scene.objects()[2].geometry(), Geometry::Polyline(l) if l.closed && l.points.len() == 4)
+    );
 }
 
 #[test]
@@ -260,13 +262,13 @@ fn trimmed_surfaces_keep_loops_special_curves_and_points() {
         ("spec_two_regions_with_holes", (2, 2, 0, 0, 0)),
     ] {
         let (scene, report) = read(&format!("{name}.obj"));
-        let trimmed = scene.objects().iter().find_map(|o| match &o.geometry {
+        let trimmed = scene.objects().iter().find_map(|o| match o.geometry() {
             Geometry::Trimmed(trimmed) => Some(trimmed),
             _ => None,
         });
         let trimmed = trimmed.unwrap();
         let holes = trimmed.regions().iter().map(|r| r.holes.len()).sum::<usize>();
-        let curves = scene.objects().iter().filter(|o| o.geometry.kind() == "curve").count();
+        let curves = scene.objects().iter().filter(|o| o.geometry().kind() == "curve").count();
         let found = (trimmed.regions().len(), holes, trimmed.curves().len(), trimmed.points().len(), curves);
         assert_eq!(found, facts, "{name}: {report:?}");
     }
@@ -276,7 +278,7 @@ fn trimmed_surfaces_keep_loops_special_curves_and_points() {
     assert_eq!(scene.curve("spec_trim_special_points").unwrap().domain(), (0.2, 0.9));
     // The area inside the loops of the last, by the corners of its squares in the parameter plane.
     let (scene, _) = read("spec_two_regions_with_holes.obj");
-    let Geometry::Trimmed(trimmed) = &scene.objects()[0].geometry else { unreachable!() };
+    let Geometry::Trimmed(trimmed) = scene.objects()[0].geometry() else { unreachable!() };
     let area: f64 = trimmed
         .loops()
         .map(|l| {
@@ -321,7 +323,7 @@ fn materials_are_slots_of_faces_and_a_missing_library_is_named_with_its_line() {
     let (scene, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
     let slots: Vec<_> = scene.objects().iter().map(|o| o.materials.join(" ")).collect();
     assert_eq!(slots, ["red", "red glass", "glass"]);
-    let Geometry::Mesh(two) = &scene.object("two").unwrap().geometry else { unreachable!() };
+    let Geometry::Mesh(two) = scene.object("two").unwrap().geometry() else { unreachable!() };
     assert_eq!(two.materials, [0, 1]);
     assert_eq!(scene.materials.get("glass").unwrap().base_color, [0.0, 0.5, 1.0, 0.25]);
     assert!(report.adds_up());

@@ -25,7 +25,7 @@ fn read(text: &str) -> Result<(Scene, ReadReport), String> {
 fn curve(text: &str) -> (Curve, Vec<String>) {
     let (scene, report) = read(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let [object] = scene.objects() else { panic!("one object: {text}") };
-    let Geometry::Curve(curve) = &object.geometry else { panic!("a curve: {text}") };
+    let Geometry::Curve(curve) = object.geometry() else { panic!("a curve: {text}") };
     (curve.clone(), report.approximated.into_keys().collect())
 }
 

@@ -33,12 +33,12 @@ fn colours_of_lines_and_points_come_back() {
     for element in ["l 1 2 3", "l 1 2 3 4 1", "p 1 2 4"] {
         let (scene, report) = read(&format!("{COLORED}o a\n{element}\n"));
         assert_eq!(left_out(&report, "colour"), 0, "{report:?}");
-        let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { unreachable!("{element}") };
+        let Geometry::Mesh(mesh) = scene.objects()[0].geometry() else { unreachable!("{element}") };
         assert_eq!((mesh.face_count(), mesh.colors.values().len()), (0, mesh.points().len()));
         assert_eq!(mesh.lines().count(), usize::from(element.starts_with('l')));
         let (file, _) = write(&scene);
         let (back, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
-        let Geometry::Mesh(again) = &back.objects()[0].geometry else { unreachable!("{element}") };
+        let Geometry::Mesh(again) = back.objects()[0].geometry() else { unreachable!("{element}") };
         assert_eq!(again.points(), mesh.points(), "{element}");
         assert!(again.lines().eq(mesh.lines()), "{element}");
         for (a, b) in again.colors.values().iter().zip(mesh.colors.values()) {
@@ -104,7 +104,7 @@ fn statements_about_display_are_counted() {
     }
     // Smoothing groups are kept.
     let (scene, report) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\ns 3\nf 1 2 3\n");
-    let Geometry::Mesh(mesh) = &scene.objects()[0].geometry else { unreachable!() };
+    let Geometry::Mesh(mesh) = scene.objects()[0].geometry() else { unreachable!() };
     assert_eq!((mesh.smoothing.as_slice(), report.left_out.len()), ([3].as_slice(), 0));
 }
 
@@ -114,7 +114,7 @@ fn what_obj_cannot_hold_is_noted() {
     let name = scene.objects()[0].name().to_owned();
     let object = scene.object_mut(&name).unwrap();
     object.statements.push(("gltf extras".into(), "{}".into()));
-    let Geometry::Mesh(mesh) = &mut object.geometry else { unreachable!() };
+    let Geometry::Mesh(mesh) = object.geometry_mut() else { unreachable!() };
     mesh.tangents = Layer::per_point(vec![[1.0, 0.0, 0.0, 1.0]; 3]);
     let (_, notes) = write(&scene);
     for what in ["tangents", "statement(s) of other formats"] {

@@ -113,10 +113,10 @@ fn everything_else_comes_back() {
     let (file, report) = write(&scene, &keep());
     assert!(report.objects.iter().all(|o| o.fate == Fate::Kept));
     let back = read(&file);
-    assert_eq!(back.object("mesh").unwrap().geometry, Geometry::Mesh(mesh));
-    assert_eq!(back.object("loop").unwrap().geometry, Geometry::Polyline(line));
-    assert_eq!(back.object("open").unwrap().geometry, Geometry::Polyline(open));
-    assert_eq!(back.object("cloud").unwrap().geometry, Geometry::Cloud(cloud));
+    assert_eq!(*back.object("mesh").unwrap().geometry(), Geometry::Mesh(mesh));
+    assert_eq!(*back.object("loop").unwrap().geometry(), Geometry::Polyline(line));
+    assert_eq!(*back.object("open").unwrap().geometry(), Geometry::Polyline(open));
+    assert_eq!(*back.object("cloud").unwrap().geometry(), Geometry::Cloud(cloud));
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn up_unit_and_transforms_are_in_the_numbers_and_the_report_says_so() {
     let (file, report) = write(&scene, &options);
     let back = read(&file);
     assert_eq!(back.up, Up::Y);
-    let p = back.object("p").unwrap().geometry.points()[0];
+    let p = back.object("p").unwrap().geometry().points()[0];
     assert!((p - Point::new(0.002, 0.003, -0.002)).norm() < 1e-18);
     let notes = report.notes.join("; ");
     assert!(notes.contains("baked") && notes.contains("hierarchy") && notes.contains("colour"));
@@ -147,7 +147,7 @@ fn surfaces_are_exact_and_tessellated_or_one_of_both() {
     let scene = one("s", &surface);
     let (file, report) = write(&scene, &keep());
     assert_eq!((report.objects[0].fate, report.objects[0].tolerance), (Fate::Kept, None));
-    assert_eq!(read(&file).object("s").unwrap().geometry, Geometry::Surface(surface.clone()));
+    assert_eq!(*read(&file).object("s").unwrap().geometry(), Geometry::Surface(surface.clone()));
     let tessellator = Adaptive::default();
     let fineness = Fineness { chord: Chord::Absolute(0.01), angle: 0.3 };
     let with = |word: &str| {
@@ -168,10 +168,10 @@ fn surfaces_are_exact_and_tessellated_or_one_of_both() {
             "{error:?}"
         );
         let back = read(&file);
-        let found: Vec<_> = back.objects().iter().map(|o| o.geometry.kind()).collect();
+        let found: Vec<_> = back.objects().iter().map(|o| o.geometry().kind()).collect();
         assert_eq!(found.join(" "), kinds);
         for object in back.objects() {
-            match &object.geometry {
+            match object.geometry() {
                 Geometry::Mesh(m) => {
                     assert!(m.normals.values().len() == m.points().len() && !m.uvs.is_empty());
                     assert!(report.objects[0].form.contains(&format!("{} triangles", m.face_count())));
@@ -193,13 +193,13 @@ fn periodic_surfaces_and_trimmed_ones_come_back_exactly() {
         for weights in [None, Some(weights.clone())] {
             let surface = Surface::build(u.clone(), v.clone(), points.clone(), weights).unwrap();
             let back = read(&write(&one("s", &surface), &keep()).0);
-            assert_eq!(back.object("s").unwrap().geometry, Geometry::Surface(surface));
+            assert_eq!(*back.object("s").unwrap().geometry(), Geometry::Surface(surface));
         }
     }
     let sample = loftsman_kernel::conformance::sample_scene();
     let window = sample.object("window").unwrap();
-    let mut scene = one("window", window.geometry.clone());
-    let Geometry::Trimmed(trimmed) = &window.geometry else { unreachable!() };
+    let mut scene = one("window", window.geometry().clone());
+    let Geometry::Trimmed(trimmed) = window.geometry() else { unreachable!() };
     let side = loftsman_kernel::connection::Side {
         object: "window".into(),
         curve: trimmed.regions()[0].outer[1].clone(),
@@ -209,7 +209,7 @@ fn periodic_surfaces_and_trimmed_ones_come_back_exactly() {
     assert_eq!(report.objects[0].fate, Fate::Kept);
     assert!(report.objects[0].reason.as_ref().unwrap().contains("cannot be tessellated yet"));
     let back = read(&file);
-    assert_eq!(back.object("window").unwrap().geometry, window.geometry);
+    assert_eq!(back.object("window").unwrap().geometry(), window.geometry());
     assert_eq!(back.connections(), scene.connections());
     let own = Parameters::new(serde_json::json!({ "surfaces": "mesh" }), "options").unwrap();
     let (_, report) = write(&scene, &WriteOptions { own, ..keep() });
@@ -230,7 +230,7 @@ fn layers_groups_smoothing_materials_and_lines_come_back() {
         newmtl blue steel\nKd 0 0 1\nd 0.5\nPr 0.25\nPm 1\nmap_Bump -bm 0.3 b.png\nmap_Ks -imfchan r k.png\n";
     file.siblings.insert("m.mtl".into(), library.into());
     let scene = read(&file);
-    let Geometry::Mesh(mesh) = &scene.object("first").unwrap().geometry else { unreachable!() };
+    let Geometry::Mesh(mesh) = scene.object("first").unwrap().geometry() else { unreachable!() };
     let groups: Vec<_> = mesh.groups.iter().map(|g| (g.name.as_str(), g.faces.as_slice())).collect();
     assert_eq!(groups, [("left", &[0, 3][..]), ("all", &[0, 1]), ("right", &[1])]);
     assert_eq!(
@@ -248,7 +248,7 @@ fn layers_groups_smoothing_materials_and_lines_come_back() {
     };
     for (a, b) in scene.objects().iter().zip(back.objects()) {
         assert_eq!((a.name(), &a.materials), (b.name(), &b.materials));
-        let (Geometry::Mesh(a), Geometry::Mesh(b)) = (&a.geometry, &b.geometry) else { unreachable!() };
+        let (Geometry::Mesh(a), Geometry::Mesh(b)) = (a.geometry(), b.geometry()) else { unreachable!() };
         assert!(same_colors(a, b));
         let plain = |m: &Mesh| {
             let mut plain = m.clone();
@@ -296,11 +296,11 @@ fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
     assert!(report.notes.iter().any(|n| n.contains("1 mesh(es) without normals")));
     assert_eq!(String::from_utf8_lossy(&file.bytes).matches("vn ").count(), 8);
     let back = read(&file);
-    let Geometry::Mesh(given) = &back.object("flat").unwrap().geometry else { unreachable!() };
+    let Geometry::Mesh(given) = back.object("flat").unwrap().geometry() else { unreachable!() };
     for (corner, &point) in given.corners().iter().enumerate() {
         assert_eq!(given.normals.at(corner, point), flat.face_normal(corner / 3).as_ref());
     }
-    assert_eq!(back.object("smooth").unwrap().geometry, Geometry::Mesh(smooth));
+    assert_eq!(*back.object("smooth").unwrap().geometry(), Geometry::Mesh(smooth));
 }
 
 proptest! {
@@ -316,7 +316,7 @@ proptest! {
         faces.push((0..points.len()).collect());
         let mesh = Mesh::new(points, &faces).unwrap();
         let back = read(&write(&one("m", &mesh), &keep()).0);
-        prop_assert_eq!(&back.object("m").unwrap().geometry, &Geometry::Mesh(mesh));
+        prop_assert_eq!(back.object("m").unwrap().geometry(), &Geometry::Mesh(mesh));
     }
 }
 

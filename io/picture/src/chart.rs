@@ -255,7 +255,7 @@ fn sample(
     signed: bool,
     size: f64,
 ) -> (Vec<Spot>, Vec<Vector>) {
-    let breaks = match &body.object.geometry {
+    let breaks = match body.object.geometry() {
         loftsman_kernel::scene::Geometry::Curve(curve) => curve.space().breakpoints(),
         _ => Vec::new(),
     };

@@ -1,6 +1,6 @@
 //! From a picture's wishes to a page: panels in rows and columns, drawings to one scale, title and legend.
 
-use loftsman_kernel::scene::Unit;
+use loftsman_kernel::scene::{Geometry, MOST_PLACED, Scene, Unit};
 
 use crate::chart::Chart;
 use crate::draw::comb::{Combing, Measure};
@@ -41,14 +41,31 @@ enum Content {
     Chart(Chart),
 }
 
+/// A panel that shows what the instances show that it names; `flat` is the scene without instances.
+fn with_contents(panel: &Panel, scene: &Scene, flat: &Scene) -> Panel {
+    let mut panel = panel.clone();
+    let Some(names) = &mut panel.objects else { return panel };
+    let is_instance =
+        |name: &&String| scene.get(name).is_some_and(|o| matches!(o.geometry(), Geometry::Instance(_)));
+    let within: Vec<String> = names.iter().filter(is_instance).map(|name| format!("{name}/")).collect();
+    if !within.is_empty() {
+        let inside = |name: &str| scene.get(name).is_none() && within.iter().any(|w| name.starts_with(w));
+        names.extend(flat.objects().iter().map(|o| o.name().to_owned()).filter(|name| inside(name)));
+    }
+    panel
+}
+
 /// The picture as an SVG document.
 pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     let (unit, up) = (picture.scene.unit, picture.scene.up);
-    let before = picture.before.map(|scene| scene.converted(unit, up)).transpose()?;
+    let scene = picture.scene.flattened(MOST_PLACED)?;
+    let before = picture.before.map(|scene| scene.flattened(MOST_PLACED)).transpose()?;
+    let before = before.as_ref().map(|scene| scene.converted(unit, up)).transpose()?;
     let only = [Panel::view(picture.view)];
     let panels: &[Panel] = if picture.panels.is_empty() { &only } else { &picture.panels };
+    let panels: Vec<Panel> = panels.iter().map(|panel| with_contents(panel, picture.scene, &scene)).collect();
     let (marks, frames) = (picture.marks, picture.frames);
-    let scenery = Scenery::new(picture.scene, before.as_deref(), marks, frames, panels)?;
+    let scenery = Scenery::new(&scene, before.as_deref(), marks, frames, &panels)?;
     let mut parts = panels
         .iter()
         .map(|panel| Part::new(panel, &scenery, &picture.choices))

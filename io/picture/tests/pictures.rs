@@ -246,7 +246,8 @@ fn the_profile_of_a_circle_is_flat_and_as_long_as_the_circle() {
 #[test]
 fn frames_of_a_drag_are_dashed_and_the_last_is_the_curve() {
     let mut object = Object::new("c", cubic(1.0).into());
-    let lifted = |by: f64| object.geometry.points().iter().map(|p| p + Vector::y() * by).collect::<Vec<_>>();
+    let lifted =
+        |by: f64| object.geometry().points().iter().map(|p| p + Vector::y() * by).collect::<Vec<_>>();
     let frames = vec![lifted(2.0), lifted(1.0), lifted(0.0)];
     object.animation = Some(Animation { rate: 24.0, frames });
     let mut scene = Scene::new();

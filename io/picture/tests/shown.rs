@@ -1,11 +1,12 @@
 //! What pictures show of several objects and of shapes that have changed their knots, and what they say is not shown.
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
 
-use loftsman_kernel::Point;
 use loftsman_kernel::mesh::Polyline;
-use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Panel, Picture, View};
+use nalgebra::Matrix4;
 use resvg::usvg::roxmltree::Document;
 
 /// A scene of the curve "c".
@@ -66,4 +67,28 @@ fn the_legend_names_what_is_shown_each_in_its_own_colour() {
     assert_eq!(svg.matches("and 1 more object<").count(), 1, "{svg}");
     let svg = Picture::of(&all).view(View::Top).to_svg().unwrap();
     assert_eq!(svg.matches("and 22 more objects<").count(), 1, "{svg}");
+}
+
+#[test]
+fn what_instances_show_is_drawn_where_it_is() {
+    let mut all = Scene::new();
+    let mut part = Definition::new("part");
+    part.add(Object::new("c", cubic(1.0).into())).unwrap();
+    all.define(part).unwrap();
+    for (name, y) in [("low", 0.0), ("high", 7.0)] {
+        let mut object = Object::new(name, Geometry::Instance("part".into()));
+        object.transform = Some(Matrix4::new_translation(&Vector::new(0.0, y, 0.0)));
+        all.add(object).unwrap();
+    }
+    all.add(Object::new("alone", cubic(0.5).into())).unwrap();
+    let flat = all.flattened(100).unwrap().into_owned();
+    let svg = Picture::of(&all).to_svg().unwrap();
+    assert_eq!(svg, Picture::of(&flat).to_svg().unwrap());
+    assert!(svg.contains("low/c") && svg.contains("high/c"));
+    // Who asks for an instance is shown what it shows.
+    let high = Picture::of(&all).panels([Panel::view(View::Top).objects(["high"])]).to_svg().unwrap();
+    let inside =
+        Picture::of(&flat).panels([Panel::view(View::Top).objects(["high", "high/c"])]).to_svg().unwrap();
+    assert_eq!(high, inside);
+    assert!(high.contains("high/c") && !high.contains("low/c"), "{high}");
 }

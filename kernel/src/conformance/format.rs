@@ -1,9 +1,11 @@
 //! Whether a format is one: round trips, reports that add up, hostile bytes.
 
+use nalgebra::Matrix4;
+
 use super::{Lcg, Verdict};
 use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::plugin::{Format, Memory, ReadOptions, WriteOptions};
-use crate::scene::{Object, Scene, Unit, Up};
+use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use crate::spline::trimmed::{ParameterCurve, Region};
 use crate::spline::{Curve, Space, Surface, Trimmed};
 use crate::{Point, Vector};
@@ -20,8 +22,8 @@ pub fn sample_scene() -> Scene {
     scene.unit = Unit::Millimetre;
     scene.up = Up::Z;
     let uneven = || Space::clamped(3, &[0.0, 0.1, 1.0 / 3.0, 2.0, 2.5]);
-    let mut objects = vec![Object::new("group", crate::scene::Geometry::Group)];
-    let mut add = |name: &str, geometry: crate::scene::Geometry| objects.push(Object::new(name, geometry));
+    let mut objects = vec![Object::new("group", Geometry::Group)];
+    let mut add = |name: &str, geometry: Geometry| objects.push(Object::new(name, geometry));
     if let Ok(curve) = uneven().and_then(|s| Curve::new(s, points(7))) {
         add("clamped curve", curve.into());
     }
@@ -60,6 +62,31 @@ pub fn sample_scene() -> Scene {
         // Names are unique here.
         let _ = scene.add(object);
     }
+    scene
+}
+
+/// The objects of [`sample_scene`] as a definition, which another one shows twice, and the scene twice that: what a format
+/// without instances writes one by one.
+pub fn sample_assembly() -> Scene {
+    let sample = sample_scene();
+    let mut part = Definition::new("part");
+    let mut pair = Definition::new("pair \"é\"");
+    let mut scene = sample.around();
+    let shows = |name: &str, of: &str, x: f64| {
+        let mut object = Object::new(name, Geometry::Instance(of.into()));
+        object.transform = Some(Matrix4::new_translation(&Vector::new(x, 0.0, 1.0 / 3.0)));
+        object
+    };
+    // Names are unique here.
+    for object in sample.objects() {
+        let _ = part.add(object.clone());
+    }
+    for (name, x) in [("left", -1e3), ("right", 1e3)] {
+        let _ = pair.add(shows(name, "part", x));
+        let _ = scene.add(shows(name, "pair \"é\"", 1e2 * x));
+    }
+    let _ = scene.define(pair);
+    let _ = scene.define(part);
     scene
 }
 
@@ -169,7 +196,7 @@ fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) 
                 let finite = scene
                     .objects()
                     .iter()
-                    .flat_map(|o| o.geometry.points())
+                    .flat_map(|o| o.geometry().points())
                     .all(|p| p.iter().all(|c| c.is_finite()));
                 verdict.check(finite, || "NaN or infinity came through".into());
             }

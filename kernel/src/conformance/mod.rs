@@ -19,7 +19,7 @@ mod program;
 mod solver;
 
 pub use declaration::{declaration_conformance, declared_functional_conformance};
-pub use format::{format_conformance, sample_scene};
+pub use format::{format_conformance, sample_assembly, sample_scene};
 pub use functional::{functional_conformance, sample_shapes};
 pub use operation::operation_conformance;
 pub use solver::{solver_conformance, solver_conformance_counting};

@@ -74,7 +74,7 @@ impl ShapeNames for SceneShapes<'_> {
 /// # Errors
 /// When there is no such object, or it is something else.
 pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
-    match &scene.object(object)?.geometry {
+    match scene.object(object)?.geometry() {
         Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
         Geometry::Surface(surface) => Ok(Box::new(surface.clone())),
         Geometry::Trimmed(_) => Err(Error::Invalid(format!(
@@ -103,7 +103,7 @@ pub fn object_name(
         scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
         return Ok(name.to_owned());
     }
-    let mut fitting = scene.objects().iter().filter(|o| fits(&o.geometry)).map(|o| o.name());
+    let mut fitting = scene.objects().iter().filter(|o| fits(o.geometry())).map(|o| o.name());
     match (fitting.next(), fitting.next()) {
         (Some(only), None) => Ok(only.to_owned()),
         (None, _) => Err(parameters.error("", format!("the scene has no {what}"))),

@@ -71,9 +71,9 @@ impl Operation for Split {
         };
         let mut names = vec![name.clone()];
         let mut cut = scene.clone();
-        for _ in 1..pieces(&object.geometry)?.len() {
+        for _ in 1..pieces(object.geometry())?.len() {
             let fresh = cut.unique_name(&name);
-            let mut twin = Object::new(fresh.clone(), object.geometry.clone());
+            let mut twin = Object::sharing(fresh.clone(), object.shared_geometry().clone());
             twin.color = object.color;
             twin.layer.clone_from(&object.layer);
             twin.parent.clone_from(&object.parent);

@@ -68,7 +68,7 @@ impl Operation for Refine {
             Geometry::Surface(surface) => surface.insert_knots(direction, &knots).map(Geometry::from),
             other => Err(not_a_spline(&name, other)),
         })?;
-        let note = format!("{} control vertices", scene.object(&name)?.geometry.points().len());
+        let note = format!("{} control vertices", scene.object(&name)?.geometry().points().len());
         Ok(done("refine", name, note))
     }
 }
@@ -105,7 +105,7 @@ impl Operation for Elevate {
                 .map(Geometry::from),
             other => Err(not_a_spline(&name, other)),
         })?;
-        let degree = match &scene.object(&name)?.geometry {
+        let degree = match scene.object(&name)?.geometry() {
             Geometry::Surface(surface) => format!("{} × {}", surface.u().degree(), surface.v().degree()),
             _ => scene.curve(&name)?.degree().to_string(),
         };
@@ -131,7 +131,7 @@ impl Operation for Untrim {
         _: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         let name = object_name(scene, p, |g| matches!(g, Geometry::Trimmed(_)), "trimmed surface")?;
-        let Geometry::Trimmed(trimmed) = &scene.object(&name)?.geometry else {
+        let Geometry::Trimmed(trimmed) = scene.object(&name)?.geometry() else {
             return Err(Error::Invalid(format!("\"{name}\" is no trimmed surface")).into());
         };
         let loops = trimmed.loops().count();

@@ -62,7 +62,7 @@ impl Operation for Simplify {
         let directions =
             if p.has("direction") { vec![direction(p)?] } else { vec![Direction::U, Direction::V] };
         let close = p.flag("periodic")?;
-        let (simplified, before): (Simplified<Geometry>, usize) = match &scene.object(&name)?.geometry {
+        let (simplified, before): (Simplified<Geometry>, usize) = match scene.object(&name)?.geometry() {
             Geometry::Curve(curve) => {
                 (simplify(curve, &[Direction::U], tolerance, close)?.geometry(), curve.space().knots().len())
             }
@@ -82,9 +82,9 @@ impl Operation for Simplify {
             scene.replace(&name, simplified.shape)?;
         } else {
             // Exactly so: the frames lose the same knots, where none of them needs one.
-            let (object, shape) = (scene.object(&name)?.geometry.clone(), simplified.shape);
+            let (object, shape) = (scene.object(&name)?.shared_geometry().clone(), simplified.shape);
             scene.reshape(&name, |geometry| match geometry {
-                given if *given == object => Ok(shape.clone()),
+                given if *given == *object => Ok(shape.clone()),
                 Geometry::Curve(c) => simplify(c, &[Direction::U], 0.0, close).map(|s| s.geometry().shape),
                 Geometry::Surface(s) => simplify(s, &directions, 0.0, close).map(|s| s.geometry().shape),
                 other => Err(not_a_spline(&name, other)),

@@ -58,7 +58,7 @@ impl Operation for Tessellate {
         let Some(tessellator) = context.registry.tessellator() else {
             return Err(Error::Invalid("no tessellator is registered".into()).into());
         };
-        let (pieces, note): (Geometry, String) = match &scene.object(&name)?.geometry {
+        let (pieces, note): (Geometry, String) = match scene.object(&name)?.geometry() {
             Geometry::Curve(curve) => {
                 let line = tessellator.curve(curve, &fineness)?;
                 let note = format!("{} points", line.points.len());

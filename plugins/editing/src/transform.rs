@@ -43,8 +43,19 @@ impl Operation for Transform {
         let name = object_name(scene, p, |g| !matches!(g, Geometry::Group), "object")?;
         let map = map(p)?;
         let object = scene.object(&name)?;
-        let moved = object.geometry.transformed(&map)?;
-        if extent(object.geometry.points()) > 0.0 && extent(moved.points()) == 0.0 {
+        if let Geometry::Instance(_) = object.geometry() {
+            // It has no points: its transform takes the map in.
+            let moved = object.transform.unwrap_or_else(Matrix4::identity) * map;
+            if !moved.iter().all(|x| x.is_finite()) {
+                let problem =
+                    format!("\"{name}\" would leave the numbers there are: scale or move it by less");
+                return Err(p.error("", problem).into());
+            }
+            scene.object_mut(&name)?.transform = Some(moved);
+            return Ok(StepReport { op: "transform".into(), object: Some(name), ..StepReport::default() });
+        }
+        let moved = object.geometry().transformed(&map)?;
+        if extent(object.geometry().points()) > 0.0 && extent(moved.points()) == 0.0 {
             let problem = format!(
                 "all points of \"{name}\" would come to lie in one place, since numbers of that size cannot tell them \
                  apart: scale or move it by less"

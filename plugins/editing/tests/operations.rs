@@ -356,7 +356,7 @@ fn splits_reversals_and_transforms() {
     assert!((new - Point::new(1.0 - old.y, old.x, 0.0)).norm() < 1e-13);
     run(&mut scene, "rename", json!({ "object": "section", "to": "left" })).unwrap();
     run(&mut scene, "delete", json!({ "object": "left" })).unwrap();
-    assert!(matches!(scene.objects()[0].geometry, Geometry::Curve(_)));
+    assert!(matches!(scene.objects()[0].geometry(), Geometry::Curve(_)));
     assert!(fails("transform", json!({ "matrix": [[1, 0, 0, 0]] })).contains("4 rows"));
 }
 
@@ -390,9 +390,9 @@ fn what_keeps_the_shape_takes_its_frames_along() {
         let found = scene.object(object).unwrap();
         let animation = found.animation.as_ref().unwrap_or_else(|| panic!("{op} of {object}"));
         assert_eq!((animation.frames.len(), animation.rate), (3, 24.0), "{op}");
-        assert!(animation.fits(&found.geometry) && animation.frames[0] == found.geometry.points(), "{op}");
+        assert!(animation.fits(found.geometry()) && animation.frames[0] == found.geometry().points(), "{op}");
         for (number, points) in animation.frames.iter().enumerate() {
-            let Geometry::Curve(frame) = found.geometry.with_points(points.clone()).unwrap() else {
+            let Geometry::Curve(frame) = found.geometry().with_points(points.clone()).unwrap() else {
                 panic!()
             };
             let (a, b) = frame.domain();

@@ -45,7 +45,7 @@ fn simplified(geometry: impl Into<Geometry>, parameters: Value) -> (Geometry, St
     let mut scene = Scene::new();
     scene.add(Object::new("s", geometry.into())).unwrap();
     let report = run(&mut scene, parameters).unwrap();
-    (scene.object("s").unwrap().geometry.clone(), report.notes.join("\n"))
+    (scene.object("s").unwrap().geometry().clone(), report.notes.join("\n"))
 }
 
 fn curve_of(geometry: Geometry) -> Curve {
@@ -242,9 +242,9 @@ fn our_own_obj_comes_back_as_the_spline_that_it_was() {
         let options = WriteOptions { up: UpChoice::Keep, ..WriteOptions::default() };
         Obj.write(&scene, &mut file, &options).unwrap();
         let (mut scene, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
-        assert_eq!(scene.objects()[0].geometry.points().len(), 31, "Bézier pieces, as Blender wants them");
+        assert_eq!(scene.objects()[0].geometry().points().len(), 31, "Bézier pieces, as Blender wants them");
         let report = run(&mut scene, fields).unwrap();
-        let Geometry::Curve(back) = &scene.objects()[0].geometry else { panic!("no curve") };
+        let Geometry::Curve(back) = scene.objects()[0].geometry() else { panic!("no curve") };
         assert_eq!(back.space(), curve.space(), "{:?}", report.notes);
         for (p, q) in back.points().iter().zip(curve.points()) {
             assert!((p - q).norm() < 1e-14, "{p} {q}");

@@ -3,7 +3,7 @@
 
 use loftsman_editing::Editing;
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry};
-use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use serde_json::{Value, json};
@@ -40,7 +40,7 @@ fn run(fields: Value) -> Result<Vec<Point>, OperationError> {
     let parameters = Parameters::new(fields, "step[0]")?;
     parameters.check(operation.declaration().fields)?;
     match operation.apply(&mut scene, &parameters, &Context::quiet(&registry)) {
-        Ok(_) => Ok(scene.object("c").unwrap().geometry.points().to_vec()),
+        Ok(_) => Ok(scene.object("c").unwrap().geometry().points().to_vec()),
         Err(error) => {
             assert_eq!(scene, before, "a failed step leaves the scene alone");
             Err(error)
@@ -128,4 +128,31 @@ fn what_leaves_the_numbers_or_nothing_is_refused() {
         assert!(!text.is_empty(), "{fields}");
     }
     assert!(run(json!({ "scale": 1e-300 })).is_ok());
+}
+
+/// An instance has no points: its transform takes the map in, so that what it shows goes where its points would have gone.
+#[test]
+fn an_instance_moves_with_all_that_it_shows() {
+    let mut registry = Registry::new();
+    registry.add(&Editing);
+    let mut scene = Scene::new();
+    let mut definition = Definition::new("d");
+    definition.add(Object::new("c", curve().into())).unwrap();
+    scene.define(definition).unwrap();
+    for name in ["first", "second"] {
+        scene.add(Object::new(name, Geometry::Instance("d".into()))).unwrap();
+    }
+    let operation = registry.find_operation("transform", "step[0].op").unwrap().clone();
+    for (fields, expected) in [
+        (json!({ "object": "first", "translate": [1, 2, 3] }), [1.0, 2.0, 3.0]),
+        (json!({ "object": "first", "scale": 2, "translate": [0, 0, 1] }), [1.0, 2.0, 4.0]),
+    ] {
+        let parameters = Parameters::new(fields, "step[0]").unwrap();
+        operation.apply(&mut scene, &parameters, &Context::quiet(&registry)).unwrap();
+        let map = scene.object("first").unwrap().transform.unwrap();
+        assert_eq!(map.column(3).as_slice(), [expected[0], expected[1], expected[2], 1.0]);
+    }
+    assert_eq!(scene.object("first").unwrap().transform.unwrap()[(1, 1)], 2.0);
+    assert!(scene.object("second").unwrap().transform.is_none());
+    assert_eq!(*scene.definition("d").unwrap().objects()[0].geometry(), Geometry::from(curve()));
 }

@@ -131,7 +131,7 @@ impl Operation for FitPoints {
         parameters.check(DECLARATION.fields)?;
         let name = parameters.text("object")?;
         let object = scene.object(name)?;
-        let (points, chain) = match &object.geometry {
+        let (points, chain) = match object.geometry() {
             Geometry::Polyline(line) => (line.points.as_slice(), line.closed),
             Geometry::Cloud(cloud) => (cloud.points.as_slice(), false),
             Geometry::Mesh(mesh) => (mesh.points(), false),

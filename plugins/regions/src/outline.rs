@@ -33,7 +33,7 @@ pub fn outlines(scene: &Scene, objects: &[String], bridge: bool) -> Result<Vec<O
     let mut open: Vec<Option<Outline>> = Vec::new();
     for name in objects {
         let object = scene.object(name)?;
-        let curve = match &object.geometry {
+        let curve = match object.geometry() {
             Geometry::Curve(curve) => curve.clone(),
             Geometry::Polyline(line) => chords(&line.points, line.closed)?,
             other => return Err(RegionError::Kind { object: name.clone(), kind: other.kind() }),

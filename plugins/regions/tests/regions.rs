@@ -31,7 +31,7 @@ fn fails(scene: &Scene, op: &str, fields: Value) -> String {
 }
 
 fn mesh<'a>(scene: &'a Scene, name: &str) -> &'a Mesh {
-    match &scene.object(name).unwrap().geometry {
+    match scene.object(name).unwrap().geometry() {
         Geometry::Mesh(mesh) => mesh,
         other => panic!("{name} is a {}", other.kind()),
     }
@@ -159,7 +159,7 @@ fn extruded_solids_have_the_volume_of_prisms_and_cylinders() {
             closed(mesh(&scene, "tube"));
             near(report.volume.unwrap(), 2.0 * 32.0, 1e-13);
             near(volume(mesh(&scene, "tube")), 64.0, 1e-13);
-            assert_eq!(scene.object("hole wall").unwrap().geometry.kind(), "surface");
+            assert_eq!(scene.object("hole wall").unwrap().geometry().kind(), "surface");
         }
     }
     let mut scene = scene(vec![("ring", circle(0.0, 0.0, 0.0, 2.0).into())]);
@@ -179,7 +179,7 @@ fn a_loft_between_two_circles_is_a_frustum() {
     let report = run(&mut scene, "loft", fields).unwrap();
     closed(mesh(&scene, "lower loft"));
     near(report.volume.unwrap(), PI * 3.0 / 3.0 * (4.0 + 2.0 + 1.0), 3e-4);
-    assert_eq!(scene.object("lower loft surface").unwrap().geometry.kind(), "surface");
+    assert_eq!(scene.object("lower loft surface").unwrap().geometry().kind(), "surface");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use loftsman_kernel::plugin::{
     Fate, Format, FormatDeclaration, FormatError, Place, ReadOptions, ReadReport, Sink, Source, WriteOptions,
     WriteReport, Written,
 };
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, MOST_PLACED, Object, Scene};
 
 /// Named clouds as text.
 #[derive(Debug, Clone, Copy, Default)]
@@ -43,8 +43,10 @@ impl Format for Dots {
 
     fn write(&self, scene: &Scene, sink: &mut dyn Sink, _: &WriteOptions<'_>) -> Result<WriteReport, FormatError> {
         let (mut report, mut text) = (WriteReport::default(), String::new());
-        for object in scene.objects() {
-            let cloud = if let Geometry::Cloud(cloud) = &object.geometry { Some(cloud) } else { None };
+        // What instances show is written one by one.
+        let flat = scene.flattened(MOST_PLACED).map_err(|e| FormatError::new(sink.name(), Place::File, e.to_string()))?;
+        for object in flat.objects() {
+            let cloud = if let Geometry::Cloud(cloud) = object.geometry() { Some(cloud) } else { None };
             let points = cloud.map_or(&[] as &[Point], |c| &c.points);
             if cloud.is_some() { text += &format!("cloud {}\n", object.name().replace('\n', " ")); }
             text.extend(points.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)));

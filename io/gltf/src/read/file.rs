@@ -26,7 +26,7 @@ pub(super) struct Budget {
 
 impl Budget {
     /// How many bytes of scene one byte of file may become. The largest honest factor of a single mesh is about 5
-    /// (16-bit positions become doubles); the rest is for meshes that several nodes show.
+    /// (16-bit positions become doubles); the rest is for meshes that several nodes show, each bent in its own way.
     const FACTOR: u64 = 64;
     /// What any file may take.
     const LEAST: u64 = 64 << 20;
@@ -47,7 +47,7 @@ impl Budget {
             }
             None => Err(format!(
                 "{count} elements need {} MB more, beyond {} times what the file has itself ({} MB in all): \
-                 the counts are wrong, or too many nodes show the same mesh; split the file",
+                 the counts are wrong, or too many nodes bend the same mesh; split the file",
                 wanted >> 20,
                 Self::FACTOR,
                 self.all >> 20

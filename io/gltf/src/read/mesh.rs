@@ -2,12 +2,15 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
+use std::rc::Rc;
+use std::sync::Arc;
 
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Fate, FormatError, ReadReport};
 use loftsman_kernel::scene::Geometry;
 use loftsman_kernel::{Point, Vector};
 
+use super::body::Bodies;
 use super::file::{File, clip};
 use super::schema;
 use crate::words::{MESH_DATA, TARGET_NAMES, frame_name};
@@ -16,11 +19,11 @@ use crate::words::{MESH_DATA, TARGET_NAMES, frame_name};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Shape {
     /// A mesh, polyline or cloud; a group where there is nothing.
-    pub(super) geometry: Option<Geometry>,
+    pub(super) geometry: Option<Arc<Geometry>>,
     /// The material of the file in each slot.
     pub(super) slots: Vec<Option<usize>>,
     /// For each morph target, what it adds to each point.
-    pub(super) targets: Vec<Vec<Vector>>,
+    pub(super) targets: Rc<[Vec<Vector>]>,
 }
 
 /// What a mesh of the file holds: its faces and lines, and its loose points, which need an object of their own beside
@@ -108,6 +111,7 @@ pub(super) fn read(
     index: usize,
     moves: bool,
     bends: bool,
+    bodies: &mut Bodies,
     report: &mut ReadReport,
 ) -> Result<Content, FormatError> {
     let path = format!("meshes[{index}]");
@@ -118,6 +122,20 @@ pub(super) fn read(
         report.count(Fate::LeftOut, "names of morph targets that are frames now");
     }
     super::report::extensions(raw.extensions.as_ref(), "mesh", report);
+    let targets = Targets::of(&raw, moves, bends);
+    let (main, points) =
+        bodies.shapes(&raw, targets, report, |report| shapes(file, &path, &raw, targets, report))?;
+    Ok(Content { name: raw.name, main, points, weights: raw.weights.unwrap_or_default(), statements })
+}
+
+/// The primitives of a mesh put together: its faces and lines, and its loose points.
+fn shapes(
+    file: &File<'_>,
+    path: &str,
+    raw: &schema::Mesh<'_>,
+    targets: Targets,
+    report: &mut ReadReport,
+) -> Result<(Shape, Shape), FormatError> {
     let mode = |p: &schema::Primitive<'_>| p.mode.map_or(4, |m| m.0);
     let only_points = raw.primitives.iter().all(|p| mode(p) == 0);
     let single = raw.primitives.len() == 1;
@@ -131,20 +149,24 @@ pub(super) fn read(
         let builder = if mode == 0 && !only_points { &mut loose } else { &mut main };
         builder.primitive(file, &path, primitive, mode, single, report)?;
     }
-    let weights = raw.weights.unwrap_or_default();
-    let targets = Targets { moves, bends: bends || weights.iter().any(|&w| w != 0.0) };
-    let main = main.finish(file, &path, targets, report)?;
+    let main = main.finish(file, path, targets, report)?;
     // What is an object of its own beside the faces has no frames.
-    let points =
-        loose.finish(file, &path, Targets { moves: false, bends: targets.bends || moves }, report)?;
-    Ok(Content { name: raw.name, main, points, weights, statements })
+    let still = Targets { moves: false, bends: targets.bends || targets.moves };
+    Ok((main, loose.finish(file, path, still, report)?))
 }
 
 /// What is done with morph targets: an animation makes frames of them, weights bend the shape once.
 #[derive(Debug, Clone, Copy)]
-struct Targets {
+pub(super) struct Targets {
     moves: bool,
     bends: bool,
+}
+
+impl Targets {
+    /// Of a mesh that an animation `moves` or a node `bends`; weights of its own bend it too.
+    pub(super) fn of(mesh: &schema::Mesh<'_>, moves: bool, bends: bool) -> Self {
+        Self { moves, bends: bends || mesh.weights.iter().flatten().any(|&w| w != 0.0) }
+    }
 }
 
 /// Whether the extras of a mesh name morph targets otherwise than our writer does.
@@ -364,8 +386,8 @@ impl Builder {
         let slots = std::mem::take(&mut self.slots);
         let has_layers = self.parts.iter().any(|p| !p.layers.is_empty());
         if self.corners.is_empty() && self.line_corners.is_empty() && !has_layers {
-            let geometry = Some(Geometry::Cloud(Cloud { points: self.points }));
-            return Ok(Shape { geometry, slots, targets });
+            let geometry = Some(Arc::new(Geometry::Cloud(Cloud { points: self.points })));
+            return Ok(Shape { geometry, slots, targets: targets.into() });
         }
         if let Some((order, closed)) = self.chain.take()
             && is_permutation(&order, self.points.len())
@@ -375,9 +397,9 @@ impl Builder {
                 *target = order.iter().map(|&i| target[i as usize]).collect();
             }
             return Ok(Shape {
-                geometry: Some(Geometry::Polyline(Polyline { points, closed })),
+                geometry: Some(Arc::new(Geometry::Polyline(Polyline { points, closed }))),
                 slots,
-                targets,
+                targets: targets.into(),
             });
         }
         let normals = self.layer(file, path, Attribute::Normal, 0.0, report, Vector::from)?;
@@ -405,7 +427,7 @@ impl Builder {
         if slots.len() > 1 {
             mesh.materials = self.face_slots;
         }
-        Ok(Shape { geometry: Some(Geometry::Mesh(mesh)), slots, targets })
+        Ok(Shape { geometry: Some(Arc::new(Geometry::Mesh(mesh))), slots, targets: targets.into() })
     }
 }
 

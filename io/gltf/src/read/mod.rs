@@ -2,6 +2,7 @@
 
 mod accessor;
 mod animation;
+mod body;
 mod buffers;
 mod container;
 mod file;
@@ -12,6 +13,7 @@ mod nodes;
 mod noted;
 mod report;
 mod schema;
+mod shared;
 mod tree;
 
 use loftsman_kernel::plugin::{Fate, Format as _, FormatError, Place, ReadOptions, ReadReport, Source};

@@ -1,21 +1,21 @@
 //! Nodes as objects: hierarchy, transforms, meshes, frames; each led back to where it was.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::material::Material;
-use loftsman_kernel::mesh::Layer;
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
-use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
 
 use super::animation::{self, Track};
 use super::file::File;
 use super::material::Look;
-use super::mesh::{self, Content, Shape};
-use super::noted::{Exact, exact, own};
+use super::noted::{exact, own};
 use super::schema;
+use super::shared::Meshes;
 use super::tree::Tree;
 use crate::extras::{Own, matrix};
 use crate::place::{Change, Placement};
@@ -38,26 +38,17 @@ pub(super) fn read(
     let tree = Tree::of(file, &mut scene, report)?;
     let tracks = animation::tracks(file, report)?;
     let change = Change::between((scene.unit, scene.up), noted);
-    let mut uses: HashMap<usize, Uses> = HashMap::new();
+    let mut meshes = Meshes::default();
     for &node in &tree.nodes {
         if let Some(mesh) = tree.mesh[node] {
-            let uses = uses.entry(mesh).or_default();
-            uses.left += 1;
-            uses.moves |= tracks.contains_key(&node);
-            uses.bends |= tree.bends[node];
+            meshes.want(mesh, tracks.contains_key(&node), tree.bends[node]);
         }
     }
-    let unused = (0..file.root.meshes.len()).filter(|mesh| !uses.contains_key(mesh)).count();
+    meshes.compare(file);
+    let unused = (0..file.root.meshes.len()).filter(|&mesh| !meshes.is_wanted(mesh)).count();
     report.count_many(Fate::LeftOut, "mesh that no node of the scene shows", unused);
-    let mut reader = Reader {
-        file,
-        looks,
-        tracks: &tracks,
-        change,
-        uses,
-        contents: HashMap::new(),
-        places: HashMap::new(),
-    };
+    let mut reader =
+        Reader { file, looks, tracks: &tracks, change, meshes, last: None, places: HashMap::new() };
     let mut names: HashMap<usize, String> = HashMap::new();
     let mut found = Vec::with_capacity(tree.nodes.len());
     for (done, &node) in tree.nodes.iter().enumerate() {
@@ -75,13 +66,14 @@ pub(super) fn read(
         taken.add(Object::new(name.as_str(), Geometry::Group)).map_err(fail)?;
         names.insert(node, name);
     }
+    let group = Arc::new(Geometry::Group);
     let mut exact = Vec::new();
     let mut loose = Vec::new();
     for (&node, part) in tree.nodes.iter().zip(found) {
         let path = || format!("nodes[{node}]");
         let fail = |e: loftsman_kernel::Error| file.fail(path(), e.to_string());
         let name = names.get(&node).cloned().unwrap_or_default();
-        let mut object = Object::new(&name, part.geometry.unwrap_or(Geometry::Group));
+        let mut object = Object::sharing(&name, part.geometry.unwrap_or_else(|| Arc::clone(&group)));
         let parent = tree.parent[node];
         object.parent = parent.and_then(|p| names.get(&p).cloned());
         object.transform = reader.transform(node, parent, &part.map, part.own.as_ref());
@@ -92,19 +84,19 @@ pub(super) fn read(
             object.statements.push((MESH_NAME.to_owned(), mesh));
         }
         (object.color, object.materials) = (part.color, part.materials);
-        if let Some(shape) = part.points {
-            loose.push((name, shape));
+        if let Some((points, slots)) = part.points {
+            loose.push((name, points, slots));
         }
         if let Some(spline) = part.exact {
             exact.push((scene.objects().len(), spline));
         }
         scene.add(object).map_err(fail)?;
     }
-    for (above, points) in loose {
+    for (above, points, slots) in loose {
         let name = scene.unique_name(&format!("{above} points"));
-        let mut object = Object::new(name, points.geometry.unwrap_or(Geometry::Group));
+        let mut object = Object::sharing(name, points);
         object.parent = Some(above);
-        (object.color, object.materials) = reader.dress(&points.slots, &mut scene)?;
+        (object.color, object.materials) = reader.dress(&slots, &mut scene)?;
         scene.add(object).map_err(|e| file.fail("nodes", e.to_string()))?;
     }
     finish(file, scene, noted, &change, exact, report)
@@ -138,34 +130,31 @@ fn finish(
     for (at, spline) in exact {
         let object = scene.object_mut(&names[at]).map_err(fail)?;
         object.animation = spline.animation;
-        object.geometry = spline.geometry;
+        object.share_geometry(spline.geometry);
     }
     Ok(scene)
+}
+
+/// An exact spline and its exact frames.
+struct Exact {
+    geometry: Arc<Geometry>,
+    animation: Option<Animation>,
 }
 
 /// What a node became, still without its place.
 struct Part {
     name: String,
-    geometry: Option<Geometry>,
+    geometry: Option<Arc<Geometry>>,
     color: Option<[f64; 4]>,
     materials: Vec<String>,
     animation: Option<Animation>,
     statements: Vec<(String, String)>,
     mesh_name: Option<String>,
-    points: Option<Shape>,
+    /// Its loose points and their slots.
+    points: Option<(Arc<Geometry>, Vec<Option<usize>>)>,
     map: Matrix4<f64>,
     own: Option<Own>,
     exact: Option<Exact>,
-}
-
-/// What nodes want of a mesh.
-#[derive(Debug, Clone, Copy, Default)]
-struct Uses {
-    /// How many still want it.
-    left: usize,
-    /// Whether an animation moves its morph targets, and whether a node has weights of its own for them.
-    moves: bool,
-    bends: bool,
 }
 
 struct Reader<'r, 'a> {
@@ -173,8 +162,9 @@ struct Reader<'r, 'a> {
     looks: &'r [Look],
     tracks: &'r HashMap<usize, Track>,
     change: Change,
-    uses: HashMap<usize, Uses>,
-    contents: HashMap<usize, Content>,
+    meshes: Meshes,
+    /// The exact spline of the last node without a mesh.
+    last: Option<Arc<Geometry>>,
     /// For nodes whose object is in its own coordinates again: from those to the node's.
     places: HashMap<usize, Matrix4<f64>>,
 }
@@ -208,19 +198,27 @@ impl Reader<'_, '_> {
             exact: None,
         };
         if let Some(mesh) = raw.mesh {
-            let content = self.content(mesh.index(), report)?;
+            let mesh = mesh.index();
+            let content = self.meshes.content(file, mesh, report)?;
+            let noted = content.statements.iter().map(|(_, text)| text.len()).sum::<usize>();
+            file.take(format!("meshes[{mesh}].extras"), noted, 1)?;
+            file.take(format!("meshes[{mesh}].name"), content.name.as_deref().map_or(0, str::len), 4)?;
             if part.name.is_empty() {
                 part.name = content.name.clone().unwrap_or_default();
             }
             part.mesh_name = content.name.clone().filter(|name| !name.is_empty());
             part.statements.extend(content.statements.iter().cloned());
-            let weights = raw.weights.as_deref().unwrap_or(&content.weights);
-            let mut shape = content.main;
-            part.exact = part.own.as_ref().and_then(|own| exact(own, shape.geometry.as_ref(), report));
+            if let Some(own) = part.own.as_ref().filter(|own| own.has_spline()) {
+                let spline = exact(own, || self.meshes.fingerprint(mesh), report);
+                part.exact = spline.map(|(spline, animation)| Exact {
+                    geometry: self.meshes.exact(mesh, spline),
+                    animation,
+                });
+            }
             if part.exact.is_none()
-                && let (Some(track), Some(geometry)) = (self.tracks.get(&node), &shape.geometry)
+                && let (Some(track), Some(geometry)) = (self.tracks.get(&node), &content.main.geometry)
             {
-                part.animation = track.frames(file, geometry.points(), &shape.targets, report)?;
+                part.animation = track.frames(file, geometry.points(), &content.main.targets, report)?;
                 let noted = part.own.as_ref().and_then(|own| own.rate);
                 if let (Some(animation), Some(rate)) = (&mut part.animation, noted)
                     && (rate - animation.rate).abs() <= 1e-3 * rate
@@ -230,25 +228,28 @@ impl Reader<'_, '_> {
             }
             // Our own weights only show the start of an animation.
             let ours = part.animation.is_some() && part.own.as_ref().is_some_and(|own| own.starts_at_first);
+            let weights = raw.weights.as_deref().unwrap_or(&content.weights);
             let weights = if ours { &[] } else { weights };
-            bend(file, &path, &mut shape, weights)?;
-            let mut points = content.points;
-            bend(file, &path, &mut points, weights)?;
-            (part.color, part.materials) = self.dress(&shape.slots, scene)?;
+            let drops = part.own.as_ref().is_some_and(|own| own.made_tangents);
+            let shown = self.meshes.shown(file, &path, mesh, weights, drops)?;
+            self.meshes.done(mesh);
+            (part.color, part.materials) = self.dress(&content.main.slots, scene)?;
             if part.color.is_none() && !part.materials.is_empty() {
                 part.color = part.own.as_ref().and_then(|own| own.color);
             }
-            if let (Some(Geometry::Mesh(mesh)), Some(true)) =
-                (&mut shape.geometry, part.own.as_ref().map(|own| own.made_tangents))
-            {
-                mesh.tangents = Layer::none();
-            }
-            part.geometry = shape.geometry;
-            part.points = points.geometry.is_some().then_some(points);
+            part.geometry = shown.main;
+            part.points = shown.points.map(|points| (points, content.points.slots.clone()));
         }
         if raw.mesh.is_none() {
             // A spline that could not be shown.
-            part.exact = part.own.as_ref().and_then(|own| exact(own, None, report));
+            let spline = part.own.as_ref().and_then(|own| exact(own, || None, report));
+            part.exact = spline.map(|(spline, animation)| {
+                let geometry = match &self.last {
+                    Some(same) if **same == spline => Arc::clone(same),
+                    _ => Arc::clone(self.last.insert(Arc::new(spline))),
+                };
+                Exact { geometry, animation }
+            });
             part.color = part.own.as_ref().and_then(|own| own.color);
         }
         if part.name.is_empty() {
@@ -262,31 +263,6 @@ impl Reader<'_, '_> {
         }
         report.count(Fate::Kept, "");
         Ok(part)
-    }
-
-    /// The content of a mesh: read once, copied for all nodes but the last that shows it.
-    fn content(&mut self, mesh: usize, report: &mut ReadReport) -> Result<Content, FormatError> {
-        let uses = self.uses.get_mut(&mesh).map_or(Uses::default(), |uses| {
-            uses.left -= 1;
-            *uses
-        });
-        let known = self.contents.remove(&mesh);
-        let is_new = known.is_none();
-        let content = match known {
-            Some(content) => content,
-            None => mesh::read(self.file, mesh, uses.moves, uses.bends, report)?,
-        };
-        if uses.left > 0 {
-            if !is_new {
-                let points = content.main.geometry.iter().map(|g| g.points().len()).sum::<usize>();
-                // Roughly what a vertex of a triangle mesh with normals and texture coordinates takes.
-                self.file.take(format!("meshes[{mesh}]"), points, 160)?;
-                let noted = content.statements.iter().map(|(_, text)| text.len()).sum::<usize>();
-                self.file.take(format!("meshes[{mesh}].extras"), noted, 1)?;
-            }
-            self.contents.insert(mesh, content.clone());
-        }
-        Ok(content)
     }
 
     /// The colour or the materials of an object with these slots.
@@ -408,24 +384,4 @@ fn local(file: &File<'_>, path: &str, raw: &schema::Node<'_>) -> Result<Matrix4<
     } else {
         Err(file.fail(path, "its transform is not finite"))
     }
-}
-
-/// Moves a shape's points by its morph targets as far as the weights say.
-fn bend(file: &File<'_>, path: &str, shape: &mut Shape, weights: &[f64]) -> Result<(), FormatError> {
-    let Some(geometry) = &mut shape.geometry else { return Ok(()) };
-    let points: &mut [Point] = match geometry {
-        Geometry::Mesh(mesh) => mesh.points_mut(),
-        Geometry::Polyline(line) => &mut line.points,
-        Geometry::Cloud(cloud) => &mut cloud.points,
-        _ => return Ok(()),
-    };
-    for (&weight, moves) in weights.iter().zip(&shape.targets) {
-        if weight != 0.0 {
-            points.iter_mut().zip(moves).for_each(|(p, m)| *p += m * weight);
-        }
-    }
-    if points.iter().all(|p| p.iter().all(|x| x.is_finite())) {
-        return Ok(());
-    }
-    Err(file.fail(path, "its weights move points to infinity"))
 }

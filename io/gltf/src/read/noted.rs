@@ -4,14 +4,8 @@ use loftsman_kernel::plugin::{Fate, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry};
 
 use super::file::{File, parse};
-use crate::extras::{Own, fingerprint};
+use crate::extras::Own;
 use crate::words::EXTRAS;
-
-/// An exact spline and its exact frames.
-pub(super) struct Exact {
-    pub(super) geometry: Geometry,
-    pub(super) animation: Option<Animation>,
-}
 
 /// What our writer noted about a node.
 pub(super) fn own(file: &File<'_>, path: &str, extras: &str, report: &mut ReadReport) -> Option<Own> {
@@ -30,13 +24,16 @@ pub(super) fn own(file: &File<'_>, path: &str, extras: &str, report: &mut ReadRe
     }
 }
 
-/// The exact spline of a node, where its mesh still has the vertices that were written with it.
-pub(super) fn exact(own: &Own, shown: Option<&Geometry>, report: &mut ReadReport) -> Option<Exact> {
+/// The exact spline of a node and its exact frames, where its mesh, of that fingerprint, still has the vertices that were
+/// written with it.
+pub(super) fn exact(
+    own: &Own,
+    shown: impl FnOnce() -> Option<String>,
+    report: &mut ReadReport,
+) -> Option<(Geometry, Option<Animation>)> {
     let spline = own.spline()?;
-    let positions =
-        |g: &Geometry| fingerprint(g.points().iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]));
     // What was shown by nothing has no fingerprint.
-    if own.shown_by.is_some() && own.shown_by != shown.map(positions) {
+    if own.shown_by.is_some() && own.shown_by != shown() {
         let reason = "exact spline whose mesh was changed since: the mesh is taken instead";
         report.count(Fate::LeftOut, reason);
         return None;
@@ -46,7 +43,7 @@ pub(super) fn exact(own: &Own, shown: Option<&Geometry>, report: &mut ReadReport
             let count = geometry.points().len();
             let animation = own.animation.as_ref().and_then(|a| a.make(count));
             report.count(Fate::Kept, "");
-            Some(Exact { geometry, animation })
+            Some((geometry, animation))
         }
         Err(error) => {
             report.count(

@@ -48,8 +48,8 @@ impl Tree {
                 );
                 return Err(file.fail(path, problem));
             }
-            // An object with its name and its place in tables.
-            file.take(&path, 1, size_of::<Object>() + 256)?;
+            // An object with its name and its place in tables, and what is known of it until it is one.
+            file.take(&path, 1, size_of::<Object>() + 512)?;
             let raw: schema::Node<'_> = file.entry("nodes", &file.root.nodes, node)?;
             tree.parent[node] = parent;
             tree.mesh[node] = raw.mesh.map(schema::Whole::index);

@@ -1,4 +1,5 @@
-//! The writer: one node an object, one mesh with a primitive a material where it has something to show.
+//! The writer: one node an object, one mesh with a primitive a material where it has something to show, which objects share
+//! that share their geometry.
 
 mod animation;
 mod bin;
@@ -9,6 +10,7 @@ mod nodes;
 mod object;
 mod schema;
 mod shape;
+mod shared;
 mod tangent;
 
 use std::borrow::Cow;
@@ -18,16 +20,17 @@ use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{
     Chord, Fate, Format as _, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
 };
-use loftsman_kernel::scene::{Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{MOST_PLACED, Object, Scene, Unit, Up};
 use nalgebra::{Matrix4, Translation3};
 use serde_json::{Value, json};
 
 use self::animation::Keys;
 use self::bin::{Bin, emit};
 use self::material::Materials;
-use self::object::{Shown, explain};
+use self::object::explain;
 use self::schema::{Asset, Mesh, Node, Root, Scene as SceneNodes};
 use self::shape::Failure;
+use self::shared::{Drawn, Shared};
 use crate::Gltf;
 use crate::extras::{Own, rows};
 use crate::place::{Change, Placement};
@@ -46,6 +49,8 @@ pub(crate) fn write(
     options.own.check(Gltf.declaration().writing_options()).map_err(|e| fail(e.to_string()))?;
     let meshes_only = options.own.flag("meshes-only").map_err(|e| fail(e.to_string()))?;
     scene.check().map_err(|e| fail(e.to_string()))?;
+    let flat = scene.flattened(MOST_PLACED).map_err(|e| fail(e.to_string()))?;
+    let scene = flat.as_ref();
     let unit = options.unit.unwrap_or(Unit::Metre);
     let up = match options.up {
         UpChoice::Usual => Up::Y,
@@ -75,6 +80,7 @@ pub(crate) fn write(
         bin: Bin::default(),
         materials: Materials::new(scene, options.pictures, text),
         meshes: Vec::new(),
+        shared: Shared::default(),
         keys: Keys::default(),
         rounding: 0.0,
         joined,
@@ -186,6 +192,7 @@ struct Writer<'a, 'o> {
     bin: Bin<'a>,
     materials: Materials<'a>,
     meshes: Vec<Mesh>,
+    shared: Shared<'a>,
     keys: Keys,
     /// By how much a coordinate was rounded, in the file's unit.
     rounding: f64,
@@ -260,19 +267,18 @@ impl<'a> Writer<'a, '_> {
         node.extras = object.statement(DATA).and_then(|text| serde_json::from_str(text).ok());
         let mut noted = Own::default();
         let mut place = rest;
-        let shown = self.shape(object, &rest, stretch, &mut report)?;
-        if let Shown::Unseen(fields) = shown {
+        let drawn = self.drawn(index, object, &rest, stretch, &mut report)?;
+        if let Drawn::Unseen(fields) = drawn {
             noted = *fields;
             node.is_unseen = true;
-        } else if let Shown::Shaped(shaped, moves, fields) = shown {
+        } else if let Drawn::Mesh(mesh, frame, fields) = drawn {
             // The node moves the shape to where it belongs; what hangs under the node must not follow.
-            let centre = shaped.frame.centre;
+            let centre = frame.centre;
             placement.translation +=
                 if rest == identity { own.fixed_view::<3, 3>(0, 0) * centre } else { centre };
             place = Translation3::from(-centre).to_homogeneous() * rest;
             noted = *fields;
-            self.rounding = self.rounding.max(shaped.frame.rounding() * stretch);
-            let mesh = self.mesh(index, object, *shaped, moves, &mut noted, &mut report)?;
+            self.rounding = self.rounding.max(frame.rounding() * stretch);
             node.mesh = Some(mesh);
         }
         if rest != identity {

@@ -35,7 +35,7 @@ pub(super) fn number(nodes: Vec<Node>, tree: &Tree, objects: &[Object]) -> Nodes
         .iter()
         .zip(objects)
         .map(|(node, object)| {
-            node.mesh.is_some() || node.is_unseen || matches!(object.geometry, Geometry::Group)
+            node.mesh.is_some() || node.is_unseen || matches!(object.geometry(), Geometry::Group)
         })
         .collect();
     // From the leaves up: what hangs under it keeps a node.

@@ -42,7 +42,7 @@ impl<'a> Writer<'a, '_> {
             Ok(Shown::Nothing)
         };
         let mesh_like = matches!(
-            object.geometry,
+            object.geometry(),
             Geometry::Group | Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Mesh(_)
         );
         if self.meshes_only && !mesh_like {
@@ -52,9 +52,9 @@ impl<'a> Writer<'a, '_> {
         let baked = *rest != Matrix4::identity();
         let total = rest * self.change.map();
         let (geometry, change) = if baked {
-            (Cow::Owned(object.geometry.transformed(&total)?), Change::none())
+            (Cow::Owned(object.geometry().transformed(&total)?), Change::none())
         } else {
-            (Cow::Borrowed(&object.geometry), self.change)
+            (Cow::Borrowed(object.geometry()), self.change)
         };
         let frames = object.animation.as_ref().map(|animation| {
             if baked {
@@ -83,7 +83,7 @@ impl<'a> Writer<'a, '_> {
         let fineness = self.fineness(object, stretch, baked);
         let in_scene = stretch / if baked { self.change.scale } else { 1.0 };
         let Some(tessellator) = self.options.tessellator else {
-            if matches!(object.geometry, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_)) {
+            if matches!(object.geometry(), Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_)) {
                 let reason = "splines need a tessellator, and none is registered".to_owned();
                 return Ok(self.unseen(object, &reason, report));
             }
@@ -157,7 +157,7 @@ impl<'a> Writer<'a, '_> {
         report.form = "node".to_owned();
         let reason = format!("{reason}: other programs see nothing of it; the exact one is in extras");
         explain(report, Fate::Approximated, &reason);
-        let mut own = Own::of(&object.geometry);
+        let mut own = Own::of(object.geometry());
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Unseen(Box::new(own))
     }
@@ -186,7 +186,7 @@ impl<'a> Writer<'a, '_> {
         points: &[Point],
         moves: Option<Moves<'a>>,
     ) -> Shown<'a> {
-        let mut own = Own::of(&object.geometry);
+        let mut own = Own::of(object.geometry());
         own.shown_by = Some(shape::shown_by(points, &shaped.frame));
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Shaped(Box::new(shaped), moves, Box::new(own))
@@ -322,7 +322,7 @@ impl<'a> Writer<'a, '_> {
 
     /// The fineness in the coordinates in which a shape is tessellated: of surfaces that hang together, relative to all
     /// of them, so that they still do.
-    fn fineness(&self, object: &Object, stretch: f64, baked: bool) -> Fineness {
+    pub(super) fn fineness(&self, object: &Object, stretch: f64, baked: bool) -> Fineness {
         let mut fineness = self.options.fineness;
         if let Chord::Relative(fraction) = fineness.chord {
             let joined =

@@ -93,7 +93,7 @@ pub(super) struct Mesh {
     pub(super) extras: Option<Value>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct Primitive {
     pub(super) attributes: BTreeMap<String, usize>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -35,7 +35,7 @@ pub(super) fn put_index(index: u32, kind: Kind, out: &mut Out<'_>) -> io::Result
 }
 
 /// An object's shape, written.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Shaped {
     pub(super) primitives: Vec<Primitive>,
     /// The slot of each primitive's material, and how many sets of texture coordinates it has.

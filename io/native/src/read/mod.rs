@@ -1,5 +1,6 @@
 //! Reading: bytes to a scene, or one error that says where and what.
 
+mod definition;
 mod geometry;
 mod lists;
 mod material;

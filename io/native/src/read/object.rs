@@ -1,12 +1,16 @@
 //! Objects and the document around them.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use loftsman_kernel::connection::Connection;
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Observer, nearest};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use nalgebra::Matrix4;
-use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess};
 
+use super::definition::{DefinitionsSeed, Earlier, InstanceTable, Into, ObjectsSeed, SameTable};
 use super::geometry::{AnimationTable, CloudTable, CurveTable, GroupTable, PolylineTable, SurfaceTable};
 use super::lists::{Count, Fixed, List, Text};
 use super::material::{ImageTable, MaterialTable, NamedSeed, statements};
@@ -17,10 +21,10 @@ use super::trimmed::{ConnectionSeed, TrimmedTable};
 use crate::VERSION;
 
 /// An object.
-#[derive(Default)]
-struct ObjectTable {
+pub(super) struct ObjectTable<'s> {
+    earlier: Earlier<'s>,
     name: Option<String>,
-    geometry: Option<(&'static str, Geometry)>,
+    geometry: Option<(&'static str, Arc<Geometry>)>,
     color: Option<[f64; 4]>,
     materials: Vec<String>,
     layer: Option<String>,
@@ -30,7 +34,25 @@ struct ObjectTable {
     statements: Vec<(String, String)>,
 }
 
-impl<'de> Table<'de> for ObjectTable {
+impl<'s> ObjectTable<'s> {
+    /// The table of an object that stands behind others.
+    pub(super) fn new(earlier: Earlier<'s>) -> Self {
+        Self {
+            earlier,
+            name: None,
+            geometry: None,
+            color: None,
+            materials: Vec::new(),
+            layer: None,
+            parent: None,
+            transform: None,
+            animation: None,
+            statements: Vec::new(),
+        }
+    }
+}
+
+impl<'de> Table<'de> for ObjectTable<'_> {
     type Out = Object;
     const WHAT: &'static str = "an object";
     const FIELDS: &'static [&'static str] = &[
@@ -42,6 +64,8 @@ impl<'de> Table<'de> for ObjectTable {
         "polyline",
         "cloud",
         "group",
+        "instance",
+        "same_as",
         "color",
         "materials",
         "layer",
@@ -85,7 +109,7 @@ impl<'de> Table<'de> for ObjectTable {
                     );
                     return Err(trail.refuse(problem));
                 }
-                self.geometry = Some((geometry, read_geometry(geometry, map, trail)?));
+                self.geometry = Some((geometry, self.read_geometry(geometry, map, trail)?));
             }
         }
         Ok(())
@@ -95,7 +119,7 @@ impl<'de> Table<'de> for ObjectTable {
         let name = need::<Self, _, _>(self.name, "name", trail)?;
         let Some((_, geometry)) = self.geometry else {
             let problem = "the object has no geometry: give it a \"curve\", \"surface\", \"trimmed\", \"mesh\", \"polyline\", \
-                           \"cloud\", or \"group\": {} if others only hang under it";
+                           \"cloud\", \"instance\", \"same_as\", or \"group\": {} if others only hang under it";
             return Err(trail.refuse_table("", problem));
         };
         let count = geometry.points().len();
@@ -108,7 +132,7 @@ impl<'de> Table<'de> for ObjectTable {
             );
             return Err(trail.refuse_table(format!("animation.frames[{frame}]"), problem));
         }
-        let mut object = Object::new(name, geometry);
+        let mut object = Object::sharing(name, geometry);
         object.color = self.color;
         object.materials = self.materials;
         object.layer = self.layer;
@@ -120,23 +144,31 @@ impl<'de> Table<'de> for ObjectTable {
     }
 }
 
-fn read_geometry<'de, A: MapAccess<'de>>(
-    kind: &str,
-    map: &mut A,
-    trail: &Trail,
-) -> Result<Geometry, A::Error> {
-    Ok(match kind {
-        "curve" => map.next_value_seed(TableSeed { trail, table: CurveTable::default() })?.into(),
-        "trimmed" => map.next_value_seed(TableSeed { trail, table: TrimmedTable::default() })?.into(),
-        "surface" => map.next_value_seed(TableSeed { trail, table: SurfaceTable::default() })?.into(),
-        "mesh" => map.next_value_seed(TableSeed { trail, table: MeshTable::default() })?.into(),
-        "polyline" => map.next_value_seed(TableSeed { trail, table: PolylineTable::default() })?.into(),
-        "cloud" => map.next_value_seed(TableSeed { trail, table: CloudTable::default() })?.into(),
-        _ => {
-            map.next_value_seed(TableSeed { trail, table: GroupTable })?;
-            Geometry::Group
-        }
-    })
+impl ObjectTable<'_> {
+    fn read_geometry<'de, A: MapAccess<'de>>(
+        &self,
+        kind: &str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<Arc<Geometry>, A::Error> {
+        Ok(Arc::new(match kind {
+            "same_as" => {
+                let same = map.next_value_seed(TableSeed { trail, table: SameTable::default() })?;
+                return self.earlier.geometry(&same, trail);
+            }
+            "curve" => map.next_value_seed(TableSeed { trail, table: CurveTable::default() })?.into(),
+            "trimmed" => map.next_value_seed(TableSeed { trail, table: TrimmedTable::default() })?.into(),
+            "surface" => map.next_value_seed(TableSeed { trail, table: SurfaceTable::default() })?.into(),
+            "mesh" => map.next_value_seed(TableSeed { trail, table: MeshTable::default() })?.into(),
+            "polyline" => map.next_value_seed(TableSeed { trail, table: PolylineTable::default() })?.into(),
+            "cloud" => map.next_value_seed(TableSeed { trail, table: CloudTable::default() })?.into(),
+            "instance" => map.next_value_seed(TableSeed { trail, table: InstanceTable::default() })?,
+            _ => {
+                map.next_value_seed(TableSeed { trail, table: GroupTable })?;
+                Geometry::Group
+            }
+        }))
+    }
 }
 
 /// Four rows of four numbers, the last `[0, 0, 0, 1]`.
@@ -181,8 +213,17 @@ impl<'s> DocumentTable<'s> {
 impl<'de> Table<'de> for DocumentTable<'_> {
     type Out = ();
     const WHAT: &'static str = "a document";
-    const FIELDS: &'static [&'static str] =
-        &["loftsman", "unit", "up", "statements", "images", "materials", "objects", "connections"];
+    const FIELDS: &'static [&'static str] = &[
+        "loftsman",
+        "unit",
+        "up",
+        "statements",
+        "images",
+        "materials",
+        "definitions",
+        "objects",
+        "connections",
+    ];
 
     fn field<A: MapAccess<'de>>(
         &mut self,
@@ -230,9 +271,13 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                 let (list, table) = (&mut self.scene.materials, MaterialTable::default);
                 map.next_value_seed(NamedSeed { trail, what: "materials", list, table })?;
             }
+            "definitions" => {
+                map.next_value_seed(DefinitionsSeed { trail, scene: self.scene, observer: self.observer })?;
+            }
             _ => {
                 self.objects = true;
-                let seed = ObjectsSeed { trail, scene: self.scene, observer: self.observer };
+                let into = Into::Scene(self.scene);
+                let seed = ObjectsSeed { trail, into, observer: self.observer };
                 map.next_value_seed(seed)?;
                 trail.set_object(None);
             }
@@ -274,18 +319,33 @@ fn check_hierarchy<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
             return Err(trail.refuse_table(format!("objects[{i}].parent"), problem));
         }
     }
+    for (i, object) in scene.objects().iter().enumerate() {
+        if let Geometry::Instance(name) = object.geometry()
+            && scene.definitions().get(name).is_none()
+        {
+            trail.set_object(Some(&clip(object.name())));
+            let hint = match nearest(name, scene.definitions().iter().map(Named::name)) {
+                Some(near) => format!("did you mean \"{near}\"?"),
+                None => "add it to the document's definitions".to_owned(),
+            };
+            let problem = format!("there is no definition \"{}\"; {hint}", clip(name));
+            return Err(trail.refuse_table(format!("objects[{i}].instance.definition"), problem));
+        }
+    }
+    scene.check_definitions().map_err(|defect| trail.refuse_table("definitions", defect.to_string()))?;
     scene.check_hierarchy().map_err(|defect| trail.refuse_table("objects", defect.to_string()))
+}
+
+fn missing(what: &str, name: &str, hint: Option<&str>) -> String {
+    let hint = match hint {
+        Some(near) => format!("did you mean \"{near}\"?"),
+        None => format!("add it to the document's {what}s, or take it away here"),
+    };
+    format!("there is no {what} \"{}\"; {hint}", clip(name))
 }
 
 /// Every material and image that is named exists, and every face's material is among its object's.
 fn check_names<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
-    let missing = |what: &str, name: &str, hint: Option<&str>| {
-        let hint = match hint {
-            Some(near) => format!("did you mean \"{near}\"?"),
-            None => format!("add it to the document's {what}s, or take it away here"),
-        };
-        format!("there is no {what} \"{}\"; {hint}", clip(name))
-    };
     for (i, material) in scene.materials.iter().enumerate() {
         for texture in material.textures.values() {
             if scene.images.get(&texture.image).is_none() {
@@ -295,64 +355,46 @@ fn check_names<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
             }
         }
     }
+    let mut slots = HashMap::new();
     for (i, object) in scene.objects().iter().enumerate() {
-        for (k, name) in object.materials.iter().enumerate() {
-            if scene.materials.get(name).is_none() {
-                trail.set_object(Some(&clip(object.name())));
-                let hint = nearest(name, scene.materials.iter().map(Named::name));
-                let place = format!("objects[{i}].materials[{k}]");
-                return Err(trail.refuse_table(place, missing("material", name, hint)));
-            }
-        }
-        if let Geometry::Mesh(mesh) = &object.geometry {
-            let slots = object.materials.len().max(1);
-            if let Some((face, slot)) = mesh.materials.iter().enumerate().find(|&(_, &s)| s as usize >= slots)
-            {
-                trail.set_object(Some(&clip(object.name())));
-                let place = format!("objects[{i}].mesh.materials[{face}]");
-                let problem =
-                    format!("entry {slot} of the object's materials, which are {slots}: count from 0");
-                return Err(trail.refuse_table(place, problem));
-            }
+        check_object(scene, object, &format!("objects[{i}]"), &mut slots, trail)?;
+    }
+    for (i, definition) in scene.definitions().iter().enumerate() {
+        for (k, object) in definition.objects().iter().enumerate() {
+            check_object(scene, object, &format!("definitions[{i}].objects[{k}]"), &mut slots, trail)?;
         }
     }
     Ok(())
 }
 
-/// The list of objects: each goes into the scene as soon as it is read.
-struct ObjectsSeed<'s, 't> {
-    trail: &'t Trail,
-    scene: &'s mut Scene,
-    observer: &'s dyn Observer,
-}
-
-impl<'de> DeserializeSeed<'de> for ObjectsSeed<'_, '_> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de> Visitor<'de> for ObjectsSeed<'_, '_> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "a list of objects")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
-        let Self { trail, scene, observer } = self;
-        for index in 0.. {
-            if observer.cancelled() {
-                return Err(trail.refuse("cancelled"));
-            }
-            trail.set_object(None);
-            let seed = TableSeed { trail, table: ObjectTable::default() };
-            let Some(object) = trail.index(index, list.next_element_seed(seed))? else { break };
-            let added = scene.add(object).map_err(|defect| trail.refuse_table("name", defect.to_string()));
-            trail.index(index, added)?;
+/// Every material that an object names exists, and every face's is among them; `slots` has the largest of each geometry that
+/// was looked at before.
+fn check_object<E: Error>(
+    scene: &Scene,
+    object: &Object,
+    at: &str,
+    slots: &mut HashMap<usize, u32>,
+    trail: &Trail,
+) -> Result<(), E> {
+    for (k, name) in object.materials.iter().enumerate() {
+        if scene.materials.get(name).is_none() {
+            trail.set_object(Some(&clip(object.name())));
+            let hint = nearest(name, scene.materials.iter().map(Named::name));
+            return Err(trail.refuse_table(format!("{at}.materials[{k}]"), missing("material", name, hint)));
         }
-        Ok(())
     }
+    if let Geometry::Mesh(mesh) = object.geometry() {
+        let largest = slots
+            .entry(object.geometry_id())
+            .or_insert_with(|| mesh.materials.iter().copied().max().unwrap_or(0));
+        let count = object.materials.len().max(1);
+        if *largest as usize >= count
+            && let Some((face, slot)) = mesh.materials.iter().enumerate().find(|&(_, &s)| s as usize >= count)
+        {
+            trail.set_object(Some(&clip(object.name())));
+            let problem = format!("entry {slot} of the object's materials, which are {count}: count from 0");
+            return Err(trail.refuse_table(format!("{at}.mesh.materials[{face}]"), problem));
+        }
+    }
+    Ok(())
 }

@@ -52,7 +52,7 @@ impl<'de, T: Table<'de>> Visitor<'de> for TableSeed<'_, T> {
     }
 
     fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<T::Out, A::Error> {
-        // One bit a field; no table has more than 16.
+        // One bit a field; no table has more than 32.
         let mut seen = 0_u32;
         while let Some(key) = map.next_key::<String>()? {
             let Some(at) = T::FIELDS.iter().position(|field| *field == key) else {

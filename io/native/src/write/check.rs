@@ -1,5 +1,7 @@
 //! What a document cannot hold is refused before the first byte is written.
 
+use std::collections::HashSet;
+
 use loftsman_kernel::material::{Alpha, Material};
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{FormatError, Place};
@@ -14,8 +16,12 @@ pub(super) fn scene(file: &str, scene: &Scene) -> Result<(), FormatError> {
             FormatError::new(file, Place::File, format!("the material \"{}\": {problem}", material.name()))
         })?;
     }
-    for object in scene.objects() {
+    let defined = scene.definitions().iter().flat_map(|definition| definition.objects());
+    let mut checked = HashSet::new();
+    for object in defined.chain(scene.objects()) {
+        let is_new = checked.insert(object.geometry_id());
         check_object(object)
+            .and_then(|()| if is_new { check_geometry(object.geometry()) } else { Ok(()) })
             .map_err(|problem| FormatError::new(file, Place::File, problem).of(object.name()))?;
     }
     Ok(())
@@ -31,10 +37,27 @@ fn check_object(object: &Object) -> Result<(), String> {
             return Err("its transform is not affine: the last row must be 0 0 0 1".to_owned());
         }
     }
-    let count = object.geometry.points().len();
-    match &object.geometry {
-        Geometry::Group | Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) => {}
-        Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", object.geometry.points())?,
+    let count = object.geometry().points().len();
+    if let Some(animation) = &object.animation {
+        if !(animation.rate.is_finite() && animation.rate > 0.0) {
+            let rate = animation.rate;
+            return Err(format!("its animation has {rate} frames a second: the rate must be positive"));
+        }
+        for (i, frame) in animation.frames.iter().enumerate() {
+            if frame.len() != count {
+                return Err(format!("frame {i} has {} points, the object {count}", frame.len()));
+            }
+            points(&format!("frame {i}, point"), frame)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_geometry(geometry: &Geometry) -> Result<(), String> {
+    match geometry {
+        Geometry::Group | Geometry::Instance(_) => {}
+        Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) => {}
+        Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", geometry.points())?,
         Geometry::Mesh(mesh) => {
             points("point", mesh.points())?;
             each("normal", mesh.normals.values().iter().map(Vector::as_slice))?;
@@ -49,18 +72,6 @@ fn check_object(object: &Object) -> Result<(), String> {
                 "a {} cannot be written as a document: delete it or convert it",
                 other.kind()
             ));
-        }
-    }
-    if let Some(animation) = &object.animation {
-        if !(animation.rate.is_finite() && animation.rate > 0.0) {
-            let rate = animation.rate;
-            return Err(format!("its animation has {rate} frames a second: the rate must be positive"));
-        }
-        for (i, frame) in animation.frames.iter().enumerate() {
-            if frame.len() != count {
-                return Err(format!("frame {i} has {} points, the object {count}", frame.len()));
-            }
-            points(&format!("frame {i}, point"), frame)?;
         }
     }
     Ok(())

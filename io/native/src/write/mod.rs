@@ -6,6 +6,7 @@ mod material;
 mod mesh;
 mod spline;
 
+use std::collections::HashMap;
 use std::io;
 
 use loftsman_kernel::material::ImageData;
@@ -99,18 +100,23 @@ fn write_scene(
     material::statements(&scene.statements, out)?;
     material::write_images(&scene.images, out)?;
     material::write_materials(&scene.materials, out)?;
-    out.key("objects")?;
-    out.open_list()?;
-    let total = scene.objects().len() as u64;
-    for (done, object) in (0..).zip(scene.objects()) {
-        options.observer.progress("writing objects", done, total);
-        if options.observer.cancelled() {
-            return Err(Stop::Cancelled);
+    let mut known = Known::of(scene);
+    if !scene.definitions().is_empty() {
+        out.key("definitions")?;
+        out.open_list()?;
+        for definition in scene.definitions() {
+            out.entry()?;
+            out.open_table()?;
+            out.key("name")?;
+            out.text(definition.name())?;
+            material::statements(&definition.statements, out)?;
+            let name = Some(definition.name());
+            write_objects(definition.objects(), name, &mut known, out, options, report)?;
+            out.close_table()?;
         }
-        out.entry()?;
-        report.objects.push(write_object(object, out)?);
+        out.close_list()?;
     }
-    out.close_list()?;
+    write_objects(scene.objects(), None, &mut known, out, options, report)?;
     if !scene.connections().is_empty() {
         out.key("connections")?;
         spline::connections(scene.connections(), out)?;
@@ -120,7 +126,65 @@ fn write_scene(
     Ok(())
 }
 
-fn write_object(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> {
+/// Points that objects have in common are written again with each of them, as people like to read it, until they are more
+/// than this.
+const REPEATED: usize = 256;
+
+/// Geometry that objects share, by [`Object::geometry_id`].
+struct Known<'s> {
+    /// How often it is there.
+    uses: HashMap<usize, usize>,
+    /// Where it stands: the definition, and the object.
+    first: HashMap<usize, (Option<&'s str>, &'s str)>,
+}
+
+impl Known<'_> {
+    fn of(scene: &Scene) -> Self {
+        let mut uses = HashMap::new();
+        let defined = scene.definitions().iter().flat_map(|definition| definition.objects());
+        for object in defined.chain(scene.objects()) {
+            *uses.entry(object.geometry_id()).or_default() += 1;
+        }
+        Self { uses, first: HashMap::new() }
+    }
+
+    /// Whether an object's geometry is written only once.
+    fn is_spared(&self, object: &Object) -> bool {
+        let uses = self.uses.get(&object.geometry_id()).copied().unwrap_or_default();
+        object.geometry().points().len().saturating_mul(uses.saturating_sub(1)) > REPEATED
+    }
+}
+
+/// The objects of a definition, or of the scene.
+fn write_objects<'s>(
+    objects: &'s [Object],
+    of: Option<&'s str>,
+    known: &mut Known<'s>,
+    out: &mut Layout<'_>,
+    options: &WriteOptions<'_>,
+    report: &mut WriteReport,
+) -> Result<(), Stop> {
+    out.key("objects")?;
+    out.open_list()?;
+    let total = objects.len() as u64;
+    for (done, object) in (0..).zip(objects) {
+        options.observer.progress("writing objects", done, total);
+        if options.observer.cancelled() {
+            return Err(Stop::Cancelled);
+        }
+        out.entry()?;
+        report.objects.push(write_object(object, of, known, out)?);
+    }
+    out.close_list()?;
+    Ok(())
+}
+
+fn write_object<'s>(
+    object: &'s Object,
+    of: Option<&'s str>,
+    known: &mut Known<'s>,
+    out: &mut Layout<'_>,
+) -> io::Result<Written> {
     out.open_table()?;
     out.key("name")?;
     out.text(object.name())?;
@@ -145,7 +209,7 @@ fn write_object(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> {
         out.rows((0..4).map(|i| [0, 1, 2, 3].map(|j| transform[(i, j)])))?;
     }
     material::statements(&object.statements, out)?;
-    let written = write_geometry(object, out)?;
+    let written = write_geometry(object, of, known, out)?;
     if let Some(animation) = &object.animation {
         out.key("animation")?;
         out.open_table()?;
@@ -164,7 +228,12 @@ fn write_object(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> {
     Ok(written)
 }
 
-fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> {
+fn write_geometry<'s>(
+    object: &'s Object,
+    of: Option<&'s str>,
+    known: &mut Known<'s>,
+    out: &mut Layout<'_>,
+) -> io::Result<Written> {
     let mut written = Written {
         object: object.name().to_owned(),
         form: String::new(),
@@ -173,10 +242,31 @@ fn write_geometry(object: &Object, out: &mut Layout<'_>) -> io::Result<Written> 
         error: None,
         reason: None,
     };
-    out.key(object.geometry.kind())?;
+    if known.is_spared(object) {
+        if let Some((definition, first)) = known.first.get(&object.geometry_id()) {
+            out.key("same_as")?;
+            out.open_table()?;
+            out.key("object")?;
+            out.text(first)?;
+            if let Some(definition) = definition.filter(|_| *definition != of) {
+                out.key("definition")?;
+                out.text(definition)?;
+            }
+            out.close_table()?;
+            written.form = format!("{}, the same as \"{first}\"", object.geometry().kind());
+            return Ok(written);
+        }
+        known.first.insert(object.geometry_id(), (of, object.name()));
+    }
+    out.key(object.geometry().kind())?;
     out.open_table()?;
-    written.form = match &object.geometry {
+    written.form = match object.geometry() {
         Geometry::Group => "group".to_owned(),
+        Geometry::Instance(definition) => {
+            out.key("definition")?;
+            out.text(definition)?;
+            format!("instance of \"{definition}\"")
+        }
         Geometry::Curve(curve) => {
             spline::curve(curve, out)?;
             format!("curve of degree {} with {} vertices", curve.degree(), curve.points().len())

@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod common;
 #[cfg(test)]
+mod definitions;
+#[cfg(test)]
 mod hostile;
 #[cfg(test)]
 mod round_trip;

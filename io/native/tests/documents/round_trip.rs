@@ -27,7 +27,7 @@ fn old_documents_are_read_as_ever() {
         "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]], "normals": [[0, 0, 1], [0, 0, 1], [0, 0, 1]],
         "uvs": [[0, 0], [1, 0], [0, 1]], "colors": [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1]] } } ] }"#;
     let (scene, _) = read(text).unwrap();
-    let Geometry::Mesh(mesh) = &scene.object("m").unwrap().geometry else { panic!("no mesh") };
+    let Geometry::Mesh(mesh) = scene.object("m").unwrap().geometry() else { panic!("no mesh") };
     assert_eq!(mesh.normals, Layer::per_point(vec![Vector::z(); 3]));
     assert_eq!((mesh.uvs.values()[2], mesh.colors.values()[1][1]), ([0.0, 1.0], 1.0));
     assert!(scene.materials.is_empty() && scene.images.is_empty());
@@ -86,12 +86,12 @@ fn another_unit_and_axis_on_the_way_out() {
     Native.write(&scene, &mut sink, &options).unwrap();
     let (back, _) = Native.read(&sink, &ReadOptions::default()).unwrap();
     assert_eq!((back.unit, back.up), (Unit::Millimetre, Up::Y));
-    assert_eq!(back.objects()[0].geometry.points()[0], Point::new(1000.0, 3000.0, -2000.0));
+    assert_eq!(back.objects()[0].geometry().points()[0], Point::new(1000.0, 3000.0, -2000.0));
     // Noted otherwise on the way in: the numbers stay.
     let options = ReadOptions { unit: Some(Unit::Inch), ..ReadOptions::default() };
     let (noted, report) = Native.read(&sink, &options).unwrap();
     assert_eq!((noted.unit, report.notes.len()), (Unit::Inch, 1));
-    assert_eq!(noted.objects()[0].geometry.points()[0], Point::new(1000.0, 3000.0, -2000.0));
+    assert_eq!(noted.objects()[0].geometry().points()[0], Point::new(1000.0, 3000.0, -2000.0));
 }
 
 /// Any finite number, small ones and zeros of both signs often.

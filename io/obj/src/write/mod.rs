@@ -7,7 +7,7 @@ mod spline;
 mod state;
 
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 
@@ -17,7 +17,7 @@ use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, Format as _, FormatError, ParameterError, Place, Sink, Tessellated, UpChoice,
     WriteOptions, WriteReport, Written,
 };
-use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
+use loftsman_kernel::scene::{Geometry, MOST_PLACED, Object, Scene, Up};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point};
 
@@ -72,7 +72,8 @@ pub(crate) fn write(
         UpChoice::To(up) => up,
     };
     let scale = if unit == scene.unit { 1.0 } else { scene.unit.metres() / unit.metres() };
-    let placed = scene.converted(unit, up).map_err(|e| fail(e.to_string()))?;
+    let flat = scene.flattened(MOST_PLACED).map_err(|e| fail(e.to_string()))?;
+    let placed = flat.converted(unit, up).map_err(|e| fail(e.to_string()))?;
     let world = placed.world_transforms().map_err(|e| fail(e.to_string()))?;
     let joined = match options.fineness.chord {
         Chord::Relative(_) => placed.joined_diagonals().map_err(|e| fail(e.to_string()))?,
@@ -83,7 +84,7 @@ pub(crate) fn write(
     let mut writer = Writer {
         out: BufWriter::with_capacity(1 << 16, sink.main()),
         text: String::new(),
-        names: HashSet::new(),
+        names: HashMap::new(),
         written: Counts::default(),
         surface_numbers: HashMap::new(),
         knots,
@@ -92,7 +93,7 @@ pub(crate) fn write(
         scale,
         materials: library.names.clone(),
         state: State::default(),
-        face_normals: placed.objects().iter().any(|o| match &o.geometry {
+        face_normals: placed.objects().iter().any(|o| match o.geometry() {
             Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
             Geometry::Surface(_) => options.tessellator.is_some() && surfaces != Surfaces::Exact,
             _ => false,
@@ -113,9 +114,9 @@ pub(crate) fn write(
         options.observer.progress("writing", index as u64, total);
         let geometry = match transform {
             Some(map) => Cow::Owned(
-                object.geometry.transformed(map).map_err(|e| fail(e.to_string()).of(object.name()))?,
+                object.geometry().transformed(map).map_err(|e| fail(e.to_string()).of(object.name()))?,
             ),
-            None => Cow::Borrowed(&object.geometry),
+            None => Cow::Borrowed(object.geometry()),
         };
         let mirrored = transform.is_some_and(|m| m.fixed_view::<3, 3>(0, 0).determinant() < 0.0);
         let written = writer
@@ -178,7 +179,7 @@ fn notes<T>(scene: &Scene, world: &[Option<T>], told: &Notes, report: &mut Write
     );
     say(count(&|o| o.color.is_some()), "object colour(s) are left out");
     say(count(&|o| o.layer.is_some()), "layer name(s) are left out");
-    let tangents = |o: &Object| matches!(&o.geometry, Geometry::Mesh(mesh) if !mesh.tangents.is_empty());
+    let tangents = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if !mesh.tangents.is_empty());
     say(count(&tangents), "mesh(es) have tangents, which are left out");
     let of_objects = scene.objects().iter().map(|o| o.statements.len()).sum::<usize>();
     let foreign = |key: &str| !key.starts_with("mtl ");
@@ -188,9 +189,9 @@ fn notes<T>(scene: &Scene, world: &[Option<T>], told: &Notes, report: &mut Write
         scene.statements.len() + of_objects + of_materials.sum::<usize>(),
         "statement(s) of other formats are left out",
     );
-    let more = |o: &Object| matches!(&o.geometry, Geometry::Mesh(mesh) if !mesh.more_uvs.is_empty());
+    let more = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if !mesh.more_uvs.is_empty());
     say(count(&more), "mesh(es) have further texture coordinates, which are left out");
-    let cloud = |o: &Object| matches!(o.geometry, Geometry::Cloud(_));
+    let cloud = |o: &Object| matches!(o.geometry(), Geometry::Cloud(_));
     say(count(&cloud), "cloud(s) are point statements (p), which Blender passes over");
     report.notes.push("OBJ has no unit: a reader must know it".to_owned());
 }
@@ -227,7 +228,8 @@ struct Writer<'a, W: Write> {
     out: BufWriter<W>,
     /// The line being made.
     text: String,
-    names: HashSet<String>,
+    /// The names that are taken, and the last number behind each that was tried: all before it are taken too.
+    names: HashMap<String, usize>,
     written: Counts,
     /// Surfaces that went out exactly, by their object's name: `con` refers to their numbers.
     surface_numbers: HashMap<String, usize>,
@@ -410,11 +412,15 @@ impl<W: Write> Writer<'_, W> {
     fn name(&mut self, name: &str) -> std::io::Result<()> {
         let clean = print::name(name);
         let mut name = clean.clone();
-        let mut number = 1;
-        while !self.names.insert(name.clone()) {
-            name = format!("{clean}.{number:03}");
-            number += 1;
+        if let Some(&tried) = self.names.get(&clean) {
+            let mut number = tried;
+            while self.names.contains_key(&name) {
+                number += 1;
+                name = format!("{clean}.{number:03}");
+            }
+            self.names.insert(clean, number);
         }
+        self.names.insert(name.clone(), 0);
         self.line(&format!("o {name}"))
     }
 

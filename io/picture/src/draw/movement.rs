@@ -65,7 +65,7 @@ fn net<'b>(body: &'b Body<'_>) -> Option<&'b [Vector]> {
 /// The way to the stage is affine, and knots are inserted by affine combinations: it does not matter which comes first.
 fn refined(old: &Body<'_>, new: &Body<'_>, net: &[Vector]) -> Option<Vec<Vector>> {
     let staged = net.iter().map(|v| Point::from(*v)).collect();
-    let (old, new) = (old.object.geometry.with_points(staged).ok()?, &new.object.geometry);
+    let (old, new) = (old.object.geometry().with_points(staged).ok()?, new.object.geometry());
     let (points, spaces) = match (&old, new) {
         (Geometry::Curve(old), Geometry::Curve(new)) => {
             let refined = old.insert_knots(&missing(old.space(), new.space())?).ok()?;
@@ -110,8 +110,8 @@ mod tests {
     use loftsman_kernel::spline::{Curve, Surface};
 
     fn body<'a>(object: &'a Object, turn: impl Fn(&Point) -> Vector) -> Body<'a> {
-        let points = object.geometry.points().iter().map(turn).collect();
-        Body { object, index: 0, form: Form::of(&object.geometry, points, |n| *n).unwrap() }
+        let points = object.geometry().points().iter().map(turn).collect();
+        Body { object, index: 0, form: Form::of(object.geometry(), points, |n| *n).unwrap() }
     }
 
     /// What comes of knots inserted before the way to the stage and of the same after it.

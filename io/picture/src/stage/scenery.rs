@@ -50,7 +50,7 @@ impl<'a> Scenery<'a> {
         panels: &[Panel],
     ) -> Result<Self, PictureError> {
         let drawn = |object: &&Object| {
-            !matches!(object.geometry, Geometry::Group) && panels.iter().any(|p| p.shows(object.name()))
+            !matches!(object.geometry(), Geometry::Group) && panels.iter().any(|p| p.shows(object.name()))
         };
         let palette: HashMap<&str, usize> =
             scene.objects().iter().filter(drawn).enumerate().map(|(i, object)| (object.name(), i)).collect();
@@ -58,8 +58,8 @@ impl<'a> Scenery<'a> {
         let old = before.map(|before| placed(before, &palette)).transpose()?.unwrap_or_default();
         let place = |object: &str| scene.position(object).and_then(|i| new[i].place);
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
-        let earlier =
-            |object: &Object| old.iter().find(|o| o.object.name() == object.name()).map(|o| o.object);
+        let earlier: HashMap<&str, &Object> = old.iter().map(|o| (o.object.name(), o.object)).collect();
+        let earlier = |object: &Object| earlier.get(object.name()).copied();
         let frames: Vec<_> = match frames {
             true => new.iter().flat_map(|placed| chosen(placed, earlier(placed.object))).collect(),
             false => Vec::new(),
@@ -75,7 +75,7 @@ impl<'a> Scenery<'a> {
             Ok::<_, PictureError>(())
         };
         for Placed { object, place, .. } in new.iter().chain(&old) {
-            take(place, object.geometry.points(), object.name())?;
+            take(place, object.geometry().points(), object.name())?;
         }
         for (Placed { object, place, .. }, _, points) in &frames {
             take(place, points, object.name())?;
@@ -111,13 +111,13 @@ impl<'a> Scenery<'a> {
                 Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
             });
             let normal = |n: &Vector| projection.direction(&cofactors.map_or(*n, |map| map * n));
-            let form = Form::of(&p.object.geometry, staged, normal)?;
+            let form = Form::of(p.object.geometry(), staged, normal)?;
             Ok::<_, PictureError>(Body { object: p.object, index: p.index, form })
         };
         let bodies = |list: &[Placed<'a>]| {
             list.iter()
                 .filter(|p| shown(p.object.name()))
-                .map(|p| body(p, p.object.geometry.points()))
+                .map(|p| body(p, p.object.geometry().points()))
                 .collect::<Result<Vec<_>, _>>()
         };
         let new = bodies(&self.new)?;
@@ -151,7 +151,7 @@ impl<'a> Scenery<'a> {
             Ok::<_, PictureError>(())
         };
         for Placed { object, place, .. } in self.new.iter().chain(&self.old) {
-            take(place, object.geometry.points(), object.name())?;
+            take(place, object.geometry().points(), object.name())?;
         }
         for (Placed { object, place, .. }, _, list) in &self.frames {
             take(place, list, object.name())?;
@@ -174,10 +174,10 @@ fn placed<'a>(scene: &'a Scene, palette: &HashMap<&str, usize>) -> Result<Vec<Pl
 /// The frames of an object that are drawn: those that differ from how it is now and was before, a few of many. They are
 /// counted from 1, the first after the start.
 fn chosen<'a>(placed: &Placed<'a>, before: Option<&Object>) -> Vec<(Placed<'a>, usize, &'a [Point])> {
-    let now = placed.object.geometry.points();
+    let now = placed.object.geometry().points();
     let Some(animation) = &placed.object.animation else { return Vec::new() };
     let start =
-        animation.frames.first().zip(before).is_some_and(|(f, b)| f.as_slice() == b.geometry.points());
+        animation.frames.first().zip(before).is_some_and(|(f, b)| f.as_slice() == b.geometry().points());
     let mut frames: Vec<_> = (1..).zip(&animation.frames[usize::from(start)..]).collect();
     if frames.last().is_some_and(|(_, last)| last.as_slice() == now) {
         frames.pop();

@@ -5,16 +5,26 @@ pub(crate) mod marks;
 use std::io::{self, BufWriter, Write};
 
 use loftsman_kernel::Point;
+use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written};
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, MOST_PLACED, Object, Scene};
+use nalgebra::Matrix4;
 
 use crate::read::Kind;
 
-/// An object that goes out: its points in the scene's coordinates.
+/// An object that goes out, and its way into the scene's coordinates.
 struct Rows<'s> {
-    name: &'s str,
+    object: &'s Object,
     kind: Kind,
-    points: Vec<Point>,
+    place: Option<&'s Matrix4<f64>>,
+}
+
+impl Rows<'_> {
+    /// Its points in the scene's coordinates, one after the other: nothing is kept of them.
+    fn points(&self) -> impl Iterator<Item = Point> + '_ {
+        let place = |p: &Point| self.place.map_or(*p, |map| transform_point(map, p));
+        self.object.geometry().points().iter().map(place)
+    }
 }
 
 /// Writes a point file.
@@ -32,7 +42,8 @@ pub(crate) fn file(
         UpChoice::Usual | UpChoice::Keep => scene.up,
     };
     let unit = options.unit.unwrap_or(scene.unit);
-    let scene = scene.converted(unit, up).map_err(|e| fail(e.to_string()))?;
+    let flat = scene.flattened(MOST_PLACED).map_err(|e| fail(e.to_string()))?;
+    let scene = flat.converted(unit, up).map_err(|e| fail(e.to_string()))?;
     let world = scene.world_transforms().map_err(|e| fail(e.to_string()))?;
 
     let mut report = WriteReport::default();
@@ -43,10 +54,8 @@ pub(crate) fn file(
             report.objects.push(left_out(object));
             continue;
         };
-        let placed = place.as_ref().map(|place| object.geometry.transformed(place)).transpose();
-        let geometry = placed.map_err(|e| fail(e.to_string()).of(object.name()))?;
-        let points = geometry.as_ref().unwrap_or(&object.geometry).points();
-        if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
+        let rows = Rows { object, kind, place: place.as_ref() };
+        if let Some((i, p)) = rows.points().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
             let problem =
                 format!("point {i} is ({}, {}, {}): every coordinate must be finite", p.x, p.y, p.z);
             return Err(fail(problem).of(object.name()));
@@ -54,14 +63,14 @@ pub(crate) fn file(
         let by = if place.is_some() { ", placed by its transforms" } else { "" };
         report.objects.push(Written {
             object: object.name().to_owned(),
-            form: format!("{} of {} points{by}", object.geometry.kind(), points.len()),
+            form: format!("{} of {} points{by}", object.geometry().kind(), object.geometry().points().len()),
             fate: Fate::Kept,
             tolerance: None,
             error: None,
             reason: None,
         });
         plain += usize::from(object.color.is_some() || object.layer.is_some() || object.animation.is_some());
-        out.push(Rows { name: object.name(), kind, points: points.to_vec() });
+        out.push(rows);
     }
     if out.is_empty() {
         let problem = "there is no cloud and no polyline in the scene, and a point file holds nothing else: \
@@ -87,7 +96,7 @@ pub(crate) fn file(
 }
 
 fn kind_of(object: &Object) -> Option<Kind> {
-    match &object.geometry {
+    match object.geometry() {
         Geometry::Cloud(_) => Some(Kind::Cloud),
         Geometry::Polyline(line) => Some(Kind::Polyline { closed: Some(line.closed) }),
         _ => None,
@@ -101,7 +110,7 @@ fn left_out(object: &Object) -> Written {
         fate: Fate::LeftOut,
         tolerance: None,
         error: None,
-        reason: Some(match object.geometry.kind() {
+        reason: Some(match object.geometry().kind() {
             "group" => "a group has no points of its own".to_owned(),
             kind => format!("a point file holds clouds and polylines, not a {kind}: tessellate it first"),
         }),
@@ -120,15 +129,15 @@ fn write_rows(
     if let Some(head) = head {
         writeln!(out, "#{head}")?;
     }
-    for Rows { name, kind, points } in objects {
+    for rows in objects {
         if head.is_some() {
-            writeln!(out, "#{}", marks::object_mark(name, *kind))?;
+            writeln!(out, "#{}", marks::object_mark(rows.object.name(), rows.kind))?;
         }
-        let closing = match kind {
-            Kind::Polyline { closed: Some(true) } => points.first(),
+        let closing = match rows.kind {
+            Kind::Polyline { closed: Some(true) } => rows.points().next(),
             _ => None,
         };
-        for p in points.iter().chain(closing) {
+        for p in rows.points().chain(closing) {
             number(p.x, out)?;
             out.write_all(separator)?;
             number(p.y, out)?;

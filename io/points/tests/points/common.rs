@@ -21,7 +21,7 @@ pub(crate) fn read_as(name: &str, bytes: impl Into<Vec<u8>>, kind: &str) -> Read
 #[track_caller]
 pub(crate) fn polyline(scene: &Scene) -> (&[Point], bool) {
     let [object] = scene.objects() else { panic!("{} objects", scene.objects().len()) };
-    match &object.geometry {
+    match object.geometry() {
         Geometry::Polyline(line) => (&line.points, line.closed),
         other => panic!("a {}", other.kind()),
     }
@@ -31,7 +31,7 @@ pub(crate) fn polyline(scene: &Scene) -> (&[Point], bool) {
 #[track_caller]
 pub(crate) fn coordinates(scene: &Scene) -> Vec<[f64; 3]> {
     let [object] = scene.objects() else { panic!("{} objects", scene.objects().len()) };
-    object.geometry.points().iter().map(|p| [p.x, p.y, p.z]).collect()
+    object.geometry().points().iter().map(|p| [p.x, p.y, p.z]).collect()
 }
 
 #[track_caller]

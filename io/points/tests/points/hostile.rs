@@ -109,9 +109,9 @@ fn fine(bytes: &[u8]) -> Result<(), TestCaseError> {
         match read(name, bytes) {
             Ok((scene, report)) => {
                 prop_assert!(report.adds_up(), "{report:?}");
-                let points: usize = scene.objects().iter().map(|o| o.geometry.points().len()).sum();
+                let points: usize = scene.objects().iter().map(|o| o.geometry().points().len()).sum();
                 prop_assert_eq!(report.kept, points);
-                let mut points = scene.objects().iter().flat_map(|o| o.geometry.points());
+                let mut points = scene.objects().iter().flat_map(|o| o.geometry().points());
                 let finite = points.all(|p| p.iter().all(|c| c.is_finite()));
                 prop_assert!(finite);
             }

@@ -98,7 +98,7 @@ fn chains_and_clouds_by_extension_and_by_option() {
     let kind = |name: &str, option: Option<&str>| {
         let rows = "1 2 3\n4 5 6\n7 8 10\n";
         let read = option.map_or_else(|| read(name, rows), |option| read_as(name, rows, option));
-        read.unwrap().0.objects()[0].geometry.kind()
+        read.unwrap().0.objects()[0].geometry().kind()
     };
     for name in ["a.xyz", "a.asc", "B.PTS"] {
         assert_eq!((kind(name, None), kind(name, Some("polyline"))), ("cloud", "polyline"));
@@ -117,9 +117,9 @@ fn every_zone_is_an_object() {
     let (scene, report) = read("wing.plt.dat", text).unwrap();
     let names: Vec<_> = scene.objects().iter().map(|o| o.name()).collect();
     assert_eq!(names, ["upper", "wing.plt", "upper.001"]);
-    assert_eq!(scene.objects()[0].geometry.points()[1].coords.as_slice(), [0.0, 2.0, 0.0]);
+    assert_eq!(scene.objects()[0].geometry().points()[1].coords.as_slice(), [0.0, 2.0, 0.0]);
     assert_eq!((report.entities, report.kept), (5, 4));
-    assert!(scene.objects().iter().all(|o| matches!(o.geometry, Geometry::Polyline(_))));
+    assert!(scene.objects().iter().all(|o| matches!(o.geometry(), Geometry::Polyline(_))));
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn object(scene: &Scene, args: &FitArgs, file: &str) -> anyhow::Result<String> {
         return Ok(name.clone());
     }
     let fits = |g: &Geometry| matches!(g, Geometry::Polyline(_) | Geometry::Cloud(_));
-    let names: Vec<&str> = scene.objects().iter().filter(|o| fits(&o.geometry)).map(|o| o.name()).collect();
+    let names: Vec<&str> = scene.objects().iter().filter(|o| fits(o.geometry())).map(|o| o.name()).collect();
     match names.as_slice() {
         [only] => Ok((*only).to_owned()),
         [] => {

@@ -46,18 +46,31 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
 fn text(info: &Info) -> String {
     let scene = &info.scene;
     let up = format!("{:?} up", scene.up).to_lowercase();
-    let objects = count(scene.objects.len(), "object");
+    let mut objects = count(scene.objects.len(), "object");
+    if !scene.definitions.is_empty() {
+        let shown = scene.shown.filter(|&n| n < u64::MAX).map_or("countless".to_owned(), |n| n.to_string());
+        objects += &format!(" · {} · {shown} shown", count(scene.definitions.len(), "definition"));
+    }
     let facts = format!("{} · {} · {up} · {objects}", info.format, scene.unit.name());
     let mut text = format!("{} · {facts}\n", styled(BOLD, &info.file));
-    let width = scene.objects.iter().map(|o| o.name.chars().count()).max().unwrap_or(0).min(32);
-    for object in &scene.objects {
-        let _ = writeln!(text, "  {:width$}  {:8}  {}", object.name, object.kind, self::object(object));
+    list(&scene.objects, "  ", &mut text);
+    for definition in &scene.definitions {
+        let _ = writeln!(text, "  {} {}", styled(BOLD, "definition"), definition.name);
+        list(&definition.objects, "    ", &mut text);
     }
     text + &report::read(&info.report)
 }
 
+fn list(objects: &[ObjectFacts], indent: &str, text: &mut String) {
+    let width = objects.iter().map(|o| o.name.chars().count()).max().unwrap_or(0).min(32);
+    for object in objects {
+        let _ = writeln!(text, "{indent}{:width$}  {:8}  {}", object.name, object.kind, self::object(object));
+    }
+}
+
 fn object(object: &ObjectFacts) -> String {
     let mut facts = Vec::new();
+    facts.extend(object.shows.as_ref().map(|definition| format!("of {definition}")));
     match object.degree {
         Some(Degree::Curve(p)) => facts.push(format!("degree {p}")),
         Some(Degree::Surface([p, q])) => facts.push(format!("degree {p}×{q}")),
