@@ -4,7 +4,7 @@ use nalgebra::Matrix4;
 
 use super::{Lcg, Verdict};
 use crate::mesh::{Cloud, Mesh, Polyline};
-use crate::plugin::{Format, Memory, ReadOptions, WriteOptions};
+use crate::plugin::{Fate, Format, Memory, ReadOptions, WriteOptions, WriteReport};
 use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use crate::spline::trimmed::{ParameterCurve, Region};
 use crate::spline::{Curve, Space, Surface, Trimmed};
@@ -103,9 +103,9 @@ fn window(net: Vec<Point>) -> crate::Result<Trimmed> {
     Trimmed::new(surface, vec![Region { outer, holes: vec![hole] }], vec![seam], vec![[1.0 / 3.0, 0.5]])
 }
 
-/// Checks a format on a scene: what it writes it reads again (where it does both), writing is deterministic and what
-/// was read is written alike, reports account for everything, and truncated, altered and random bytes give errors that
-/// name the file.
+/// Checks a format on a scene: what it writes it reads again (where it does both), what it says it kept is there then, by
+/// name, kind and numbers, writing is deterministic and what was read is written alike, reports account for everything, and
+/// truncated, altered and random bytes give errors that name the file.
 pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
     let mut verdict = Verdict::default();
     let declaration = format.declaration();
@@ -134,7 +134,7 @@ pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
                 }
                 bytes.clone_from(&first.bytes);
                 if declaration.reads {
-                    round_trip(&mut verdict, format, &first, &write);
+                    round_trip(&mut verdict, format, (scene, &report), &first, &write);
                 }
             }
             (Err(error), _) | (_, Err(error)) => {
@@ -148,10 +148,15 @@ pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
     verdict
 }
 
-type Write<'a> =
-    dyn Fn(&Scene) -> Result<(Memory, crate::plugin::WriteReport), crate::plugin::FormatError> + 'a;
+type Write<'a> = dyn Fn(&Scene) -> Result<(Memory, WriteReport), crate::plugin::FormatError> + 'a;
 
-fn round_trip(verdict: &mut Verdict, format: &dyn Format, written: &Memory, write: &Write<'_>) {
+fn round_trip(
+    verdict: &mut Verdict,
+    format: &dyn Format,
+    (scene, told): (&Scene, &WriteReport),
+    written: &Memory,
+    write: &Write<'_>,
+) {
     let read = match format.read(written, &ReadOptions::default()) {
         Ok((scene, report)) => {
             verdict.check(report.adds_up(), || format!("the read report does not add up: {report:?}"));
@@ -160,6 +165,11 @@ fn round_trip(verdict: &mut Verdict, format: &dyn Format, written: &Memory, writ
         }
         Err(error) => return verdict.check(false, || format!("what was written is not read: {error}")),
     };
+    for written in told.objects.iter().filter(|written| written.fate == Fate::Kept) {
+        if let Some(before) = scene.get(&written.object) {
+            kept(verdict, before, read.get(&written.object), (scene, &read));
+        }
+    }
     // Once through the format, a scene is what the format can hold: from there on nothing may change.
     match write(&read) {
         Ok((again, _)) => match format.read(&again, &ReadOptions::default()) {
@@ -168,6 +178,43 @@ fn round_trip(verdict: &mut Verdict, format: &dyn Format, written: &Memory, writ
         },
         Err(error) => verdict.check(false, || format!("what was read is not written: {error}")),
     }
+}
+
+/// Numbers of a format in single precision are those that went in to this part of the largest.
+const SINGLE: f64 = 1e-6;
+
+/// An object that is said to have gone out exactly is there after reading: of the same kind, on the same splines, with the same
+/// points (in the unit and axes of either scene, since not every format has these).
+fn kept(verdict: &mut Verdict, before: &Object, after: Option<&Object>, (scene, read): (&Scene, &Scene)) {
+    let name = before.name();
+    let Some(after) = after else {
+        return verdict
+            .check(false, || format!("\"{name}\" is said to be kept, and is not there after reading"));
+    };
+    let kinds = (before.geometry().kind(), after.geometry().kind());
+    verdict.check(kinds.0 == kinds.1, || {
+        format!("\"{name}\" is said to be kept, and comes back as a {}, not a {}", kinds.1, kinds.0)
+    });
+    let spaces = |geometry: &Geometry| match geometry {
+        Geometry::Curve(curve) => (vec![curve.space().clone()], curve.weights().map(<[f64]>::to_vec)),
+        Geometry::Surface(surface) => {
+            (vec![surface.u().clone(), surface.v().clone()], surface.weights().map(<[f64]>::to_vec))
+        }
+        _ => (Vec::new(), None),
+    };
+    verdict.check(spaces(before.geometry()) == spaces(after.geometry()), || {
+        format!("\"{name}\" is said to be kept, and comes back on other knots or with other weights")
+    });
+    let converted = read.converted(scene.unit, scene.up);
+    let there = converted.as_ref().ok().and_then(|scene| scene.get(name));
+    let same = |after: &Object| {
+        let (was, is) = (before.geometry().points(), after.geometry().points());
+        let size = was.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        was.len() == is.len() && was.iter().zip(is).all(|(a, b)| (a - b).amax() <= SINGLE * size)
+    };
+    verdict.check(same(after) || there.is_some_and(same), || {
+        format!("\"{name}\" is said to be kept, and comes back with other points")
+    });
 }
 
 fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) {
