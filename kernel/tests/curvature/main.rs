@@ -2,6 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
 mod book;
+mod contradictions;
 mod cusps;
 mod family;
 mod sessions;

@@ -58,7 +58,8 @@ impl Squares {
                     });
                     each.collect()
                 };
-                Some(enough_nodes(curve.degree() + 1, trial)?)
+                let name = |at: usize| format!("between {}", ends(space, spans[at]));
+                Some(enough_nodes(curve.degree() + 1, trial, name)?)
             }
         };
         let line = Line::new(space, order, nodes);
@@ -115,7 +116,9 @@ impl Squares {
                     trial.surface_span(surface, order, 1.0, None, &lines(Some(nodes)), pair)?;
                     Ok(vec![trial.trace()])
                 };
-                Some(enough_nodes(us.degree().max(vs.degree()) + 1, trial)?)
+                let ((_, u), (_, v)) = pair;
+                let name = |_| format!("between u = {} and v = {}", ends(us, u), ends(vs, v));
+                Some(enough_nodes(us.degree().max(vs.degree()) + 1, trial, name)?)
             }
         };
         let lines = lines(nodes);
@@ -193,21 +196,35 @@ fn most_uneven(ratios: impl Iterator<Item = f64>) -> usize {
 }
 
 /// How many nodes integrate rational functions: more and more, until no span's integral changes; convergence is geometric,
-/// so that what the last addition still brings is far below rounding.
-fn enough_nodes(start: usize, traces: impl Fn(usize) -> Result<Vec<f64>>) -> Result<usize> {
+/// so that what the last addition still brings is far below rounding. `name` says which span the one of a number is.
+fn enough_nodes(
+    start: usize,
+    traces: impl Fn(usize) -> Result<Vec<f64>>,
+    name: impl Fn(usize) -> String,
+) -> Result<usize> {
     let mut nodes = start + RATIONAL_NODES;
     let mut before = traces(nodes)?;
-    while nodes <= RATIONAL_LIMIT {
+    loop {
         nodes += nodes / 2;
         let now = traces(nodes)?;
-        if now.iter().zip(&before).all(|(now, before)| (now - before).abs() <= 1e-10 * now) {
-            return Ok(nodes);
+        let change = |at: usize| (now[at] - before[at]).abs();
+        let settled = |at: usize| change(at) <= 1e-10 * now[at];
+        let unsettled = (0..now.len()).filter(|&at| !settled(at));
+        let share = |at: usize| change(at) / now[at];
+        let Some(worst) = unsettled.max_by(|&a, &b| share(a).total_cmp(&share(b))) else { return Ok(nodes) };
+        if nodes > RATIONAL_LIMIT {
+            let place = name(worst);
+            return Err(Error::Invalid(format!(
+                "the weights differ so much {place} that the energy cannot be integrated there: refine the shape there first"
+            )));
         }
         before = now;
     }
-    Err(Error::Invalid(
-        "the weights differ so much within a span that the energy cannot be integrated: refine the shape there first".into(),
-    ))
+}
+
+/// Where a span starts and ends, for people.
+fn ends(space: &Space, span: usize) -> String {
+    format!("{} and {}", space.flat()[span], space.flat()[span + 1])
 }
 
 /// Basis functions of one direction at the nodes of every span.

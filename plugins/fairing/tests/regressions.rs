@@ -323,3 +323,45 @@ fn large_problems_come_to_an_end() {
         assert!(report.farthest < 3.0 && report.energy_after < 1e-12 * report.energy_before, "{report}");
     }
 }
+
+/// Weights that leave too much to integrate: the message says in which span, and what it advises helps.
+#[test]
+fn weights_that_are_too_unlike_name_their_span() {
+    let mut dice = Dice(0x0dd5_9a25_0dd5_9a25);
+    let (mut refused, mut helped) = (0, 0);
+    for number in 0..120 {
+        // Several spans of degree 5, the vertices that only one of them has weigh 64 times as much, or as little.
+        let spans = 1 + dice.below(4);
+        let bad = dice.below(spans);
+        let (mut knots, mut breaks) = (vec![0.0; 6], vec![0.0]);
+        for k in 0..spans {
+            let next = breaks[k] + dice.between(0.5, 2.0);
+            breaks.push(next);
+            knots.extend(vec![next; if k + 1 < spans { 5 } else { 6 }]);
+        }
+        let count = knots.len() - 6;
+        let mut weights = vec![1.0; count];
+        let heavy = if dice.chance(0.5) { 64.0 } else { 1.0 / 64.0 };
+        weights[5 * bad + 2..5 * bad + 2 + 1 + dice.below(2)].fill(heavy);
+        let points: Vec<Point> = (0..count)
+            .map(|i| Point::new(i as f64, dice.between(-1.0, 1.0), dice.between(-1.0, 1.0)))
+            .collect();
+        let curve = Curve::build(Space::open(5, knots).unwrap(), points, Some(weights)).unwrap();
+        let kept = |curve: &Curve| {
+            let fair = Fair::new(curve).energy(bend()).ask(position(0.0).keep());
+            fair.ask(position(breaks[spans]).keep()).solve().map(|_| ()).map_err(|e| e.to_string())
+        };
+        let Err(text) = kept(&curve) else { continue };
+        refused += 1;
+        let place = format!("between {} and {}", breaks[bad], breaks[bad + 1]);
+        assert!(text.contains(&place) && text.contains("refine"), "{number}: not {place}: {text}");
+        let inner: Vec<f64> =
+            (1..16).map(|k| breaks[bad] + (breaks[bad + 1] - breaks[bad]) * f64::from(k) / 16.0).collect();
+        match kept(&curve.insert_knots(&inner).unwrap()) {
+            Ok(()) => helped += 1,
+            Err(text) => assert!(!text.contains("integrated"), "{number}: refined, and still {text}"),
+        }
+    }
+    println!("{refused} of 120 refused, {helped} solved once refined");
+    assert!(refused >= 20 && helped >= refused * 9 / 10, "{refused} refused, {helped} helped");
+}
