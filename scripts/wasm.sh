@@ -52,9 +52,8 @@ fi
 if [ "${1:-}" != --debian ]; then
   if own; then say "$(rustc --version) has $target"; exit 0; fi
   if command -v rustup >/dev/null; then
-    log=$(mktemp); trap 'rm -f "$log"' EXIT
-    if timeout 120 rustup target add "$target" >"$log" 2>&1 </dev/null && own; then say "rustup added $target"; exit 0; fi
-    say "rustup cannot add $target: $(tail -n 1 "$log")"
+    if answer=$(timeout 120 rustup target add "$target" 2>&1 </dev/null) && own; then say "rustup added $target"; exit 0; fi
+    say "rustup cannot add $target: $(tail -n 1 <<<"$answer")"
   fi
 fi
 
@@ -99,6 +98,7 @@ mirror=$(apt-get indextargets --format '$(REPO_URI)' 2>/dev/null | sed 's|/*$||'
 
 work=$folder/work
 rm -rf "$work"
+trap 'rm -rf "$work"' EXIT
 mkdir -p "$work/parts" "$work/state/lists/partial" "$work/cache/archives/partial" "$work/packages" "$work/root"
 echo "deb [signed-by=$keys] $mirror testing main" >"$work/list"
 # What rustc needs to link programs of this machine is taken as installed: it is, from the machine's own release.
@@ -116,7 +116,7 @@ options=(-q -o "Dir::Etc::SourceList=$work/list" -o "Dir::Etc::SourceParts=$work
   -o "Dir::Cache=$work/cache" -o Acquire::Languages=none -o APT::Sandbox::User= -o Acquire::Retries=2)
 
 say "asking Debian testing for rustc and libstd-rust-dev-wasm32"
-quiet apt-get "${options[@]}" update || fail "Debian testing cannot be reached"
+quiet apt-get "${options[@]}" -o APT::Update::Error-Mode=any update || fail "Debian testing cannot be reached"
 plan=$(apt-get "${options[@]}" install --simulate --no-install-recommends rustc libstd-rust-dev-wasm32 2>&1) ||
   fail "Debian testing has no rustc with libstd-rust-dev-wasm32 today: $(tail -n 3 <<<"$plan")"
 mapfile -t packages < <(sed -n 's/^Inst \([^ ]*\) (\([^ ]*\) .*/\1=\2/p' <<<"$plan")
@@ -129,7 +129,6 @@ say "fetching rustc $(version rustc), ${#packages[@]} packages in all"
 for package in "$work"/packages/*.deb; do dpkg -x "$package" "$work/root"; done
 rm -rf "$root"
 mv "$work/root" "$root"
-rm -rf "$work"
 wrapper
 works "$folder/rustc" || fail "what was unpacked does not work"
 say "$("$folder/rustc" --version) is in $folder"
