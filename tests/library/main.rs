@@ -3,6 +3,8 @@
 
 mod allocations;
 mod conformance;
+mod declared;
 mod edits;
 mod joined;
 mod walk;
+mod work;
