@@ -12,7 +12,7 @@ use loftsman::kernel::plugin::Parameters;
 use loftsman::kernel::scene::{Geometry, Object, Scene};
 use loftsman::kernel::shape::Shape;
 use loftsman::kernel::spline::{Curve, Space, Surface};
-use serde_json::json;
+use serde_json::{Value, json};
 
 #[test]
 fn every_format() {
@@ -48,42 +48,47 @@ fn every_solver() {
 #[test]
 fn every_operation() {
     let registry = loftsman::registry();
-    let curve = "clamped curve";
     for operation in registry.operations() {
         let name = operation.declaration().name;
-        let position = json!({ "kind": "position", "at": 1.2, "by": [0.0, 1.0, 0.0] });
-        let parameters = match name {
-            "edit" => json!({ "object": curve, "constraints": [position], "metric": "bend", "lock": [0] }),
-            "drag" => {
-                let handle = json!({ "kind": "position", "at": 1.2 });
-                json!({ "object": curve, "handle": handle, "path": [[1, 2, 3], [2, 3, 4]], "frames": true })
-            }
-            "fair" => json!({ "object": curve, "energy": "bend", "constraints": [position], "lock": [0] }),
-            "refine" => json!({ "object": curve, "knots": [0.2, 0.7, 0.7] }),
-            "elevate" => json!({ "object": "patch", "by": 2 }),
-            "simplify" => json!({ "object": "patch", "tolerance": 0.1 }),
-            "reverse" => json!({ "object": "rational" }),
-            "split" => json!({ "object": "patch", "at": 1.0, "direction": "v" }),
-            "untrim" => json!({ "object": "window" }),
-            "transform" => json!({ "object": "mesh", "scale": [1, -2, 1], "translate": [1, 0, 0] }),
-            "tessellate" => json!({ "object": "patch", "tolerance": 20.0, "angle": 170 }),
-            "copy" => json!({ "object": "rational", "to": ["once", "twice"] }),
-            "delete" => json!({ "object": "group" }),
-            "rename" => json!({ "object": "group", "to": "all" }),
-            "fill" => json!({ "objects": ["square"], "size": 0.5 }),
-            "extrude" => json!({ "objects": ["square"], "by": [0, 0, 2], "surfaces": true }),
-            "loft" => json!({ "sections": ["square", "lid"], "surface": true }),
-            "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
-            other => panic!("the operation \"{other}\" has no sample: add one"),
-        };
+        let parameters = operation_sample(name);
         let parameters = Parameters::new(parameters, "step[0]").unwrap();
         let verdict = operation_conformance(operation.as_ref(), &with_squares(), &parameters, registry);
         assert!(verdict.passed(), "{name}: {verdict}");
     }
 }
 
+/// Fields that an operation takes, for the scene [`with_squares`].
+pub(crate) fn operation_sample(name: &str) -> Value {
+    let curve = "clamped curve";
+    let position = json!({ "kind": "position", "at": 1.2, "by": [0.0, 1.0, 0.0] });
+    match name {
+        "edit" => json!({ "object": curve, "constraints": [position], "metric": "bend", "lock": [0] }),
+        "drag" => {
+            let handle = json!({ "kind": "position", "at": 1.2 });
+            json!({ "object": curve, "handle": handle, "path": [[1, 2, 3], [2, 3, 4]], "frames": true })
+        }
+        "fair" => json!({ "object": curve, "energy": "bend", "constraints": [position], "lock": [0] }),
+        "refine" => json!({ "object": curve, "knots": [0.2, 0.7, 0.7] }),
+        "elevate" => json!({ "object": "patch", "by": 2 }),
+        "simplify" => json!({ "object": "patch", "tolerance": 0.1 }),
+        "reverse" => json!({ "object": "rational" }),
+        "split" => json!({ "object": "patch", "at": 1.0, "direction": "v" }),
+        "untrim" => json!({ "object": "window" }),
+        "transform" => json!({ "object": "mesh", "scale": [1, -2, 1], "translate": [1, 0, 0] }),
+        "tessellate" => json!({ "object": "patch", "tolerance": 20.0, "angle": 170 }),
+        "copy" => json!({ "object": "rational", "to": ["once", "twice"] }),
+        "delete" => json!({ "object": "group" }),
+        "rename" => json!({ "object": "group", "to": "all" }),
+        "fill" => json!({ "objects": ["square"], "size": 0.5 }),
+        "extrude" => json!({ "objects": ["square"], "by": [0, 0, 2], "surfaces": true }),
+        "loft" => json!({ "sections": ["square", "lid"], "surface": true }),
+        "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
+        other => panic!("the operation \"{other}\" has no sample: add one"),
+    }
+}
+
 /// The sample scene, and two planar outlines above one another.
-fn with_squares() -> Scene {
+pub(crate) fn with_squares() -> Scene {
     let mut scene = sample_scene();
     for (name, z) in [("square", 0.0), ("lid", 2.0)] {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

@@ -3,7 +3,9 @@
 
 mod allocations;
 mod conformance;
+mod declared;
 mod edits;
 mod instances;
 mod joined;
 mod walk;
+mod work;

@@ -6,7 +6,9 @@ use std::collections::BTreeMap;
 use loftsman::kernel::plugin::{Context, Parameters};
 use loftsman::kernel::scene::Scene;
 use loftsman_tests::curves::Sequence;
-use loftsman_tests::exact::{Direction, apart, curve_point, numbers, object, surface_point};
+use loftsman_tests::exact::{
+    Direction, apart, curve_derivative, curve_point, numbers, object, surface_derivative, surface_point,
+};
 use serde_json::{Value, json};
 
 const CASES: u32 = 24;
@@ -165,25 +167,235 @@ fn same_curve(before: &Value, after: &Value, at: &[f64], map: impl Fn(f64) -> f6
     }
 }
 
-fn edit(walk: &mut Walk<'_>) -> Outcome {
-    let curve = walk.curve(0);
-    let at = walk.parameters(&curve, 2);
-    let size = size_of(&curve);
-    let by = walk.point(0.3 * size);
-    let constraints = json!([
-        { "kind": "position", "at": at[0], "by": by },
-        { "kind": "position", "at": at[1], "keep": true } ]);
-    let metric = ["least", "stretch", "bend"][walk.up_to(3)];
-    let fields = json!({ "constraints": constraints, "metric": metric });
-    let after = walk.run(&[("c", "curve", &curve)], "edit", fields)?;
-    let after = &object(&after, "c")["curve"];
-    let by = numbers(&by);
-    let start = curve_point(&curve, at[0]);
-    let wanted = [start[0] + by[0], start[1] + by[1], start[2] + by[2]];
-    // What is out of proportion is refused, so that rounding is that of the shape and what was asked, or a little more.
-    assert!(apart(curve_point(after, at[0]), wanted) <= 1e-8 * size, "{curve} {at:?}");
-    assert!(apart(curve_point(after, at[1]), curve_point(&curve, at[1])) <= 1e-8 * size, "{curve} {at:?}");
+/// What the test's own evaluator says of something asked: how far it is missed, beside how large that may be.
+type Judge = Box<dyn Fn(&Value, &Value) -> f64>;
+
+/// A curve or a surface, as documents have them.
+struct Patient {
+    kind: &'static str,
+    shape: Value,
+    size: f64,
+    /// The degree along u and v, and the shortest distance of knots.
+    degrees: [usize; 2],
+    gap: f64,
+}
+
+impl Patient {
+    fn new(walk: &mut Walk<'_>) -> Self {
+        let (kind, shape) = if walk.flip() { ("curve", walk.curve(0)) } else { ("surface", walk.surface()) };
+        let degree = |d: &Value| d["degree"].as_u64().unwrap() as usize;
+        let size = size_of(&shape);
+        let degrees = match kind {
+            "curve" => [degree(&shape), 0],
+            _ => [degree(&shape["u"]), degree(&shape["v"])],
+        };
+        Self { kind, shape, size, degrees, gap: 0.25 }
+    }
+
+    fn is_curve(&self) -> bool {
+        self.kind == "curve"
+    }
+
+    fn place(&self, walk: &mut Walk<'_>) -> Vec<f64> {
+        if self.is_curve() {
+            return walk.parameters(&self.shape, 1);
+        }
+        vec![walk.parameters(&self.shape["u"], 1)[0], walk.parameters(&self.shape["v"], 1)[0]]
+    }
+
+    /// How large a derivative of these orders can be, of rational shapes too.
+    fn large(&self, orders: [usize; 2]) -> f64 {
+        let [p, q] = self.degrees.map(|d| 16.0 * d.max(1) as f64 / self.gap);
+        self.size * p.powi(orders[0] as i32) * q.powi(orders[1] as i32)
+    }
+
+    /// The vertices in the order of their numbers.
+    fn vertices(shape: &Value) -> Vec<[f64; 3]> {
+        numbers_of(&shape["points"]).chunks(3).map(|c| [c[0], c[1], c[2]]).collect()
+    }
+}
+
+fn at_place(shape: &Value, at: &[f64], orders: [usize; 2]) -> [f64; 3] {
+    match *at {
+        [u, v] => surface_derivative(shape, [u, v], orders),
+        _ => curve_derivative(shape, at[0], orders[0]),
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| a[k] * b[k]).sum()
+}
+
+/// Wishes that a vector may meet, and what they come to: on all axes or one, exactly or on one side.
+fn wish(
+    walk: &mut Walk<'_>,
+    table: &mut Value,
+    step: f64,
+    large: f64,
+    value: impl Fn(&Value) -> [f64; 3] + 'static,
+) -> Judge {
+    let by: [f64; 3] = [0, 1, 2].map(|_| walk.between(-step, step));
+    let axis = [None, None, Some(0), Some(1), Some(2)][walk.up_to(5)];
+    let number = |v: [f64; 3]| axis.map_or_else(|| json!(v), |k| json!(v[k]));
+    if let Some(k) = axis {
+        table["axis"] = json!(["x", "y", "z"][k]);
+    }
+    let factor = walk.between(0.5, 1.5);
+    let word = ["to", "by", "scale", "keep", "at_least", "at_most"][walk.up_to(6)];
+    // The value before is not known here: `to` and the bounds aim at values of their own, near nothing.
+    table[word] = match word {
+        "scale" => json!(factor),
+        "keep" => json!(true),
+        _ => number(by),
+    };
+    Box::new(move |before, after| {
+        let (was, is) = (value(before), value(after));
+        (0..3)
+            .filter(|&k| axis.is_none_or(|only| only == k))
+            .map(|k| match word {
+                "to" => (is[k] - by[k]).abs(),
+                "by" => (is[k] - was[k] - by[k]).abs(),
+                "scale" => (is[k] - factor * was[k]).abs(),
+                "keep" => (is[k] - was[k]).abs(),
+                "at_least" => (by[k] - is[k]).max(0.0),
+                _ => (is[k] - by[k]).max(0.0),
+            })
+            .fold(0.0, f64::max)
+            / large
+    })
+}
+
+/// Something linear asked of a shape, and who judges it.
+fn linear(walk: &mut Walk<'_>, patient: &Patient) -> (Value, Judge) {
+    let at = patient.place(walk);
+    let place = if patient.is_curve() { json!(at[0]) } else { json!(at) };
+    let kinds = if patient.is_curve() {
+        ["position", "derivative", "tangent", "orthogonal", "vertex", "linear"]
+    } else {
+        ["position", "derivative", "normal", "position", "vertex", "linear"]
+    };
+    let kind = kinds[walk.up_to(6)];
+    let mut table = json!({ "kind": kind });
+    if !matches!(kind, "vertex" | "linear") {
+        table["at"] = place;
+    }
+    let way: [f64; 3] = [0, 1, 2].map(|k| walk.between(-1.0, 1.0) + if k == 0 { 1.5 } else { 0.0 });
+    let vertices = Patient::vertices(&patient.shape);
+    let judge: Judge = match kind {
+        "position" => {
+            let large = patient.size;
+            wish(walk, &mut table, 0.3 * patient.size, large, move |s| at_place(s, &at, [0, 0]))
+        }
+        "derivative" => {
+            let orders = match patient.degrees {
+                [p, 0] => [1 + walk.up_to(p.min(3)), 0],
+                [p, q] => {
+                    let i = walk.up_to(p.min(2) + 1);
+                    [i, if i == 0 { 1 + walk.up_to(q.min(2)) } else { walk.up_to(2) }]
+                }
+            };
+            table["order"] = if patient.is_curve() { json!(orders[0]) } else { json!(orders) };
+            let large = patient.large(orders);
+            wish(walk, &mut table, 0.3 * patient.size, large, move |s| at_place(s, &at, orders))
+        }
+        "tangent" => {
+            let said = walk.flip();
+            if said {
+                table["direction"] = json!(way);
+            }
+            if walk.flip() || !said {
+                table["keep"] = json!(true);
+            }
+            let large = patient.large([1, 0]);
+            Box::new(move |before, after| {
+                let old = at_place(before, &at, [1, 0]);
+                let to = if said { way } else { old };
+                let all = cross(at_place(after, &at, [1, 0]), to);
+                all.iter().fold(0.0, |m: f64, v| m.max(v.abs())) / (large * dot(to, to).sqrt())
+            })
+        }
+        "orthogonal" => {
+            table["to"] = json!(way);
+            let large = patient.large([1, 0]);
+            Box::new(move |_, after| dot(at_place(after, &at, [1, 0]), way).abs() / large)
+        }
+        "normal" => {
+            table["to"] = json!(way);
+            let large = patient.large([1, 0]).max(patient.large([0, 1]));
+            Box::new(move |_, after| {
+                let along = |orders| dot(at_place(after, &at, orders), way).abs();
+                along([1, 0]).max(along([0, 1])) / large
+            })
+        }
+        "vertex" => {
+            let index = walk.up_to(vertices.len());
+            let back = walk.flip();
+            table["index"] = json!(index as i64 - if back { vertices.len() as i64 } else { 0 });
+            wish(walk, &mut table, 0.3 * patient.size, patient.size, move |s| Patient::vertices(s)[index])
+        }
+        _ => {
+            let terms: Vec<(usize, [f64; 3])> = (0..1 + walk.up_to(3))
+                .map(|_| (walk.up_to(vertices.len()), [0, 1, 2].map(|_| walk.between(-2.0, 2.0))))
+                .collect();
+            table["terms"] = terms.iter().map(|(v, c)| json!({ "vertex": v, "vector": c })).collect();
+            let sum = move |s: &Value| {
+                let all = Patient::vertices(s);
+                terms.iter().map(|(v, c)| dot(all[*v], *c)).sum::<f64>()
+            };
+            let (by, kept, large) =
+                (walk.between(-0.5, 0.5) * patient.size, walk.flip(), 20.0 * patient.size);
+            if kept {
+                table["keep"] = json!(true);
+            } else {
+                table["by"] = json!(by);
+            }
+            Box::new(move |before, after| {
+                (sum(after) - sum(before) - if kept { 0.0 } else { by }).abs() / large
+            })
+        }
+    };
+    (table, judge)
+}
+
+/// Up to three linear things asked of a shape of any family, with any solver: each as the test's own evaluator sees it.
+fn asked(walk: &mut Walk<'_>, op: &str, more: impl Fn(&mut Walk<'_>, &Patient) -> Value) -> Outcome {
+    let patient = Patient::new(walk);
+    let (mut tables, mut judges) = (Vec::new(), Vec::new());
+    for _ in 0..1 + walk.up_to(3) {
+        let (table, judge) = linear(walk, &patient);
+        tables.push(table);
+        judges.push(judge);
+    }
+    let mut fields = more(walk, &patient);
+    let solvers: Vec<&str> = loftsman::registry().solvers().iter().map(|s| s.name()).collect();
+    fields["solver"] = json!(solvers[walk.up_to(solvers.len())]);
+    fields["constraints"] = json!(tables);
+    let after = match walk.run(&[("c", patient.kind, &patient.shape)], op, fields.clone()) {
+        // Told for what it is: a solver for few equations.
+        Err(error) if error.contains("too many for the solver \"adjoint\"") => return Ok(()),
+        other => other.map_err(|e| format!("{fields}: {e}"))?,
+    };
+    let after = &object(&after, "c")[patient.kind];
+    for (judge, table) in judges.iter().zip(&tables) {
+        let missed = judge(&patient.shape, after);
+        assert!(
+            missed <= 1e-9,
+            "{op}: missed by {missed:e} of its size: {table} in {fields}\n{}",
+            patient.shape
+        );
+    }
     Ok(())
+}
+
+fn edit(walk: &mut Walk<'_>) -> Outcome {
+    asked(walk, "edit", |walk, _| {
+        let metric = ["least", "stretch", "bend"][walk.up_to(3)];
+        json!({ "metric": metric })
+    })
 }
 
 fn drag(walk: &mut Walk<'_>) -> Outcome {
@@ -208,11 +420,20 @@ fn drag(walk: &mut Walk<'_>) -> Outcome {
 }
 
 fn fair(walk: &mut Walk<'_>) -> Outcome {
+    if walk.flip() {
+        return asked(walk, "fair", |walk, patient| {
+            // An energy of derivatives that the degrees have.
+            let least = patient.degrees.into_iter().filter(|p| *p > 0).min().unwrap();
+            let energy = ["stretch", "bend", "variation"][walk.up_to(least.min(3))];
+            json!({ "energy": energy })
+        });
+    }
+    // What is kept holds already: the energy can only become less.
     let curve = walk.curve(0);
     let at = walk.parameters(&curve, 2);
-    // An energy of derivatives that the degree has.
     let degree = curve["degree"].as_u64().unwrap() as usize;
-    let energy = ["stretch", "bend", "variation"][walk.up_to(degree.min(3))];
+    let order = 1 + walk.up_to(degree.min(3));
+    let energy = ["stretch", "bend", "variation"][order - 1];
     let constraints: Vec<_> =
         at.iter().map(|u| json!({ "kind": "position", "at": u, "keep": true })).collect();
     let fields = json!({ "energy": energy, "constraints": constraints });
@@ -222,6 +443,24 @@ fn fair(walk: &mut Walk<'_>) -> Outcome {
         let error = apart(curve_point(after, u), curve_point(&curve, u));
         assert!(error <= 1e-9 * size_of(&curve), "{error:e} at {u} {energy}\n{curve}");
     }
+    // By the rectangles' midpoints, as many on either side of every knot.
+    let (a, b) = Direction::new(&curve).domain();
+    let mut ends: Vec<f64> = numbers(&curve["knots"]).into_iter().filter(|k| (a..=b).contains(k)).collect();
+    ends.extend([a, b]);
+    ends.sort_by(f64::total_cmp);
+    let of = |curve: &Value| -> f64 {
+        let spans = ends.windows(2).filter(|w| w[0] < w[1]);
+        let nodes = spans
+            .flat_map(|w| (0..6).map(|i| (w[0] + (w[1] - w[0]) * (f64::from(i) + 0.5) / 6.0, w[1] - w[0])));
+        nodes
+            .map(|(u, h)| {
+                let d = curve_derivative(curve, u, order);
+                h * dot(d, d)
+            })
+            .sum()
+    };
+    let (was, is) = (of(&curve), of(after));
+    assert!(is <= 1.1 * was, "{energy} {is:e} from {was:e}\n{curve}");
     Ok(())
 }
 
@@ -502,9 +741,9 @@ type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
 const STEPS: [(&str, Step, u32); 18] = [
-    ("edit", edit, 4),
+    ("edit", edit, 2),
     ("drag", drag, 0),
-    ("fair", fair, 3),
+    ("fair", fair, 2),
     ("fit", fit, 3),
     ("refine", refine, 3),
     ("elevate", elevate, 0),
@@ -533,10 +772,11 @@ fn every_operation_does_what_it_says_to_documents() {
     let mut told = Vec::new();
     for (k, (name, step, most)) in STEPS.into_iter().enumerate() {
         let mut random = Sequence::new(1000 + k as u32);
-        let refusals: Vec<String> = (0..CASES)
+        let cases = if matches!(name, "edit" | "fair") { 5 * CASES } else { CASES };
+        let refusals: Vec<String> = (0..cases)
             .filter_map(|_| step(&mut Walk { random: &mut random, folder: folder.path() }).err())
             .collect();
-        told.push(format!("{name}: {} of {CASES} refused", refusals.len()));
+        told.push(format!("{name}: {} of {cases} refused", refusals.len()));
         assert!(
             refusals.len() as u32 <= most,
             "{name}: {} refusals\n{}",

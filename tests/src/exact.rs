@@ -71,20 +71,33 @@ impl Direction {
     }
 
     /// De Boor's algorithm: what remains of the values of `degree + 1` functions at `u`, on the span to its right (at the
-    /// end of the domain, to its left).
-    fn combine(&self, u: &BigRational, value: impl Fn(usize) -> Homogeneous) -> Homogeneous {
+    /// end of the domain, to its left); of their derivatives of an order, after as many differences.
+    fn combine(&self, u: &BigRational, order: usize, value: impl Fn(usize) -> Homogeneous) -> Homogeneous {
         let (p, t) = (self.degree, &self.flat);
+        let whole = |n: usize| BigRational::from_integer(n.into());
+        if order > p {
+            return std::array::from_fn(|_| whole(0));
+        }
         let last = t.len() - p - 2;
         let span = (p..=last).rev().find(|&k| t[k] <= *u && t[k] < t[k + 1]).expect("within the domain");
         let mut d: Vec<Homogeneous> =
             (0..=p).map(|j| value((span - p + j + self.first) % self.count)).collect();
-        for r in 1..=p {
+        for r in 1..=order {
             for j in (r..=p).rev() {
-                let (low, high) = (&t[span - p + j], &t[span + 1 + j - r]);
+                let slope = whole(p + 1 - r) / (&t[span + 1 + j - r] - &t[span - p + j]);
+                let before = d[j - 1].clone();
+                for (mine, other) in d[j].iter_mut().zip(before) {
+                    *mine = (&*mine - other) * &slope;
+                }
+            }
+        }
+        for r in 1..=p - order {
+            for j in (order + r..=p).rev() {
+                let (low, high) = (&t[span - p + j], &t[span + 1 + j - order - r]);
                 let alpha = (u - low) / (high - low);
                 let before = d[j - 1].clone();
                 for (mine, other) in d[j].iter_mut().zip(before) {
-                    *mine = &*mine * &alpha + other * (BigRational::from_integer(1.into()) - &alpha);
+                    *mine = &*mine * &alpha + other * (whole(1) - &alpha);
                 }
             }
         }
@@ -98,9 +111,30 @@ fn homogeneous(point: &Value, weight: Option<&Value>) -> Homogeneous {
     [exact(p[0]) * &w, exact(p[1]) * &w, exact(p[2]) * &w, w]
 }
 
-fn project([x, y, z, w]: Homogeneous) -> [f64; 3] {
-    assert!(!w.is_zero(), "a weight of zero");
-    [x, y, z].map(|c| (c / &w).to_f64().unwrap_or(f64::NAN))
+/// The derivative of orders `[i, j]` of what is given homogeneously, by Leibniz' rule for `w · S`.
+fn quotient([i, j]: [usize; 2], of: impl Fn(usize, usize) -> Homogeneous) -> [f64; 3] {
+    let choose = |n: usize, k: usize| (0..k).fold(1_usize, |c, i| c * (n - i) / (i + 1));
+    let mut found: Vec<Vec<[BigRational; 3]>> = Vec::new();
+    let weight = of(0, 0)[3].clone();
+    assert!(!weight.is_zero(), "a weight of zero");
+    for a in 0..=i {
+        found.push(Vec::new());
+        for b in 0..=j {
+            let [x, y, z, _] = of(a, b);
+            let mut sum = [x, y, z];
+            for c in 0..=a {
+                for d in (0..=b).filter(|d| c + d > 0) {
+                    let share =
+                        &of(c, d)[3] * BigRational::from_integer((choose(a, c) * choose(b, d)).into());
+                    for (sum, known) in sum.iter_mut().zip(&found[a - c][b - d]) {
+                        *sum -= known * &share;
+                    }
+                }
+            }
+            found[a].push(sum.map(|v| v / &weight));
+        }
+    }
+    found[i][j].clone().map(|v| v.to_f64().unwrap_or(f64::NAN))
 }
 
 /// The point of a document's `curve` at `u`, correct to the last bit but one.
@@ -108,8 +142,17 @@ fn project([x, y, z, w]: Homogeneous) -> [f64; 3] {
 /// # Panics
 /// When it is no curve or `u` is outside of its domain.
 pub fn curve_point(curve: &Value, u: f64) -> [f64; 3] {
+    curve_derivative(curve, u, 0)
+}
+
+/// The derivative of a document's `curve` at `u`, from the right at knots.
+///
+/// # Panics
+/// When it is no curve or `u` is outside of its domain.
+pub fn curve_derivative(curve: &Value, u: f64, order: usize) -> [f64; 3] {
     let weight = |i: usize| curve.get("weights").map(|w| &w[i]);
-    project(Direction::new(curve).combine(&exact(u), |i| homogeneous(&curve["points"][i], weight(i))))
+    let (space, u) = (Direction::new(curve), exact(u));
+    quotient([order, 0], |k, _| space.combine(&u, k, |i| homogeneous(&curve["points"][i], weight(i))))
 }
 
 /// The point of a document's `surface` at `(u, v)`.
@@ -117,14 +160,22 @@ pub fn curve_point(curve: &Value, u: f64) -> [f64; 3] {
 /// # Panics
 /// When it is no surface or the parameters are outside of its domain.
 pub fn surface_point(surface: &Value, u: f64, v: f64) -> [f64; 3] {
+    surface_derivative(surface, [u, v], [0, 0])
+}
+
+/// The derivative of orders `[i, j]` of a document's `surface` at `[u, v]`.
+///
+/// # Panics
+/// When it is no surface or the parameters are outside of its domain.
+pub fn surface_derivative(surface: &Value, at: [f64; 2], orders: [usize; 2]) -> [f64; 3] {
     let (along, across) = (Direction::new(&surface["u"]), Direction::new(&surface["v"]));
     let weight = |i: usize, j: usize| surface.get("weights").map(|w| &w[i][j]);
-    let v = exact(v);
-    project(
-        along.combine(&exact(u), |i| {
-            across.combine(&v, |j| homogeneous(&surface["points"][i][j], weight(i, j)))
-        }),
-    )
+    let [u, v] = at.map(exact);
+    quotient(orders, |a, b| {
+        along.combine(&u, a, |i| {
+            across.combine(&v, b, |j| homogeneous(&surface["points"][i][j], weight(i, j)))
+        })
+    })
 }
 
 /// The object of this name in a document.
@@ -153,10 +204,23 @@ mod tests {
             "points": [[0, 0, 0], [0, 8, 0], [8, 8, 0], [8, 0, 0]] });
         assert_eq!(curve_point(&bezier, 0.5), [4.0, 6.0, 0.0]);
         assert_eq!(curve_point(&bezier, 1.0), [8.0, 0.0, 0.0]);
+        assert_eq!(curve_derivative(&bezier, 0.5, 1), [12.0, 0.0, 0.0]);
+        assert_eq!(curve_derivative(&bezier, 0.0, 2), [48.0, -48.0, 0.0]);
+        assert_eq!(curve_derivative(&bezier, 0.25, 4), [0.0; 3]);
         let arc = json!({ "degree": 2, "periodic": false, "knots": [0, 0, 0, 1, 1, 1],
             "points": [[1, 0, 0], [1, 1, 0], [0, 1, 0]], "weights": [1, 0.5_f64.sqrt(), 1] });
         let [x, y, _] = curve_point(&arc, 0.3);
         assert!((x.hypot(y) - 1.0).abs() < 1e-15);
+        // |C|² = 1: C·C' = 0 and C·C'' = -|C'|².
+        let [p, one, two] = [0, 1, 2].map(|k| curve_derivative(&arc, 0.3, k));
+        let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+        assert!(dot(p, one).abs() < 1e-15 && (dot(p, two) + dot(one, one)).abs() < 1e-14);
+        // x = u, y = v, z = 3 u v: bilinear.
+        let line = json!({ "degree": 1, "periodic": false, "knots": [0, 0, 1, 1] });
+        let bent =
+            json!({ "u": line, "v": line, "points": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 3]]] });
+        assert_eq!(surface_derivative(&bent, [0.25, 0.5], [1, 0]), [1.0, 0.0, 1.5]);
+        assert_eq!(surface_derivative(&bent, [0.25, 0.5], [1, 1]), [0.0, 0.0, 3.0]);
         for n in [2, 5] {
             let points: Vec<_> = (0..n).map(|i| json!([f64::from(i * i), 0, 1])).collect();
             let knots: Vec<_> = (0..=n).collect();

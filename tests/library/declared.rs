@@ -1,0 +1,576 @@
+//! What is declared holds: a field that is unknown, missing or of the wrong kind is an error that names the place and the field,
+//! and one that is known is not swallowed.
+
+use std::path::Path;
+
+use loftsman::kernel::plugin::{Field, Parameters, ReadOptions, WriteOptions};
+use loftsman::recipe::{Recipe, Runner};
+use loftsman_tests::curves::Sequence;
+use serde_json::{Value, json};
+
+use super::conformance::{operation_sample, with_squares};
+
+/// Runs one step on the document `in.loft.json`: the document after it and the report, or the error's text.
+fn run(folder: &Path, op: &str, fields: &Value) -> Result<(Value, Value), String> {
+    let mut step = json!({ "op": op });
+    for (name, value) in fields.as_object().unwrap() {
+        step[name] = value.clone();
+    }
+    let text = json!({ "input": "in.loft.json", "step": [step] }).to_string();
+    let recipe = Recipe::parse("r.json", text.as_bytes(), folder).map_err(|e| e.to_string())?;
+    let applied = Runner::new(loftsman::registry()).apply(&recipe).map_err(|e| e.to_string())?;
+    loftsman::write(&applied.scene, folder.join("out.loft.json")).unwrap();
+    let text = std::fs::read_to_string(folder.join("out.loft.json")).unwrap();
+    Ok((serde_json::from_str(&text).unwrap(), serde_json::to_value(&applied.steps).unwrap()))
+}
+
+fn bench() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    loftsman::write(&with_squares(), folder.path().join("in.loft.json")).unwrap();
+    folder
+}
+
+fn pick<'a, T>(random: &mut Sequence, all: &'a [T]) -> &'a T {
+    &all[((random.next_number() * all.len() as f64) as usize).min(all.len() - 1)]
+}
+
+/// A word that no declaration knows: a known one misspelt, or letters.
+fn misspelt(random: &mut Sequence, known: &[&str]) -> String {
+    loop {
+        let mut word: Vec<char> = pick(random, known).chars().collect();
+        let at = ((random.next_number() * word.len() as f64) as usize).min(word.len() - 1);
+        let letter = *pick(random, &['a', 'e', 'q', 'x', '_', 'é', 'T']);
+        match pick(random, &[0, 1, 2, 3]) {
+            0 => word[at] = letter,
+            1 => word.insert(at, letter),
+            2 => drop(word.remove(at)),
+            _ => word = (0..3 + at).map(|_| *pick(random, &['q', 'x', 'z', 'k'])).collect(),
+        }
+        let word: String = word.into_iter().collect();
+        if !word.is_empty() && word != "op" && !known.contains(&word.as_str()) {
+            return word;
+        }
+    }
+}
+
+/// Every table that a step's fields hold, by its path, and the names known in it.
+fn tables(fields: &Value, declared: &[Field]) -> Vec<(String, Vec<&'static str>)> {
+    let registry = loftsman::registry();
+    let names = |fields: &[Field]| fields.iter().map(|f| f.name).collect::<Vec<_>>();
+    let mut all = vec![(String::new(), names(declared))];
+    let kind_fields = |table: &Value, more: &[&'static str]| {
+        let kind = table["kind"].as_str().unwrap();
+        let found = registry.functionals().find(|d| d.name == kind).unwrap();
+        [names(found.fields), more.to_vec()].concat()
+    };
+    for (k, table) in fields["constraints"].as_array().into_iter().flatten().enumerate() {
+        let wishes = ["kind", "axis", "to", "by", "scale", "keep", "at_least", "at_most"];
+        all.push((format!(".constraints[{k}]"), kind_fields(table, &wishes)));
+    }
+    if fields["handle"].is_object() {
+        all.push((".handle".into(), kind_fields(&fields["handle"], &["kind", "pick"])));
+    }
+    all
+}
+
+fn inside<'a>(fields: &'a mut Value, path: &str) -> &'a mut Value {
+    let pointer = path.replace("[", "/").replace(']', "").replace('.', "/");
+    fields.pointer_mut(&pointer).unwrap()
+}
+
+#[test]
+fn unknown_fields_are_errors_that_name_the_place() {
+    let folder = bench();
+    let mut random = Sequence::new(4711);
+    let mut tried = 0;
+    for round in 0..10 {
+        for operation in loftsman::registry().operations() {
+            let declaration = operation.declaration();
+            let fields = operation_sample(declaration.name);
+            for (path, known) in tables(&fields, declaration.fields) {
+                let word = misspelt(&mut random, &known);
+                let mut wrong = fields.clone();
+                let values = [json!(1), json!(true), json!("x"), json!([1, 2, 3]), json!({})];
+                let value = pick(&mut random, &values);
+                inside(&mut wrong, &path)[&word] = value.clone();
+                let error = run(folder.path(), declaration.name, &wrong).unwrap_err();
+                let place = format!("step[0]{path}: unknown field \"{word}\"");
+                assert!(error.contains(&place) && error.contains("line 1"), "{round}: not {place}: {error}");
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried >= 200, "{tried}");
+}
+
+#[test]
+fn missing_fields_are_errors_that_name_the_place() {
+    let folder = bench();
+    let mut tried = 0;
+    for operation in loftsman::registry().operations() {
+        let declaration = operation.declaration();
+        for field in declaration.fields.iter().filter(|f| f.default.is_none()) {
+            let mut fields = operation_sample(declaration.name);
+            fields.as_object_mut().unwrap().remove(field.name);
+            let error = run(folder.path(), declaration.name, &fields).unwrap_err();
+            let place = format!("step[0]: the field \"{}\" is missing", field.name);
+            assert!(error.contains(&place), "{}: not {place}: {error}", declaration.name);
+            tried += 1;
+        }
+    }
+    // Of constraints, on a curve; `with` and the like are given where they are needed.
+    for declaration in loftsman::registry().functionals() {
+        for field in declaration.fields.iter().filter(|f| f.default.is_none()) {
+            let mut table = json!({ "kind": declaration.name, "keep": true });
+            for other in declaration.fields.iter().filter(|f| f.default.is_none() && f.name != field.name) {
+                table[other.name] = match other.name {
+                    "at" => json!(1.2),
+                    "index" => json!(0),
+                    "with" => json!({ "object": "rational", "at": 0.0 }),
+                    "terms" => json!([{ "vertex": 0, "vector": [1, 2, 3] }]),
+                    _ => json!([0, 0, 1]),
+                };
+            }
+            let fields = json!({ "object": "clamped curve", "constraints": [table] });
+            let error = run(folder.path(), "edit", &fields).unwrap_err();
+            let named =
+                error.contains("step[0].constraints[0]") && error.contains(&format!("\"{}\"", field.name));
+            assert!(named, "{}: {} is missing: {error}", declaration.name, field.name);
+            tried += 1;
+        }
+    }
+    assert!(tried >= 25, "{tried}");
+}
+
+/// Whether a declaration's words for people let a JSON value be.
+fn may_take(field: &Field, value: &Value) -> bool {
+    let takes = field.takes;
+    let says = |words: &[&str]| words.iter().any(|w| takes.contains(w));
+    match value {
+        Value::Null => false,
+        Value::Bool(_) => says(&["true"]),
+        Value::Number(_) => says(&["number", "count", "length", "degrees", "0 |", "to 25", "to 30"]),
+        // A name that nothing has, or a word that is none of those listed, is no value either.
+        Value::String(_) => false,
+        Value::Array(_) => says(&["["]) || takes.contains("rows"),
+        Value::Object(_) => says(&["{"]),
+    }
+}
+
+#[test]
+fn values_of_the_wrong_kind_are_errors_that_name_the_field() {
+    let folder = bench();
+    let mut random = Sequence::new(815);
+    let (mut tried, mut swallowed) = (0, Vec::new());
+    for _ in 0..2 {
+        for operation in loftsman::registry().operations() {
+            let declaration = operation.declaration();
+            for field in declaration.fields {
+                let number = (random.next_number() * 64.0).round() / 8.0;
+                let values = [
+                    Value::Null,
+                    json!(true),
+                    json!(number),
+                    json!("nonsense"),
+                    json!([[true]]),
+                    json!({ "no": 1 }),
+                ];
+                let value = pick(&mut random, &values);
+                // A new name may be any.
+                let name = matches!(field.name, "name" | "to") && value.is_string();
+                if may_take(field, value) && !value.is_array() && !value.is_object() || name {
+                    continue;
+                }
+                let mut fields = operation_sample(declaration.name);
+                fields[field.name] = value.clone();
+                let place = format!("step[0].{}", field.name);
+                let what = format!("{} {} = {value}", declaration.name, field.name);
+                match run(folder.path(), declaration.name, &fields) {
+                    Ok(_) => swallowed.push(what),
+                    Err(error) if !error.contains(&place) => swallowed.push(format!("{what}: {error}")),
+                    Err(_) => {}
+                }
+                tried += 1;
+            }
+        }
+    }
+    assert!(swallowed.is_empty(), "{} of {tried}:\n{}", swallowed.len(), swallowed.join("\n"));
+    assert!(tried >= 150, "{tried}");
+}
+
+/// Two values of a field, and what else must be asked for it to matter. `None` leaves it out.
+struct Pair {
+    op: &'static str,
+    field: &'static str,
+    base: Value,
+    values: [Value; 2],
+}
+
+/// For each field of each operation, values that are not the same; numbers among them are random.
+fn pairs(random: &mut Sequence) -> Vec<Pair> {
+    let mut n = || 0.1 + (random.next_number() * 256.0).round() / 320.0;
+    let mut all = Vec::new();
+    let mut add =
+        |op, field, base: Value, a: Value, b: Value| all.push(Pair { op, field, base, values: [a, b] });
+    let none = || json!({});
+    let null = || Value::Null;
+    let push = |by: f64| json!([{ "kind": "position", "at": 1.2, "by": [0.0, by, 0.0] }]);
+    for op in ["edit", "drag"] {
+        let beside = json!({ "metric": null, "lock": null });
+        add(op, "object", beside.clone(), json!("clamped curve"), json!("rational"));
+        let other = json!([{ "kind": "position", "at": 0.4, "by": [0.0, n(), 0.0] }]);
+        add(op, "constraints", beside.clone(), other, push(n()));
+        add(op, "solver", none(), json!("householder-qr"), json!("sparse"));
+        let bend = json!({ "falloff": 1.0 + n() });
+        add(op, "metric", json!({ "lock": null }), json!("stretch"), bend);
+        add(op, "lock", json!({ "metric": null }), json!([2]), json!([3]));
+        add(op, "locality", beside.clone(), null(), json!(5));
+        add(op, "within", beside.clone(), null(), json!([0.5, 1.9]));
+        let wide = json!([{ "kind": "position", "at": 1.2, "by": [0, n(), 0] }, { "kind": "position", "at": 1.2, "keep": true }]);
+        add(op, "best_effort", json!({ "constraints": wide }), json!(false), json!(true));
+        let near = json!([{ "kind": "position", "at": 1.2, "keep": true },
+            { "kind": "position", "at": 1.200_000_01, "by": [0, n(), 0] }, { "kind": "position", "at": 1.199_999_99, "keep": true }]);
+        add(
+            op,
+            "force",
+            json!({ "constraints": near, "handle": { "kind": "position", "at": 2.4 } }),
+            json!(false),
+            json!(true),
+        );
+        let area =
+            json!([{ "kind": "length", "keep": true }, { "kind": "position", "at": 0.4, "by": [0, n(), 0] }]);
+        add(
+            op,
+            "axes",
+            json!({ "constraints": area, "metric": null, "lock": null }),
+            json!("together"),
+            json!("alternating"),
+        );
+        add(op, "smooth", json!({ "object": "kinked", "metric": null, "lock": null }), json!(0), json!(1));
+    }
+    add(
+        "drag",
+        "handle",
+        none(),
+        json!({ "kind": "position", "at": 1.2 }),
+        json!({ "kind": "position", "at": 0.4 }),
+    );
+    add("drag", "path", none(), json!([[1, n(), 3]]), json!([[1, 2.0 + n(), 3]]));
+    add("drag", "relative", none(), json!(false), json!(true));
+    add("drag", "sliding", none(), json!(false), json!(true));
+    add("drag", "frames", none(), json!(false), json!(true));
+    add("drag", "frames_per_second", none(), json!(24), json!(1.0 + n()));
+    for op in ["refine", "elevate", "reverse", "split"] {
+        let base = json!({ "object": "patch", "knots": [0.7], "at": 0.3 });
+        let keep: &[&str] = match op {
+            "refine" => &["object", "knots"],
+            "split" => &["object", "at"],
+            _ => &["object"],
+        };
+        let base: Value = keep
+            .iter()
+            .map(|k| ((*k).to_owned(), base[*k].clone()))
+            .collect::<serde_json::Map<_, _>>()
+            .into();
+        add(op, "direction", base, json!("u"), json!("v"));
+        let curve = if op == "refine" { "ring \"é\" <&>" } else { "rational" };
+        add(
+            op,
+            "object",
+            if op == "split" { json!({ "direction": null, "at": 0.5 }) } else { none() },
+            json!("clamped curve"),
+            json!(curve),
+        );
+    }
+    add("refine", "knots", none(), json!([n()]), json!([1.0 + n()]));
+    add("elevate", "by", none(), json!(1), json!(3));
+    add("split", "at", json!({ "object": "clamped curve", "direction": null }), json!(n()), json!(1.0 + n()));
+    add("simplify", "object", none(), json!("patch"), json!("clamped curve"));
+    add("simplify", "tolerance", json!({ "object": "clamped curve" }), json!(0), json!(1e6));
+    add("simplify", "direction", json!({ "tolerance": 1e6 }), json!("u"), json!("v"));
+    add("simplify", "periodic", json!({ "object": "clamped curve" }), json!(false), json!(true));
+    add("untrim", "object", none(), json!("window"), json!("patch"));
+    let plain = || json!({ "scale": null, "translate": null });
+    add("transform", "object", none(), json!("mesh"), json!("cloud"));
+    let row = [0, 0, 0, 1];
+    add(
+        "transform",
+        "matrix",
+        plain(),
+        json!([[n(), 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], row]),
+        json!([[2.0 + n(), 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], row]),
+    );
+    add("transform", "scale", plain(), json!(n()), json!(1.0 + n()));
+    let turn = |degrees: f64| json!({ "axis": [0, 1, 1], "degrees": degrees });
+    add("transform", "rotate", plain(), turn(10.0 + n()), turn(50.0 + n()));
+    add("transform", "translate", plain(), json!([n(), 0, 0]), json!([0, n(), 0]));
+    add("tessellate", "object", none(), json!("patch"), json!("clamped curve"));
+    add("tessellate", "tolerance", json!({ "object": "clamped curve" }), json!(20.0 + n()), json!(n()));
+    add(
+        "tessellate",
+        "angle",
+        json!({ "object": "round", "tolerance": 0.05 }),
+        json!(5.0 + n()),
+        json!(60.0 + n()),
+    );
+    add("copy", "object", none(), json!("rational"), json!("cloud"));
+    add("copy", "to", none(), json!("once"), json!(["twice", "thrice"]));
+    add("delete", "object", none(), json!("mesh"), json!("cloud"));
+    add("rename", "object", none(), json!("mesh"), json!("cloud"));
+    add("rename", "to", none(), json!("a"), json!("b"));
+    add("fair", "object", json!({ "lock": null }), json!("clamped curve"), json!("rational"));
+    add(
+        "fair",
+        "energy",
+        none(),
+        json!("stretch"),
+        json!([{ "kind": "bend" }, { "kind": "near", "weight": 1.0 + n() }]),
+    );
+    add("fair", "constraints", none(), push(n()), push(-n()));
+    add("fair", "lock", none(), json!([0]), json!([0, 3]));
+    add("fair", "within", json!({ "constraints": push(0.01) }), null(), json!(1.0 + n()));
+    add("fair", "smooth", json!({ "object": "kinked", "lock": [0, -1] }), json!(0), json!(1));
+    add("fair", "solver", none(), json!("householder-qr"), json!("sparse"));
+    let goal = || json!({ "vertices": null });
+    let fit = || json!({ "object": "spiral", "vertices": null, "tolerance": 0.05, "degree": 3 });
+    add("fit", "object", none(), json!("chain"), json!("spiral"));
+    add("fit", "degree", fit(), json!(2), json!(4));
+    add("fit", "tolerance", fit(), json!(0.3), json!(0.001 * n()));
+    add(
+        "fit",
+        "relative_tolerance",
+        json!({ "object": "spiral", "vertices": null }),
+        json!(0.1),
+        json!(1e-4 * n()),
+    );
+    add("fit", "vertices", json!({ "object": "spiral" }), json!(8), json!(12));
+    add("fit", "interpolate", json!({ "object": "spiral", "vertices": null }), json!(false), json!(true));
+    add("fit", "closed", json!({ "object": "spiral", "vertices": 12 }), json!(false), json!(true));
+    add(
+        "fit",
+        "corners",
+        json!({ "object": "square", "tolerance": 0.01, "vertices": null, "degree": 2 }),
+        null(),
+        json!(40.0 + n()),
+    );
+    add(
+        "fit",
+        "parameters",
+        json!({ "object": "spiral", "vertices": 9, "corrections": 0 }),
+        json!("chord"),
+        json!("uniform"),
+    );
+    add("fit", "corrections", json!({ "object": "spiral", "vertices": 9 }), json!(0), json!(4));
+    add("fit", "ends", json!({ "object": "spiral", "vertices": 9 }), json!("keep"), json!("free"));
+    add(
+        "fit",
+        "merge",
+        json!({ "object": "stammer", "vertices": null, "interpolate": true, "degree": 3 }),
+        json!(false),
+        json!(true),
+    );
+    add(
+        "fit",
+        "weights",
+        json!({ "object": "chain", "vertices": 4, "degree": 3 }),
+        json!([1, 1, 1, 1, 1]),
+        json!([1, 10.0 + n(), 1, 1, 1]),
+    );
+    add(
+        "fit",
+        "constraints",
+        json!({ "object": "spiral", "vertices": 9 }),
+        null(),
+        json!([{ "kind": "position", "at": 0.5, "to": [n(), 0, 0] }]),
+    );
+    add("fit", "regularization", json!({ "object": "spiral", "vertices": 9 }), json!(0), json!(n()));
+    add("fit", "smooth", fit(), json!(false), json!(true));
+    let tight = json!({ "object": "spiral", "degree": 2, "vertices": 5, "tolerance": 1e-7 });
+    add("fit", "best_effort", tight, json!(false), json!(true));
+    drop(goal);
+    for op in ["fill", "extrude", "loft"] {
+        let round = match op {
+            "loft" => json!({ "sections": ["round", "round top"], "surface": null }),
+            "extrude" => json!({ "objects": ["round"], "surfaces": null }),
+            _ => json!({ "objects": ["round"], "size": null }),
+        };
+        let open = match op {
+            "loft" => json!({ "sections": ["open", "round top"], "surface": null }),
+            _ => json!({ "objects": ["open"] }),
+        };
+        add(op, "tolerance", round.clone(), json!(0.3), json!(0.01 * n()));
+        let mut coarse = round.clone();
+        coarse["tolerance"] = json!(0.05);
+        add(op, "angle", coarse, json!(5.0 + n()), json!(60.0));
+        add(op, "bridge", open, json!(false), json!(true));
+        add(op, "size", round.clone(), json!(0.3 + n()), json!(5.0));
+        add(op, "min_angle", round.clone(), json!(0), json!(20.0 + n()));
+        add(op, "name", none(), json!("a"), json!("b"));
+        if op != "loft" {
+            add(op, "objects", none(), json!(["square"]), json!(["round"]));
+        }
+    }
+    add("extrude", "by", none(), json!([0, 0, n()]), json!([0, n(), 2]));
+    add("extrude", "surfaces", none(), json!(false), json!(true));
+    add("loft", "sections", none(), json!(["square", "lid"]), json!(["round", "round top"]));
+    add("loft", "degree", json!({ "sections": ["round", "round middle", "round top"] }), json!(1), json!(2));
+    add("loft", "caps", none(), json!(true), json!(false));
+    add("loft", "surface", none(), json!(false), json!(true));
+    all
+}
+
+/// The scene, and what some fields need to matter: a curve with a corner that was smooth, round outlines, points.
+fn furnished() -> tempfile::TempDir {
+    let folder = bench();
+    let path = folder.path().join("in.loft.json");
+    let mut document: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let ring = |z: f64, r: f64| {
+        let points: Vec<_> = (0..9)
+            .map(|i| {
+                let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 9.0).sin_cos();
+                json!([r * cos + z, r * sin, z])
+            })
+            .collect();
+        json!({ "degree": 3, "periodic": true, "knots": (0..=9).collect::<Vec<_>>(), "points": points })
+    };
+    let spiral: Vec<_> = (0..40)
+        .map(|i| {
+            let t = 0.2 * f64::from(i);
+            let r = 1.0 + 0.1 * t + 0.02 * (7.3 * f64::from(i)).sin();
+            json!([r * t.cos(), r * t.sin(), 0.1 * t])
+        })
+        .collect();
+    let stammer = json!([[0, 0, 0], [1, 1, 0], [1, 1, 0], [2, 0, 0], [3, 1, 0], [4, 0, 1]]);
+    // Two Bézier pieces that meet smoothly.
+    let kinked = json!({ "degree": 3, "periodic": false, "knots": [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2],
+        "points": [[0, 0, 0], [1, 2, 0], [2, 2, 0], [3, 1, 0], [4, 0, 0], [5, 1, 0], [6, 3, 0]] });
+    let arc: Vec<_> = (0..12)
+        .map(|i| {
+            let (sin, cos) = (0.5 * f64::from(i)).sin_cos();
+            json!([cos, sin, 0])
+        })
+        .collect();
+    for (name, kind, what) in [
+        ("kinked", "curve", kinked),
+        ("round", "curve", ring(0.0, 1.0)),
+        ("round middle", "curve", ring(1.0, 1.6)),
+        ("round top", "curve", ring(2.0, 0.8)),
+        ("spiral", "cloud", json!({ "points": spiral })),
+        ("stammer", "polyline", json!({ "points": stammer })),
+        ("open", "polyline", json!({ "points": arc })),
+    ] {
+        document["objects"].as_array_mut().unwrap().push(json!({ "name": name, kind: what }));
+    }
+    std::fs::write(path, document.to_string()).unwrap();
+    folder
+}
+
+#[test]
+fn known_fields_change_what_comes_out_or_are_refused() {
+    let folder = furnished();
+    let mut random = Sequence::new(99);
+    let (mut tried, mut swallowed, mut refused) = (0, Vec::new(), 0);
+    let all = pairs(&mut random);
+    for operation in loftsman::registry().operations() {
+        let declaration = operation.declaration();
+        for field in declaration.fields {
+            let known = all.iter().any(|p| p.op == declaration.name && p.field == field.name);
+            assert!(known, "{} {}: no two values: add them", declaration.name, field.name);
+        }
+    }
+    for pair in &all {
+        let outcome = |value: &Value| {
+            let mut fields = operation_sample(pair.op);
+            let table = fields.as_object_mut().unwrap();
+            let own = json!({ pair.field: value });
+            for (name, value) in pair.base.as_object().unwrap().iter().chain(own.as_object().unwrap()) {
+                if value.is_null() {
+                    table.remove(name);
+                } else {
+                    table.insert(name.clone(), value.clone());
+                }
+            }
+            run(folder.path(), pair.op, &fields)
+        };
+        let [a, b] = [&pair.values[0], &pair.values[1]].map(outcome);
+        let what = format!("{} {} = {} and {}", pair.op, pair.field, pair.values[0], pair.values[1]);
+        match (&a, &b) {
+            (Err(a), Err(b)) => swallowed.push(format!("{what}: both refused: {a}; {b}")),
+            (Err(_), _) | (_, Err(_)) => refused += 1,
+            _ if a == b => swallowed.push(what),
+            _ => {}
+        }
+        tried += 1;
+    }
+    println!("{tried} fields, {refused} with one of two values refused");
+    assert!(swallowed.is_empty(), "{} of {tried}:\n{}", swallowed.len(), swallowed.join("\n"));
+    assert!(tried >= 100, "{tried}");
+}
+
+#[test]
+fn options_of_formats_are_checked_and_change_the_bytes() {
+    let folder = furnished();
+    let scene = loftsman::read(folder.path().join("in.loft.json")).unwrap();
+    let mut random = Sequence::new(1234);
+    let mut tried = 0;
+    for format in loftsman::registry().formats() {
+        let declaration = format.declaration();
+        let known: Vec<&str> = declaration.options.iter().map(|o| o.name).collect();
+        let file = folder.path().join(format!("made.{}", declaration.extensions[0].trim_start_matches('.')));
+        let write = |own: &Value| -> Result<Vec<u8>, String> {
+            let own = Parameters::new(own.clone(), "options").unwrap();
+            let options = WriteOptions { own, ..WriteOptions::default() };
+            loftsman::write_with(&scene, &file, &options, loftsman::registry()).map_err(|e| e.to_string())?;
+            Ok(std::fs::read(&file).unwrap())
+        };
+        let read = |own: &Value| {
+            let own = Parameters::new(own.clone(), "options").unwrap();
+            let options = ReadOptions { own, ..ReadOptions::default() };
+            loftsman::read_with(&file, &options, loftsman::registry()).map_err(|e| e.to_string())
+        };
+        let plain = write(&json!({})).unwrap();
+        for _ in 0..25 {
+            let mut names = known.clone();
+            names.push("split");
+            let word = misspelt(&mut random, &names);
+            if known.contains(&word.as_str()) {
+                continue;
+            }
+            let own = json!({ word.as_str(): pick(&mut random, &[json!(true), json!("any"), json!(1)]) });
+            for error in [write(&own).unwrap_err(), read(&own).map(|_| ()).unwrap_err()] {
+                let named = error.contains(&format!("\"{word}\"")) && error.contains(declaration.name);
+                assert!(named, "{}: {own}: {error}", declaration.name);
+                tried += 1;
+            }
+        }
+        for option in declaration.options {
+            let reading = option.help.starts_with("reading: ");
+            let choices: Vec<Value> = option
+                .takes
+                .split(" | ")
+                .map(|word| serde_json::from_str(word).unwrap_or_else(|_| panic!("{}", option.takes)))
+                .collect();
+            for value in [json!("nonsense"), json!(7.5), Value::Null, json!([1]), json!({})] {
+                let own = json!({ option.name: value });
+                let error =
+                    if reading { read(&own).map(|_| ()) } else { write(&own).map(|_| ()) }.unwrap_err();
+                assert!(error.contains(option.name), "{} {own}: {error}", declaration.name);
+                tried += 1;
+            }
+            write(&json!({})).unwrap();
+            let mut outcomes: Vec<String> = Vec::new();
+            for value in &choices {
+                let own = json!({ option.name: value });
+                outcomes.push(if reading {
+                    format!("{:?}", read(&own))
+                } else {
+                    format!("{:?}", write(&own))
+                });
+            }
+            let first = &outcomes[0];
+            assert!(outcomes.iter().any(|o| o != first), "{} {}: swallowed", declaration.name, option.name);
+        }
+        assert_eq!(write(&json!({})).unwrap(), plain);
+    }
+    assert!(tried >= 200, "{tried}");
+}
