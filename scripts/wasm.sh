@@ -25,6 +25,7 @@ case "${1:-}" in ''|--debian|--compiler) ;; *) echo "usage: scripts/wasm.sh [--d
 
 say() { echo "wasm: $*"; }
 fail() { say "$*" >&2; exit 1; }
+absent() { say "$*" >&2; exit 69; } # what this machine, or the net, does not have: nothing that we could mend
 quiet() { # Runs a command; shows what it printed only if it fails, after a second try (networks hiccup).
   local log; log=$(mktemp)
   if "$@" >"$log" 2>&1 </dev/null || { sleep 5; "$@" >"$log" 2>&1 </dev/null; }; then rm -f "$log"; return 0; fi
@@ -89,12 +90,12 @@ fi
 
 # An apt of its own: its lists, its cache, its source, all below $folder, at the mirror that the system uses.
 for tool in apt-get apt-cache dpkg cc; do
-  command -v $tool >/dev/null || fail "$target needs \`rustup target add $target\`, or a Debian with apt and a C compiler: there is no $tool"
+  command -v $tool >/dev/null || absent "$target needs \`rustup target add $target\`, or a Debian with apt and a C compiler: there is no $tool"
 done
 keys=/usr/share/keyrings/debian-archive-keyring.gpg
-[ -f "$keys" ] || fail "Debian's keys are not at $keys; install debian-archive-keyring, or \`rustup target add $target\`"
+[ -f "$keys" ] || absent "Debian's keys are not at $keys; install debian-archive-keyring, or \`rustup target add $target\`"
 mirror=$(apt-get indextargets --format '$(REPO_URI)' 2>/dev/null | sed 's|/*$||' | grep -m 1 '/debian$' || true)
-[ -n "$mirror" ] || fail "apt knows no Debian mirror here; \`rustup target add $target\` does without"
+[ -n "$mirror" ] || absent "apt knows no Debian mirror here; \`rustup target add $target\` does without"
 
 work=$folder/work
 rm -rf "$work"
@@ -116,16 +117,16 @@ options=(-q -o "Dir::Etc::SourceList=$work/list" -o "Dir::Etc::SourceParts=$work
   -o "Dir::Cache=$work/cache" -o Acquire::Languages=none -o APT::Sandbox::User= -o Acquire::Retries=2)
 
 say "asking Debian testing for rustc and libstd-rust-dev-wasm32"
-quiet apt-get "${options[@]}" -o APT::Update::Error-Mode=any update || fail "Debian testing cannot be reached"
+quiet apt-get "${options[@]}" -o APT::Update::Error-Mode=any update || absent "Debian testing cannot be reached"
 plan=$(apt-get "${options[@]}" install --simulate --no-install-recommends rustc libstd-rust-dev-wasm32 2>&1) ||
-  fail "Debian testing has no rustc with libstd-rust-dev-wasm32 today: $(tail -n 3 <<<"$plan")"
+  absent "Debian testing has no rustc with libstd-rust-dev-wasm32 today: $(tail -n 3 <<<"$plan")"
 mapfile -t packages < <(sed -n 's/^Inst \([^ ]*\) (\([^ ]*\) .*/\1=\2/p' <<<"$plan")
 version() { printf '%s\n' "${packages[@]}" | sed -n "s/^$1=//p"; }
 [ -n "$(version rustc)" ] && [ "$(version rustc)" = "$(version libstd-rust-dev-wasm32)" ] ||
-  fail "rustc $(version rustc) and libstd-rust-dev-wasm32 $(version libstd-rust-dev-wasm32) are not of one version"
+  absent "rustc $(version rustc) and libstd-rust-dev-wasm32 $(version libstd-rust-dev-wasm32) are not of one version"
 
 say "fetching rustc $(version rustc), ${#packages[@]} packages in all"
-(cd "$work/packages" && quiet apt-get "${options[@]}" download "${packages[@]}") || fail "the packages cannot be fetched"
+(cd "$work/packages" && quiet apt-get "${options[@]}" download "${packages[@]}") || absent "the packages cannot be fetched"
 for package in "$work"/packages/*.deb; do dpkg -x "$package" "$work/root"; done
 rm -rf "$root"
 mv "$work/root" "$root"
