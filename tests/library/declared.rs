@@ -387,7 +387,6 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("fit", "smooth", fit(), json!(false), json!(true));
     let tight = json!({ "object": "spiral", "degree": 2, "vertices": 5, "tolerance": 1e-7 });
     add("fit", "best_effort", tight, json!(false), json!(true));
-    drop(goal);
     for op in ["fill", "extrude", "loft"] {
         let round = match op {
             "loft" => json!({ "sections": ["round", "round top"], "surface": null }),

@@ -123,7 +123,7 @@ fn weights_of_any_size_cost_no_more_than_so_much() {
             refused.push(error.to_string());
         }
         most =
-            [most[0].max(info.bytes_total), most[1].max(scene.objects()[0].geometry.points().len() as u64)];
+            [most[0].max(info.bytes_total), most[1].max(scene.objects()[0].geometry().points().len() as u64)];
     }
     println!(
         "at most {} bytes and {} points; {} of 120 refused:\n{}",

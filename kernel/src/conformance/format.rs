@@ -6,6 +6,7 @@ use super::{Lcg, Verdict};
 use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::plugin::{Fate, Format, Memory, ReadOptions, WriteOptions, WriteReport};
 use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
+use crate::shape::{Derivative, Location, Shape};
 use crate::spline::trimmed::{ParameterCurve, Region};
 use crate::spline::{Curve, Space, Surface, Trimmed};
 use crate::{Point, Vector};
@@ -182,39 +183,58 @@ fn round_trip(
 
 /// Numbers of a format in single precision are those that went in to this part of the largest.
 const SINGLE: f64 = 1e-6;
+/// Splines are looked at in so many places of each parameter, and one more.
+const PLACES: usize = 24;
 
-/// An object that is said to have gone out exactly is there after reading: of the same kind, on the same splines, with the same
-/// points (in the unit and axes of either scene, since not every format has these).
+/// An object that is said to have gone out exactly is there after reading: of the same kind (instances perhaps as groups), with
+/// the same points; of splines those at the same parameters, since the same spline has other knots in other forms. In the unit
+/// and axes of either scene: not every format has these.
 fn kept(verdict: &mut Verdict, before: &Object, after: Option<&Object>, (scene, read): (&Scene, &Scene)) {
     let name = before.name();
     let Some(after) = after else {
         return verdict
             .check(false, || format!("\"{name}\" is said to be kept, and is not there after reading"));
     };
+    if matches!(before.geometry(), Geometry::Instance(_)) {
+        return;
+    }
     let kinds = (before.geometry().kind(), after.geometry().kind());
     verdict.check(kinds.0 == kinds.1, || {
         format!("\"{name}\" is said to be kept, and comes back as a {}, not a {}", kinds.1, kinds.0)
     });
-    let spaces = |geometry: &Geometry| match geometry {
-        Geometry::Curve(curve) => (vec![curve.space().clone()], curve.weights().map(<[f64]>::to_vec)),
-        Geometry::Surface(surface) => {
-            (vec![surface.u().clone(), surface.v().clone()], surface.weights().map(<[f64]>::to_vec))
+    let was = looked_at(before.geometry());
+    let size = was.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+    let same = |scene: &Scene| {
+        let is = scene.get(name).map(|object| looked_at(object.geometry())).unwrap_or_default();
+        was.len() == is.len() && was.iter().zip(&is).all(|(a, b)| (a - b).amax() <= SINGLE * size)
+    };
+    let mut turned = read.clone();
+    turned.unit = scene.unit;
+    let ways = [read.converted(scene.unit, scene.up), turned.converted(scene.unit, scene.up)];
+    verdict.check(same(read) || ways.iter().flatten().any(|way| same(way)), || {
+        format!("\"{name}\" is said to be kept, and comes back elsewhere")
+    });
+}
+
+/// The points of a geometry, or of a spline at places all over.
+fn looked_at(geometry: &Geometry) -> Vec<Point> {
+    let shape: &dyn Shape = match geometry {
+        Geometry::Curve(curve) => curve,
+        Geometry::Surface(surface) => surface,
+        Geometry::Trimmed(trimmed) => trimmed.surface(),
+        other => return other.points().to_vec(),
+    };
+    let domain = shape.domain();
+    let at =
+        |k: usize, j: usize| domain[k].start + (domain[k].end - domain[k].start) * j as f64 / PLACES as f64;
+    let places: Vec<Location> = match domain.len() {
+        1 => (0..=PLACES).map(|j| Location::Curve(at(0, j))).collect(),
+        _ => {
+            let pairs = (0..=PLACES).flat_map(|i| (0..=PLACES).map(move |j| (i, j)));
+            pairs.map(|(i, j)| Location::Surface(at(0, i), at(1, j))).collect()
         }
-        _ => (Vec::new(), None),
     };
-    verdict.check(spaces(before.geometry()) == spaces(after.geometry()), || {
-        format!("\"{name}\" is said to be kept, and comes back on other knots or with other weights")
-    });
-    let converted = read.converted(scene.unit, scene.up);
-    let there = converted.as_ref().ok().and_then(|scene| scene.get(name));
-    let same = |after: &Object| {
-        let (was, is) = (before.geometry().points(), after.geometry().points());
-        let size = was.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
-        was.len() == is.len() && was.iter().zip(is).all(|(a, b)| (a - b).amax() <= SINGLE * size)
-    };
-    verdict.check(same(after) || there.is_some_and(same), || {
-        format!("\"{name}\" is said to be kept, and comes back with other points")
-    });
+    places.into_iter().filter_map(|at| Some(shape.value(at, Derivative::POSITION).ok()?.into())).collect()
 }
 
 fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) {

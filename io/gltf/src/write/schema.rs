@@ -84,6 +84,7 @@ pub(super) struct Node {
 
 #[derive(Debug, Serialize)]
 pub(super) struct Mesh {
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub(super) name: String,
     pub(super) primitives: Vec<Primitive>,
     /// How much of each morph target is seen where no animation says so.

@@ -51,6 +51,8 @@ struct Known {
     frame: Frame,
     noted: Own,
     report: Written,
+    /// Whether an object says that its mesh is called so.
+    stated: bool,
 }
 
 /// What was written of geometry that objects share.
@@ -89,7 +91,15 @@ impl<'a> Writer<'a, '_> {
         };
         let called = object.statement(MESH_NAME);
         let by_name = (key, called);
-        if let Some(known) = self.shared.meshes.get(&by_name).and_then(|&at| self.shared.known.get(at)) {
+        if let Some(known) = self.shared.meshes.get(&by_name).and_then(|&at| self.shared.known.get_mut(at)) {
+            known.stated |= called.is_some();
+            // A mesh that nobody has named is not called after one of those who show it.
+            if let Some(mesh) = self.meshes.get_mut(known.mesh)
+                && !known.stated
+                && mesh.name != object.name()
+            {
+                mesh.name.clear();
+            }
             copy_report(&known.report, report);
             return Ok(Drawn::Mesh(known.mesh, known.frame, Box::new(known.noted.clone())));
         }
@@ -112,7 +122,8 @@ impl<'a> Writer<'a, '_> {
         if let Drawn::Mesh(mesh, frame, noted) = &drawn {
             let at = self.shared.known.len();
             let (noted, report) = ((**noted).clone(), report.clone());
-            self.shared.known.push(Known { mesh: *mesh, frame: *frame, noted, report });
+            let stated = called.is_some();
+            self.shared.known.push(Known { mesh: *mesh, frame: *frame, noted, report, stated });
             let (key, _) = by_name;
             self.shared.meshes.insert((key.clone(), Some(called.unwrap_or(object.name()))), at);
             self.shared.meshes.entry((key, None)).or_insert(at);
