@@ -331,7 +331,6 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("fair", "within", json!({ "constraints": push(0.01) }), null(), json!(1.0 + n()));
     add("fair", "smooth", json!({ "object": "kinked", "lock": [0, -1] }), json!(0), json!(1));
     add("fair", "solver", none(), json!("householder-qr"), json!("sparse"));
-    let goal = || json!({ "vertices": null });
     let fit = || json!({ "object": "spiral", "vertices": null, "tolerance": 0.05, "degree": 3 });
     add("fit", "object", none(), json!("chain"), json!("spiral"));
     add("fit", "degree", fit(), json!(2), json!(4));
