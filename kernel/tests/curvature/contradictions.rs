@@ -41,7 +41,7 @@ fn member(seed: u64) -> Member {
     let count = before.points.len() as i64;
     let kappa = before.turn(u).kappa;
     let (mut ask, mut lock, mut names) = (Vec::new(), Vec::new(), Vec::new());
-    let mut other = |random: &mut Random| match random.below(4) {
+    let other = |random: &mut Random| match random.below(4) {
         0 => curvature(u).scale(random.of(&[0.3, 0.5, 2.0, 5.0])),
         1 => curvature(u).to(random.of(&[0.0, 0.25, 3.0]) * kappa),
         2 => curvature(u).by(random.of(&[-0.5, 0.7, 2.0]) * kappa),
