@@ -1,10 +1,40 @@
 //! An evaluator that shares nothing with the kernel: native documents, de Boor's algorithm by the book, exact rationals.
 
 use num_rational::BigRational;
-use num_traits::{ToPrimitive, Zero};
+use num_traits::{Num, ToPrimitive};
 use serde_json::Value;
 
-type Homogeneous = [BigRational; 4];
+/// What the evaluator computes with: exact numbers where every bit counts, those of the machine where many are asked.
+trait Number: Num + Clone {
+    fn of(exact: &BigRational) -> Self;
+    fn near(&self) -> f64;
+}
+
+impl Number for BigRational {
+    fn of(exact: &BigRational) -> Self {
+        exact.clone()
+    }
+
+    fn near(&self) -> f64 {
+        self.to_f64().unwrap_or(f64::NAN)
+    }
+}
+
+impl Number for f64 {
+    fn of(exact: &BigRational) -> Self {
+        exact.near()
+    }
+
+    fn near(&self) -> f64 {
+        *self
+    }
+}
+
+fn whole<T: Number>(n: usize) -> T {
+    (0..n).fold(T::zero(), |sum, _| sum + T::one())
+}
+
+type Homogeneous<T> = [T; 4];
 
 /// A number of a document, exactly.
 ///
@@ -72,32 +102,38 @@ impl Direction {
 
     /// De Boor's algorithm: what remains of the values of `degree + 1` functions at `u`, on the span to its right (at the
     /// end of the domain, to its left); of their derivatives of an order, after as many differences.
-    fn combine(&self, u: &BigRational, order: usize, value: impl Fn(usize) -> Homogeneous) -> Homogeneous {
+    fn combine<T: Number>(
+        &self,
+        u: &BigRational,
+        order: usize,
+        value: impl Fn(usize) -> Homogeneous<T>,
+    ) -> Homogeneous<T> {
         let (p, t) = (self.degree, &self.flat);
-        let whole = |n: usize| BigRational::from_integer(n.into());
         if order > p {
-            return std::array::from_fn(|_| whole(0));
+            return std::array::from_fn(|_| T::zero());
         }
         let last = t.len() - p - 2;
         let span = (p..=last).rev().find(|&k| t[k] <= *u && t[k] < t[k + 1]).expect("within the domain");
-        let mut d: Vec<Homogeneous> =
+        let mut d: Vec<Homogeneous<T>> =
             (0..=p).map(|j| value((span - p + j + self.first) % self.count)).collect();
+        // The differences are exact before they are rounded.
+        let apart = |a: &BigRational, b: &BigRational| T::of(&(a - b));
         for r in 1..=order {
             for j in (r..=p).rev() {
-                let slope = whole(p + 1 - r) / (&t[span + 1 + j - r] - &t[span - p + j]);
+                let slope = whole::<T>(p + 1 - r) / apart(&t[span + 1 + j - r], &t[span - p + j]);
                 let before = d[j - 1].clone();
                 for (mine, other) in d[j].iter_mut().zip(before) {
-                    *mine = (&*mine - other) * &slope;
+                    *mine = (mine.clone() - other) * slope.clone();
                 }
             }
         }
         for r in 1..=p - order {
             for j in (order + r..=p).rev() {
                 let (low, high) = (&t[span - p + j], &t[span + 1 + j - order - r]);
-                let alpha = (u - low) / (high - low);
+                let alpha = apart(u, low) / apart(high, low);
                 let before = d[j - 1].clone();
                 for (mine, other) in d[j].iter_mut().zip(before) {
-                    *mine = &*mine * &alpha + other * (whole(1) - &alpha);
+                    *mine = mine.clone() * alpha.clone() + other * (T::one() - alpha.clone());
                 }
             }
         }
@@ -105,36 +141,54 @@ impl Direction {
     }
 }
 
-fn homogeneous(point: &Value, weight: Option<&Value>) -> Homogeneous {
+fn homogeneous<T: Number>(point: &Value, weight: Option<&Value>) -> Homogeneous<T> {
     let p = numbers(point);
-    let w = exact(weight.map_or(1.0, |w| w.as_f64().expect("a weight")));
-    [exact(p[0]) * &w, exact(p[1]) * &w, exact(p[2]) * &w, w]
+    let number = |v: f64| T::of(&exact(v));
+    let w = number(weight.map_or(1.0, |w| w.as_f64().expect("a weight")));
+    [number(p[0]) * w.clone(), number(p[1]) * w.clone(), number(p[2]) * w.clone(), w]
 }
 
 /// The derivative of orders `[i, j]` of what is given homogeneously, by Leibniz' rule for `w · S`.
-fn quotient([i, j]: [usize; 2], of: impl Fn(usize, usize) -> Homogeneous) -> [f64; 3] {
+fn quotient<T: Number>([i, j]: [usize; 2], of: impl Fn(usize, usize) -> Homogeneous<T>) -> [f64; 3] {
     let choose = |n: usize, k: usize| (0..k).fold(1_usize, |c, i| c * (n - i) / (i + 1));
-    let mut found: Vec<Vec<[BigRational; 3]>> = Vec::new();
-    let weight = of(0, 0)[3].clone();
+    let given: Vec<Vec<Homogeneous<T>>> = (0..=i).map(|a| (0..=j).map(|b| of(a, b)).collect()).collect();
+    let weight = &given[0][0][3];
     assert!(!weight.is_zero(), "a weight of zero");
+    let mut found: Vec<Vec<[T; 3]>> = Vec::new();
     for a in 0..=i {
         found.push(Vec::new());
         for b in 0..=j {
-            let [x, y, z, _] = of(a, b);
+            let [x, y, z, _] = given[a][b].clone();
             let mut sum = [x, y, z];
             for c in 0..=a {
                 for d in (0..=b).filter(|d| c + d > 0) {
-                    let share =
-                        &of(c, d)[3] * BigRational::from_integer((choose(a, c) * choose(b, d)).into());
+                    let share = given[c][d][3].clone() * whole(choose(a, c) * choose(b, d));
                     for (sum, known) in sum.iter_mut().zip(&found[a - c][b - d]) {
-                        *sum -= known * &share;
+                        *sum = sum.clone() - known.clone() * share.clone();
                     }
                 }
             }
-            found[a].push(sum.map(|v| v / &weight));
+            found[a].push(sum.map(|v| v / weight.clone()));
         }
     }
-    found[i][j].clone().map(|v| v.to_f64().unwrap_or(f64::NAN))
+    found[i][j].clone().map(|v| v.near())
+}
+
+fn on_curve<T: Number>(curve: &Value, u: f64, order: usize) -> [f64; 3] {
+    let weight = |i: usize| curve.get("weights").map(|w| &w[i]);
+    let (space, u) = (Direction::new(curve), exact(u));
+    quotient::<T>([order, 0], |k, _| space.combine(&u, k, |i| homogeneous(&curve["points"][i], weight(i))))
+}
+
+fn on_surface<T: Number>(surface: &Value, at: [f64; 2], orders: [usize; 2]) -> [f64; 3] {
+    let (along, across) = (Direction::new(&surface["u"]), Direction::new(&surface["v"]));
+    let weight = |i: usize, j: usize| surface.get("weights").map(|w| &w[i][j]);
+    let [u, v] = at.map(exact);
+    quotient::<T>(orders, |a, b| {
+        along.combine(&u, a, |i| {
+            across.combine(&v, b, |j| homogeneous(&surface["points"][i][j], weight(i, j)))
+        })
+    })
 }
 
 /// The point of a document's `curve` at `u`, correct to the last bit but one.
@@ -142,17 +196,15 @@ fn quotient([i, j]: [usize; 2], of: impl Fn(usize, usize) -> Homogeneous) -> [f6
 /// # Panics
 /// When it is no curve or `u` is outside of its domain.
 pub fn curve_point(curve: &Value, u: f64) -> [f64; 3] {
-    curve_derivative(curve, u, 0)
+    on_curve::<BigRational>(curve, u, 0)
 }
 
-/// The derivative of a document's `curve` at `u`, from the right at knots.
+/// The derivative of an order of a document's `curve` at `u`, from the right at knots; to rounding.
 ///
 /// # Panics
 /// When it is no curve or `u` is outside of its domain.
 pub fn curve_derivative(curve: &Value, u: f64, order: usize) -> [f64; 3] {
-    let weight = |i: usize| curve.get("weights").map(|w| &w[i]);
-    let (space, u) = (Direction::new(curve), exact(u));
-    quotient([order, 0], |k, _| space.combine(&u, k, |i| homogeneous(&curve["points"][i], weight(i))))
+    on_curve::<f64>(curve, u, order)
 }
 
 /// The point of a document's `surface` at `(u, v)`.
@@ -160,22 +212,15 @@ pub fn curve_derivative(curve: &Value, u: f64, order: usize) -> [f64; 3] {
 /// # Panics
 /// When it is no surface or the parameters are outside of its domain.
 pub fn surface_point(surface: &Value, u: f64, v: f64) -> [f64; 3] {
-    surface_derivative(surface, [u, v], [0, 0])
+    on_surface::<BigRational>(surface, [u, v], [0, 0])
 }
 
-/// The derivative of orders `[i, j]` of a document's `surface` at `[u, v]`.
+/// The derivative of orders `[i, j]` of a document's `surface` at `[u, v]`; to rounding.
 ///
 /// # Panics
 /// When it is no surface or the parameters are outside of its domain.
 pub fn surface_derivative(surface: &Value, at: [f64; 2], orders: [usize; 2]) -> [f64; 3] {
-    let (along, across) = (Direction::new(&surface["u"]), Direction::new(&surface["v"]));
-    let weight = |i: usize, j: usize| surface.get("weights").map(|w| &w[i][j]);
-    let [u, v] = at.map(exact);
-    quotient(orders, |a, b| {
-        along.combine(&u, a, |i| {
-            across.combine(&v, b, |j| homogeneous(&surface["points"][i][j], weight(i, j)))
-        })
-    })
+    on_surface::<f64>(surface, at, orders)
 }
 
 /// The object of this name in a document.
