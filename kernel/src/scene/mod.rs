@@ -253,7 +253,7 @@ impl Scene {
     }
 
     /// Checks what objects name: every parent, material and picture exists, meshes pass their own
-    /// [`check`](Mesh::check), connections are between surfaces, and no object hangs under itself, however far up.
+    /// [`check`](crate::mesh::Mesh::check), connections are between surfaces, and no object hangs under itself, however far up.
     ///
     /// # Errors
     /// With the names of the objects at fault.

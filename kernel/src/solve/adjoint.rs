@@ -149,6 +149,9 @@ impl FactoredAdjoint {
     /// How answers are to be corrected.
     #[inline]
     fn correct(&mut self, system: &System, determinant: f64) -> Result<(), SolveError> {
+        if system.is_corrected_elsewhere() {
+            return Ok(());
+        }
         let core = &mut self.core;
         if determinant < REFINE {
             let kept: Vec<u32> = core.rows.kept().collect();

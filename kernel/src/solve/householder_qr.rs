@@ -37,7 +37,7 @@ impl Solver for HouseholderQr {
         let work = vec![0.0; reflections.scratch()];
         let mut core = Core { reflections, sides: system.sides(), work };
         let mut refinement = None;
-        if core.reflections.weakest() < SUSPECT {
+        if core.reflections.weakest() < SUSPECT && !system.is_corrected_elsewhere() {
             let kept = core.reflections.independent().into_iter().map(|row| row as u32);
             refinement = Refinement::new(system, kept, |rhs, d| core.solve_into(rhs, d));
             if refinement.is_none() {

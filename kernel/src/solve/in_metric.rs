@@ -6,7 +6,7 @@ use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, reduce};
 use super::refine::Refinement;
 use super::system::System;
-use super::{DenseLu, Factored, SolveError, SystemMetric};
+use super::{DenseLu, Factored, SolveError};
 
 /// What a solver made of the rows in the coordinates of the metric.
 struct InMetric {
@@ -39,7 +39,7 @@ pub(super) fn factor(
 ) -> Result<Box<dyn Factored>, SolveError> {
     let Some(whitened) = system.whitened()? else { return factor(system) };
     let (count, sides) = (system.rows().len(), system.sides());
-    let plain = system.with_rows(Arc::clone(&whitened.rows), SystemMetric::Least);
+    let plain = system.in_metric(Arc::clone(&whitened.rows));
     let mut inner = factor(&plain)?;
     let (mut kept, mut dependencies) = (None, Vec::new());
     if inner.rank() < count {

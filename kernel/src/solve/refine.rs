@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::SystemMetric;
 use super::system::{SparseRows, System};
 
 /// A residual of so many roundings is rounding: sums of a few dozen products leave about as much.
@@ -26,9 +25,6 @@ pub(super) struct Refinement {
     kept: Vec<u32>,
     missed: Vec<f64>,
     more: Vec<f64>,
-    /// Corrections in any case: one where there is a metric, whose condition leaves even small residuals in a direction in which
-    /// rows that others imply are missed by more.
-    least: usize,
 }
 
 impl Refinement {
@@ -41,8 +37,7 @@ impl Refinement {
     ) -> Option<Box<Self>> {
         let (rows, sides) = (Arc::clone(system.rows()), system.sides());
         let (missed, more) = (vec![0.0; rows.len() * sides], vec![0.0; rows.width() * sides]);
-        let least = usize::from(!matches!(system.metric(), SystemMetric::Least));
-        let mut refinement = Box::new(Self { rows, sides, kept: kept.collect(), missed, more, least });
+        let mut refinement = Box::new(Self { rows, sides, kept: kept.collect(), missed, more });
         refinement.is_accurate(solve).then_some(refinement)
     }
 
@@ -55,9 +50,9 @@ impl Refinement {
         mut solve: impl FnMut(&[f64], &mut [f64]),
     ) -> f64 {
         let mut before = f64::INFINITY;
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             let left = self.measure(rhs, d);
-            if left <= ENOUGH && round >= self.least {
+            if left <= ENOUGH {
                 return left;
             }
             if left >= before || left.is_nan() {

@@ -87,6 +87,9 @@ impl FactoredSparse {
     /// How answers are to be corrected.
     #[inline]
     fn correct(&mut self, system: &System) -> Result<(), SolveError> {
+        if system.is_corrected_elsewhere() {
+            return Ok(());
+        }
         let weakness = self.core.rows.weakness();
         let core = &mut self.core;
         if weakness < SUSPECT {

@@ -169,6 +169,8 @@ pub struct System {
     sides: usize,
     metric: SystemMetric,
     tolerance: f64,
+    /// Whether answers are corrected by residuals in other rows than these: those that these were made of.
+    corrected_elsewhere: bool,
 }
 
 impl System {
@@ -181,7 +183,8 @@ impl System {
     pub fn new(rows: SparseRows, touched: Vec<usize>, sides: usize, metric: SystemMetric) -> Self {
         debug_assert_eq!(rows.width(), touched.len());
         let (rows, touched) = (Arc::new(rows), Arc::new(touched));
-        Self { rows, touched, sides: sides.max(1), metric, tolerance: Self::COARSE }
+        let tolerance = Self::COARSE;
+        Self { rows, touched, sides: sides.max(1), metric, tolerance, corrected_elsewhere: false }
     }
 
     /// A row counts as implied by others where its part outside their span is not longer than this, of its own length.
@@ -220,9 +223,15 @@ impl System {
         &self.metric
     }
 
-    /// The same columns with other rows and another metric.
-    pub(super) fn with_rows(&self, rows: Arc<SparseRows>, metric: SystemMetric) -> Self {
-        Self { rows, metric, ..self.clone() }
+    /// The same columns with rows that were made of these, in whose coordinates the metric is the identity; answers are corrected
+    /// in these rows.
+    pub(super) fn in_metric(&self, rows: Arc<SparseRows>) -> Self {
+        Self { rows, metric: SystemMetric::Least, corrected_elsewhere: true, ..self.clone() }
+    }
+
+    /// Whether answers are corrected by residuals in other rows.
+    pub(super) fn is_corrected_elsewhere(&self) -> bool {
+        self.corrected_elsewhere
     }
 
     /// The same system with only some of its rows, in the given order.
@@ -238,6 +247,7 @@ impl System {
             sides: self.sides,
             metric: self.metric.clone(),
             tolerance: self.tolerance,
+            corrected_elsewhere: self.corrected_elsewhere,
         }
     }
 }
