@@ -101,7 +101,8 @@ fn member(seed: u64) -> Member {
         // As far away as there is.
         if (u - a).abs() > (b - u).abs() { a } else { b }
     };
-    let innocent = (seed.is_multiple_of(2) && way != 3 && !before.periodic).then(|| position(elsewhere).keep());
+    let innocent =
+        (seed.is_multiple_of(2) && way != 3 && !before.periodic).then(|| position(elsewhere).keep());
     Member { curve, ask, lock, names, innocent }
 }
 
