@@ -479,7 +479,8 @@ fn fit(walk: &mut Walk<'_>) -> Outcome {
     let after = walk.run(&[("p", "cloud", &json!({ "points": points }))], "fit", fields)?;
     let after = &object(&after, "p")["curve"];
     let (a, b) = Direction::new(after).domain();
-    let samples: Vec<_> = (0..=600).map(|i| curve_point(after, a + (b - a) * f64::from(i) / 600.0)).collect();
+    let samples: Vec<_> =
+        (0..=600).map(|i| curve_derivative(after, a + (b - a) * f64::from(i) / 600.0, 0)).collect();
     let distance = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
     let long: f64 = samples.windows(2).map(|w| distance(&w[0], &w[1])).sum();
     let polygon: Vec<[f64; 3]> = points.iter().map(numbers).map(|p| [p[0], p[1], p[2]]).collect();
@@ -622,7 +623,8 @@ fn enclosed(mesh: &Value) -> (f64, bool) {
 /// The area inside a plane ring by many chords.
 fn area_inside(ring: &Value) -> f64 {
     let (a, b) = Direction::new(ring).domain();
-    let points: Vec<_> = (0..400).map(|i| curve_point(ring, a + (b - a) * f64::from(i) / 400.0)).collect();
+    let points: Vec<_> =
+        (0..400).map(|i| curve_derivative(ring, a + (b - a) * f64::from(i) / 400.0, 0)).collect();
     let pairs = points.iter().zip(points.iter().cycle().skip(1));
     0.5 * pairs.map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>()
 }

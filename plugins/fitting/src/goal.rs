@@ -57,7 +57,8 @@ impl Goal {
             }
             Target::Vertices(n) => (None, counted(n)?, true),
             Target::AtMost { tolerance, vertices } => {
-                (Some(frame.enter_length(positive(tolerance)?)), counted(vertices)?, false)
+                // Fewer points than that many vertices leave fewer to choose from, and are no reason to refuse.
+                (Some(frame.enter_length(positive(tolerance)?)), counted(vertices.min(m))?, false)
             }
         };
         Ok(Self { tolerance, vertices, exact, limited })
