@@ -87,11 +87,6 @@ impl Solution {
         &self.full
     }
 
-    /// The system again, given away.
-    pub fn into_assembly(self) -> Assembly {
-        self.full
-    }
-
     /// The control vertices that move, by their numbers through all shapes, and how far.
     pub fn adjustments(&self) -> impl Iterator<Item = (usize, Vector)> + '_ {
         let ways = self.solved.d.as_chunks::<3>().0.iter().map(|d| Vector::from(*d));

@@ -53,7 +53,7 @@ impl Solver for HouseholderQr {
 const SUSPECT: f64 = 1e-2;
 
 /// Where reflections mix rows of very different answers, elimination may still keep them apart.
-fn beyond(system: &System, condition: f64) -> SolveError {
+pub(super) fn beyond(system: &System, condition: f64) -> SolveError {
     if DenseLu::takes(system) {
         return SolveError::IllConditioned { solver: HouseholderQr.name().into(), condition, better: "lu" };
     }

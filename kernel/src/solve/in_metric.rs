@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::householder_qr::beyond;
 use super::metric::Whitened;
 use super::rank::{Dependency, Diagnosis, reduce};
 use super::refine::Refinement;
 use super::system::System;
-use super::{DenseLu, Factored, SolveError};
+use super::{Factored, HouseholderQr, SolveError, Solver};
 
 /// What a solver made of the rows in the coordinates of the metric.
 struct InMetric {
@@ -65,14 +66,10 @@ pub(super) fn factor(
 #[cold]
 fn ill_conditioned(solver: &str, system: &System, inner: &dyn Factored) -> SolveError {
     let condition = inner.diagnosis().condition;
-    if solver == "householder-qr" && !DenseLu::takes(system) {
-        return SolveError::Unsupported(format!(
-            "the constraints are so nearly dependent (condition {condition:.1e}) that they are not met to rounding: take \
-             away one of those that nearly coincide, or ask for fewer at once"
-        ));
+    if solver == HouseholderQr.name() {
+        return beyond(system, condition);
     }
-    let better = if solver == "householder-qr" { "lu" } else { "householder-qr" };
-    SolveError::IllConditioned { solver: solver.into(), condition, better }
+    SolveError::IllConditioned { solver: solver.into(), condition, better: "householder-qr" }
 }
 
 impl Core {

@@ -210,13 +210,13 @@ impl<S: Shape> Session<S> {
                 if to == at {
                     break;
                 }
-                self.locate(parameters, &to)?;
-                match self.look(parameters, &mut solves) {
+                let tried = self.locate(parameters, &to).and_then(|()| self.look(parameters, &mut solves));
+                match tried {
                     Ok(next) if sure || next.half <= here.half - SHARE * share * promised => {
                         found = Some((to, next));
                         break;
                     }
-                    // Uphill, or where what is asked cannot hold.
+                    // Uphill, or where what is asked cannot hold, or not be prepared.
                     _ => share *= 0.5,
                 }
             }
