@@ -286,6 +286,17 @@ impl Border {
         each.fold((0.0, 0), |worst, own| if own.0 > worst.0 { own } else { worst })
     }
 
+    /// The same over the rows that miss their targets by more than a `share` of their terms.
+    pub(super) fn error_above(&self, bound: &[Bound], share: f64, base: &[Point], d: &[f64]) -> (f64, usize) {
+        let (error, worst) = self.error(bound);
+        if !self.is_rounding(bound, worst, share, base, d) {
+            return (error, worst);
+        }
+        let others = (0..self.rows.len()).filter(|&row| !self.is_rounding(bound, row, share, base, d));
+        let each = others.map(|row| (self.error_of(bound, row), row));
+        each.fold((0.0, worst), |worst, own| if own.0 > worst.0 { own } else { worst })
+    }
+
     /// Whether row `row` misses its target by no more than a `share` of its terms and the accuracy that its functional promises.
     /// With [`ITERATED`](crate::measure::ITERATED), nothing that is measured on the answer will say otherwise.
     pub(super) fn is_rounding(

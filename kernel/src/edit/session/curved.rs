@@ -19,6 +19,9 @@ const MET: f64 = 2e-13;
 /// Where it does not get better than that, it is met at this share of its terms; after more iterations than are usual, at what
 /// the answer is judged by ([`ITERATED`]).
 const ROUNDED: f64 = 1e-13;
+/// A row that misses its target by less than this share of its terms tells no more whether things get better: where the target
+/// is zero but for rounding, its error relative to that is any number.
+const NOISE: f64 = 16.0 * f64::EPSILON;
 /// Most events take no more iterations than these.
 const USUAL: usize = 20;
 /// After an event the adjustment changes by less than this share of itself: its length, which is flat at the least one, is
@@ -119,7 +122,10 @@ impl<S: Shape> Session<S> {
             let prepared = &mut self.prepared;
             let Some(border) = &mut prepared.border else { return Ok(()) };
             border.evaluate(&view(&self.problem.shapes), &self.problem.bound)?;
-            let (error, worst) = border.error(&self.problem.bound);
+            let (mut error, mut worst) = border.error(&self.problem.bound);
+            if error >= 0.5 * missed {
+                (error, worst) = border.error_above(&self.problem.bound, NOISE, &prepared.base, &prepared.d);
+            }
             // Below 1e-12 there may be no more to gain than rounding; each row for itself, as one may never do better.
             let stalled = error >= 0.5 * missed;
             let rounded = if iteration > USUAL { ITERATED } else { ROUNDED };
