@@ -10,6 +10,6 @@ pub use loftsman_kernel::functional::{
 pub use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 pub use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 pub use loftsman_kernel::shape::{Location, Shape};
-pub use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Sparse};
+pub use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Sparse};
 pub use loftsman_kernel::spline::{Curve, Space, Surface};
 pub use loftsman_kernel::{Point, Vector};

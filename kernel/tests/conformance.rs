@@ -10,12 +10,12 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{self, ShapeNames};
 use loftsman_kernel::plugin::{Parameters, Registry};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Solver, Sparse};
+use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Solver, Sparse};
 use serde_json::json;
 
 #[test]
 fn every_solver() {
-    let solvers: [&dyn Solver; 5] = [&Adjoint, &Sparse, &HouseholderQr, &DenseLu, &Automatic];
+    let solvers: [&dyn Solver; 6] = [&Adjoint, &Sparse, &SaddlePoint, &HouseholderQr, &DenseLu, &Automatic];
     for solver in solvers {
         let verdict = solver_conformance(solver);
         assert!(verdict.passed(), "{}: {verdict}", solver.name());

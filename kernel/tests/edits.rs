@@ -4,7 +4,9 @@
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Wanted};
 use loftsman_kernel::functional::{curvature, derivative, magnitude, orthogonal, position, tangent, vertex};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SolveError, Solver, Sparse};
+use loftsman_kernel::solve::{
+    Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
+};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use serde_json::Value;
@@ -14,6 +16,7 @@ fn solvers() -> Vec<std::sync::Arc<dyn Solver>> {
         std::sync::Arc::new(Adjoint),
         std::sync::Arc::new(Sparse),
         std::sync::Arc::new(HouseholderQr),
+        std::sync::Arc::new(SaddlePoint),
         std::sync::Arc::new(DenseLu),
         std::sync::Arc::new(Automatic),
     ]

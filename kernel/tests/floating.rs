@@ -14,12 +14,21 @@ use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric};
 use loftsman_kernel::error::Result;
 use loftsman_kernel::functional::{Functional, Linearity, Rows, Shapes, curvature, near, position};
 use loftsman_kernel::shape::{Derivative, Location};
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SolveError, Solver, Sparse};
+use loftsman_kernel::solve::{
+    Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
+};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![Arc::new(Automatic), Arc::new(Sparse), Arc::new(HouseholderQr), Arc::new(DenseLu), Arc::new(Adjoint)]
+    vec![
+        Arc::new(Automatic),
+        Arc::new(Sparse),
+        Arc::new(HouseholderQr),
+        Arc::new(SaddlePoint),
+        Arc::new(DenseLu),
+        Arc::new(Adjoint),
+    ]
 }
 
 /// A wavy curve: clamped, floating or periodic, polynomial or with unlike weights.

@@ -12,7 +12,9 @@ use loftsman_kernel::functional::{
 };
 use loftsman_kernel::plugin::{Declaration, Field, ParameterError, Parameters, Registry, constraint_from};
 use loftsman_kernel::shape::{Derivative, Domain, Grid, Location, Shape, Stencil};
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Solver, Sparse, Symmetric};
+use loftsman_kernel::solve::{
+    Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Solver, Sparse, Symmetric,
+};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use serde_json::json;
@@ -374,7 +376,14 @@ fn cubic() -> Curve {
 }
 
 fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![Arc::new(Automatic), Arc::new(Sparse), Arc::new(Adjoint), Arc::new(HouseholderQr), Arc::new(DenseLu)]
+    vec![
+        Arc::new(Automatic),
+        Arc::new(Sparse),
+        Arc::new(Adjoint),
+        Arc::new(HouseholderQr),
+        Arc::new(SaddlePoint),
+        Arc::new(DenseLu),
+    ]
 }
 
 fn edit(liar: &Liar, wanted: Wanted, solver: Arc<dyn Solver>) -> Result<(), EditError> {

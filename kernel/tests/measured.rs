@@ -10,7 +10,8 @@ use loftsman_kernel::functional::{
 };
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::solve::{
-    Adjoint, Automatic, DenseLu, Diagnosis, Factored, HouseholderQr, SolveError, Solver, Sparse, System,
+    Adjoint, Automatic, DenseLu, Diagnosis, Factored, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
+    System,
 };
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Result, Vector};
@@ -89,7 +90,14 @@ fn by_the_book(curve: &Curve, u: f64) -> Vector {
 }
 
 fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![Arc::new(Automatic), Arc::new(Adjoint), Arc::new(Sparse), Arc::new(HouseholderQr), Arc::new(DenseLu)]
+    vec![
+        Arc::new(Automatic),
+        Arc::new(Adjoint),
+        Arc::new(Sparse),
+        Arc::new(HouseholderQr),
+        Arc::new(SaddlePoint),
+        Arc::new(DenseLu),
+    ]
 }
 
 /// Two positions so near to each other that only one of them moving asks for the impossible, or nearly: the answer holds by
@@ -155,7 +163,7 @@ fn a_near_conflict_names_the_constraints_and_force_takes_the_way_but_not_the_err
         let error = edit().solve_with(Arc::clone(&solver)).unwrap_err();
         let EditError::Solve(SolveError::NearConflict { constraints, times, .. }) = &error else {
             // These square the condition, and say so.
-            let squares = ["adjoint", "sparse"].contains(&solver.name());
+            let squares = ["adjoint", "sparse", "saddle-point"].contains(&solver.name());
             assert!(squares && error.to_string().contains("householder-qr"), "{}: {error}", solver.name());
             continue;
         };

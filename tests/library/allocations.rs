@@ -5,7 +5,7 @@ use loftsman::area_volume::{area, volume};
 use loftsman_kernel::edit::{Ask, Edit, Metric, Session};
 use loftsman_kernel::functional::{curvature, position, tangent};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Solver, Sparse};
+use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Solver, Sparse};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
@@ -38,6 +38,7 @@ fn an_event_allocates_nothing() {
     check("adjoint", session(1000, Adjoint));
     check("sparse", session(1000, Sparse));
     check("householder-qr", session(1000, HouseholderQr));
+    check("saddle-point", session(1000, SaddlePoint));
     check("lu", session(1000, DenseLu));
     check("automatic", session(1000, Automatic));
 }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use loftsman_kernel::edit::{Axis, Constraint, Edit, EditError, Metric, Wanted};
 use loftsman_kernel::functional::{Functional, derivative, linear, orthogonal, position, tangent, vertex};
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SolveError, Solver, Sparse};
+use loftsman_kernel::solve::{
+    Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
+};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use serde_json::Value;
@@ -111,9 +113,10 @@ fn every_solver_agrees_with_dense_linear_algebra() {
 #[test]
 fn every_solver_agrees_in_other_metrics_too() {
     let golden: Value = serde_json::from_str(include_str!("../golden/metrics.json")).unwrap();
-    let solvers: [Arc<dyn Solver>; 5] = [
+    let solvers: [Arc<dyn Solver>; 6] = [
         Arc::new(Sparse),
         Arc::new(HouseholderQr),
+        Arc::new(SaddlePoint),
         Arc::new(DenseLu),
         Arc::new(Automatic),
         Arc::new(Adjoint),

@@ -1,9 +1,11 @@
 //! The default: the fastest solver that is safe for the system at hand.
 
-use super::{Adjoint, DenseLu, Factored, HouseholderQr, SolveError, Solver, Sparse, System};
+use super::{
+    Adjoint, DenseLu, Factored, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse, System, SystemMetric,
+};
 
-/// Chooses by size: [`Adjoint`] up to three equations, [`Sparse`] above; [`HouseholderQr`] where they find the
-/// system too ill-conditioned, and [`DenseLu`] where that does. [`Factored::solver`] says which one did the work.
+/// Chooses by size: [`Adjoint`] up to three equations, [`Sparse`] above ([`SaddlePoint`] in a metric that is a sparse matrix,
+/// where that is no more work); [`HouseholderQr`] where they find the system too ill-conditioned, and [`DenseLu`] where that does. [`Factored::solver`] says which one did the work.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Automatic;
 
@@ -17,7 +19,14 @@ impl Solver for Automatic {
     }
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        let first: &dyn Solver = if system.rows().len() <= 3 { &Adjoint } else { &Sparse };
+        let few = system.rows().len() <= 3;
+        if !few
+            && matches!(system.metric(), SystemMetric::Matrix(_))
+            && let Ok(factored) = SaddlePoint.factor(system)
+        {
+            return Ok(factored);
+        }
+        let first: &dyn Solver = if few { &Adjoint } else { &Sparse };
         match first.factor(system) {
             Err(error @ (SolveError::IllConditioned { .. } | SolveError::TooLarge { .. })) => {
                 match HouseholderQr.factor(system) {

@@ -95,9 +95,34 @@ impl System {
         Ok(Whitened { rows: Arc::new(whitened), back })
     }
 
-    fn bad_metric(&self, column: usize) -> SolveError {
+    pub(super) fn bad_metric(&self, column: usize) -> SolveError {
         let column = self.touched().get(column).copied().unwrap_or(column);
         SolveError::Metric { vertex: if self.sides() == 3 { column } else { column / 3 } }
+    }
+}
+
+impl System {
+    /// `P` and `G` of the same problem without a metric beside them: `xᵀPx` least under `G x = b`. The unknowns are the adjustment
+    /// `x = d` with `P = W`; of a metric that is known by its inverse `x = W d`, so that `P = W⁻¹` and `G = F W⁻¹`. Both are as
+    /// sparse as what they are made of.
+    pub fn matrices(&self) -> (Symmetric, SparseRows) {
+        let (rows, n) = (self.rows(), self.rows().width());
+        let diagonal = |value: &dyn Fn(usize) -> f64| {
+            Symmetric::from_entries(n, (0..n).map(|i| (i, i, value(i))).collect::<Vec<_>>())
+        };
+        match self.metric() {
+            SystemMetric::Least => (diagonal(&|_| 1.0), rows.as_ref().clone()),
+            SystemMetric::Weights(w) => (diagonal(&|i| w[i]), rows.as_ref().clone()),
+            SystemMetric::Matrix(matrix) => (matrix.as_ref().clone(), rows.as_ref().clone()),
+            SystemMetric::Inverse(inverse) => {
+                let mut products = SparseRows::new(n);
+                for row in 0..rows.len() {
+                    let of = |(c, v): (usize, f64)| inverse.row(c).map(move |(j, m)| (j, v * m));
+                    products.push(rows.iter_row(row).flat_map(of).collect::<Vec<_>>());
+                }
+                (inverse.as_ref().clone(), products)
+            }
+        }
     }
 }
 

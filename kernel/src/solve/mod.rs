@@ -9,6 +9,7 @@
 //! | [`Adjoint`] | one to six equations; closed forms for 1, 2, 3 | squared |
 //! | [`Sparse`] | many equations; work proportional to what they touch | squared |
 //! | [`HouseholderQr`] | ill-conditioned systems; shows rank | as it is |
+//! | [`SaddlePoint`] | many equations in a banded metric; uses the metric as it is | squared |
 //! | [`DenseLu`] | small systems with any metric; an independent check of the others | hardly above it |
 //! | [`Automatic`] | picks the first that is fast and safe | |
 //!
@@ -37,6 +38,7 @@ mod order;
 mod rank;
 mod refine;
 mod saddle;
+mod saddle_point;
 mod settle;
 mod sparse;
 mod symmetric;
@@ -52,6 +54,7 @@ pub use lu::DenseLu;
 pub use metric::SystemMetric;
 pub(crate) use metric::{InverseMetric, Whitened};
 pub use rank::{Dependency, Diagnosis};
+pub use saddle_point::SaddlePoint;
 pub use sparse::Sparse;
 pub use symmetric::Symmetric;
 pub use system::{SparseRows, System};

@@ -29,6 +29,16 @@ pub(super) struct Saddle {
     lower: Vec<f64>,
     /// Reciprocals of `D`; zero for rows that were left out.
     reciprocals: Vec<f64>,
+    weakest: f64,
+}
+
+/// Why a bordered matrix is not factored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// It would be too much work.
+    Work,
+    /// `P` is not positive definite, at this unknown.
+    Indefinite(usize),
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -64,9 +74,11 @@ impl<'a> Bordered<'a> {
         self.rows.iter_row(row).filter(|(_, v)| *v != 0.0).map(|(column, _)| self.place[column]).max()
     }
 
-    /// Factors with some of the rows, which must come by ascending last place. `None` where that is too much work, or `P` is
-    /// not positive definite.
-    pub(super) fn factor(&self, kept: &[usize]) -> Option<Saddle> {
+    /// Factors with some of the rows, which must come by ascending last place.
+    ///
+    /// # Errors
+    /// When that is too much work, or `P` is not positive definite.
+    pub(super) fn factor(&self, kept: &[usize]) -> Result<Saddle, Refusal> {
         let mut nodes = Vec::with_capacity(self.order.len() + kept.len());
         let mut at = vec![0; self.order.len()];
         let mut waiting = (0..kept.len()).peekable();
@@ -94,13 +106,14 @@ impl<'a> Bordered<'a> {
             entries(i, &mut |j, _| low = low.min(j));
             work += (low..i).map(|j: usize| j - low.max(first[j])).sum::<usize>();
             if work > WORK {
-                return None;
+                return Err(Refusal::Work);
             }
             first.push(low);
             starts.push(starts[i] + i - low);
         }
         let mut lower = vec![0.0; starts[nodes.len()]];
         let mut reciprocals = Vec::with_capacity(nodes.len());
+        let mut weakest = 1.0_f64;
         for i in 0..nodes.len() {
             let (done, rest) = lower.split_at_mut(starts[i]);
             let (low, row) = (first[i], &mut rest[..i - first[i]]);
@@ -126,25 +139,32 @@ impl<'a> Bordered<'a> {
                 *w *= reciprocal;
             }
             let pivot = diagonal - length + taken;
+            if matches!(nodes[i], Node::Row(_)) {
+                let share = -pivot / length;
+                // Nothing is left of a row without a length, nor of what is no number.
+                weakest = weakest.min(if share > 0.0 { share } else { 0.0 });
+            }
             reciprocals.push(match nodes[i] {
                 Node::Unknown(_) if pivot > 4.0 * f64::EPSILON * whole && pivot.is_finite() => 1.0 / pivot,
-                Node::Unknown(_) => return None,
+                Node::Unknown(u) => return Err(Refusal::Indefinite(u)),
                 Node::Row(_) if -pivot > DEPENDENT * length && pivot.is_finite() => 1.0 / pivot,
                 Node::Row(_) => 0.0,
             });
         }
-        Some(Saddle { nodes, first, starts, lower, reciprocals })
+        Ok(Saddle { nodes, first, starts, lower, reciprocals, weakest })
     }
 }
 
 impl Saddle {
-    /// Adds to `x` and `y` the solution of `P x + Gᵀ y = a`, `G x = b`. Of rows that were left out, `y` stays.
-    pub(super) fn solve(&self, a: &[f64], b: &[f64], x: &mut [f64], y: &mut [f64]) {
+    /// Adds to `x` and `y` the solution of `P x + Gᵀ y = a`, `G x = b`. Of rows that were left out, `y` stays. `all` is room for
+    /// it.
+    pub(super) fn solve(&self, a: &[f64], b: &[f64], x: &mut [f64], y: &mut [f64], all: &mut Vec<f64>) {
         let given = |node: &Node| match *node {
             Node::Unknown(u) => a[u],
             Node::Row(k) => b[k],
         };
-        let mut all: Vec<f64> = self.nodes.iter().map(given).collect();
+        all.clear();
+        all.extend(self.nodes.iter().map(given));
         for i in 0..all.len() {
             let row = &self.lower[self.starts[i]..self.starts[i + 1]];
             let sum: f64 = row.iter().zip(&all[self.first[i]..]).map(|(l, v)| l * v).sum();
@@ -156,13 +176,18 @@ impl Saddle {
             let value = all[i];
             all[self.first[i]..i].iter_mut().zip(row).for_each(|(v, l)| *v -= l * value);
         }
-        for ((node, value), reciprocal) in self.nodes.iter().zip(all).zip(&self.reciprocals) {
+        for ((node, &mut value), reciprocal) in self.nodes.iter().zip(all).zip(&self.reciprocals) {
             match *node {
                 Node::Unknown(u) => x[u] += value,
                 Node::Row(k) if *reciprocal != 0.0 => y[k] += value,
                 Node::Row(_) => {}
             }
         }
+    }
+
+    /// The least squared length of a row outside the span of those before it, as a share of its own (in the metric).
+    pub(super) fn weakest(&self) -> f64 {
+        self.weakest
     }
 
     /// Which of the kept rows were left out, for they are combinations of others.

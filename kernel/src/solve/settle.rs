@@ -1,7 +1,6 @@
 //! From a guess of the active inequalities to the set that is right: block principal pivoting.
 
 use super::active_set::{Outcome, Program, Sense};
-use super::metric::SystemMetric;
 use super::saddle::Bordered;
 use super::symmetric::Symmetric;
 use super::system::SparseRows;
@@ -15,27 +14,10 @@ const GUESSES: usize = 60;
 const PATIENCE: usize = 8;
 
 impl Program<'_> {
-    /// `P` and `G` of the same program without a metric beside them: `xᵀPx` least, each row of `G x` on its side. The unknowns
-    /// are the adjustment `x = d` with `P = W`; of a metric that is known by its inverse `x = W d`, so that `P = W⁻¹` and
-    /// `G = F W⁻¹`. Both are as sparse as what they are made of.
+    /// `P` and `G` of the same program without a metric beside them: the [system's](super::System::matrices). `xᵀPx` is to be least, each
+    /// row of `G x` on its side.
     pub fn matrices(&self) -> (Symmetric, SparseRows) {
-        let (rows, n) = (self.system.rows(), self.system.rows().width());
-        let diagonal = |value: &dyn Fn(usize) -> f64| {
-            Symmetric::from_entries(n, (0..n).map(|i| (i, i, value(i))).collect::<Vec<_>>())
-        };
-        match self.system.metric() {
-            SystemMetric::Least => (diagonal(&|_| 1.0), rows.as_ref().clone()),
-            SystemMetric::Weights(w) => (diagonal(&|i| w[i]), rows.as_ref().clone()),
-            SystemMetric::Matrix(matrix) => (matrix.as_ref().clone(), rows.as_ref().clone()),
-            SystemMetric::Inverse(inverse) => {
-                let mut products = SparseRows::new(n);
-                for row in 0..rows.len() {
-                    let of = |(c, v): (usize, f64)| inverse.row(c).map(move |(j, m)| (j, v * m));
-                    products.push(rows.iter_row(row).flat_map(of).collect::<Vec<_>>());
-                }
-                (inverse.as_ref().clone(), products)
-            }
-        }
+        self.system.matrices()
     }
 
     /// The outcome, found from a guess of the active inequalities: the least adjustment under these; what pulls the wrong way
@@ -127,12 +109,13 @@ impl Pivoting<'_> {
             (a.0, !equal(a.1)).cmp(&(b.0, !equal(b.1))).then(demand).then(a.1.cmp(&b.1))
         });
         let kept: Vec<usize> = kept.into_iter().map(|(_, row)| row).collect();
-        let saddle = self.bordered.factor(&kept)?;
+        let saddle = self.bordered.factor(&kept).ok()?;
         let mut left_out = vec![false; kept.len()];
         saddle.left_out().for_each(|k| left_out[k] = true);
         let n = self.rows.width();
         let (mut x, mut y) = (vec![0.0; n], vec![0.0; kept.len()]);
         let (mut force, mut missing) = (vec![0.0; n], vec![0.0; kept.len()]);
+        let mut room = Vec::with_capacity(n + kept.len());
         // The last two passes take away what rounding, without pivots, left of the first.
         for _ in 0..3 {
             self.metric.multiply(&x, 1, &mut force);
@@ -145,7 +128,7 @@ impl Pivoting<'_> {
                 missing[k] = if left_out[k] { 0.0 } else { self.rhs[row] - reached };
             }
             force.iter_mut().for_each(|f| *f = -*f);
-            saddle.solve(&force, &missing, &mut x, &mut y);
+            saddle.solve(&force, &missing, &mut x, &mut y, &mut room);
         }
         if x.iter().chain(&y).any(|v| !v.is_finite()) {
             return None;

@@ -302,7 +302,7 @@ fn edges_are_one_all_along_or_the_join_is_refused() {
     assert_eq!(kinds.len(), 4);
     assert!(held.values().sum::<usize>() >= 500, "{held:?}");
     // Drawn: 64 members with unlike weights, 29 with closed edges of unlike knots, each refused by every solver.
-    assert!(refused["weights"] <= 5 * 64 && refused["knots"] <= 5 * 29, "{refused:?}");
+    assert!(refused["weights"] <= 6 * 64 && refused["knots"] <= 6 * 29, "{refused:?}");
 }
 
 /// Where nothing may move the edges cannot meet; where one surface may not, the other one comes.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use loftsman_kernel::edit::{Ask, Edit, EditError};
 use loftsman_kernel::functional::{Edge, Functional, Join, Shapes, join};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Solver, Sparse};
+use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Solver, Sparse};
 use loftsman_kernel::spline::Surface;
 
 pub(crate) const EDGES: [(&str, Edge); 4] =
@@ -22,7 +22,14 @@ pub(crate) fn edge(name: &str) -> Edge {
 }
 
 pub(crate) fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![Arc::new(Automatic), Arc::new(HouseholderQr), Arc::new(DenseLu), Arc::new(Sparse), Arc::new(Adjoint)]
+    vec![
+        Arc::new(Automatic),
+        Arc::new(HouseholderQr),
+        Arc::new(SaddlePoint),
+        Arc::new(DenseLu),
+        Arc::new(Sparse),
+        Arc::new(Adjoint),
+    ]
 }
 
 /// A join of `a`'s edge with `b`'s.

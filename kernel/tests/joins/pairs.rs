@@ -64,7 +64,7 @@ fn the_pairs_that_were_left_apart() {
         }
     }
     // With the adjoint, too: six equations a coordinate.
-    assert_eq!(held, 5);
+    assert_eq!(held, 6);
 }
 
 /// What the refusal says to do helps: with the degree raised the edges are one, in a cubic.

@@ -14,9 +14,16 @@ mod told;
 use std::sync::Arc;
 
 use dice::Dice;
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Solver, Sparse};
+use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Solver, Sparse};
 
 /// Every solver there is.
 fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![Arc::new(Automatic), Arc::new(Sparse), Arc::new(HouseholderQr), Arc::new(DenseLu), Arc::new(Adjoint)]
+    vec![
+        Arc::new(Automatic),
+        Arc::new(Sparse),
+        Arc::new(HouseholderQr),
+        Arc::new(SaddlePoint),
+        Arc::new(DenseLu),
+        Arc::new(Adjoint),
+    ]
 }

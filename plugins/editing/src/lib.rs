@@ -16,7 +16,7 @@ mod transform;
 
 use loftsman_kernel::functional;
 use loftsman_kernel::plugin::{Plugin, Registry};
-use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, Sparse};
+use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Sparse};
 
 pub use cut::{Reverse, Split};
 pub use drag::Drag;
@@ -38,6 +38,7 @@ impl Plugin for Editing {
         registry.solver(Adjoint);
         registry.solver(Sparse);
         registry.solver(HouseholderQr);
+        registry.solver(SaddlePoint);
         registry.solver(DenseLu);
         registry.operation(EditOperation);
         registry.operation(Drag);

@@ -8,8 +8,8 @@ use loftsman_interior_point::InteriorPoint;
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit};
 use loftsman_kernel::functional::{curvature, derivative, position};
 use loftsman_kernel::solve::{
-    Adjoint, Automatic, DenseLu, HouseholderQr, Outcome, Program, Sense, SolveError, Solver, Sparse,
-    SparseRows, Symmetric, System, SystemMetric,
+    Adjoint, Automatic, DenseLu, HouseholderQr, Outcome, Program, SaddlePoint, Sense, SolveError, Solver,
+    Sparse, SparseRows, Symmetric, System, SystemMetric,
 };
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
@@ -41,6 +41,7 @@ fn solvers() -> Vec<Arc<dyn Solver>> {
         Arc::new(Adjoint),
         Arc::new(HouseholderQr),
         Arc::new(DenseLu),
+        Arc::new(SaddlePoint),
         Arc::new(InteriorPoint),
     ]
 }
