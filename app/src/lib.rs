@@ -80,6 +80,11 @@ pub use loftsman_regions as regions;
 pub use loftsman_tessellation as tessellation;
 pub use registry::{BuiltIn, registry};
 
+/// The library's page of the manual, whose examples are tested.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/manual/src/library.md")]
+struct Manual;
+
 #[cfg(test)]
 mod tests {
     /// What the README shows is what the documentation tests, line for line.

@@ -7,7 +7,7 @@ use loftsman_tests::program;
 use serde_json::Value;
 
 /// Copies a folder's files, without what a user's own runs left in `out`.
-fn copy(from: &Path, to: &Path) {
+pub(crate) fn copy(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).unwrap();
     for entry in std::fs::read_dir(from).unwrap().map(Result::unwrap) {
         if entry.file_type().unwrap().is_file() {

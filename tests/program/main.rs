@@ -4,5 +4,6 @@
 mod examples;
 mod figures;
 mod golden;
+mod manual;
 mod measures;
 mod truncated;

@@ -47,6 +47,10 @@ impl Solver for Adjoint {
         "adjoint"
     }
 
+    fn help(&self) -> &'static str {
+        "up to six equations; in closed form up to three"
+    }
+
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let equations = system.rows().len();
         if equations > Self::LIMIT {

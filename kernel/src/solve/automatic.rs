@@ -5,13 +5,17 @@ use super::{
 };
 
 /// Chooses by size: [`Adjoint`] up to three equations, [`Sparse`] above ([`SaddlePoint`] in a metric that is a sparse matrix,
-/// where that is no more work); [`HouseholderQr`] where they find the system too ill-conditioned, and [`DenseLu`] where that does. [`Factored::solver`] says which one did the work.
+/// where no row depends on others); [`HouseholderQr`] where they find the system too ill-conditioned, and [`DenseLu`] where that does. [`Factored::solver`] says which one did the work.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Automatic;
 
 impl Solver for Automatic {
     fn name(&self) -> &'static str {
         "automatic"
+    }
+
+    fn help(&self) -> &'static str {
+        "everything: the fastest solver that is safe for the system at hand; the default"
     }
 
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
@@ -23,6 +27,7 @@ impl Solver for Automatic {
         if !few
             && matches!(system.metric(), SystemMetric::Matrix(_))
             && let Ok(factored) = SaddlePoint.factor(system)
+            && factored.rank() == system.rows().len()
         {
             return Ok(factored);
         }

@@ -30,6 +30,10 @@ impl Solver for HouseholderQr {
         "householder-qr"
     }
 
+    fn help(&self) -> &'static str {
+        "nearly dependent equations: the condition is not squared"
+    }
+
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let rows = system.rows();
         let reflections = Reflections::new(rows, 0..rows.len(), system.tolerance(), self.name())?;

@@ -53,6 +53,10 @@ impl Solver for DenseLu {
         "lu"
     }
 
+    fn help(&self) -> &'static str {
+        "small systems: elimination, an independent check of the others"
+    }
+
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         self.factor(system)
     }

@@ -64,6 +64,11 @@ pub trait Solver: Send + Sync {
     /// Its name in recipes.
     fn name(&self) -> &str;
 
+    /// One line on what it is for, for lists.
+    fn help(&self) -> &str {
+        ""
+    }
+
     /// Does all the work that does not depend on the right-hand side, for a system whose metric is the identity: its answers
     /// have the least Euclidean length. Dependent rows are found and left out; the answer's
     /// [`diagnosis`](Factored::diagnosis) names them.
@@ -100,6 +105,10 @@ pub trait Solver: Send + Sync {
 impl Solver for std::sync::Arc<dyn Solver> {
     fn name(&self) -> &str {
         self.as_ref().name()
+    }
+
+    fn help(&self) -> &str {
+        self.as_ref().help()
     }
 
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {

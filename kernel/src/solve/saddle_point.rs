@@ -59,6 +59,10 @@ impl Solver for SaddlePoint {
         "saddle-point"
     }
 
+    fn help(&self) -> &'static str {
+        "many equations in a metric that bends or stretches: nothing becomes dense"
+    }
+
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         self.factor(system)
     }

@@ -39,6 +39,10 @@ impl Solver for Sparse {
         "sparse"
     }
 
+    fn help(&self) -> &'static str {
+        "many equations: work in proportion to what they touch"
+    }
+
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let mut done = Box::new(FactoredSparse {
             core: Core { rows: UnitRows::empty(), sides: system.sides() },

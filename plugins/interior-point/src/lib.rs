@@ -34,6 +34,10 @@ impl Solver for InteriorPoint {
         "clarabel"
     }
 
+    fn help(&self) -> &'static str {
+        "hundreds of inequalities: an interior-point method finds which of them are active"
+    }
+
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         Automatic.factor_minimum_norm(system)
     }

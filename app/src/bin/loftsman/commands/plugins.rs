@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use loftsman::kernel::plugin::{Declaration, Field, FormatDeclaration, nearest};
+use loftsman::kernel::plugin::{Declaration, Field, FormatDeclaration, Registry, nearest};
 use loftsman::recipe;
 
 use crate::Usage;
@@ -52,12 +52,12 @@ pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
     if args.json.wanted {
         console::print_json(&known)?;
     } else {
-        console::print(&text(&known))?;
+        console::print(&text(&known, &registry))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn text(known: &Known) -> String {
+fn text(known: &Known, registry: &Registry) -> String {
     let mut text = String::new();
     let heading = |text: &mut String, title: &str, some: bool| {
         if some {
@@ -91,8 +91,8 @@ fn text(known: &Known) -> String {
         }
     }
     heading(&mut text, "Solvers", !known.solvers.is_empty());
-    for solver in &known.solvers {
-        let _ = writeln!(text, "  {}", styled(BOLD, solver));
+    for solver in registry.solvers().iter().filter(|s| known.solvers.iter().any(|name| name == s.name())) {
+        let _ = writeln!(text, "  {}  {}", styled(BOLD, solver.name()), solver.help());
     }
     heading(&mut text, "A recipe's own fields", !known.recipe.is_empty());
     fields(&mut text, &known.recipe);
