@@ -138,7 +138,7 @@ fn main() {
         let tolerance = entry["tolerance"].as_f64().unwrap_or(f64::NAN);
         let surface = net.ours();
         let fineness = Fineness { chord: Chord::Absolute(tolerance), angle: std::f64::consts::PI };
-        let (seconds, Tessellated { mesh, error: certified }) =
+        let (seconds, Tessellated { mesh, error: certified, .. }) =
             best(|| Adaptive::default().measured_surface(&surface, &fineness).expect("it is met"));
         let ((u0, u1), (v0, v1)) = (surface.u().domain(), surface.v().domain());
         let corner = |face: usize, k: usize| {

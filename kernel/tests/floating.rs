@@ -391,3 +391,45 @@ fn who_moves_otherwise_than_said_is_seen_and_harms_nobody() {
         }
     }
 }
+
+/// Two locations that look for one target and find one place would make the curve stand still between them; where they find two
+/// places the curve passes twice.
+#[test]
+fn two_that_meet_in_one_place_are_refused_and_two_that_stay_apart_are_not() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.7 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let target = curve.point(4.9).unwrap() + Vector::new(0.1, 1.2, 0.4);
+    for solver in solvers().into_iter().filter(|s| s.name() != "adjoint") {
+        let both = |a: f64, b: f64, second: Point| {
+            Edit::new(&curve)
+                .ask(position(near(a)).to(target))
+                .ask(position(near(b)).to(second))
+                .solve_with(Arc::clone(&solver))
+        };
+        let error = both(4.8, 5.0, target).unwrap_err().to_string();
+        assert!(error.contains("at one place") && error.contains("turn back"), "{}: {error}", solver.name());
+        // Another target is another wish, and far away the same one makes a loop.
+        both(4.8, 5.6, target + Vector::new(0.8, 0.0, 0.0)).unwrap();
+        // A lemniscate passes twice through its middle, and does so elsewhere when it is asked to.
+        let turn = |k: i32| 0.5 + 0.3 * f64::from(k);
+        let net = (0..24).map(|k| Point::new((2.0 * turn(k)).sin(), turn(k).sin(), 0.0)).collect();
+        let eight = Curve::new(Space::clamped_uniform(3, 24).unwrap(), net).unwrap();
+        let foot = |from: i32| {
+            let places = (0..300).map(|k| f64::from(from) + 0.02 * f64::from(k));
+            let distance = |u: &f64| eight.point(*u).unwrap().coords.norm();
+            places.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+        };
+        let middle = Point::new(0.03, 0.05, 0.1);
+        let twice = Edit::new(&eight)
+            .ask(position(near(foot(5))).to(middle))
+            .ask(position(near(foot(14))).to(middle))
+            .solve_with(Arc::clone(&solver))
+            .unwrap();
+        let at: Vec<f64> =
+            twice.report().constraints.iter().filter_map(|c| c.location.as_ref().map(|at| at[0])).collect();
+        assert!((at[0] - at[1]).abs() > 1.0, "{at:?}");
+        for u in at {
+            assert!((twice.shape().point(u).unwrap() - middle).norm() < 1e-12);
+        }
+    }
+}

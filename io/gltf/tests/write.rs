@@ -5,7 +5,9 @@
 use gltf::mesh::Mode;
 use loftsman_gltf::Gltf;
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
-use loftsman_kernel::plugin::{Fate, Format, Memory, Parameters, UpChoice, WriteOptions, WriteReport};
+use loftsman_kernel::plugin::{
+    Chord, Fate, Fineness, Format, Memory, Parameters, UpChoice, WriteOptions, WriteReport,
+};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
@@ -406,4 +408,40 @@ fn floats(file: &Memory) -> Vec<f32> {
     };
     let floats = document.accessors().filter(|a| a.data_type() == gltf::accessor::DataType::F32);
     floats.flat_map(of).collect()
+}
+
+/// What a report calls the tolerance is what was asked of the triangles and segments: the error stays within it, and so it does
+/// measured on the file's own numbers (to their single precision).
+#[test]
+fn the_error_stays_within_the_tolerance_that_is_told() {
+    let wave = |i: usize| Point::new(i as f64, (1.3 * i as f64).sin(), (0.4 * i as f64).cos());
+    let curve = Curve::new(Space::clamped_uniform(3, 14).unwrap(), (0..14).map(wave).collect()).unwrap();
+    let net = (0..8)
+        .flat_map(|i| (0..8).map(move |j| wave(i) + Vector::new(0.0, j as f64, (1.1 * j as f64).sin())));
+    let space = || Space::clamped_uniform(3, 8).unwrap();
+    let surface = Surface::new(space(), space(), net.collect()).unwrap();
+    for chord in [1e-2, 1e-3, 1e-4] {
+        let fineness = Fineness { chord: Chord::Relative(chord), angle: 3.0 };
+        let options = || WriteOptions { fineness, ..WriteOptions::default() };
+        let (file, report) = try_write(&one("curve", curve.clone()), "part.glb", options());
+        let (tolerance, error) = (report.objects[0].tolerance.unwrap(), report.objects[0].error.unwrap());
+        assert!(error <= tolerance && error > 0.2 * tolerance, "{chord}: {error:e} of {tolerance:e}");
+        let places = world(&file).remove(0).1;
+        let apart = |u: f64| {
+            // glTF is y-up.
+            let p = curve.point(u).unwrap();
+            let p = Point::new(p.x, p.z, -p.y);
+            let to = |pair: &[Point]| {
+                let (along, from) = (pair[1] - pair[0], p - pair[0]);
+                (from - along * (from.dot(&along) / along.norm_squared()).clamp(0.0, 1.0)).norm()
+            };
+            places.windows(2).map(to).fold(f64::INFINITY, f64::min)
+        };
+        let (a, b) = curve.domain();
+        let worst = (0..=2000).map(|k| apart(a + (b - a) * f64::from(k) / 2000.0)).fold(0.0, f64::max);
+        assert!(worst <= tolerance + 2e-6, "{chord}: {worst:e} of {tolerance:e}");
+        let (_, report) = try_write(&one("surface", surface.clone()), "part.glb", options());
+        let (tolerance, error) = (report.objects[0].tolerance.unwrap(), report.objects[0].error.unwrap());
+        assert!(error <= tolerance, "{chord}: {error:e} of {tolerance:e}");
+    }
 }

@@ -25,7 +25,7 @@ const CORNER: f64 = 1e-6;
 /// How sharply the end of a chord is found, relative to its length.
 const SHARP: f64 = 2e-3;
 /// How many times more chords than allowed an estimate must see to be believed.
-const BEYOND: f64 = 8.0;
+const BEYOND: f64 = 3.0;
 
 /// The polyline.
 pub(crate) fn polyline(curve: &Curve, fineness: &Fineness, budget: usize) -> Result<Polyline> {

@@ -49,9 +49,9 @@ pub struct Adaptive {
 }
 
 impl Default for Adaptive {
-    /// At most 50 million segments or triangles a shape.
+    /// At most ten million segments or triangles a shape.
     fn default() -> Self {
-        Self { budget: 50_000_000 }
+        Self { budget: 10_000_000 }
     }
 }
 
@@ -90,8 +90,7 @@ impl Tessellator for Adaptive {
     /// Seams (periodic, or edges that coincide) and poles share their points. Normals are split only where tangent
     /// planes differ by more than 2e-3; `uvs` differ at seams, and at poles by triangle.
     fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated> {
-        let (mesh, error) = surface::mesh(surface, fineness, self.budget)?;
-        Ok(Tessellated { mesh, error })
+        surface::mesh(surface, fineness, self.budget)
     }
 
     /// A chord holds where it does in all states, so that each is as near as [`curve`](Tessellator::curve) would make it, with

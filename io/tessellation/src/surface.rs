@@ -2,7 +2,7 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::parallel;
-use loftsman_kernel::plugin::{Fineness, MovingMesh};
+use loftsman_kernel::plugin::{Fineness, MovingMesh, Tessellated};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
@@ -16,14 +16,14 @@ use crate::topology::{Topology, poles};
 use crate::weights;
 
 /// How far an estimate of the triangles may be beyond the budget before the work is refused without being begun.
-const BEYOND: f64 = 8.0;
+const BEYOND: f64 = 3.0;
 
-/// The mesh of a surface, and the largest certified distance between the two (a length).
+/// The mesh of a surface, the chord asked for, and the largest certified distance between the two (lengths).
 ///
 /// Borders are cut by their own data only, so that surfaces that share one fit.
-pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<(Mesh, f64)> {
-    let found = Meshes::of(std::slice::from_ref(surface), fineness, budget)?;
-    Ok((found.mesh, found.error))
+pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<Tessellated> {
+    let Meshes { mesh, tolerance, error, .. } = Meshes::of(std::slice::from_ref(surface), fineness, budget)?;
+    Ok(Tessellated { mesh, tolerance, error })
 }
 
 /// All states of a surface, cut alike. Those that are one point have no say.

@@ -210,7 +210,7 @@ fn a_twisted_patch_with_straight_edges_keeps_them_whole() {
     let line = Space::clamped_uniform(1, 2).unwrap();
     let saddle = Surface::new(line.clone(), line, points).unwrap();
     let fineness = Fineness { chord: Chord::Absolute(1e-3), angle: 0.3 };
-    let Tessellated { mesh, error: certified } =
+    let Tessellated { mesh, error: certified, .. } =
         Adaptive::default().measured_surface(&saddle, &fineness).unwrap();
     assert_eq!(on_line(&mesh, 0.0).len(), 2);
     no_sliver_of_nothing(&mesh);
@@ -271,7 +271,7 @@ fn weights_of_any_ratio_and_sizes_of_any_magnitude_are_met() {
             let bezier = Space::clamped_uniform(3, 4).unwrap();
             let surface = Surface::rational(bezier.clone(), bezier, points, weights).unwrap();
             let fineness = Fineness { chord: Chord::Relative(2e-3), angle: 2.0 };
-            let Tessellated { mesh, error: certified } =
+            let Tessellated { mesh, error: certified, .. } =
                 Adaptive::default().measured_surface(&surface, &fineness).unwrap();
             no_sliver_of_nothing(&mesh);
             assert!(certified <= 2e-3 * 5.5 * size);
@@ -302,7 +302,7 @@ fn degenerate_surfaces_are_meshed_without_empty_faces_or_refused_by_name() {
     ] as [&dyn Fn(f64, f64) -> [f64; 3]; 3]
     {
         let surface = of(f);
-        let Tessellated { mesh, error: certified } =
+        let Tessellated { mesh, error: certified, .. } =
             Adaptive::default().measured_surface(&surface, &Fineness::default()).unwrap();
         no_sliver_of_nothing(&mesh);
         let (out, back) = deviation(&surface, &mesh, certified);
@@ -348,7 +348,7 @@ proptest! {
             rational.then(|| weights[..rows * columns].to_vec()),
         ).unwrap();
         let fineness = Fineness { chord: Chord::Absolute(0.02), angle: 0.8 };
-        let Tessellated { mesh, error: certified } = Adaptive::default().measured_surface(&surface, &fineness).unwrap();
+        let Tessellated { mesh, error: certified, .. } = Adaptive::default().measured_surface(&surface, &fineness).unwrap();
         no_sliver_of_nothing(&mesh);
         let (out, back) = deviation(&surface, &mesh, certified);
         prop_assert!(certified <= 0.02 && out <= certified && back <= certified, "{out} {back} {certified}");

@@ -55,7 +55,11 @@ impl At {
             (true, true) => Err(parameters
                 .error("near", "stands beside \"at\": a location is given, or floats; give one of them")),
             (_, true) => parameters.location("near").map(near),
-            _ => parameters.location("at").map(Self::from),
+            (true, _) => parameters.location("at").map(Self::from),
+            _ => {
+                Err(parameters
+                    .error("at", "a location is needed: give \"at\", or \"near\" for one that floats"))
+            }
         }
     }
 }
@@ -65,13 +69,13 @@ pub(super) const AT_OR_NEAR: [Field; 2] = [
     Field::optional(
         "at",
         "number, or [u, v] on a surface",
-        "near",
+        "this or near is needed",
         "the location, in the shape's own parameters",
     ),
     Field::optional(
         "near",
         "number, or [u, v] on a surface",
-        "at",
+        "this or at is needed",
         "instead of at: the location floats, from here to where the change is least",
     ),
 ];

@@ -301,7 +301,7 @@ impl Functional for Curvature {
 impl DeclaredFunctional for Curvature {
     const DECLARATION: Declaration = Declaration {
         name: "curvature",
-        help: "the curvature, in the plane in which the curve turns; position and first derivative stand still unless asked",
+        help: "the curvature, in the plane in which the curve turns (below 0 it turns the other way); position and first derivative stand still unless asked",
         fields: &[AT, OBJECT],
     };
 

@@ -36,6 +36,8 @@ impl Default for Fineness {
 pub struct Tessellated {
     /// Triangles with unit normals and `uvs` (the surface's parameters scaled to `[0, 1]²`).
     pub mesh: Mesh,
+    /// The chord asked for, as a length in the surface's unit.
+    pub tolerance: f64,
     /// The largest distance that a point of either can have from the other, in the surface's unit: bounded, not sampled,
     /// and never more than the chord asked for.
     pub error: f64,

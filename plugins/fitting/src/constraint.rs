@@ -362,7 +362,17 @@ impl Held {
                     with.push(name.clone());
                 }
             }
-            return Err(FitError::Conflict { name: self.imposed[row.constraint].name.clone(), with });
+            // Two that are called alike are told apart by their numbers.
+            let name = self.imposed[row.constraint].name.clone();
+            if with.contains(&name) {
+                let numbered = |k: usize| format!("{} (constraints[{k}])", self.imposed[k].name);
+                let beside = kept.iter().zip(&a).filter(|(_, a)| a.abs() > 1e-6 * largest);
+                let mut others: Vec<usize> = beside.map(|(&k, _)| self.rows[k].constraint).collect();
+                others.dedup();
+                let with = others.into_iter().map(numbered).collect();
+                return Err(FitError::Conflict { name: numbered(row.constraint), with });
+            }
+            return Err(FitError::Conflict { name, with });
         }
         Ok(())
     }

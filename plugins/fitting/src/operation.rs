@@ -359,7 +359,14 @@ fn constraint_of(
     object: &str,
     context: &Context<'_>,
 ) -> Result<Constraint, OperationError> {
-    for word in ["by", "scale", "keep", "at_least", "at_most"] {
+    for word in ["at_least", "at_most"] {
+        if table.has(word) {
+            let problem =
+                "a fit takes equations only, with \"to\": fit first, then edit the curve with this bound";
+            return Err(table.error(word, problem).into());
+        }
+    }
+    for word in ["by", "scale", "keep"] {
         if table.has(word) {
             let problem = "needs a shape that is there already; a fit can only be told a value, with \"to\"";
             return Err(table.error(word, problem).into());

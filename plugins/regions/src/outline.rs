@@ -121,7 +121,12 @@ fn extend(chain: Outline, open: &mut [Option<Outline>], bridge: bool) -> Result<
         return Ok(joined);
     }
     if bridge {
-        let curve = chain.curve.join(&Curve::line(end, start)?, slack)?.shape;
+        // The line gets a share of the parameter like its length: a loft joins what has the same parameter.
+        let line = Curve::line(end, start)?;
+        let (length, (a, b)) = (chain.curve.length(1e-6)?.value, chain.curve.domain());
+        let share = (start - end).norm() / length * (b - a);
+        let line = if share.is_normal() { line.reparametrise(0.0, share)? } else { line };
+        let curve = chain.curve.join(&line, slack)?.shape;
         return Ok(Outline { curve, name: chain.name, bridge: Some([end, start]) });
     }
     Err(RegionError::Open { object: chain.name, gap: (end - start).norm() })

@@ -456,3 +456,30 @@ fn sections_that_coincide_are_refused() {
         }
     }
 }
+
+/// A root circle and an aerofoil with a blunt trailing edge that a line closes: the line takes a share of the parameter like its
+/// length, so that no half of the circle is led into it.
+#[test]
+fn a_short_bridge_takes_a_short_part_of_the_circle() {
+    let blunt = |k: usize| {
+        let angle = 0.02 + (TAU - 0.04) * k as f64 / 40.0;
+        Point::new(2.0 * angle.cos(), 0.5 * angle.sin(), 3.0)
+    };
+    let open = Curve::new(Space::clamped_uniform(3, 41).unwrap(), (0..41).map(blunt).collect()).unwrap();
+    let gap = (open.points()[40] - open.points()[0]).norm();
+    let share = gap / (gap + open.length(1e-9).unwrap().value);
+    let root = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let (mut scene, names) = scene_of(&[root, open]);
+    let fields = json!({ "sections": names, "tolerance": 1e-3, "bridge": true, "degree": 1, "surface": true, "name": "blade" });
+    run(&mut scene, fields).unwrap();
+    let surface = scene.surface("blade surface").unwrap();
+    let ((a, b), (_, end)) = (surface.u().domain(), surface.v().domain());
+    // The line of the trailing edge is where the second section has the x of its ends.
+    let flat = 2.0 * 0.02_f64.cos() - 1e-9;
+    let count = 20_000;
+    let on_line = (0..count)
+        .filter(|k| surface.point(a + (b - a) * f64::from(*k) / f64::from(count), end).unwrap().x >= flat)
+        .count();
+    let found = on_line as f64 / f64::from(count);
+    assert!((found - share).abs() < 0.2 * share + 2e-4, "{found} of the parameter for {share} of the length");
+}

@@ -60,11 +60,23 @@ pub(super) fn read(
     }
     // First all names, so that those of nodes come before those made up for their points.
     let mut taken = Scene::new();
+    let (mut renamed, mut example) = (0_usize, None);
     for (&node, part) in tree.nodes.iter().zip(&found) {
         let name = taken.unique_name(&part.name);
+        if name != part.name {
+            renamed += 1;
+            example.get_or_insert_with(|| (part.name.clone(), name.clone()));
+        }
         let fail = |e: loftsman_kernel::Error| file.fail(format!("nodes[{node}]"), e.to_string());
         taken.add(Object::new(name.as_str(), Geometry::Group)).map_err(fail)?;
         names.insert(node, name);
+    }
+    if let Some((old, new)) = example {
+        let nodes = if renamed == 1 { "one node has the name" } else { "nodes have the names" };
+        let count = if renamed == 1 { String::new() } else { format!("{renamed} ") };
+        report.notes.push(format!(
+            "{count}{nodes} of another: objects have names of their own, so that \"{old}\" becomes \"{new}\""
+        ));
     }
     let group = Arc::new(Geometry::Group);
     let mut exact = Vec::new();

@@ -104,10 +104,7 @@ impl<'a> Writer<'a, '_> {
                 };
                 let MovingLine { states, starts, closed, tolerance, error } = line;
                 let points = states.first().cloned().unwrap_or_default();
-                report.tolerance = Some(match frames {
-                    Some(_) => self.asked(tolerance * in_scene),
-                    None => self.tolerance(&fineness, &points, in_scene),
-                });
+                report.tolerance = Some(self.asked(tolerance * in_scene));
                 report.error = Some(error * in_scene);
                 explain(report, Fate::Approximated, "the curve became segments; the exact one is in extras");
                 let moves = frames.map(|frames| Moves::of(states, frames.rate));
@@ -125,10 +122,7 @@ impl<'a> Writer<'a, '_> {
                 if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
                     mesh.turn_inside_out();
                 }
-                report.tolerance = Some(match frames {
-                    Some(_) => self.asked(tolerance * in_scene),
-                    None => self.tolerance(&fineness, mesh.points(), in_scene),
-                });
+                report.tolerance = Some(self.asked(tolerance * in_scene));
                 report.error = Some(error * in_scene);
                 explain(
                     report,
@@ -347,19 +341,6 @@ impl<'a> Writer<'a, '_> {
         match self.options.fineness.chord {
             Chord::Absolute(length) => length,
             Chord::Relative(_) => tolerance,
-        }
-    }
-
-    /// The chord tolerance in the scene's unit.
-    fn tolerance(&self, fineness: &Fineness, points: &[Point], in_scene: f64) -> f64 {
-        match (self.options.fineness.chord, fineness.chord) {
-            (Chord::Absolute(length), _) => length,
-            (_, Chord::Absolute(length)) => length * in_scene,
-            (_, Chord::Relative(fraction)) => {
-                let first = points.first().copied().unwrap_or_default();
-                let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
-                fraction * (high - low).norm() * in_scene
-            }
         }
     }
 }

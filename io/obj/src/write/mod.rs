@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 
 use loftsman_kernel::connection::{Connection, Side};
-use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, Format as _, FormatError, ParameterError, Place, Sink, Tessellated, UpChoice,
     WriteOptions, WriteReport, Written,
@@ -352,14 +352,17 @@ impl<W: Write> Writer<'_, W> {
                 .map_err(|e| format!("it could not be tessellated: {e}")),
         };
         match mesh {
-            Ok(Tessellated { mut mesh, error }) => {
+            Ok(Tessellated { mut mesh, tolerance, error }) => {
                 if mirrored {
                     mesh.turn_inside_out();
                 }
                 self.name(object.name())?;
                 self.mesh(&mesh, &object.materials)?;
                 written.form = format!("{} triangles", mesh.face_count());
-                written.tolerance = Some(self.tolerance(fineness, &mesh));
+                written.tolerance = Some(match self.options.fineness.chord {
+                    Chord::Absolute(length) => length,
+                    Chord::Relative(_) => tolerance / self.scale,
+                });
                 written.error = Some(error / self.scale);
                 if !exact {
                     written.fate = Fate::Approximated;
@@ -393,20 +396,6 @@ impl<W: Write> Writer<'_, W> {
             (chord, None) => chord,
         };
         fineness
-    }
-
-    /// The chord tolerance in the scene's unit, as a report gives it.
-    fn tolerance(&self, fineness: &Fineness, mesh: &Mesh) -> f64 {
-        match (self.options.fineness.chord, fineness.chord) {
-            (Chord::Absolute(length), _) => length,
-            (_, Chord::Absolute(length)) => length / self.scale,
-            (_, Chord::Relative(fraction)) => {
-                let points = mesh.points();
-                let first = points.first().copied().unwrap_or_default();
-                let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
-                fraction * (high - low).norm() / self.scale
-            }
-        }
     }
 
     fn name(&mut self, name: &str) -> std::io::Result<()> {

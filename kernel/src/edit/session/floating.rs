@@ -13,9 +13,10 @@ use smallvec::SmallVec;
 use super::Session;
 use crate::edit::EditError;
 use crate::error::{Error, Result};
-use crate::functional::{Functional, value_of};
+use crate::functional::{Functional, Store, rows_of, value_of};
 use crate::problem::ConstraintId;
 use crate::problem::bound::Bound;
+use crate::problem::conflict::quoted;
 use crate::shape::{Derivative, Interval, Location, Shape, grid_or_row};
 use crate::solve::Sense;
 
@@ -28,6 +29,8 @@ const SHARE: f64 = 1e-4;
 const ROUNDING: f64 = 1e-13;
 /// An adjustment of this part of the largest coordinate is none.
 const NOTHING: f64 = 4.0 * f64::EPSILON;
+/// Locations nearer than this share of a control vertex's part of the domain are one.
+const ONE: f64 = 2e-2;
 /// Steps to the foot of a target, where what is asked cannot hold where it starts.
 const FEET: usize = 60;
 
@@ -233,7 +236,76 @@ impl<S: Shape> Session<S> {
             }
         }
         self.prepared.iterations = solves;
+        self.check_apart(parameters)
+    }
+
+    /// Whether locations that are to meet one target on one shape came to rest apart. Where they meet, the shape stands still and
+    /// turns back between them: that is a stationary point of the least adjustment, and nothing that anybody asks for.
+    fn check_apart(&self, parameters: &[Parameter]) -> Result<(), EditError> {
+        let firsts = || parameters.iter().enumerate().filter(|(_, p)| !p.second);
+        for (i, p) in firsts() {
+            for (_, q) in firsts().skip_while(|(k, _)| *k <= i) {
+                let (one, other) = (&self.problem.bound[p.constraint], &self.problem.bound[q.constraint]);
+                let (own, second) = (&one.constraint.functional, &other.constraint.functional);
+                let (Some((_, at)), Some((_, beside))) = (own.location(), second.location()) else {
+                    continue;
+                };
+                if one.constraint.axis != other.constraint.axis
+                    || one.target != other.target
+                    || !self.near(p, at, beside)
+                    || self.is_implied(p.constraint)
+                    || self.is_implied(q.constraint)
+                {
+                    continue;
+                }
+                if own.moved(beside).is_some_and(|moved| self.asks_the_same(moved.as_ref(), second.as_ref()))
+                {
+                    return Err(Error::Invalid(format!(
+                        "{} and {} come to hold at one place ({at}), where the shape would stand still and turn back: leave one of \
+                         them out, or start it where the shape should pass a second time",
+                        quoted(&one.constraint.label()),
+                        quoted(&other.constraint.label())
+                    ))
+                    .into());
+                }
+            }
+        }
         Ok(())
+    }
+
+    /// Whether rows of a constraint follow from others, so that it asks for nothing by itself.
+    fn is_implied(&self, constraint: usize) -> bool {
+        let assembly = &self.prepared.assembly;
+        self.prepared.dependencies.iter().any(|row| assembly.constraint_of(row.row) == constraint)
+    }
+
+    /// Whether two functionals have the same rows on the shapes as they are.
+    fn asks_the_same(&self, one: &dyn Functional, other: &dyn Functional) -> bool {
+        let shapes = self.problem.shapes();
+        let [mut first, mut second] = [Store::default(), Store::default()];
+        let rows = |functional: &dyn Functional, store: &mut Store| {
+            rows_of(functional, &shapes, &mut store.rows(&shapes)).is_ok()
+        };
+        rows(one, &mut first) && rows(other, &mut second) && first.equations().eq(second.equations())
+    }
+
+    /// Whether two locations are so near to one another, beside a control vertex's share of the domain, that they are one.
+    fn near(&self, p: &Parameter, a: Location, b: Location) -> bool {
+        let close = |a: f64, b: f64, p: &Parameter| {
+            let Interval { start, end, periodic } = p.interval;
+            let apart = (a - b).abs();
+            (if periodic { apart.min(end - start - apart) } else { apart }) <= ONE * p.limit
+        };
+        match (a, b) {
+            (Location::Curve(a), Location::Curve(b)) => close(a, b, p),
+            (Location::Surface(a, c), Location::Surface(b, d)) => {
+                let second = self.parameters().ok().and_then(|all| {
+                    all.into_iter().find(|other| other.constraint == p.constraint && other.second)
+                });
+                close(a, b, p) && second.is_some_and(|second| close(c, d, &second))
+            }
+            _ => false,
+        }
     }
 
     /// The event with the locations where they are: half the squared length of its adjustment, and how that changes with the

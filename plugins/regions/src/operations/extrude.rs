@@ -15,6 +15,9 @@ use crate::fill::Refinement;
 use crate::measure::{area, volume};
 use crate::outline::outlines;
 
+/// What is thinner than this part of its outlines is no solid: its two sides would be welded.
+const THINNEST: f64 = 2e-11;
+
 /// The operation `extrude`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Extrude;
@@ -52,6 +55,21 @@ impl Operation for Extrude {
         let tessellator = tessellator(context)?;
         let (fineness, refinement) = (fineness(parameters)?, refinement(parameters, true)?);
         let mut outlines = outlines(scene, &objects, parameters.flag("bridge")?)?;
+        let size = outlines
+            .iter()
+            .map(|o| o.curve.bounds())
+            .fold(0.0_f64, |m, (low, high)| m.max((high - low).amax()));
+        if by.amax() < THINNEST * size {
+            return Err(parameters
+                .error(
+                    "by",
+                    format!(
+                        "{:e} is nothing beside outlines of size {size:.3e}: give a longer vector",
+                        by.norm()
+                    ),
+                )
+                .into());
+        }
         let region = Chords::of(&outlines, tessellator, &fineness)?.fill(&Refinement::default())?;
         let normal = region.plane.normal();
         let height = by.dot(&normal);

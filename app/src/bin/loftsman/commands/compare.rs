@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use loftsman::compare::{Comparison, compare};
+use loftsman::kernel::plugin::StepReport;
 use loftsman::recipe::Recipe;
 
 use super::report;
@@ -34,6 +35,10 @@ fn text(comparison: &Comparison) -> String {
         }
         let difference = trial.difference.map(|d| format!(" · differs by {}", figure(d))).unwrap_or_default();
         let _ = writeln!(text, "{head}  {}{difference}", seconds(trial.seconds));
+        let did = |step: &&StepReport| step.solver.as_ref().is_some_and(|s| s.contains(&trial.solver));
+        if trial.solver != "automatic" && !trial.steps.iter().any(|step| did(&step)) {
+            let _ = writeln!(text, "  nothing for it to do by itself: others did the work");
+        }
         for step in trial.steps.iter().filter(|s| s.solver.is_some()) {
             let object = step.object.as_ref().map(|o| format!(" \"{o}\"")).unwrap_or_default();
             let _ =
