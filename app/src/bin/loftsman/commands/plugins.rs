@@ -52,7 +52,7 @@ pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
     if args.json.wanted {
         console::print_json(&known)?;
     } else {
-        console::print(&text(&known, &registry))?;
+        console::print(&text(&known, registry))?;
     }
     Ok(ExitCode::SUCCESS)
 }
