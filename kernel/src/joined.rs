@@ -6,10 +6,10 @@ use crate::Point;
 use crate::error::Result;
 use crate::placement::transform_point;
 use crate::scene::{Geometry, Scene};
+use crate::shape::{Location, Shape};
 use crate::spline::Surface;
+use crate::topology::{CommonEdges, SAMPLES};
 
-/// Points a side by which edges are compared: enough that two which agree there are meant to be one.
-const SAMPLES: usize = 9;
 /// Edges are one where they are nearer than this part of the scene's size.
 const NEAR: f64 = 1e-9;
 
@@ -43,16 +43,11 @@ impl Scene {
         if !(near.is_finite() && near > 0.0) {
             return Ok(answer);
         }
-        let mut edges = Edges { low, near, places: BTreeMap::new() };
-        let mut groups = Groups((0..nets.len()).collect());
+        let mut common = CommonEdges::new(nets.len(), low, near);
         for (k, (_, net)) in nets.iter().enumerate() {
-            for edge in net.edges() {
-                if let Some(other) = edges.meet(k, edge) {
-                    groups.join(k, other);
-                }
-            }
+            net.edges.iter().for_each(|edge| common.add(k, *edge));
         }
-        let roots: Vec<usize> = (0..nets.len()).map(|k| groups.root(k)).collect();
+        let roots: Vec<usize> = (0..nets.len()).map(|k| common.group(k)).collect();
         let mut boxes: BTreeMap<usize, (usize, (Point, Point))> = BTreeMap::new();
         for (root, (_, net)) in roots.iter().zip(&nets) {
             let own = net.extent();
@@ -75,11 +70,10 @@ fn around(a: (Point, Point), b: (Point, Point)) -> (Point, Point) {
     (a.0.inf(&b.0), a.1.sup(&b.1))
 }
 
-/// Points of a surface, evenly in its parameters, row after row.
+/// Points of a surface, evenly in its parameters, row after row, and those of its edges.
 struct Net {
     points: Vec<Point>,
-    /// Whether it has edges at the ends of `u`, and of `v`: a periodic direction has none.
-    ends: [bool; 2],
+    edges: Vec<[Point; SAMPLES]>,
 }
 
 impl Net {
@@ -88,80 +82,23 @@ impl Net {
         let at = |(a, b): (f64, f64), i: usize| {
             if i + 1 == SAMPLES { b } else { a + (b - a) * (i as f64 / (SAMPLES - 1) as f64) }
         };
-        let (u, v) = (surface.u(), surface.v());
+        let point = |at: Location| -> Option<Point> {
+            let (u, v) = at.on_surface().ok()?;
+            Some(place(surface.point(u, v).ok()?)).filter(|p| p.iter().all(|c| c.is_finite()))
+        };
+        let (u, v) = (surface.u().domain(), surface.v().domain());
         let mut points = Vec::with_capacity(SAMPLES * SAMPLES);
         for i in 0..SAMPLES {
             for j in 0..SAMPLES {
-                let p = place(surface.point(at(u.domain(), i), at(v.domain(), j)).ok()?);
-                points.push(p);
+                points.push(point(Location::Surface(at(u, i), at(v, j)))?);
             }
         }
-        let finite = points.iter().all(|p| p.iter().all(|c| c.is_finite()));
-        finite.then_some(Self { points, ends: [!u.is_periodic(), !v.is_periodic()] })
+        Some(Self { points, edges: CommonEdges::sampled(surface.edges()?, &point)? })
     }
 
     fn extent(&self) -> (Point, Point) {
         let first = self.points[0];
         self.points.iter().fold((first, first), |all, &p| around(all, (p, p)))
-    }
-
-    fn edges(&self) -> impl Iterator<Item = [Point; SAMPLES]> {
-        let last = SAMPLES - 1;
-        let along_v = [0, last].map(|i| std::array::from_fn(|k| self.points[i * SAMPLES + k]));
-        let along_u = [0, last].map(|j| std::array::from_fn(|k| self.points[k * SAMPLES + j]));
-        let [u, v] = self.ends;
-        along_v.into_iter().filter(move |_| u).chain(along_u.into_iter().filter(move |_| v))
-    }
-}
-
-/// Edges met so far, by where their middles lie.
-struct Edges {
-    low: Point,
-    near: f64,
-    places: BTreeMap<[i64; 3], Vec<(usize, [Point; SAMPLES])>>,
-}
-
-impl Edges {
-    /// Whose edge this one is too; kept where it is new. Poles are nobody's.
-    fn meet(&mut self, owner: usize, edge: [Point; SAMPLES]) -> Option<usize> {
-        let near = self.near;
-        let together = |a: &Point, b: &Point| (a - b).norm() <= near;
-        if edge.iter().all(|p| together(p, &edge[0])) {
-            return None;
-        }
-        let middle = edge.iter().map(|p| p - self.low).sum::<crate::Vector>() / SAMPLES as f64;
-        let cell = |shift: f64| [0, 1, 2].map(|axis| ((middle[axis] + shift) / (16.0 * near)).floor() as i64);
-        let (below, above) = (cell(-near), cell(near));
-        for corner in 0..8 {
-            let key = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { below[axis] } else { above[axis] });
-            for (other, known) in self.places.get(&key).into_iter().flatten() {
-                let same = known.iter().zip(&edge).all(|(a, b)| together(a, b))
-                    || known.iter().rev().zip(&edge).all(|(a, b)| together(a, b));
-                if same {
-                    return Some(*other);
-                }
-            }
-        }
-        self.places.entry(cell(0.0)).or_default().push((owner, edge));
-        None
-    }
-}
-
-/// Disjoint sets, each known by its first member.
-struct Groups(Vec<usize>);
-
-impl Groups {
-    fn root(&mut self, mut k: usize) -> usize {
-        while self.0[k] != k {
-            self.0[k] = self.0[self.0[k]];
-            k = self.0[k];
-        }
-        k
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b);
     }
 }
 

@@ -27,6 +27,7 @@ pub mod scene;
 pub mod shape;
 pub mod solve;
 pub mod spline;
+pub mod topology;
 mod unit;
 
 pub use error::{Error, Result};

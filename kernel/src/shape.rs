@@ -1,7 +1,17 @@
 //! What every editable thing has in common: its points depend linearly on its control vertices.
 
+mod cells;
+mod edges;
+mod gram;
+mod location;
+mod neighbours;
+mod refine;
+mod stencil;
+mod strip;
+mod torn;
+
 use std::any::Any;
-use std::fmt::{self, Debug};
+use std::fmt::Debug;
 
 use smallvec::SmallVec;
 
@@ -9,207 +19,19 @@ use crate::error::{Error, Result};
 use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
-/// Where on a shape: `u` on a curve, `(u, v)` on a surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Location {
-    /// A parameter of a curve.
-    Curve(f64),
-    /// A pair of parameters of a surface.
-    Surface(f64, f64),
-}
-
-impl Location {
-    /// The number of parameters: 1 or 2.
-    pub fn parameters(self) -> usize {
-        match self {
-            Self::Curve(_) => 1,
-            Self::Surface(..) => 2,
-        }
-    }
-
-    /// The parameter on a curve.
-    ///
-    /// # Errors
-    /// [`Error::LocationKind`] where this is a location on a surface.
-    pub fn on_curve(self) -> Result<f64> {
-        match self {
-            Self::Curve(u) => Ok(u),
-            Self::Surface(..) => Err(Error::LocationKind { found: 2, expected: 1 }),
-        }
-    }
-
-    /// The two parameters on a surface.
-    ///
-    /// # Errors
-    /// [`Error::LocationKind`] where this is a location on a curve.
-    pub fn on_surface(self) -> Result<(f64, f64)> {
-        match self {
-            Self::Surface(u, v) => Ok((u, v)),
-            Self::Curve(_) => Err(Error::LocationKind { found: 1, expected: 2 }),
-        }
-    }
-}
-
-impl From<f64> for Location {
-    fn from(u: f64) -> Self {
-        Self::Curve(u)
-    }
-}
-
-impl From<[f64; 2]> for Location {
-    fn from([u, v]: [f64; 2]) -> Self {
-        Self::Surface(u, v)
-    }
-}
-
-impl From<(f64, f64)> for Location {
-    fn from((u, v): (f64, f64)) -> Self {
-        Self::Surface(u, v)
-    }
-}
-
-impl fmt::Display for Location {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Curve(u) => write!(f, "{u}"),
-            Self::Surface(u, v) => write!(f, "[{u}, {v}]"),
-        }
-    }
-}
-
-/// The order of a derivative: how often by `u` and, on a surface, by `v`. The default is the position itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Derivative {
-    /// Times by `u`.
-    pub u: usize,
-    /// Times by `v`; 0 on a curve.
-    pub v: usize,
-}
-
-impl Derivative {
-    /// No derivative: the position.
-    pub const POSITION: Self = Self { u: 0, v: 0 };
-}
-
-impl From<usize> for Derivative {
-    fn from(u: usize) -> Self {
-        Self { u, v: 0 }
-    }
-}
-
-impl From<[usize; 2]> for Derivative {
-    fn from([u, v]: [usize; 2]) -> Self {
-        Self { u, v }
-    }
-}
+pub use cells::{Cell, CellSide, Cells, Splines, cells_of, rows_at};
+pub(crate) use edges::no_edge;
+pub use edges::{BoundaryEdge, Edges, Strip, edges_of, strips};
+pub use location::{Derivative, Location, Side, Sides};
+pub use neighbours::Neighbours;
+pub use refine::{Refine, refine_of};
+pub use stencil::Stencil;
+pub use torn::{Tear, torn};
 
 /// Unit tangents that differ by no more than this, in radians (0.0006°), are those of a smooth curve: what six decimals of
 /// a text file leave of it. What is kept is the relation as it is, so that a knot that is less smooth than to rounding
 /// becomes no worse and is not moved to be better.
 pub(crate) const SMOOTH: f64 = 1e-5;
-
-/// From which side of a knot a derivative is taken: where a knot is repeated often enough, the two differ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
-pub enum Side {
-    /// That of the piece which ends at the knot; at the start of a periodic direction, of the piece that ends its period.
-    Left,
-    /// That of the piece which begins at the knot, as everywhere where no side is said.
-    #[default]
-    Right,
-}
-
-/// A side in each parameter; a curve looks at the first only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
-pub struct Sides {
-    /// In `u`.
-    pub u: Side,
-    /// In `v`.
-    pub v: Side,
-}
-
-impl From<Side> for Sides {
-    /// The same side in both parameters.
-    fn from(side: Side) -> Self {
-        Self { u: side, v: side }
-    }
-}
-
-impl From<[Side; 2]> for Sides {
-    fn from([u, v]: [Side; 2]) -> Self {
-        Self { u, v }
-    }
-}
-
-/// The sparse row `S` with `value = Σ S_i P_i`: which control vertices a point (or derivative) of a shape is
-/// made of, and how much of each. On the stack up to bicubic surfaces. Vertices ascend and do not repeat.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Stencil {
-    vertices: SmallVec<[usize; 16]>,
-    coefficients: SmallVec<[f64; 16]>,
-}
-
-impl Stencil {
-    /// An empty stencil: the value zero.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Adds `coefficient` at `vertex`, to what is there already where the vertex repeats.
-    pub fn add(&mut self, vertex: usize, coefficient: f64) {
-        match self.vertices.last() {
-            Some(&last) if last >= vertex => match self.vertices.binary_search(&vertex) {
-                Ok(at) => self.coefficients[at] += coefficient,
-                Err(at) => {
-                    self.vertices.insert(at, vertex);
-                    self.coefficients.insert(at, coefficient);
-                }
-            },
-            _ => {
-                self.vertices.push(vertex);
-                self.coefficients.push(coefficient);
-            }
-        }
-    }
-
-    /// The vertices, ascending.
-    pub fn vertices(&self) -> &[usize] {
-        &self.vertices
-    }
-
-    /// The coefficient of each vertex.
-    pub fn coefficients(&self) -> &[f64] {
-        &self.coefficients
-    }
-
-    /// `(vertex, coefficient)` pairs.
-    pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.vertices.iter().copied().zip(self.coefficients.iter().copied())
-    }
-
-    /// `Σ S_i P_i`. Vertices that do not exist count as zero.
-    pub fn apply(&self, points: &[Point]) -> Vector {
-        self.iter().fold(Vector::zeros(), |sum, (i, c)| points.get(i).map_or(sum, |p| sum + p.coords * c))
-    }
-
-    /// The stencil times a factor.
-    #[must_use]
-    pub fn scaled(mut self, factor: f64) -> Self {
-        for c in &mut self.coefficients {
-            *c *= factor;
-        }
-        self
-    }
-}
-
-impl FromIterator<(usize, f64)> for Stencil {
-    fn from_iter<I: IntoIterator<Item = (usize, f64)>>(pairs: I) -> Self {
-        let mut stencil = Self::new();
-        for (vertex, coefficient) in pairs {
-            stencil.add(vertex, coefficient);
-        }
-        stencil
-    }
-}
 
 /// The parameters a shape is defined on: one interval a direction, each perhaps closed onto itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -225,6 +47,10 @@ pub struct Interval {
 /// A shape: anything whose points depend **linearly** on its control vertices. Curves and surfaces, polynomial
 /// and rational (weights fixed), implement it here; other crates add their own, and every functional then works
 /// on them.
+///
+/// What only some shapes can do are further traits, each asked for by a method that answers `None` by default: the
+/// [cells](Self::cells) that a shape consists of (integrals, energies, areas, volumes), its [edges](Self::edges) (joins, closed
+/// shells), the [neighbours](Self::neighbours) of a control vertex (falloff), and how to [refine](Self::refine) it.
 pub trait Shape: Any + Debug + Send + Sync {
     /// The control vertices, in one sequence.
     fn control_vertices(&self) -> &[Point];
@@ -265,10 +91,31 @@ pub trait Shape: Any + Debug + Send + Sync {
     }
 
     /// The matrix of `(1/L) ∫ |f|² + L^(2k) |f^(k)|²` over the basis functions, for `k = order` (1 stretch, 2 bend),
-    /// `L` the length of the domain; positive definite, and independent of how the domain is scaled. `None` where the
-    /// shape does not know one.
+    /// `L` the length of the domain; positive definite, and independent of how the domain is scaled. By default from the
+    /// shape's [cells](Self::cells), by Gauss points; `None` where it has none, or they are wrong.
     fn smoothness(&self, order: usize) -> Option<Symmetric> {
-        let _ = order;
+        gram::smoothness(self, order).ok()
+    }
+
+    /// The pieces on which it is one polynomial, or one quotient of two: from these integrals over it are computed. `None`
+    /// (the default) where they are not known.
+    fn cells(&self) -> Option<&dyn Cells> {
+        None
+    }
+
+    /// The boundary of a surface: what can be joined, and closed. `None` (the default) where it is not known, and of curves.
+    fn edges(&self) -> Option<&dyn Edges> {
+        None
+    }
+
+    /// Which control vertices are next to one another, where that is not a [grid](Self::grid); a shape that has one need not say
+    /// it again. `None` (the default) where it is not known.
+    fn neighbours(&self) -> Option<&dyn Neighbours> {
+        None
+    }
+
+    /// What gives it more control vertices without changing it. `None` (the default) where nothing does.
+    fn refine(&self) -> Option<&dyn Refine> {
         None
     }
 
@@ -351,6 +198,22 @@ impl Shape for Box<dyn Shape> {
 
     fn smoothness(&self, order: usize) -> Option<Symmetric> {
         self.as_ref().smoothness(order)
+    }
+
+    fn cells(&self) -> Option<&dyn Cells> {
+        self.as_ref().cells()
+    }
+
+    fn edges(&self) -> Option<&dyn Edges> {
+        self.as_ref().edges()
+    }
+
+    fn neighbours(&self) -> Option<&dyn Neighbours> {
+        self.as_ref().neighbours()
+    }
+
+    fn refine(&self) -> Option<&dyn Refine> {
+        self.as_ref().refine()
     }
 
     fn type_name(&self) -> &'static str {

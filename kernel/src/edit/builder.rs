@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use super::locality::{localise_beside, most_influential};
+use super::locality::{Intervals, influence, localise_beside, most_influential};
 use super::session::{Edited, Session};
 use crate::error::{Error, Result};
 use crate::functional::{Functional, On, Shapes};
@@ -12,7 +12,6 @@ use crate::problem::smooth::frozen;
 use crate::problem::{Asked, Constraint, EditError, Freedom, Metric, Problem, Smoothing, Wanted};
 use crate::shape::{Location, Shape, vertex_index};
 use crate::solve::{Automatic, Solver};
-use crate::spline::Curve;
 
 /// Says an edit: what is asked of a shape (and perhaps others with it), what may move and what "least" means.
 #[derive(Debug)]
@@ -292,17 +291,7 @@ impl<S: Shape> Edit<S> {
                 Some(most_influential(&shapes, shape, at, count)?)
             }
             (_, Some((start, end))) => {
-                let curve = first_curve(&self.shapes)?;
-                let flat = curve.space().flat();
-                let p = curve.degree();
-                let inside = |k: &usize| flat[*k] >= start && flat[*k + p + 1] <= end;
-                let mut only: Vec<usize> = (0..curve.space().unrolled_len())
-                    .filter(inside)
-                    .map(|k| curve.space().vertex(k))
-                    .collect();
-                only.sort_unstable();
-                only.dedup();
-                Some(only)
+                Some(Intervals::of(first(&self.shapes)?)?.supported_inside(start, end))
             }
             (None, None) => None,
         };
@@ -312,7 +301,8 @@ impl<S: Shape> Edit<S> {
     /// Refines the first shape so that the edit fits into the interval, and moves locks along with their vertices.
     fn localise_window(&mut self, start: f64, end: f64) -> Result<()> {
         let at = self.focus();
-        let curve = first_curve(&self.shapes)?;
+        let curve = first(&self.shapes)?;
+        let most = influence(curve)?;
         let Some((0, Location::Curve(u))) = at else {
             return Err(Error::Invalid(
                 "an edit within an interval needs a place in it: ask for a change at a location, or give a handle".into(),
@@ -333,23 +323,20 @@ impl<S: Shape> Edit<S> {
                 quoted(&numbered.describe())
             )));
         }
-        let vertices = self.locality.unwrap_or_else(|| (self.constraints.len() + 1).min(curve.degree() + 1));
+        let vertices = self.locality.unwrap_or_else(|| (self.constraints.len() + 1).min(most));
         // What must stay for the curve to be as smooth at the interval's ends as it is does not count as free.
-        let kept = |curve: &Curve, inside: &[usize]| {
+        let kept = |curve: &dyn Shape, inside: &[usize]| {
             [start, end]
                 .into_iter()
                 .flat_map(|u| frozen(curve, u, inside, self.smooth))
                 .collect::<Vec<usize>>()
         };
         let (refined, _) = localise_beside(curve, start, end, u, vertices, &kept)?;
-        self.original = Some(std::mem::replace(&mut self.shapes[0], Box::new(refined)));
+        self.original = Some(std::mem::replace(&mut self.shapes[0], refined));
         Ok(())
     }
 }
 
-fn first_curve(shapes: &[Box<dyn Shape>]) -> Result<&Curve> {
-    let first: Option<&dyn std::any::Any> = shapes.first().map(|s| s.as_ref() as _);
-    first.and_then(|s| s.downcast_ref()).ok_or_else(|| {
-        Error::Invalid("only an edit of a B-spline curve can be kept within an interval".into())
-    })
+fn first(shapes: &[Box<dyn Shape>]) -> Result<&dyn Shape> {
+    shapes.first().map(AsRef::as_ref).ok_or_else(|| Error::Invalid("an edit of no shape".into()))
 }

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::functional::{ShapeNames, Shapes, equations_of, value_of};
 use crate::scene::{Geometry, Scene};
 use crate::shape::Shape;
-use crate::spline::{Curve, Surface};
+use crate::spline::{Curve, Surface, Trimmed};
 
 /// The shapes of a step's problem: the step's own object first, then those that constraints name.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl ShapeNames for SceneShapes<'_> {
     }
 }
 
-/// A copy of a curve or surface of the scene.
+/// A copy of a curve, surface or trimmed surface of the scene.
 ///
 /// # Errors
 /// When there is no such object, or it is something else.
@@ -77,9 +77,8 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
     match scene.object(object)?.geometry() {
         Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
         Geometry::Surface(surface) => Ok(Box::new(surface.clone())),
-        Geometry::Trimmed(_) => Err(Error::Invalid(format!(
-            "\"{object}\" is a trimmed surface, which cannot be edited yet: \"untrim\" makes it a whole one"
-        ))),
+        // Edited as the surface that carries it; its loops stay.
+        Geometry::Trimmed(trimmed) => Ok(Box::new(trimmed.clone())),
         other => Err(Error::Invalid(format!(
             "\"{object}\" is a {}, not a curve or surface: fit one to it first",
             other.kind()
@@ -138,9 +137,13 @@ pub fn ask_once(
 /// # Errors
 /// When there is no such object, or the shape is none that a scene holds.
 pub fn put_back(scene: &mut Scene, name: &str, shape: &dyn Shape) -> Result<()> {
+    // A scene's geometries are types, so that here, and only here, shapes are told by theirs: what `shape_of` took out goes back.
     let any: &dyn Any = shape;
     if let Some(curve) = any.downcast_ref::<Curve>() {
         return scene.replace(name, curve);
+    }
+    if let Some(trimmed) = any.downcast_ref::<Trimmed>() {
+        return scene.replace(name, trimmed);
     }
     match any.downcast_ref::<Surface>() {
         Some(surface) => scene.replace(name, surface),

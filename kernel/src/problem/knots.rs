@@ -6,7 +6,7 @@ use super::metric::Metric;
 use crate::Point;
 use crate::functional::Shapes;
 use crate::problem::Freedom;
-use crate::shape::Location;
+use crate::shape::{Location, Shape, Splines};
 use crate::solve::{Automatic, Solver};
 use crate::spline::{Curve, Space};
 
@@ -27,16 +27,16 @@ pub(crate) fn knot_that_helps(
     if shapes.len() != 1 {
         return None;
     }
-    let any: &dyn std::any::Any = shapes.get(0).ok()?;
-    let curve = any.downcast_ref::<Curve>()?;
-    let space = curve.space();
+    let curve = shapes.get(0).ok()?;
+    // Knots are what splines have; only a curve's stencils are at one of them alone.
+    let Splines { u: space, v: None, .. } = curve.cells()?.splines()? else { return None };
     let middle = places.iter().sum::<f64>() / places.len() as f64;
     let breaks = space.breakpoints();
     let mut candidates: Vec<f64> = breaks.windows(2).map(|s| 0.5 * (s[0] + s[1])).collect();
     candidates.sort_by(|a, b| (a - middle).abs().total_cmp(&(b - middle).abs()));
     // The influence of a knot reaches p spans: farther ones cannot help.
     candidates.truncate(2 * space.degree() + 2);
-    let rank = |curve: &Curve, freedom: &Freedom| -> Option<(usize, usize)> {
+    let rank = |curve: &dyn Shape, freedom: &Freedom| -> Option<(usize, usize)> {
         let shapes = Shapes::one(curve);
         let assembly = Assembly::new(&shapes, constraints, freedom, &Metric::Least).ok()?;
         let factored = Automatic.factor(&assembly.system).ok()?;
@@ -44,7 +44,7 @@ pub(crate) fn knot_that_helps(
     };
     let (before, _) = rank(curve, freedom)?;
     for knot in candidates {
-        let Some((refined, shifted)) = with_knot(curve, freedom, knot) else { continue };
+        let Some((refined, shifted)) = with_knot(space, freedom, knot) else { continue };
         if rank(&refined, &shifted).is_some_and(|(after, rows)| after > before && after == rows) {
             // A rounder number that is in the same span serves as well and reads better.
             return Some(round_within(space, knot));
@@ -53,9 +53,8 @@ pub(crate) fn knot_that_helps(
     None
 }
 
-/// A curve on the same space with one more knot (its points do not matter for rank), and the locks on it.
-fn with_knot(curve: &Curve, freedom: &Freedom, knot: f64) -> Option<(Curve, Freedom)> {
-    let space = curve.space();
+/// A curve on the space with one more knot (its points do not matter for rank), and the locks on it.
+fn with_knot(space: &Space, freedom: &Freedom, knot: f64) -> Option<(Curve, Freedom)> {
     let mut knots = space.knots().to_vec();
     let at = knots.partition_point(|&k| k <= knot);
     knots.insert(at, knot);

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use super::falloff::{check_radius, falloff};
 use crate::error::{Error, Result};
 use crate::functional::Shapes;
-use crate::shape::{Grid, Shape};
+use crate::shape::Shape;
 use crate::solve::{Symmetric, SystemMetric};
 
 /// What "least" means. Vertices are numbered through all shapes of the edit.
@@ -17,7 +18,8 @@ pub enum Metric {
     Weights(Vec<f64>),
     /// A moved vertex takes its neighbours along, less and less up to this many vertices away (paper 4's warp):
     /// `W⁻¹ = φ(distance/radius)`, `φ(r) = (1-r)³(3r+1)` (Wendland 1995), which is positive definite. The radius
-    /// is at least 1 (1 is [`Least`](Self::Least)).
+    /// is at least 1 (1 is [`Least`](Self::Least)). That is on a grid of control vertices; on another net of
+    /// [neighbours](crate::shape::Neighbours) it is a product of steps to these, positive definite too.
     Falloff(f64),
     /// `(1/L) ∫ |d|² + L²|d'|²`: the displacement changes little along the shape. `L` is the length of the domain.
     Stretch,
@@ -45,11 +47,11 @@ impl Metric {
                 let mut all = Vec::new();
                 for &vertex in &touched {
                     let (shape, offset) = shape_of(shapes, vertex)?;
-                    neighbours(&grid_of(shape)?, vertex - offset, *radius, |near, _| {
+                    falloff(shape, vertex - offset, *radius, |near, _| {
                         if may_move(offset + near) {
                             all.push(offset + near);
                         }
-                    });
+                    })?;
                 }
                 all.sort_unstable();
                 all.dedup();
@@ -93,19 +95,12 @@ impl Metric {
                 let mut entries = Vec::new();
                 for (i, &vertex) in moving.iter().enumerate() {
                     let (shape, offset) = shape_of(shapes, vertex)?;
-                    let grid = grid_of(shape)?;
-                    if let Some(length) = wrapped(&grid).filter(|&length| 2.0 * radius > length as f64) {
-                        return Err(Error::Invalid(format!(
-                            "a falloff radius of {radius} goes more than once around a closed shape of {length} \
-                             control vertices: give at most {}",
-                            length / 2
-                        )));
-                    }
-                    neighbours(&grid, vertex - offset, *radius, |near, value| {
+                    check_radius(shape, *radius)?;
+                    falloff(shape, vertex - offset, *radius, |near, value| {
                         if let Some(j) = moving.binary_search(&(offset + near)).ok().filter(|&j| j <= i) {
                             entries.push((i, j, value));
                         }
-                    });
+                    })?;
                 }
                 Ok(SystemMetric::Inverse(spread(Symmetric::from_entries(moving.len(), entries))))
             }
@@ -152,55 +147,4 @@ impl Metric {
 fn shape_of<'a>(shapes: &Shapes<'a>, vertex: usize) -> Result<(&'a dyn Shape, usize)> {
     let index = (0..shapes.len()).rev().find(|&i| shapes.offset(i) <= vertex).unwrap_or(0);
     Ok((shapes.get(index)?, shapes.offset(index)))
-}
-
-/// The grid of a shape's control vertices.
-fn grid_of(shape: &dyn Shape) -> Result<Grid> {
-    shape.grid().ok_or_else(|| {
-        Error::Invalid(format!(
-            "a falloff goes from a control vertex to its neighbours, and a shape ({}) does not say which these are: use \"least\", \
-             or weights",
-            shape.type_name()
-        ))
-    })
-}
-
-/// The shortest way around the grid, where it is closed in a direction.
-fn wrapped(grid: &Grid) -> Option<usize> {
-    let rows = grid.rows_wrap.then_some(grid.rows);
-    let columns = grid.columns_wrap.then_some(grid.columns);
-    rows.into_iter().chain(columns).min()
-}
-
-/// Calls `found` with every vertex within the radius in both directions of the grid, and the product of the
-/// falloffs.
-fn neighbours(grid: &Grid, vertex: usize, radius: f64, mut found: impl FnMut(usize, f64)) {
-    let phi = |distance: usize| {
-        let r = distance as f64 / radius;
-        if r >= 1.0 { 0.0 } else { (1.0 - r).powi(3) * (3.0 * r + 1.0) }
-    };
-    // No farther than the grid goes, however large the radius.
-    let reach = |length: usize| (radius.ceil().min(length as f64) as usize).min(length.saturating_sub(1));
-    let line = |at: usize, length: usize, wrap: bool| {
-        let reach = if wrap { reach(length).min(length / 2) } else { reach(length) };
-        let low = if wrap { at + length - reach } else { at.saturating_sub(reach) };
-        let high = if wrap { at + length + reach } else { (at + reach).min(length.saturating_sub(1)) };
-        let centre = if wrap { at + length } else { at };
-        // Where the two ends of a wrap meet, count the vertex once.
-        let low = if wrap && high - low + 1 > length { high + 1 - length } else { low };
-        (low..=high).map(move |i| (if wrap { i % length } else { i }, i.abs_diff(centre)))
-    };
-    let columns = grid.columns.max(1);
-    for (row, row_distance) in line(vertex / columns, grid.rows, grid.rows_wrap) {
-        let across = phi(row_distance);
-        if across == 0.0 {
-            continue;
-        }
-        for (column, distance) in line(vertex % columns, columns, grid.columns_wrap) {
-            let value = across * phi(distance);
-            if value != 0.0 {
-                found(row * columns + column, value);
-            }
-        }
-    }
 }

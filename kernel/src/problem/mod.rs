@@ -29,6 +29,7 @@ pub(crate) mod conflict;
 pub(crate) mod constraint;
 pub(crate) mod effort;
 mod error;
+mod falloff;
 mod freedom;
 pub(crate) mod judge;
 mod knots;

@@ -1,11 +1,13 @@
 //! Catmull–Rom curves: cubic, through every control vertex.
 
-use smallvec::smallvec;
+use smallvec::{SmallVec, smallvec};
 
 use super::{Curve, Space};
 use crate::Point;
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Sides, Stencil};
+use crate::shape::{
+    Cell, CellSide, Cells, Derivative, Domain, Grid, Interval, Location, Shape, Sides, Stencil,
+};
 use crate::spline::curve::check_net;
 
 /// How the parameters at which a [`CatmullRom`] curve passes its vertices are spaced.
@@ -255,6 +257,31 @@ impl Shape for CatmullRom {
 
     fn grid(&self) -> Option<Grid> {
         Some(Grid { rows: 1, columns: self.points.len(), rows_wrap: false, columns_wrap: self.is_closed() })
+    }
+
+    fn cells(&self) -> Option<&dyn Cells> {
+        Some(self)
+    }
+}
+
+/// The segments between neighbouring vertices: cubic, made of these and the vertices before and after.
+impl Cells for CatmullRom {
+    fn count(&self) -> usize {
+        self.points.len() - usize::from(!self.is_closed())
+    }
+
+    fn cell(&self, index: usize) -> Option<Cell> {
+        let (start, end) = (*self.space.flat().get(index + 1)?, *self.space.flat().get(index + 2)?);
+        if index >= Cells::count(self) {
+            return None;
+        }
+        let next = (index + 1) % self.points.len();
+        let (here, there) = (self.tangent(index), self.tangent(next));
+        let mut vertices: SmallVec<[usize; 16]> =
+            here.vertices().iter().chain(there.vertices()).copied().chain([index, next]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        Some(Cell { sides: smallvec![CellSide { start, end, degree: 3 }], rational: false, vertices })
     }
 }
 

@@ -5,7 +5,7 @@ use smallvec::smallvec;
 use super::binomial;
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Sides, Stencil};
+use crate::shape::{Cells, Derivative, Domain, Grid, Interval, Location, Refine, Shape, Sides, Stencil};
 use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
@@ -352,6 +352,14 @@ impl Shape for Curve {
             rows_wrap: false,
             columns_wrap: self.space.is_periodic(),
         })
+    }
+
+    fn cells(&self) -> Option<&dyn Cells> {
+        Some(self)
+    }
+
+    fn refine(&self) -> Option<&dyn Refine> {
+        Some(self)
     }
 }
 

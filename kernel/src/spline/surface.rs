@@ -6,7 +6,9 @@ use super::binomial;
 use super::curve::{check_curve_space, check_net, knot_count};
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::shape::{Derivative, Domain, Grid, Interval, Location, Shape, Sides, Stencil};
+use crate::shape::{
+    Cells, Derivative, Domain, Edges, Grid, Interval, Location, Refine, Shape, Sides, Stencil,
+};
 use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
@@ -238,5 +240,17 @@ impl Shape for Surface {
             rows_wrap: self.u.is_periodic(),
             columns_wrap: self.v.is_periodic(),
         })
+    }
+
+    fn cells(&self) -> Option<&dyn Cells> {
+        Some(self)
+    }
+
+    fn edges(&self) -> Option<&dyn Edges> {
+        Some(self)
+    }
+
+    fn refine(&self) -> Option<&dyn Refine> {
+        Some(self)
     }
 }

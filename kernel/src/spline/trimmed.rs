@@ -2,8 +2,12 @@
 
 use super::curve::Curve;
 use super::surface::Surface;
+use crate::Point;
 use crate::error::{Error, Result};
-use crate::shape::Interval;
+use crate::shape::{
+    Cells, Derivative, Domain, Edges, Grid, Interval, Location, Refine, Shape, Sides, Stencil,
+};
+use crate::solve::Symmetric;
 
 /// How far the ends of neighbouring curves of a loop may be apart, and a curve outside the domain, as a fraction of
 /// the domain's longer side: files print parameters with six digits or fewer.
@@ -178,6 +182,54 @@ impl Trimmed {
     }
 }
 
+/// The surface that carries it, edited as that would be: its loops, which lie in the parameter plane, stay as they are.
+impl Shape for Trimmed {
+    fn control_vertices(&self) -> &[Point] {
+        self.surface.points()
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        self.surface.control_vertices_mut()
+    }
+
+    fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
+        self.surface.stencil(at, derivative)
+    }
+
+    fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
+        self.surface.stencil_on(at, derivative, sides)
+    }
+
+    fn domain(&self) -> Domain {
+        Shape::domain(&self.surface)
+    }
+
+    fn boxed(&self) -> Box<dyn Shape> {
+        Box::new(self.clone())
+    }
+
+    fn smoothness(&self, order: usize) -> Option<Symmetric> {
+        self.surface.smoothness(order)
+    }
+
+    fn grid(&self) -> Option<Grid> {
+        self.surface.grid()
+    }
+
+    fn cells(&self) -> Option<&dyn Cells> {
+        Some(self)
+    }
+
+    /// None where there are loops: these are its boundary then.
+    fn edges(&self) -> Option<&dyn Edges> {
+        if self.regions.is_empty() { Some(self) } else { None }
+    }
+
+    fn refine(&self) -> Option<&dyn Refine> {
+        Some(self)
+    }
+}
+
 fn named(what: &str, error: &Error) -> Error {
     Error::Invalid(format!("{what}: {error}"))
 }
@@ -230,7 +282,6 @@ fn check_chain(surface: &Surface, chain: &[ParameterCurve], closed: bool) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Point;
     use crate::spline::Space;
 
     fn square() -> Surface {

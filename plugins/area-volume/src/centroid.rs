@@ -103,7 +103,7 @@ impl Centroid {
                 });
                 sum
             };
-            let rule = Rule::settled(own, 3 * own.degree() - 1, polar)?;
+            let rule = Rule::settled(&own, (3 * own.cells.degrees()[0]).saturating_sub(1), polar)?;
             pieces.push(Piece { shape: piece.shape, sign: piece.sign, rule });
         }
         Ok(Arc::new(Bound::Plane { plane, pieces }))

@@ -2,11 +2,10 @@
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{On, Shapes};
-use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::shape::{Derivative, Tear, torn};
 use loftsman_kernel::{Point, Result};
 
-use crate::members::{curve, extent, name_of};
+use crate::members::{Member, curve, extent, name_of};
 use crate::ties::Tie;
 
 /// Ends nearer than this, of the size of the whole, are one point.
@@ -73,7 +72,10 @@ impl Contour {
             }
             let side = |end: End| -> Result<_> {
                 let own = curve(shapes, &members[end.member], what, INSTEAD)?;
-                Ok((members[end.member].shape, own.stencil(parameter(own, end).into(), 0.into())?))
+                Ok((
+                    members[end.member].shape,
+                    own.shape.stencil(parameter(&own, end).into(), Derivative::POSITION)?,
+                ))
             };
             ties.push(Tie { first: side(joint.to)?, second: side(joint.from)? });
         }
@@ -94,13 +96,13 @@ impl Contour {
         let mut ends: Vec<Option<[Point; 2]>> = Vec::with_capacity(members.len());
         for (member, on) in members.iter().enumerate() {
             let own = curve(shapes, on, what, INSTEAD)?;
-            check_whole(own, on, what)?;
-            if own.is_periodic() {
+            check_whole(&own, on, what)?;
+            let Some((a, b)) = open_ends(&own) else {
                 ends.push(None);
                 continue;
-            }
-            let (a, b) = own.domain();
-            let both = [own.point(a)?, own.point(b)?];
+            };
+            let point = |u: f64| own.shape.value(u.into(), Derivative::POSITION).map(Point::from);
+            let both = [point(a)?, point(b)?];
             let distance = (both[1] - both[0]).norm();
             if distance <= TOGETHER * size {
                 let end = End { member, last: true };
@@ -132,22 +134,22 @@ impl Contour {
     }
 }
 
-fn parameter(curve: &Curve, end: End) -> f64 {
-    let (a, b) = curve.domain();
-    if end.last { b } else { a }
+/// Where a curve starts and ends; `None` where it is periodic.
+fn open_ends(curve: &Member<'_>) -> Option<(f64, f64)> {
+    let domain = curve.shape.domain();
+    domain.first().filter(|interval| !interval.periodic).map(|interval| (interval.start, interval.end))
 }
 
-/// A curve that a knot of full multiplicity tears in two encloses nothing.
-fn check_whole(curve: &Curve, on: &On, what: &str) -> Result<()> {
-    let space = curve.space();
-    let breaks = space.breakpoints();
-    let torn = breaks[1..breaks.len() - 1].iter().find(|&&u| space.multiplicity(u) > space.degree());
-    match torn {
-        None => Ok(()),
-        Some(u) => Err(Error::Invalid(format!(
-            "{what}: {} may be torn at {u}, where the knot is repeated {} times; split it there, or remove one",
-            name_of(on),
-            space.multiplicity(*u)
-        ))),
-    }
+fn parameter(curve: &Member<'_>, end: End) -> f64 {
+    open_ends(curve).map_or(0.0, |(a, b)| if end.last { b } else { a })
+}
+
+/// A curve that may be torn in two (a spline by a knot of full multiplicity) encloses nothing.
+fn check_whole(curve: &Member<'_>, on: &On, what: &str) -> Result<()> {
+    let Some(Tear { at, repeated, .. }) = torn(curve.shape, what)? else { return Ok(()) };
+    let (name, why) =
+        (name_of(on), repeated.map(|times| format!(", where the knot is repeated {times} times")));
+    let advice = if why.is_some() { "split it there, or remove one" } else { "split it there" };
+    let why = why.unwrap_or_default();
+    Err(Error::Invalid(format!("{what}: {name} may be torn at {at}{why}; {advice}")))
 }

@@ -1,7 +1,8 @@
 //! Integrals over a surface of its normal against basis functions, by sum factorisation.
 
 use loftsman_kernel::error::Error;
-use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::shape::Splines;
+use loftsman_kernel::spline::Space;
 use loftsman_kernel::{Point, Result, Vector};
 
 use crate::rule::Rule;
@@ -21,8 +22,6 @@ pub(crate) struct Flux {
     columns: usize,
     weights: Option<Vec<f64>>,
     moments: bool,
-    /// What a closed surface does not need, but derivatives of one that is opened do: the four edges.
-    open: [bool; 2],
 }
 
 /// A rule, compared by what it was made from.
@@ -38,45 +37,45 @@ impl PartialEq for RuleOf {
 /// Gauss points of a strip, at most; its rows then fit into the first cache.
 const STRIP: usize = 96;
 /// Points on a span beyond which a rational surface's spans are divided instead.
-const MOST: usize = 24;
+pub(crate) const MOST: usize = 24;
 /// A rational surface's integrals are refined until they change by less than this.
-const SETTLED: f64 = 1e-13;
+pub(crate) const SETTLED: f64 = 1e-13;
 
 impl Flux {
     /// For the surfaces that differ from this one in their control vertices only; with `moments` for all four `h`. Exact
     /// for polynomial ones; for rational ones refined until the present integrals settle to 1e-13.
-    pub(crate) fn new(surface: &Surface, moments: bool) -> Result<Self> {
+    pub(crate) fn new(splines: &Splines<'_>, v: &Space, vertices: &[Point], moments: bool) -> Result<Self> {
+        let (u, weights) = (splines.u, splines.weights);
         let points = |space: &Space| {
             let p = space.degree();
             // The integrand has degree 3p - 1 in each direction, with moments 4p - 1.
             if moments { 2 * p } else { (3 * p).div_ceil(2) }
         };
         let make = |per: [usize; 2], parts: usize| Self {
-            u: RuleOf(Rule::new(surface.u(), per[0], parts)),
-            v: RuleOf(Rule::new(surface.v(), per[1], parts)),
-            rows: surface.u().len(),
-            columns: surface.v().len(),
-            weights: surface.weights().map(<[f64]>::to_vec),
+            u: RuleOf(Rule::new(u, per[0], parts)),
+            v: RuleOf(Rule::new(v, per[1], parts)),
+            rows: u.len(),
+            columns: v.len(),
+            weights: weights.map(<[f64]>::to_vec),
             moments,
-            open: [!surface.u().is_periodic(), !surface.v().is_periodic()],
         };
-        let mut per = [points(surface.u()), points(surface.v())];
+        let mut per = [points(u), points(v)];
         let mut parts = 1;
         let mut flux = make(per, parts);
-        if surface.weights().is_none() {
+        if weights.is_none() {
             return Ok(flux);
         }
-        let middle = crate::members::middle_of(surface.points());
+        let middle = crate::members::middle_of(vertices);
         let (mut work, mut last, mut now) = (Strip::default(), Vec::new(), Vec::new());
-        flux.integrate(surface.points(), &middle, &mut work, &mut last);
+        flux.integrate(vertices, &middle, &mut work, &mut last);
         for _ in 0..12 {
             if per[0].max(per[1]) < MOST {
-                per = [per[0] + surface.u().degree() + 1, per[1] + surface.v().degree() + 1];
+                per = [per[0] + u.degree() + 1, per[1] + v.degree() + 1];
             } else {
                 parts *= 2;
             }
             let finer = make(per, parts);
-            finer.integrate(surface.points(), &middle, &mut work, &mut now);
+            finer.integrate(vertices, &middle, &mut work, &mut now);
             let size = |f: &[Vec<Vector>]| f.iter().flatten().fold(0.0_f64, |m, v| m.max(v.amax()));
             let change = now.iter().flatten().zip(last.iter().flatten());
             let settled = change.fold(0.0_f64, |m, (a, b)| m.max((a - b).amax())) <= SETTLED * size(&now);
@@ -86,10 +85,7 @@ impl Flux {
             flux = finer;
             std::mem::swap(&mut last, &mut now);
         }
-        Err(Error::Invalid(
-            "the surface's weights differ too much for its volume to be told; insert knots where they do"
-                .into(),
-        ))
+        Err(unsettled())
     }
 
     /// `F_ij` for each `h`, in the surface's order of vertices, into `out`; coordinates are taken from `origin`. Allocates
@@ -220,6 +216,13 @@ impl Flux {
             }
         }
     }
+}
+
+/// That a rational surface's integrals do not settle.
+pub(crate) fn unsettled() -> Error {
+    Error::Invalid(
+        "the surface's weights differ too much for its volume to be told; insert knots where they do".into(),
+    )
 }
 
 /// What a strip works with: for each row of vertices, component after component, the numbers at all Gauss points.

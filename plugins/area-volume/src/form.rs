@@ -51,8 +51,12 @@ impl AreaForm {
     /// # Errors
     /// When weights differ so much that the integral overflows.
     pub fn of_curve(curve: &Curve) -> Result<Self> {
-        let space = curve.space();
-        let Some(weights) = curve.weights() else { return Ok(Self::new(space)) };
+        Self::of_splines(curve.space(), curve.weights())
+    }
+
+    /// The same from what the curves have in common.
+    pub(crate) fn of_splines(space: &Space, weights: Option<&[f64]>) -> Result<Self> {
+        let Some(weights) = weights else { return Ok(Self::new(space)) };
         let p = space.degree();
         let (nodes, shares) = gauss_legendre(p + EXTRA);
         let mut basis = Basis::default();

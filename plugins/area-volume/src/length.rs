@@ -5,11 +5,12 @@ use std::sync::Arc;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::gram::gauss_legendre;
-use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Result, Vector};
 
-use crate::members::{Members, OBJECT, OBJECTS, curve, name_of};
+use crate::members::{Member, Members, OBJECT, OBJECTS, curve, name_of};
 use crate::rule::Basis;
 
 /// The arc length `∫ |C'| du` of a curve, or of several together. One nonlinear equation, with gradient `∫ R'_i C'/|C'|`.
@@ -49,39 +50,88 @@ impl Length {
 
 /// The rule of one curve at work.
 struct Measure<'c> {
-    space: &'c Space,
+    shape: &'c dyn Shape,
+    /// Space and weights, of a spline.
+    spline: Option<(&'c Space, Option<&'c [f64]>)>,
     points: &'c [Point],
-    weights: Option<&'c [f64]>,
+    /// The pieces: for a spline the number of the span, and from where to where.
+    pieces: Vec<(usize, f64, f64)>,
     nodes: Vec<f64>,
     shares: Vec<f64>,
     basis: Basis,
+    /// What a stencil could not be had for.
+    failed: Option<Error>,
 }
 
 impl<'c> Measure<'c> {
-    fn new(curve: &'c Curve) -> Self {
-        let (nodes, shares) = gauss_legendre(curve.degree() + EXTRA);
-        Self {
-            space: curve.space(),
-            points: curve.points(),
-            weights: curve.weights(),
-            nodes,
-            shares,
-            basis: Basis::default(),
+    fn new(curve: &Member<'c>) -> Result<Self> {
+        let [degree, _] = curve.cells.degrees();
+        let (nodes, shares) = gauss_legendre(degree + EXTRA);
+        let spline = curve.splines.map(|splines| (splines.u, splines.weights));
+        let pieces = match spline {
+            Some((space, _)) => space.spans().map(|s| (s, space.flat()[s], space.flat()[s + 1])).collect(),
+            None => {
+                let cells = curve.cells.checked(curve.shape)?;
+                let each = cells.iter().flat_map(|cell| cell.sides.first()).enumerate();
+                each.map(|(k, side)| (k, side.start, side.end)).collect()
+            }
+        };
+        let (shape, points, basis) = (curve.shape, curve.points(), Basis::default());
+        Ok(Self { shape, spline, points, pieces, nodes, shares, basis, failed: None })
+    }
+
+    /// Goes to a piece.
+    fn enter(&mut self, piece: usize) {
+        if let Some((space, _)) = self.spline {
+            self.basis.enter(space, piece);
         }
     }
 
-    /// The length from `a` to `b` within the span entered last, and the gradient if there is room for it.
-    fn part(&mut self, span: usize, a: f64, b: f64, mut gradient: Option<&mut [Vector]>) -> f64 {
-        let p = self.space.degree();
+    /// The length from `a` to `b` within the piece entered last, and the gradient if there is room for it.
+    fn part(&mut self, piece: usize, a: f64, b: f64, gradient: Option<&mut [Vector]>) -> f64 {
+        match self.spline {
+            Some((space, weights)) => self.part_of_span((space, weights), piece, a, b, gradient),
+            None => self.part_by_stencils(a, b, gradient).unwrap_or_else(|error| {
+                self.failed.get_or_insert(error);
+                0.0
+            }),
+        }
+    }
+
+    fn part_by_stencils(&self, a: f64, b: f64, mut gradient: Option<&mut [Vector]>) -> Result<f64> {
+        let mut length = 0.0;
+        for (node, share) in self.nodes.iter().zip(&self.shares) {
+            let slopes = self.shape.stencil((a + (b - a) * node).into(), 1.into())?;
+            let (tangent, weight) = (slopes.apply(self.points), share * (b - a));
+            let speed = tangent.norm();
+            length += weight * speed;
+            if let Some(gradient) = gradient.as_deref_mut().filter(|_| speed > 0.0) {
+                for (vertex, slope) in slopes.iter() {
+                    gradient[vertex] += tangent * (weight * slope / speed);
+                }
+            }
+        }
+        Ok(length)
+    }
+
+    fn part_of_span(
+        &mut self,
+        (space, weights): (&Space, Option<&[f64]>),
+        span: usize,
+        a: f64,
+        b: f64,
+        mut gradient: Option<&mut [Vector]>,
+    ) -> f64 {
+        let p = space.degree();
         let first = span - p;
         let mut length = 0.0;
         for (node, share) in self.nodes.iter().zip(&self.shares) {
             self.basis.at(a + (b - a) * node);
             let (values, slopes) = (&mut self.basis.values[..=p], &mut self.basis.slopes[..=p]);
-            if let Some(weights) = self.weights {
+            if let Some(weights) = weights {
                 let (mut total, mut slope) = (0.0, 0.0);
                 for k in 0..=p {
-                    let w = weights[self.space.vertex(first + k)];
+                    let w = weights[space.vertex(first + k)];
                     values[k] *= w;
                     slopes[k] *= w;
                     total += values[k];
@@ -93,7 +143,7 @@ impl<'c> Measure<'c> {
             }
             let mut tangent = Vector::zeros();
             for k in 0..=p {
-                tangent += self.points[self.space.vertex(first + k)].coords * slopes[k];
+                tangent += self.points[space.vertex(first + k)].coords * slopes[k];
             }
             let speed = tangent.norm();
             let weight = share * (b - a);
@@ -102,7 +152,7 @@ impl<'c> Measure<'c> {
                 && speed > 0.0
             {
                 for k in 0..=p {
-                    gradient[self.space.vertex(first + k)] += tangent * (weight * slopes[k] / speed);
+                    gradient[space.vertex(first + k)] += tangent * (weight * slopes[k] / speed);
                 }
             }
         }
@@ -110,20 +160,17 @@ impl<'c> Measure<'c> {
     }
 
     /// The whole length; `gradient` has as many entries as there are vertices, or none.
-    fn whole(&mut self, mut gradient: Option<&mut [Vector]>) -> f64 {
-        let spans: Vec<usize> = self.space.spans().collect();
-        let ends = |space: &Space, span: usize| (space.flat()[span], space.flat()[span + 1]);
-        let mut rough = Vec::with_capacity(spans.len());
-        for &span in &spans {
-            self.basis.enter(self.space, span);
-            let (a, b) = ends(self.space, span);
-            rough.push(self.part(span, a, b, None));
+    fn whole(&mut self, mut gradient: Option<&mut [Vector]>) -> Result<f64> {
+        let pieces = std::mem::take(&mut self.pieces);
+        let mut rough = Vec::with_capacity(pieces.len());
+        for &(piece, a, b) in &pieces {
+            self.enter(piece);
+            rough.push(self.part(piece, a, b, None));
         }
-        let aim = 1e-13 * rough.iter().sum::<f64>() / spans.len().max(1) as f64;
+        let aim = 1e-13 * rough.iter().sum::<f64>() / pieces.len().max(1) as f64;
         let mut total = 0.0;
-        for (&span, &rough) in spans.iter().zip(&rough) {
-            self.basis.enter(self.space, span);
-            let (a, b) = ends(self.space, span);
+        for (&(span, a, b), &rough) in pieces.iter().zip(&rough) {
+            self.enter(span);
             let mut todo = vec![(a, b, rough, 0)];
             let mut halvings = HALVINGS;
             while let Some((a, b, rough, depth)) = todo.pop() {
@@ -144,7 +191,8 @@ impl<'c> Measure<'c> {
                 }
             }
         }
-        total
+        self.pieces = pieces;
+        self.failed.take().map_or(Ok(total), Err)
     }
 }
 
@@ -164,7 +212,7 @@ impl Functional for Length {
         for on in &self.members.0 {
             let own = curve(shapes, on, &what, "ask for its surface-area")?;
             let mut gradient = vec![Vector::zeros(); own.points().len()];
-            let length = Measure::new(own).whole(Some(&mut gradient));
+            let length = Measure::new(&own)?.whole(Some(&mut gradient))?;
             if length == 0.0 {
                 return Err(Error::Invalid(format!(
                     "{what}: {} has no length, and no direction to grow in; move a vertex first",
@@ -188,7 +236,7 @@ impl Functional for Length {
         let what = self.describe();
         let mut total = 0.0;
         for on in &self.members.0 {
-            total += Measure::new(curve(shapes, on, &what, "ask for its surface-area")?).whole(None);
+            total += Measure::new(&curve(shapes, on, &what, "ask for its surface-area")?)?.whole(None)?;
         }
         if let Some(out) = out.first_mut() {
             *out = total;

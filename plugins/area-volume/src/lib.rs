@@ -27,6 +27,7 @@
 //! ```
 
 mod area;
+mod cell_flux;
 mod centroid;
 mod contour;
 mod curve_rule;
@@ -37,8 +38,8 @@ mod members;
 mod plane;
 mod region;
 mod rule;
-mod shell;
 mod solid;
+mod sparse_form;
 mod surface_area;
 mod ties;
 mod volume;
@@ -46,7 +47,7 @@ mod volume;
 use loftsman_kernel::Result;
 use loftsman_kernel::functional::{Functional, Shapes};
 use loftsman_kernel::plugin::{Plugin, Registry};
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::shape::Shape;
 
 /// The share of the present area or volume below which nothing is left of a shape: its points' rounding is more.
 const NOTHING: f64 = 1e-12;
@@ -78,7 +79,7 @@ impl Plugin for AreaVolume {
 ///
 /// # Errors
 /// When it is not closed or not planar, or encloses nothing.
-pub fn area_of(curve: &Curve) -> Result<f64> {
+pub fn area_of(curve: &dyn Shape) -> Result<f64> {
     let mut out = [0.0];
     area().value(&Shapes::one(curve), &mut out)?;
     Ok(out[0])
@@ -88,7 +89,7 @@ pub fn area_of(curve: &Curve) -> Result<f64> {
 ///
 /// # Errors
 /// When it is not closed, or encloses nothing.
-pub fn volume_of(surface: &Surface) -> Result<f64> {
+pub fn volume_of(surface: &dyn Shape) -> Result<f64> {
     let mut out = [0.0];
     volume().value(&Shapes::one(surface), &mut out)?;
     Ok(out[0])

@@ -1,14 +1,12 @@
 //! Which shapes a functional is about.
 
-use std::any::Any;
 use std::fmt;
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{On, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Field, ParameterError, Parameters};
-use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::{Curve, Surface};
-use loftsman_kernel::{Point, Result};
+use loftsman_kernel::shape::{Cells, Shape, Splines, cells_of};
+use loftsman_kernel::{Point, Result, topology};
 
 /// The field that names another object than the step's.
 pub(crate) const OBJECT: Field =
@@ -93,28 +91,64 @@ impl fmt::Display for Members {
 
 /// Whether something is asked of curves or of surfaces.
 pub(crate) fn is_surface(shapes: &Shapes<'_>, on: &On) -> Result<bool> {
-    let any: &dyn Any = shapes.get(on.shape)?;
-    Ok(any.is::<Surface>())
+    Ok(shapes.get(on.shape)?.domain().len() == 2)
+}
+
+/// A curve or surface that is measured, and the cells that it consists of.
+#[derive(Clone, Copy)]
+pub(crate) struct Member<'a> {
+    pub(crate) shape: &'a dyn Shape,
+    pub(crate) cells: &'a dyn Cells,
+    /// Its spaces and weights, where it is a spline: sums over products of spans are faster than over cells.
+    pub(crate) splines: Option<Splines<'a>>,
+}
+
+impl<'a> Member<'a> {
+    fn of(shapes: &Shapes<'a>, on: &On, what: &str, instead: &str, parameters: usize) -> Result<Self> {
+        let shape: &'a dyn Shape = shapes.get(on.shape)?;
+        let name = name_of(on);
+        if shape.domain().len() != parameters {
+            let kind = if parameters == 1 { "a surface" } else { "a curve" };
+            return Err(Error::Invalid(format!("{what}: {name} is {kind}; {instead}")));
+        }
+        let cells = cells_of(shape, &format!("{what} of {name}"))?;
+        if cells.is_partial() {
+            return Err(Error::Invalid(format!(
+                "{what}: {name} is trimmed, and only what its loops bound would count, which is not measured yet; \"untrim\" makes \
+                 it a whole surface"
+            )));
+        }
+        Ok(Self { shape, cells, splines: cells.splines() })
+    }
+
+    pub(crate) fn points(&self) -> &'a [Point] {
+        self.shape.control_vertices()
+    }
 }
 
 /// The curve that a member is; the error says what to ask of a surface instead.
-pub(crate) fn curve<'a>(shapes: &Shapes<'a>, on: &On, what: &str, instead: &str) -> Result<&'a Curve> {
-    let shape: &'a dyn Shape = shapes.get(on.shape)?;
-    let any: &'a dyn Any = shape;
-    any.downcast_ref().ok_or_else(|| {
-        let kind = if any.is::<Surface>() { "a surface" } else { "not a B-spline curve" };
-        Error::Invalid(format!("{what}: {} is {kind}; {instead}", name_of(on)))
-    })
+pub(crate) fn curve<'a>(shapes: &Shapes<'a>, on: &On, what: &str, instead: &str) -> Result<Member<'a>> {
+    Member::of(shapes, on, what, instead, 1)
 }
 
 /// The surface that a member is; the error says what to ask of a curve instead.
-pub(crate) fn surface<'a>(shapes: &Shapes<'a>, on: &On, what: &str, instead: &str) -> Result<&'a Surface> {
-    let shape: &'a dyn Shape = shapes.get(on.shape)?;
-    let any: &'a dyn Any = shape;
-    any.downcast_ref().ok_or_else(|| {
-        let kind = if any.is::<Curve>() { "a curve" } else { "not a B-spline surface" };
-        Error::Invalid(format!("{what}: {} is {kind}; {instead}", name_of(on)))
-    })
+pub(crate) fn surface<'a>(shapes: &Shapes<'a>, on: &On, what: &str, instead: &str) -> Result<Member<'a>> {
+    Member::of(shapes, on, what, instead, 2)
+}
+
+/// Surfaces as parts of a shell, by the names that messages use.
+pub(crate) fn shell_members<'a>(
+    shapes: &Shapes<'a>,
+    members: &[On],
+    what: &str,
+) -> Result<Vec<topology::Member<'a>>> {
+    let part = |on: &On| {
+        let shape =
+            surface(shapes, on, what, "a volume is bounded by surfaces; ask for its area, or its length")?
+                .shape;
+        Ok(topology::Member { shape, name: name_of(on) })
+    };
+    members.iter().map(part).collect()
 }
 
 /// The middle of the box around some points.

@@ -8,9 +8,9 @@ use loftsman_kernel::plugin::{Field, ParameterError, Parameters};
 use loftsman_kernel::{Point, Result, Vector};
 
 use crate::contour::Contour;
-use crate::form::AreaForm;
 use crate::members::{Members, curve, extent, name_of};
 use crate::plane::Plane;
+use crate::sparse_form::Form;
 use crate::ties::Closed;
 
 /// Curves that bound a region together, holes in it, and the side from which it is looked at.
@@ -45,7 +45,7 @@ pub(crate) struct Piece {
     pub(crate) shape: usize,
     /// 1 where it counts as it runs, -1 the other way round.
     pub(crate) sign: f64,
-    pub(crate) form: AreaForm,
+    pub(crate) form: Form,
 }
 
 /// Below this, of the sizes of its parts, an area is zero.
@@ -71,7 +71,7 @@ impl Region {
         for (members, contour) in &groups {
             for (on, &sign) in members.0.iter().zip(&contour.senses) {
                 let own = curve(shapes, on, what, "ask for its volume, or its surface-area")?;
-                let piece = Piece { shape: on.shape, sign, form: AreaForm::of_curve(own)? };
+                let piece = Piece { shape: on.shape, sign, form: Form::of(&own)? };
                 vectors.push(piece.area_vector(own.points(), &origin));
                 pieces.push(piece);
             }

@@ -2,14 +2,14 @@
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{On, Shapes};
-use loftsman_kernel::shape::{Derivative, Location, Shape, Stencil};
-use loftsman_kernel::spline::Surface;
+use loftsman_kernel::shape::{Derivative, Stencil, edges_of, strips};
+use loftsman_kernel::spline::gram::gauss_legendre;
+use loftsman_kernel::topology::Shell;
 use loftsman_kernel::{Point, Result, Vector};
 
+use crate::cell_flux::CellFlux;
 use crate::flux::{Flux, Strip};
-use crate::members::{extent, surface};
-use crate::rule::Rule;
-use crate::shell::Shell;
+use crate::members::{Member, extent, shell_members, surface};
 
 /// Surfaces that close, ready to be measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,8 +22,31 @@ pub(crate) struct Solid {
 struct Patch {
     shape: usize,
     sign: f64,
-    flux: Flux,
+    flux: PatchFlux,
     rim: Vec<Rim>,
+}
+
+/// The integrals of a patch: of a tensor-product spline direction by direction, of any other surface cell by cell.
+#[derive(Debug, Clone, PartialEq)]
+enum PatchFlux {
+    Spline(Flux),
+    Cells(CellFlux),
+}
+
+impl PatchFlux {
+    fn new(surface: &Member<'_>, moments: bool) -> Result<Self> {
+        match surface.splines.and_then(|splines| Some((splines, splines.v?))) {
+            Some((splines, v)) => Flux::new(&splines, v, surface.points(), moments).map(Self::Spline),
+            None => CellFlux::new(surface, moments).map(Self::Cells),
+        }
+    }
+
+    fn integrate(&self, points: &[Point], origin: &Point, work: &mut Strip, out: &mut Vec<Vec<Vector>>) {
+        match self {
+            Self::Spline(flux) => flux.integrate(points, origin, work, out),
+            Self::Cells(flux) => flux.integrate(points, origin, out),
+        }
+    }
 }
 
 /// A Gauss point on an edge. Volumes of closed surfaces do not need them; the derivative of `⅓ ∫∫ S·(S_u × S_v)` when a
@@ -60,13 +83,13 @@ impl Solid {
     /// # Errors
     /// When a member is not a surface, the boundary is open, or it encloses nothing.
     pub(crate) fn new(shapes: &Shapes<'_>, members: &[On], moments: bool, what: &str) -> Result<Self> {
-        let shell = Shell::find(shapes, members, what)?;
+        let shell = Shell::find(&shell_members(shapes, members, what)?, what)?;
         let (origin, _) = extent(shapes, members)?;
         let mut patches = Vec::with_capacity(members.len());
         for (on, &sign) in members.iter().zip(&shell.senses) {
             let own = surface(shapes, on, what, "ask for its area, or its length")?;
-            let rim = rim(own)?;
-            patches.push(Patch { shape: on.shape, sign, flux: Flux::new(own, moments)?, rim });
+            let rim = rim(&own, what)?;
+            patches.push(Patch { shape: on.shape, sign, flux: PatchFlux::new(&own, moments)?, rim });
         }
         let solid = Self { origin, patches };
         let mut work = Work::default();
@@ -120,31 +143,30 @@ impl Solid {
     }
 }
 
-fn rim(surface: &Surface) -> Result<Vec<Rim>> {
+/// The Gauss points of all edges; on rational ones six more.
+fn rim(surface: &Member<'_>, what: &str) -> Result<Vec<Rim>> {
     let mut all = Vec::new();
-    for (along_u, run, across) in [(false, surface.v(), surface.u()), (true, surface.u(), surface.v())] {
-        if across.is_periodic() {
-            continue;
-        }
-        let per = 2 * run.degree() + if surface.weights().is_some() { 6 } else { 0 };
-        let rule = Rule::new(run, per, 1);
-        let nodes = loftsman_kernel::spline::gram::gauss_legendre(per).0;
-        let (a, b) = across.domain();
-        for (end, sign) in [(a, -1.0), (b, 1.0)] {
-            for (panel, span) in run.spans().enumerate() {
-                let (low, high) = (run.flat()[span], run.flat()[span + 1]);
-                for (x, node) in nodes.iter().enumerate() {
-                    let t = low + (high - low) * node;
-                    let at = if along_u { Location::Surface(t, end) } else { Location::Surface(end, t) };
-                    let order = if along_u { [1, 0] } else { [0, 1] };
-                    let nonzero = |s: Stencil| s.iter().filter(|(_, c)| *c != 0.0).collect::<Stencil>();
-                    let weight = rule.weights[panel * per + x] * if along_u { -sign } else { sign };
-                    all.push(Rim {
-                        point: nonzero(surface.stencil(at, Derivative::POSITION)?),
-                        slope: nonzero(surface.stencil(at, order.into())?),
-                        weight,
-                    });
-                }
+    let shape = surface.shape;
+    let more = if surface.cells.is_rational() { 6 } else { 0 };
+    for (index, edge) in edges_of(shape, what)?.iter().enumerate() {
+        let space = match surface.splines {
+            Some(splines) => if edge.along_u { Some(splines.u) } else { splines.v }.cloned(),
+            None => strips(shape, index, 0)?.into_iter().next().map(|strip| strip.space),
+        };
+        let Some(space) = space else { continue };
+        let per = 2 * space.degree() + more;
+        let (nodes, shares) = gauss_legendre(per);
+        let sign = if edge.at_end { 1.0 } else { -1.0 } * if edge.along_u { -1.0 } else { 1.0 };
+        for pair in space.breakpoints().windows(2) {
+            let length = pair[1] - pair[0];
+            for (node, share) in nodes.iter().zip(&shares) {
+                let at = edge.at(pair[0] + length * node);
+                let nonzero = |s: Stencil| s.iter().filter(|(_, c)| *c != 0.0).collect::<Stencil>();
+                all.push(Rim {
+                    point: nonzero(shape.stencil(at, Derivative::POSITION)?),
+                    slope: nonzero(shape.stencil(at, edge.along(1))?),
+                    weight: share * length * sign,
+                });
             }
         }
     }

@@ -9,13 +9,14 @@ use loftsman_kernel::functional::{
     Accuracy, DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes,
 };
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
-use loftsman_kernel::spline::Surface;
+use loftsman_kernel::shape::{Location, Shape};
+use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::gram::gauss_legendre;
 use loftsman_kernel::spline::space::MAX_ORDER;
-use loftsman_kernel::{Result, Vector};
+use loftsman_kernel::{Point, Result, Vector};
 
 use crate::length::positive;
-use crate::members::{Members, OBJECT, OBJECTS, name_of, surface};
+use crate::members::{Member, Members, OBJECT, OBJECTS, name_of, surface};
 use crate::rule::Basis;
 
 /// The area `∫∫ |S_u × S_v| du dv` of a surface, or of several together. One nonlinear equation.
@@ -78,14 +79,14 @@ impl SurfaceArea {
         for on in &self.members.0 {
             let own = surface(shapes, on, &what, "ask for the area inside it, or its length")?;
             let mut gradient = found.as_ref().map(|_| vec![Vector::zeros(); own.points().len()]);
-            let Area { area, error } = Measure::new(own).whole(gradient.as_deref_mut());
+            let Area { area, error } = Measure::new(&own)?.whole(gradient.as_deref_mut())?;
             let name = name_of(on);
             if !area.is_finite() {
                 return Err(Error::Invalid(format!(
                     "{what}: the area of {name} is beyond what numbers can hold; scale it down, or make its weights alike"
                 )));
             }
-            let size = extent(own);
+            let size = extent(&own);
             if area <= NOTHING * size * size {
                 return Err(Error::Invalid(format!(
                     "{what}: {name} has no area, and no direction to grow in; move a vertex first"
@@ -136,10 +137,18 @@ impl Along {
     }
 }
 
+/// A surface at work.
 struct Measure<'s> {
-    surface: &'s Surface,
+    shape: &'s dyn Shape,
+    /// The spaces and the weights, of a tensor-product spline.
+    splines: Option<(&'s Space, &'s Space, Option<&'s [f64]>)>,
+    points: &'s [Point],
+    /// The cells: of a spline the numbers of their spans.
+    cells: Vec<Part>,
     rules: [Nodes; 2],
     bases: [Basis; 2],
+    /// What a stencil could not be had for.
+    failed: Option<Error>,
 }
 
 /// A part of a cell: its span and interval in each direction.
@@ -151,29 +160,90 @@ struct Part {
 }
 
 impl<'s> Measure<'s> {
-    fn new(surface: &'s Surface) -> Self {
-        let rule = |extra: usize| Nodes {
-            u: Along::new(surface.u().degree() + extra),
-            v: Along::new(surface.v().degree() + extra),
-        };
-        Self { surface, rules: EXTRA.map(rule), bases: [Basis::default(), Basis::default()] }
+    fn new(surface: &Member<'s>) -> Result<Self> {
+        let [p, q] = surface.cells.degrees();
+        let rule = |extra: usize| Nodes { u: Along::new(p + extra), v: Along::new(q + extra) };
+        let splines = surface.splines.and_then(|all| Some((all.u, all.v?, all.weights)));
+        let mut cells = Vec::new();
+        match splines {
+            Some((u, v, _)) => {
+                let ends = |flat: &[f64], span: usize| (flat[span], flat[span + 1]);
+                for i in u.spans() {
+                    let each = v.spans().map(|j| (j, ends(v.flat(), j)));
+                    cells.extend(each.map(|(j, v)| Part { spans: [i, j], u: ends(u.flat(), i), v }));
+                }
+            }
+            None => {
+                for cell in surface.cells.checked(surface.shape)? {
+                    let [u, v] = cell.sides[..] else { continue };
+                    cells.push(Part { spans: [0; 2], u: (u.start, u.end), v: (v.start, v.end) });
+                }
+            }
+        }
+        let (rules, bases) = (EXTRA.map(rule), [Basis::default(), Basis::default()]);
+        let (shape, points) = (surface.shape, surface.points());
+        Ok(Self { shape, splines, points, cells, rules, bases, failed: None })
     }
 
     /// The area of a part by one of the rules, and its gradient added where there is room.
-    fn part(&mut self, part: Part, rule: usize, mut gradient: Option<&mut [Vector]>) -> Sum {
-        let (su, sv) = (self.surface.u(), self.surface.v());
+    fn part(&mut self, part: Part, rule: usize, gradient: Option<&mut [Vector]>) -> Sum {
+        if let Some(splines) = self.splines {
+            return self.part_of_spans(splines, part, rule, gradient);
+        }
+        self.part_by_stencils(part, rule, gradient).unwrap_or_else(|error| {
+            self.failed.get_or_insert(error);
+            Sum::default()
+        })
+    }
+
+    fn part_by_stencils(&self, part: Part, rule: usize, mut gradient: Option<&mut [Vector]>) -> Result<Sum> {
+        let Nodes { u: along_u, v: along_v } = &self.rules[rule];
+        let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
+        let mut sum = Sum::default();
+        for (x, [wx, ux @ ..]) in &along_u.0 {
+            for (y, [wy, vy @ ..]) in &along_v.0 {
+                let at = Location::Surface(part.u.0 + length_u * x, part.v.0 + length_v * y);
+                let row = |by: [usize; 2]| self.shape.stencil(at, by.into());
+                let (by_u, by_v) = (row([1, 0])?, row([0, 1])?);
+                let (su, sv) = (by_u.apply(self.points), by_v.apply(self.points));
+                let normal = su.cross(&sv);
+                let size = normal.norm();
+                sum.area += wx * wy * size;
+                for k in 0..2 {
+                    sum.rough_along[0][k] += ux[k] * wy * size;
+                    sum.rough_along[1][k] += wx * vy[k] * size;
+                }
+                if let Some(gradient) = gradient.as_deref_mut().filter(|_| size > 0.0) {
+                    let (unit, weight) = (normal / size, wx * length_u * wy * length_v);
+                    let (along, across) = (sv.cross(&unit) * weight, unit.cross(&su) * weight);
+                    by_u.iter().for_each(|(vertex, c)| gradient[vertex] += along * c);
+                    by_v.iter().for_each(|(vertex, c)| gradient[vertex] += across * c);
+                }
+            }
+        }
+        sum.area *= length_u * length_v;
+        Ok(sum)
+    }
+
+    fn part_of_spans(
+        &mut self,
+        (su, sv, weights): (&Space, &Space, Option<&[f64]>),
+        part: Part,
+        rule: usize,
+        mut gradient: Option<&mut [Vector]>,
+    ) -> Sum {
         let (p, q) = (su.degree(), sv.degree());
         let columns = sv.len();
         let vertex = |i: usize, j: usize| {
             su.vertex(part.spans[0] - p + i) * columns + sv.vertex(part.spans[1] - q + j)
         };
-        let (points, weights) = (self.surface.points(), self.surface.weights());
+        let points = self.points;
         let [bu, bv] = &mut self.bases;
         bu.enter(su, part.spans[0]);
         bv.enter(sv, part.spans[1]);
         let Nodes { u: along_u, v: along_v } = &self.rules[rule];
         let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
-        let mut sum = Sum { area: 0.0, rough_along: [[0.0; 2]; 2] };
+        let mut sum = Sum::default();
         for (x, [wx, ux @ ..]) in &along_u.0 {
             bu.at(part.u.0 + length_u * x);
             // Combined along u: homogeneous points and derivatives for each of the q + 1 columns.
@@ -243,15 +313,10 @@ impl<'s> Measure<'s> {
     }
 
     /// The area, what it may be wrong by, and its gradient added where there is room.
-    fn whole(&mut self, mut gradient: Option<&mut [Vector]>) -> Area {
-        let (u, v) = (self.surface.u().clone(), self.surface.v().clone());
+    fn whole(&mut self, mut gradient: Option<&mut [Vector]>) -> Result<Area> {
         let mut parts = BinaryHeap::new();
-        let ends = |flat: &[f64], span: usize| (flat[span], flat[span + 1]);
-        for i in u.spans() {
-            for j in v.spans() {
-                let part = Part { spans: [i, j], u: ends(u.flat(), i), v: ends(v.flat(), j) };
-                parts.push(self.judged(part, parts.len()));
-            }
+        for part in std::mem::take(&mut self.cells) {
+            parts.push(self.judged(part, parts.len()));
         }
         let cells = parts.len();
         let share = parts.iter().map(|p| p.fine).sum::<f64>() / cells.max(1) as f64;
@@ -284,7 +349,7 @@ impl<'s> Measure<'s> {
             found.area += p.fine;
             found.error += p.error;
         }
-        found
+        self.failed.take().map_or(Ok(found), Err)
     }
 
     fn judged(&mut self, part: Part, order: usize) -> Judged {
@@ -313,6 +378,7 @@ impl<'s> Measure<'s> {
 
 /// What a rule finds on a part: the area, and what is left of `|S_u × S_v|` along u and along v when it is summed over the
 /// other direction and polynomials are taken out: nothing where it is smooth.
+#[derive(Default)]
 struct Sum {
     area: f64,
     rough_along: [[f64; 2]; 2],
@@ -361,10 +427,13 @@ impl Ord for Judged {
 
 /// The most points at which a look evaluates a surface: both rules on each part that can arise, and the better one again on
 /// those that remain, for the gradient.
-fn points(surface: &Surface) -> usize {
-    let (p, q) = (surface.u().degree(), surface.v().degree());
+fn points(surface: &Member<'_>) -> usize {
+    let [p, q] = surface.cells.degrees();
     let [rough, fine] = EXTRA.map(|extra| (p + extra) * (q + extra));
-    let cells = surface.u().spans().count() * surface.v().spans().count();
+    let cells = match surface.splines {
+        Some(all) => all.u.spans().count() * all.v.map_or(1, |v| v.spans().count()),
+        None => surface.cells.count(),
+    };
     let halvings = halvings(cells);
     (cells + 2 * halvings) * (rough + fine) + (cells + halvings) * fine
 }
@@ -374,9 +443,14 @@ fn halvings(cells: usize) -> usize {
     HALVINGS + HALVINGS_A_CELL * cells
 }
 
-/// The longest side of the box of a surface's vertices.
-fn extent(surface: &Surface) -> f64 {
-    let (low, high) = surface.hull_bounds();
+/// The longest side of the box of the vertices that act in a surface's domain.
+fn extent(surface: &Member<'_>) -> f64 {
+    let (mut low, mut high) = (Point::from([f64::INFINITY; 3]), Point::from([f64::NEG_INFINITY; 3]));
+    for cell in surface.cells.iter() {
+        for p in cell.vertices.iter().filter_map(|&v| surface.points().get(v)) {
+            (low, high) = (low.inf(p), high.sup(p));
+        }
+    }
     (high - low).amax()
 }
 
@@ -434,7 +508,7 @@ impl Functional for SurfaceArea {
         let mut effort = 0;
         for on in &self.members.0 {
             effort +=
-                points(surface(shapes, on, &self.describe(), "ask for the area inside it, or its length")?);
+                points(&surface(shapes, on, &self.describe(), "ask for the area inside it, or its length")?);
         }
         Ok(Some(Arc::new(Self { members: self.members.clone(), told, effort })))
     }

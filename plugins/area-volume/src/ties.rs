@@ -6,11 +6,11 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
 use loftsman_kernel::shape::Stencil;
+use loftsman_kernel::topology::Shell;
 use loftsman_kernel::{Result, Vector};
 
 use crate::contour::Contour;
-use crate::members::{Members, OBJECT, OBJECTS, is_surface};
-use crate::shell::Shell;
+use crate::members::{Members, OBJECT, OBJECTS, is_surface, shell_members};
 
 /// Two combinations of control vertices that are one point: `Σ a_i P_i - Σ b_j Q_j = 0`.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +65,9 @@ impl Closed {
         let first = self.members.0.first().ok_or_else(|| Error::Invalid("closed: of no shape".into()))?;
         let what = self.describe();
         let ties = if is_surface(shapes, first)? {
-            Shell::find(shapes, &self.members.0, &what)?.ties
+            let of = |(member, stencil): (usize, Stencil)| (self.members.0[member].shape, stencil);
+            let found = Shell::find(&shell_members(shapes, &self.members.0, &what)?, &what)?.ties;
+            found.into_iter().map(|tie| Tie { first: of(tie.first), second: of(tie.second) }).collect()
         } else {
             Contour::find(shapes, &self.members.0, &what)?.ties
         };
@@ -80,7 +82,11 @@ impl Closed {
 /// When a shape is not there, or they are not all curves or all surfaces.
 pub fn gap(shapes: &Shapes<'_>, members: &[On]) -> Result<f64> {
     let first = members.first().ok_or_else(|| Error::Invalid("the gap of no shapes".into()))?;
-    if is_surface(shapes, first)? { Shell::gap(shapes, members) } else { Contour::gap(shapes, members) }
+    if is_surface(shapes, first)? {
+        Shell::gap(&shell_members(shapes, members, "gap")?, "gap")
+    } else {
+        Contour::gap(shapes, members)
+    }
 }
 
 impl Functional for Closed {

@@ -14,7 +14,6 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
 use loftsman_kernel::solve::Solver;
-use loftsman_kernel::spline::Curve;
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
@@ -93,7 +92,8 @@ impl Problem {
         context: &Context<'_>,
         with_handle: bool,
     ) -> Result<Self, OperationError> {
-        let editable = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let editable =
+            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_));
         let object = object_name(scene, parameters, editable, "curve or surface")?;
         let mut names = SceneShapes::new(scene, &object)?;
         let tables = parameters.tables("constraints")?;
@@ -232,11 +232,10 @@ fn picked(handle: &Parameters, shape: &dyn Shape) -> Result<Parameters, Operatio
         return Ok(handle.clone());
     }
     let tolerance = handle.number("pick")?;
-    let any: &dyn std::any::Any = shape;
-    let (Some(curve), Location::Curve(u)) = (any.downcast_ref::<Curve>(), handle.location("at")?) else {
+    let (1, Location::Curve(u)) = (shape.domain().len(), handle.location("at")?) else {
         return Err(handle.error("pick", "only a location on a curve can be picked").into());
     };
-    let u = pick(curve, u, tolerance)?;
+    let u = pick(shape, u, tolerance)?;
     let mut table = serde_json::Map::new();
     for name in handle.names().filter(|n| *n != "pick") {
         if let Some(value) = handle.value(name) {

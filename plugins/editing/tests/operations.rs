@@ -4,7 +4,8 @@
 use loftsman_editing::Editing;
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene};
-use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
+use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 use loftsman_kernel::{Point, Vector};
 use serde_json::{Value, json};
 
@@ -57,6 +58,28 @@ fn an_edit_reports_and_marks() {
     assert!(report.residual.unwrap() < 1e-13 && report.marks.len() == 5);
     let moved = scene.curve("section").unwrap();
     assert!((moved.point(4.5).unwrap() - curve().point(4.5).unwrap() - Vector::y() * 0.2).norm() < 1e-13);
+}
+
+#[test]
+fn a_trimmed_surface_is_edited_and_keeps_its_loops() {
+    let space = || Space::clamped(2, &[0.0, 0.5, 1.0]).unwrap();
+    let net = (0..16).map(|k| Point::new(f64::from(k / 4), f64::from(k % 4), 0.0)).collect();
+    let surface = Surface::new(space(), space(), net).unwrap();
+    let ring = Curve::circle(Point::new(0.5, 0.5, 0.0), Vector::z(), 0.3).unwrap();
+    let region = Region { outer: vec![ParameterCurve::whole(ring).unwrap()], holes: vec![] };
+    let trimmed = Trimmed::new(surface, vec![region], vec![], vec![[0.5, 0.5]]).unwrap();
+    let mut scene = Scene::new();
+    scene.add(Object::new("window", trimmed.clone().into())).unwrap();
+    let asked = json!([{ "kind": "position", "at": [0.5, 0.5], "by": [0.0, 0.0, 1.0] }]);
+    run(&mut scene, "edit", json!({ "constraints": asked })).unwrap();
+    let Geometry::Trimmed(now) = scene.object("window").unwrap().geometry() else { panic!("it was trimmed") };
+    assert_eq!((now.regions(), now.points()), (trimmed.regions(), trimmed.points()));
+    let lift = now.surface().point(0.5, 0.5).unwrap() - trimmed.surface().point(0.5, 0.5).unwrap();
+    assert!((lift - Vector::z()).norm() < 1e-14);
+    // Its loops are its boundary: the edges of what carries it are not joined.
+    let joined = json!([{ "kind": "join", "at": "u0", "with": { "object": "window", "at": "u1" } }]);
+    let refused = run(&mut scene, "edit", json!({ "constraints": joined })).unwrap_err().to_string();
+    assert!(refused.contains("loops"), "{refused}");
 }
 
 #[test]

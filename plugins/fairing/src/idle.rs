@@ -1,12 +1,10 @@
 //! What neither the energy nor the constraints say anything about.
 
-use std::any::Any;
-
 use loftsman_kernel::Vector;
 use loftsman_kernel::edit::SmoothKnot;
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Shape, Splines};
 use loftsman_kernel::solve::System;
-use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::spline::Space;
 
 use crate::damped::{Damped, NOTHING};
 use crate::orthogonal::{add, complement, eigenvectors, span};
@@ -118,7 +116,8 @@ pub(crate) fn motions<'a>(
     free: &[bool],
     damped: impl FnOnce() -> Option<&'a Damped>,
 ) -> Motions {
-    let tied = squares.order() > 0 && breaks(shape, squares.order(), &[]).is_none() && !weighted(shape);
+    let known = splines(shape).is_some_and(|splines| splines.weights.is_none());
+    let tied = known && squares.order() > 0 && breaks(shape, squares.order(), &[]).is_none();
     let found = if tied { None } else { damped().and_then(|damped| damped.null_space(squares)) };
     if let Some(all) = found {
         return Motions { all, more: false };
@@ -153,10 +152,8 @@ pub(crate) fn costless(
     each.filter(|motion| squares.vanishes(motion, NOTHING)).collect()
 }
 
-fn weighted(shape: &dyn Shape) -> bool {
-    let any: &dyn Any = shape;
-    any.downcast_ref::<Curve>().is_some_and(|c| c.weights().is_some())
-        || any.downcast_ref::<Surface>().is_some_and(|s| s.weights().is_some())
+fn splines(shape: &dyn Shape) -> Option<Splines<'_>> {
+    shape.cells()?.splines()
 }
 
 /// Things worth saying about an energy: how many ways to move the whole shape it leaves free, and where the shape may break
@@ -179,18 +176,14 @@ pub(crate) fn notes(shape: &dyn Shape, squares: &Squares, ways: usize, kept: &[S
     notes
 }
 
-/// Control vertices of `1, u, u²` (on surfaces of their products), each scaled to the unit interval.
+/// Control vertices of `1, u, u²` (on surfaces of their products), each scaled to the unit interval; of `1` alone where there are
+/// weights, or the shape is no spline.
 fn candidates(shape: &dyn Shape) -> Vec<Vec<f64>> {
-    let any: &dyn Any = shape;
-    if let Some(curve) = any.downcast_ref::<Curve>() {
-        let one = vec![vec![1.0; curve.points().len()]];
-        return if curve.weights().is_some() { one } else { powers(curve.space()) };
-    }
-    let Some(surface) = any.downcast_ref::<Surface>() else { return Vec::new() };
-    if surface.weights().is_some() {
-        return vec![vec![1.0; surface.points().len()]];
-    }
-    let (us, vs) = (powers(surface.u()), powers(surface.v()));
+    let Some(splines) = splines(shape).filter(|splines| splines.weights.is_none()) else {
+        return vec![vec![1.0; shape.control_vertices().len()]];
+    };
+    let Some(v) = splines.v else { return powers(splines.u) };
+    let (us, vs) = (powers(splines.u), powers(v));
     let mut all = Vec::new();
     for (i, u) in us.iter().enumerate() {
         for v in vs.iter().take(3 - i) {
@@ -225,20 +218,20 @@ fn powers(space: &Space) -> Vec<Vec<f64>> {
 /// Knots where the shape may break (or bend sharply) at no cost, because the energy looks within spans only, and no smoothness is
 /// kept that would forbid it.
 fn breaks(shape: &dyn Shape, order: usize, kept: &[SmoothKnot]) -> Option<String> {
-    let any: &dyn Any = shape;
+    let splines = splines(shape)?;
     let whole = |direction: usize, u: f64| {
         let here = kept.iter().find(|k| k.shape == 0 && k.direction == direction && k.at == u);
         here.and_then(|k| k.order).is_some_and(|kept| kept + 1 >= order)
     };
-    let found = if let Some(curve) = any.downcast_ref::<Curve>() {
-        broken(curve.space(), order, &|u| whole(0, u)).map(|u| format!("at {u}"))
-    } else {
-        let surface = any.downcast_ref::<Surface>()?;
-        let along = |direction: usize, space| {
-            let name = ["u", "v"][direction];
-            broken(space, order, &|u| whole(direction, u)).map(|u| format!("along {name} = {u}"))
-        };
-        along(0, surface.u()).or_else(|| along(1, surface.v()))
+    let found = match splines.v {
+        None => broken(splines.u, order, &|u| whole(0, u)).map(|u| format!("at {u}")),
+        Some(v) => {
+            let along = |direction: usize, space| {
+                let name = ["u", "v"][direction];
+                broken(space, order, &|u| whole(direction, u)).map(|u| format!("along {name} = {u}"))
+            };
+            along(0, splines.u).or_else(|| along(1, v))
+        }
     }?;
     let what = ["", "gap", "corner", "jump of curvature"][order.min(3)];
     Some(format!(

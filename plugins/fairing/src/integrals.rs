@@ -1,13 +1,11 @@
-//! The integrals of an energy as squares: rows at the nodes of every span, exact for polynomials, of as many nodes as are enough
+//! The integrals of an energy as squares: rows at the nodes of every span or cell, exact for polynomials, of as many nodes as are enough
 //! where there are weights.
 
-use std::any::Any;
-
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::shape::{Cell, Derivative, Location, Shape, Splines, cells_of, rows_at};
+use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::gram::gauss_legendre;
 use loftsman_kernel::spline::space::MAX_ORDER;
-use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use crate::squares::Squares;
@@ -27,76 +25,151 @@ impl Squares {
         weight: f64,
         near: Option<Point>,
     ) -> Result<()> {
-        let any: &dyn Any = shape;
-        if let Some(curve) = any.downcast_ref::<Curve>() {
-            check_degree(curve.degree(), order, "the curve")?;
-            self.curve(curve, order, weight, near)
-        } else if let Some(surface) = any.downcast_ref::<Surface>() {
-            check_degree(surface.u().degree(), order, "the surface along u")?;
-            check_degree(surface.v().degree(), order, "the surface along v")?;
-            self.surface(surface, order, weight, near)
-        } else {
-            Err(Error::Invalid(
-                "only the energies of B-spline curves and surfaces are known: convert the shape to one"
-                    .into(),
-            ))
+        let cells = cells_of(shape, "an energy")?;
+        let ([p, q], curve) = (cells.degrees(), shape.domain().len() < 2);
+        check_degree(p, order, if curve { "the curve" } else { "the surface along u" })?;
+        if !curve {
+            check_degree(q, order, "the surface along v")?;
+        }
+        match cells.splines() {
+            Some(splines) => match splines.v {
+                None => self.curve(shape, &splines, order, weight, near),
+                Some(v) => self.surface(shape, &splines, v, order, weight, near),
+            },
+            None => self.cells(shape, &cells.checked(shape)?, order, weight, near),
         }
     }
 
-    fn curve(&mut self, curve: &Curve, order: usize, weight: f64, near: Option<Point>) -> Result<()> {
-        let space = curve.space();
+    /// Of a shape that is no spline: by the stencils at the nodes of every cell.
+    fn cells(
+        &mut self,
+        shape: &dyn Shape,
+        cells: &[Cell],
+        order: usize,
+        weight: f64,
+        near: Option<Point>,
+    ) -> Result<()> {
+        let mut nodes = None;
+        if let Some(degree) =
+            cells.iter().filter(|c| c.rational).flat_map(|c| &c.sides).map(|s| s.degree).max()
+        {
+            let trial = |nodes: usize| {
+                let each = cells.iter().map(|cell| {
+                    let mut trial = Self::default();
+                    trial.cell(shape, cell, order, 1.0, None, Some(nodes))?;
+                    Ok(trial.trace())
+                });
+                each.collect()
+            };
+            let ends = |cell: &Cell| {
+                let each = cell.sides.iter().map(|side| format!("[{}, {}]", side.start, side.end));
+                each.collect::<Vec<_>>().join(" × ")
+            };
+            nodes = Some(enough_nodes(degree + 1, trial, |at| format!("on {}", ends(&cells[at])))?);
+        }
+        cells.iter().try_for_each(|cell| self.cell(shape, cell, order, weight, near, nodes))
+    }
+
+    fn cell(
+        &mut self,
+        shape: &dyn Shape,
+        cell: &Cell,
+        order: usize,
+        weight: f64,
+        near: Option<Point>,
+        nodes: Option<usize>,
+    ) -> Result<()> {
+        self.open(cell.vertices.iter().copied());
+        let width = self.width();
+        let by_u = if cell.sides.len() < 2 { order..=order } else { 0..=order };
+        for k in by_u {
+            let derivative = Derivative { u: k, v: order - k };
+            let share = weight * if cell.sides.len() < 2 { 1.0 } else { binomial(order, k) };
+            let count = |side: usize, by: usize| {
+                let degree = cell.sides.get(side).map_or(0, |side| side.degree);
+                // Exact for the square of a polynomial of degree p - k: 2 (p - k) ≤ 2 n - 1.
+                nodes.filter(|_| cell.rational).unwrap_or(degree + 1 - by.min(degree))
+            };
+            let points = cell.gauss_points([count(0, k), count(1, order - k)]);
+            let rows = rows_at(shape, cell, &points, derivative)?;
+            for ((at, w), row) in points.iter().zip(rows.chunks_exact(width.max(1))) {
+                let root = (share * w).sqrt();
+                self.finish(row.iter().map(|c| c * root).collect(), near, root, shape, *at)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn curve(
+        &mut self,
+        shape: &dyn Shape,
+        splines: &Splines<'_>,
+        order: usize,
+        weight: f64,
+        near: Option<Point>,
+    ) -> Result<()> {
+        let space = splines.u;
         let spans: Vec<usize> = space.spans().collect();
-        let nodes = match curve.weights() {
+        let nodes = match splines.weights {
             None => None,
             Some(_) => {
                 let trial = |nodes: usize| {
                     let line = Line::new(space, order, Some(nodes));
                     let each = spans.iter().enumerate().map(|(at, &span)| {
                         let mut trial = Self::default();
-                        trial.curve_span(curve, order, 1.0, None, &line, (at, span))?;
+                        trial.curve_span(shape, splines, order, 1.0, None, &line, (at, span))?;
                         Ok(trial.trace())
                     });
                     each.collect()
                 };
                 let name = |at: usize| format!("between {}", ends(space, spans[at]));
-                Some(enough_nodes(curve.degree() + 1, trial, name)?)
+                Some(enough_nodes(space.degree() + 1, trial, name)?)
             }
         };
         let line = Line::new(space, order, nodes);
-        spans
-            .iter()
-            .enumerate()
-            .try_for_each(|(at, &span)| self.curve_span(curve, order, weight, near, &line, (at, span)))
+        spans.iter().enumerate().try_for_each(|(at, &span)| {
+            self.curve_span(shape, splines, order, weight, near, &line, (at, span))
+        })
     }
 
+    #[allow(clippy::too_many_arguments, reason = "an integral, and where it is taken")]
     fn curve_span(
         &mut self,
-        curve: &Curve,
+        shape: &dyn Shape,
+        splines: &Splines<'_>,
         order: usize,
         weight: f64,
         near: Option<Point>,
         line: &Line,
         (at, span): (usize, usize),
     ) -> Result<()> {
-        let (space, p) = (curve.space(), curve.degree());
+        let (space, p) = (splines.u, splines.u.degree());
         self.open(sorted((0..=p).map(|j| space.vertex(span - p + j))));
         for (k, &(u, w)) in line.nodes(space, span).iter().enumerate() {
             let root = (weight * w).sqrt();
             let mut row = vec![0.0; self.width()];
-            if curve.weights().is_some() {
-                let stencil = curve.stencil(Location::Curve(u), Derivative { u: order, v: 0 })?;
+            if splines.weights.is_some() {
+                let stencil = shape.stencil(Location::Curve(u), Derivative { u: order, v: 0 })?;
                 self.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
             } else {
                 let terms = line.row(at, k).iter().enumerate();
                 self.place(&mut row, terms.map(|(j, c)| (space.vertex(span - p + j), c * root)));
             }
-            self.finish(row, near, root, || curve.point(u))?;
+            self.finish(row, near, root, shape, Location::Curve(u))?;
         }
         Ok(())
     }
 
-    fn surface(&mut self, surface: &Surface, order: usize, weight: f64, near: Option<Point>) -> Result<()> {
-        let (us, vs) = (surface.u(), surface.v());
+    fn surface(
+        &mut self,
+        shape: &dyn Shape,
+        splines: &Splines<'_>,
+        vs: &Space,
+        order: usize,
+        weight: f64,
+        near: Option<Point>,
+    ) -> Result<()> {
+        let us = splines.u;
         let (u_spans, v_spans): (Vec<usize>, Vec<usize>) = (us.spans().collect(), vs.spans().collect());
         let spans = || {
             let pairs = u_spans.iter().enumerate();
@@ -105,15 +178,15 @@ impl Squares {
         let lines = |nodes: Option<usize>| -> Vec<(Line, Line)> {
             (0..=order).map(|k| (Line::new(us, k, nodes), Line::new(vs, order - k, nodes))).collect()
         };
-        let nodes = match surface.weights() {
+        let nodes = match splines.weights {
             None => None,
             Some(weights) => {
-                let at = |((_, u), (_, v))| net(surface, u, v).into_iter().map(|i| weights[i]);
+                let at = |((_, u), (_, v))| net(us, vs, u, v).into_iter().map(|i| weights[i]);
                 let uneven = most_uneven(spans().map(|pair| ratio(at(pair))));
                 let Some(pair) = spans().nth(uneven) else { return Ok(()) };
                 let trial = |nodes: usize| {
                     let mut trial = Self::default();
-                    trial.surface_span(surface, order, 1.0, None, &lines(Some(nodes)), pair)?;
+                    trial.surface_span(shape, (us, vs, true), order, 1.0, None, &lines(Some(nodes)), pair)?;
                     Ok(vec![trial.trace()])
                 };
                 let ((_, u), (_, v)) = pair;
@@ -122,20 +195,24 @@ impl Squares {
             }
         };
         let lines = lines(nodes);
-        spans().try_for_each(|pair| self.surface_span(surface, order, weight, near, &lines, pair))
+        let rational = splines.weights.is_some();
+        spans().try_for_each(|pair| {
+            self.surface_span(shape, (us, vs, rational), order, weight, near, &lines, pair)
+        })
     }
 
+    #[allow(clippy::too_many_arguments, reason = "an integral, and where it is taken")]
     fn surface_span(
         &mut self,
-        surface: &Surface,
+        shape: &dyn Shape,
+        (us, vs, rational): (&Space, &Space, bool),
         order: usize,
         weight: f64,
         near: Option<Point>,
         lines: &[(Line, Line)],
         ((i, u_span), (j, v_span)): ((usize, usize), (usize, usize)),
     ) -> Result<()> {
-        let (us, vs) = (surface.u(), surface.v());
-        let vertices = net(surface, u_span, v_span);
+        let vertices = net(us, vs, u_span, v_span);
         self.open(sorted(vertices.iter().copied()));
         for (k, (along_u, along_v)) in lines.iter().enumerate() {
             let share = weight * binomial(order, k);
@@ -144,16 +221,16 @@ impl Squares {
                 for (b, &(v, wv)) in along.iter().enumerate() {
                     let root = (share * wu * wv).sqrt();
                     let mut row = vec![0.0; self.width()];
-                    if surface.weights().is_some() {
+                    if rational {
                         let by = Derivative { u: k, v: order - k };
-                        let stencil = surface.stencil(Location::Surface(u, v), by)?;
+                        let stencil = shape.stencil(Location::Surface(u, v), by)?;
                         self.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
                     } else {
                         let (us, vs) = (along_u.row(i, a), along_v.row(j, b));
                         let products = us.iter().flat_map(|x| vs.iter().map(move |y| x * y * root));
                         self.place(&mut row, vertices.iter().copied().zip(products));
                     }
-                    self.finish(row, near, root, || surface.point(u, v))?;
+                    self.finish(row, near, root, shape, Location::Surface(u, v))?;
                 }
             }
         }
@@ -165,10 +242,11 @@ impl Squares {
         row: Vec<f64>,
         near: Option<Point>,
         root: f64,
-        point: impl FnOnce() -> Result<Point>,
+        shape: &dyn Shape,
+        at: Location,
     ) -> Result<()> {
         let target = match near {
-            Some(origin) => (point()? - origin) * root,
+            Some(origin) => (shape.value(at, Derivative::POSITION)? - origin.coords) * root,
             None => Vector::zeros(),
         };
         self.row(row, target);
@@ -177,8 +255,7 @@ impl Squares {
 }
 
 /// The vertices that matter on a pair of spans, along `v` first.
-fn net(surface: &Surface, u_span: usize, v_span: usize) -> Vec<usize> {
-    let (us, vs) = (surface.u(), surface.v());
+fn net(us: &Space, vs: &Space, u_span: usize, v_span: usize) -> Vec<usize> {
     let (p, q, columns) = (us.degree(), vs.degree(), vs.len());
     let row = |a| us.vertex(u_span - p + a) * columns;
     (0..=p).flat_map(|a| (0..=q).map(move |b| row(a) + vs.vertex(v_span - q + b))).collect()

@@ -63,7 +63,8 @@ impl Operation for FairOperation {
         parameters: &Parameters,
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
-        let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let fits =
+            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_));
         let object = object_name(scene, parameters, fits, "curve or surface")?;
         let mut names = SceneShapes::new(scene, &object)?;
         let tables = parameters.tables("constraints")?;

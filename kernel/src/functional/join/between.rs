@@ -1,10 +1,10 @@
 //! A join of whole edges looked at between the places where it was imposed.
 
 use super::conditions::nodes;
-use super::pair::Pair;
 use crate::error::Result;
 use crate::functional::{Accuracy, Functional, Linearity, Rows, Shapes};
 use crate::shape::{Derivative, Location, Shape, Stencil};
+use crate::topology::Pair;
 
 /// The differences of positions and of cross derivatives at places all along an edge: zero where the join holds. Derivatives
 /// of order `k` are multiplied by `step^k`, as the join's own equations are.
@@ -45,7 +45,7 @@ pub(super) const SHOWN: f64 = 0.995_18;
 /// numerator of the difference is, inside the piece, so that derivatives are never asked for at a knot. Where the difference
 /// is not to vanish, as many times more as show how large it is.
 pub(super) fn samples(pair: &Pair<'_>, breakpoints: &[f64], tolerant: bool) -> Vec<Sample> {
-    let (first, second) = (&pair.first, &pair.second);
+    let (first, second) = (pair.first, pair.second);
     let degree = first.space().degree() + second.space().degree();
     let each = if tolerant { FINER * degree } else { degree + 1 };
     nodes(breakpoints, each)

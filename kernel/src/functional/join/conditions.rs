@@ -11,12 +11,12 @@
 //!   no common factor, so that `w` divides `N`), which is refused; more where the degrees were raised.
 
 use super::dense::Split;
-use super::pair::{Common, Map, Pair, Terms};
-use super::side::{Side, places};
 use crate::error::{Error, MAX_DEGREE, Result};
 use crate::shape::Stencil;
 use crate::spline::binomial;
 use crate::spline::space::{MAX_ORDER, Space};
+use crate::topology::pair::{Common, Map, Terms};
+use crate::topology::{Pair, SurfaceEdge};
 
 /// Weights that are alike to this part of themselves are: less moves an edge by no more than so much of its size.
 const ALIKE: f64 = 1e-12;
@@ -107,29 +107,29 @@ struct Strips {
 
 impl Strips {
     fn new(pair: &Pair<'_>, order: usize) -> Result<Self> {
-        let mut largest = 0.0_f64;
-        for side in [&pair.first, &pair.second] {
-            largest = side.basis(1)?.iter().fold(largest, |m, (_, c)| m.max(c.abs()));
-        }
-        let step = 1.0 / largest;
+        let largest = [pair.first, pair.second]
+            .into_iter()
+            .filter_map(|side| side.strips().get(1).filter(|_| order > 0))
+            .fold(0.0_f64, |m, strip| m.max(strip.largest));
+        let step = if order > 0 { 1.0 / largest } else { 1.0 };
         if !(step > 0.0 && step.is_finite()) {
             return Err(Error::Invalid(
                 "a surface is too short across the edge: choose a longer domain".into(),
             ));
         }
-        let strips = |side: &Side<'_>, signed: bool| -> Result<Vec<Vec<Stencil>>> {
-            (0..=order)
-                .map(|k| {
-                    let sign = if signed { pair.sign(k) } else { 1.0 };
-                    Ok(side.strip(&side.basis(k)?, sign * step.powi(k as i32)))
-                })
-                .collect()
+        let strips = |side: &SurfaceEdge<'_>, signed: bool| -> Vec<Vec<Stencil>> {
+            let orders = side.strips().iter().take(order + 1).enumerate();
+            let scaled = orders.map(|(k, strip)| {
+                let factor = if signed { pair.sign(k) } else { 1.0 } * step.powi(k as i32);
+                strip.coefficients.iter().map(|stencil| stencil.clone().scaled(factor)).collect()
+            });
+            scaled.collect()
         };
-        Ok(Self { order, step, of: [strips(&pair.first, false)?, strips(&pair.second, true)?] })
+        Ok(Self { order, step, of: [strips(pair.first, false), strips(pair.second, true)] })
     }
 
     fn weights(&self, pair: &Pair<'_>, common: &Common) -> Weights {
-        let of = |e: usize, side: &Side<'_>, map: &Map| {
+        let of = |e: usize, side: &SurfaceEdge<'_>, map: &Map| {
             (0..=self.order)
                 .map(|k| {
                     let sums: Vec<(f64, f64)> = self.of[e][k]
@@ -155,7 +155,7 @@ impl Strips {
                 })
                 .collect()
         };
-        Weights([of(0, &pair.first, &common.first), of(1, &pair.second, &common.second)])
+        Weights([of(0, pair.first, &common.first), of(1, pair.second, &common.second)])
     }
 
     /// `M = λ N` order after order, for lines of what the coefficients of `λ N` and of `M` have to meet.
@@ -393,7 +393,7 @@ fn shrunk(split: &Split, common: &Common, weights: &Weights) -> bool {
 
 /// Whether both edges are points already.
 fn both_points(pair: &Pair<'_>) -> Result<bool> {
-    for side in [&pair.first, &pair.second] {
+    for side in [pair.first, pair.second] {
         let (a, b) = side.space().domain();
         let start = side.point(a)?;
         let size = start.coords.amax();
@@ -425,6 +425,19 @@ fn all_breakpoints(pair: &Pair<'_>, common: &Common) -> Vec<f64> {
     let (a, b) = pair.first.space().domain();
     all.dedup_by(|t, before| *t - *before <= 1e-9 * (b - a));
     all
+}
+
+/// As many parameters as the space has vertices, at which a function of it is determined (Schoenberg and Whitney): the
+/// Greville abscissae, for a floating space those of the clamped one that spans the same functions on the domain.
+fn places(space: &Space) -> Vec<f64> {
+    if space.is_periodic() {
+        return (0..space.len()).map(|i| space.greville(i)).collect();
+    }
+    let ((a, b), p, flat) = (space.domain(), space.degree(), space.flat());
+    let inside = |k: f64| k.max(a).min(b);
+    (0..space.len())
+        .map(|i| inside(flat[i + 1..=i + p].iter().map(|&k| inside(k) / p as f64).sum()))
+        .collect()
 }
 
 /// Both meet, and their derivatives, at as many places as the larger edge has control vertices.

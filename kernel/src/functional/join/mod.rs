@@ -3,21 +3,20 @@
 mod between;
 mod conditions;
 mod dense;
-mod pair;
-mod side;
 
+use std::fmt;
 use std::sync::Arc;
 
 use self::between::{Between, SHOWN, Sample, samples};
 use self::conditions::Conditions;
-use self::pair::{Pair, Track};
-use self::side::Side;
 use super::position::OBJECT;
 use super::{Accuracy, DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, Store};
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::plugin::{Declaration, Field, ParameterError, Parameters, nearest};
-use crate::shape::{Derivative, Location};
+use crate::shape::{Derivative, Location, Shape, edges_of};
+use crate::topology::pair::Track;
+use crate::topology::{Pair, SurfaceEdge};
 
 /// A whole edge of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +29,34 @@ pub enum Edge {
     VStart,
     /// `v` at the end of its domain.
     VEnd,
+    /// The edge of this number, of a surface whose [edges](crate::shape::Edges) have other names; in recipes `"edge 3"`.
+    Number(usize),
+}
+
+impl Edge {
+    /// The edge's number on a shape, its four sides by their names.
+    fn index(self, shape: &dyn Shape, on: &On) -> Result<usize> {
+        let edges = edges_of(shape, "join").map_err(|error| Error::Invalid(format!("{error}{on}")))?;
+        let found = match self {
+            Self::Number(index) => Some(index).filter(|&index| index < edges.count()),
+            _ => edges.iter().position(|edge| edge.name == self.to_string()),
+        };
+        found.ok_or_else(|| {
+            let names: Vec<_> = edges.iter().map(|edge| edge.name).collect();
+            let names = if names.is_empty() { "none: it is closed".into() } else { names.join(", ") };
+            Error::Invalid(format!("there is no edge {self}{on}: its edges are {names}"))
+        })
+    }
+}
+
+impl fmt::Display for Edge {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self, EDGES.iter().find(|(_, edge)| edge == self)) {
+            (Self::Number(index), _) => write!(f, "edge {index}"),
+            (_, Some((name, _))) => f.write_str(name),
+            (_, None) => Ok(()),
+        }
+    }
 }
 
 const EDGES: [(&str, Edge); 4] =
@@ -157,7 +184,7 @@ impl Join {
         Ok(largest)
     }
 
-    fn fail<T>(&self, what: impl std::fmt::Display) -> Result<T> {
+    fn fail<T>(&self, what: impl fmt::Display) -> Result<T> {
         Err(Error::Invalid(format!("{}: {what}", self.describe())))
     }
 
@@ -174,12 +201,12 @@ impl Join {
         match (self.first.1, self.second.1) {
             (Place::At(a), Place::At(b)) => self.places(shapes, a, b).map(Arc::new),
             (Place::Along(a), Place::Along(b)) => {
-                let (first, second) =
-                    (Side::new(shapes, &self.first.0, a)?, Side::new(shapes, &self.second.0, b)?);
                 if self.first.0.shape == self.second.0.shape && a == b {
                     return self.fail("an edge cannot be joined with itself; name another one");
                 }
-                let pair = Pair::new(first, second)?;
+                let (first, second) =
+                    (self.edge(shapes, &self.first.0, a)?, self.edge(shapes, &self.second.0, b)?);
+                let pair = Pair::new(&first, &second)?;
                 match Conditions::new(&pair, self.continuity, self.tolerance.is_some())? {
                     Ok(conditions) => Ok(Arc::new(Bound::Edges { track: pair.track(), conditions })),
                     Err(refusal) => self.fail(refusal),
@@ -187,6 +214,11 @@ impl Join {
             }
             _ => self.fail("an edge can only be joined with an edge, a location with a location"),
         }
+    }
+
+    fn edge<'a>(&self, shapes: &Shapes<'a>, on: &On, edge: Edge) -> Result<SurfaceEdge<'a>> {
+        let shape = shapes.get(on.shape)?;
+        SurfaceEdge::new(shape, edge.index(shape, on)?, self.continuity, &self.describe())
     }
 
     fn places(&self, shapes: &Shapes<'_>, a: Location, b: Location) -> Result<Bound> {
@@ -231,8 +263,8 @@ impl Join {
                     return self.fail("it is bound to edges and names none");
                 };
                 let (first, second) =
-                    (Side::new(shapes, &self.first.0, a)?, Side::new(shapes, &self.second.0, b)?);
-                samples(&Pair::on(first, second, *track), &conditions.breakpoints, self.tolerance.is_some())
+                    (self.edge(shapes, &self.first.0, a)?, self.edge(shapes, &self.second.0, b)?);
+                samples(&Pair::on(&first, &second, *track), &conditions.breakpoints, self.tolerance.is_some())
             }
         };
         Ok(Between {
@@ -304,9 +336,7 @@ impl Functional for Join {
     fn describe(&self) -> String {
         let place = |place: &Place| match place {
             Place::At(location) => location.to_string(),
-            Place::Along(edge) => {
-                EDGES.iter().find(|(_, e)| e == edge).map_or("", |(name, _)| *name).to_owned()
-            }
+            Place::Along(edge) => edge.to_string(),
         };
         let ((a, at), (b, with)) = (&self.first, &self.second);
         format!("C{} join at {}{a} with {}{b}", self.continuity, place(at), place(with))
@@ -392,6 +422,9 @@ fn place(parameters: &Parameters) -> Result<Place, ParameterError> {
     let Some(text) = parameters.value("at").and_then(|v| v.as_str()) else {
         return parameters.location("at").map(Place::At);
     };
+    if let Some(index) = text.strip_prefix("edge ").and_then(|number| number.parse().ok()) {
+        return Ok(Place::Along(Edge::Number(index)));
+    }
     match EDGES.iter().find(|(name, _)| *name == text) {
         Some((_, edge)) => Ok(Place::Along(*edge)),
         None => {

@@ -41,8 +41,7 @@ use super::metric::Metric;
 use crate::error::Result;
 use crate::functional::{Equation, Functional, On, Shapes, Store};
 use crate::plugin::Corner;
-use crate::shape::Stencil;
-use crate::spline::Curve;
+use crate::shape::{Shape, Stencil};
 
 /// A joint of a net: shape, direction, the span on its left.
 type Line = (usize, usize, usize);
@@ -154,7 +153,7 @@ pub(crate) fn find<'f>(
 
 /// The vertices of a curve that cannot move while only those `inside` an interval may and what is smooth at a parameter is
 /// kept.
-pub(crate) fn frozen(curve: &Curve, u: f64, inside: &[usize], level: u8) -> Vec<usize> {
+pub(crate) fn frozen(curve: &dyn Shape, u: f64, inside: &[usize], level: u8) -> Vec<usize> {
     let shapes = Shapes::one(curve);
     let mut frozen = Vec::new();
     for net in nets(&shapes, 0).iter().filter(|_| level > 0) {

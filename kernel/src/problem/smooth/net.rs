@@ -1,12 +1,11 @@
 //! A curve, or a surface looked at across one of its directions: columns of control vertices.
 
-use std::any::Any;
-
 use smallvec::SmallVec;
 
 use crate::Point;
 use crate::functional::Shapes;
-use crate::spline::{Curve, Space, Surface};
+use crate::shape::Splines;
+use crate::spline::Space;
 
 /// A shape's control vertices as columns *across* the knots of one direction; a curve is one column.
 #[derive(Debug, Clone, Copy)]
@@ -89,17 +88,15 @@ pub(super) fn unrolled(space: &Space, vertex: usize) -> impl Iterator<Item = usi
     (first..space.unrolled_len()).step_by(step)
 }
 
-/// One net for a curve, two for a surface, none for anything else: what other shapes are made of is not known here.
+/// One net for a curve, two for a surface, none for what is no tensor-product spline: where its pieces may part is not known
+/// here.
 pub(super) fn nets<'a>(shapes: &Shapes<'a>, shape: usize) -> SmallVec<[Net<'a>; 2]> {
-    let Ok(any) = shapes.get(shape) else { return SmallVec::new() };
-    let any: &'a dyn Any = any;
     let mut nets = SmallVec::new();
-    if let Some(curve) = any.downcast_ref::<Curve>() {
-        let (points, weights) = (curve.points(), curve.weights());
-        nets.push(Net { shape, direction: 0, across: curve.space(), along: None, points, weights });
-    } else if let Some(surface) = any.downcast_ref::<Surface>() {
-        let (u, v, points, weights) = (surface.u(), surface.v(), surface.points(), surface.weights());
-        nets.push(Net { shape, direction: 0, across: u, along: Some(v), points, weights });
+    let Ok(any) = shapes.get(shape) else { return nets };
+    let Some(Splines { u, v, weights }) = any.cells().and_then(|cells| cells.splines()) else { return nets };
+    let points = any.control_vertices();
+    nets.push(Net { shape, direction: 0, across: u, along: v, points, weights });
+    if let Some(v) = v {
         nets.push(Net { shape, direction: 1, across: v, along: Some(u), points, weights });
     }
     nets

@@ -7,6 +7,7 @@
 )]
 
 mod bounded;
+mod cells;
 mod conformance;
 mod errors;
 mod folded;

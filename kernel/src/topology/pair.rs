@@ -1,6 +1,6 @@
 //! Two edges side by side: which way they run, where in one a place of the other is, and one space for both.
 
-use super::side::Side;
+use super::side::SurfaceEdge;
 use crate::error::Result;
 use crate::spline::{Conversion, Space};
 
@@ -14,7 +14,7 @@ const SAMPLES: usize = 16;
 
 /// How the second edge is run through where the first is run from its start to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Track {
+pub(crate) struct Track {
     reversed: bool,
     /// The breakpoint of the second edge at which it starts; not one of its ends only where both edges are closed.
     cut: usize,
@@ -22,47 +22,47 @@ pub(super) struct Track {
 
 /// Two edges and how they lie to one another.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pair<'a> {
-    pub(super) first: Side<'a>,
-    pub(super) second: Side<'a>,
+pub(crate) struct Pair<'a> {
+    pub(crate) first: &'a SurfaceEdge<'a>,
+    pub(crate) second: &'a SurfaceEdge<'a>,
     track: Track,
     /// Where the second edge starts.
     start: f64,
 }
 
 /// Every coefficient of an edge in a larger space, made of its own: `Σ c_i h_i`.
-pub(super) type Map = Vec<Terms>;
+pub(crate) type Map = Vec<Terms>;
 
 /// Numbers of coefficients, and how much of each.
-pub(super) type Terms = Vec<(usize, f64)>;
+pub(crate) type Terms = Vec<(usize, f64)>;
 
 /// The second's space beside the first's, its coefficients, and two knots that nearly agree.
 type Aligned = (Space, Map, Option<(f64, f64)>);
 
 /// Both edges in one space, over the first one's domain.
-pub(super) struct Common {
-    pub(super) space: Space,
-    pub(super) first: Map,
-    pub(super) second: Map,
+pub(crate) struct Common {
+    pub(crate) space: Space,
+    pub(crate) first: Map,
+    pub(crate) second: Map,
     /// Two knots, in the first one's domain, that were meant to be one and are not.
-    pub(super) nearly: Option<(f64, f64)>,
+    pub(crate) nearly: Option<(f64, f64)>,
 }
 
 impl<'a> Pair<'a> {
     /// How two edges lie to one another now: open ones run the way in which their ends are nearer to one another. Closed
     /// ones run the way, and start at the breakpoint of the second, that bring them nearest to one another, all round;
     /// where that is so with some for which the breakpoints agree, one of those.
-    pub(super) fn new(first: Side<'a>, second: Side<'a>) -> Result<Self> {
+    pub(crate) fn new(first: &'a SurfaceEdge<'a>, second: &'a SurfaceEdge<'a>) -> Result<Self> {
         let spans = second.space().spans().count();
         let straight = Self::on(first, second, Track { reversed: false, cut: 0 });
         let reversed = Self::on(first, second, Track { reversed: true, cut: spans });
-        let ends = |side: &Side<'_>| -> Result<_> {
+        let ends = |side: &SurfaceEdge<'_>| -> Result<_> {
             let (a, b) = side.space().domain();
             Ok((side.point(a)?, side.point(b)?))
         };
-        let closed = is_closed(&first)? && is_closed(&second)?;
+        let closed = is_closed(first)? && is_closed(second)?;
         if !closed {
-            let ((p0, p1), (q0, q1)) = (ends(&first)?, ends(&second)?);
+            let ((p0, p1), (q0, q1)) = (ends(first)?, ends(second)?);
             let (along, against) = ((p0 - q0).norm() + (p1 - q1).norm(), (p0 - q1).norm() + (p1 - q0).norm());
             if !ties(along, against) {
                 return Ok(if along < against { straight } else { reversed });
@@ -100,24 +100,24 @@ impl<'a> Pair<'a> {
     }
 
     /// The same two edges as when they lay to one another in this way.
-    pub(super) fn on(first: Side<'a>, second: Side<'a>, track: Track) -> Self {
+    pub(crate) fn on(first: &'a SurfaceEdge<'a>, second: &'a SurfaceEdge<'a>, track: Track) -> Self {
         let start = second.space().breakpoints().get(track.cut).copied();
         let (c, d) = second.space().domain();
         let start = start.unwrap_or(if track.reversed { d } else { c });
         Self { first, second, track, start }
     }
 
-    pub(super) fn track(&self) -> Track {
+    pub(crate) fn track(&self) -> Track {
         self.track
     }
 
     /// The factor of the second's derivative of an order: both are taken as of a path that crosses the joint.
-    pub(super) fn sign(&self, order: usize) -> f64 {
-        if self.first.at_end == self.second.at_end && order % 2 == 1 { -1.0 } else { 1.0 }
+    pub(crate) fn sign(&self, order: usize) -> f64 {
+        if self.first.at_end() == self.second.at_end() && order % 2 == 1 { -1.0 } else { 1.0 }
     }
 
     /// The second's parameter at the first's `t`.
-    pub(super) fn there(&self, t: f64) -> f64 {
+    pub(crate) fn there(&self, t: f64) -> f64 {
         let ((a, b), (c, d)) = (self.first.space().domain(), self.second.space().domain());
         let x = (t - a) / (b - a);
         let u = if self.track.reversed { self.start - x * (d - c) } else { self.start + x * (d - c) };
@@ -133,7 +133,7 @@ impl<'a> Pair<'a> {
     }
 
     /// The first's parameter at the second's `u`.
-    pub(super) fn here(&self, u: f64) -> f64 {
+    pub(crate) fn here(&self, u: f64) -> f64 {
         let ((a, b), (c, d)) = (self.first.space().domain(), self.second.space().domain());
         let x = if self.track.reversed { self.start - u } else { u - self.start } / (d - c);
         (a + if x < 0.0 { x + 1.0 } else { x } * (b - a)).clamp(a, b)
@@ -141,7 +141,7 @@ impl<'a> Pair<'a> {
 
     /// A place of both between two of the first's parameters, the one of the domain whose numbers are coarser taken as it
     /// is: what the other's are rounded by is less.
-    pub(super) fn place(&self, t: f64) -> (f64, f64) {
+    pub(crate) fn place(&self, t: f64) -> (f64, f64) {
         let coarse = |space: &Space| {
             let (a, b) = space.domain();
             a.abs().max(b.abs()) / (b - a)
@@ -170,7 +170,7 @@ impl<'a> Pair<'a> {
     }
 
     /// One space for both: that of the first where the second has the same, else the least one that contains both.
-    pub(super) fn common(&self) -> Result<Common> {
+    pub(crate) fn common(&self) -> Result<Common> {
         let first = self.first.space();
         let (second, map, nearly) = self.aligned()?;
         let own = (0..first.len()).map(|i| vec![(i, 1.0)]).collect();
@@ -240,7 +240,7 @@ fn ties(x: f64, y: f64) -> bool {
 }
 
 /// Whether an edge ends where it starts, and is not a point.
-fn is_closed(side: &Side<'_>) -> Result<bool> {
+fn is_closed(side: &SurfaceEdge<'_>) -> Result<bool> {
     if side.space().is_periodic() {
         return Ok(true);
     }

@@ -1,0 +1,204 @@
+//! The pieces that a shape consists of: what integrals need.
+
+use smallvec::SmallVec;
+
+use super::{Derivative, Location, Shape, Stencil};
+use crate::error::{Error, Result};
+use crate::spline::gram::gauss_legendre;
+use crate::spline::space::Space;
+
+/// The interval of one parameter that a [`Cell`] covers, and the degree in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellSide {
+    /// Where it starts.
+    pub start: f64,
+    /// Where it ends; more than `start`.
+    pub end: f64,
+    /// The degree in this parameter: of numerator and denominator where the cell is rational.
+    pub degree: usize,
+}
+
+/// A box of parameters on which a shape is one polynomial in each of them, or one quotient of two.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cell {
+    /// One side for a curve; for a surface that in `u`, then that in `v`.
+    pub sides: SmallVec<[CellSide; 2]>,
+    /// Whether the shape is a quotient of polynomials there: Gauss points are then not exact.
+    pub rational: bool,
+    /// The control vertices that a point of the cell depends on, ascending, each once.
+    pub vertices: SmallVec<[usize; 16]>,
+}
+
+impl Cell {
+    /// The location with these shares (0 at the start, 1 at the end) of each side.
+    pub fn at(&self, shares: [f64; 2]) -> Location {
+        let place = |side: &CellSide, share: f64| side.start + (side.end - side.start) * share;
+        match self.sides[..] {
+            [ref u, ref v, ..] => Location::Surface(place(u, shares[0]), place(v, shares[1])),
+            [ref u] => Location::Curve(place(u, shares[0])),
+            [] => Location::Curve(0.0),
+        }
+    }
+
+    /// The length of its interval, or the area of its box.
+    pub fn size(&self) -> f64 {
+        self.sides.iter().map(|side| side.end - side.start).product()
+    }
+
+    /// Gauss–Legendre points of the cell with their weights, `counts` in each parameter, along the last parameter first: exact
+    /// for polynomials of degree `2 counts - 1` in each. `O(counts²)`, and as much again for the nodes.
+    pub fn gauss_points(&self, counts: [usize; 2]) -> Vec<(Location, f64)> {
+        let (nodes, weights) = gauss_legendre(counts[0].max(1));
+        let size = self.size();
+        if self.sides.len() < 2 {
+            return nodes.iter().zip(&weights).map(|(x, w)| (self.at([*x, 0.0]), w * size)).collect();
+        }
+        let (others, by) = gauss_legendre(counts[1].max(1));
+        let rows = nodes.iter().zip(&weights);
+        rows.flat_map(|(x, w)| others.iter().zip(&by).map(move |(y, b)| (self.at([*x, *y]), w * b * size)))
+            .collect()
+    }
+
+    /// Where each vertex of a stencil stands among the cell's own, with its coefficient; those without influence are left out.
+    ///
+    /// # Errors
+    /// When the stencil has a vertex that the cell does not name, or a coefficient that is no number: the shape's cells are
+    /// wrong, and its type `name` is said.
+    pub fn places(&self, stencil: &Stencil, name: &str) -> Result<SmallVec<[(usize, f64); 16]>> {
+        let mut all = SmallVec::new();
+        for (vertex, c) in stencil.iter().filter(|(_, c)| *c != 0.0) {
+            match self.vertices.binary_search(&vertex) {
+                Ok(at) if c.is_finite() => all.push((at, c)),
+                _ => {
+                    return Err(Error::Invalid(format!(
+                        "a shape ({name}) depends on control vertex {vertex} ({c} times) in a cell that does not name it, or on no \
+                         number of it: its cells or its stencils are wrong"
+                    )));
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// The spaces, and the weights if there are any, of a shape that is a tensor-product spline: from them what is said by
+/// cells one by one follows for all at once.
+#[derive(Debug, Clone, Copy)]
+pub struct Splines<'a> {
+    /// The space along `u`.
+    pub u: &'a Space,
+    /// The space along `v`, of a surface: vertex `(i, j)` is number `i · v.len() + j`.
+    pub v: Option<&'a Space>,
+    /// The weights of a rational shape, one a vertex.
+    pub weights: Option<&'a [f64]>,
+}
+
+/// What a shape can say that consists of cells. From these all integrals over it are computed: Gram matrices and energies,
+/// areas, volumes, lengths.
+///
+/// Cells do not overlap, and together they cover the domain. They are asked for by number; a shape that has infinitely many
+/// (around an extraordinary vertex of a subdivision surface) serves as many as it chooses to, and its integrals are those of
+/// what these cover.
+pub trait Cells {
+    /// Cells have numbers below this one.
+    fn count(&self) -> usize;
+
+    /// Cell number `index`, in as little time whatever their number. `None` from [`count`](Self::count) on, and where a number
+    /// has no cell (a span between equal knots).
+    fn cell(&self, index: usize) -> Option<Cell>;
+
+    /// The shape's spaces and weights, where it is a tensor-product spline; its cells are then the products of their spans.
+    fn splines(&self) -> Option<Splines<'_>> {
+        None
+    }
+
+    /// Whether only a part of what the cells cover counts as the shape: of a trimmed surface. Energies are taken over the
+    /// whole of it, but areas and volumes cannot be.
+    fn is_partial(&self) -> bool {
+        false
+    }
+}
+
+impl dyn Cells + '_ {
+    /// All cells, one after another.
+    pub fn iter(&self) -> impl Iterator<Item = Cell> + '_ {
+        (0..self.count()).filter_map(|index| self.cell(index))
+    }
+
+    /// Whether any cell is rational. `O(1)` for splines.
+    pub fn is_rational(&self) -> bool {
+        match self.splines() {
+            Some(splines) => splines.weights.is_some(),
+            None => self.iter().any(|cell| cell.rational),
+        }
+    }
+
+    /// The largest degree in each parameter; 0 in one that there is not.
+    pub fn degrees(&self) -> [usize; 2] {
+        if let Some(splines) = self.splines() {
+            return [splines.u.degree(), splines.v.map_or(0, Space::degree)];
+        }
+        self.iter().fold([0; 2], |[p, q], cell| {
+            let degree = |k: usize| cell.sides.get(k).map_or(0, |side| side.degree);
+            [p.max(degree(0)), q.max(degree(1))]
+        })
+    }
+
+    /// The cells as far as they hang together: as many sides as the shape has parameters, each with a length, and vertices that
+    /// there are. `O(n)`.
+    ///
+    /// # Errors
+    /// When they do not, naming the shape's type.
+    pub fn checked(&self, shape: &dyn Shape) -> Result<Vec<Cell>> {
+        let (parameters, vertices, name) =
+            (shape.domain().len(), shape.control_vertices().len(), shape.type_name());
+        let mut all = Vec::with_capacity(self.count());
+        for (index, cell) in self.iter().enumerate() {
+            let sound =
+                |side: &CellSide| side.start.is_finite() && side.end.is_finite() && side.start < side.end;
+            let known = cell.vertices.last().is_none_or(|&v| v < vertices);
+            let ascending = cell.vertices.windows(2).all(|pair| pair[0] < pair[1]);
+            if cell.sides.len() != parameters || !cell.sides.iter().all(sound) || !known || !ascending {
+                return Err(Error::Invalid(format!(
+                    "cell {index} of a shape ({name}) needs {parameters} sides with a length, and vertices below {vertices} in \
+                     ascending order: it is {cell:?}"
+                )));
+            }
+            all.push(cell);
+        }
+        Ok(all)
+    }
+}
+
+/// The cells of a shape; `what` needs them.
+///
+/// # Errors
+/// When the shape does not say of which pieces it consists, in words that name `what` and the shape's type.
+pub fn cells_of<'a>(shape: &'a dyn Shape, what: &str) -> Result<&'a dyn Cells> {
+    shape.cells().ok_or_else(|| {
+        Error::Invalid(format!(
+            "{what}: a shape ({}) does not say of which polynomial pieces it consists, so that nothing can be integrated over it; \
+             convert it to a B-spline first",
+            shape.type_name()
+        ))
+    })
+}
+
+/// The rows of a derivative over a cell's own vertices at some of its points: `width` numbers a point, one after another.
+///
+/// # Errors
+/// As for [`Shape::stencil`] and [`Cell::places`].
+pub fn rows_at(
+    shape: &dyn Shape,
+    cell: &Cell,
+    points: &[(Location, f64)],
+    derivative: Derivative,
+) -> Result<Vec<f64>> {
+    let width = cell.vertices.len();
+    let mut rows = vec![0.0; width * points.len()];
+    for ((at, _), row) in points.iter().zip(rows.chunks_exact_mut(width.max(1))) {
+        let stencil = shape.stencil(*at, derivative)?;
+        cell.places(&stencil, shape.type_name())?.into_iter().for_each(|(k, c)| row[k] += c);
+    }
+    Ok(rows)
+}

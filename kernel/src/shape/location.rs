@@ -1,0 +1,131 @@
+//! Where on a shape something is asked, and what: places, orders of derivatives, sides.
+
+use std::fmt;
+
+use crate::error::{Error, Result};
+
+/// Where on a shape: `u` on a curve, `(u, v)` on a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Location {
+    /// A parameter of a curve.
+    Curve(f64),
+    /// A pair of parameters of a surface.
+    Surface(f64, f64),
+}
+
+impl Location {
+    /// The number of parameters: 1 or 2.
+    pub fn parameters(self) -> usize {
+        match self {
+            Self::Curve(_) => 1,
+            Self::Surface(..) => 2,
+        }
+    }
+
+    /// The parameter on a curve.
+    ///
+    /// # Errors
+    /// [`Error::LocationKind`] where this is a location on a surface.
+    pub fn on_curve(self) -> Result<f64> {
+        match self {
+            Self::Curve(u) => Ok(u),
+            Self::Surface(..) => Err(Error::LocationKind { found: 2, expected: 1 }),
+        }
+    }
+
+    /// The two parameters on a surface.
+    ///
+    /// # Errors
+    /// [`Error::LocationKind`] where this is a location on a curve.
+    pub fn on_surface(self) -> Result<(f64, f64)> {
+        match self {
+            Self::Surface(u, v) => Ok((u, v)),
+            Self::Curve(_) => Err(Error::LocationKind { found: 1, expected: 2 }),
+        }
+    }
+}
+
+impl From<f64> for Location {
+    fn from(u: f64) -> Self {
+        Self::Curve(u)
+    }
+}
+
+impl From<[f64; 2]> for Location {
+    fn from([u, v]: [f64; 2]) -> Self {
+        Self::Surface(u, v)
+    }
+}
+
+impl From<(f64, f64)> for Location {
+    fn from((u, v): (f64, f64)) -> Self {
+        Self::Surface(u, v)
+    }
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Curve(u) => write!(f, "{u}"),
+            Self::Surface(u, v) => write!(f, "[{u}, {v}]"),
+        }
+    }
+}
+
+/// The order of a derivative: how often by `u` and, on a surface, by `v`. The default is the position itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Derivative {
+    /// Times by `u`.
+    pub u: usize,
+    /// Times by `v`; 0 on a curve.
+    pub v: usize,
+}
+
+impl Derivative {
+    /// No derivative: the position.
+    pub const POSITION: Self = Self { u: 0, v: 0 };
+}
+
+impl From<usize> for Derivative {
+    fn from(u: usize) -> Self {
+        Self { u, v: 0 }
+    }
+}
+
+impl From<[usize; 2]> for Derivative {
+    fn from([u, v]: [usize; 2]) -> Self {
+        Self { u, v }
+    }
+}
+
+/// From which side of a knot a derivative is taken: where a knot is repeated often enough, the two differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
+pub enum Side {
+    /// That of the piece which ends at the knot; at the start of a periodic direction, of the piece that ends its period.
+    Left,
+    /// That of the piece which begins at the knot, as everywhere where no side is said.
+    #[default]
+    Right,
+}
+
+/// A side in each parameter; a curve looks at the first only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
+pub struct Sides {
+    /// In `u`.
+    pub u: Side,
+    /// In `v`.
+    pub v: Side,
+}
+
+impl From<Side> for Sides {
+    /// The same side in both parameters.
+    fn from(side: Side) -> Self {
+        Self { u: side, v: side }
+    }
+}
+
+impl From<[Side; 2]> for Sides {
+    fn from([u, v]: [Side; 2]) -> Self {
+        Self { u, v }
+    }
+}

@@ -1,0 +1,80 @@
+//! The cells of splines: products of the spans between their knots.
+
+use smallvec::{SmallVec, smallvec};
+
+use super::{Curve, Space, Surface, Trimmed};
+use crate::shape::{Cell, CellSide, Cells, Splines};
+
+/// How many spans a space has, empty ones counted.
+fn spans(space: &Space) -> usize {
+    space.unrolled_len() - space.degree()
+}
+
+/// The interval of one of them and its unrolled functions; `None` where it is empty.
+fn side(space: &Space, index: usize) -> Option<(CellSide, std::ops::RangeInclusive<usize>)> {
+    let p = space.degree();
+    let (start, end) = (*space.flat().get(p + index)?, *space.flat().get(p + index + 1)?);
+    (index < spans(space) && start < end).then_some((CellSide { start, end, degree: p }, index..=index + p))
+}
+
+/// Ascending and without repetition: around a short period functions meet themselves.
+fn sorted(vertices: impl Iterator<Item = usize>) -> SmallVec<[usize; 16]> {
+    let mut all: SmallVec<[usize; 16]> = vertices.collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+impl Cells for Curve {
+    fn count(&self) -> usize {
+        spans(self.space())
+    }
+
+    fn cell(&self, index: usize) -> Option<Cell> {
+        let (own, functions) = side(self.space(), index)?;
+        let vertices = sorted(functions.map(|k| self.space().vertex(k)));
+        Some(Cell { sides: smallvec![own], rational: self.weights().is_some(), vertices })
+    }
+
+    fn splines(&self) -> Option<Splines<'_>> {
+        Some(Splines { u: self.space(), v: None, weights: self.weights() })
+    }
+}
+
+impl Cells for Surface {
+    fn count(&self) -> usize {
+        spans(self.u()) * spans(self.v())
+    }
+
+    fn cell(&self, index: usize) -> Option<Cell> {
+        let columns = spans(self.v());
+        let (u, rows) = side(self.u(), index / columns)?;
+        let (v, functions) = side(self.v(), index % columns)?;
+        let vertex = |i: usize, j: usize| self.u().vertex(i) * self.v().len() + self.v().vertex(j);
+        let vertices = sorted(rows.flat_map(|i| functions.clone().map(move |j| vertex(i, j))));
+        Some(Cell { sides: smallvec![u, v], rational: self.weights().is_some(), vertices })
+    }
+
+    fn splines(&self) -> Option<Splines<'_>> {
+        Some(Splines { u: self.u(), v: Some(self.v()), weights: self.weights() })
+    }
+}
+
+/// Those of the surface that carries it; a part of them, where there are loops.
+impl Cells for Trimmed {
+    fn count(&self) -> usize {
+        Cells::count(self.surface())
+    }
+
+    fn cell(&self, index: usize) -> Option<Cell> {
+        self.surface().cell(index)
+    }
+
+    fn splines(&self) -> Option<Splines<'_>> {
+        self.surface().splines()
+    }
+
+    fn is_partial(&self) -> bool {
+        !self.regions().is_empty()
+    }
+}

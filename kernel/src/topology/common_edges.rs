@@ -1,0 +1,99 @@
+//! Who has an edge in common with whom, edges compared at some of their points.
+
+use std::collections::BTreeMap;
+
+use crate::shape::{Edges, Location};
+use crate::{Point, Vector};
+
+/// Points by which edges are compared: enough that two which agree there are meant to be one.
+pub const SAMPLES: usize = 9;
+
+/// Edges met so far, by where their middles lie, and who hangs together by them.
+#[derive(Debug)]
+pub struct CommonEdges {
+    low: Point,
+    near: f64,
+    places: BTreeMap<[i64; 3], Vec<(usize, [Point; SAMPLES])>>,
+    groups: Groups,
+}
+
+impl CommonEdges {
+    /// For so many owners of edges, which are one where their points are within `near` of one another; `low` is below them all.
+    pub fn new(owners: usize, low: Point, near: f64) -> Self {
+        Self { low, near, places: BTreeMap::new(), groups: Groups((0..owners).collect()) }
+    }
+
+    /// The edges of a shape at [`SAMPLES`] evenly spaced parameters each, by `point`; `None` where a point cannot be had.
+    pub fn sampled(
+        edges: &dyn Edges,
+        point: &dyn Fn(Location) -> Option<Point>,
+    ) -> Option<Vec<[Point; SAMPLES]>> {
+        let all = edges.iter().map(|edge| {
+            let mut points = [Point::origin(); SAMPLES];
+            for (i, place) in points.iter_mut().enumerate() {
+                let share = i as f64 / (SAMPLES - 1) as f64;
+                let t =
+                    if i + 1 == SAMPLES { edge.end } else { edge.start + (edge.end - edge.start) * share };
+                *place = point(edge.at(t))?;
+            }
+            Some(points)
+        });
+        all.collect()
+    }
+
+    /// Takes an edge: its owner hangs together with whoever has the same one, run through either way. Poles are nobody's. Amortised
+    /// `O(log n)`.
+    pub fn add(&mut self, owner: usize, edge: [Point; SAMPLES]) {
+        if let Some(other) = self.meet(owner, edge) {
+            self.groups.join(owner, other);
+        }
+    }
+
+    /// Who stands for all that an owner hangs together with, itself among them.
+    pub fn group(&mut self, owner: usize) -> usize {
+        self.groups.root(owner)
+    }
+
+    /// Whose edge this one is too; kept where it is new.
+    fn meet(&mut self, owner: usize, edge: [Point; SAMPLES]) -> Option<usize> {
+        let near = self.near;
+        let together = |a: &Point, b: &Point| (a - b).norm() <= near;
+        if edge.iter().all(|p| together(p, &edge[0])) {
+            return None;
+        }
+        let middle = edge.iter().map(|p| p - self.low).sum::<Vector>() / SAMPLES as f64;
+        let cell = |shift: f64| [0, 1, 2].map(|axis| ((middle[axis] + shift) / (16.0 * near)).floor() as i64);
+        let (below, above) = (cell(-near), cell(near));
+        for corner in 0..8 {
+            let key = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { below[axis] } else { above[axis] });
+            for (other, known) in self.places.get(&key).into_iter().flatten() {
+                let same = known.iter().zip(&edge).all(|(a, b)| together(a, b))
+                    || known.iter().rev().zip(&edge).all(|(a, b)| together(a, b));
+                if same {
+                    return Some(*other);
+                }
+            }
+        }
+        self.places.entry(cell(0.0)).or_default().push((owner, edge));
+        None
+    }
+}
+
+/// Disjoint sets, each known by its first member.
+#[derive(Debug)]
+struct Groups(Vec<usize>);
+
+impl Groups {
+    fn root(&mut self, mut k: usize) -> usize {
+        while self.0[k] != k {
+            self.0[k] = self.0[self.0[k]];
+            k = self.0[k];
+        }
+        k
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}
