@@ -26,6 +26,7 @@
 //! In the read report an entity is a row, or a column that is left out.
 
 mod format;
+mod marks;
 mod read;
 mod write;
 

@@ -12,7 +12,7 @@ use crate::edge::Border;
 use crate::fineness::Frame;
 use crate::patch::Patches;
 use crate::refine::Cells;
-use crate::surface::State;
+use crate::state::State;
 use crate::topology::Topology;
 
 /// Normals of one point that differ by less than this angle (as a chord of the unit sphere) are one: the angle below

@@ -30,6 +30,7 @@ mod form;
 mod normals;
 mod patch;
 mod refine;
+mod state;
 mod surface;
 mod topology;
 mod tree;

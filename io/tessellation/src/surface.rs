@@ -9,9 +9,10 @@ use loftsman_kernel::{Error, Point, Result, Vector};
 use crate::assemble::{BorderSide, assemble};
 use crate::cell::{Judge, Poles};
 use crate::edge::Border;
-use crate::fineness::{Frame, Target, over_budget, targets};
-use crate::patch::{Patch, Patches, project};
+use crate::fineness::{Target, over_budget, targets};
+use crate::patch::{Patch, project};
 use crate::refine::{self, Budget, Cells};
+use crate::state::State;
 use crate::topology::{Topology, poles};
 use crate::weights;
 
@@ -50,25 +51,6 @@ struct Meshes {
     /// The largest chord asked for, and the largest certified distance, as lengths.
     tolerance: f64,
     error: f64,
-}
-
-/// A surface in one state, in its own frame.
-pub(crate) struct State<'a> {
-    pub(crate) frame: Frame,
-    pub(crate) patches: Patches<'a>,
-    /// The same in the surface's own coordinates.
-    own: Patches<'a>,
-}
-
-impl<'a> State<'a> {
-    fn new(surface: &'a Surface) -> Result<Self> {
-        let frame = Frame::of(surface.points())?;
-        Ok(Self {
-            patches: Patches::new(surface, &frame),
-            own: Patches::new(surface, &Frame::absolute()),
-            frame,
-        })
-    }
 }
 
 impl Meshes {

@@ -6,7 +6,7 @@ use loftsman_kernel::shape::{Derivative, Tear, torn};
 use loftsman_kernel::{Point, Result};
 
 use crate::members::{Member, curve, extent, name_of};
-use crate::ties::Tie;
+use crate::tie::Tie;
 
 /// Ends nearer than this, of the size of the whole, are one point.
 pub(crate) const TOGETHER: f64 = 1e-9;

@@ -41,6 +41,7 @@ mod rule;
 mod solid;
 mod sparse_form;
 mod surface_area;
+mod tie;
 mod ties;
 mod volume;
 

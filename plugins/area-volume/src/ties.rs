@@ -2,31 +2,16 @@
 
 use std::sync::Arc;
 
+use loftsman_kernel::Result;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
 use loftsman_kernel::shape::Stencil;
 use loftsman_kernel::topology::Shell;
-use loftsman_kernel::{Result, Vector};
 
 use crate::contour::Contour;
 use crate::members::{Members, OBJECT, OBJECTS, is_surface, shell_members};
-
-/// Two combinations of control vertices that are one point: `Σ a_i P_i - Σ b_j Q_j = 0`.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Tie {
-    pub(crate) first: (usize, Stencil),
-    pub(crate) second: (usize, Stencil),
-}
-
-impl Tie {
-    fn gap(&self, shapes: &Shapes<'_>) -> Result<Vector> {
-        let value = |(shape, stencil): &(usize, Stencil)| -> Result<Vector> {
-            Ok(stencil.apply(shapes.get(*shape)?.control_vertices()))
-        };
-        Ok(value(&self.first)? - value(&self.second)?)
-    }
-}
+use crate::tie::Tie;
 
 /// A boundary that stays closed: curves whose ends meet, surfaces whose edges do, poles that stay points. Three linear
 /// equations, alike in all axes, for each pair of points that must stay together; none for a periodic shape.

@@ -8,10 +8,9 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
 use loftsman_kernel::measure::{Measured, ROUNDING, measure};
 use loftsman_kernel::plugin::ConstraintReport;
-use loftsman_kernel::solve::Sense;
+use loftsman_kernel::solve::{Sense, SolveError};
 
 use crate::active::Row;
-use crate::problem::{not_linear, reach};
 
 /// One number of a functional that must stay on one side of a value.
 #[derive(Debug, Clone)]
@@ -179,4 +178,17 @@ impl Bound {
         }
         Ok(())
     }
+}
+
+/// The largest coordinate of some shapes.
+pub(crate) fn reach(shapes: &Shapes<'_>) -> f64 {
+    (0..shapes.vertex_count()).map(|v| shapes.vertex(v).coords.amax()).fold(0.0, f64::max)
+}
+
+/// That a functional is not linear.
+pub(crate) fn not_linear(name: &str) -> SolveError {
+    SolveError::Unsupported(format!(
+        "\"{name}\" is not linear in the control vertices, and a fair shape is sought under linear constraints only: leave \
+         it out, or use \"edit\" with the metric \"bend\""
+    ))
 }

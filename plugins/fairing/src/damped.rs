@@ -8,8 +8,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::shape::Grid;
 use loftsman_kernel::solve::EnvelopeCholesky;
 
-use crate::idle::costless;
-use crate::orthogonal::{dot, span};
+use crate::orthogonal::{add, dot, eigenvectors, span};
 use crate::precondition::{ENVELOPE_LIMIT, Envelope, LOCKED, Rows, envelope, order};
 use crate::squares::Squares;
 
@@ -173,4 +172,20 @@ impl Damped {
 fn lifted(motions: &[Vec<f64>], n: usize) -> Vec<Vector> {
     let at = |i: usize, k: usize| motions.get(k).map_or(0.0, |m: &Vec<f64>| m[i]);
     (0..n).map(|i| Vector::new(at(i, 0), at(i, 1), at(i, 2))).collect()
+}
+
+/// Of the span of orthonormal motions, a basis of those that cost no energy: eigenvectors of `(A V)ᵀ(A V)`, each refined.
+pub(crate) fn costless(
+    squares: &Squares,
+    motions: &[Vec<f64>],
+    refine: &mut dyn FnMut(&mut Vec<f64>),
+) -> Vec<Vec<f64>> {
+    let Some(n) = motions.first().map(Vec::len) else { return Vec::new() };
+    let each = eigenvectors(squares.gram(motions)).into_iter().map(|weights| {
+        let mut motion = vec![0.0; n];
+        motions.iter().zip(&weights).for_each(|(m, w)| add(&mut motion, *w, m));
+        refine(&mut motion);
+        motion
+    });
+    each.filter(|motion| squares.vanishes(motion, NOTHING)).collect()
 }

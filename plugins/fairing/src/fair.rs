@@ -1,18 +1,12 @@
-//! Fairing being said, and done.
+//! Fairing being said, and what comes of it.
 
 use std::fmt;
-use std::sync::Arc;
 
-use loftsman_kernel::edit::{Constraint, Edit, EditError, Smoothness};
-use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::edit::{Constraint, Edit, Smoothness};
 use loftsman_kernel::plugin::ConstraintReport;
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::{Automatic, Solver};
 
-use crate::between::Between;
-use crate::bounds::split;
 use crate::energy::Energy;
-use crate::problem::Problem;
 
 /// Says what should be fair, and under which constraints.
 ///
@@ -40,7 +34,7 @@ pub struct Fair<S> {
     pub(crate) shape: S,
     pub(crate) others: Vec<Box<dyn Shape>>,
     pub(crate) energy: Energy,
-    constraints: Vec<Constraint>,
+    pub(crate) constraints: Vec<Constraint>,
     pub(crate) locks: Vec<i64>,
     pub(crate) within: Option<f64>,
     smooth: u8,
@@ -105,35 +99,6 @@ impl<S: Shape + Clone> Fair<S> {
     pub fn smooth(mut self, level: u8) -> Self {
         self.smooth = level.min(2);
         self
-    }
-
-    /// The shape of least energy, with the default solver for the constraints.
-    ///
-    /// # Errors
-    /// As for [`solve_with`](Self::solve_with).
-    pub fn solve(self) -> Result<Fairer<S>, EditError> {
-        self.solve_with(Automatic)
-    }
-
-    /// The shape of least energy that meets the constraints; of several the nearest (`Σ‖dᵢ‖²` least) to the shape that the
-    /// least adjustment gives. Work is linear in the control vertices of a curve.
-    ///
-    /// # Errors
-    /// When something cannot be asked of the shapes, is not linear, or the constraints cannot all hold; when the energy needs
-    /// derivatives that the degree does not have; when the constraints alone move a control vertex beyond [`within`](Self::within).
-    pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<Fairer<S>, EditError> {
-        let solver: Arc<dyn Solver> = Arc::new(solver);
-        let asked = std::mem::take(&mut self.constraints);
-        let all = std::iter::once(self.shape.as_shape()).chain(self.others.iter().map(AsRef::as_ref));
-        let (equations, bounds) = split(asked.clone(), &Shapes::new(all))?;
-        let problem = Problem::new(&self, solver)?;
-        let plain = problem.stage(equations.clone())?;
-        if bounds.is_empty() {
-            let least = problem.least(&plain, plain.x.clone(), self.within)?;
-            return problem.hand_out(&plain, &least, &[], &[]);
-        }
-        let (equations, bounds) = (&equations, &bounds);
-        Between { problem: &problem, plain: &plain, bounds, asked: &asked, equations }.solve()
     }
 
     /// An edit of the shape beside the others, which stay; what is smooth is kept wherever the shape may move.

@@ -6,8 +6,8 @@ use loftsman_kernel::shape::{Shape, Splines};
 use loftsman_kernel::solve::System;
 use loftsman_kernel::spline::Space;
 
-use crate::damped::{Damped, NOTHING};
-use crate::orthogonal::{add, complement, eigenvectors, span};
+use crate::damped::{Damped, costless};
+use crate::orthogonal::{add, complement, span};
 use crate::squares::Squares;
 
 /// A motion of which no constraint (scaled to unit length) sees more than this is free.
@@ -134,22 +134,6 @@ pub(crate) fn motions<'a>(
         motion
     });
     Motions { all: each.collect(), more: !tied }
-}
-
-/// Of the span of orthonormal motions, a basis of those that cost no energy: eigenvectors of `(A V)ᵀ(A V)`, each refined.
-pub(crate) fn costless(
-    squares: &Squares,
-    motions: &[Vec<f64>],
-    refine: &mut dyn FnMut(&mut Vec<f64>),
-) -> Vec<Vec<f64>> {
-    let Some(n) = motions.first().map(Vec::len) else { return Vec::new() };
-    let each = eigenvectors(squares.gram(motions)).into_iter().map(|weights| {
-        let mut motion = vec![0.0; n];
-        motions.iter().zip(&weights).for_each(|(m, w)| add(&mut motion, *w, m));
-        refine(&mut motion);
-        motion
-    });
-    each.filter(|motion| squares.vanishes(motion, NOTHING)).collect()
 }
 
 fn splines(shape: &dyn Shape) -> Option<Splines<'_>> {

@@ -36,6 +36,7 @@ mod operation;
 mod orthogonal;
 mod precondition;
 mod problem;
+mod solve;
 mod squares;
 mod within;
 

@@ -13,7 +13,7 @@ use loftsman_kernel::solve::{SolveError, Solver, System};
 use loftsman_kernel::{Point, Vector};
 
 use crate::active::Row;
-use crate::bounds::Bound;
+use crate::bounds::{Bound, not_linear, reach};
 use crate::damped::{Damped, NOTHING};
 use crate::fair::{Fair, FairReport, Fairer};
 use crate::idle::{Idle, Motions, motions, notes};
@@ -414,17 +414,4 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         ))
         .into()
     }
-}
-
-/// The largest coordinate of some shapes.
-pub(crate) fn reach(shapes: &Shapes<'_>) -> f64 {
-    (0..shapes.vertex_count()).map(|v| shapes.vertex(v).coords.amax()).fold(0.0, f64::max)
-}
-
-/// That a functional is not linear.
-pub(crate) fn not_linear(name: &str) -> SolveError {
-    SolveError::Unsupported(format!(
-        "\"{name}\" is not linear in the control vertices, and a fair shape is sought under linear constraints only: leave \
-         it out, or use \"edit\" with the metric \"bend\""
-    ))
 }

@@ -2,8 +2,6 @@
 
 use loftsman_kernel::plugin::OperationError;
 
-use crate::measure::Astray;
-
 /// The result of a fit.
 pub type Result<T, E = FitError> = std::result::Result<T, E>;
 
@@ -189,4 +187,44 @@ fn list(indices: &[usize]) -> String {
 
 fn quote(names: &[String]) -> String {
     names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ")
+}
+
+/// How a curve goes astray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Astray {
+    /// It is so many times as long as the polygon of the points.
+    Long(f64),
+    /// From this point to the next it is so many times as long as the polygon about there.
+    Detour(usize, f64),
+    /// It passes this point against the direction of the points.
+    Back(usize),
+    /// It leaves the box of the points by so many times the longest side of that.
+    Outside(f64),
+}
+
+impl Astray {
+    /// The same, said of points that are counted from elsewhere.
+    pub(crate) fn renumbered(self, number: impl Fn(usize) -> usize) -> Self {
+        match self {
+            Self::Long(ratio) => Self::Long(ratio),
+            Self::Detour(k, ratio) => Self::Detour(number(k), ratio),
+            Self::Back(k) => Self::Back(number(k)),
+            Self::Outside(share) => Self::Outside(share),
+        }
+    }
+}
+
+impl std::fmt::Display for Astray {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Long(ratio) => write!(f, "is {ratio:.3} times as long as the polygon of the points"),
+            Self::Detour(k, ratio) => {
+                write!(f, "is {ratio:.3} times as long as the polygon just behind point {k}")
+            }
+            Self::Back(k) => write!(f, "turns back at point {k}"),
+            Self::Outside(share) => {
+                write!(f, "leaves the box of the points by {share:.3} times the longest side of that")
+            }
+        }
+    }
 }

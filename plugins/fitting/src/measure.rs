@@ -3,7 +3,7 @@
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 
-use crate::error::Result;
+use crate::error::{Astray, Result};
 
 /// Nodes and weights of Gauss and Legendre's rule of five points on `[-1, 1]`.
 const GAUSS: [(f64, f64); 5] = [
@@ -85,46 +85,6 @@ impl Travel {
 const OUTSIDE: f64 = 0.5;
 /// Places on a knot span at which it is looked how far the curve leaves the box.
 const PLACES: usize = 32;
-
-/// How a curve goes astray.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Astray {
-    /// It is so many times as long as the polygon of the points.
-    Long(f64),
-    /// From this point to the next it is so many times as long as the polygon about there.
-    Detour(usize, f64),
-    /// It passes this point against the direction of the points.
-    Back(usize),
-    /// It leaves the box of the points by so many times the longest side of that.
-    Outside(f64),
-}
-
-impl Astray {
-    /// The same, said of points that are counted from elsewhere.
-    pub(crate) fn renumbered(self, number: impl Fn(usize) -> usize) -> Self {
-        match self {
-            Self::Long(ratio) => Self::Long(ratio),
-            Self::Detour(k, ratio) => Self::Detour(number(k), ratio),
-            Self::Back(k) => Self::Back(number(k)),
-            Self::Outside(share) => Self::Outside(share),
-        }
-    }
-}
-
-impl std::fmt::Display for Astray {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Long(ratio) => write!(f, "is {ratio:.3} times as long as the polygon of the points"),
-            Self::Detour(k, ratio) => {
-                write!(f, "is {ratio:.3} times as long as the polygon just behind point {k}")
-            }
-            Self::Back(k) => write!(f, "turns back at point {k}"),
-            Self::Outside(share) => {
-                write!(f, "leaves the box of the points by {share:.3} times the longest side of that")
-            }
-        }
-    }
-}
 
 /// Where points are expected on a curve.
 #[derive(Debug, Clone, Copy)]

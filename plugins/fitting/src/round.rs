@@ -8,11 +8,9 @@ use crate::error::{FitError, Result};
 use crate::foot::correct;
 use crate::least_squares::{LocalFit, Request};
 use crate::measure::{self, Bounds, Course, PREFERRED};
-use crate::search::Search;
+use crate::search::{Search, WORTHWHILE};
 use crate::state::State;
 
-/// A correction that takes less than this share off the largest error is the last one with these knots.
-pub(crate) const WORTHWHILE: f64 = 0.1;
 /// How much longer a curve may be for each length that constraints pull it away from the points.
 const DETOUR: f64 = 4.0;
 

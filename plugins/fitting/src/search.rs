@@ -10,8 +10,10 @@ use crate::fit::Fit;
 use crate::frame::Frame;
 use crate::goal::Goal;
 use crate::measure::{Course, LIMIT};
-use crate::round::WORTHWHILE;
 use crate::state::{State, better};
+
+/// A correction that takes less than this share off the largest error is the last one with these knots.
+pub(crate) const WORTHWHILE: f64 = 0.1;
 
 /// How strongly a given number of vertices is straightened where it must be, as little as will do.
 const STRAIGHTENED: [f64; 5] = [1e-8, 1e-6, 1e-4, 1e-2, 1.0];

@@ -4,10 +4,10 @@ use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use crate::banded::Stencils;
-use crate::error::{FitError, Result};
+use crate::error::{Astray, FitError, Result};
 use crate::frame::Frame;
 use crate::knots;
-use crate::measure::{Astray, Course, LIMIT, length};
+use crate::measure::{Course, LIMIT, length};
 use crate::parameters::{Parametrization, coincident};
 use crate::solve::solve;
 

@@ -7,12 +7,12 @@ mod number;
 mod scan;
 mod tecplot;
 
+use crate::marks::Kind;
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{Fate, FormatError, Place, Quiet, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 
 use line::Separator;
-pub(crate) use scan::Kind;
 use scan::{Block, LineFault, Scan};
 
 /// Whether the first bytes of a file look like a point file.

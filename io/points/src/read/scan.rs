@@ -8,7 +8,7 @@ use super::columns::{Columns, RowFault, header, names_axes};
 use super::line::{Separator, before_comment, clip, comment, lines, text};
 use super::number::{NumberFault, Signs, parse};
 use super::tecplot::Tecplot;
-use crate::write::marks;
+use crate::marks::{self, Kind};
 
 /// How many lines of text may stand before the first row.
 const MOST_WORDS: usize = 32;
@@ -20,18 +20,6 @@ pub(super) struct LineFault {
     pub(super) line: usize,
     /// What is wrong and what to do.
     pub(super) problem: String,
-}
-
-/// Whether rows are a chain or loose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// A chain; closed where that is known.
-    Polyline {
-        /// Whether it is closed; none where the points have to tell.
-        closed: Option<bool>,
-    },
-    /// Loose points.
-    Cloud,
 }
 
 /// Rows that belong together.

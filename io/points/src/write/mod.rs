@@ -1,7 +1,5 @@
 //! Writing: clouds and polylines as rows.
 
-pub(crate) mod marks;
-
 use std::io::{self, BufWriter, Write};
 
 use loftsman_kernel::Point;
@@ -10,7 +8,7 @@ use loftsman_kernel::plugin::{Fate, FormatError, Place, Sink, UpChoice, WriteOpt
 use loftsman_kernel::scene::{Geometry, MOST_PLACED, Object, Scene};
 use nalgebra::Matrix4;
 
-use crate::read::Kind;
+use crate::marks::{self, Kind};
 
 /// An object that goes out, and its way into the scene's coordinates.
 struct Rows<'s> {

@@ -2,12 +2,22 @@
 
 use loftsman_kernel::scene::{Unit, Up};
 
-use crate::read::Kind;
+/// Whether rows are a chain or loose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A chain; closed where that is known.
+    Polyline {
+        /// Whether it is closed; none where the points have to tell.
+        closed: Option<bool>,
+    },
+    /// Loose points.
+    Cloud,
+}
 
 const FILE: &str = " loftsman points, unit ";
 
 /// The comment at the head of a file, without the `#`: ` loftsman points, unit mm, z up`.
-pub(super) fn file_mark(unit: Unit, up: Up) -> String {
+pub(crate) fn file_mark(unit: Unit, up: Up) -> String {
     let up = match up {
         Up::X => "x",
         Up::Y => "y",
@@ -30,7 +40,7 @@ pub(crate) fn file(comment: &[u8]) -> Option<(Unit, Up)> {
 }
 
 /// The comment before an object: ` closed polyline "name"`, the name as JSON has it, on one line.
-pub(super) fn object_mark(name: &str, kind: Kind) -> String {
+pub(crate) fn object_mark(name: &str, kind: Kind) -> String {
     let kind = match kind {
         Kind::Cloud => "cloud",
         Kind::Polyline { closed: Some(true) } => "closed polyline",
