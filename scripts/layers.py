@@ -6,6 +6,8 @@
    (Dev-dependencies are free: a format's tests may read what another format wrote.)
 2. Below app/ nothing asks the world: no clock, no file, no environment, no process, no network, no random
    number and no terminal, neither in the source nor through a dependency made for it.
+3. Inside a crate, modules form no circle: what a crate's top holds side by side (`scene`, `plugin`, …) stands on floors, and
+   whoever needs another stands above it.
 
     python3 scripts/layers.py                 checks the repository it is in; exit 0 clean, 1 not, with the places
     python3 scripts/layers.py --self-test     checks that it finds what it looks for
@@ -102,6 +104,65 @@ def check_sources():
                             os.path.relpath(path, ROOT), number, what)
 
 
+PATH = re.compile(r"\bcrate::(\w+)")
+GROUP = re.compile(r"\buse\s+crate::\{([^;]*)\}\s*;", re.S)
+
+
+def named(text, modules):
+    """The modules of the crate's top that source names."""
+    code = code_only(text)
+    found = set(PATH.findall(code))
+    for group in GROUP.findall(code):
+        depth, word = 0, ""
+        for letter in group + ",":
+            depth += (letter == "{") - (letter == "}")
+            if letter == "," and depth == 0:
+                found.add(re.split(r"::|\s", word.strip())[0])
+                word = ""
+            else:
+                word += letter
+    return found & modules
+
+
+def circles(needs):
+    """Each circle of a graph once, as a list that ends where it starts; shortest ones from the first of their names."""
+    for start in sorted(needs):
+        ways, seen = [[start]], {start}
+        while ways:
+            way = ways.pop(0)
+            if start in needs.get(way[-1], ()):
+                if start == min(way):
+                    yield way + [start]
+                break
+            for other in sorted(needs.get(way[-1], ())):
+                if other not in seen:
+                    seen.add(other)
+                    ways.append(way + [other])
+
+
+def check_circles():
+    """Problems with modules that need one another."""
+    for top in ("kernel", "io", "plugins", "app"):
+        for folder, folders, files in os.walk(os.path.join(ROOT, top)):
+            folders[:] = sorted(f for f in folders if f not in ("target", "tests", "benches", "examples", "fuzz"))
+            if os.path.basename(folder) != "src" or "lib.rs" not in files:
+                continue
+            modules = {f[:-3] for f in files if f.endswith(".rs")} | set(folders)
+            modules -= {"lib", "main", "bin"}
+            needs = {}
+            for below, inner, names in os.walk(folder):
+                inner.sort()
+                for name in sorted(names):
+                    path = os.path.join(below, name)
+                    own = os.path.relpath(path, folder).split(os.sep)[0].removesuffix(".rs")
+                    if own in modules and name.endswith(".rs") and name != "tests.rs":
+                        with open(path, encoding="utf-8") as file:
+                            needs.setdefault(own, set()).update(named(file.read(), modules) - {own})
+            for circle in circles(needs):
+                yield "%s: modules need one another in a circle: %s" % (
+                    os.path.relpath(folder, ROOT), " -> ".join(circle))
+
+
 def self_test():
     """The checker checked: what must be found is found, what must not is not."""
     guilty = ["use std::fs;", "let t = std::time::Instant::now();", "std::env::var(\"A\")", "use std::{env, fmt};",
@@ -113,6 +174,12 @@ def self_test():
         assert list(worldly_lines(text)), "not found: " + text
     for text in innocent:
         assert not list(worldly_lines(text)), "wrongly found: " + text
+
+    modules = {"scene", "plugin", "error"}
+    text = "use crate::{Point, error::{self, Error}, scene};\nfn f() { crate::plugin::x() } // crate::solve\n"
+    assert named(text, modules | {"solve"}) == modules, named(text, modules)
+    assert list(circles({"a": {"b"}, "b": {"c"}, "c": {"a"}})) == [["a", "b", "c", "a"]]
+    assert not list(circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}))
 
     def metadata(own, other, kind=None):
         crates = [("a", own, [{"name": "b", "kind": kind}]), ("b", other, [])]
@@ -132,11 +199,11 @@ def main():
     cargo = [os.environ.get("CARGO", "cargo"), "metadata", "--no-deps", "--format-version", "1", "--manifest-path",
              os.path.join(ROOT, "Cargo.toml")]
     metadata = json.loads(subprocess.run(cargo, check=True, stdout=subprocess.PIPE).stdout)
-    problems = list(check_arrows(metadata)) + list(check_sources())
+    problems = list(check_arrows(metadata)) + list(check_sources()) + list(check_circles())
     for problem in problems:
         print("layers: " + problem)
     if not problems:
-        print("layers: %d crates, arrows point one way, nothing below app/ asks the world" % len(metadata["workspace_members"]))
+        print("layers: %d crates, arrows point one way, no modules in a circle, nothing below app/ asks the world" % len(metadata["workspace_members"]))
     return 1 if problems else 0
 
 

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::plugin::FormatError;
 
-use crate::recipe::RecipeError;
+use crate::recipe_error::RecipeError;
 
 /// The result of reading, writing or running a recipe.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -61,8 +61,10 @@ pub mod describe;
 mod error;
 pub mod file;
 pub mod picture;
+mod picture_name;
 pub mod prelude;
 pub mod recipe;
+mod recipe_error;
 mod registry;
 
 pub use error::{Error, Result};

@@ -9,6 +9,8 @@ pub use loftsman_picture::*;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
+pub use crate::picture_name::is_picture;
+use crate::picture_name::is_png;
 
 /// How wide a PNG is unless told otherwise, in pixels.
 pub const PIXELS: u32 = 1600;
@@ -304,15 +306,6 @@ fn objects(fields: &Parameters) -> std::result::Result<Option<Vec<String>>, Para
         text.ok_or_else(|| fields.error(&format!("objects[{i}]"), "the name of an object is needed here"))
     });
     names.collect::<std::result::Result<_, _>>().map(Some)
-}
-
-/// Whether a file is to be a picture: `.svg` or `.png`.
-pub fn is_picture(path: &Path) -> bool {
-    is_png(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg"))
-}
-
-fn is_png(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
 }
 
 /// The bytes of a picture for a file of this name: PNG of `pixels` across where it ends so, else SVG.

@@ -293,7 +293,7 @@ pub fn format_for<'r>(path: &Path, registry: &'r Registry) -> Result<&'r Arc<dyn
             Err(Error::UnknownFormat { file: path.display().to_string(), problem })
         }
         None => {
-            let problem = if crate::picture::is_picture(path) {
+            let problem = if crate::picture_name::is_picture(path) {
                 "a picture is not a format to convert to: draw it with `loftsman plot`".to_owned()
             } else {
                 format!("the format of this name is unknown; writable are {}", known())

@@ -11,7 +11,6 @@
 //! ```
 
 mod aftermath;
-mod error;
 mod parse;
 mod place;
 mod report;
@@ -22,7 +21,7 @@ use std::path::{Component, Path, PathBuf};
 use loftsman_kernel::plugin::{Field, Parameters};
 use serde_json::Value;
 
-pub use error::RecipeError;
+pub use crate::recipe_error::RecipeError;
 pub use report::{InputReport, OutputReport, RunReport};
 pub use run::{Applied, Runner};
 

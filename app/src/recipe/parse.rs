@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
-use super::error::RecipeError;
+use crate::recipe_error::RecipeError;
 use super::place;
 
 type Result<T, E = Box<RecipeError>> = std::result::Result<T, E>;

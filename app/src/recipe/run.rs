@@ -11,13 +11,13 @@ use serde_json::Value;
 
 use super::Recipe;
 use super::aftermath::Beforehand;
-use super::error::RecipeError;
 use super::report::{InputReport, OutputReport, RunReport};
 use crate::error::{Error, Result};
 use crate::file::input::read_content;
 use crate::file::output::format_for;
 use crate::file::{Input, Outputs};
 use crate::picture;
+use crate::recipe_error::RecipeError;
 
 /// Runs recipes: with which registry, watched by whom, with which clock and solver.
 #[derive(Clone)]

@@ -27,6 +27,8 @@
 //! reads fonts, files or clocks: the same scene gives the same bytes, also on a machine without fonts.
 
 mod chart;
+mod choices;
+mod depth;
 mod draw;
 mod error;
 mod labels;
@@ -36,6 +38,7 @@ mod panel;
 mod path;
 mod picture;
 mod png;
+mod render;
 mod sheet;
 mod stage;
 mod svg;
@@ -43,8 +46,9 @@ mod text;
 mod theme;
 mod view;
 
+pub use choices::{Beads, Combs};
 pub use error::PictureError;
 pub use panel::{Against, Panel};
-pub use picture::{Beads, Combs, Picture};
+pub use picture::Picture;
 pub use theme::Theme;
 pub use view::View;

@@ -3,12 +3,13 @@
 use loftsman_kernel::scene::{Geometry, MOST_PLACED, Scene, Unit};
 
 use crate::chart::Chart;
+use crate::choices::Choices;
 use crate::draw::comb::{Combing, Measure};
 use crate::draw::{self, legend};
 use crate::error::PictureError;
 use crate::layout::{Layout, Rect};
 use crate::panel::{Panel, Shown};
-use crate::picture::{Choices, Picture};
+use crate::picture::Picture;
 use crate::sheet::{Sheet, Told};
 use crate::stage::scenery::Scenery;
 use crate::stage::{Projection, Stage};

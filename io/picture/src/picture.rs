@@ -3,43 +3,14 @@
 use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::Scene;
 
+use crate::choices::{Beads, Choices, Combs};
 use crate::error::PictureError;
-use crate::page;
 use crate::panel::Panel;
-use crate::png;
 use crate::theme::Theme;
 use crate::view::View;
 
 /// The narrowest and widest page, in millimetres.
 const WIDTHS: (f64, f64) = (40.0, 2000.0);
-
-/// Whether curvature combs are drawn, and how long their teeth are.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Combs {
-    /// No combs. The default.
-    #[default]
-    Off,
-    /// Combs whose usual tooth is about a twelfth of the scene. A few teeth of much more curvature than the rest
-    /// (the nose of an aerofoil) are cut, and the legend says so.
-    Automatic,
-    /// A tooth is this times the curvature long; its unit is the scene's unit of length, squared.
-    Scale(f64),
-}
-
-/// Whether beads are drawn on curves, and where.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Beads {
-    /// No beads. The default.
-    #[default]
-    Off,
-    /// A bead at every knot within the domain.
-    Knots,
-    /// This many beads a knot span, uniform in the parameter: where they crowd, the curve runs slowly
-    /// (Bartels and Beatty 1989, §5).
-    Uniform(usize),
-}
 
 /// A picture of a scene.
 ///
@@ -60,17 +31,6 @@ pub struct Picture<'a> {
     pub(crate) legend: bool,
     pub(crate) width: f64,
     pub(crate) height: Option<f64>,
-}
-
-/// What the modules of `draw` need to know of a picture.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Choices {
-    pub(crate) combs: Combs,
-    pub(crate) beads: Beads,
-    pub(crate) control_polygons: bool,
-    pub(crate) movements: bool,
-    pub(crate) alternate: bool,
-    pub(crate) labels: bool,
 }
 
 impl<'a> Picture<'a> {
@@ -220,28 +180,7 @@ impl<'a> Picture<'a> {
         self
     }
 
-    /// The picture as an SVG document.
-    ///
-    /// Linear in the size of the scene; the document stays within what can be seen: chains are thinned out where
-    /// the eye could not tell, and what is left out is noted under the legend.
-    ///
-    /// # Errors
-    /// When the hierarchy is cyclic, a transform overflows, an option is out of its range, a panel names an object
-    /// that is not there, or a curvature profile has no curve.
-    pub fn to_svg(&self) -> Result<String, PictureError> {
-        self.check()?;
-        page::compose(self)
-    }
-
-    /// The picture as a PNG image of this many pixels across (1 to 16384).
-    ///
-    /// # Errors
-    /// As for [`to_svg`](Self::to_svg), and when the image would be too large.
-    pub fn to_png(&self, width: u32) -> Result<Vec<u8>, PictureError> {
-        png::render(&self.to_svg()?, width)
-    }
-
-    fn check(&self) -> Result<(), PictureError> {
+    pub(crate) fn check(&self) -> Result<(), PictureError> {
         let (least, most) = WIDTHS;
         if !(self.width >= least && self.width <= most) {
             return Err(PictureError::Size { what: "wide", unit: "mm", value: self.width, least, most });

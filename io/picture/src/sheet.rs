@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use loftsman_kernel::Vector;
 
-use crate::draw::depth::{Depth, IN_SURFACE, Run};
+use crate::depth::{Depth, IN_SURFACE, Run};
 use crate::labels::{Ink, Label};
 use crate::layout::{Layout, Rect};
 use crate::path::{Path, Spot};

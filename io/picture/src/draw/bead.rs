@@ -2,8 +2,8 @@
 
 use loftsman_kernel::Vector;
 
+use crate::choices::Beads;
 use crate::draw::{color, dots};
-use crate::picture::Beads;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::body::{Body, Form};
 

@@ -3,9 +3,9 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
 
+use crate::choices::{Choices, Combs};
 use crate::draw::color;
 use crate::path::Path;
-use crate::picture::{Choices, Combs};
 use crate::sheet::{Layer, Sample, Sheet, Stroke};
 use crate::stage::Stage;
 use crate::stage::body::Form;

@@ -6,8 +6,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use loftsman_kernel::Vector;
 
+use crate::depth::{Depth, ON_FACE, Run};
 use crate::draw::color;
-use crate::draw::depth::{Depth, ON_FACE, Run};
 use crate::draw::surface::{Line, Samples, kept, loop_of, parts, samples};
 use crate::error::PictureError;
 use crate::layout::Rect;

@@ -3,7 +3,6 @@
 pub(crate) mod bead;
 pub(crate) mod comb;
 pub(crate) mod curve;
-pub(crate) mod depth;
 pub(crate) mod face;
 pub(crate) mod legend;
 pub(crate) mod mark;
@@ -14,9 +13,9 @@ pub(crate) mod surface;
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
 
+use crate::choices::Choices;
 use crate::error::PictureError;
 use crate::layout::Rect;
-use crate::picture::Choices;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::Stage;
 use crate::stage::body::{Body, Form};

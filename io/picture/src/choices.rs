@@ -1,0 +1,40 @@
+//! What is drawn of each object.
+
+/// Whether curvature combs are drawn, and how long their teeth are.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Combs {
+    /// No combs. The default.
+    #[default]
+    Off,
+    /// Combs whose usual tooth is about a twelfth of the scene. A few teeth of much more curvature than the rest
+    /// (the nose of an aerofoil) are cut, and the legend says so.
+    Automatic,
+    /// A tooth is this times the curvature long; its unit is the scene's unit of length, squared.
+    Scale(f64),
+}
+
+/// Whether beads are drawn on curves, and where.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Beads {
+    /// No beads. The default.
+    #[default]
+    Off,
+    /// A bead at every knot within the domain.
+    Knots,
+    /// This many beads a knot span, uniform in the parameter: where they crowd, the curve runs slowly
+    /// (Bartels and Beatty 1989, §5).
+    Uniform(usize),
+}
+
+/// What the modules of `draw` need to know of a picture.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Choices {
+    pub(crate) combs: Combs,
+    pub(crate) beads: Beads,
+    pub(crate) control_polygons: bool,
+    pub(crate) movements: bool,
+    pub(crate) alternate: bool,
+    pub(crate) labels: bool,
+}
