@@ -103,6 +103,9 @@ pub fn localise(
     localise_beside(curve, start, end, u, vertices, &|_, _| Vec::new())
 }
 
+/// Which of some vertices of a refined curve something else keeps where they are.
+type Kept<'a> = dyn Fn(&dyn Shape, &[usize]) -> Vec<usize> + 'a;
+
 /// The same where some of the vertices inside the interval are `kept` by something else and do not count.
 pub(super) fn localise_beside(
     curve: &dyn Shape,
@@ -110,7 +113,7 @@ pub(super) fn localise_beside(
     end: f64,
     u: f64,
     vertices: usize,
-    kept: &dyn Fn(&dyn Shape, &[usize]) -> Vec<usize>,
+    kept: &Kept<'_>,
 ) -> Result<(Box<dyn Shape>, Vec<usize>)> {
     let [Interval { start: a, end: b, .. }] = curve.domain()[..] else { return Err(no_curve()) };
     if !(start >= a && end <= b && start < u && u < end) {
@@ -158,7 +161,7 @@ pub(super) fn localise_beside(
             .map(|(low, high, _)| 0.5 * (low + high));
         match longest {
             Some(knot) if !cells.ends_at(knot) => {
-                refined = refine_of(refined.as_ref(), WITHIN)?.refined(0, &[knot])?
+                refined = refine_of(refined.as_ref(), WITHIN)?.refined(0, &[knot])?;
             }
             _ => break,
         }

@@ -30,5 +30,5 @@ pub use operation::{
 };
 pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};
-pub use step::{SceneShapes, SeenShapes, ask_once, object_name, put_back, shape_of};
+pub use step::{SceneShapes, SeenShapes, ask_once, editable, object_name, put_back, shape_of};
 pub use tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};

@@ -86,6 +86,13 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
     }
 }
 
+/// What a step edits where it does not say which object: curves and surfaces; trimmed surfaces where a scene has neither.
+pub fn editable(scene: &Scene) -> impl Fn(&Geometry) -> bool + use<> {
+    let whole = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+    let none = !scene.objects().iter().any(|object| whole(object.geometry()));
+    move |g| whole(g) || none && matches!(g, Geometry::Trimmed(_))
+}
+
 /// The object that a step is about: the one that its field `object` names, or the only one that `fits`; `what` says
 /// in messages what fits.
 ///

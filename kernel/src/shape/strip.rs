@@ -28,10 +28,8 @@ pub(super) fn from_cells(
         |what: &str| Error::Invalid(format!("edge {} of a shape ({}) {what}", edge.name, shape.type_name()));
     let cells = cells.checked(shape)?;
     let sides = cells_at(edge, &cells);
-    let all = sides.iter().map(|(run, _)| (run.start, run.end));
-    let covered = all.clone().fold(Some(edge.start), |reached, (start, end)| {
-        reached.filter(|reached| *reached == start).map(|_| end)
-    });
+    let mut all = sides.iter().map(|(run, _)| (run.start, run.end));
+    let covered = all.try_fold(edge.start, |reached, (start, end)| (reached == start).then_some(end));
     if covered != Some(edge.end) {
         return Err(wrong("is not covered once by the cells that lie at it"));
     }

@@ -8,10 +8,10 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Functional, Shapes, value_of};
 use loftsman_kernel::plugin::{
     ConstraintReport, Context, Field, Frames, Mark, MarkKind, OperationError, ParameterError, Parameters,
-    SceneShapes, SeenShapes, Spot, StepReport, ask_once, constraint_from, functional_from, nearest,
+    SceneShapes, SeenShapes, Spot, StepReport, ask_once, constraint_from, editable, functional_from, nearest,
     object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::Scene;
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
 use loftsman_kernel::solve::Solver;
 
@@ -92,9 +92,7 @@ impl Problem {
         context: &Context<'_>,
         with_handle: bool,
     ) -> Result<Self, OperationError> {
-        let editable =
-            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_));
-        let object = object_name(scene, parameters, editable, "curve or surface")?;
+        let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
         let mut names = SceneShapes::new(scene, &object)?;
         let tables = parameters.tables("constraints")?;
         let mut constraints = Vec::with_capacity(tables.len());

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, Operation, OperationError, ParameterError, Parameters, SceneShapes,
-    SeenShapes, StepReport, ask_once, constraint_from, object_name, put_back,
+    SeenShapes, StepReport, ask_once, constraint_from, editable, object_name, put_back,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::Scene;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Solver;
 
@@ -63,9 +63,7 @@ impl Operation for FairOperation {
         parameters: &Parameters,
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
-        let fits =
-            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_));
-        let object = object_name(scene, parameters, fits, "curve or surface")?;
+        let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
         let mut names = SceneShapes::new(scene, &object)?;
         let tables = parameters.tables("constraints")?;
         let mut constraints = Vec::with_capacity(tables.len());
