@@ -8,29 +8,29 @@
 //!
 //! Most users want the facade crate `loftsman`, which re-exports all of this with a short prelude.
 
-mod animation;
 pub mod conformance;
-pub mod connection;
+pub mod declare;
 pub mod edit;
 pub mod error;
 pub mod functional;
-mod joined;
 pub mod material;
 pub mod measure;
 pub mod mesh;
 pub mod named;
 pub mod parallel;
-pub mod placement;
 pub mod plugin;
 pub mod problem;
+mod quadrature;
 pub mod scene;
 pub mod shape;
 pub mod solve;
+pub mod space;
 pub mod spline;
 pub mod topology;
 mod unit;
 
 pub use error::{Error, Result};
+pub use scene::{connection, placement};
 
 /// A position in space. A planar shape has `z = 0`.
 pub type Point = nalgebra::Point3<f64>;

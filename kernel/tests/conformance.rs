@@ -72,7 +72,7 @@ fn samples(kind: &str) -> Vec<(bool, serde_json::Value)> {
 #[test]
 fn every_registered_functional() {
     let mut registry = Registry::new();
-    functional::register(&mut registry);
+    loftsman_kernel::plugin::register_functionals(&mut registry);
     let kinds: Vec<_> = registry.functionals().map(|d| d.name).collect();
     assert!(kinds.len() >= 12);
     for declaration in registry.functionals() {

@@ -4,7 +4,7 @@
 
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::functional::{self, ShapeNames, curvature, magnitude, normal, orthogonal, tangent};
+use loftsman_kernel::functional::{ShapeNames, curvature, magnitude, normal, orthogonal, tangent};
 use loftsman_kernel::plugin::{Parameters, Registry, constraint_from};
 use loftsman_kernel::shape::{Derivative, Shape};
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -46,7 +46,7 @@ impl ShapeNames for Nobody {
 
 fn solved<S: Shape + Clone>(shape: &S, constraints: &[Value]) -> Result<S, String> {
     let mut registry = Registry::new();
-    functional::register(&mut registry);
+    loftsman_kernel::plugin::register_functionals(&mut registry);
     let mut edit = Edit::new(shape);
     for constraint in constraints {
         let table = Parameters::new(constraint.clone(), "step[0].constraints[0]").unwrap();

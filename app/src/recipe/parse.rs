@@ -6,8 +6,8 @@ use std::sync::Arc;
 use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
-use crate::recipe_error::RecipeError;
 use super::place;
+use crate::recipe_error::RecipeError;
 
 type Result<T, E = Box<RecipeError>> = std::result::Result<T, E>;
 

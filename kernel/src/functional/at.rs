@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::plugin::{Field, ParameterError, Parameters};
+use crate::declare::{Field, ParameterError, Parameters};
 use crate::shape::Location;
 
 /// A location, or one that floats.

@@ -12,8 +12,8 @@ use super::{
     tangent,
 };
 use crate::Vector;
+use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, ParameterError, Parameters};
 use crate::shape::{Location, SMOOTH, Side, Stencil};
 
 /// The curvature vector `k = κN = (C'' - T (T·C'')) / |C'|²` at `u`, as two numbers: its component in the plane in which the

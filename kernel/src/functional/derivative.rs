@@ -7,8 +7,8 @@ use super::position::OBJECT;
 use super::{
     DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals, magnitude, tangent,
 };
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::Result;
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
 
 /// The derivative vector of any order at a location, `Σ S_i^(k) P_i`: three linear equations.

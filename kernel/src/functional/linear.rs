@@ -3,8 +3,8 @@
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::Result;
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::vertex_index;
 
 /// `Σ a_i·P_i`, one linear equation with a vector a vertex.

@@ -3,8 +3,8 @@
 use super::on::{curve_location, unit};
 use super::position::{AT, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, equals};
+use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, ParameterError, Parameters};
 use crate::shape::Location;
 
 /// `|C'(u)|`, the speed of the parametrisation: one nonlinear equation with gradient `S'_i C'/|C'|`. Keeping it and

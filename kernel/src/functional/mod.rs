@@ -45,25 +45,9 @@ pub use symmetry::{Symmetry, symmetry};
 pub use tangent::{Tangent, tangent};
 pub use vertex::{VertexAt, vertex};
 
+use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, ParameterError, Parameters, Registry};
 use crate::shape::{Derivative, Location};
-
-/// Registers all functionals of the kernel.
-pub fn register(registry: &mut Registry) {
-    registry.functional::<Position>();
-    registry.functional::<DerivativeAt>();
-    registry.functional::<Tangent>();
-    registry.functional::<Magnitude>();
-    registry.functional::<Orthogonal>();
-    registry.functional::<Normal>();
-    registry.functional::<Curvature>();
-    registry.functional::<SignedCurvature>();
-    registry.functional::<VertexAt>();
-    registry.functional::<Symmetry>();
-    registry.functional::<Join>();
-    registry.functional::<Linear>();
-}
 
 /// How a functional depends on the control vertices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use super::on::unit;
 use super::position::{AT, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
 
 /// `S_u·n = S_v·n = 0`: two linear equations that couple the axes; zero where they hold.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::ShapeNames;
-use crate::plugin::{ParameterError, Parameters};
+use crate::declare::{ParameterError, Parameters};
 use crate::shape::Location;
 
 /// A shape of a problem: its number, and its name where it has one. The default is the first shape. Two are equal that have the

@@ -4,8 +4,8 @@ use super::on::{curve_location, unit};
 use super::position::{AT, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, tangent};
 use crate::Vector;
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::Location;
 
 /// `C'·v = 0`: one linear equation that couples the axes; zero where it holds.

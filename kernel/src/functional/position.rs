@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::at::{AT_OR_NEAR, At};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals};
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::Result;
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
 
 /// The point of a shape at a location, `Σ S_i P_i`: three linear equations that share the stencil (paper 4,

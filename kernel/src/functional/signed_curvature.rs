@@ -5,8 +5,8 @@ use super::on::{curve_location, unit};
 use super::position::{AT, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Location, Side};
 
 /// `κ = (C' × C'')·n / |C'|³`, the curvature seen against the unit normal `n`: positive where the curve turns left of its

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::on::unit;
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::{Point, Vector};
 
 /// Every control vertex the mirror image of its partner: `P_i - M P_j - c = 0` for each pair, with

@@ -7,8 +7,8 @@ use super::on::{curve_location, perpendiculars, unit};
 use super::position::{AT, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative};
 use crate::Vector;
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Derivative, Location};
 
 /// `C'` parallel to a direction, its length (and sense) free: `C'·e₁ = C'·e₂ = 0` for two unit vectors

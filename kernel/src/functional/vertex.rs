@@ -2,8 +2,8 @@
 
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
+use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::Result;
-use crate::plugin::{Declaration, Field, ParameterError, Parameters};
 use crate::shape::{Stencil, vertex_index};
 
 /// A control vertex itself: three linear equations with one coefficient 1.

@@ -6,8 +6,8 @@ use std::fmt;
 use std::io::Write;
 
 use super::operation::{Observer, Quiet};
-use super::parameters::Parameters;
 use super::tessellator::{Fineness, Tessellator};
+use crate::declare::Parameters;
 use crate::scene::{Scene, Unit, Up};
 
 /// What a format is called, and which way it goes.
@@ -27,17 +27,17 @@ pub struct FormatDeclaration {
     pub plain: bool,
     /// Options of its own, for reading and writing. The help of one that only reading or only writing has begins with
     /// `"reading: "` or `"writing: "`; whoever passes options on refuses it on the other way.
-    pub options: &'static [super::declaration::Field],
+    pub options: &'static [crate::declare::Field],
 }
 
 impl FormatDeclaration {
     /// The options that reading has.
-    pub fn reading_options(&self) -> impl Iterator<Item = &'static super::declaration::Field> + Clone {
+    pub fn reading_options(&self) -> impl Iterator<Item = &'static crate::declare::Field> + Clone {
         self.options.iter().filter(|option| !option.help.starts_with("writing: "))
     }
 
     /// The options that writing has.
-    pub fn writing_options(&self) -> impl Iterator<Item = &'static super::declaration::Field> + Clone {
+    pub fn writing_options(&self) -> impl Iterator<Item = &'static crate::declare::Field> + Clone {
         self.options.iter().filter(|option| !option.help.starts_with("reading: "))
     }
 }

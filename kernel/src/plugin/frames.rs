@@ -4,8 +4,8 @@ use nalgebra::Matrix4;
 
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::placement::transform_point;
 use crate::scene::Scene;
+use crate::scene::placement::transform_point;
 use crate::shape::Shape;
 
 /// The frame in which the shapes of a problem are seen. Where all are placed alike, that is their own; where they are not, it is

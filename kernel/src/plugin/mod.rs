@@ -5,30 +5,29 @@
 //! unknown fields and `loftsman plugins` are made.
 
 mod constraints;
-mod declaration;
 mod format;
 mod frames;
+mod functionals;
 mod mark;
 mod operation;
-mod parameters;
 mod registry;
 mod step;
 mod tessellator;
 
+pub use crate::declare::{Declaration, Field, ParameterError, Parameters, nearest};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
-pub use declaration::{Declaration, Field, nearest};
 pub use format::{
     Fate, Format, FormatDeclaration, FormatError, Memory, Place, ReadOptions, ReadReport, Sink, Source,
     UpChoice, WriteOptions, WriteReport, Written,
 };
 pub use frames::Frames;
+pub use functionals::register_functionals;
 pub use mark::{Mark, MarkKind, Spot};
 pub use operation::{
     Clock, ConstraintReport, Context, Convergence, Corner, NoClock, Observer, Operation, OperationError,
     Quiet, Smoothness, StepReport,
 };
-pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};
 pub use step::{SceneShapes, SeenShapes, ask_once, editable, object_name, put_back, shape_of};
 pub use tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};

@@ -3,10 +3,10 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::declaration::Declaration;
 use super::mark::Mark;
-use super::parameters::{ParameterError, Parameters};
 use super::registry::Registry;
+use crate::declare::Declaration;
+use crate::declare::{ParameterError, Parameters};
 use crate::edit::EditError;
 use crate::error::Error;
 use crate::functional::Functional;

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::declaration::{Declaration, nearest};
 use super::format::{Format, FormatDeclaration};
 use super::operation::Operation;
-use super::parameters::{ParameterError, Parameters};
 use super::tessellator::Tessellator;
+use crate::declare::{Declaration, nearest};
+use crate::declare::{ParameterError, Parameters};
 use crate::functional::{DeclaredFunctional, Functional, ShapeNames};
 use crate::solve::Solver;
 

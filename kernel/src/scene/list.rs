@@ -148,7 +148,7 @@ impl Objects {
 
     fn missing(&self, name: &str) -> Error {
         let names = self.items.iter().map(Object::name);
-        let hint = match crate::plugin::nearest(name, names) {
+        let hint = match crate::declare::nearest(name, names) {
             Some(near) => format!("; did you mean \"{near}\"?"),
             None if self.items.is_empty() => "; the scene is empty".to_owned(),
             None => {

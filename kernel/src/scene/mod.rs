@@ -1,10 +1,14 @@
 //! A scene: named objects with units, an up axis, colours, layers and a hierarchy.
 
+mod animation;
+pub mod connection;
 mod definition;
 mod geometry;
+mod joined;
 mod list;
 mod object;
 mod placed;
+pub mod placement;
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -12,18 +16,18 @@ use std::sync::Arc;
 use self::definition::Sound;
 use self::list::Objects;
 use crate::Point;
-use crate::connection::Connection;
 use crate::error::{Error, Result};
 use crate::material::{Image, Material};
 use crate::named::{Named, NamedList};
+use crate::scene::connection::Connection;
 use crate::spline::{Curve, Surface};
 
 pub use self::definition::Definition;
 pub use self::geometry::Geometry;
 pub use self::object::Object;
 pub use self::placed::{MOST_PLACED, Path, Placed, Placements};
-pub use crate::animation::Animation;
 pub use crate::unit::{Unit, Up};
+pub use animation::Animation;
 
 /// Named objects, their unit and their up axis.
 #[derive(Debug, Clone, PartialEq, Default)]

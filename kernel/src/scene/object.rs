@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Matrix4;
 
+use super::animation::Animation;
 use super::geometry::Geometry;
-use crate::animation::Animation;
 
 /// A named thing in a scene. Its geometry is shared with its copies until one of them is changed, so that a copy costs
 /// nothing but its name.

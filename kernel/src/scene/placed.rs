@@ -293,7 +293,7 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::mesh::Cloud;
-    use crate::placement::transform_point;
+    use crate::scene::placement::transform_point;
     use crate::scene::{Unit, Up};
     use crate::{Point, Vector};
 

@@ -4,8 +4,8 @@ use smallvec::SmallVec;
 
 use super::{Derivative, Location, Shape, Stencil};
 use crate::error::{Error, Result};
-use crate::spline::gram::gauss_legendre;
-use crate::spline::space::Space;
+use crate::quadrature::gauss_legendre;
+use crate::space::Space;
 
 /// The interval of one parameter that a [`Cell`] covers, and the degree in it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 
 use super::{Cell, CellSide, Derivative, Location, Shape, Stencil};
 use crate::error::{Error, Result};
-use crate::spline::space::Space;
+use crate::space::Space;
 
 /// A piece of a surface's boundary: one parameter runs, the other is fixed.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::{Derivative, Shape, cells_of, rows_at};
 use crate::error::Result;
+use crate::quadrature::binomial;
 use crate::solve::Symmetric;
-use crate::spline::binomial;
 
 /// Gauss points a direction, beyond those for polynomials, on rational cells.
 const RATIONAL_POINTS: usize = 8;

@@ -1,5 +1,6 @@
 //! Where on a shape something is asked, and what: places, orders of derivatives, sides.
 
+pub use crate::space::Side;
 use std::fmt;
 
 use crate::error::{Error, Result};
@@ -96,16 +97,6 @@ impl From<[usize; 2]> for Derivative {
     fn from([u, v]: [usize; 2]) -> Self {
         Self { u, v }
     }
-}
-
-/// From which side of a knot a derivative is taken: where a knot is repeated often enough, the two differ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
-pub enum Side {
-    /// That of the piece which ends at the knot; at the start of a periodic direction, of the piece that ends its period.
-    Left,
-    /// That of the piece which begins at the knot, as everywhere where no side is said.
-    #[default]
-    Right,
 }
 
 /// A side in each parameter; a curve looks at the first only.

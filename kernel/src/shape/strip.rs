@@ -3,9 +3,9 @@
 use super::edges::{BoundaryEdge, Strip, cells_at};
 use super::{CellSide, Cells, Derivative, Shape, Side, Sides, Stencil};
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::spline::binomial;
-use crate::spline::gram::gauss_legendre;
-use crate::spline::space::Space;
+use crate::quadrature::binomial;
+use crate::quadrature::gauss_legendre;
+use crate::space::Space;
 
 /// Stencils that differ by no more than this part of their largest coefficient are one.
 const SAME: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use super::{Cell, Derivative, Location, Shape, Side, Sides, Stencil, cells_of};
 use crate::error::Result;
-use crate::spline::space::Space;
+use crate::space::Space;
 
 /// A place inside the domain where the pieces on both sides need not be one.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,7 @@
 //! Gram matrices of B-spline basis functions: `∫ N_i^(k) N_j^(k) du`, banded and exact.
 
 use super::space::{MAX_ORDER, Space};
+pub use crate::quadrature::gauss_legendre;
 use crate::solve::Symmetric;
 
 impl Space {
@@ -37,32 +38,6 @@ impl Space {
         }
         entries
     }
-}
-
-/// Nodes and weights of Gauss–Legendre quadrature on `[0, 1]` with `n` points: exact to degree `2n - 1`. Newton's
-/// iteration on the Legendre polynomial from the asymptotic guess of its zeros (Abramowitz and Stegun, 22.16.6).
-pub fn gauss_legendre(n: usize) -> (Vec<f64>, Vec<f64>) {
-    let (mut nodes, mut weights) = (vec![0.5; n], vec![1.0; n]);
-    for i in 0..n {
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..100 {
-            let (mut value, mut before) = (1.0, 0.0);
-            for k in 0..n {
-                let next = ((2 * k + 1) as f64 * x * value - k as f64 * before) / (k + 1) as f64;
-                (before, value) = (value, next);
-            }
-            slope = n as f64 * (x * value - before) / (x * x - 1.0);
-            let step = value / slope;
-            x -= step;
-            if step.abs() <= 2.0 * f64::EPSILON {
-                break;
-            }
-        }
-        nodes[i] = 0.5 * (1.0 - x);
-        weights[i] = 1.0 / ((1.0 - x * x) * slope * slope);
-    }
-    (nodes, weights)
 }
 
 /// The smoothness matrix of one direction: see [`Shape::smoothness`](crate::shape::Shape::smoothness).

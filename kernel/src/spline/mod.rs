@@ -55,7 +55,6 @@ mod refine;
 pub mod remove;
 pub mod reverse;
 pub mod revolve;
-pub mod space;
 pub mod split;
 pub mod start;
 pub mod surface;
@@ -63,19 +62,10 @@ pub mod surface;
 pub(crate) mod testing;
 pub mod trimmed;
 
+pub(crate) use crate::quadrature::binomial;
+pub use crate::space::{self, Space};
 pub use catmull_rom::{CatmullRom, Spacing};
 pub use conversion::{Conversion, Direction};
 pub use curve::Curve;
-pub use space::Space;
 pub use surface::Surface;
 pub use trimmed::Trimmed;
-
-/// Binomial coefficient `C(n, k)` as a float; exact for the degrees in use (`n ≤ 50`).
-pub(crate) fn binomial(n: usize, k: usize) -> f64 {
-    let k = k.min(n - k.min(n));
-    let mut result = 1.0;
-    for i in 0..k {
-        result = result * (n - i) as f64 / (i + 1) as f64;
-    }
-    result.round()
-}

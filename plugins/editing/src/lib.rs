@@ -14,7 +14,6 @@ mod simplify;
 mod tessellate;
 mod transform;
 
-use loftsman_kernel::functional;
 use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Sparse};
 
@@ -33,7 +32,7 @@ pub struct Editing;
 
 impl Plugin for Editing {
     fn register(&self, registry: &mut Registry) {
-        functional::register(registry);
+        loftsman_kernel::plugin::register_functionals(registry);
         registry.solver(Automatic);
         registry.solver(Adjoint);
         registry.solver(Sparse);

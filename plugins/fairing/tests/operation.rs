@@ -28,7 +28,7 @@ fn run(scene: &mut Scene, step: Value) -> Result<StepReport, String> {
     let mut registry = Registry::new();
     registry.add(&Fairing);
     registry.solver(Automatic);
-    functional::register(&mut registry);
+    loftsman_kernel::plugin::register_functionals(&mut registry);
     let parameters = Parameters::new(step, "step[0]").unwrap();
     let operation = registry.find_operation("fair", "step[0].op").map_err(|e| e.to_string())?;
     parameters.check(operation.declaration().fields).map_err(|e| e.to_string())?;

@@ -27,7 +27,7 @@ fn scene() -> Scene {
 fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
     let mut registry = Registry::new();
     registry.add(&Fitting);
-    loftsman_kernel::functional::register(&mut registry);
+    loftsman_kernel::plugin::register_functionals(&mut registry);
     let operation = registry.find_operation("fit", "step[0]").unwrap();
     let parameters = Parameters::new(fields, "step[0]").unwrap();
     operation.apply(scene, &parameters, &Context::quiet(&registry))

@@ -2,8 +2,17 @@
 
 use std::sync::Arc;
 
+/// From which side of a knot a derivative is taken: where a knot is repeated often enough, the two differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, PartialOrd, Ord)]
+pub enum Side {
+    /// That of the piece which ends at the knot; at the start of a periodic direction, of the piece that ends its period.
+    Left,
+    /// That of the piece which begins at the knot, as everywhere where no side is said.
+    #[default]
+    Right,
+}
+
 use crate::error::{Error, MAX_DEGREE, Result};
-use crate::shape::Side;
 
 /// The order (degree + 1) that every basis row on the stack has room for.
 pub const MAX_ORDER: usize = MAX_DEGREE + 1;
@@ -326,7 +335,7 @@ fn longest_run(knots: &[f64]) -> usize {
 ///
 /// Within the period the knots are kept as given, to the last bit; outside they are measured from the nearer end,
 /// so that copies of a multiple knot at the seam stay equal and rounding never makes the knots decrease.
-pub(super) fn periodic_knot(knots: &[f64], k: isize) -> f64 {
+pub(crate) fn periodic_knot(knots: &[f64], k: isize) -> f64 {
     let n = knots.len() - 1;
     let (start, end) = (knots[0], knots[n]);
     let (turns, knot) = (k.div_euclid(n as isize), knots[k.rem_euclid(n as isize) as usize]);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::Point;
 use crate::error::Result;
-use crate::placement::transform_point;
+use crate::scene::placement::transform_point;
 use crate::scene::{Geometry, Scene};
 use crate::shape::{Location, Shape};
 use crate::spline::Surface;
