@@ -11,7 +11,12 @@ use crate::shape::Shape;
 /// The frame in which the shapes of a problem are seen. Where all are placed alike, that is their own; where they are not, it is
 /// the world's: a join, an area or a distance between them means nothing in coordinates that differ.
 #[derive(Debug, Clone, Default)]
-pub struct Frames(Vec<Frame>);
+pub struct Frames {
+    /// One a shape where they are placed differently; none where that is not so.
+    each: Vec<Frame>,
+    /// Whether all are placed alike, and not as they stand in the world.
+    moved: bool,
+}
 
 #[derive(Debug, Clone)]
 struct Frame {
@@ -33,7 +38,8 @@ impl Frames {
         let places: Vec<Matrix4<f64>> =
             names.iter().map(|name| place(name).unwrap_or_else(Matrix4::identity)).collect();
         if places.windows(2).all(|pair| pair[0] == pair[1]) {
-            return Ok(Self::default());
+            let moved = places.first().is_some_and(|place| *place != Matrix4::identity());
+            return Ok(Self { each: Vec::new(), moved });
         }
         let mut frames = Vec::with_capacity(places.len());
         for ((name, to_world), shape) in names.iter().zip(places).zip(shapes) {
@@ -54,13 +60,13 @@ impl Frames {
             shape.control_vertices_mut().copy_from_slice(&seen);
             frames.push(Frame { back, own, seen });
         }
-        Ok(Self(frames))
+        Ok(Self { each: frames, moved: false })
     }
 
     /// Control vertices of shape `index`, in its object's own coordinates. Those that have not moved are as they were, to the last
     /// bit.
     pub fn own(&self, index: usize, points: &[Point]) -> Vec<Point> {
-        let Some(Frame { back, own, seen }) = self.0.get(index) else { return points.to_vec() };
+        let Some(Frame { back, own, seen }) = self.each.get(index) else { return points.to_vec() };
         // With knots inserted, vertices have other numbers.
         let same = |k: usize, p: &Point| seen.len() == points.len() && seen[k] == *p;
         let each = points.iter().enumerate();
@@ -70,7 +76,7 @@ impl Frames {
     /// The same of a whole shape.
     pub fn own_shape(&self, index: usize, shape: &dyn Shape) -> Box<dyn Shape> {
         let mut own = shape.boxed();
-        if !self.0.is_empty() {
+        if !self.each.is_empty() {
             let points = self.own(index, shape.control_vertices());
             own.control_vertices_mut().copy_from_slice(&points);
         }
@@ -79,7 +85,13 @@ impl Frames {
 
     /// What the report should say of it.
     pub fn note(&self) -> Option<String> {
-        (!self.0.is_empty()).then(|| {
+        if self.moved {
+            return Some(
+                "the object is placed by a transform: everything asked of it is in its own coordinates, as they are without that"
+                    .into(),
+            );
+        }
+        (!self.each.is_empty()).then(|| {
             "the objects are placed differently: everything asked of them is in the coordinates of the world".into()
         })
     }
