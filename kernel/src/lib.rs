@@ -11,10 +11,12 @@
 mod animation;
 pub mod conformance;
 pub mod connection;
+mod declare;
 pub mod edit;
 pub mod error;
 pub mod functional;
 mod joined;
+mod kind;
 pub mod material;
 pub mod measure;
 pub mod mesh;
@@ -27,6 +29,7 @@ pub mod scene;
 pub mod shape;
 pub mod solve;
 pub mod spline;
+mod tessellator;
 mod unit;
 
 pub use error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Suites that say whether something may call itself a solver, a functional, a format or an operation.
+//! Suites that say whether something may call itself a solver, a functional, a format, an operation or a kind of shape.
 //!
 //! They are what our own pass, and what others run in their tests:
 //!
@@ -14,6 +14,7 @@ mod declaration;
 mod dependent;
 mod format;
 mod functional;
+mod kind;
 mod operation;
 mod program;
 mod solver;
@@ -21,6 +22,7 @@ mod solver;
 pub use declaration::{declaration_conformance, declared_functional_conformance};
 pub use format::{format_conformance, sample_assembly, sample_scene};
 pub use functional::{functional_conformance, sample_shapes};
+pub use kind::kind_conformance;
 pub use operation::operation_conformance;
 pub use solver::{solver_conformance, solver_conformance_counting};
 

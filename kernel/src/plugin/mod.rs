@@ -1,23 +1,22 @@
 //! The interfaces that other crates fill, and the registry that holds what they bring.
 //!
-//! A [`Plugin`] registers [`Format`]s, [`Operation`]s, kinds of functional and solvers with a [`Registry`];
-//! there is no link-time magic. Each comes with a [`Declaration`] of its fields, from which help, checks of
-//! unknown fields and `loftsman plugins` are made.
+//! A [`Plugin`] registers [`Format`]s, [`Operation`]s, kinds of functional and of shape, and solvers with a
+//! [`Registry`]; there is no link-time magic. Each comes with a [`Declaration`] of its fields, from which help, checks
+//! of unknown fields and `loftsman plugins` are made.
 
 mod constraints;
-mod declaration;
 mod format;
 mod frames;
 mod mark;
 mod operation;
-mod parameters;
 mod registry;
 mod step;
-mod tessellator;
 
+pub use crate::declare::{Declaration, Field, ParameterError, Parameters, nearest};
+pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
+pub use crate::tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
-pub use declaration::{Declaration, Field, nearest};
 pub use format::{
     Fate, Format, FormatDeclaration, FormatError, Memory, Place, ReadOptions, ReadReport, Sink, Source,
     UpChoice, WriteOptions, WriteReport, Written,
@@ -28,7 +27,5 @@ pub use operation::{
     Clock, ConstraintReport, Context, Convergence, Corner, NoClock, Observer, Operation, OperationError,
     Quiet, Smoothness, StepReport,
 };
-pub use parameters::{ParameterError, Parameters};
 pub use registry::{Plugin, Registry};
 pub use step::{SceneShapes, SeenShapes, ask_once, object_name, put_back, shape_of};
-pub use tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};

@@ -3,10 +3,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::declaration::Declaration;
 use super::mark::Mark;
-use super::parameters::{ParameterError, Parameters};
 use super::registry::Registry;
+use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::edit::EditError;
 use crate::error::Error;
 use crate::functional::Functional;

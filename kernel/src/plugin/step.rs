@@ -69,10 +69,10 @@ impl ShapeNames for SceneShapes<'_> {
     }
 }
 
-/// A copy of a curve or surface of the scene.
+/// A copy of a curve, a surface or a plug-in's shape of the scene.
 ///
 /// # Errors
-/// When there is no such object, or it is something else.
+/// When there is no such object, it is something else, or its plug-in is not here.
 pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
     match scene.object(object)?.geometry() {
         Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
@@ -80,6 +80,10 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
         Geometry::Trimmed(_) => Err(Error::Invalid(format!(
             "\"{object}\" is a trimmed surface, which cannot be edited yet: \"untrim\" makes it a whole one"
         ))),
+        Geometry::Custom(custom) => custom
+            .shape()
+            .map(Shape::boxed)
+            .map_err(|e| Error::Invalid(format!("\"{object}\" cannot be edited: {e}"))),
         other => Err(Error::Invalid(format!(
             "\"{object}\" is a {}, not a curve or surface: fit one to it first",
             other.kind()
@@ -133,11 +137,15 @@ pub fn ask_once(
     Ok(())
 }
 
-/// Puts a changed shape back into the scene.
+/// Puts a changed shape back into the scene: a plug-in's shape as the same kind.
 ///
 /// # Errors
 /// When there is no such object, or the shape is none that a scene holds.
 pub fn put_back(scene: &mut Scene, name: &str, shape: &dyn Shape) -> Result<()> {
+    if let Geometry::Custom(custom) = scene.object(name)?.geometry() {
+        let changed = custom.with_shape(shape.boxed())?;
+        return scene.replace(name, changed);
+    }
     let any: &dyn Any = shape;
     if let Some(curve) = any.downcast_ref::<Curve>() {
         return scene.replace(name, curve);

@@ -93,7 +93,8 @@ impl Problem {
         context: &Context<'_>,
         with_handle: bool,
     ) -> Result<Self, OperationError> {
-        let editable = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let editable =
+            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_));
         let object = object_name(scene, parameters, editable, "curve or surface")?;
         let mut names = SceneShapes::new(scene, &object)?;
         let tables = parameters.tables("constraints")?;

@@ -1,0 +1,7 @@
+//! What is declared by name, and the fields that recipes and documents give it.
+
+mod declaration;
+mod parameters;
+
+pub use declaration::{Declaration, Field, nearest};
+pub use parameters::{ParameterError, Parameters};
