@@ -1,10 +1,12 @@
 //! The format as the registry knows it.
 
+use std::collections::BTreeMap;
+
 use loftsman_kernel::plugin::{
     Fate, Format, FormatDeclaration, FormatError, Place, ReadOptions, ReadReport, Registry, Sink, Source,
     WriteOptions, WriteReport,
 };
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Definition, Geometry, Scene};
 
 use crate::{read, write};
 
@@ -23,6 +25,24 @@ impl loftsman_kernel::plugin::Plugin for NativePlugin {
     fn register(&self, registry: &mut Registry) {
         registry.format(Native);
     }
+}
+
+/// What to say of shapes whose plug-ins are not here, a note a kind.
+pub(crate) fn unknown(scene: &Scene) -> Vec<String> {
+    let defined = scene.definitions().iter().flat_map(Definition::objects);
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for object in defined.chain(scene.objects()) {
+        if let Geometry::Custom(custom) = object.geometry()
+            && custom.shape_kind().is_none()
+        {
+            *kinds.entry(custom.kind()).or_default() += 1;
+        }
+    }
+    let note = |(kind, count): (&str, usize)| {
+        let kind = read::clip(kind);
+        format!("{count} shape(s) of the kind \"{kind}\", whose plug-in is not here, are kept word for word")
+    };
+    kinds.into_iter().map(note).collect()
 }
 
 impl Format for Native {
@@ -49,6 +69,7 @@ impl Format for Native {
     }
 
     /// Reads a document. The report counts its objects, those of definitions too; every one is kept, or there is an error.
+    /// Shapes of kinds that the options do not know are kept word for word, and the report says so.
     ///
     /// # Errors
     /// When the bytes are not a whole UTF-8 JSON document of version 1, or anything in it is not what the
@@ -62,10 +83,11 @@ impl Format for Native {
             .own
             .check(self.declaration().options)
             .map_err(|e| FormatError::new(source.name(), Place::File, e.to_string()))?;
-        let mut scene = read::document(source.name(), source.bytes(), options.observer)?;
+        let mut scene = read::document(source.name(), source.bytes(), options)?;
         let mut report = ReadReport::default();
         let defined = scene.definitions().iter().map(|d| d.objects().len()).sum::<usize>();
         report.count_many(Fate::Kept, "", scene.objects().len() + defined);
+        report.notes.extend(unknown(&scene));
         if let Some(unit) = options.unit.filter(|&unit| unit != scene.unit) {
             let (new, old) = (unit.name(), scene.unit.name());
             report
