@@ -195,6 +195,7 @@ fn unlike(a: &Geometry, b: &Geometry) -> Option<(String, String)> {
         }
         Geometry::Group => "a group".to_owned(),
         Geometry::Instance(definition) => format!("an instance of \"{definition}\""),
+        unknown if unknown.is_unknown() => format!("a {} whose plug-in is not here", unknown.kind()),
         other => format!("a {} of {} points", other.kind(), other.points().len()),
     };
     let (before, after) = (count(a), count(b));
@@ -203,6 +204,12 @@ fn unlike(a: &Geometry, b: &Geometry) -> Option<(String, String)> {
     }
     let same = match (a, b) {
         (Geometry::Mesh(a), Geometry::Mesh(b)) => (a.corners(), a.starts()) == (b.corners(), b.starts()),
+        // With the same points; what its kind writes beside them.
+        (Geometry::Custom(one), Geometry::Custom(two)) => {
+            let like = one.with_points(two.points());
+            let same = like.map_or(one == two, |like| like == *two);
+            return (!same).then(|| (before, "one of other fields".to_owned()));
+        }
         _ => return (spaces(a) != spaces(b)).then(|| (before, "one of other knots".to_owned())),
     };
     (!same).then(|| (before, "as many, but other faces".to_owned()))

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{CustomShape, Fineness};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
 
@@ -37,9 +38,13 @@ pub struct DefinitionFacts {
 pub struct ObjectFacts {
     /// Its name.
     pub name: String,
-    /// `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"` or `"instance"`.
+    /// `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"` or `"instance"`; of a
+    /// plug-in's shape, the name of its kind.
     #[serde(rename = "type")]
-    pub kind: &'static str,
+    pub kind: String,
+    /// Whether the plug-in of its kind is not here, so that nothing else is known of it.
+    #[serde(skip_serializing_if = "is_false")]
+    pub unknown: bool,
     /// The definition that an instance shows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shows: Option<String>,
@@ -92,7 +97,7 @@ pub struct ObjectFacts {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// The corners of the axis-parallel box around it, the lower first: of a spline around the curve or surface
-    /// itself, not its control vertices.
+    /// itself, not its control vertices; of a plug-in's shape around its segments or triangles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f64; 3]; 2]>,
 }
@@ -142,9 +147,10 @@ pub fn describe(scene: &Scene) -> SceneFacts {
 /// What is said of a geometry, whoever has it.
 fn shape(geometry: &Geometry) -> ObjectFacts {
     let points = geometry.points();
-    let has_points = !matches!(geometry, Geometry::Group | Geometry::Instance(_));
+    let has_points = !geometry.is_unknown() && !matches!(geometry, Geometry::Group | Geometry::Instance(_));
     let facts = ObjectFacts {
-        kind: geometry.kind(),
+        kind: geometry.kind().to_owned(),
+        unknown: geometry.is_unknown(),
         vertices: has_points.then_some(points.len()),
         bounds: bounds(points),
         ..ObjectFacts::default()
@@ -154,6 +160,7 @@ fn shape(geometry: &Geometry) -> ObjectFacts {
         Geometry::Curve(c) => curve(c, facts),
         Geometry::Surface(s) => surface(s, facts),
         Geometry::Trimmed(t) => ObjectFacts { loops: Some(t.loops().count()), ..surface(t.surface(), facts) },
+        Geometry::Custom(custom) => shape_of_plugin(custom, facts),
         Geometry::Mesh(m) => {
             ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), ..facts }
         }
@@ -180,6 +187,19 @@ fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
         domain: vec![[start, end]],
         length: curve.length(1e-10).ok().map(|length| length.value),
         bounds: Some(corners(curve.bounds())),
+        ..facts
+    }
+}
+
+/// A plug-in's shape: its parameters, and the box around a tessellation of it.
+fn shape_of_plugin(custom: &CustomShape, facts: ObjectFacts) -> ObjectFacts {
+    let Ok(shape) = custom.shape() else { return facts };
+    let domain = shape.domain();
+    let seen = custom.tessellate(&Fineness::default()).ok();
+    ObjectFacts {
+        periodic: domain.iter().map(|interval| interval.periodic).collect(),
+        domain: domain.iter().map(|interval| [interval.start, interval.end]).collect(),
+        bounds: seen.and_then(|seen| bounds(seen.drawn.points())).or(facts.bounds),
         ..facts
     }
 }

@@ -162,12 +162,27 @@ pub enum Error {
         /// What is wrong and what to do.
         problem: String,
     },
+    /// A shape of a kind that no registered plug-in brings: what a document says of it is kept, and nothing else is
+    /// known.
+    #[error(
+        "its shape is of the kind \"{}\", whose plug-in is not here: register the plug-in to use it",
+        clipped(.kind)
+    )]
+    UnknownKind {
+        /// The kind's name in documents.
+        kind: String,
+    },
     /// A shape of which nothing can be seen, since all of it is one point, or a surface that is a line.
     #[error("{0}")]
     NoExtent(String),
     /// Something that is well formed and still cannot be done; the text says why and what to do.
     #[error("{0}")]
     Invalid(String),
+}
+
+/// The start of a name, which a file may have made a megabyte long.
+fn clipped(name: &str) -> String {
+    name.chars().take(60).flat_map(char::escape_debug).collect()
 }
 
 /// Said of the location, which is what was written; the shape it is meant for may not be known yet.

@@ -9,10 +9,11 @@
 //! Most users want the facade crate `loftsman`, which re-exports all of this with a short prelude.
 
 pub mod conformance;
-pub mod declare;
+mod declare;
 pub mod edit;
 pub mod error;
 pub mod functional;
+mod kind;
 pub mod material;
 pub mod measure;
 pub mod mesh;
@@ -26,6 +27,7 @@ pub mod shape;
 pub mod solve;
 pub mod space;
 pub mod spline;
+mod tessellator;
 pub mod topology;
 mod unit;
 

@@ -29,7 +29,8 @@ pub fn read(path: impl AsRef<Path>) -> Result<Scene> {
     Ok(read_with(path, &ReadOptions::default(), crate::registry())?.0)
 }
 
-/// As [`read`], with options and a registry of one's own; also returns what was kept and what was left out.
+/// As [`read`], with options and a registry of one's own; also returns what was kept and what was left out. Where the
+/// options name no kinds of shape, the registry's are used.
 ///
 /// # Errors
 /// As for [`read`].
@@ -41,7 +42,13 @@ pub fn read_with(
     let input = Input::open(path)?;
     let format = input.format(registry)?;
     check_reading(format.as_ref(), &options.own, Source::name(&input))?;
-    Ok(format.read(&input, options)?)
+    Ok(format.read(&input, &knowing(options, registry))?)
+}
+
+/// The same options with the registry's kinds of shape, where they name none.
+pub(crate) fn knowing<'a>(options: &ReadOptions<'a>, registry: &'a Registry) -> ReadOptions<'a> {
+    let kinds = if options.kinds.is_empty() { registry.shape_kinds() } else { options.kinds };
+    ReadOptions { kinds, ..options.clone() }
 }
 
 /// Refuses options that the format has not when it reads: a format of someone else may not look at what it does not know.

@@ -255,7 +255,8 @@ impl<'a> Runner<'a> {
         })?;
         let format = input.format(self.registry)?;
         let kind = format.declaration().name;
-        let options = ReadOptions { observer: self.observer, ..recipe.conversion.read_options(kind) };
+        let kinds = self.registry.shape_kinds();
+        let options = ReadOptions { observer: self.observer, kinds, ..recipe.conversion.read_options(kind) };
         let (scene, report) = read_content(&input, format.as_ref(), &options)?;
         let path = Source::name(&input).to_owned();
         let source = Some(input.without_bytes());

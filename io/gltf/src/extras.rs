@@ -1,4 +1,5 @@
-//! What our reader wants and glTF has no place for: the exact spline, the exact transform, the layer.
+//! What our reader wants and glTF has no place for: the exact spline or plug-in's shape, the exact transform, the
+//! layer.
 //!
 //! It stands in `extras.loftsman` of a node, as a text of JSON (because Blender cannot take lists of lists as custom
 //! properties), and is taken only where it still belongs to the node: the spline where the node's mesh has the vertices
@@ -6,11 +7,13 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Result};
+use loftsman_kernel::plugin::{CustomShape, Parameters, ReadOptions};
 use loftsman_kernel::scene::{Animation, Geometry};
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 use nalgebra::Matrix4;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 /// The fields of `extras.loftsman`; names and meanings are those of the native document.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -22,6 +25,9 @@ pub(crate) struct Own {
     pub(crate) surface: Option<SurfaceFields>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) trimmed: Option<TrimmedFields>,
+    /// A plug-in's shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) shape: Option<ShapeFields>,
     /// The fingerprint of the vertices that show the spline.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) shown_by: Option<String>,
@@ -62,25 +68,29 @@ pub(crate) fn matrix(rows: &[[f64; 4]; 4]) -> Option<Matrix4<f64>> {
 }
 
 impl Own {
-    /// The fields of a spline; of other geometry none.
+    /// The fields of a spline or of a plug-in's shape; of other geometry none.
     pub(crate) fn of(geometry: &Geometry) -> Self {
         let mut own = Self::default();
         match geometry {
             Geometry::Curve(curve) => own.curve = Some(CurveFields::of(curve)),
             Geometry::Surface(surface) => own.surface = Some(SurfaceFields::of(surface)),
             Geometry::Trimmed(trimmed) => own.trimmed = Some(TrimmedFields::of(trimmed)),
+            Geometry::Custom(custom) => own.shape = ShapeFields::of(custom),
             _ => {}
         }
         own
     }
 
-    /// Whether there is a spline.
-    pub(crate) fn has_spline(&self) -> bool {
-        self.curve.is_some() || self.surface.is_some() || self.trimmed.is_some()
+    /// Whether there is a spline or a plug-in's shape.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.curve.is_some() || self.surface.is_some() || self.trimmed.is_some() || self.shape.is_some()
     }
 
-    /// The spline, if there is one.
-    pub(crate) fn spline(&self) -> Option<Result<Geometry>> {
+    /// The spline or the plug-in's shape, if there is one; shapes of kinds that the options do not know are errors.
+    pub(crate) fn exact(&self, options: &ReadOptions<'_>) -> Option<Result<Geometry>> {
+        if let Some(shape) = &self.shape {
+            return Some(shape.make(options).map(Geometry::Custom));
+        }
         if let Some(curve) = &self.curve {
             return Some(curve.make().map(Geometry::Curve));
         }
@@ -88,6 +98,30 @@ impl Own {
             return Some(surface.make().map(Geometry::Surface));
         }
         self.trimmed.as_ref().map(|trimmed| trimmed.make().map(Geometry::Trimmed))
+    }
+}
+
+/// A plug-in's shape: its kind, and the fields that this writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ShapeFields {
+    kind: String,
+    fields: Map<String, Value>,
+}
+
+impl ShapeFields {
+    /// `None` where its plug-in is not here.
+    fn of(custom: &CustomShape) -> Option<Self> {
+        let fields = custom.fields().ok()?.into_map();
+        Some(Self { kind: custom.kind().to_owned(), fields })
+    }
+
+    fn make(&self, options: &ReadOptions<'_>) -> Result<CustomShape> {
+        let Some(kind) = options.kind(&self.kind) else {
+            return Err(Error::UnknownKind { kind: self.kind.clone() });
+        };
+        Parameters::new(Value::Object(self.fields.clone()), "shape.fields")
+            .and_then(|fields| CustomShape::read(kind, &fields))
+            .map_err(|error| Error::Invalid(error.to_string()))
     }
 }
 

@@ -6,6 +6,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::Scene;
 
+use crate::unknown::unknown;
 use crate::{read, write};
 
 /// The version of documents that this crate reads and writes.
@@ -49,6 +50,7 @@ impl Format for Native {
     }
 
     /// Reads a document. The report counts its objects, those of definitions too; every one is kept, or there is an error.
+    /// Shapes of kinds that the options do not know are kept word for word, and the report says so.
     ///
     /// # Errors
     /// When the bytes are not a whole UTF-8 JSON document of version 1, or anything in it is not what the
@@ -62,10 +64,11 @@ impl Format for Native {
             .own
             .check(self.declaration().options)
             .map_err(|e| FormatError::new(source.name(), Place::File, e.to_string()))?;
-        let mut scene = read::document(source.name(), source.bytes(), options.observer)?;
+        let mut scene = read::document(source.name(), source.bytes(), options)?;
         let mut report = ReadReport::default();
         let defined = scene.definitions().iter().map(|d| d.objects().len()).sum::<usize>();
         report.count_many(Fate::Kept, "", scene.objects().len() + defined);
+        report.notes.extend(unknown(&scene));
         if let Some(unit) = options.unit.filter(|&unit| unit != scene.unit) {
             let (new, old) = (unit.name(), scene.unit.name());
             report

@@ -17,6 +17,7 @@
 //! | `mesh` | `points`, `faces` (indices from 0), and what is said below |
 //! | `polyline` | `points`, `closed` (default false) |
 //! | `cloud` | `points` |
+//! | `shape` | a plug-in's shape: `kind`, the name of its kind, and the fields that this has |
 //! | `group` | `{}`: nothing of its own, others hang under it |
 //! | `instance` | `definition`: the name of the definition whose objects are all shown here |
 //! | `same_as` | `object`: the name of an object before it, of the same list, whose geometry it has too; with `definition`, of that definition |
@@ -32,6 +33,8 @@
 //! own. Its objects may be instances of other definitions, but not of one that shows it. Geometry that
 //! objects share is written once, and as `same_as` from then on, where that spares more than 256 points; they share it
 //! again when they are read.
+//!
+//! A shape whose `kind` no plug-in here knows is kept word for word and written again as it was; the reports say so.
 //!
 //! An open shape has `points + degree + 1` knots, a periodic one `points + 1` over one period. Unknown fields,
 //! and anything else that a reader would have to guess, are errors that name the place.
@@ -61,6 +64,7 @@
 mod format;
 mod names;
 mod read;
+mod unknown;
 mod write;
 
 pub use format::{Native, NativePlugin as Plugin, VERSION};

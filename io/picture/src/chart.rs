@@ -1,8 +1,8 @@
 //! A chart of curvature along curves: axes with round ticks, one line a curve, the state before lighter and below.
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::plugin::MarkKind;
-use loftsman_kernel::scene::Unit;
+use loftsman_kernel::plugin::{MarkKind, Splines};
+use loftsman_kernel::scene::{Geometry, Unit};
 
 use crate::draw::{color, mark};
 use crate::error::PictureError;
@@ -256,7 +256,13 @@ fn sample(
     size: f64,
 ) -> (Vec<Spot>, Vec<Vector>) {
     let breaks = match body.object.geometry() {
-        loftsman_kernel::scene::Geometry::Curve(curve) => curve.space().breakpoints(),
+        Geometry::Curve(curve) => curve.space().breakpoints(),
+        Geometry::Custom(custom) => match custom.splines() {
+            Some(Splines::Curves(curves)) => {
+                curves.first().map(|c| c.space().breakpoints()).unwrap_or_default()
+            }
+            _ => Vec::new(),
+        },
         _ => Vec::new(),
     };
     let steps = (SAMPLES / pieces.len().max(1)).clamp(1, 64);

@@ -16,6 +16,20 @@ pub fn declaration_conformance(declaration: &Declaration, is_condition: bool) ->
 }
 
 fn declared(declaration: &Declaration, is_condition: bool, verdict: &mut Verdict) {
+    named(declaration, verdict);
+    let name = declaration.name;
+    for own in declaration.fields.iter().map(|field| field.name) {
+        verdict.check(!EVERYWHERE.contains(&own), || {
+            format!("{name}: the field \"{own}\" is reserved, every constraint has it")
+        });
+        verdict.check(is_condition || !WISHES.contains(&own), || {
+            format!("{name}: the field \"{own}\" is reserved, it says what is wanted of the functional")
+        });
+    }
+}
+
+/// A name and fields in lower-case words, each once and with help.
+pub(super) fn named(declaration: &Declaration, verdict: &mut Verdict) {
     let name = declaration.name;
     verdict.check(is_word(name, '-'), || format!("\"{name}\" is no name: use lower-case words with hyphens"));
     verdict.check(!declaration.help.is_empty(), || format!("{name} has no help"));
@@ -29,12 +43,6 @@ fn declared(declaration: &Declaration, is_condition: bool, verdict: &mut Verdict
         });
         verdict.check(declaration.fields[..k].iter().all(|f| f.name != own), || {
             format!("{name}: the field \"{own}\" is declared twice")
-        });
-        verdict.check(!EVERYWHERE.contains(&own), || {
-            format!("{name}: the field \"{own}\" is reserved, every constraint has it")
-        });
-        verdict.check(is_condition || !WISHES.contains(&own), || {
-            format!("{name}: the field \"{own}\" is reserved, it says what is wanted of the functional")
         });
     }
 }

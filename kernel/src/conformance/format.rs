@@ -1,10 +1,12 @@
 //! Whether a format is one: round trips, reports that add up, hostile bytes.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix4;
 
 use super::{Lcg, Verdict};
 use crate::mesh::{Cloud, Mesh, Polyline};
-use crate::plugin::{Fate, Format, Memory, ReadOptions, WriteOptions, WriteReport};
+use crate::plugin::{Fate, Format, Memory, ReadOptions, ShapeKind, WriteOptions, WriteReport};
 use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use crate::shape::{Derivative, Location, Shape};
 use crate::spline::trimmed::{ParameterCurve, Region};
@@ -110,6 +112,8 @@ fn window(net: Vec<Point>) -> crate::Result<Trimmed> {
 pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
     let mut verdict = Verdict::default();
     let declaration = format.declaration();
+    let kinds = kinds(scene);
+    let options = ReadOptions { kinds: &kinds, ..ReadOptions::default() };
     let extension = declaration.extensions.first().copied().unwrap_or_default();
     verdict.check(!extension.is_empty() && !declaration.help.is_empty(), || "no extension or no help".into());
     let file = format!("sample.{extension}");
@@ -135,7 +139,7 @@ pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
                 }
                 bytes.clone_from(&first.bytes);
                 if declaration.reads {
-                    round_trip(&mut verdict, format, (scene, &report), &first, &write);
+                    round_trip(&mut verdict, (format, &options), (scene, &report), &first, &write);
                 }
             }
             (Err(error), _) | (_, Err(error)) => {
@@ -144,21 +148,31 @@ pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
         }
     }
     if declaration.reads {
-        hostile(&mut verdict, format, &file, &bytes);
+        hostile(&mut verdict, (format, &options), &file, &bytes);
     }
     verdict
+}
+
+/// The kinds of the shapes of plug-ins in a scene.
+fn kinds(scene: &Scene) -> Vec<Arc<dyn ShapeKind>> {
+    let defined = scene.definitions().iter().flat_map(Definition::objects);
+    let kind = |object: &Object| match object.geometry() {
+        Geometry::Custom(custom) => custom.shape_kind().cloned(),
+        _ => None,
+    };
+    defined.chain(scene.objects()).filter_map(kind).collect()
 }
 
 type Write<'a> = dyn Fn(&Scene) -> Result<(Memory, WriteReport), crate::plugin::FormatError> + 'a;
 
 fn round_trip(
     verdict: &mut Verdict,
-    format: &dyn Format,
+    (format, options): (&dyn Format, &ReadOptions<'_>),
     (scene, told): (&Scene, &WriteReport),
     written: &Memory,
     write: &Write<'_>,
 ) {
-    let read = match format.read(written, &ReadOptions::default()) {
+    let read = match format.read(written, options) {
         Ok((scene, report)) => {
             verdict.check(report.adds_up(), || format!("the read report does not add up: {report:?}"));
             verdict.check(scene.check().is_ok(), || "the hierarchy that was read is broken".into());
@@ -173,7 +187,7 @@ fn round_trip(
     }
     // Once through the format, a scene is what the format can hold: from there on nothing may change.
     match write(&read) {
-        Ok((again, _)) => match format.read(&again, &ReadOptions::default()) {
+        Ok((again, _)) => match format.read(&again, options) {
             Ok((twice, _)) => verdict.check(twice == read, || "a second round trip changes the scene".into()),
             Err(error) => verdict.check(false, || format!("the second writing is not read: {error}")),
         },
@@ -218,26 +232,33 @@ fn kept(verdict: &mut Verdict, before: &Object, after: Option<&Object>, (scene, 
 
 /// The points of a geometry, or of a spline at places all over.
 fn looked_at(geometry: &Geometry) -> Vec<Point> {
-    let shape: &dyn Shape = match geometry {
-        Geometry::Curve(curve) => curve,
-        Geometry::Surface(surface) => surface,
-        Geometry::Trimmed(trimmed) => trimmed.surface(),
-        other => return other.points().to_vec(),
-    };
-    let domain = shape.domain();
-    let at =
-        |k: usize, j: usize| domain[k].start + (domain[k].end - domain[k].start) * j as f64 / PLACES as f64;
-    let places: Vec<Location> = match domain.len() {
-        1 => (0..=PLACES).map(|j| Location::Curve(at(0, j))).collect(),
-        _ => {
-            let pairs = (0..=PLACES).flat_map(|i| (0..=PLACES).map(move |j| (i, j)));
-            pairs.map(|(i, j)| Location::Surface(at(0, i), at(1, j))).collect()
-        }
-    };
-    places.into_iter().filter_map(|at| Some(shape.value(at, Derivative::POSITION).ok()?.into())).collect()
+    let Ok(shape) = geometry.shape() else { return geometry.points().to_vec() };
+    places(shape, PLACES)
+        .into_iter()
+        .filter_map(|at| Some(shape.value(at, Derivative::POSITION).ok()?.into()))
+        .collect()
 }
 
-fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) {
+/// So many places of each parameter of a shape, and one more.
+pub(super) fn places(shape: &dyn Shape, count: usize) -> Vec<Location> {
+    let domain = shape.domain();
+    let at =
+        |k: usize, j: usize| domain[k].start + (domain[k].end - domain[k].start) * j as f64 / count as f64;
+    match domain.len() {
+        1 => (0..=count).map(|j| Location::Curve(at(0, j))).collect(),
+        _ => {
+            let pairs = (0..=count).flat_map(|i| (0..=count).map(move |j| (i, j)));
+            pairs.map(|(i, j)| Location::Surface(at(0, i), at(1, j))).collect()
+        }
+    }
+}
+
+fn hostile(
+    verdict: &mut Verdict,
+    (format, options): (&dyn Format, &ReadOptions<'_>),
+    file: &str,
+    good: &[u8],
+) {
     let mut random = Lcg::new(11);
     let mut samples: Vec<Vec<u8>> =
         vec![Vec::new(), vec![0], vec![b'{'], vec![0xff; 64], b"\xef\xbb\xbf".to_vec()];
@@ -257,7 +278,7 @@ fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) 
     samples.push(b"{\"a\":".repeat(100_000));
     for bytes in samples {
         let memory = Memory::new(file, bytes);
-        match format.read(&memory, &ReadOptions::default()) {
+        match format.read(&memory, options) {
             Ok((scene, report)) => {
                 verdict.check(report.adds_up(), || format!("the read report does not add up: {report:?}"));
                 let finite = scene
@@ -273,7 +294,7 @@ fn hostile(verdict: &mut Verdict, format: &dyn Format, file: &str, good: &[u8]) 
         }
     }
     for bytes in [Vec::new(), vec![b'x']] {
-        let refused = format.read(&Memory::new(file, bytes.clone()), &ReadOptions::default()).is_err();
+        let refused = format.read(&Memory::new(file, bytes.clone()), options).is_err();
         verdict.check(refused, || format!("a file of {} byte(s) is accepted", bytes.len()));
     }
 }

@@ -1,4 +1,4 @@
-//! Suites that say whether something may call itself a shape, a solver, a functional, a format or an operation.
+//! Suites that say whether something may call itself a shape, a kind of shape, a solver, a functional, a format or an operation.
 //!
 //! They are what our own pass, and what others run in their tests:
 //!
@@ -14,6 +14,7 @@ mod declaration;
 mod dependent;
 mod format;
 mod functional;
+mod kind;
 mod operation;
 mod patches;
 mod program;
@@ -23,6 +24,7 @@ mod solver;
 pub use declaration::{declaration_conformance, declared_functional_conformance};
 pub use format::{format_conformance, sample_assembly, sample_scene};
 pub use functional::{functional_conformance, sample_shapes};
+pub use kind::kind_conformance;
 pub use operation::operation_conformance;
 pub use patches::Patches;
 pub use shape::shape_conformance;

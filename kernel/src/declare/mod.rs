@@ -1,5 +1,4 @@
-//! What can be named in a recipe says what it is called and which fields it takes; and the fields of a recipe, read with their
-//! places.
+//! What is declared by name, and the fields that recipes and documents give it.
 
 mod declaration;
 mod parameters;

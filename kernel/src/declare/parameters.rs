@@ -45,6 +45,24 @@ impl Parameters {
         Self { map: Map::new(), path: path.into() }
     }
 
+    /// The table with one more field, or another value of one.
+    #[must_use]
+    pub fn with(mut self, name: impl Into<String>, value: impl Into<Value>) -> Self {
+        self.map.insert(name.into(), value.into());
+        self
+    }
+
+    /// The same with points, each `[x, y, z]`.
+    #[must_use]
+    pub fn with_points(self, name: impl Into<String>, points: &[Point]) -> Self {
+        self.with(name, points.iter().map(|p| Value::from(p.coords.as_slice())).collect::<Vec<_>>())
+    }
+
+    /// The fields and their values, as a table.
+    pub fn into_map(self) -> Map<String, Value> {
+        self.map
+    }
+
     /// Where the table was found.
     pub fn path(&self) -> &str {
         &self.path

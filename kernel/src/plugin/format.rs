@@ -4,11 +4,13 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io::Write;
+use std::sync::Arc;
 
 use super::operation::{Observer, Quiet};
-use super::tessellator::{Fineness, Tessellator};
-use crate::declare::Parameters;
+use crate::declare::{Field, Parameters};
+use crate::kind::ShapeKind;
 use crate::scene::{Scene, Unit, Up};
+use crate::tessellator::{Fineness, Tessellator};
 
 /// What a format is called, and which way it goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -27,17 +29,17 @@ pub struct FormatDeclaration {
     pub plain: bool,
     /// Options of its own, for reading and writing. The help of one that only reading or only writing has begins with
     /// `"reading: "` or `"writing: "`; whoever passes options on refuses it on the other way.
-    pub options: &'static [crate::declare::Field],
+    pub options: &'static [Field],
 }
 
 impl FormatDeclaration {
     /// The options that reading has.
-    pub fn reading_options(&self) -> impl Iterator<Item = &'static crate::declare::Field> + Clone {
+    pub fn reading_options(&self) -> impl Iterator<Item = &'static Field> + Clone {
         self.options.iter().filter(|option| !option.help.starts_with("writing: "))
     }
 
     /// The options that writing has.
-    pub fn writing_options(&self) -> impl Iterator<Item = &'static crate::declare::Field> + Clone {
+    pub fn writing_options(&self) -> impl Iterator<Item = &'static Field> + Clone {
         self.options.iter().filter(|option| !option.help.starts_with("reading: "))
     }
 }
@@ -239,15 +241,25 @@ pub struct ReadOptions<'a> {
     pub unit: Option<Unit>,
     /// The up axis to note instead of what the format says.
     pub up: Option<Up>,
+    /// The kinds of shape that plug-ins bring ([`Registry::shape_kinds`](super::Registry::shape_kinds)). Shapes of
+    /// other kinds are kept as the file has them, where the format can do that, and the report says so.
+    pub kinds: &'a [Arc<dyn ShapeKind>],
     /// The format's own options.
     pub own: Parameters,
     /// Who watches.
     pub observer: &'a dyn Observer,
 }
 
+impl<'a> ReadOptions<'a> {
+    /// The kind of shape of a name, among those that the options know.
+    pub fn kind(&self, name: &str) -> Option<&'a Arc<dyn ShapeKind>> {
+        self.kinds.iter().find(|kind| kind.declaration().name == name)
+    }
+}
+
 impl Default for ReadOptions<'_> {
     fn default() -> Self {
-        Self { unit: None, up: None, own: Parameters::empty("options"), observer: &Quiet }
+        Self { unit: None, up: None, kinds: &[], own: Parameters::empty("options"), observer: &Quiet }
     }
 }
 

@@ -176,14 +176,9 @@ impl Mark {
     }
 }
 
-/// The spline that a geometry is, or is a part of.
+/// The shape that a geometry is, or is a part of.
 fn shape(geometry: &Geometry) -> Option<&dyn Shape> {
-    match geometry {
-        Geometry::Curve(curve) => Some(curve),
-        Geometry::Surface(surface) => Some(surface),
-        Geometry::Trimmed(trimmed) => Some(trimmed.surface()),
-        _ => None,
-    }
+    geometry.shape().ok()
 }
 
 /// The parameters themselves, and those of the same point where a direction was turned over.
@@ -205,6 +200,7 @@ fn ways(geometry: &Geometry, at: Location) -> Vec<Location> {
             let (back, over) = (turned(surface.u(), u), turned(surface.v(), v));
             [(u, v), (back, v), (u, over), (back, over)].map(Location::from).into()
         }
+        (_, Geometry::Custom(_), _) => vec![at],
         _ => Vec::new(),
     }
 }

@@ -1,8 +1,8 @@
 //! The interfaces that other crates fill, and the registry that holds what they bring.
 //!
-//! A [`Plugin`] registers [`Format`]s, [`Operation`]s, kinds of functional and solvers with a [`Registry`];
-//! there is no link-time magic. Each comes with a [`Declaration`] of its fields, from which help, checks of
-//! unknown fields and `loftsman plugins` are made.
+//! A [`Plugin`] registers [`Format`]s, [`Operation`]s, kinds of functional and of shape, and solvers with a
+//! [`Registry`]; there is no link-time magic. Each comes with a [`Declaration`] of its fields, from which help, checks
+//! of unknown fields and `loftsman plugins` are made.
 
 mod constraints;
 mod format;
@@ -12,9 +12,10 @@ mod mark;
 mod operation;
 mod registry;
 mod step;
-mod tessellator;
 
 pub use crate::declare::{Declaration, Field, ParameterError, Parameters, nearest};
+pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
+pub use crate::tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
 pub use format::{
@@ -30,4 +31,3 @@ pub use operation::{
 };
 pub use registry::{Plugin, Registry};
 pub use step::{SceneShapes, SeenShapes, ask_once, editable, object_name, put_back, shape_of};
-pub use tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};

@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use super::mark::Mark;
 use super::registry::Registry;
-use crate::declare::Declaration;
-use crate::declare::{ParameterError, Parameters};
+use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::edit::EditError;
 use crate::error::Error;
 use crate::functional::Functional;

@@ -1,16 +1,16 @@
-//! Everything that is known by name: formats, operations, kinds of functional, solvers and the tessellator.
+//! Everything that is known by name: formats, operations, kinds of functional, of shape, solvers and the tessellator.
 
 use std::sync::Arc;
 
 use super::format::{Format, FormatDeclaration};
 use super::operation::Operation;
-use super::tessellator::Tessellator;
-use crate::declare::{Declaration, nearest};
-use crate::declare::{ParameterError, Parameters};
+use crate::declare::{Declaration, ParameterError, Parameters, nearest};
 use crate::functional::{DeclaredFunctional, Functional, ShapeNames};
+use crate::kind::{DeclaredShape, KindOf, ShapeKind};
 use crate::solve::Solver;
+use crate::tessellator::Tessellator;
 
-/// Something that brings formats, operations, functionals or solvers.
+/// Something that brings formats, operations, functionals, solvers or kinds of shape.
 pub trait Plugin {
     /// Registers what it brings.
     fn register(&self, registry: &mut Registry);
@@ -27,6 +27,7 @@ pub struct Registry {
     operations: Vec<Arc<dyn Operation>>,
     functionals: Vec<(Declaration, Build)>,
     solvers: Vec<Arc<dyn Solver>>,
+    shapes: Vec<Arc<dyn ShapeKind>>,
     tessellator: Option<Arc<dyn Tessellator>>,
 }
 
@@ -70,6 +71,17 @@ impl Registry {
         self.solvers.push(Arc::new(solver));
     }
 
+    /// Adds a kind of shape; name, fields and help come from the type.
+    pub fn shape<S: DeclaredShape>(&mut self) {
+        self.shape_kind(KindOf::<S>::default());
+    }
+
+    /// Adds a kind of shape that is no type of its own (one that another language brings, say).
+    pub fn shape_kind(&mut self, kind: impl ShapeKind + 'static) {
+        self.shapes.retain(|k| k.declaration().name != kind.declaration().name);
+        self.shapes.push(Arc::new(kind));
+    }
+
     /// Sets the tessellator.
     pub fn set_tessellator(&mut self, tessellator: impl Tessellator + 'static) {
         self.tessellator = Some(Arc::new(tessellator));
@@ -93,6 +105,11 @@ impl Registry {
     /// All solvers.
     pub fn solvers(&self) -> &[Arc<dyn Solver>] {
         &self.solvers
+    }
+
+    /// All kinds of shape.
+    pub fn shape_kinds(&self) -> &[Arc<dyn ShapeKind>] {
+        &self.shapes
     }
 
     /// The tessellator, if there is one.
@@ -140,6 +157,16 @@ impl Registry {
             .ok_or_else(|| unknown("solver", name, path, self.solvers.iter().map(|s| s.name())))
     }
 
+    /// The kind of shape of a name.
+    ///
+    /// # Errors
+    /// Naming the nearest one where there is none; `path` says where the name was found.
+    pub fn find_shape(&self, name: &str, path: &str) -> Result<&Arc<dyn ShapeKind>, ParameterError> {
+        self.shapes.iter().find(|k| k.declaration().name == name).ok_or_else(|| {
+            unknown("kind of shape", name, path, self.shapes.iter().map(|k| k.declaration().name))
+        })
+    }
+
     /// The declaration of a kind of functional.
     ///
     /// # Errors
@@ -177,6 +204,7 @@ fn unknown<'a>(
 ) -> ParameterError {
     let hint = match nearest(name, known.clone()) {
         Some(near) => format!("did you mean \"{near}\"?"),
+        None if known.clone().next().is_none() => "none is registered".to_owned(),
         None => format!("known are {}", known.collect::<Vec<_>>().join(", ")),
     };
     let name: String = name.chars().take(60).collect();

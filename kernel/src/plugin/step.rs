@@ -69,16 +69,20 @@ impl ShapeNames for SceneShapes<'_> {
     }
 }
 
-/// A copy of a curve, surface or trimmed surface of the scene.
+/// A copy of a curve, a surface, a trimmed surface or a plug-in's shape of the scene.
 ///
 /// # Errors
-/// When there is no such object, or it is something else.
+/// When there is no such object, it is something else, or its plug-in is not here.
 pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
     match scene.object(object)?.geometry() {
         Geometry::Curve(curve) => Ok(Box::new(curve.clone())),
         Geometry::Surface(surface) => Ok(Box::new(surface.clone())),
         // Edited as the surface that carries it; its loops stay.
         Geometry::Trimmed(trimmed) => Ok(Box::new(trimmed.clone())),
+        Geometry::Custom(custom) => custom
+            .shape()
+            .map(Shape::boxed)
+            .map_err(|e| Error::Invalid(format!("\"{object}\" cannot be edited: {e}"))),
         other => Err(Error::Invalid(format!(
             "\"{object}\" is a {}, not a curve or surface: fit one to it first",
             other.kind()
@@ -86,9 +90,9 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
     }
 }
 
-/// What a step edits where it does not say which object: curves and surfaces; trimmed surfaces where a scene has neither.
+/// What a step edits where it does not say which object: curves, surfaces, shapes of plug-ins; trimmed surfaces where a scene has none of them.
 pub fn editable(scene: &Scene) -> impl Fn(&Geometry) -> bool + use<> {
-    let whole = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+    let whole = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_));
     let none = !scene.objects().iter().any(|object| whole(object.geometry()));
     move |g| whole(g) || none && matches!(g, Geometry::Trimmed(_))
 }
@@ -139,11 +143,15 @@ pub fn ask_once(
     Ok(())
 }
 
-/// Puts a changed shape back into the scene.
+/// Puts a changed shape back into the scene: a plug-in's shape as the same kind.
 ///
 /// # Errors
 /// When there is no such object, or the shape is none that a scene holds.
 pub fn put_back(scene: &mut Scene, name: &str, shape: &dyn Shape) -> Result<()> {
+    if let Geometry::Custom(custom) = scene.object(name)?.geometry() {
+        let changed = custom.with_shape(shape.boxed())?;
+        return scene.replace(name, changed);
+    }
     // A scene's geometries are types, so that here, and only here, shapes are told by theirs: what `shape_of` took out goes back.
     let any: &dyn Any = shape;
     if let Some(curve) = any.downcast_ref::<Curve>() {

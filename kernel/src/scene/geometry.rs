@@ -1,7 +1,10 @@
 //! What objects are.
 
 use crate::Point;
+use crate::error::{Error, Result};
+use crate::kind::{CustomShape, DeclaredShape, Drawn};
 use crate::mesh::{Cloud, Mesh, Polyline};
+use crate::shape::Shape;
 use crate::spline::{Curve, Surface, Trimmed};
 
 /// What an object is.
@@ -28,11 +31,14 @@ pub enum Geometry {
     Polyline(Polyline),
     /// Loose points.
     Cloud(Cloud),
+    /// A shape of a plug-in.
+    Custom(CustomShape),
 }
 
 impl Geometry {
-    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"`, `"instance"`.
-    pub fn kind(&self) -> &'static str {
+    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`,
+    /// `"group"`, `"instance"`; of a shape of a plug-in, the name of its kind.
+    pub fn kind(&self) -> &str {
         match self {
             Self::Group => "group",
             Self::Instance(_) => "instance",
@@ -42,11 +48,12 @@ impl Geometry {
             Self::Mesh(_) => "mesh",
             Self::Polyline(_) => "polyline",
             Self::Cloud(_) => "cloud",
+            Self::Custom(custom) => custom.kind(),
         }
     }
 
     /// The points it is kept as: control vertices, mesh points, polyline or cloud points; groups and
-    /// instances have none.
+    /// instances have none, and shapes whose plug-in is not here.
     pub fn points(&self) -> &[Point] {
         match self {
             Self::Group | Self::Instance(_) => &[],
@@ -56,7 +63,31 @@ impl Geometry {
             Self::Mesh(mesh) => mesh.points(),
             Self::Polyline(line) => &line.points,
             Self::Cloud(cloud) => &cloud.points,
+            Self::Custom(custom) => custom.points(),
         }
+    }
+
+    /// The shape that it is, or (of a trimmed surface) is a part of: what has values at locations.
+    ///
+    /// # Errors
+    /// When it has none: a mesh, a polyline, a cloud, a group or an instance; [`Error::UnknownKind`] where its plug-in
+    /// is not here.
+    pub fn shape(&self) -> Result<&dyn Shape> {
+        match self {
+            Self::Curve(curve) => Ok(curve),
+            Self::Surface(surface) => Ok(surface),
+            Self::Trimmed(trimmed) => Ok(trimmed.surface()),
+            Self::Custom(custom) => custom.shape(),
+            other => Err(Error::Invalid(format!(
+                "a {} is not a curve or surface: fit one to it first",
+                other.kind()
+            ))),
+        }
+    }
+
+    /// Whether nothing is known of it but what a document says: its plug-in is not here.
+    pub fn is_unknown(&self) -> bool {
+        matches!(self, Self::Custom(custom) if custom.shape_kind().is_none())
     }
 }
 
@@ -75,3 +106,24 @@ macro_rules! into_geometry {
     )*};
 }
 into_geometry!(Curve, Surface, Trimmed, Mesh, Polyline, Cloud);
+
+impl From<CustomShape> for Geometry {
+    fn from(shape: CustomShape) -> Self {
+        Self::Custom(shape)
+    }
+}
+
+impl From<Drawn> for Geometry {
+    fn from(drawn: Drawn) -> Self {
+        match drawn {
+            Drawn::Line(line) => Self::Polyline(line),
+            Drawn::Mesh(mesh) => Self::Mesh(mesh),
+        }
+    }
+}
+
+impl<S: DeclaredShape> From<S> for Geometry {
+    fn from(shape: S) -> Self {
+        Self::Custom(shape.into())
+    }
+}

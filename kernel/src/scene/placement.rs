@@ -41,7 +41,7 @@ impl Geometry {
     /// out with unit length; a map that mirrors reverses the faces, so that outside stays outside. `O(points)`.
     ///
     /// # Errors
-    /// When a coordinate overflows.
+    /// When a coordinate overflows; [`Error::UnknownKind`] where its plug-in is not here.
     pub fn transformed(&self, map: &Matrix4<f64>) -> Result<Self> {
         let moved = self.points().iter().map(|p| transform_point(map, p)).collect();
         match self {
@@ -54,7 +54,8 @@ impl Geometry {
     /// normals stay. `O(points)`.
     ///
     /// # Errors
-    /// When there are more or fewer points than it has, or a coordinate is not finite.
+    /// When there are more or fewer points than it has, or a coordinate is not finite; [`Error::UnknownKind`] where
+    /// its plug-in is not here.
     pub fn with_points(&self, points: Vec<Point>) -> Result<Self> {
         let (found, expected) = (points.len(), self.points().len());
         if found != expected {
@@ -78,6 +79,7 @@ impl Geometry {
             }
             Self::Polyline(line) => Self::Polyline(Polyline { points: finite(points)?, closed: line.closed }),
             Self::Cloud(_) => Self::Cloud(Cloud { points: finite(points)? }),
+            Self::Custom(custom) => Self::Custom(custom.with_points(&points)?),
         })
     }
 }
@@ -140,8 +142,9 @@ impl Scene {
 
     /// The same scene with its numbers in another unit and another axis up: itself where both already hold.
     ///
-    /// Every point becomes `s R p`; transforms become `M T M⁻¹` with `M = s R`, frames go along, normals turn.
-    /// Objects that share a geometry share what it becomes. `O(points)`.
+    /// Every point becomes `s R p`; transforms become `M T M⁻¹` with `M = s R`, frames go along, normals turn. Objects
+    /// that share a geometry share what it becomes. A shape whose plug-in is not here stays as it is written, and its
+    /// transform takes it along: `M T`; what hangs under it is where it was. `O(points)`.
     ///
     /// # Errors
     /// When a coordinate overflows; the message names the object.
@@ -153,13 +156,17 @@ impl Scene {
         let turn = self.up.turn(up);
         let mut map = Matrix4::identity();
         map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn * scale));
+        let mut back = Matrix4::identity();
+        back.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn.transpose() / scale));
         let mut scene = self.around();
         (scene.unit, scene.up) = (unit, up);
         let mut known = HashMap::new();
-        let mut converted = |object: &Object| {
+        let mut converted = |object: &Object, under_unknown: bool| {
             let named = |e: Error| Error::Invalid(format!("\"{}\" in {}: {e}", object.name(), unit.name()));
+            let is_unknown = object.geometry().is_unknown();
             let geometry = match known.entry(object.geometry_id()) {
                 Entry::Occupied(known) => Arc::clone(known.get()),
+                Entry::Vacant(_) if is_unknown => Arc::clone(object.shared_geometry()),
                 Entry::Vacant(new) => {
                     let moved = object.geometry().transformed(&map).map_err(named)?;
                     Arc::clone(new.insert(Arc::new(moved)))
@@ -175,21 +182,30 @@ impl Scene {
                 changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
                 changed
             });
-            for frame in new.animation.iter_mut().flat_map(|a| &mut a.frames) {
+            if is_unknown {
+                new.transform = Some(new.transform.unwrap_or_else(Matrix4::identity) * map);
+            }
+            if under_unknown {
+                new.transform = Some(back * new.transform.unwrap_or_else(Matrix4::identity));
+            }
+            for frame in new.animation.iter_mut().filter(|_| !is_unknown).flat_map(|a| &mut a.frames) {
                 frame.iter_mut().for_each(|p| *p = transform_point(&map, p));
             }
             Ok::<_, Error>(new)
         };
+        let is_unknown = |object: &Object| object.geometry().is_unknown();
         for definition in self.definitions() {
             let mut new = Definition::new(definition.name());
             new.statements.clone_from(&definition.statements);
             for object in definition.objects() {
-                new.add(converted(object)?)?;
+                let above = object.parent.as_deref().and_then(|parent| definition.get(parent));
+                new.add(converted(object, above.is_some_and(is_unknown))?)?;
             }
             scene.define(new)?;
         }
         for object in self.objects() {
-            scene.add(converted(object)?)?;
+            let above = object.parent.as_deref().and_then(|parent| self.get(parent));
+            scene.add(converted(object, above.is_some_and(is_unknown))?)?;
         }
         for connection in self.connections() {
             scene.connect(connection.clone())?;

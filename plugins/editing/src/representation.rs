@@ -33,6 +33,13 @@ pub(crate) fn not_a_spline(name: &str, geometry: &Geometry) -> Error {
                 "\"{name}\" is a trimmed surface, which this cannot be done to yet: \"untrim\" makes it a whole one"
             )
         }
+        Geometry::Custom(custom) => {
+            let kind = custom.kind();
+            format!(
+                "\"{name}\" is a shape of the kind \"{kind}\", which has no knots or degree to change: \
+                 \"edit\" and \"drag\" move it"
+            )
+        }
         other => format!("\"{name}\" is a {}, not a curve or surface", other.kind()),
     })
 }

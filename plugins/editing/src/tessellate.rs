@@ -2,7 +2,7 @@
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
-    Chord, Context, Declaration, Field, Fineness, Operation, OperationError, Parameters, StepReport,
+    Chord, Context, Declaration, Drawn, Field, Fineness, Operation, OperationError, Parameters, StepReport,
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
@@ -36,7 +36,8 @@ impl Operation for Tessellate {
         p: &Parameters,
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
-        let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let fits =
+            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_));
         let name = object_name(scene, p, fits, "curve or surface")?;
         let mut fineness = Fineness::default();
         if p.has("tolerance") {
@@ -55,19 +56,30 @@ impl Operation for Tessellate {
                 fineness.chord = Chord::Absolute(fraction * size / stretch);
             }
         }
-        let Some(tessellator) = context.registry.tessellator() else {
-            return Err(Error::Invalid("no tessellator is registered".into()).into());
+        let tessellator = || {
+            let missing = || Error::Invalid("no tessellator is registered".into());
+            context.registry.tessellator().ok_or_else(missing)
         };
         let (pieces, note): (Geometry, String) = match scene.object(&name)?.geometry() {
             Geometry::Curve(curve) => {
-                let line = tessellator.curve(curve, &fineness)?;
+                let line = tessellator()?.curve(curve, &fineness)?;
                 let note = format!("{} points", line.points.len());
                 (line.into(), note)
             }
             Geometry::Surface(surface) => {
-                let mesh = tessellator.surface(surface, &fineness)?;
+                let mesh = tessellator()?.surface(surface, &fineness)?;
                 let note = format!("{} triangles", mesh.triangle_count());
                 (mesh.into(), note)
+            }
+            Geometry::Custom(custom) => {
+                let named = |e: Error| Error::Invalid(format!("\"{name}\" cannot be tessellated: {e}"));
+                let faceted = custom.tessellate(&fineness).map_err(named)?;
+                let count = match &faceted.drawn {
+                    Drawn::Line(line) => format!("{} points", line.points.len()),
+                    Drawn::Mesh(mesh) => format!("{} triangles", mesh.triangle_count()),
+                };
+                let said = faceted.remark(1.0).map(|remark| format!("; {remark}")).unwrap_or_default();
+                (faceted.drawn.into(), count + &said)
             }
             Geometry::Trimmed(_) => {
                 let problem = format!(

@@ -16,7 +16,7 @@ pub enum RegionError {
         /// The object.
         object: String,
         /// What it is.
-        kind: &'static str,
+        kind: String,
     },
     /// A curve that does not come back to its start, and no other that leads there.
     #[error(

@@ -38,7 +38,7 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// Run a recipe with every solver and compare what they make of it; writes nothing.
     Compare(CompareArgs),
-    /// List formats, operations, constraints and solvers with all their fields.
+    /// List formats, operations, constraints, solvers and kinds of shape with all their fields.
     Plugins(PluginsArgs),
     /// Print completions for a shell.
     Completions(CompletionsArgs),

@@ -48,7 +48,7 @@ pub(super) fn read(
     let unused = (0..file.root.meshes.len()).filter(|&mesh| !meshes.is_wanted(mesh)).count();
     report.count_many(Fate::LeftOut, "mesh that no node of the scene shows", unused);
     let mut reader =
-        Reader { file, looks, tracks: &tracks, change, meshes, last: None, places: HashMap::new() };
+        Reader { file, options, looks, tracks: &tracks, change, meshes, last: None, places: HashMap::new() };
     let mut names: HashMap<usize, String> = HashMap::new();
     let mut found = Vec::with_capacity(tree.nodes.len());
     for (done, &node) in tree.nodes.iter().enumerate() {
@@ -171,6 +171,7 @@ struct Part {
 
 struct Reader<'r, 'a> {
     file: &'r File<'a>,
+    options: &'r ReadOptions<'r>,
     looks: &'r [Look],
     tracks: &'r HashMap<usize, Track>,
     change: Change,
@@ -220,8 +221,8 @@ impl Reader<'_, '_> {
             }
             part.mesh_name = content.name.clone().filter(|name| !name.is_empty());
             part.statements.extend(content.statements.iter().cloned());
-            if let Some(own) = part.own.as_ref().filter(|own| own.has_spline()) {
-                let spline = exact(own, || self.meshes.fingerprint(mesh), report);
+            if let Some(own) = part.own.as_ref().filter(|own| own.is_exact()) {
+                let spline = exact(own, || self.meshes.fingerprint(mesh), self.options, report);
                 part.exact = spline.map(|(spline, animation)| Exact {
                     geometry: self.meshes.exact(mesh, spline),
                     animation,
@@ -254,7 +255,7 @@ impl Reader<'_, '_> {
         }
         if raw.mesh.is_none() {
             // A spline that could not be shown.
-            let spline = part.own.as_ref().and_then(|own| exact(own, || None, report));
+            let spline = part.own.as_ref().and_then(|own| exact(own, || None, self.options, report));
             part.exact = spline.map(|(spline, animation)| {
                 let geometry = match &self.last {
                     Some(same) if **same == spline => Arc::clone(same),

@@ -1,6 +1,7 @@
 //! What our own writer noted in a node's extras.
 
-use loftsman_kernel::plugin::{Fate, ReadReport};
+use loftsman_kernel::Error;
+use loftsman_kernel::plugin::{Fate, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry};
 
 use super::file::{File, parse};
@@ -24,26 +25,34 @@ pub(super) fn own(file: &File<'_>, path: &str, extras: &str, report: &mut ReadRe
     }
 }
 
-/// The exact spline of a node and its exact frames, where its mesh, of that fingerprint, still has the vertices that were
-/// written with it.
+/// The exact spline (or plug-in's shape) of a node and its exact frames, where its mesh, of that fingerprint, still
+/// has the vertices that were written with it.
 pub(super) fn exact(
     own: &Own,
     shown: impl FnOnce() -> Option<String>,
+    options: &ReadOptions<'_>,
     report: &mut ReadReport,
 ) -> Option<(Geometry, Option<Animation>)> {
-    let spline = own.spline()?;
+    let exact = own.exact(options)?;
     // What was shown by nothing has no fingerprint.
     if own.shown_by.is_some() && own.shown_by != shown() {
         let reason = "exact spline whose mesh was changed since: the mesh is taken instead";
         report.count(Fate::LeftOut, reason);
         return None;
     }
-    match spline {
+    match exact {
         Ok(geometry) => {
             let count = geometry.points().len();
             let animation = own.animation.as_ref().and_then(|a| a.make(count));
             report.count(Fate::Kept, "");
             Some((geometry, animation))
+        }
+        Err(Error::UnknownKind { kind }) => {
+            let kind: String = kind.chars().take(60).flat_map(char::escape_debug).collect();
+            let reason =
+                format!("shape of the kind \"{kind}\", whose plug-in is not here: the mesh is taken instead");
+            report.count(Fate::LeftOut, &reason);
+            None
         }
         Err(error) => {
             report.count(

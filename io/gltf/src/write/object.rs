@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::plugin::{Chord, Fate, Fineness, MovingLine, MovingMesh, Written};
+use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fate, Fineness, MovingLine, MovingMesh, Written};
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
@@ -41,10 +41,14 @@ impl<'a> Writer<'a, '_> {
             (report.fate, report.reason) = (Fate::LeftOut, Some(reason));
             Ok(Shown::Nothing)
         };
-        let mesh_like = matches!(
-            object.geometry(),
-            Geometry::Group | Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Mesh(_)
-        );
+        let mesh_like = match object.geometry() {
+            Geometry::Custom(custom) => match custom.shape() {
+                Ok(shape) => shape.domain().len() == 2,
+                Err(unknown) => return leave_out(report, unknown.to_string()),
+            },
+            Geometry::Group | Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Mesh(_) => true,
+            _ => false,
+        };
         if self.meshes_only && !mesh_like {
             return leave_out(report, "only meshes were asked for".to_owned());
         }
@@ -82,6 +86,9 @@ impl<'a> Writer<'a, '_> {
         };
         let fineness = self.fineness(object, stretch, baked);
         let in_scene = stretch / if baked { self.change.scale } else { 1.0 };
+        if let Geometry::Custom(custom) = geometry.as_ref() {
+            return self.custom(object, (custom, &fineness), change, (rest, in_scene), frames, report);
+        }
         let Some(tessellator) = self.options.tessellator else {
             if matches!(object.geometry(), Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_)) {
                 let reason = "splines need a tessellator, and none is registered".to_owned();
@@ -139,6 +146,53 @@ impl<'a> Writer<'a, '_> {
                 Ok(self.unseen(object, "trimmed surfaces cannot be tessellated yet", report))
             }
             _ => self.plain(object, geometry, change, frames, report),
+        }
+    }
+
+    /// A plug-in's shape: what its kind draws of it, and its fields beside that.
+    fn custom(
+        &mut self,
+        object: &Object,
+        (custom, fineness): (&CustomShape, &Fineness),
+        change: Change,
+        (rest, in_scene): (&Matrix4<f64>, f64),
+        frames: Option<Cow<'a, Animation>>,
+        report: &mut Written,
+    ) -> Result<Shown<'a>, Failure> {
+        let found = match frames.as_deref() {
+            Some(frames) => custom.tessellate_frames(&frames.frames, fineness),
+            None => custom.tessellate(fineness),
+        };
+        let found = match found {
+            Ok(found) => found,
+            Err(Error::NoExtent(problem)) => return Ok(self.unseen(object, &problem, report)),
+            Err(e) => return Err(Error::Invalid(format!("it could not be tessellated: {e}")).into()),
+        };
+        let reason =
+            format!("the {} became {}; its own fields are in extras", custom.kind(), found.drawn.what());
+        explain(report, Fate::Approximated, &reason);
+        report.tolerance = Some(self.asked(found.tolerance * in_scene));
+        match found.remark(in_scene) {
+            Some(remark) => explain(report, Fate::Approximated, &remark),
+            None => report.error = Some(found.error * in_scene),
+        }
+        let moves = frames.map(|frames| Moves::of(found.states, frames.rate));
+        match found.drawn {
+            Drawn::Line(line) if line.points.len() < 2 => Ok(self.unseen(object, "it has no extent", report)),
+            Drawn::Line(line) => {
+                let shaped = shape::chains(&line.points, &[0], line.closed, change, &mut self.bin)?;
+                Ok(self.exact(object, shaped, &line.points, moves))
+            }
+            Drawn::Mesh(mut mesh) => {
+                // A surface's normal is mirrored inward, a mesh's stays outside.
+                if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
+                    mesh.turn_inside_out();
+                }
+                if moves.as_ref().is_some_and(|moves| moves.count() > 1) {
+                    explain(report, Fate::Approximated, "its normals are those of the first frame");
+                }
+                self.spline_mesh(object, mesh, change, moves, report)
+            }
         }
     }
 

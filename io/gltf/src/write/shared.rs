@@ -154,7 +154,7 @@ impl<'a> Writer<'a, '_> {
             geometry: object.geometry_id(),
             maps: self.materials.normal_maps(&object.materials),
             fineness: match object.geometry() {
-                Geometry::Curve(_) | Geometry::Surface(_) => {
+                Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_) => {
                     Some(bits(self.fineness(object, stretch, false), stretch))
                 }
                 _ => None,

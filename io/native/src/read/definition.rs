@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{Observer, nearest};
+use loftsman_kernel::plugin::{ReadOptions, nearest};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
@@ -102,7 +102,7 @@ impl<'de> Table<'de> for InstanceTable {
 /// A definition.
 struct DefinitionTable<'s> {
     scene: &'s Scene,
-    observer: &'s dyn Observer,
+    options: &'s ReadOptions<'s>,
     name: Option<String>,
     definition: Definition,
     objects: bool,
@@ -125,7 +125,7 @@ impl<'de> Table<'de> for DefinitionTable<'_> {
             _ => {
                 self.objects = true;
                 let into = Into::Definition(self.scene, &mut self.definition);
-                map.next_value_seed(ObjectsSeed { trail, into, observer: self.observer })?;
+                map.next_value_seed(ObjectsSeed { trail, into, options: self.options })?;
                 trail.set_object(None);
             }
         }
@@ -143,7 +143,7 @@ impl<'de> Table<'de> for DefinitionTable<'_> {
 pub(super) struct DefinitionsSeed<'s, 't> {
     pub(super) trail: &'t Trail,
     pub(super) scene: &'s mut Scene,
-    pub(super) observer: &'s dyn Observer,
+    pub(super) options: &'s ReadOptions<'s>,
 }
 
 impl<'de> DeserializeSeed<'de> for DefinitionsSeed<'_, '_> {
@@ -162,10 +162,10 @@ impl<'de> Visitor<'de> for DefinitionsSeed<'_, '_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
-        let Self { trail, scene, observer } = self;
+        let Self { trail, scene, options } = self;
         for index in 0.. {
             let definition = Definition::new("");
-            let table = DefinitionTable { scene, observer, name: None, definition, objects: false };
+            let table = DefinitionTable { scene, options, name: None, definition, objects: false };
             let Some(found) = trail.index(index, list.next_element_seed(TableSeed { trail, table }))? else {
                 break;
             };
@@ -204,7 +204,7 @@ impl Into<'_> {
 pub(super) struct ObjectsSeed<'s, 't> {
     pub(super) trail: &'t Trail,
     pub(super) into: Into<'s>,
-    pub(super) observer: &'s dyn Observer,
+    pub(super) options: &'s ReadOptions<'s>,
 }
 
 impl<'de> DeserializeSeed<'de> for ObjectsSeed<'_, '_> {
@@ -223,13 +223,13 @@ impl<'de> Visitor<'de> for ObjectsSeed<'_, '_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
-        let Self { trail, mut into, observer } = self;
+        let Self { trail, mut into, options } = self;
         for index in 0.. {
-            if observer.cancelled() {
+            if options.observer.cancelled() {
                 return Err(trail.refuse("cancelled"));
             }
             trail.set_object(None);
-            let seed = TableSeed { trail, table: ObjectTable::new(into.earlier()) };
+            let seed = TableSeed { trail, table: ObjectTable::new(into.earlier(), options) };
             let Some(object) = trail.index(index, list.next_element_seed(seed))? else { break };
             let added = into.add(object).map_err(|defect| trail.refuse_table("name", defect.to_string()));
             trail.index(index, added)?;

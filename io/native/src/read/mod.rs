@@ -6,26 +6,28 @@ mod lists;
 mod material;
 mod mesh;
 mod object;
+mod shape;
 mod table;
 mod trail;
 mod trimmed;
 
-use loftsman_kernel::plugin::{FormatError, Observer, Place};
+use loftsman_kernel::plugin::{FormatError, Place, ReadOptions};
 use loftsman_kernel::scene::Scene;
 use serde::de::DeserializeSeed;
 use serde_json::error::Category;
 
 use object::DocumentTable;
-use table::{TableSeed, clip};
+use table::TableSeed;
+pub(crate) use table::clip;
 use trail::Trail;
 
 /// The scene of a document.
-pub(crate) fn document(file: &str, bytes: &[u8], observer: &dyn Observer) -> Result<Scene, FormatError> {
+pub(crate) fn document(file: &str, bytes: &[u8], options: &ReadOptions<'_>) -> Result<Scene, FormatError> {
     let text = decode(file, bytes)?;
     let trail = Trail::default();
     let mut scene = Scene::new();
     let mut json = serde_json::Deserializer::from_str(text);
-    let table = DocumentTable::new(&mut scene, observer);
+    let table = DocumentTable::new(&mut scene, options);
     let result = TableSeed { trail: &trail, table }.deserialize(&mut json).and_then(|()| json.end());
     match result {
         Ok(()) => Ok(scene),

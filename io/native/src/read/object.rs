@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use loftsman_kernel::connection::Connection;
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{Observer, nearest};
+use loftsman_kernel::plugin::{ReadOptions, nearest};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use nalgebra::Matrix4;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess};
@@ -15,6 +15,7 @@ use super::geometry::{AnimationTable, CloudTable, CurveTable, GroupTable, Polyli
 use super::lists::{Count, Fixed, List, Text};
 use super::material::{ImageTable, MaterialTable, NamedSeed, statements};
 use super::mesh::MeshTable;
+use super::shape::ShapeSeed;
 use super::table::{Table, TableSeed, clip, need};
 use super::trail::Trail;
 use super::trimmed::{ConnectionSeed, TrimmedTable};
@@ -23,6 +24,7 @@ use crate::VERSION;
 /// An object.
 pub(super) struct ObjectTable<'s> {
     earlier: Earlier<'s>,
+    options: &'s ReadOptions<'s>,
     name: Option<String>,
     geometry: Option<(&'static str, Arc<Geometry>)>,
     color: Option<[f64; 4]>,
@@ -36,9 +38,10 @@ pub(super) struct ObjectTable<'s> {
 
 impl<'s> ObjectTable<'s> {
     /// The table of an object that stands behind others.
-    pub(super) fn new(earlier: Earlier<'s>) -> Self {
+    pub(super) fn new(earlier: Earlier<'s>, options: &'s ReadOptions<'s>) -> Self {
         Self {
             earlier,
+            options,
             name: None,
             geometry: None,
             color: None,
@@ -64,6 +67,7 @@ impl<'de> Table<'de> for ObjectTable<'_> {
         "polyline",
         "cloud",
         "group",
+        "shape",
         "instance",
         "same_as",
         "color",
@@ -119,12 +123,13 @@ impl<'de> Table<'de> for ObjectTable<'_> {
         let name = need::<Self, _, _>(self.name, "name", trail)?;
         let Some((_, geometry)) = self.geometry else {
             let problem = "the object has no geometry: give it a \"curve\", \"surface\", \"trimmed\", \"mesh\", \"polyline\", \
-                           \"cloud\", \"instance\", \"same_as\", or \"group\": {} if others only hang under it";
+                           \"cloud\", \"shape\", \"instance\", \"same_as\", or \"group\": {} if others only hang under it";
             return Err(trail.refuse_table("", problem));
         };
         let count = geometry.points().len();
+        let fitting = self.animation.iter().filter(|a| !a.fits(&geometry));
         if let Some((frame, points)) =
-            self.animation.iter().flat_map(|a| a.frames.iter().enumerate()).find(|(_, f)| f.len() != count)
+            fitting.flat_map(|a| a.frames.iter().enumerate()).find(|(_, f)| f.len() != count)
         {
             let problem = format!(
                 "the frame has {} points, the object {count}: a frame moves every point",
@@ -162,6 +167,7 @@ impl ObjectTable<'_> {
             "mesh" => map.next_value_seed(TableSeed { trail, table: MeshTable::default() })?.into(),
             "polyline" => map.next_value_seed(TableSeed { trail, table: PolylineTable::default() })?.into(),
             "cloud" => map.next_value_seed(TableSeed { trail, table: CloudTable::default() })?.into(),
+            "shape" => map.next_value_seed(ShapeSeed { trail, options: self.options })?.into(),
             "instance" => map.next_value_seed(TableSeed { trail, table: InstanceTable::default() })?,
             _ => {
                 map.next_value_seed(TableSeed { trail, table: GroupTable })?;
@@ -197,7 +203,7 @@ impl<'de> DeserializeSeed<'de> for TransformSeed<'_> {
 /// The document: fills a scene.
 pub(super) struct DocumentTable<'s> {
     scene: &'s mut Scene,
-    observer: &'s dyn Observer,
+    options: &'s ReadOptions<'s>,
     version: bool,
     objects: bool,
     connections: Vec<Connection>,
@@ -205,8 +211,8 @@ pub(super) struct DocumentTable<'s> {
 
 impl<'s> DocumentTable<'s> {
     /// The table that fills `scene`.
-    pub(super) fn new(scene: &'s mut Scene, observer: &'s dyn Observer) -> Self {
-        Self { scene, observer, version: false, objects: false, connections: Vec::new() }
+    pub(super) fn new(scene: &'s mut Scene, options: &'s ReadOptions<'s>) -> Self {
+        Self { scene, options, version: false, objects: false, connections: Vec::new() }
     }
 }
 
@@ -272,12 +278,12 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                 map.next_value_seed(NamedSeed { trail, what: "materials", list, table })?;
             }
             "definitions" => {
-                map.next_value_seed(DefinitionsSeed { trail, scene: self.scene, observer: self.observer })?;
+                map.next_value_seed(DefinitionsSeed { trail, scene: self.scene, options: self.options })?;
             }
             _ => {
                 self.objects = true;
                 let into = Into::Scene(self.scene);
-                let seed = ObjectsSeed { trail, into, observer: self.observer };
+                let seed = ObjectsSeed { trail, into, options: self.options };
                 map.next_value_seed(seed)?;
                 trail.set_object(None);
             }

@@ -88,7 +88,7 @@ fn unknown<'de, T: Table<'de>>(key: &str) -> String {
 }
 
 /// The start of a text, on one line: what a file says may be a megabyte long.
-pub(super) fn clip(text: &str) -> String {
+pub(crate) fn clip(text: &str) -> String {
     let mut short: String = text.chars().take(60).flat_map(char::escape_debug).collect();
     if text.chars().nth(60).is_some() {
         short.push('…');

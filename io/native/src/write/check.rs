@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use loftsman_kernel::material::{Alpha, Material};
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{FormatError, Place};
+use loftsman_kernel::plugin::{CustomShape, FormatError, Place};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Point, Vector};
 
@@ -44,7 +44,7 @@ fn check_object(object: &Object) -> Result<(), String> {
             return Err(format!("its animation has {rate} frames a second: the rate must be positive"));
         }
         for (i, frame) in animation.frames.iter().enumerate() {
-            if frame.len() != count {
+            if frame.len() != count && !object.geometry().is_unknown() {
                 return Err(format!("frame {i} has {} points, the object {count}", frame.len()));
             }
             points(&format!("frame {i}, point"), frame)?;
@@ -67,12 +67,26 @@ fn check_geometry(geometry: &Geometry) -> Result<(), String> {
             }
             each("colour", mesh.colors.values().iter().map(<[f64; 4]>::as_slice))?;
         }
+        Geometry::Custom(custom) => check_shape(custom)?,
         other => {
             return Err(format!(
                 "a {} cannot be written as a document: delete it or convert it",
                 other.kind()
             ));
         }
+    }
+    Ok(())
+}
+
+/// What is written of a plug-in's shape must be read again.
+fn check_shape(custom: &CustomShape) -> Result<(), String> {
+    points("control vertex", custom.points())?;
+    let Ok(fields) = custom.fields() else { return Ok(()) };
+    if fields.has("kind") {
+        let kind = custom.kind();
+        return Err(format!(
+            "the kind \"{kind}\" has a field \"kind\", which every shape has: its plug-in must rename it"
+        ));
     }
     Ok(())
 }

@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Write};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use loftsman_kernel::Point;
+use serde_json::Value;
 
 /// How many plain numbers go on a line.
 const NUMBERS_A_LINE: usize = 10;
@@ -74,6 +75,41 @@ impl<'w> Layout<'w> {
 
     pub(super) fn count(&mut self, count: u64) -> io::Result<()> {
         Ok(serde_json::to_writer(&mut self.out, &count)?)
+    }
+
+    /// JSON as it stands in another document.
+    pub(super) fn verbatim(&mut self, json: &str) -> io::Result<()> {
+        self.out.write_all(json.as_bytes())
+    }
+
+    /// Any value: numbers in one line or several, lists of anything else an entry a line.
+    pub(super) fn value(&mut self, value: &Value) -> io::Result<()> {
+        match value {
+            Value::Object(fields) => {
+                self.open_table()?;
+                for (name, value) in fields {
+                    self.key(name)?;
+                    self.value(value)?;
+                }
+                self.close_table()
+            }
+            Value::Array(list) => {
+                let numbers: Option<Vec<f64>> = list.iter().map(float).collect();
+                if let Some(numbers) = numbers {
+                    return self.numbers(&numbers);
+                }
+                self.open_list()?;
+                for value in list {
+                    self.entry()?;
+                    self.value(value)?;
+                }
+                self.close_list()
+            }
+            other => match float(other) {
+                Some(number) => self.number(number),
+                None => Ok(serde_json::to_writer(&mut self.out, other)?),
+            },
+        }
     }
 
     /// The shortest decimals that read back as the same bits. Whole numbers come without a point, but for
@@ -215,5 +251,14 @@ impl<'w> Layout<'w> {
         };
         // Documents are six levels deep.
         self.out.write_all(&BLANKS[..=(2 * self.depth).min(64)])
+    }
+}
+
+/// A number that is a float; whole ones may be beyond what floats can tell apart.
+fn float(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) if number.is_f64() => number.as_f64(),
+        Value::Number(number) => number.as_f64().filter(|x| x.abs() < 9e15),
+        _ => None,
     }
 }

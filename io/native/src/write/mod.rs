@@ -4,6 +4,7 @@ mod check;
 mod layout;
 mod material;
 mod mesh;
+mod shape;
 mod spline;
 
 use std::collections::HashMap;
@@ -42,6 +43,7 @@ pub(crate) fn document(
     })?;
     drop(layout);
     pictures(&scene, options.pictures, sink, &mut report)?;
+    report.notes.extend(crate::unknown::unknown(&scene));
     Ok(report)
 }
 
@@ -151,6 +153,10 @@ impl Known<'_> {
     /// Whether an object's geometry is written only once.
     fn is_spared(&self, object: &Object) -> bool {
         let uses = self.uses.get(&object.geometry_id()).copied().unwrap_or_default();
+        if object.geometry().is_unknown() {
+            // Only where the document said so do such objects share.
+            return uses > 1;
+        }
         object.geometry().points().len().saturating_mul(uses.saturating_sub(1)) > REPEATED
     }
 }
@@ -257,6 +263,11 @@ fn write_geometry<'s>(
             return Ok(written);
         }
         known.first.insert(object.geometry_id(), (of, object.name()));
+    }
+    if let Geometry::Custom(custom) = object.geometry() {
+        out.key("shape")?;
+        written.form = shape::write(custom, out)?;
+        return Ok(written);
     }
     out.key(object.geometry().kind())?;
     out.open_table()?;

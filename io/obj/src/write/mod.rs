@@ -1,5 +1,6 @@
 //! The writer: one `o` an object, streamed.
 
+mod custom;
 mod mesh;
 mod mtl;
 mod print;
@@ -96,6 +97,7 @@ pub(crate) fn write(
         face_normals: placed.objects().iter().any(|o| match o.geometry() {
             Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
             Geometry::Surface(_) => options.tessellator.is_some() && surfaces != Surfaces::Exact,
+            Geometry::Custom(custom) => surfaces != Surfaces::Exact && custom::is_surface(custom),
             _ => false,
         }),
         notes: Notes::default(),
@@ -113,10 +115,10 @@ pub(crate) fn write(
         }
         options.observer.progress("writing", index as u64, total);
         let geometry = match transform {
-            Some(map) => Cow::Owned(
+            Some(map) if !object.geometry().is_unknown() => Cow::Owned(
                 object.geometry().transformed(map).map_err(|e| fail(e.to_string()).of(object.name()))?,
             ),
-            None => Cow::Borrowed(object.geometry()),
+            _ => Cow::Borrowed(object.geometry()),
         };
         let mirrored = transform.is_some_and(|m| m.fixed_view::<3, 3>(0, 0).determinant() < 0.0);
         let written = writer
@@ -328,6 +330,10 @@ impl<W: Write> Writer<'_, W> {
                 self.name(object.name())?;
                 self.cloud(cloud)?;
                 written.form = format!("{} points", cloud.points.len());
+            }
+            Geometry::Custom(custom) => {
+                let fineness = self.fineness(joined);
+                self.custom(object, custom, mirrored, &fineness, &mut written)?;
             }
             other => leave_out(format!("OBJ has no {}", other.kind())),
         }

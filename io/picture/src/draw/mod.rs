@@ -46,19 +46,22 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
                         take(&piece.point(i as f64 / steps as f64));
                     }
                 }
-                if choices.control_polygons {
+                if choices.control_polygons && body.vertices.is_empty() {
                     net.iter().for_each(&mut take);
                 }
             }
             Form::Surface { surface, net, .. } => {
                 surface::samples(surface, surfaces).points.iter().for_each(&mut take);
-                if choices.control_polygons {
+                if choices.control_polygons && body.vertices.is_empty() {
                     net.iter().for_each(&mut take);
                 }
             }
             Form::Polyline { points, .. } | Form::Mesh { points, .. } | Form::Cloud(points) => {
                 points.iter().for_each(&mut take);
             }
+        }
+        if choices.control_polygons {
+            body.vertices.iter().for_each(&mut take);
         }
     }
     for light in &stage.marks {
@@ -123,7 +126,14 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
     let layer = if old { Layer::Old } else { Layer::Curves };
     let stroke = Stroke::plain(color, if old { 0.4 } else { 0.5 });
     let (element, sample) = match &body.form {
-        Form::Empty => return,
+        Form::Empty => {
+            if body.object.geometry().is_unknown() {
+                let (name, kind) = (body.object.name(), body.object.geometry().kind());
+                let [name, kind] = [name, kind].map(|text| text::clipped(text, 30));
+                sheet.told.note(format!("{name}: not drawn, the plug-in of its kind ({kind}) is not here"));
+            }
+            return;
+        }
         Form::Curve { pieces, .. } if sheet.depth.is_some() => {
             let chains = curve::flattened(pieces, &sheet.layout);
             parted(sheet, body, old, ("curve", stroke), &chains);

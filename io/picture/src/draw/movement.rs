@@ -7,7 +7,7 @@ use loftsman_kernel::{Point, Vector};
 use crate::draw::mark::arrow;
 use crate::sheet::{Layer, Sample, Sheet};
 use crate::stage::Stage;
-use crate::stage::body::{Body, Form};
+use crate::stage::body::Body;
 use crate::text;
 
 /// The most arrows of an object.
@@ -19,7 +19,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) {
     let mut out = String::new();
     for old in &stage.old {
         let Some(new) = stage.new.iter().find(|new| new.object.name() == old.object.name()) else { continue };
-        let (Some(from), Some(to)) = (net(old), net(new)) else { continue };
+        let (Some(from), Some(to)) = (old.net(), new.net()) else { continue };
         let name = || text::clipped(new.object.name(), 30);
         if to.len() > MOST {
             sheet.told.note(format!("{}: no arrows, its {} control vertices are too many", name(), to.len()));
@@ -49,14 +49,6 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) {
     if !out.is_empty() {
         sheet.put(Layer::Nets, &out);
         sheet.told.explain_once(Sample::Movement, "control vertex moved");
-    }
-}
-
-/// The control vertices on the stage, of what has them.
-fn net<'b>(body: &'b Body<'_>) -> Option<&'b [Vector]> {
-    match &body.form {
-        Form::Curve { net, .. } | Form::Surface { net, .. } => Some(net),
-        _ => None,
     }
 }
 
@@ -111,7 +103,7 @@ mod tests {
 
     fn body<'a>(object: &'a Object, turn: impl Fn(&Point) -> Vector) -> Body<'a> {
         let points = object.geometry().points().iter().map(turn).collect();
-        Body { object, index: 0, form: Form::of(object.geometry(), points, |n| *n).unwrap() }
+        Body::of(object, 0, points, |n| *n).unwrap()
     }
 
     /// What comes of knots inserted before the way to the stage and of the same after it.
@@ -119,8 +111,8 @@ mod tests {
         let turn = |p: &Point| Vector::new(2.0 * p.y - p.z + 3.0, p.x - 1.0, 0.5 * p.z);
         let (old, new) = (Object::new("o", old), Object::new("o", new));
         let (before, now) = (body(&old, turn), body(&new, turn));
-        let found = refined(&before, &now, net(&before).unwrap()).unwrap();
-        let expected = net(&now).unwrap();
+        let found = refined(&before, &now, before.net().unwrap()).unwrap();
+        let expected = now.net().unwrap();
         assert_eq!(found.len(), expected.len());
         let worst = found.iter().zip(expected).fold(0.0_f64, |m, (a, b)| m.max((a - b).amax()));
         assert!(worst < 1e-12, "{worst}");
@@ -170,7 +162,7 @@ mod tests {
         ] {
             let new = curve(space);
             let (before, now) = (body(&old, |p| p.coords), body(&new, |p| p.coords));
-            assert_eq!(refined(&before, &now, net(&before).unwrap()), None);
+            assert_eq!(refined(&before, &now, before.net().unwrap()), None);
         }
     }
 }

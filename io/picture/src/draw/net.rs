@@ -14,7 +14,7 @@ const SIDE: f64 = 1.2;
 /// The most squares of an object.
 const MOST: usize = 2000;
 
-/// Draws the control polygon or net of a curve or surface.
+/// Draws the control polygon or net of a curve or surface, and the control vertices of a plug-in's shape.
 pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     let mut data = [String::new(), String::new()];
     let mut add = |sheet: &mut Sheet, chain: Vec<Vector>, closed: bool, weight: u16| {
@@ -23,6 +23,8 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
         data.iter_mut().zip(parts).for_each(|(data, part)| data.push_str(&part));
     };
     let points: &[Vector] = match &body.form {
+        // Which vertices of a plug-in's shape are neighbours nobody guesses: squares without lines.
+        _ if !body.vertices.is_empty() => &body.vertices,
         Form::Curve { net, closed, .. } => {
             add(sheet, net.clone(), *closed, 2);
             net
@@ -66,7 +68,11 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     let shown = kept.len() + through.len();
     sheet.told.note_thinned(body.object.name(), (shown, "squares"), (all, "control vertices"));
     if !old {
-        let what = if matches!(body.form, Form::Curve { .. }) { "control polygon" } else { "control net" };
+        let what = match body.form {
+            _ if !body.vertices.is_empty() => "control vertices",
+            Form::Curve { .. } => "control polygon",
+            _ => "control net",
+        };
         sheet.told.explain_once(Sample::Net(stroke), what);
     }
 }

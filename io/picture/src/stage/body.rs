@@ -1,9 +1,10 @@
 //! An object on the stage.
 
+use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fineness, Splines};
 use loftsman_kernel::scene::{Geometry, Object};
 use loftsman_kernel::shape::{Grid, grid_or_row};
 use loftsman_kernel::spline::{Curve, Surface};
-use loftsman_kernel::{Point, Vector};
+use loftsman_kernel::{Error, Point, Vector};
 use nalgebra::Vector4;
 
 use super::piece::Piece;
@@ -17,6 +18,32 @@ pub(crate) struct Body<'a> {
     /// Which colour of the palette it has: an object and its state before have the same.
     pub(crate) index: usize,
     pub(crate) form: Form,
+    /// The control vertices of a plug-in's shape, of which the form has none: it may be drawn as splines that have
+    /// others.
+    pub(crate) vertices: Vec<Vector>,
+}
+
+impl<'a> Body<'a> {
+    /// An object whose points are `points` on the stage, and whose normals `normal` turns there.
+    pub(crate) fn of(
+        object: &'a Object,
+        index: usize,
+        points: Vec<Vector>,
+        normal: impl Fn(&Vector) -> Vector,
+    ) -> Result<Self, PictureError> {
+        let custom = matches!(object.geometry(), Geometry::Custom(_));
+        let vertices = if custom { points.clone() } else { Vec::new() };
+        Ok(Self { object, index, form: Form::of(object.geometry(), points, normal)?, vertices })
+    }
+
+    /// The control vertices, of what has them.
+    pub(crate) fn net(&self) -> Option<&[Vector]> {
+        match &self.form {
+            _ if !self.vertices.is_empty() => Some(&self.vertices),
+            Form::Curve { net, .. } | Form::Surface { net, .. } => Some(net),
+            _ => None,
+        }
+    }
 }
 
 /// What there is to draw of an object.
@@ -59,8 +86,51 @@ impl Form {
             }
             Geometry::Polyline(line) => Self::Polyline { points, closed: line.closed },
             Geometry::Cloud(_) => Self::Cloud(points),
+            Geometry::Custom(custom) => Self::custom(custom, &points)?,
             _ => Self::Empty,
         })
+    }
+
+    /// A plug-in's shape: the spline that it is, where it is one, else its segments or triangles. What is unknown is
+    /// nothing.
+    fn custom(custom: &CustomShape, points: &[Vector]) -> Result<Self, PictureError> {
+        if custom.shape().is_err() {
+            return Ok(Self::Empty);
+        }
+        // The way to the stage is affine, and so is that from the vertices to the shape.
+        let points: Vec<Point> = points.iter().map(|p| Point::from(*p)).collect();
+        let staged = custom.with_points(&points)?;
+        let coordinates = |points: &[Point]| points.iter().map(|p| p.coords).collect::<Vec<_>>();
+        match staged.splines() {
+            Some(Splines::Curves(curves)) if curves.len() == 1 => {
+                let net = coordinates(curves[0].points());
+                return Ok(Self::Curve {
+                    pieces: pieces(&curves[0], &net)?,
+                    closed: curves[0].is_periodic(),
+                    net,
+                });
+            }
+            Some(Splines::Surfaces(surfaces)) if surfaces.len() == 1 => {
+                return Self::surface(&surfaces[0], coordinates(surfaces[0].points()), None);
+            }
+            _ => {}
+        }
+        let fineness = Fineness { chord: Chord::Relative(1e-3), angle: 10_f64.to_radians() };
+        let drawn = match staged.tessellate(&fineness) {
+            Ok(found) => found.drawn,
+            // A point.
+            Err(Error::NoExtent(_)) => return Ok(Self::Cloud(coordinates(&points[..points.len().min(1)]))),
+            Err(error) => return Err(error.into()),
+        };
+        match drawn {
+            Drawn::Line(line) => {
+                Ok(Self::Polyline { points: coordinates(&line.points), closed: line.closed })
+            }
+            Drawn::Mesh(mesh) => {
+                let points = coordinates(mesh.points());
+                Self::of(&mesh.into(), points, |normal| *normal)
+            }
+        }
     }
 
     fn surface(surface: &Surface, points: Vec<Vector>, trim: Option<Trim>) -> Result<Self, PictureError> {

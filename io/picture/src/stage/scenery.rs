@@ -8,7 +8,7 @@ use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, Matrix4};
 
-use super::body::{Body, Form};
+use super::body::Body;
 use super::{Place, Projection, Spotlight, Stage};
 use crate::error::PictureError;
 use crate::panel::Panel;
@@ -111,8 +111,7 @@ impl<'a> Scenery<'a> {
                 Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
             });
             let normal = |n: &Vector| projection.direction(&cofactors.map_or(*n, |map| map * n));
-            let form = Form::of(p.object.geometry(), staged, normal)?;
-            Ok::<_, PictureError>(Body { object: p.object, index: p.index, form })
+            Body::of(p.object, p.index, staged, normal)
         };
         let bodies = |list: &[Placed<'a>]| {
             list.iter()

@@ -139,7 +139,8 @@ fn encode(
     let registry = loftsman::registry();
     let reader = input.format(registry)?;
     let kind = reader.declaration().name;
-    let options = ReadOptions { observer, ..conversion.read_options(kind) };
+    let kinds = registry.shape_kinds();
+    let options = ReadOptions { observer, kinds, ..conversion.read_options(kind) };
     let (scene, report) = input::read_content(input, reader.as_ref(), &options)?;
     let asked = conversion.write_options(kind, format.declaration().name);
     let options = WriteOptions { observer, pictures: Some(input), ..asked };

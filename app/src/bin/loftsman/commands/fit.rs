@@ -27,7 +27,8 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
     let input = Input::open(&args.points)?;
     let format = input.format(registry)?;
     let progress = Progress::start();
-    let options = ReadOptions { observer: &progress, ..ReadOptions::default() };
+    let kinds = loftsman::registry().shape_kinds();
+    let options = ReadOptions { observer: &progress, kinds, ..ReadOptions::default() };
     let (mut scene, read) = format.read(&input, &options)?;
     let object = object(&scene, args, Source::name(&input))?;
     let step = fit(&mut scene, &object, args, &progress)?;

@@ -26,7 +26,8 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let input = Input::open(&args.file)?;
     let format = input.format(loftsman::registry())?;
     let progress = Progress::start();
-    let options = ReadOptions { observer: &progress, ..ReadOptions::default() };
+    let kinds = loftsman::registry().shape_kinds();
+    let options = ReadOptions { observer: &progress, kinds, ..ReadOptions::default() };
     let (scene, report) = format.read(&input, &options)?;
     let info = Info {
         file: Source::name(&input).to_owned(),
@@ -70,6 +71,9 @@ fn list(objects: &[ObjectFacts], indent: &str, text: &mut String) {
 
 fn object(object: &ObjectFacts) -> String {
     let mut facts = Vec::new();
+    if object.unknown {
+        facts.push("its plug-in is not here".to_owned());
+    }
     facts.extend(object.shows.as_ref().map(|definition| format!("of {definition}")));
     match object.degree {
         Some(Degree::Curve(p)) => facts.push(format!("degree {p}")),
@@ -78,7 +82,7 @@ fn object(object: &ObjectFacts) -> String {
     }
     match (object.net, object.vertices) {
         (Some([u, v]), _) => facts.push(format!("{u}×{v} vertices")),
-        (None, Some(n)) if object.degree.is_some() => facts.push(count(n, "vertex")),
+        (None, Some(n)) if !object.domain.is_empty() => facts.push(count(n, "vertex")),
         (None, Some(n)) => facts.push(count(n, "point")),
         (None, None) => {}
     }

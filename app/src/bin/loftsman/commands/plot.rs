@@ -72,7 +72,8 @@ fn open(file: &Path, outputs: &mut Outputs, progress: &Progress) -> anyhow::Resu
     let input = Input::open(file)?;
     outputs.protect(Source::name(&input));
     let format = input.format(loftsman::registry())?;
-    let options = ReadOptions { observer: progress, ..ReadOptions::default() };
+    let kinds = loftsman::registry().shape_kinds();
+    let options = ReadOptions { observer: progress, kinds, ..ReadOptions::default() };
     let (scene, read) = format.read(&input, &options)?;
     Ok(Opened { name: Source::name(&input).to_owned(), format: format.declaration().name, scene, read })
 }

@@ -16,6 +16,7 @@ struct Known {
     operations: Vec<Declaration>,
     constraints: Vec<Declaration>,
     solvers: Vec<String>,
+    shapes: Vec<Declaration>,
     recipe: Vec<Field>,
     picture: Vec<Field>,
 }
@@ -27,6 +28,7 @@ pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
         operations: registry.operations().iter().map(|o| o.declaration()).collect(),
         constraints: registry.functionals().collect(),
         solvers: registry.solvers().iter().map(|s| s.name().to_owned()).collect(),
+        shapes: registry.shape_kinds().iter().map(|k| k.declaration()).collect(),
         recipe: recipe::FIELDS.to_vec(),
         picture: loftsman::picture::FIELDS.to_vec(),
     };
@@ -34,17 +36,18 @@ pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
         let near = {
             let names = known.formats.iter().map(|f| f.name).chain(known.operations.iter().map(|o| o.name));
             let names = names.chain(known.constraints.iter().map(|c| c.name));
+            let names = names.chain(known.shapes.iter().map(|k| k.name));
             nearest(name, names.chain(known.solvers.iter().map(String::as_str))).map(str::to_owned)
         };
         known.formats.retain(|f| f.name == name);
         known.operations.retain(|o| o.name == name);
         known.constraints.retain(|c| c.name == name);
         known.solvers.retain(|s| s == name);
+        known.shapes.retain(|k| k.name == name);
         known.recipe.clear();
         known.picture.clear();
-        let found =
-            known.formats.len() + known.operations.len() + known.constraints.len() + known.solvers.len();
-        if found == 0 {
+        let declared = known.operations.len() + known.constraints.len() + known.shapes.len();
+        if known.formats.len() + declared + known.solvers.len() == 0 {
             let hint = near.map(|n| format!("; did you mean {n}?")).unwrap_or_default();
             return Err(Usage(format!("nothing is called {name}{hint}")).into());
         }
@@ -83,7 +86,9 @@ fn text(known: &Known, registry: &Registry) -> String {
         );
         fields(&mut text, format.options);
     }
-    for (title, entries) in [("Operations", &known.operations), ("Constraints", &known.constraints)] {
+    let declared =
+        [("Operations", &known.operations), ("Constraints", &known.constraints), ("Shapes", &known.shapes)];
+    for (title, entries) in declared {
         heading(&mut text, title, !entries.is_empty());
         for entry in entries {
             let _ = writeln!(text, "  {}  {}", styled(BOLD, entry.name), entry.help);

@@ -1,0 +1,104 @@
+//! Shapes of plug-ins: the splines that they are, beside segments or triangles.
+
+use std::io::Write;
+
+use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fate, Fineness, Splines, Written};
+use loftsman_kernel::scene::Object;
+
+use super::{Failure, Surfaces, Writer};
+
+/// Whether a shape is drawn as triangles.
+pub(super) fn is_surface(custom: &CustomShape) -> bool {
+    custom.shape().is_ok_and(|shape| shape.domain().len() == 2)
+}
+
+impl<W: Write> Writer<'_, W> {
+    /// A plug-in's shape: its exact splines, where it is some, and what its kind draws of it, as far as these are
+    /// asked for. OBJ has no word for its kind, so that it comes back as what it became.
+    pub(super) fn custom(
+        &mut self,
+        object: &Object,
+        custom: &CustomShape,
+        mirrored: bool,
+        fineness: &Fineness,
+        written: &mut Written,
+    ) -> Result<(), Failure> {
+        let leave_out = |written: &mut Written, reason: String| {
+            (written.fate, written.reason) = (Fate::LeftOut, Some(reason));
+            Ok(())
+        };
+        if let Err(unknown) = custom.shape() {
+            return leave_out(written, unknown.to_string());
+        }
+        let kind = custom.kind();
+        let splines = custom.splines().filter(|_| self.surfaces != Surfaces::Mesh || !is_surface(custom));
+        let (mut forms, mut reasons) = (Vec::new(), Vec::new());
+        // Curves are read by everybody; surfaces by few.
+        let drawn = !matches!(splines, Some(Splines::Curves(_)))
+            && (self.surfaces != Surfaces::Exact || !is_surface(custom));
+        if drawn {
+            match custom.tessellate(fineness) {
+                Ok(found) => {
+                    written.tolerance = Some(self.asked(found.tolerance));
+                    match found.remark(1.0 / self.scale) {
+                        Some(remark) => reasons.push(remark),
+                        None => written.error = Some(found.error / self.scale),
+                    }
+                    self.name(object.name())?;
+                    forms.push(self.drawn(object, found.drawn, mirrored)?);
+                }
+                Err(problem) => reasons.push(format!("it could not be tessellated: {problem}")),
+            }
+        }
+        if let Some(splines) = &splines {
+            self.element_material(object)?;
+            self.name(object.name())?;
+            match splines {
+                Splines::Curves(curves) => {
+                    curves.iter().try_for_each(|curve| self.curve(curve))?;
+                    forms.push(format!("{} NURBS curve(s)", curves.len()));
+                }
+                Splines::Surfaces(surfaces) => {
+                    surfaces.iter().try_for_each(|surface| self.surface(object.name(), surface))?;
+                    forms.push(format!("{} NURBS surface(s) (surf)", surfaces.len()));
+                }
+            }
+        }
+        if forms.is_empty() {
+            if reasons.is_empty() {
+                reasons.push(format!("a {kind} is no spline, and only exact surfaces were asked for"));
+            }
+            return leave_out(written, reasons.join("; "));
+        }
+        forms.reverse();
+        written.form = forms.join(" beside ");
+        written.fate = Fate::Approximated;
+        reasons.insert(0, format!("OBJ has no {kind}: it is read as what it became"));
+        written.reason = Some(reasons.join("; "));
+        Ok(())
+    }
+
+    fn drawn(&mut self, object: &Object, drawn: Drawn, mirrored: bool) -> Result<String, Failure> {
+        match drawn {
+            Drawn::Line(line) => {
+                self.element_material(object)?;
+                Ok(format!("line of {} segments", self.polyline(&line)?))
+            }
+            Drawn::Mesh(mut mesh) => {
+                if mirrored {
+                    mesh.turn_inside_out();
+                }
+                self.mesh(&mesh, &object.materials)?;
+                Ok(format!("{} triangles", mesh.face_count()))
+            }
+        }
+    }
+
+    /// A chord tolerance in the scene's unit, or what was asked for.
+    fn asked(&self, tolerance: f64) -> f64 {
+        match self.options.fineness.chord {
+            Chord::Absolute(length) => length,
+            Chord::Relative(_) => tolerance / self.scale,
+        }
+    }
+}
