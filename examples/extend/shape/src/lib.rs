@@ -5,24 +5,21 @@ use loftsman_kernel::error::Result;
 use loftsman_kernel::plugin::{
     Declaration, DeclaredShape, Field, ParameterError, Parameters, Plugin, Registry, Splines,
 };
-use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Stencil};
+use loftsman_kernel::shape::{
+    BoundaryEdge, Cell, CellSide, Cells, Derivative, Domain, Edges, Interval, Location, Shape, Stencil,
+};
 use loftsman_kernel::spline::{Curve, Surface};
 
 /// The bilinearly blended patch between four cubic Bézier edges (Coons 1967). Its 12 control vertices go once around:
 /// from the corner `(0, 0)` along `u` to `(1, 0)`, on to `(1, 1)` and `(0, 1)`, and back.
 #[derive(Debug, Clone)]
-pub struct Coons([Point; 12]);
+pub struct Coons(pub [Point; 12]);
 
 /// Where vertex `k` stands in a net of 4 × 4, of which the patch has the rim.
 const RIM: [[usize; 2]; 12] =
     [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [3, 2], [3, 3], [2, 3], [1, 3], [0, 3], [0, 2], [0, 1]];
 
 impl Coons {
-    /// The patch of 12 vertices.
-    pub fn new(vertices: [Point; 12]) -> Self {
-        Self(vertices)
-    }
-
     /// What vertex `(i, j)` of the net of the bicubic patch that it is owes to the rim: blending is linear, and so is
     /// the net of a linear function.
     fn net([i, j]: [usize; 2]) -> impl Iterator<Item = (usize, f64)> {
@@ -59,6 +56,39 @@ impl Shape for Coons {
 
     fn boxed(&self) -> Box<dyn Shape> {
         Box::new(self.clone())
+    }
+
+    fn cells(&self) -> Option<&dyn Cells> {
+        Some(self)
+    }
+
+    fn edges(&self) -> Option<&dyn Edges> {
+        Some(self)
+    }
+}
+
+/// One polynomial: with that it is faired, and has an area and a volume.
+impl Cells for Coons {
+    fn count(&self) -> usize {
+        1
+    }
+
+    fn cell(&self, index: usize) -> Option<Cell> {
+        let sides = [CellSide { start: 0.0, end: 1.0, degree: 3 }; 2].into_iter().collect();
+        (index == 0).then(|| Cell { sides, rational: false, vertices: (0..12).collect() })
+    }
+}
+
+/// Four edges: with these it is joined to others.
+impl Edges for Coons {
+    fn count(&self) -> usize {
+        4
+    }
+
+    fn edge(&self, index: usize) -> Option<BoundaryEdge> {
+        let (name, at_end) = (*["u0", "u1", "v0", "v1"].get(index)?, index % 2 == 1);
+        let (along_u, fixed, name) = (index > 1, f64::from(u8::from(at_end)), name.into());
+        Some(BoundaryEdge { name, along_u, start: 0.0, end: 1.0, periodic: false, fixed, at_end })
     }
 }
 

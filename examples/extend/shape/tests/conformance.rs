@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use loftsman::describe::describe;
-use loftsman::kernel::conformance::{format_conformance, kind_conformance, sample_scene};
+use loftsman::kernel::conformance::{format_conformance, kind_conformance, sample_scene, shape_conformance};
 use loftsman::kernel::edit::{Ask, Edit};
-use loftsman::kernel::functional::{derivative, position};
+use loftsman::kernel::functional::{Functional, Shapes, derivative, position};
 use loftsman::kernel::plugin::{
-    Chord, Context, Fate, Fineness, Memory, Parameters, ReadOptions, ReadReport, Registry, WriteOptions,
-    WriteReport,
+    Chord, Context, DeclaredShape, Fate, Fineness, Memory, Parameters, ReadOptions, ReadReport, Registry,
+    Splines, WriteOptions, WriteReport,
 };
 use loftsman::kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman::kernel::shape::{Derivative, Location, Shape};
+use loftsman::kernel::spline::{Space, Surface};
 use loftsman::kernel::{Point, Vector};
 use loftsman::picture::Look;
 use loftsman::recipe::{Recipe, Runner};
@@ -21,7 +22,7 @@ use serde_json::json;
 /// A sail: a square whose edges bend up and down.
 fn sail() -> Coons {
     let at = |x: f64, y: f64, z: f64| Point::new(x, y, z);
-    Coons::new([
+    Coons([
         at(0.0, 0.0, 0.0),
         at(1.0, 0.1, 0.5),
         at(2.0, 0.0, 0.5),
@@ -81,6 +82,66 @@ fn it_conforms() {
     let kind = registry.find_shape("coons", "").unwrap();
     let verdict = kind_conformance(kind, &[sail().boxed(), flat.boxed()]);
     assert!(verdict.passed() && verdict.checks > 300, "{verdict}");
+    let verdict = shape_conformance(&sail());
+    assert!(verdict.passed() && verdict.checks > 100, "{verdict}");
+}
+
+/// Faired, joined to a B-spline surface along a whole edge, and with an area that is kept: each in a recipe.
+#[test]
+fn it_is_faired_joined_and_measured_like_any_surface() {
+    let registry = registry();
+    let apply = |scene: &mut Scene, op: &str, fields: serde_json::Value| {
+        let fields = Parameters::new(fields, "step[0]").unwrap();
+        registry.find_operation(op, "op").unwrap().apply(scene, &fields, &Context::quiet(&registry)).unwrap()
+    };
+    // The same surface as a spline tells what is right.
+    let Some(Splines::Surfaces(splines)) = sail().splines() else { panic!("it is one surface") };
+    let measured = |geometry: Geometry, kind: &str| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("one", geometry)).unwrap();
+        let constraints = json!([{ "kind": kind, "scale": 1.1 }]);
+        apply(&mut scene, "edit", json!({ "object": "one", "constraints": constraints, "smooth": 0 }));
+        let area = loftsman::area_volume::surface_area();
+        let mut value = [0.0];
+        let shape = scene.object("one").unwrap().geometry().shape().unwrap().boxed();
+        area.value(&Shapes::one(shape.as_ref()), &mut value).unwrap();
+        value[0]
+    };
+    let (own, theirs) =
+        (measured(sail().into(), "surface-area"), measured(splines[0].clone().into(), "surface-area"));
+    assert!((own - theirs).abs() < 1e-9 * theirs && own > 9.0, "{own} {theirs}");
+
+    let mut scene = Scene::new();
+    scene.add(Object::new("sail", sail().into())).unwrap();
+    let lines = |s: f64| (0..4).map(move |k| Point::new(3.2 + s, f64::from(k), 0.2 * s));
+    let space = |p: usize, n: usize| Space::clamped_uniform(p, n).unwrap();
+    let net = (0..3).flat_map(|i| lines(f64::from(i))).collect();
+    scene.add(Object::new("sheet", Surface::new(space(2, 3), space(3, 4), net).unwrap().into())).unwrap();
+    let join =
+        json!([{ "kind": "join", "at": "u1", "with": { "object": "sheet", "at": "u0" }, "continuity": 1 }]);
+    apply(&mut scene, "edit", json!({ "object": "sail", "constraints": join }));
+    let shape = |name: &str| scene.object(name).unwrap().geometry().shape().unwrap().boxed();
+    let (sail, sheet) = (shape("sail"), shape("sheet"));
+    for k in 0..=100 {
+        let v = f64::from(k) / 100.0;
+        let at = |shape: &dyn Shape, u: f64, order: usize| {
+            shape.value((u, v).into(), Derivative { u: order, v: 0 }).unwrap()
+        };
+        let (a, b) = (at(sail.as_ref(), 1.0, 0), at(sheet.as_ref(), 0.0, 0));
+        assert!((a - b).norm() < 1e-13, "{v}: {a} {b}");
+        let (a, b) = (at(sail.as_ref(), 1.0, 1), at(sheet.as_ref(), 0.0, 1));
+        assert!((a - b).norm() < 1e-12, "{v}: {a} {b}");
+    }
+
+    let fixed: Vec<_> = [[0, 0], [0, 1], [1, 0], [1, 1]]
+        .map(|at| json!({ "kind": "position", "at": at, "keep": true }))
+        .into_iter()
+        .chain([json!({ "kind": "position", "at": [0.5, 0.5], "by": [0.0, 0.0, 0.3] })])
+        .collect();
+    let report =
+        apply(&mut scene, "fair", json!({ "object": "sail", "energy": "bend", "constraints": fixed }));
+    let [before, after] = report.energy.unwrap();
+    assert!(after < before && report.residual.unwrap() < 1e-12, "{before} {after}");
 }
 
 /// Formats hold what they say of a scene with it.
