@@ -183,7 +183,11 @@ fn one_object_or_several_placed_alike_stay_in_their_own_coordinates() {
         { "kind": "position", "at": 2.0, "to": [2.0, 1.0, 0.0] },
         { "kind": "position", "object": "b", "at": 1.0, "keep": true } ] });
     let report = run(&mut scene, "edit", step).unwrap();
-    assert!(report.notes.is_empty(), "{:?}", report.notes);
+    assert!(
+        report.notes.len() == 1 && report.notes[0].contains("in its own coordinates"),
+        "{:?}",
+        report.notes
+    );
     assert!((scene.curve("a").unwrap().point(2.0).unwrap() - Point::new(2.0, 1.0, 0.0)).norm() < 1e-13);
     assert_eq!(scene.curve("b").unwrap(), &other);
     // What is flattened has no way back.
