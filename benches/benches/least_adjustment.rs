@@ -15,7 +15,7 @@
 use std::hint::black_box;
 
 use criterion::measurement::Measurement;
-use criterion::{BenchmarkId, Criterion};
+use criterion::{BatchSize, BenchmarkId, Criterion};
 use faer::linalg::solvers::Solve;
 use loftsman_benches::floor::BandCholesky;
 use loftsman_benches::inputs::{Rows, coil};
@@ -31,6 +31,8 @@ use nalgebra::DMatrix;
 
 const SIZES: [usize; 5] = [12, 100, 1000, 10_000, 1_000_000];
 const CONSTRAINTS: [usize; 5] = [1, 2, 3, 10, 100];
+/// Above this many vertices curves are not copied.
+const ROUND: usize = 10_000;
 /// The most numbers that a peer's dense matrix gets to have.
 const DENSE: usize = 1_000_000;
 
@@ -109,6 +111,17 @@ fn sessions<M: Measurement>(criterion: &mut Criterion<M>) {
         let net = coil(n).into_iter().map(Point::from).collect();
         let mut curve = Some(Curve::new(space, net).expect("as many as the space has"));
         let edit = |curve| asked(Edit::of(curve).handle(position(rows.at[0])), &rows, c);
+        // `Edit::prepare` alone: curves are copied, edits said and sessions ended outside what is measured.
+        if n <= ROUND {
+            criterion.benchmark_group("W4 prepare").bench_function(
+                BenchmarkId::new("mouse down", name(n, c)),
+                |b| {
+                    let said = || curve.clone().map(edit);
+                    let prepare = |edit: Option<Edit<Curve>>| edit.map(|edit| edit.prepare(Automatic));
+                    b.iter_batched(said, prepare, BatchSize::NumIterations(64));
+                },
+            );
+        }
         // The curve goes round, so that it is not copied: committing is measured along.
         criterion.benchmark_group("W4 prepare").bench_function(
             BenchmarkId::new("session", name(n, c)),
@@ -222,6 +235,51 @@ fn peers<M: Measurement>(criterion: &mut Criterion<M>) {
     }
 }
 
+/// What a user waits for, beside what no session could do without (the aims: `Edit::prepare` at most 8 × the factorisation
+/// for one constraint and 10 × for a hundred, an event at most 2 × `solve_into`), and one edit from beginning to end beside
+/// OpenCASCADE's `MovePoint` where `peers/elsewhere.tsv` has its time (of another machine: ask both on one).
+fn ratios() {
+    let move_point = |n: usize| {
+        let known = include_str!("../peers/elsewhere.tsv").lines().filter(|_| n == 10_000);
+        let seconds = known.filter_map(|line| line.strip_prefix("W4 whole\tOCCT, MovePoint\t1\t")).next();
+        seconds.and_then(|seconds| seconds.parse::<f64>().ok()).map(|seconds| 1e9 * seconds)
+    };
+    let rows = pairs().filter(|(n, c)| [12, 100, 10_000].contains(n) && [1, 10, 100].contains(c));
+    let time = |t: Option<f64>| t.map_or("–".into(), measure::readable);
+    let over =
+        |a: Option<f64>, b: Option<f64>| a.zip(b).map_or("–".into(), |(a, b)| format!("{:.1}", a / b));
+    let mut shown = false;
+    for (n, c) in rows {
+        let of = |group: &str, who: &str| measure::median(group, who, &name(n, c));
+        let (factor, prepare) = (of("W4 prepare", "automatic"), of("W4 prepare", "mouse down"));
+        let (solve, event) = (of("W4 event", "automatic"), of("W4 event", "session"));
+        let whole = of("W4 whole", "edit");
+        let peer = move_point(n).filter(|_| c == 1);
+        if [factor, prepare, solve, event, whole].iter().all(Option::is_none) {
+            continue;
+        }
+        if !std::mem::replace(&mut shown, true) {
+            println!("\n## W4 a session beside its solver\n");
+            println!(
+                "| case | factor | prepare | prepare / factor | solve_into | to_point | to_point / solve_into | one edit | MovePoint |"
+            );
+            println!("|---|---|---|---|---|---|---|---|---|");
+        }
+        println!(
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            name(n, c),
+            time(factor),
+            time(prepare),
+            over(prepare, factor),
+            time(solve),
+            time(event),
+            over(event, solve),
+            time(whole),
+            time(peer),
+        );
+    }
+}
+
 fn main() {
     let mut criterion = measure::criterion();
     floor(&mut criterion);
@@ -232,11 +290,12 @@ fn main() {
     let cases: Vec<Case> =
         pairs().map(|(n, c)| Case { name: name(n, c), size: n as f64, row: c.to_string() }).collect();
     let mine: Vec<&str> = SOLVERS.iter().map(|(name, _)| *name).collect();
-    let mine = [&mine[..], &["session"]].concat();
+    let mine = [&mine[..], &["session", "mouse down"]].concat();
     let contestants =
         [&["floor"], &mine[..], &["nalgebra Cholesky", "nalgebra QR", "faer LLT", "faer QR"]].concat();
     for group in ["W4 prepare", "W4 event"] {
         measure::summary(group, &contestants, "automatic", &mine, &cases);
     }
     measure::summary("W4 whole", &["edit"], "edit", &["edit"], &cases);
+    ratios();
 }

@@ -139,7 +139,7 @@ pub fn median(group: &str, contestant: &str, case: &str) -> Option<f64> {
 }
 
 /// Nanoseconds for people.
-fn readable(nanoseconds: f64) -> String {
+pub fn readable(nanoseconds: f64) -> String {
     match nanoseconds {
         t if t < 1e3 => format!("{t:.0} ns"),
         t if t < 1e6 => format!("{:.2} µs", t / 1e3),

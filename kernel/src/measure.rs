@@ -4,6 +4,8 @@
 //! functionals themselves, on these shapes, and has the answer judged here: each equation by the
 //! [`Accuracy`](crate::functional::Accuracy) that it promises, rounding being that of numbers as large as those that went in.
 
+use smallvec::SmallVec;
+
 use crate::Point;
 use crate::error::Result;
 use crate::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
@@ -95,12 +97,25 @@ pub fn measure(
     asked: &dyn Fn(usize) -> bool,
     reach: f64,
 ) -> Result<Measured> {
-    let (error, worst) = equations(shapes, functional, sense, target, asked, reach)?;
+    measure_in(&mut Store::default(), shapes, functional, sense, target, asked, reach)
+}
+
+/// [`measure`] with room for rows, for many conditions one after the other.
+pub(crate) fn measure_in(
+    store: &mut Store,
+    shapes: &Shapes<'_>,
+    functional: &dyn Functional,
+    sense: Sense,
+    target: &[f64],
+    asked: &dyn Fn(usize) -> bool,
+    reach: f64,
+) -> Result<Measured> {
+    let (error, worst) = equations(store, shapes, functional, sense, target, asked, reach)?;
     let between = match functional.witness(shapes)? {
         None => None,
         Some(witness) => {
             let zero = vec![0.0; witness.equations()];
-            Some(equations(shapes, witness.as_ref(), Sense::Equal, &zero, &|_| true, reach)?.1)
+            Some(equations(store, shapes, witness.as_ref(), Sense::Equal, &zero, &|_| true, reach)?.1)
         }
     };
     Ok(Measured { error, worst, between })
@@ -117,6 +132,7 @@ pub fn place(found: &Point, wanted: &Point, vertices: f64, reach: f64) -> Error 
 }
 
 fn equations(
+    store: &mut Store,
     shapes: &Shapes<'_>,
     functional: &dyn Functional,
     sense: Sense,
@@ -125,9 +141,9 @@ fn equations(
     reach: f64,
 ) -> Result<(f64, Error)> {
     let count = functional.equations();
-    let mut value = vec![0.0; count];
+    let mut value: SmallVec<[f64; 3]> = SmallVec::from_elem(0.0, count);
     value_of(functional, shapes, &mut value)?;
-    let mut store = Store::default();
+    store.clear();
     rows_of(functional, shapes, &mut store.rows(shapes))?;
     let unit = if functional.linearity() == Linearity::Linear { ROUNDING } else { ITERATED };
     let own = functional.accuracy().tolerance();

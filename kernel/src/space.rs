@@ -294,9 +294,15 @@ impl Space {
 
     /// The knot span of a parameter *within* the domain: `s` with `flat[s] ≤ u < flat[s + 1]`; at an interior
     /// knot the span to the right, at the end of the domain the last non-empty one. The `p + 1` basis functions
-    /// that do not vanish there are the unrolled ones `s - p ..= s`. `O(log n)`.
+    /// that do not vanish there are the unrolled ones `s - p ..= s`. `O(log n)`, for uniform knots mostly `O(1)`.
     pub fn span(&self, u: f64) -> usize {
         let (p, m) = (self.degree, self.unrolled_len());
+        // Where it is if the knots are uniform.
+        let (a, b) = self.domain();
+        let guess = p + ((u - a) / (b - a) * (m - p) as f64) as usize;
+        if guess < m && self.flat[guess] <= u && u < self.flat[guess + 1] {
+            return guess;
+        }
         let inner = &self.flat[p + 1..m];
         let mut s = p + inner.partition_point(|&k| k <= u);
         while s > p && self.flat[s] >= self.flat[s + 1] {
@@ -412,6 +418,28 @@ mod tests {
         ));
         let tiny = 1e300;
         assert!(Space::open(1, vec![tiny, tiny, tiny * (1.0 + 4e-16), tiny * (1.0 + 4e-16)]).is_err());
+    }
+
+    #[test]
+    fn the_span_is_found_however_the_knots_are_spaced() {
+        let graded: Vec<f64> = (0..=40).map(|i| f64::from(i * i * i)).collect();
+        let spaces = [
+            Space::clamped_uniform(3, 30).unwrap(),
+            Space::periodic_uniform(3, 30).unwrap(),
+            Space::clamped(2, &graded).unwrap(),
+            Space::open(2, vec![-1.0, -0.5, 0.0, 1.0, 1.0, 5.0, 5.0, 5.0, 5.1, 9.0, 9.0, 12.0]).unwrap(),
+        ];
+        for space in &spaces {
+            let (a, b) = space.domain();
+            let flat = space.flat();
+            let between = (0..=1000).map(|i| a + (b - a) * f64::from(i) / 1000.0);
+            let knots = flat.iter().copied().filter(|t| (a..=b).contains(t));
+            for u in between.chain(knots).map(|u| u.min(b)) {
+                // The last span that starts no later, of those that have a length.
+                let found = space.spans().filter(|&s| flat[s] <= u).last().unwrap();
+                assert_eq!(space.span(u), found, "{u} in {flat:?}");
+            }
+        }
     }
 
     #[test]

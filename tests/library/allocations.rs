@@ -141,3 +141,46 @@ fn preparing_does_not_depend_on_the_size_of_the_curve() {
     };
     assert_eq!(bytes(100), bytes(100_000));
 }
+
+#[test]
+fn a_mouse_down_and_an_edit_ask_for_memory_a_few_times_only() {
+    // Kept in place as far as one place of a cubic goes: what is left are the parts that others hold (rows, columns, the factor)
+    // and the report. So many whatever the size of the curve.
+    let down = |vertices| {
+        let curve = coil(vertices);
+        let mut session = None;
+        let counted = measure(|| session = Some(Edit::of(curve).handle(position(4.5)).prepare(Automatic)));
+        assert!(session.is_some_and(|session| session.is_ok()));
+        counted.count_total
+    };
+    let edit = |vertices| {
+        let curve = coil(vertices);
+        let mut edited = None;
+        let counted = measure(|| {
+            let moved = position(4.5).to(Point::new(1.0, 2.0, 3.0));
+            edited = Some(Edit::of(curve).ask(moved).solve());
+        });
+        assert!(edited.is_some_and(|edited| edited.is_ok()));
+        counted.count_total
+    };
+    let (few, many) = ([down(12), edit(12)], [down(100_000), edit(100_000)]);
+    assert_eq!(few, many);
+    assert!(few[0] <= 16 && few[1] <= 24, "{few:?}");
+}
+
+#[test]
+fn a_mouse_down_with_many_constraints_asks_for_memory_once_for_all() {
+    // Beside what a caller allocates to say them (one functional each).
+    let prepare = |constraints: u32, vertices: usize| {
+        let at = |k: u32| 1.5 + 4.0 * f64::from(k);
+        let edit = Edit::of(coil(vertices)).handle(position(0.5));
+        let edit = (0..constraints).fold(edit, |edit, k| edit.ask(position(at(k)).keep()));
+        let mut session = None;
+        let counted = measure(|| session = Some(edit.prepare(Automatic)));
+        assert!(session.is_some_and(|session| session.is_ok()));
+        counted.count_total
+    };
+    let [ten, hundred] = [10, 100].map(|constraints| prepare(constraints, 1000));
+    assert_eq!(hundred, prepare(100, 100_000));
+    assert!(hundred <= ten + 12 && hundred <= 64, "{ten} and {hundred}");
+}

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::locality::{Intervals, influence, localise_beside, most_influential};
 use super::session::{Edited, Session};
 use crate::error::{Error, Result};
-use crate::functional::{Functional, On, Shapes};
+use crate::functional::{Functional, Shapes};
 use crate::problem::conflict::quoted;
 use crate::problem::smooth::frozen;
 use crate::problem::{Asked, Constraint, EditError, Freedom, Metric, Problem, Smoothing, Wanted};
@@ -146,13 +146,6 @@ impl<S: Shape> Edit<S> {
         self
     }
 
-    /// How messages name the shapes.
-    fn names(&self) -> Vec<On> {
-        let name =
-            |shape| self.names.iter().rev().find(|(s, _)| *s == shape).map(|(_, name)| Arc::clone(name));
-        (0..self.shapes.len()).map(|shape| On { shape, name: name(shape) }).collect()
-    }
-
     /// What [`Session::to`] drags.
     #[must_use]
     pub fn handle(mut self, functional: impl Functional + 'static) -> Self {
@@ -235,7 +228,7 @@ impl<S: Shape> Edit<S> {
     /// # Errors
     /// When something cannot be asked of the shapes.
     pub fn problem(mut self) -> Result<Problem, EditError> {
-        let (mut problem, _) = Problem::new(self.asked()?)?;
+        let (mut problem, ..) = Problem::new(self.asked()?)?;
         problem.renew_smoothness()?;
         Ok(problem)
     }
@@ -247,7 +240,7 @@ impl<S: Shape> Edit<S> {
         }
         Ok(Asked {
             freedom: self.freedom()?,
-            smoothing: Smoothing::new(self.smooth, self.everywhere, self.names()),
+            smoothing: Smoothing::new(self.smooth, self.everywhere, std::mem::take(&mut self.names)),
             shapes: std::mem::take(&mut self.shapes),
             constraints: std::mem::take(&mut self.constraints),
             handle: self.handle.take(),
@@ -273,6 +266,9 @@ impl<S: Shape> Edit<S> {
     }
 
     fn freedom(&self) -> Result<Freedom> {
+        if self.locks.is_empty() && self.locality.is_none() && self.window.is_none() {
+            return Ok(Freedom::default());
+        }
         let shapes = Shapes::new(self.shapes.iter().map(AsRef::as_ref));
         let mut locked = Vec::with_capacity(self.locks.len());
         for &(shape, vertex) in &self.locks {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-pub use crate::plugin::{ConstraintReport, Convergence, Corner, Smoothness};
+pub use crate::problem::{ConstraintReport, Convergence, Corner, Smoothness};
 
 /// What solving an edit gave: printed by `Display`, kept by serde.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]

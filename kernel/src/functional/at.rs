@@ -44,9 +44,9 @@ impl At {
     }
 
     /// Where it came to rest, for the report.
-    pub(super) fn note(&self, name: &str) -> Vec<String> {
+    pub(super) fn note(&self, name: impl FnOnce() -> String) -> Vec<String> {
         let rests = self.from.filter(|_| !self.floats);
-        rests.map(|_| format!("{name}: it holds at {}", self.location)).into_iter().collect()
+        rests.map(|_| format!("{}: it holds at {}", name(), self.location)).into_iter().collect()
     }
 
     /// From the fields `at` or `near`.

@@ -99,7 +99,7 @@ impl Functional for DerivativeAt {
     }
 
     fn notes(&self) -> Vec<String> {
-        self.at.note(&self.describe())
+        self.at.note(|| self.describe())
     }
 }
 

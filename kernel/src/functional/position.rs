@@ -81,7 +81,7 @@ impl Functional for Position {
     }
 
     fn notes(&self) -> Vec<String> {
-        self.at.note(&self.describe())
+        self.at.note(|| self.describe())
     }
 }
 

@@ -40,9 +40,10 @@ enum Head {
 /// Keeps rows; reused between linearizations without allocating anew.
 #[derive(Debug, Clone, Default)]
 pub struct Store {
-    heads: Vec<Head>,
-    vertices: Vec<usize>,
-    coefficients: Vec<f64>,
+    // What one place of a cubic gives is kept in place.
+    heads: SmallVec<[Head; 1]>,
+    vertices: SmallVec<[usize; 4]>,
+    coefficients: SmallVec<[f64; 4]>,
     vectors: Vec<Vector>,
     /// What was put here first that cannot be here.
     astray: Option<String>,
@@ -93,6 +94,22 @@ impl Store {
     /// All blocks, in the order in which they were put here.
     pub fn equations(&self) -> impl Iterator<Item = Equation<'_>> {
         (0..self.blocks()).map(|i| self.block(i))
+    }
+
+    /// The vertices of all blocks, one behind the other.
+    pub(crate) fn touched(&self) -> &[usize] {
+        &self.vertices
+    }
+
+    /// Whether all blocks treat the axes alike.
+    pub(crate) fn is_alike(&self) -> bool {
+        self.heads.iter().all(|head| matches!(head, Head::Alike { .. }))
+    }
+
+    /// The scalar equations from block `first` on.
+    pub(crate) fn equations_from(&self, first: usize) -> usize {
+        let width = |head: &Head| if matches!(head, Head::Alike { .. }) { 3 } else { 1 };
+        self.heads[first..].iter().map(width).sum()
     }
 
     /// The number of blocks.
@@ -163,6 +180,17 @@ impl Rows<'_> {
     /// Appends three equations (x, y, z) that share the stencil of shape `shape`.
     pub fn alike(&mut self, shape: usize, stencil: &Stencil) {
         self.open_alike();
+        let bounds = (self.offsets.get(shape), self.offsets.get(shape.wrapping_add(1)));
+        if let ((Some(&start), Some(&end)), Some(&last)) = (bounds, stencil.vertices().last())
+            && last < end - start
+        {
+            // Vertices ascend: all are there.
+            let first = self.store.vertices.len();
+            self.store.vertices.extend_from_slice(stencil.vertices());
+            self.store.vertices[first..].iter_mut().for_each(|vertex| *vertex += start);
+            self.store.coefficients.extend_from_slice(stencil.coefficients());
+            return;
+        }
         for (vertex, coefficient) in stencil.iter() {
             let global = self.global(shape, vertex);
             self.store.vertices.push(global);
@@ -261,6 +289,13 @@ impl Rows<'_> {
         self.store.rooms.0.push(room);
     }
 
+    /// Makes room for so many blocks of equations alike, as large as those of a cubic.
+    pub(crate) fn reserve(&mut self, blocks: usize) {
+        self.store.heads.reserve(blocks);
+        self.store.vertices.reserve(4 * blocks);
+        self.store.coefficients.reserve(4 * blocks);
+    }
+
     /// The number of blocks so far.
     pub(crate) fn blocks(&self) -> usize {
         self.store.blocks()
@@ -280,8 +315,7 @@ impl Rows<'_> {
 
     /// The scalar equations from block `first` on.
     pub(super) fn scalar_equations(&self, first: usize) -> usize {
-        let width = |head: &Head| if matches!(head, Head::Alike { .. }) { 3 } else { 1 };
-        self.store.heads[first..].iter().map(width).sum()
+        self.store.equations_from(first)
     }
 
     /// The first coefficient or constant from block `first` on that is not finite, told.
@@ -295,6 +329,11 @@ impl Rows<'_> {
         };
         (first..self.blocks()).find_map(|i| match self.store.block(i) {
             Equation::Alike { vertices, coefficients, constant } => {
+                // Zero times what is not finite is NaN, which stays in a sum.
+                let sum = coefficients.iter().chain(&constant).fold(0.0, |sum, c| sum + c * 0.0);
+                if sum == 0.0 {
+                    return None;
+                }
                 let bad = coefficients.iter().position(|c| !c.is_finite());
                 bad.map(|k| tell(vertices.get(k), &coefficients[k])).or_else(|| {
                     constant.iter().any(|c| !c.is_finite()).then(|| tell(None, &constant.as_slice()))

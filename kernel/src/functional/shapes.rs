@@ -86,7 +86,8 @@ impl<'a> Shapes<'a> {
     /// # Errors
     /// As for [`get`](Self::get) and [`Shape::stencil`]; where the stencil is wrong, naming the shape's type.
     pub fn stencil(&self, index: usize, at: Location, derivative: Derivative) -> Result<Stencil> {
-        self.checked(index, at, self.get(index)?.stencil(at, derivative)?)
+        let shape = self.get(index)?;
+        checked(index, shape, at, shape.stencil(at, derivative))
     }
 
     /// The value of a derivative of shape `index` at a location, by its [stencil](Self::stencil).
@@ -94,7 +95,9 @@ impl<'a> Shapes<'a> {
     /// # Errors
     /// As for [`stencil`](Self::stencil).
     pub fn value(&self, index: usize, at: Location, derivative: Derivative) -> Result<Vector> {
-        Ok(self.stencil(index, at, derivative)?.apply(self.get(index)?.control_vertices()))
+        let shape = self.get(index)?;
+        let stencil = checked(index, shape, at, shape.stencil(at, derivative));
+        stencil.map(|stencil| stencil.apply(shape.control_vertices()))
     }
 
     /// The same from a side of each parameter, where that is a knot at which they differ.
@@ -108,21 +111,8 @@ impl<'a> Shapes<'a> {
         derivative: Derivative,
         sides: Sides,
     ) -> Result<Stencil> {
-        self.checked(index, at, self.get(index)?.stencil_on(at, derivative, sides)?)
-    }
-
-    fn checked(&self, index: usize, at: Location, stencil: Stencil) -> Result<Stencil> {
         let shape = self.get(index)?;
-        let count = shape.control_vertices().len();
-        let wrong = stencil.iter().find(|&(vertex, c)| vertex >= count || !c.is_finite());
-        match wrong {
-            None => Ok(stencil),
-            Some((vertex, c)) => Err(Error::Invalid(format!(
-                "shape {index} ({}) is made of {c} times control vertex {vertex} at {at}, but it has {count} of them, and \
-                 coefficients are finite: its stencil is wrong",
-                shape.type_name()
-            ))),
-        }
+        checked(index, shape, at, shape.stencil_on(at, derivative, sides))
     }
 
     /// Where the control vertices of shape `index` start; for `index = len()`, their total number.
@@ -137,10 +127,42 @@ impl<'a> Shapes<'a> {
 
     /// The control vertex of this number, counted through all shapes. The origin where there is none.
     pub fn vertex(&self, global: usize) -> Point {
+        if let (1, Some(shape)) = (self.count, self.few[0]) {
+            return shape.control_vertices().get(global).copied().unwrap_or_else(Point::origin);
+        }
         let offsets = self.offsets();
         let shape = offsets.partition_point(|&o| o <= global).saturating_sub(1);
         let local = global - offsets.get(shape).copied().unwrap_or(0);
         let points = self.find(shape).map(|s| s.control_vertices());
         points.and_then(|p| p.get(local)).copied().unwrap_or_else(Point::origin)
     }
+}
+
+/// A stencil as it came from a shape, or what is wrong with it. (The result itself is handed on: moving a stencil costs as much
+/// as looking at it.)
+#[inline]
+fn checked(index: usize, shape: &dyn Shape, at: Location, found: Result<Stencil>) -> Result<Stencil> {
+    let mut found = found;
+    let count = shape.control_vertices().len();
+    let wrong = |stencil: &Stencil| {
+        // Zero times what is not finite is NaN; the last vertex is the largest.
+        let sum = stencil.coefficients().iter().fold(0.0, |sum, c| sum + c * 0.0);
+        sum != 0.0 || stencil.vertices().last().is_some_and(|&vertex| vertex >= count)
+    };
+    if found.as_ref().is_ok_and(wrong) {
+        found = found.and_then(|stencil| flaw(index, shape, at, &stencil).map_or(Ok(stencil), Err));
+    }
+    found
+}
+
+/// What is wrong with a stencil.
+#[cold]
+fn flaw(index: usize, shape: &dyn Shape, at: Location, stencil: &Stencil) -> Option<Error> {
+    let count = shape.control_vertices().len();
+    let (vertex, c) = stencil.iter().find(|&(vertex, c)| vertex >= count || !c.is_finite())?;
+    Some(Error::Invalid(format!(
+        "shape {index} ({}) is made of {c} times control vertex {vertex} at {at}, but it has {count} of them, and \
+         coefficients are finite: its stencil is wrong",
+        shape.type_name()
+    )))
 }

@@ -15,6 +15,7 @@ mod step;
 
 pub use crate::declare::{Declaration, Field, ParameterError, Parameters, nearest};
 pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
+pub use crate::problem::{ConstraintReport, Convergence, Corner, Name, Smoothness};
 pub use crate::tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
@@ -25,9 +26,6 @@ pub use format::{
 pub use frames::Frames;
 pub use functionals::register_functionals;
 pub use mark::{Mark, MarkKind, Spot};
-pub use operation::{
-    Clock, ConstraintReport, Context, Convergence, Corner, NoClock, Observer, Operation, OperationError,
-    Quiet, Smoothness, StepReport,
-};
+pub use operation::{Clock, Context, NoClock, Observer, Operation, OperationError, Quiet, StepReport};
 pub use registry::{Plugin, Registry};
 pub use step::{SceneShapes, SeenShapes, ask_once, editable, object_name, put_back, shape_of};

@@ -1,16 +1,12 @@
 //! What a recipe step runs.
 
-use std::fmt;
-use std::sync::Arc;
-
 use super::mark::Mark;
 use super::registry::Registry;
 use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::edit::EditError;
 use crate::error::Error;
-use crate::functional::Functional;
+use crate::problem::{ConstraintReport, Convergence, Smoothness};
 use crate::scene::Scene;
-use crate::shape::Location;
 
 /// Watches long work; every method does nothing by default.
 pub trait Observer {
@@ -158,141 +154,6 @@ pub struct StepReport {
     /// What a picture of the step should mark.
     #[serde(skip)]
     pub marks: Vec<Mark>,
-}
-
-/// How a nonlinear problem converged.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
-pub struct Convergence {
-    /// Quadratic programs (or linear systems) that were solved.
-    pub iterations: usize,
-    /// Steps among them that had to be shortened, because the whole step did not bring the shape nearer.
-    pub shortened: usize,
-    /// The last change of the adjustment, relative to the adjustment.
-    pub change: f64,
-}
-
-/// What became of one constraint.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
-pub struct ConstraintReport {
-    /// Its name: `position at 0.25`.
-    pub name: String,
-    /// Largest error of its equations after the step.
-    pub residual: f64,
-    /// Where it came to rest, if its location floated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub location: Option<Vec<f64>>,
-    /// The same between the places where it was imposed, for a condition that is meant along an edge.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub between: Option<f64>,
-    /// Lagrange multipliers, one an equation: how much `½ dᵀWd` would change with its value.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub multipliers: Vec<f64>,
-}
-
-impl ConstraintReport {
-    /// The functional where its location came to rest, if that floated.
-    pub fn rested(&self, functional: &Arc<dyn Functional>) -> Option<Arc<dyn Functional>> {
-        let to = match self.location.as_deref()? {
-            [u] => Location::Curve(*u),
-            [u, v] => Location::Surface(*u, *v),
-            _ => return None,
-        };
-        functional.moved(to)
-    }
-}
-
-/// How many corners are told one by one.
-const TOLD: usize = 3;
-
-/// What became of the knots at which a shape can have corners.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
-pub struct Smoothness {
-    /// Knots (of surfaces: knot lines) at which the shape was smooth, or closed, and was kept so; seams count as knots.
-    pub knots: usize,
-    /// Scalar equations that this took, beside those of what was asked.
-    pub equations: usize,
-    /// Those of them that the others imply: they were dropped, and hold.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub redundant: usize,
-    /// Corners that have appeared, or are not what they were.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub corners: Vec<Corner>,
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
-fn is_zero(count: &usize) -> bool {
-    *count == 0
-}
-
-impl Smoothness {
-    /// Whether there is nothing to say.
-    pub fn is_empty(&self) -> bool {
-        self.knots == 0 && self.corners.is_empty()
-    }
-
-    /// The corners for people: those that have changed most, and how many more there are.
-    pub fn notes(&self) -> Vec<String> {
-        let mut worst: Vec<_> = self.corners.iter().collect();
-        worst.sort_by(|a, b| b.change().total_cmp(&a.change()));
-        let mut notes: Vec<String> = worst.iter().take(TOLD).map(ToString::to_string).collect();
-        if worst.len() > TOLD {
-            notes.push(format!("and {} more corners", worst.len() - TOLD));
-        }
-        notes
-    }
-}
-
-impl fmt::Display for Smoothness {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (knots, plural) = (self.knots, if self.knots == 1 { "" } else { "s" });
-        write!(f, "kept smooth at {knots} knot{plural} ({} of the equations", self.equations)?;
-        match self.redundant {
-            0 => f.write_str(")"),
-            redundant => write!(f, ", {redundant} of them redundant, dropped)"),
-        }
-    }
-}
-
-/// A corner (of a surface, a crease; it is told where it is sharpest) after an edit.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
-pub struct Corner {
-    /// Where: `at 2`, `along u = 2 (at v = 0.5)`.
-    pub place: String,
-    /// The angle between the tangents on both sides (of a surface: between the normals), 0 where smooth, 180 at a cusp.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub degrees: Option<f64>,
-    /// The same before the edit; nothing where there was no tangent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub before: Option<f64>,
-    /// How far the two sides are apart, where they met before.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gap: Option<f64>,
-}
-
-impl Corner {
-    /// How much of a change it is: the angle's in degrees, above all of them a gap.
-    pub fn change(&self) -> f64 {
-        let turned = (self.degrees.unwrap_or(0.0) - self.before.unwrap_or(0.0)).abs();
-        if self.gap.is_some() { 360.0 + turned } else { turned }
-    }
-}
-
-impl fmt::Display for Corner {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(gap) = self.gap {
-            return write!(f, "a gap of {gap:.3e} {} (was closed)", self.place);
-        }
-        let angle = |degrees: f64| match degrees {
-            d if d.to_radians() <= 1e-5 => "0°".to_owned(),
-            d if d < 0.1 => format!("{d:.1e}°"),
-            d => format!("{d:.1}°"),
-        };
-        write!(f, "a corner of {} {}", angle(self.degrees.unwrap_or(0.0)), self.place)?;
-        match self.before {
-            Some(before) => write!(f, " (was {})", angle(before)),
-            None => f.write_str(" (had no tangent)"),
-        }
-    }
 }
 
 /// A step of a recipe: takes a scene and parameters, changes the scene and says what it did.

@@ -1,5 +1,9 @@
 //! From constraints to a linear system: which columns matter, and which equation is where.
 
+use std::cell::Cell;
+
+use smallvec::SmallVec;
+
 use crate::error::Result;
 use crate::functional::{Equation, Shapes, Store, rows_of};
 use crate::solve::{Sense, SparseRows, System};
@@ -29,9 +33,9 @@ fn reach(shapes: &Shapes<'_>, vertex: usize) -> f64 {
 pub struct Assembly {
     pub(crate) system: System,
     /// All slots, constraint after constraint.
-    pub(crate) slots: Vec<Slot>,
+    pub(crate) slots: SmallVec<[Slot; 3]>,
     /// Where the slots of each constraint start; one more entry than constraints.
-    pub(crate) starts: Vec<usize>,
+    pub(crate) starts: SmallVec<[usize; 4]>,
 }
 
 impl Assembly {
@@ -76,8 +80,8 @@ impl Assembly {
 
     /// The rows `kept` (ascending) of it; constraints keep their numbers.
     pub(crate) fn select(&self, kept: &[usize]) -> Self {
-        let mut slots = Vec::with_capacity(self.slots.len());
-        let mut starts = Vec::with_capacity(self.starts.len());
+        let mut slots = SmallVec::with_capacity(self.slots.len());
+        let mut starts = SmallVec::with_capacity(self.starts.len());
         for k in 0..self.starts.len() - 1 {
             starts.push(slots.len());
             slots.extend(self.slots(k).iter().filter_map(|slot| {
@@ -95,62 +99,57 @@ impl Assembly {
         freedom: &Freedom,
         metric: &Metric,
     ) -> Result<Self> {
-        Self::beside(shapes, constraints, freedom, metric, &|_| false)
+        Self::beside(shapes, constraints.iter().copied(), freedom, metric, &|_| false)
     }
 
     /// The same without the rows of the constraints that are on the `border`: they have no slots, but the vertices that
     /// they touch are among those that move.
-    pub(crate) fn beside(
+    pub(crate) fn beside<'c>(
         shapes: &Shapes<'_>,
-        constraints: &[&Constraint],
+        constraints: impl ExactSizeIterator<Item = &'c Constraint> + Clone,
         freedom: &Freedom,
         metric: &Metric,
         border: &dyn Fn(usize) -> bool,
     ) -> Result<Self> {
         let (mut store, mut aside) = (Store::default(), Store::default());
-        let mut blocks = Vec::with_capacity(constraints.len() + 1);
+        let mut blocks: SmallVec<[usize; 4]> = SmallVec::with_capacity(constraints.len() + 1);
         blocks.push(0);
         {
             let (mut rows, mut bordering) = (store.rows(shapes), aside.rows(shapes));
-            for (k, constraint) in constraints.iter().enumerate() {
+            rows.reserve(constraints.len());
+            for (k, constraint) in constraints.clone().enumerate() {
                 let into = if border(k) { &mut bordering } else { &mut rows };
                 rows_of(constraint.functional.as_ref(), shapes, into)?;
                 blocks.push(rows.blocks());
             }
         }
         let alike = constraints
-            .iter()
+            .clone()
             .enumerate()
             .all(|(k, c)| c.axis.is_none() && c.sense() == Sense::Equal || border(k))
-            && (0..store.blocks()).all(|i| matches!(store.block(i), Equation::Alike { .. }));
+            && store.is_alike();
         let sides = if alike { 3 } else { 1 };
 
         // The vertices that move: touched ones that may, and those that the metric takes along.
-        let mut touched: Vec<usize> = store
-            .equations()
-            .chain(aside.equations())
-            .flat_map(|equation| match equation {
-                Equation::Alike { vertices, .. } | Equation::Coupled { vertices, .. } => vertices,
-            })
-            .copied()
-            .filter(|&v| freedom.may_move(v))
-            .collect();
-        touched.sort_unstable();
-        touched.dedup();
+        let touched = touched(store.touched(), aside.touched(), freedom);
         let moving = metric.widen(shapes, touched, &|v| freedom.may_move(v))?;
-        let local = |vertex: usize| moving.binary_search(&vertex).ok();
+        let next = Cell::new(0);
+        // Rows mostly touch runs of vertices: after one comes the next.
+        let local = |vertex: usize| {
+            let at = next.get();
+            let found =
+                if moving.get(at) == Some(&vertex) { at } else { moving.binary_search(&vertex).ok()? };
+            next.set(found + 1);
+            Some(found)
+        };
 
-        let entries: usize = (0..store.blocks())
-            .map(|i| match store.block(i) {
-                Equation::Alike { vertices, .. } => vertices.len() * if alike { 1 } else { 3 },
-                Equation::Coupled { vertices, .. } => vertices.len() * 3,
-            })
-            .sum();
+        let entries = store.touched().len() * if alike { 1 } else { 3 };
         let width = if alike { moving.len() } else { moving.len() * 3 };
         let mut rows = SparseRows::with_capacity(width, store.blocks(), entries);
-        let mut slots = Vec::new();
-        let mut starts = vec![0];
-        for (k, constraint) in constraints.iter().enumerate() {
+        let mut slots = SmallVec::with_capacity(store.equations_from(0));
+        let mut starts = SmallVec::with_capacity(blocks.len());
+        starts.push(0);
+        for (k, constraint) in constraints.enumerate() {
             let mut equation = 0;
             for i in blocks[k]..blocks[k + 1] {
                 match store.block(i) {
@@ -206,4 +205,27 @@ impl Assembly {
             if alike { moving } else { moving.iter().flat_map(|&v| [3 * v, 3 * v + 1, 3 * v + 2]).collect() };
         Ok(Self { system: System::new(rows, touched, sides, metric), slots, starts })
     }
+}
+
+/// The vertices that rows touch and that may move, ascending.
+fn touched(rows: &[usize], aside: &[usize], freedom: &Freedom) -> Vec<usize> {
+    // Rows that come along a curve touch mostly what the last ones touched, or what comes behind: only where they do not, all
+    // are sorted.
+    const RECENT: usize = 8;
+    let (mut all, mut sorted): (Vec<usize>, _) = (Vec::with_capacity(rows.len().max(aside.len())), true);
+    for &vertex in rows.iter().chain(aside) {
+        let behind = all.last().is_none_or(|&last| last < vertex);
+        let recent = |all: &[usize]| all[all.len().saturating_sub(RECENT)..].contains(&vertex);
+        let known = || recent(&all) || sorted && all.binary_search(&vertex).is_ok();
+        if (behind || !known()) && freedom.may_move(vertex) {
+            sorted &= behind;
+            all.push(vertex);
+        }
+    }
+    if !sorted {
+        // Stable, because that merges runs: a handle's vertices are the last, wherever along the curve it is.
+        all.sort();
+        all.dedup();
+    }
+    all
 }

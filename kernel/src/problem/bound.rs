@@ -2,11 +2,12 @@
 
 use super::assembly::Assembly;
 use super::constraint::{Axis, Constraint, Value, Wanted};
-use super::{ConstraintId, EditError};
+use super::{ConstraintId, EditError, Numbers};
 use crate::error::{Error, Result};
 use crate::functional::{Curvature, Functional, Linearity, Shapes, equations_of, value_of};
 use crate::measure::error_of;
 use crate::solve::Sense;
+use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::Arc;
 
@@ -16,21 +17,26 @@ pub(crate) struct Bound {
     pub(crate) id: ConstraintId,
     pub(crate) constraint: Constraint,
     /// The wanted value: all of the functional's numbers, asked or not.
-    pub(crate) target: Vec<f64>,
+    pub(crate) target: Numbers,
 }
 
-/// Something that is asked: the functional, of which axis, and whether it stays as it is.
-struct Asked {
-    functional: Arc<dyn Functional>,
+/// Something that is asked: the functional, of which axis, and whether it changes rather than stays as it is.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    functional: &'a dyn Functional,
     axis: Option<Axis>,
     changes: bool,
 }
 
-impl Asked {
-    /// `None`: what is dragged anywhere.
-    fn new(functional: &Arc<dyn Functional>, wanted: Option<&Constraint>) -> Self {
-        let changes = wanted.is_none_or(|c| c.wanted != Wanted::Keep);
-        Self { functional: Arc::clone(functional), axis: wanted.and_then(|c| c.axis), changes }
+impl<'a> Asked<'a> {
+    fn of(constraint: &'a Constraint) -> Self {
+        let changes = constraint.wanted != Wanted::Keep;
+        Self { functional: constraint.functional.as_ref(), axis: constraint.axis, changes }
+    }
+
+    /// What is dragged anywhere.
+    fn dragged(functional: &'a Arc<dyn Functional>) -> Self {
+        Self { functional: functional.as_ref(), axis: None, changes: true }
     }
 
     /// Whether it is of an axis of this.
@@ -50,46 +56,63 @@ pub(crate) fn add_companions(
     known: &[Bound],
     dragged: Option<usize>,
 ) {
-    let mut asked: Vec<Asked> = constraints.iter().map(|c| Asked::new(&c.functional, Some(c))).collect();
-    asked.extend(known.iter().enumerate().map(|(k, b)| {
-        Asked::new(&b.constraint.functional, Some(&b.constraint).filter(|_| dragged != Some(k)))
-    }));
-    asked.extend(handle.iter().map(|handle| Asked::new(handle, None)));
-    let gives_way = |companion: &dyn Functional, axis: Axis| {
-        asked.iter().any(|a| a.is_of(companion, axis) || a.changes && a.functional.supersedes(companion))
-    };
+    // All is judged by what was asked, and changed afterwards: mostly there is nothing to change.
+    let mut changed: Vec<(usize, Arc<dyn Functional>)> = Vec::new();
     let mut fresh: Vec<(Arc<dyn Functional>, String)> = Vec::new();
-    let mut settle = |functional: &mut Arc<dyn Functional>, with_companions: bool| {
+    let asked = || {
+        let known = known.iter().enumerate().map(|(k, b)| match dragged == Some(k) {
+            true => Asked::dragged(&b.constraint.functional),
+            false => Asked::of(&b.constraint),
+        });
+        constraints
+            .iter()
+            .map(Asked::of)
+            .chain(known)
+            .chain(handle.iter().map(|handle| Asked::dragged(handle)))
+    };
+    let gives_way = |companion: &dyn Functional, axis: Axis| {
+        asked().any(|a| a.is_of(companion, axis) || a.changes && a.functional.supersedes(companion))
+    };
+    let mut settle = |at: usize, functional: &Arc<dyn Functional>, with_companions: bool| {
         let stands_still = |f: &dyn Functional| {
-            let kept = |axis| asked.iter().any(|a| !a.changes && a.is_of(f, axis));
+            let kept = |axis| asked().any(|a| !a.changes && a.is_of(f, axis));
             AXES.into_iter().all(|axis| kept(axis) || with_companions && !gives_way(f, axis))
         };
-        if let Some(other) = functional.beside(&stands_still) {
-            *functional = other;
-        }
+        let other = functional.beside(&stands_still);
+        let functional = other.as_ref().unwrap_or(functional);
         let companions = if with_companions { functional.companions() } else { Vec::new() };
         for companion in companions {
             if !fresh.iter().any(|(known, _)| known.same_as(companion.as_ref())) {
                 fresh.push((companion, functional.describe()));
             }
         }
+        changed.extend(other.map(|other| (at, other)));
     };
-    for constraint in constraints.iter_mut() {
-        let equal = constraint.sense() == Sense::Equal;
-        settle(&mut constraint.functional, equal);
+    for (at, constraint) in constraints.iter().enumerate() {
+        settle(at, &constraint.functional, constraint.sense() == Sense::Equal);
     }
-    if let Some(handle) = handle {
-        settle(handle, true);
+    if let Some(handle) = &handle {
+        settle(constraints.len(), handle, true);
     }
+    let mut added = Vec::new();
     for (companion, beside) in fresh {
-        let free: Vec<Axis> = AXES.into_iter().filter(|axis| !gives_way(companion.as_ref(), *axis)).collect();
+        let free: SmallVec<[Axis; 3]> =
+            AXES.into_iter().filter(|axis| !gives_way(companion.as_ref(), *axis)).collect();
         let kept = Constraint { companion: Some(beside), ..Constraint::new(companion, Wanted::Keep) };
         match free[..] {
-            [_, _, _] => constraints.push(kept),
+            [_, _, _] => added.push(kept),
             _ if !kept.functional.is_vector() => {}
-            _ => constraints.extend(free.into_iter().map(|axis| kept.clone().axis(axis))),
+            _ => added.extend(free.into_iter().map(|axis| kept.clone().axis(axis))),
         }
     }
+    let (count, mut handle) = (constraints.len(), handle);
+    for (at, other) in changed {
+        match &mut handle {
+            Some(handle) if at == count => **handle = other,
+            _ => constraints[at].functional = other,
+        }
+    }
+    constraints.append(&mut added);
 }
 
 /// After something is no longer asked: functionals whose companions no longer stand still become what they are beside that.
@@ -125,10 +148,12 @@ fn instead_of_bounds(functional: &dyn Functional) -> &'static str {
     }
 }
 
+/// A constraint with its target; its present value goes behind those `known`.
 pub(crate) fn bind(
     shapes: &Shapes<'_>,
     mut constraint: Constraint,
     id: ConstraintId,
+    known: &mut Numbers,
 ) -> Result<Bound, EditError> {
     if let Some(bound) = constraint.functional.bind(shapes)? {
         constraint.functional = bound;
@@ -156,22 +181,24 @@ pub(crate) fn bind(
     if count == 0 && constraint.functional.linearity() != Linearity::Linear {
         return Err(wrong(" has no equations, so that it asks nothing; leave it out"));
     }
-    let mut target = vec![0.0; count];
-    value_of(constraint.functional.as_ref(), shapes, &mut target)?;
-    if let Some(bad) = target.iter().find(|v| !v.is_finite()) {
+    let first = known.len();
+    known.resize(first + count, 0.0);
+    let present = &mut known[first..];
+    value_of(constraint.functional.as_ref(), shapes, present)?;
+    let present = &*present;
+    if let Some(bad) = present.iter().find(|v| !v.is_finite()) {
         return Err(wrong(&format!(
             ": its value is {bad}; the numbers of the shape, or of what is asked, are too large to compute with"
         )));
     }
-    let present = target.clone();
-    let check = |value: &Value| -> Result<Vec<f64>, EditError> {
+    let check = |value: &Value| -> Result<Numbers, EditError> {
         if let Some(bad) = value.0.iter().find(|v| !v.is_finite()) {
             return Err(wrong(&format!(": {bad} is not a finite number")));
         }
         match (value.0.len(), constraint.axis) {
-            (found, _) if found == count => Ok(value.0.clone()),
+            (found, _) if found == count => Ok(value.0.as_slice().into()),
             // One number for the one axis that is asked.
-            (1, Some(_)) => Ok(vec![value.0[0]; count]),
+            (1, Some(_)) => Ok(Numbers::from_elem(value.0[0], count)),
             (found, _) if constraint.functional.is_condition() => Err(wrong(&format!(
                 " is a condition that holds or not, and {found} number(s) were given: keep it, or say what it should \
                  be like in its own fields (\"direction\" for a tangent)"
@@ -180,7 +207,7 @@ pub(crate) fn bind(
                 let short = matches!(constraint.wanted, Wanted::To(_) | Wanted::By(_));
                 let whole =
                     constraint.functional.complete(&value.0).filter(|all| short && all.len() == count);
-                whole.ok_or_else(|| {
+                whole.map(Numbers::from_vec).ok_or_else(|| {
                     let wish = wish.unwrap_or_default();
                     let instead = match constraint.sense() {
                         Sense::Equal => "",
@@ -191,6 +218,7 @@ pub(crate) fn bind(
             }
         }
     };
+    let mut target = Numbers::from_slice(present);
     match &constraint.wanted {
         Wanted::Keep => {}
         Wanted::Hold => target.fill(0.0),
@@ -204,7 +232,7 @@ pub(crate) fn bind(
     if let Some(bad) = target.iter().find(|t| !t.is_finite()) {
         return Err(wrong(&format!(": its value would be {bad}; ask for less")));
     }
-    constraint.functional.check_target(&present, &target)?;
+    constraint.functional.check_target(present, &target)?;
     Ok(Bound { id, constraint, target })
 }
 
@@ -214,20 +242,43 @@ pub(crate) fn right_hand_side(
     shapes: &Shapes<'_>,
     bound: &[Bound],
     assembly: &Assembly,
-    rhs: &mut Vec<f64>,
-    size: &mut Vec<f64>,
+    rhs: &mut Numbers,
+    size: &mut Numbers,
 ) -> Result<Vec<(f64, f64)>> {
-    let entries = assembly.system.rows().len() * assembly.system.sides();
-    rhs.clear();
-    rhs.resize(entries, 0.0);
-    size.clear();
-    size.resize(entries, 0.0);
     let mut errors = Vec::with_capacity(bound.len());
-    let mut value = Vec::new();
+    difference(shapes, bound, assembly, &[], (rhs, size), |error| errors.push(error))?;
+    Ok(errors)
+}
+
+/// The same, `each` being told of every constraint in turn, where the present values of the first ones are `known`.
+pub(crate) fn difference(
+    shapes: &Shapes<'_>,
+    bound: &[Bound],
+    assembly: &Assembly,
+    mut known: &[f64],
+    (rhs, size): (&mut Numbers, &mut Numbers),
+    mut each: impl FnMut((f64, f64)),
+) -> Result<()> {
+    let (rows, sides) = (assembly.system.rows().len(), assembly.system.sides());
+    for numbers in [&mut *rhs, &mut *size] {
+        numbers.clear();
+        numbers.resize(rows * sides, 0.0);
+    }
+    let mut own = Numbers::new();
     for (k, b) in bound.iter().enumerate() {
-        value.clear();
-        value.resize(b.constraint.functional.equations(), 0.0);
-        value_of(b.constraint.functional.as_ref(), shapes, &mut value)?;
+        let value = match known.split_at_checked(b.target.len()) {
+            Some((value, rest)) if !value.is_empty() => {
+                known = rest;
+                value
+            }
+            _ => {
+                known = &[];
+                own.clear();
+                own.resize(b.constraint.functional.equations(), 0.0);
+                value_of(b.constraint.functional.as_ref(), shapes, &mut own)?;
+                &own
+            }
+        };
         let mut worst = (0.0_f64, 0.0_f64);
         for slot in assembly.slots(k) {
             let (at, equation) = (assembly.entry(slot), slot.equation as usize);
@@ -235,7 +286,7 @@ pub(crate) fn right_hand_side(
             size[at] = slot.magnitude + b.target[equation].abs() + value[equation].abs();
             worst = (worst.0.max(error_of(b.constraint.sense(), rhs[at])), worst.1.max(size[at]));
         }
-        errors.push(worst);
+        each(worst);
     }
-    Ok(errors)
+    Ok(())
 }

@@ -6,6 +6,7 @@ use super::assembly::Assembly;
 use super::bound::Bound;
 use super::conflict::quoted;
 use super::constraint::Constraint;
+use super::{Coordinates, Numbers};
 use crate::Point;
 use crate::functional::Accuracy;
 use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
@@ -15,18 +16,18 @@ use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
 #[derive(Debug)]
 pub(crate) struct Check {
     /// `Σ |coefficient|` of each row.
-    rough: Vec<f64>,
+    rough: Numbers,
     /// `1 / ‖row‖`: the way that a change of its value by 1 alone would cost; zero for a row without a length.
-    cost: Vec<f64>,
+    cost: Numbers,
     /// The largest coordinate of the vertices that move.
     pub(crate) reach: f64,
     /// Where the vertices are, number by number, and the way that they really go, their coordinates being rounded.
-    base: Vec<f64>,
-    way: Vec<f64>,
+    base: Coordinates,
+    way: Coordinates,
     measure: Measure,
     /// How long the adjustment is without the handle, and what each number of the handle adds by changing by 1.
     still: f64,
-    response: Vec<f64>,
+    response: Numbers,
 }
 
 /// Lengths in a metric.
@@ -34,7 +35,7 @@ pub(crate) struct Check {
 struct Lengths {
     metric: Box<Whitened>,
     /// `1 / ‖row‖` with the inverse metric.
-    cost: Vec<f64>,
+    cost: Numbers,
 }
 
 /// How the length of an adjustment is measured.
@@ -93,12 +94,14 @@ impl Excess {
     }
 }
 
-fn reciprocals(rows: &crate::solve::SparseRows) -> Vec<f64> {
+fn reciprocals(rows: &crate::solve::SparseRows) -> Numbers {
     let cost = |row| {
         let norm = rows.norm(row);
         if norm > 0.0 { (1.0 / norm).min(f64::MAX) } else { 0.0 }
     };
-    (0..rows.len()).map(cost).collect()
+    let mut costs = Numbers::from_elem(0.0, rows.len());
+    costs.iter_mut().enumerate().for_each(|(row, c)| *c = cost(row));
+    costs
 }
 
 impl Check {
@@ -108,21 +111,29 @@ impl Check {
     /// When the metric is not positive definite.
     pub(crate) fn new(system: &System, factored: &dyn Factored, base: &[Point]) -> Result<Self, SolveError> {
         let rows = system.rows();
+        let mut rough = Numbers::from_elem(0.0, rows.len());
+        for (row, rough) in rough.iter_mut().enumerate() {
+            *rough = rows.row(row).1.iter().map(|v| v.abs()).sum();
+        }
+        let mut flat = Coordinates::from_elem(0.0, 3 * base.len());
+        for (flat, p) in flat.as_chunks_mut::<3>().0.iter_mut().zip(base) {
+            *flat = [p.x, p.y, p.z];
+        }
         Ok(Self {
-            rough: (0..rows.len()).map(|row| rows.row(row).1.iter().map(|v| v.abs()).sum()).collect(),
+            rough,
             cost: reciprocals(rows),
             reach: base.iter().fold(0.0, |m, p| p.coords.amax().max(m)),
-            base: base.iter().flat_map(|p| [p.x, p.y, p.z]).collect(),
-            way: vec![0.0; 3 * base.len()],
+            base: flat,
+            way: Coordinates::from_elem(0.0, 3 * base.len()),
             measure: Measure::new(system, factored)?,
             still: f64::INFINITY,
-            response: Vec::new(),
+            response: Numbers::new(),
         })
     }
 
     /// Remembers how long the adjustments are that events are made of: so an event need not measure a length that is
     /// bounded by theirs.
-    pub(crate) fn of_events(&mut self, sides: usize, still: &[f64], response: &[Vec<f64>]) {
+    pub(crate) fn of_events(&mut self, sides: usize, still: &[f64], response: &[Coordinates]) {
         self.still = self.measure.length(still, sides);
         // A response is that of one coordinate: a column of one side.
         self.response = response.iter().map(|r| self.measure.length(r, 1)).collect();
@@ -230,14 +241,15 @@ impl Check {
     ) -> Option<Excess> {
         let cost = match &self.measure {
             Measure::Harmless => return None,
-            Measure::Plain => &self.cost,
-            Measure::Metric(lengths) => &lengths.cost,
+            Measure::Plain => &self.cost[..],
+            Measure::Metric(lengths) => &lengths.cost[..],
         };
+        let response = &self.response[..];
         let (mut most, mut least) = (self.still, 0.0);
         for (k, entry) in handle.enumerate() {
             let change = right.0[entry].abs();
             let column = if sides == 3 { k / 3 } else { k };
-            most += change * self.response.get(column).copied().unwrap_or(f64::INFINITY);
+            most += change * response.get(column).copied().unwrap_or(f64::INFINITY);
             least += change * cost[entry / sides];
         }
         if most <= PROPORTION * least {

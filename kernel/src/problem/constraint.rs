@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::functional::Functional;
+use crate::problem::Name;
 use crate::solve::Sense;
 use crate::{Point, Vector};
 
@@ -15,6 +16,13 @@ pub enum Axis {
     Y,
     /// The z axis.
     Z,
+}
+
+impl Axis {
+    /// Its letter.
+    fn letter(self) -> &'static str {
+        ["x", "y", "z"][self as usize]
+    }
 }
 
 /// Numbers that a functional should have or change by: one, a vector, or as many as it has equations.
@@ -119,7 +127,7 @@ impl Constraint {
         let name = self.functional.describe();
         match self.axis {
             None => name,
-            Some(axis) => format!("{} of {name}", ["x", "y", "z"][axis as usize]),
+            Some(axis) => format!("{} of {name}", axis.letter()),
         }
     }
 
@@ -134,6 +142,19 @@ impl Constraint {
         let all = numbers.join(", ");
         let bound = if numbers.len() == 1 { all } else { format!("({all})") };
         format!("{} {sign} {bound}", self.describe())
+    }
+
+    /// What [`describe`](Self::describe) says, made when it is read.
+    pub(crate) fn name(&self) -> Name {
+        Name::of(&self.functional, self.axis.map(Axis::letter))
+    }
+
+    /// What [`label`](Self::label) says, made when it is read where it is that of the functional.
+    pub(crate) fn title(&self) -> Name {
+        match self.sense() {
+            Sense::Equal => self.name(),
+            Sense::AtLeast | Sense::AtMost => self.label().into(),
+        }
     }
 
     /// Which side of its target its value must be on.

@@ -3,11 +3,11 @@
 use super::bound::right_hand_side;
 use super::check::missed_by;
 use super::smooth::is_ours;
-use super::{Assembly, EditError, Problem, view};
+use super::{Assembly, EditError, Numbers, Problem, view};
 use crate::error::Result;
-use crate::functional::Shapes;
-use crate::measure::{Measured, measure};
-use crate::plugin::ConstraintReport;
+use crate::functional::{Shapes, Store};
+use crate::measure::{Measured, measure_in};
+use crate::problem::ConstraintReport;
 
 impl Problem {
     /// Wanted minus present values of an assembly's equations, for other control vertices of the same shapes: entry
@@ -16,9 +16,9 @@ impl Problem {
     /// # Errors
     /// When what is asked cannot be asked of these shapes.
     pub fn misfit(&self, assembly: &Assembly, shapes: &Shapes<'_>) -> Result<Vec<f64>> {
-        let (mut rhs, mut size) = (Vec::new(), Vec::new());
+        let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
         right_hand_side(shapes, &self.bound, assembly, &mut rhs, &mut size)?;
-        Ok(rhs)
+        Ok(rhs.into_vec())
     }
 
     /// Measures all that is asked on other shapes of the same kinds, by the functionals themselves, and judges it: what those
@@ -36,10 +36,12 @@ impl Problem {
 
     /// What each constraint misses on shapes of the same kinds; `reach` as in [`measure`].
     pub(crate) fn measured(&self, shapes: &Shapes<'_>, reach: f64) -> Vec<Result<Measured>> {
+        let mut store = Store::default();
         let each = self.bound.iter().map(|bound| {
             let constraint = &bound.constraint;
             let asks = |equation| constraint.asks(equation);
-            measure(shapes, constraint.functional.as_ref(), constraint.sense(), &bound.target, &asks, reach)
+            let (functional, sense) = (constraint.functional.as_ref(), constraint.sense());
+            measure_in(&mut store, shapes, functional, sense, &bound.target, &asks, reach)
         });
         each.collect()
     }
@@ -87,7 +89,7 @@ impl Problem {
         };
         let asked = self.bound.iter().enumerate().filter(|(_, bound)| is_ours(&bound.constraint) == smooth);
         let each = asked.map(|(k, bound)| ConstraintReport {
-            name: bound.constraint.describe(),
+            name: bound.constraint.name(),
             residual: of(misfit, k).iter().fold(0.0, |m, e| m.max(e.abs())),
             location: None,
             between: None,

@@ -34,12 +34,16 @@ mod freedom;
 pub(crate) mod judge;
 mod knots;
 pub(crate) mod metric;
+mod name;
 pub(crate) mod program;
+mod report;
 pub(crate) mod smooth;
 mod smoothing;
 pub(crate) mod solution;
 
 use std::sync::Arc;
+
+use smallvec::SmallVec;
 
 pub use self::assembly::Assembly;
 use self::bound::{Bound, add_companions, bind};
@@ -47,6 +51,8 @@ pub use self::constraint::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
 pub use self::error::EditError;
 pub(crate) use self::freedom::Freedom;
 pub use self::metric::Metric;
+pub use self::name::Name;
+pub use self::report::{ConstraintReport, Convergence, Corner, Smoothness};
 pub use self::smooth::SmoothKnot;
 pub(crate) use self::smoothing::Smoothing;
 pub use self::solution::Solution;
@@ -78,6 +84,11 @@ pub struct Problem {
     next_id: u64,
 }
 
+/// The numbers of a vector, or of a row for x, y and z: kept in place.
+pub(crate) type Numbers = SmallVec<[f64; 3]>;
+/// Coordinates of the vertices that move: of as many as one place of a cubic has, kept in place.
+pub(crate) type Coordinates = SmallVec<[f64; 12]>;
+
 /// The shapes in their boxes, as functionals see them.
 pub(crate) fn view(shapes: &[Box<dyn Shape>]) -> Shapes<'_> {
     Shapes::new(shapes.iter().map(AsRef::as_ref))
@@ -97,11 +108,11 @@ pub(crate) struct Asked {
 }
 
 impl Problem {
-    /// The problem, and the number of the constraint that is the handle.
+    /// The problem, the number of the constraint that is the handle, and the present values of all, one behind the other.
     ///
     /// # Errors
     /// When something cannot be asked of these shapes.
-    pub(crate) fn new(asked: Asked) -> Result<(Self, Option<usize>), EditError> {
+    pub(crate) fn new(asked: Asked) -> Result<(Self, Option<usize>, Numbers), EditError> {
         let Asked {
             mut shapes,
             mut constraints,
@@ -116,22 +127,25 @@ impl Problem {
             check_shape(shape.as_mut())?;
         }
         add_companions(&mut constraints, handle.as_mut(), &[], None);
-        let bound = Vec::with_capacity(constraints.len() + 1);
-        let mut problem = Self { shapes, bound, freedom, metric, best_effort, forced, smoothing, next_id: 0 };
-        for constraint in constraints {
-            problem.bind(constraint)?;
+        let dragged = handle.as_ref().map(|_| constraints.len());
+        let count = constraints.len() + usize::from(handle.is_some());
+        let (mut bound, mut present) = (Vec::with_capacity(count), Numbers::with_capacity(3 * count));
+        let all = constraints.into_iter().chain(handle.map(|handle| Constraint::new(handle, Wanted::Keep)));
+        {
+            let shapes = view(&shapes);
+            for (id, constraint) in all.enumerate() {
+                bound.push(bind(&shapes, constraint, ConstraintId(id as u64), &mut present)?);
+            }
         }
-        let dragged = handle.as_ref().map(|_| problem.bound.len());
-        if let Some(handle) = handle {
-            problem.bind(Constraint::new(handle, Wanted::Keep))?;
-        }
-        Ok((problem, dragged))
+        let next_id = bound.len() as u64;
+        let problem = Self { shapes, bound, freedom, metric, best_effort, forced, smoothing, next_id };
+        Ok((problem, dragged, present))
     }
 
     /// One more constraint, bound where the shapes are.
     pub(crate) fn bind(&mut self, constraint: Constraint) -> Result<ConstraintId, EditError> {
         let id = ConstraintId(self.next_id);
-        self.bound.push(bind(&view(&self.shapes), constraint, id)?);
+        self.bound.push(bind(&view(&self.shapes), constraint, id, &mut Numbers::new())?);
         self.next_id += 1;
         Ok(id)
     }
@@ -184,9 +198,9 @@ impl Problem {
 
     /// The same without the rows of the constraints on the `border`; the vertices that they touch are among the columns.
     pub(crate) fn assemble_beside(&self, finely: bool, border: &dyn Fn(usize) -> bool) -> Result<Assembly> {
-        let constraints: Vec<&Constraint> = self.constraints().collect();
+        let constraints = self.bound.iter().map(|bound| &bound.constraint);
         let mut assembly =
-            Assembly::beside(&view(&self.shapes), &constraints, &self.freedom, &self.metric, border)?;
+            Assembly::beside(&view(&self.shapes), constraints, &self.freedom, &self.metric, border)?;
         if finely {
             assembly.decide(System::FINE);
         }

@@ -5,15 +5,15 @@ use super::bound::Bound;
 use super::conflict::{contradiction, explain};
 use super::constraint::Constraint;
 use super::effort::soften;
-use super::{EditError, Problem};
+use super::{EditError, Numbers, Problem};
 use crate::solve::{Dependency, Factored, Outcome, Program, Sense, Solver, System};
 
 /// The rows of a problem with inequalities, of which the prepared system holds the equations and the active ones.
 #[derive(Debug)]
 pub(crate) struct Bounds {
     pub(crate) full: Assembly,
-    pub(crate) rhs: Vec<f64>,
-    pub(crate) size: Vec<f64>,
+    pub(crate) rhs: Numbers,
+    pub(crate) size: Numbers,
     /// The active inequalities' rows.
     pub(crate) active: Vec<usize>,
 }
@@ -26,8 +26,8 @@ pub(crate) struct Solved {
     pub(crate) factored: Box<dyn Factored>,
     pub(crate) dependencies: Vec<Dependency>,
     /// Of these rows.
-    pub(crate) rhs: Vec<f64>,
-    pub(crate) size: Vec<f64>,
+    pub(crate) rhs: Numbers,
+    pub(crate) size: Numbers,
     pub(crate) d: Vec<f64>,
     /// Whether rows are missed because only a best effort was asked for.
     pub(crate) softened: bool,
@@ -51,7 +51,7 @@ pub(crate) fn equations(senses: &[Sense]) -> Vec<usize> {
 }
 
 /// The entries of some rows of a system with one side.
-pub(crate) fn gather(values: &[f64], rows: &[usize]) -> Vec<f64> {
+pub(crate) fn gather(values: &[f64], rows: &[usize]) -> Numbers {
     rows.iter().map(|&row| values[row]).collect()
 }
 
@@ -68,7 +68,7 @@ impl Problem {
         let senses = senses(full, &constraints);
         let mut kept = equations(&senses);
         if kept.len() == senses.len() {
-            return self.equal(solver, full, rhs.to_vec(), size.to_vec());
+            return self.equal(solver, full, rhs.into(), size.into());
         }
         let part = full.select(&kept);
         let mut solved = self.equal(solver, &part, gather(rhs, &kept), gather(size, &kept))?;
@@ -100,8 +100,8 @@ impl Problem {
         &self,
         solver: &dyn Solver,
         assembly: &Assembly,
-        rhs: Vec<f64>,
-        size: Vec<f64>,
+        rhs: Numbers,
+        size: Numbers,
     ) -> Result<Solved, EditError> {
         let closer = assembly.system.finely();
         let mut solved = meet(solver, &assembly.system, rhs, size)?;
@@ -111,7 +111,7 @@ impl Problem {
         };
         let Some(mut at) = disagrees(&solved) else { return Ok(solved) };
         if self.best_effort {
-            solved.rhs = soften(assembly, &solved.dependencies, &solved.rhs);
+            solved.rhs = soften(assembly, &solved.dependencies, &solved.rhs).into();
             solved.factored.solve_into(&solved.rhs, &mut solved.d);
             solved.softened = true;
             return Ok(solved);
@@ -129,7 +129,7 @@ impl Problem {
 }
 
 /// The least adjustment that meets the independent rows of a system.
-fn meet(solver: &dyn Solver, system: &System, rhs: Vec<f64>, size: Vec<f64>) -> Result<Solved, EditError> {
+fn meet(solver: &dyn Solver, system: &System, rhs: Numbers, size: Numbers) -> Result<Solved, EditError> {
     let mut factored = solver.factor(system)?;
     let dropped = factored.rank() < system.rows().len();
     let dependencies = if dropped { factored.diagnosis().dependencies } else { Vec::new() };

@@ -7,9 +7,9 @@ use super::bound::{Bound, bind};
 use super::constraint::{Constraint, Wanted};
 use super::metric::Metric;
 use super::smooth::{Smooth, SmoothKnot, Watched, find, is_ours, ours};
-use super::{ConstraintId, EditError, Problem, view};
+use super::{ConstraintId, EditError, Numbers, Problem, view};
 use crate::functional::{On, Shapes};
-use crate::plugin::Smoothness;
+use crate::problem::Smoothness;
 use crate::shape::Shape;
 
 /// How smooth a problem keeps its shapes, and the places where that may fail.
@@ -18,14 +18,20 @@ pub(crate) struct Smoothing {
     level: u8,
     /// Whether not only where something is asked, but wherever vertices may move.
     everywhere: bool,
-    /// What messages call the shapes.
-    names: Vec<On>,
+    /// What messages call some of the shapes; what is said last counts.
+    names: Vec<(usize, Arc<str>)>,
     watched: Watched,
 }
 
 impl Smoothing {
-    pub(crate) fn new(level: u8, everywhere: bool, names: Vec<On>) -> Self {
+    pub(crate) fn new(level: u8, everywhere: bool, names: Vec<(usize, Arc<str>)>) -> Self {
         Self { level, everywhere, names, watched: Watched::default() }
+    }
+
+    /// How messages name a shape.
+    fn on(&self, shape: usize) -> On {
+        let named = self.names.iter().rev().find(|(s, _)| *s == shape);
+        On { shape, name: named.map(|(_, name)| Arc::clone(name)) }
     }
 
     /// Puts the rows that keep what is smooth *now* behind what is asked, in place of those that were there. What was there
@@ -40,11 +46,18 @@ impl Smoothing {
         let shapes = view(boxes);
         let asked = bound.iter().filter(|b| !is_ours(&b.constraint));
         let asked = asked.map(|b| b.constraint.functional.as_ref());
-        let mut found = find(&shapes, asked, &self.names, freedom, metric, self.level, self.everywhere)?;
+        let names = |shape| self.on(shape);
+        let found = find(&shapes, asked, &names, freedom, metric, self.level, self.everywhere)?;
+        let mut found = found.unwrap_or_default();
         self.watched.add(&mut found);
         let mut fresh = Vec::with_capacity(found.kept.len());
         for smooth in found.kept {
-            fresh.push(bind(&shapes, Constraint::new(Arc::new(smooth), Wanted::Keep), ConstraintId::OURS)?);
+            fresh.push(bind(
+                &shapes,
+                Constraint::new(Arc::new(smooth), Wanted::Keep),
+                ConstraintId::OURS,
+                &mut Numbers::new(),
+            )?);
         }
         if fresh.is_empty() && !bound.iter().any(|b| is_ours(&b.constraint)) {
             return Ok(None);

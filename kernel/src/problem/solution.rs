@@ -6,7 +6,7 @@ use super::bound::{Bound, right_hand_side};
 use super::check::{Check, excess, missed_by, near_conflict};
 use super::program::{Solved, senses};
 use super::smooth::is_ours;
-use super::{Assembly, Constraint, EditError, Problem, view};
+use super::{Assembly, Constraint, EditError, Numbers, Problem, view};
 use crate::error::Error;
 use crate::solve::{Dependency, Diagnosis, SolveError, Solver};
 use crate::{Point, Vector};
@@ -49,7 +49,7 @@ impl Problem {
     fn solve_as(&self, solver: &dyn Solver, finely: bool) -> Result<Solution, EditError> {
         let shapes = view(&self.shapes);
         let full = self.assemble(finely)?;
-        let (mut rhs, mut size) = (Vec::new(), Vec::new());
+        let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
         right_hand_side(&shapes, &self.bound, &full, &mut rhs, &mut size)?;
         let mut solved = self.program(solver, &full, &rhs, &size)?;
         if !solved.d.iter().all(|d| d.is_finite()) {

@@ -8,14 +8,30 @@ use crate::{Point, Vector};
 /// made of, and how much of each. On the stack up to bicubic surfaces. Vertices ascend and do not repeat.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stencil {
-    vertices: SmallVec<[usize; 16]>,
-    coefficients: SmallVec<[f64; 16]>,
+    vertices: SmallVec<[usize; ROOM]>,
+    coefficients: SmallVec<[f64; ROOM]>,
 }
+
+/// So many vertices of a stencil are kept on the stack.
+const ROOM: usize = 16;
 
 impl Stencil {
     /// An empty stencil: the value zero.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The stencil of a run of vertices from `first` on: one for each of the coefficients `row[..count]`.
+    #[inline]
+    pub(crate) fn run(first: usize, row: &[f64], count: usize) -> Self {
+        // Made as a whole where it has room for all: no vertex needs to find its place.
+        match row.first_chunk::<ROOM>() {
+            Some(row) if count <= ROOM => Self {
+                vertices: SmallVec::from_buf_and_len(std::array::from_fn(|k| first + k), count),
+                coefficients: SmallVec::from_buf_and_len(*row, count),
+            },
+            _ => Self { vertices: (first..first + count).collect(), coefficients: row[..count].into() },
+        }
     }
 
     /// Adds `coefficient` at `vertex`, to what is there already where the vertex repeats.

@@ -14,19 +14,13 @@ impl Space {
     /// degrees. `out` has at least `p + 1` entries; the rest is left alone. An order above `p` gives zeros.
     /// `O(p²)`.
     pub fn basis_into(&self, span: usize, u: f64, order: usize, out: &mut [f64]) {
-        let p = self.degree();
-        let row = &mut out[..=p];
-        row.fill(0.0);
-        if order > p {
-            return;
-        }
-        row[0] = 1.0;
-        for d in 1..=p {
-            if d > p - order {
-                differentiate(self.around(span), p, d, row);
-            } else {
-                raise(self.around(span), p, d, u, row);
-            }
+        match self.degree() {
+            1 => out[..2].copy_from_slice(&climb_known::<2>(self.around(span), u, order)),
+            2 => out[..3].copy_from_slice(&climb_known::<3>(self.around(span), u, order)),
+            3 => out[..4].copy_from_slice(&climb_known::<4>(self.around(span), u, order)),
+            4 => out[..5].copy_from_slice(&climb_known::<5>(self.around(span), u, order)),
+            5 => out[..6].copy_from_slice(&climb_known::<6>(self.around(span), u, order)),
+            p => climb(p, self.around(span), u, order, &mut out[..=p]),
         }
     }
 
@@ -118,6 +112,31 @@ impl Space {
         let p = self.degree();
         &self.flat()[span + 1 - p..=span + p]
     }
+}
+
+/// The triangle of [`Space::basis_into`] over the knots around a span, into a row of `p + 1`.
+#[inline(always)]
+fn climb(p: usize, around: &[f64], u: f64, order: usize, row: &mut [f64]) {
+    row.fill(0.0);
+    if order > p {
+        return;
+    }
+    row[0] = 1.0;
+    for d in 1..=p {
+        if d > p - order {
+            differentiate(around, p, d, row);
+        } else {
+            raise(around, p, d, u, row);
+        }
+    }
+}
+
+/// The same for degree `N - 1`.
+#[inline]
+fn climb_known<const N: usize>(around: &[f64], u: f64, order: usize) -> [f64; N] {
+    let mut row = [0.0; N];
+    climb(N - 1, &around[..2 * (N - 1)], u, order, &mut row);
+    row
 }
 
 /// From the `d` functions of degree `d - 1` that do not vanish to the `d + 1` of degree `d`.

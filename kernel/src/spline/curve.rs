@@ -289,6 +289,9 @@ pub(crate) fn row_in(
     let mut row = [0.0; MAX_ORDER];
     let Some(weight) = weight else {
         space.basis_into(span, u, order, &mut row);
+        if !space.is_periodic() {
+            return Stencil::run(span - p, &row, p + 1);
+        }
         return (0..=p).map(|j| (vertex(j), row[j])).collect();
     };
     // Rational basis functions R_i = w_i N_i / W, differentiated by the quotient rule.

@@ -126,9 +126,8 @@ impl Bound {
 
     /// The report of a bound that misses its value by so much, with its multiplier.
     pub(crate) fn account(&self, residual: f64, push: f64) -> ConstraintReport {
-        let name = self.label.clone();
         ConstraintReport {
-            name,
+            name: self.label.clone().into(),
             residual,
             location: None,
             between: None,

@@ -33,7 +33,7 @@ impl<S: Shape + Clone> Problem<'_, S> {
         let mut names = Vec::new();
         for told in smooth.into_iter().chain(stage.account(&[], &entries)) {
             told.multipliers.iter().for_each(|at| owner[*at as usize] = names.len());
-            names.push(told.name);
+            names.push(String::from(told.name));
         }
         for bound in bounds {
             owner.push(names.len());

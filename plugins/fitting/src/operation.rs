@@ -439,7 +439,7 @@ fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
     let kept = &fitted.kept;
     let constraint = |(name, residual): &(String, f64)| ConstraintReport {
         between: None,
-        name: name.clone(),
+        name: name.clone().into(),
         residual: *residual,
         ..ConstraintReport::default()
     };

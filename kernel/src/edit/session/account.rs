@@ -2,17 +2,22 @@
 
 use std::any::Any;
 
+use smallvec::SmallVec;
+
 use super::Session;
+use super::border::Border;
+use super::prepared::Prepared;
 use crate::edit::report::{ConstraintReport, Report, Smoothness};
 use crate::error::Result;
 use crate::functional::{Accuracy, Shapes};
 use crate::measure::Measured;
 use crate::problem::EditError;
-use crate::problem::assembly::Slot;
+use crate::problem::assembly::{Assembly, Slot};
 use crate::problem::bound::Bound;
 use crate::problem::judge::reach;
+use crate::problem::program::Bounds;
 use crate::problem::solution::{overflow, redundant};
-use crate::problem::view;
+use crate::problem::{Numbers, view};
 use crate::shape::Shape;
 use crate::solve::Dependency;
 
@@ -20,13 +25,14 @@ impl<S: Shape> Session<S> {
     /// What solving gave: residuals (measured afresh on the shapes as they are), rank, condition, multipliers. Not free: not
     /// for every event.
     pub fn report(&self) -> Report {
-        self.account_for(&self.measured())
+        self.account_for(&self.measured(), self.multipliers())
     }
 
     /// The same, once it is sure that what was solved for holds.
-    pub(super) fn judged(&self) -> Result<Report, EditError> {
+    pub(super) fn judged(&mut self) -> Result<Report, EditError> {
         let measured = self.measured();
-        let report = self.account_for(&measured);
+        let multipliers = self.own_multipliers();
+        let report = self.account_for(&measured, multipliers);
         if !report.adjustment.is_finite() {
             return Err(overflow());
         }
@@ -43,7 +49,7 @@ impl<S: Shape> Session<S> {
         self.problem.measured(&view(&self.problem.shapes), reach)
     }
 
-    fn account_for(&self, measured: &[Result<Measured>]) -> Report {
+    fn account_for(&self, measured: &[Result<Measured>], multipliers: Multipliers) -> Report {
         let shapes = view(&self.problem.shapes);
         let prepared = &self.prepared;
         let diagnosis = prepared.factored.diagnosis();
@@ -81,7 +87,8 @@ impl<S: Shape> Session<S> {
             adjustment = (now - before).iter().fold(adjustment, |length, d| length.hypot(*d));
         }
         report.adjustment = adjustment;
-        for (bound, measured) in self.problem.bound.iter().zip(measured) {
+        report.constraints.reserve_exact(self.problem.bound.len());
+        for ((bound, measured), multipliers) in self.problem.bound.iter().zip(measured).zip(multipliers) {
             let nan = Measured { error: f64::NAN, ..Measured::default() };
             let measured = measured.as_ref().unwrap_or(&nan);
             // Not `max`, which would pass over NaN.
@@ -89,15 +96,12 @@ impl<S: Shape> Session<S> {
                 report.residual = measured.error;
             }
             report.constraints.push(ConstraintReport {
-                name: bound.constraint.label(),
+                name: bound.constraint.title(),
                 residual: measured.error,
                 location: self.rests_at(bound),
                 between: measured.between.map(|between| between.error),
-                multipliers: Vec::new(),
+                multipliers,
             });
-        }
-        for (constraint, multipliers) in report.constraints.iter_mut().zip(self.multipliers()) {
-            constraint.multipliers = multipliers;
         }
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
@@ -128,38 +132,64 @@ impl<S: Shape> Session<S> {
     }
 
     /// The multipliers of each constraint, one for each equation that is asked of it.
-    pub(super) fn multipliers(&self) -> Vec<Vec<f64>> {
-        let prepared = &self.prepared;
-        let mut multipliers = vec![0.0; prepared.rhs.len()];
-        let mut rhs = prepared.rhs.clone();
-        if let Some(border) = &prepared.border {
-            let mut taken = vec![0.0; rhs.len()];
+    pub(super) fn multipliers(&self) -> Multipliers {
+        let Prepared { assembly, rhs, border, bounds, .. } = self.prepared.as_ref();
+        // Solving for them needs the factor's scratch; a report is rare enough to factor once more.
+        let again = self.solver.factor(&assembly.system).ok();
+        multipliers(self.problem.bound.len(), assembly, rhs, border.as_ref(), bounds.as_ref(), |rhs, out| {
+            if let Some(mut factored) = again {
+                factored.multipliers_into(rhs, out);
+            }
+        })
+    }
+
+    /// The same by the factor that there is.
+    pub(super) fn own_multipliers(&mut self) -> Multipliers {
+        let Prepared { assembly, rhs, border, bounds, factored, .. } = self.prepared.as_mut();
+        multipliers(self.problem.bound.len(), assembly, rhs, border.as_ref(), bounds.as_ref(), |rhs, out| {
+            factored.multipliers_into(rhs, out);
+        })
+    }
+}
+
+/// The multipliers of each constraint.
+pub(super) type Multipliers = SmallVec<[Vec<f64>; 1]>;
+
+fn multipliers(
+    constraints: usize,
+    assembly: &Assembly,
+    rhs: &Numbers,
+    border: Option<&Border>,
+    bounds: Option<&Bounds>,
+    solve: impl FnOnce(&[f64], &mut [f64]),
+) -> Multipliers {
+    let mut multipliers = Numbers::from_elem(0.0, rhs.len());
+    match border {
+        None => solve(rhs, &mut multipliers),
+        Some(border) => {
+            let (mut rhs, mut taken) = (rhs.clone(), vec![0.0; rhs.len()]);
             border.taken(&mut taken);
             rhs.iter_mut().zip(taken).for_each(|(b, t)| *b -= t);
+            solve(&rhs, &mut multipliers);
         }
-        // Solving for them needs the factor's scratch; a report is rare enough to factor once more.
-        if let Ok(mut factored) = self.solver.factor(&prepared.assembly.system) {
-            factored.multipliers_into(&rhs, &mut multipliers);
-        }
-        let of = |slot: &Slot| multipliers[prepared.assembly.entry(slot)];
-        let each = (0..self.problem.bound.len()).map(|k| {
-            let part = prepared.assembly.slots(k);
-            match &prepared.bounds {
-                None => part.iter().map(of).collect(),
-                // Zero for an inequality that is not active.
-                Some(bounds) => {
-                    let known = |all: &Slot| part.iter().find(|s| s.equation == all.equation);
-                    bounds.full.slots(k).iter().map(|all| known(all).map_or(0.0, of)).collect()
-                }
-            }
-        });
-        let mut each: Vec<Vec<f64>> = each.collect();
-        let bordering = prepared.border.iter().flat_map(|border| border.rows.iter().zip(&border.multipliers));
-        for (&(k, _), &multiplier) in bordering {
-            each[k].push(multiplier);
-        }
-        each
     }
+    let of = |slot: &Slot| multipliers[assembly.entry(slot)];
+    let each = (0..constraints).map(|k| {
+        let part = assembly.slots(k);
+        match bounds {
+            None => part.iter().map(of).collect(),
+            // Zero for an inequality that is not active.
+            Some(bounds) => {
+                let known = |all: &Slot| part.iter().find(|s| s.equation == all.equation);
+                bounds.full.slots(k).iter().map(|all| known(all).map_or(0.0, of)).collect()
+            }
+        }
+    });
+    let mut each: Multipliers = each.collect();
+    for (&(k, _), &multiplier) in border.iter().flat_map(|b| b.rows.iter().zip(&b.multipliers)) {
+        each[k].push(multiplier);
+    }
+    each
 }
 
 /// A tangent that was asked to be parallel to a direction but came out the other way round.

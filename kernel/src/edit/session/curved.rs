@@ -119,7 +119,7 @@ impl<S: Shape> Session<S> {
         let mut progress = Progress::new(looks(&self.problem.bound));
         for iteration in 1..=ITERATIONS {
             self.place();
-            let prepared = &mut self.prepared;
+            let prepared = self.prepared.as_mut();
             let Some(border) = &mut prepared.border else { return Ok(()) };
             border.evaluate(&view(&self.problem.shapes), &self.problem.bound)?;
             let (mut error, mut worst) = border.error(&self.problem.bound);
@@ -140,7 +140,7 @@ impl<S: Shape> Session<S> {
                 Ok(false) => return Err(self.vanished(worst).into()),
                 Err(row) => return Err(self.overflow(row)),
             }
-            let prepared = &mut self.prepared;
+            let prepared = self.prepared.as_mut();
             let Some(border) = &mut prepared.border else { return Ok(()) };
             let step = border.step_from_here(&self.problem.bound, share, &prepared.d);
             // What most events never come to, and need not pay for.
@@ -189,7 +189,7 @@ impl<S: Shape> Session<S> {
         for iteration in 1..=ITERATIONS {
             self.check_finite()?;
             self.place();
-            let prepared = &mut self.prepared;
+            let prepared = self.prepared.as_mut();
             let Some(border) = &mut prepared.border else { return Ok(()) };
             let mut worst = 0;
             let candidates = match axis {
@@ -230,7 +230,7 @@ impl<S: Shape> Session<S> {
 
     /// The shapes as they are become those that are adjusted; `d` what meets the linear constraints from there.
     fn rebase(&mut self) -> Result<(), EditError> {
-        let prepared = &mut self.prepared;
+        let prepared = self.prepared.as_mut();
         for (base, d) in prepared.base.iter_mut().zip(prepared.d.chunks_exact(3)) {
             *base += crate::Vector::new(d[0], d[1], d[2]);
         }

@@ -2,8 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::put;
-use crate::Point;
+use super::{State, put};
 use crate::edit::report::Report;
 use crate::error::Result;
 use crate::problem::view;
@@ -14,7 +13,7 @@ use crate::shape::Shape;
 pub struct Edited<S> {
     pub(super) shapes: Vec<Box<dyn Shape>>,
     pub(super) report: Report,
-    pub(super) before: Vec<(u32, u32, Point)>,
+    pub(super) before: State,
     /// The first shape before knots were inserted to keep the edit in an interval.
     pub(super) original: Option<Box<dyn Shape>>,
     pub(super) kind: PhantomData<fn() -> S>,

@@ -23,7 +23,9 @@ impl<S: Shape> Session<S> {
         if !self.prepared.linear {
             return self.iterate(looks(&self.problem.bound));
         }
-        if let Some(bounds) = self.prepared.bounds.take() {
+        if self.prepared.bounds.is_some()
+            && let Some(bounds) = self.prepared.bounds.take()
+        {
             return self.bounded(bounds);
         }
         while self.solve_linear()? {
@@ -41,7 +43,7 @@ impl<S: Shape> Session<S> {
     /// The adjustment that the system's constraints ask for, into `d`; whether it should meet them all (a best effort need
     /// not). Where it fails, `d` is the last one.
     pub(super) fn solve_linear(&mut self) -> Result<bool, EditError> {
-        let prepared = &mut self.prepared;
+        let prepared = self.prepared.as_mut();
         std::mem::swap(&mut prepared.d, &mut prepared.other);
         prepared.meet(&self.problem.bound, self.handle.as_ref());
         if let Some(at) = prepared.disagreement() {
@@ -64,7 +66,7 @@ impl<S: Shape> Session<S> {
 
     /// Whether the adjustment is in proportion to what is asked.
     fn check_proportion(&mut self) -> Result<(), EditError> {
-        let Prepared { check, assembly, factored, rhs, size, d, .. } = &mut self.prepared;
+        let Prepared { check, assembly, factored, rhs, size, d, .. } = self.prepared.as_mut();
         let slots = self.handle.as_ref().map(|handle| assembly.slots(handle.at)).unwrap_or_default();
         let entries = slots.iter().map(|slot| assembly.entry(slot));
         match check.excess(assembly.system.sides(), (rhs, size), d, entries) {
@@ -80,7 +82,7 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// The constraint that is missed, or the constraints that contradict one another.
     pub(super) fn check_linear(&mut self) -> Result<(), EditError> {
-        let Prepared { check, assembly, rhs, size, d, .. } = &mut self.prepared;
+        let Prepared { check, assembly, rhs, size, d, .. } = self.prepared.as_mut();
         match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), d) {
             None => Ok(()),
             Some((row, error)) => Err(self.missed(row, error).into()),
@@ -90,7 +92,7 @@ impl<S: Shape> Session<S> {
     /// Why an answer is not handed out: a contradiction that the solver did not see, or its inaccuracy.
     #[cold]
     fn missed(&self, row: usize, error: Error) -> SolveError {
-        let Prepared { assembly, rhs, size, factored, .. } = &self.prepared;
+        let Prepared { assembly, rhs, size, factored, .. } = self.prepared.as_ref();
         let constraints: Vec<&Constraint> = self.problem.constraints().collect();
         if let Ok(mut second) = HouseholderQr.factor(&assembly.system) {
             let dependencies = second.diagnosis().dependencies;
@@ -112,10 +114,10 @@ impl<S: Shape> Session<S> {
         }
         let d = coarse.d.clone();
         self.restore();
-        let fine = prepare(&self.problem, self.dragged(), self.solver.as_ref(), true);
+        let fine = prepare(&self.problem, self.dragged(), self.solver.as_ref(), &[], true);
         self.prepared.d = d;
         self.place();
-        let (coarse, mut fine) = (&mut self.prepared, fine?);
+        let (coarse, mut fine) = (self.prepared.as_mut(), fine?);
         if fine.factored.rank() <= coarse.factored.rank() || fine.border.is_some() != coarse.border.is_some()
         {
             return Ok(false);
@@ -124,8 +126,8 @@ impl<S: Shape> Session<S> {
             std::mem::swap(&mut border.before, &mut before.before);
             border.moved = before.moved;
         }
-        let d = std::mem::take(&mut coarse.d);
-        self.prepared = Prepared { d, ..fine };
+        fine.d = std::mem::take(&mut coarse.d);
+        self.prepared = fine;
         Ok(true)
     }
 
@@ -150,14 +152,14 @@ impl<S: Shape> Session<S> {
                 return Err(error);
             }
         };
-        let prepared = &mut self.prepared;
+        let prepared = self.prepared.as_mut();
         bounds.active = solved.active;
         if let Some((part, _)) = solved.part {
             prepared.assembly = part;
         }
         prepared.assembly.decide(solved.tolerance);
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
-        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d);
+        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d.into());
         prepared.bounds = Some(bounds);
         self.place();
         Ok(())
@@ -194,7 +196,7 @@ impl<S: Shape> Session<S> {
     }
 
     pub(super) fn conflict(&self, at: usize) -> SolveError {
-        let Prepared { assembly, dependencies, .. } = &self.prepared;
+        let Prepared { assembly, dependencies, .. } = self.prepared.as_ref();
         debug_assert!(!involved(assembly, &dependencies[at]).is_empty());
         explain(&self.problem, assembly, &dependencies[at])
     }

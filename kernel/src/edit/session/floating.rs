@@ -339,7 +339,7 @@ impl<S: Shape> Session<S> {
     /// `L_sᵀ (F W⁻¹Fᵀ)⁻¹ L_s`, on the shapes as they are.
     fn bend(&mut self, parameters: &[Parameter]) -> Result<DMatrix<f64>, EditError> {
         let along: Vec<Vec<f64>> = parameters.iter().map(|p| self.along(p)).collect::<Result<_>>()?;
-        let prepared = &mut self.prepared;
+        let prepared = self.prepared.as_mut();
         let (mut right, mut answer) = (vec![0.0; prepared.rhs.len()], vec![0.0; prepared.rhs.len()]);
         let n = parameters.len();
         let mut bend = DMatrix::zeros(n, n);

@@ -14,6 +14,8 @@ mod slide;
 
 use std::marker::PhantomData;
 
+use smallvec::SmallVec;
+
 pub use self::edited::Edited;
 use self::prepared::{Prepared, prepare};
 use super::builder::Edit;
@@ -22,7 +24,7 @@ use crate::error::{Error, Result};
 use crate::functional::{Linearity, value_of};
 use crate::problem::bound::{Bound, add_companions, loosen};
 use crate::problem::conflict::quoted;
-use crate::problem::{Asked, Constraint, ConstraintId, EditError, Problem, Value, view};
+use crate::problem::{Asked, Constraint, ConstraintId, EditError, Numbers, Problem, Value, view};
 use crate::shape::{Location, Shape};
 use crate::solve::{Sense, SolveError, Solver};
 
@@ -53,11 +55,15 @@ pub struct Session<S> {
     original: Option<Box<dyn Shape>>,
     pristine: bool,
     solver: Box<dyn Solver>,
-    prepared: Prepared,
-    checkpoints: Vec<Vec<(u32, u32, Point)>>,
-    start: Vec<(u32, u32, Point)>,
+    /// Behind a pointer: a session is handed on some times before its first event.
+    prepared: Box<Prepared>,
+    checkpoints: Vec<State>,
+    start: State,
     kind: PhantomData<fn() -> S>,
 }
+
+/// Where vertices are: shape, vertex, point.
+type State = SmallVec<[(u32, u32, Point); 4]>;
 
 /// What is dragged.
 #[derive(Debug)]
@@ -65,9 +71,9 @@ struct Handle {
     /// The number of its constraint.
     at: usize,
     /// Its value when it was prepared.
-    start: Vec<f64>,
+    start: Numbers,
     /// Where it was dragged before, to go back to where an event fails.
-    last: Vec<f64>,
+    last: Numbers,
     /// The curve as it was and the parameter, where that slides.
     sliding: Option<(Box<dyn Shape>, f64)>,
 }
@@ -106,14 +112,18 @@ impl<S> std::fmt::Debug for Session<S> {
 impl<S: Shape> Session<S> {
     pub(super) fn new(edit: Edit<S>, asked: Asked, solver: Box<dyn Solver>) -> Result<Self, EditError> {
         let (slides, alternating, original) = edit.into_rest();
-        let (mut problem, dragged) = Problem::new(asked)?;
+        let (mut problem, dragged, mut present) = Problem::new(asked)?;
         let handle = dragged.map(|at| Handle::new(&problem, at, slides)).transpose()?;
         if alternating {
             check_alternating(&problem.bound)?;
         }
         let floating = floating::anchor(&mut problem.bound, 0)?;
+        if !floating.is_empty() {
+            present.clear();
+        }
+        // What is kept smooth comes behind what is asked, whose values stay known.
         problem.renew_smoothness()?;
-        let prepared = prepare(&problem, dragged, solver.as_ref(), false)?;
+        let prepared = prepare(&problem, dragged, solver.as_ref(), &present, false)?;
         let start = snapshot(&problem.shapes, &prepared);
         Ok(Self {
             problem,
@@ -331,17 +341,18 @@ impl<S: Shape> Session<S> {
         let report = self.judged()?;
         let mut before = self.start;
         if let (Some(original), true) = (&self.original, self.pristine) {
-            (self.problem.shapes[0], before) = (original.boxed(), Vec::new());
+            (self.problem.shapes[0], before) = (original.boxed(), State::new());
         }
         Ok(Edited { shapes: self.problem.shapes, report, before, original: self.original, kind: PhantomData })
     }
 
     /// Base plus adjustment, into the shapes.
     fn place(&mut self) {
-        let Prepared { d, base, places, .. } = &self.prepared;
-        let mut from = 0;
+        let Prepared { d, base, places, .. } = self.prepared.as_ref();
+        let (mut from, last) = (0, self.problem.shapes.len() - 1);
         for (index, shape) in self.problem.shapes.iter_mut().enumerate() {
-            let until = from + places[from..].partition_point(|&(s, _)| s as usize == index);
+            let own = || places[from..].partition_point(|&(s, _)| s as usize == index);
+            let until = if index == last { places.len() } else { from + own() };
             if until == from {
                 continue;
             }
@@ -372,13 +383,14 @@ impl<S: Shape> Session<S> {
             value_of(functional, &view(&self.problem.shapes), &mut handle.start)?;
         }
         let before = self.problem.renew_smoothness()?;
-        self.prepared = match (prepare(&self.problem, self.dragged(), self.solver.as_ref(), false), before) {
-            (Ok(prepared), _) => prepared,
-            (Err(error), before) => {
-                self.problem.bound = before.unwrap_or_else(|| std::mem::take(&mut self.problem.bound));
-                return Err(error);
-            }
-        };
+        self.prepared =
+            match (prepare(&self.problem, self.dragged(), self.solver.as_ref(), &[], false), before) {
+                (Ok(prepared), _) => prepared,
+                (Err(error), before) => {
+                    self.problem.bound = before.unwrap_or_else(|| std::mem::take(&mut self.problem.bound));
+                    return Err(error);
+                }
+            };
         self.solved = false;
         // What is touched for the first time belongs to the way back, too.
         let known: std::collections::BTreeSet<(u32, u32)> =
@@ -413,7 +425,7 @@ fn check_alternating(bound: &[Bound]) -> Result<(), EditError> {
     }
 }
 
-fn snapshot(shapes: &[Box<dyn Shape>], prepared: &Prepared) -> Vec<(u32, u32, Point)> {
+fn snapshot(shapes: &[Box<dyn Shape>], prepared: &Prepared) -> State {
     let point = |&(s, v): &(u32, u32)| (s, v, shapes[s as usize].control_vertices()[v as usize]);
     prepared.places.iter().map(point).collect()
 }

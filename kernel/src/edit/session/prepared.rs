@@ -1,17 +1,19 @@
 //! What is known for one set of constraints at one state of the shapes.
 
+use smallvec::SmallVec;
+
 use super::Handle;
 use super::border::{Border, members};
 use crate::Point;
 use crate::edit::report::Convergence;
 use crate::error::Error;
 use crate::functional::Linearity;
-use crate::problem::assembly::Assembly;
-use crate::problem::bound::{Bound, right_hand_side};
+use crate::problem::assembly::{Assembly, Slot};
+use crate::problem::bound::{Bound, difference};
 use crate::problem::check::Check;
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, equations, gather, has_inequalities, senses};
-use crate::problem::{EditError, Problem};
+use crate::problem::{Coordinates, EditError, Numbers, Problem};
 use crate::solve::{Dependency, Factored, Solver, SystemMetric};
 
 /// What is known for one set of constraints at one state of the shapes.
@@ -20,19 +22,19 @@ pub(super) struct Prepared {
     pub(super) factored: Box<dyn Factored>,
     pub(super) dependencies: Vec<Dependency>,
     /// Wanted changes, and the sizes of the numbers they come from.
-    pub(super) rhs: Vec<f64>,
-    pub(super) size: Vec<f64>,
+    pub(super) rhs: Numbers,
+    pub(super) size: Numbers,
     /// The adjustment of the touched columns, and what it is without the handle.
-    pub(super) d: Vec<f64>,
-    pub(super) still: Vec<f64>,
+    pub(super) d: Coordinates,
+    pub(super) still: Coordinates,
     /// Room for another adjustment: an event that fails gives back the last one.
-    pub(super) other: Vec<f64>,
+    pub(super) other: Coordinates,
     /// The adjustment that each number of the handle asks for by changing by 1.
-    pub(super) response: Vec<Vec<f64>>,
+    pub(super) response: SmallVec<[Coordinates; 1]>,
     /// Where the touched columns' vertices were.
-    pub(super) base: Vec<Point>,
+    pub(super) base: SmallVec<[Point; 4]>,
     /// Shape and vertex of each.
-    pub(super) places: Vec<(u32, u32)>,
+    pub(super) places: SmallVec<[(u32, u32); 4]>,
     pub(super) refinement: Refinement,
     /// Of the rows that events check: all of the bounds' where there are some.
     pub(super) check: Check,
@@ -48,18 +50,19 @@ pub(super) struct Prepared {
 
 /// Prepares the constraints: where some are not linear, those that are, with the others as their border if that can be
 /// (they are few, and none depends on the rest where the shapes are), else all in one system. `finely`: rows that the others
-/// nearly imply are not left out.
+/// nearly imply are not left out. `present`: the values of the first constraints on the shapes as they are, where these are known.
 pub(super) fn prepare(
     problem: &Problem,
     handle: Option<usize>,
     solver: &dyn Solver,
+    present: &[f64],
     finely: bool,
-) -> Result<Prepared, EditError> {
+) -> Result<Box<Prepared>, EditError> {
     let bound = &problem.bound;
     let bordered = !problem.best_effort && !has_inequalities(bound);
     let members = if bordered { members(bound) } else { Vec::new() };
     if !members.is_empty() {
-        let mut prepared = prepare_system(problem, handle, solver, &members, finely)?;
+        let mut prepared = prepare_system(problem, handle, solver, present, &members, finely)?;
         let moving = prepared.assembly.vertices().collect();
         let mut border = Border::new(members, bound, &prepared.assembly, moving, &prepared.base)?;
         border.evaluate(&problem.shapes(), bound)?;
@@ -69,23 +72,24 @@ pub(super) fn prepare(
             return Ok(prepared);
         }
     }
-    prepare_system(problem, handle, solver, &[], finely)
+    prepare_system(problem, handle, solver, present, &[], finely)
 }
 
 fn prepare_system(
     problem: &Problem,
     handle: Option<usize>,
     solver: &dyn Solver,
+    present: &[f64],
     aside: &[usize],
     finely: bool,
-) -> Result<Prepared, EditError> {
+) -> Result<Box<Prepared>, EditError> {
     let (shapes, bound) = (problem.shapes(), &problem.bound);
-    let constraints: Vec<&Constraint> = problem.constraints().collect();
     let mut assembly = problem.assemble_beside(finely, &|k| aside.contains(&k))?;
-    let (mut rhs, mut size) = (Vec::new(), Vec::new());
-    right_hand_side(&shapes, bound, &assembly, &mut rhs, &mut size)?;
+    let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
+    difference(&shapes, bound, &assembly, present, (&mut rhs, &mut size), |_| {})?;
     let mut bounds = None;
     if has_inequalities(bound) {
+        let constraints: Vec<&Constraint> = problem.constraints().collect();
         let kept = equations(&senses(&assembly, &constraints));
         let part = assembly.select(&kept);
         let some = (gather(&rhs, &kept), gather(&size, &kept));
@@ -96,14 +100,14 @@ fn prepare_system(
     let mut factored = solver.factor(&assembly.system)?;
     let sides = assembly.system.sides();
     let count = assembly.vertices().len();
-    let (mut places, mut base) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let (mut places, mut base) = (SmallVec::with_capacity(count), SmallVec::with_capacity(count));
     let mut shape = 0;
+    let all = shapes.vertex_count();
     for vertex in assembly.vertices() {
         // Rows are checked where they arrive; a metric's neighbours are not.
-        if vertex >= shapes.vertex_count() {
+        if vertex >= all {
             return Err(Error::Invalid(format!(
-                "control vertex {vertex} should move, but there are {}, numbered from 0",
-                shapes.vertex_count()
+                "control vertex {vertex} should move, but there are {all}, numbered from 0"
             ))
             .into());
         }
@@ -115,18 +119,21 @@ fn prepare_system(
     }
     let whole = bounds.as_ref().map_or(&assembly.system, |bounds| &bounds.full.system);
     let mut check = Check::new(whole, factored.as_ref(), &base)?;
-    let d = vec![0.0; 3 * count];
-    let mut still = Vec::new();
-    let mut response = Vec::new();
+    let d = Coordinates::from_elem(0.0, 3 * count);
+    let mut still = Coordinates::new();
+    let mut response = SmallVec::new();
     if let Some(handle) = handle.filter(|_| bounds.is_none()) {
         for slot in assembly.slots(handle) {
             rhs[assembly.entry(slot)] = 0.0;
         }
-        still = d.clone();
+        still = Coordinates::from_slice(&d);
         let mut refinement = Refinement::of(&assembly);
-        refinement.solve(&assembly, factored.as_mut(), &rhs, &mut still);
-        let mut one = vec![0.0; rhs.len()];
-        let mut column = d.clone();
+        // Nothing asked for costs nothing.
+        if rhs.iter().any(|b| *b != 0.0) {
+            refinement.solve(&assembly, factored.as_mut(), &rhs, &mut still);
+        }
+        let mut one = Numbers::from_elem(0.0, rhs.len());
+        let mut column = Coordinates::from_slice(&d);
         for slot in assembly.slots(handle) {
             // With three sides, x, y and z share one column of C.
             if slot.side > 0 {
@@ -135,7 +142,9 @@ fn prepare_system(
             one[assembly.entry(slot)] = 1.0;
             refinement.solve(&assembly, factored.as_mut(), &one, &mut column);
             one[assembly.entry(slot)] = 0.0;
-            response.push(column.iter().step_by(sides).copied().collect());
+            let mut own = Coordinates::from_elem(0.0, column.len() / sides);
+            own.iter_mut().zip(column.chunks_exact(sides)).for_each(|(own, column)| *own = column[0]);
+            response.push(own);
         }
         check.of_events(sides, &still, &response);
     }
@@ -144,12 +153,12 @@ fn prepare_system(
     } else {
         Vec::new()
     };
-    Ok(Prepared {
+    Ok(Box::new(Prepared {
         factored,
         dependencies,
         rhs,
         size,
-        other: d.clone(),
+        other: Coordinates::from_slice(&d),
         d,
         still,
         response,
@@ -163,7 +172,7 @@ fn prepare_system(
         bounds,
         border: None,
         assembly,
-    })
+    }))
 }
 
 impl Prepared {
@@ -175,22 +184,28 @@ impl Prepared {
             return;
         };
         // d = C₀b₀ + Σ response · change: only the columns of C whose b is ever non-zero.
-        self.d.copy_from_slice(&self.still);
-        let (target, sides) = (&bound[handle.at].target, self.assembly.system.sides());
-        let slots = self.assembly.slots(handle.at).chunks(if sides == 3 { 3 } else { 1 });
-        for (slots, response) in slots.zip(&self.response) {
-            let mut change = [0.0; 3];
-            for slot in slots {
-                let side = if sides == 3 { slot.side as usize } else { 0 };
-                change[side] = target[slot.equation as usize] - handle.start[slot.equation as usize];
-                self.rhs[self.assembly.entry(slot)] = change[side];
-            }
-            if sides == 3 {
-                for (d, r) in self.d.as_chunks_mut::<3>().0.iter_mut().zip(response) {
+        let Self { assembly, rhs, d, still, response, .. } = self;
+        let (target, start, d, rhs) =
+            (&bound[handle.at].target[..], &handle.start[..], &mut d[..], &mut rhs[..]);
+        let slots = assembly.slots(handle.at);
+        let mut change = |slot: &Slot, at: usize| {
+            let change = target[slot.equation as usize] - start[slot.equation as usize];
+            rhs[at] = change;
+            change
+        };
+        d.copy_from_slice(still);
+        if assembly.system.sides() == 3 {
+            for (slots, response) in slots.as_chunks::<3>().0.iter().zip(&*response) {
+                let change: [f64; 3] =
+                    std::array::from_fn(|side| change(&slots[side], 3 * slots[side].row as usize + side));
+                for (d, r) in d.as_chunks_mut::<3>().0.iter_mut().zip(response) {
                     (0..3).for_each(|side| d[side] += change[side] * r);
                 }
-            } else {
-                self.d.iter_mut().zip(response).for_each(|(d, r)| *d += change[0] * r);
+            }
+        } else {
+            for (slot, response) in slots.iter().zip(&*response) {
+                let change = change(slot, slot.row as usize);
+                d.iter_mut().zip(response).for_each(|(d, r)| *d += change * r);
             }
         }
     }

@@ -14,7 +14,7 @@ use crate::problem::conflict::quoted;
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, Solved, senses};
 use crate::problem::solution::overflow;
-use crate::problem::view;
+use crate::problem::{Numbers, view};
 use crate::shape::Shape;
 use crate::solve::{Sense, SolveError};
 
@@ -35,8 +35,8 @@ const MEMORY: usize = 5;
 /// The constraints at the present shapes: rows, wanted minus present values, the sizes of these numbers.
 struct Linearized {
     assembly: Assembly,
-    rhs: Vec<f64>,
-    size: Vec<f64>,
+    rhs: Numbers,
+    size: Numbers,
     /// The largest error of each constraint, and the size to measure it by.
     errors: Vec<(f64, f64)>,
 }
@@ -125,7 +125,7 @@ impl<S: Shape> Session<S> {
             convergence.iterations = iteration;
             // b + F d: the unknown is the adjustment from the start, not from here.
             let from = self.prepared.d.clone();
-            let mut wanted = vec![0.0; here.rhs.len()];
+            let mut wanted = Numbers::from_elem(0.0, here.rhs.len());
             here.assembly.system.rows().multiply(&from, sides, &mut wanted);
             wanted.iter_mut().zip(&here.rhs).for_each(|(w, b)| *w += b);
             let mut solved =
@@ -224,21 +224,21 @@ impl<S: Shape> Session<S> {
             )
             .into());
         }
-        let (mut rhs, mut size) = (Vec::new(), Vec::new());
+        let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
         let errors = right_hand_side(&shapes, &self.problem.bound, &assembly, &mut rhs, &mut size)?;
         Ok(Linearized { assembly, rhs, size, errors })
     }
 
     /// By how much each entry misses its side at the present shapes.
     fn violations(&self, assembly: &Assembly, senses: &[Sense]) -> Result<Vec<f64>, Error> {
-        let (mut rhs, mut size) = (Vec::new(), Vec::new());
+        let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
         right_hand_side(&view(&self.problem.shapes), &self.problem.bound, assembly, &mut rhs, &mut size)?;
         Ok(violations(senses, assembly.system.sides(), &rhs))
     }
 
     /// What was solved last, for reports and for the next event.
     fn keep(&mut self, solved: Solved, full: Bounds) {
-        let prepared = &mut self.prepared;
+        let prepared = self.prepared.as_mut();
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
         (prepared.rhs, prepared.size) = (solved.rhs, solved.size);
         prepared.border = None;

@@ -8,7 +8,7 @@ use crate::functional::position;
 use crate::problem::EditError;
 use crate::problem::bound::{Bound, bind};
 use crate::problem::constraint::{Constraint, Wanted};
-use crate::problem::view;
+use crate::problem::{Numbers, view};
 use crate::shape::Shape;
 
 impl<S: Shape> Session<S> {
@@ -23,7 +23,7 @@ impl<S: Shape> Session<S> {
         let (shape, id) = (constraint.functional.location().map_or(0, |(shape, _)| shape), *id);
         self.restore();
         let constraint = Constraint::new(Arc::new(moved.on(shape)), Wanted::Keep);
-        self.problem.bound[at] = bind(&view(&self.problem.shapes), constraint, id)?;
+        self.problem.bound[at] = bind(&view(&self.problem.shapes), constraint, id, &mut Numbers::new())?;
         self.prepare_again()
     }
 }

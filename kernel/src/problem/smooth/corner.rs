@@ -6,7 +6,7 @@ use super::joint::Joint;
 use super::net::Net;
 use crate::Vector;
 use crate::functional::{On, Shapes};
-use crate::plugin::Corner;
+use crate::problem::Corner;
 use crate::shape::{Derivative, Location, SMOOTH, Shape, Side, Sides};
 
 /// A place where both sides of a joint are compared.

@@ -40,7 +40,7 @@ use super::constraint::Constraint;
 use super::metric::Metric;
 use crate::error::Result;
 use crate::functional::{Equation, Functional, On, Shapes, Store};
-use crate::plugin::Corner;
+use crate::problem::Corner;
 use crate::shape::{Shape, Stencil};
 
 /// A joint of a net: shape, direction, the span on its left.
@@ -100,8 +100,8 @@ fn least(net: &Net<'_>, level: u8) -> usize {
 }
 
 /// What is to be kept at level `level` (0: nothing; 1: G¹; 2: G² too) where these functionals are asked of shapes that
-/// messages call by these `names` (as many), and the places where it may be lost; `everywhere`: not where these functionals
-/// are felt, but wherever vertices may move. The work is proportional to the vertices that move; nothing where no shape has
+/// messages call by these `names`, and the places where it may be lost; `everywhere`: not where these functionals
+/// are felt, but wherever vertices may move. The work is proportional to the vertices that move; `None` where no shape has
 /// such places.
 ///
 /// # Errors
@@ -109,16 +109,22 @@ fn least(net: &Net<'_>, level: u8) -> usize {
 pub(crate) fn find<'f>(
     shapes: &Shapes<'_>,
     asked: impl Iterator<Item = &'f dyn Functional>,
-    names: &[On],
+    names: &dyn Fn(usize) -> On,
     freedom: &Freedom,
     metric: &Metric,
     level: u8,
     everywhere: bool,
-) -> Result<Found> {
+) -> Result<Option<Found>> {
+    // Mostly an edit is of a curve that has none: it pays for finding that out, and no more.
+    let may_have = |net: &Net<'_>| net.along.is_some() || has_joints(net, level).0;
+    if !(0..shapes.len()).any(|shape| nets(shapes, shape).iter().any(may_have)) {
+        return Ok(None);
+    }
     let mut search = Search::new(shapes, level);
     if search.nets.iter().flatten().next().is_none() && search.poles.iter().flatten().next().is_none() {
-        return Ok(Found::default());
+        return Ok(None);
     }
+    let names: Vec<On> = (0..shapes.len()).map(names).collect();
     let count = shapes.vertex_count();
     let may_move = |v: usize| v < count && freedom.may_move(v);
     let mut fresh: Vec<usize> = if everywhere {
@@ -146,9 +152,9 @@ pub(crate) fn find<'f>(
         }
         fresh.clear();
         let Some(vertex) = queue.pop() else { break };
-        search.visit(vertex, &may_move, names, &mut fresh);
+        search.visit(vertex, &may_move, &names, &mut fresh);
     }
-    Ok(search.into_found(names))
+    Ok(Some(search.into_found(&names)))
 }
 
 /// The vertices of a curve that cannot move while only those `inside` an interval may and what is smooth at a parameter is
