@@ -5,6 +5,10 @@ use crate::mesh::{Mesh, Polyline};
 use crate::{Point, Vector};
 
 /// What a shape is drawn as.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one at a time: a few hundred bytes buy plain matching"
+)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drawn {
     /// A curve, as segments.
