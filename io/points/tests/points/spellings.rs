@@ -98,13 +98,13 @@ fn chains_and_clouds_by_extension_and_by_option() {
     let kind = |name: &str, option: Option<&str>| {
         let rows = "1 2 3\n4 5 6\n7 8 10\n";
         let read = option.map_or_else(|| read(name, rows), |option| read_as(name, rows, option));
-        read.unwrap().0.objects()[0].geometry().kind()
+        read.unwrap().0.objects()[0].geometry().kind().to_owned()
     };
     for name in ["a.xyz", "a.asc", "B.PTS"] {
-        assert_eq!((kind(name, None), kind(name, Some("polyline"))), ("cloud", "polyline"));
+        assert_eq!((kind(name, None), kind(name, Some("polyline"))), ("cloud".into(), "polyline".into()));
     }
     for name in ["a.csv", "a.txt", "a.dat", "-", "xyz"] {
-        assert_eq!((kind(name, None), kind(name, Some("cloud"))), ("polyline", "cloud"));
+        assert_eq!((kind(name, None), kind(name, Some("cloud"))), ("polyline".into(), "cloud".into()));
     }
     let error = read_as("a.xyz", "1 2 3\n", "clouds").unwrap_err().to_string();
     assert!(error.contains("did you mean \"cloud\"?"), "{error}");
