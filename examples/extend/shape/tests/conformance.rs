@@ -1,5 +1,7 @@
 //! It is a kind of shape, and an object like any other: edited, written, read, drawn, used from a recipe.
 
+#![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
+
 use std::sync::Arc;
 
 use loftsman::describe::describe;

@@ -8,3 +8,5 @@ mod definitions;
 mod hostile;
 #[cfg(test)]
 mod round_trip;
+#[cfg(test)]
+mod shapes;
