@@ -138,7 +138,12 @@ fn missed(member: &Member, after: &Curve) -> f64 {
     let kappa = (new.kappa - (member.factor * old.kappa).abs()).abs();
     // What is not linear is met to 1e-13 of the terms it is made of.
     let rounding = 450.0 * Spline::of(after).noise(member.u);
-    (kappa.max((new.vector - wanted).norm()) - rounding).max(0.0) / scale
+    // Written so that NaN is missed, by everything.
+    let off = [kappa, (new.vector - wanted).norm()];
+    if off.iter().any(|v| v.is_nan()) {
+        return f64::INFINITY;
+    }
+    (off[0].max(off[1]) - rounding).max(0.0) / scale
 }
 
 /// Six hundred members, none left out: curvature is as asked to 1e-9 of itself, in the plane that was promised, or the edit
