@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::{Lcg, Verdict};
-use crate::solve::{SolveError, Solver, SparseRows, Symmetric, System, SystemMetric};
+use crate::solve::{Map, SolveError, Solver, SparseRows, Symmetric, System, SystemMetric, Through};
 
 /// Checks a solver: the least adjustment to `1e-9` against a dense pseudo-inverse, for every metric, one and three
 /// sides; ranks and dependencies of redundant and zero rows; rows scaled from 1e-9 to 1e9; rows that nearly depend on others, or
@@ -27,7 +27,13 @@ pub fn solver_conformance_counting(solver: &dyn Solver, allocations: Option<&dyn
         let m = c + 3 + random.below(20);
         let sides = if round % 2 == 0 { 3 } else { 1 };
         let scale = [1.0, 1e-9, 1e9, 1e-3][round % 4];
-        let (metric, dense) = metric(round / 6 % 4, m, &mut random);
+        let (metric, half) = if round / 6 % 5 == 4 {
+            through(m, &mut random)
+        } else {
+            let (metric, inverse) = metric(round / 6 % 5, m, &mut random);
+            let half = inverse.cholesky().map_or_else(|| DMatrix::identity(m, m), |c| c.l());
+            (metric, half)
+        };
         let mut rows = SparseRows::new(m);
         for k in 0..c {
             // Stencils: runs of neighbours, some wrapped around, of very different sizes.
@@ -53,7 +59,7 @@ pub fn solver_conformance_counting(solver: &dyn Solver, allocations: Option<&dyn
             independent,
             sides,
             metric,
-            &dense,
+            &half,
             allocations,
             &mut random,
         ));
@@ -82,13 +88,14 @@ fn one(
     independent: usize,
     sides: usize,
     metric: SystemMetric,
-    inverse: &DMatrix<f64>,
+    half: &DMatrix<f64>,
     allocations: Option<&dyn Fn() -> u64>,
     random: &mut Lcg,
 ) -> bool {
     let (c, m) = (rows.len(), rows.width());
     let f =
         DMatrix::from_fn(c, m, |i, j| rows.iter_row(i).filter(|(k, _)| *k == j).map(|(_, v)| v).sum::<f64>());
+    let inverse = half * half.transpose();
     let system = System::new(rows, (0..m).collect(), sides, metric);
     let name = format!("{c} rows, {m} columns, {sides} sides");
     let mut factored = match solver.factor(&system) {
@@ -100,15 +107,14 @@ fn one(
         }
     };
     // A right-hand side that a solution exists for.
-    let wish = DMatrix::from_fn(m, sides, |_, _| random.next());
+    let wish = half * DMatrix::from_fn(half.ncols(), sides, |_, _| random.next());
     let b = &f * &wish;
     let rhs: Vec<f64> = (0..c * sides).map(|k| b[(k / sides, k % sides)]).collect();
     // Unit rows, so that the reference does not lose the small ones.
     let norm = |i: usize| f.row(i).norm().max(f64::MIN_POSITIVE);
     let unit = DMatrix::from_fn(c, m, |i, j| f[(i, j)] / norm(i));
     let unit_b = DMatrix::from_fn(c, sides, |i, s| b[(i, s)] / norm(i));
-    let half = inverse.clone().cholesky().map_or_else(|| DMatrix::identity(m, m), |c| c.l());
-    let a = &unit * &half;
+    let a = &unit * half;
     let values = a.clone().singular_values();
     let high = values.max();
     let rank = values.iter().filter(|s| **s > 1e-11 * high).count();
@@ -118,7 +124,7 @@ fn one(
     let expected = (rank == independent).then(|| {
         let qr = a.rows(0, independent).transpose().qr();
         let y = qr.r().transpose().solve_lower_triangular(&unit_b.rows(0, independent).into_owned());
-        y.map(|y| &half * (qr.q() * y))
+        y.map(|y| half * (qr.q() * y))
     });
     let diagnosis = factored.diagnosis();
     verdict.check(rank <= independent && factored.rank() == rank && diagnosis.rank == rank, || {
@@ -132,6 +138,8 @@ fn one(
             .combination
             .iter()
             .fold(f.row(dependency.row) * -1.0, |sum, &(row, factor)| sum + f.row(row) * factor);
+        // What unknowns cannot tell apart need not be the same over the columns.
+        let implied = if half.ncols() < m { implied * half } else { implied };
         let size: f64 =
             dependency.combination.iter().map(|&(row, factor)| f.row(row).norm() * factor.abs()).sum();
         verdict.check(implied.norm() <= 1e-9 * size.max(f.row(dependency.row).norm()), || {
@@ -172,7 +180,7 @@ fn one(
     // d = W⁻¹ Fᵀ λ.
     for s in 0..sides {
         let lambda = nalgebra::DVector::from_fn(c, |i, _| multipliers[i * sides + s]);
-        let implied = inverse * f.transpose() * lambda;
+        let implied = &inverse * f.transpose() * lambda;
         let worst = (0..m).map(|j| (implied[j] - d[j * sides + s]).abs()).fold(0.0, f64::max);
         verdict.check(worst <= 1e-11 * condition * condition.max(1e2) * size && !worst.is_nan(), || {
             format!("{name}: the multipliers miss the adjustment by {worst:e} of {size:e}")
@@ -182,6 +190,27 @@ fn one(
     factored.solve_into(&rhs, &mut again);
     verdict.check(again == d, || format!("{name}: solving again gives other numbers"));
     true
+}
+
+/// Fewer unknowns than columns, each of which moves some of these: `W⁻¹ = half halfᵀ`.
+fn through(m: usize, random: &mut Lcg) -> (SystemMetric, DMatrix<f64>) {
+    let unknowns = m - m / 8;
+    let mut map = SparseRows::new(unknowns);
+    for i in 0..m {
+        let own = [(i % unknowns, 1.0 + random.next().abs()), ((i + 1) % unknowns, 0.5 * random.next())];
+        map.push(own);
+    }
+    let (measure, inverse) = metric(2, unknowns, random);
+    let dense = DMatrix::from_fn(m, unknowns, |i, j| {
+        map.iter_row(i).filter(|(k, _)| *k == j).map(|(_, v)| v).sum::<f64>()
+    });
+    let half = inverse.cholesky().map_or_else(|| DMatrix::identity(unknowns, unknowns), |c| c.l());
+    let measure = match measure {
+        SystemMetric::Matrix(matrix) => Some(matrix),
+        _ => None,
+    };
+    let map = Map::Sparse(Arc::new(map));
+    (SystemMetric::Through(Arc::new(Through { map, measure })), dense * half)
 }
 
 /// A metric of a kind, and its inverse densely.

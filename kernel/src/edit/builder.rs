@@ -6,10 +6,12 @@ use std::sync::Arc;
 use super::locality::{Intervals, influence, localise_beside, most_influential};
 use super::session::{Edited, Session};
 use crate::error::{Error, Result};
-use crate::functional::{Functional, Shapes};
+use crate::functional::{Functional, Shapes, vertex};
 use crate::problem::conflict::quoted;
 use crate::problem::smooth::frozen;
-use crate::problem::{Asked, Constraint, EditError, Freedom, Metric, Problem, Smoothing, Wanted};
+use crate::problem::{
+    Ask, Asked, Constraint, EditError, Freedom, Metric, Problem, Smoothing, Unknowns, Wanted,
+};
 use crate::shape::{Location, Shape, vertex_index};
 use crate::solve::{Automatic, Solver};
 
@@ -29,6 +31,7 @@ pub struct Edit<S> {
     locality: Option<usize>,
     window: Option<(f64, f64)>,
     metric: Metric,
+    unknowns: Option<Unknowns>,
     smooth: u8,
     everywhere: bool,
     names: Vec<(usize, Arc<str>)>,
@@ -58,6 +61,7 @@ impl<S: Shape> Edit<S> {
             locality: None,
             window: None,
             metric: Metric::Least,
+            unknowns: None,
             smooth: 1,
             everywhere: false,
             names: Vec::new(),
@@ -113,6 +117,14 @@ impl<S: Shape> Edit<S> {
     #[must_use]
     pub fn metric(mut self, metric: Metric) -> Self {
         self.metric = metric;
+        self
+    }
+
+    /// Makes these the unknowns, and not the control vertices: vertices tied to others, coefficients of whatever moves them.
+    /// Vertices that are [locked](Self::lock) stay by equations of their own then.
+    #[must_use]
+    pub fn through(mut self, unknowns: Unknowns) -> Self {
+        self.unknowns = Some(unknowns);
         self
     }
 
@@ -235,11 +247,14 @@ impl<S: Shape> Edit<S> {
 
     /// All that a problem is made of, taken out.
     fn asked(&mut self) -> Result<Asked, EditError> {
+        if self.unknowns.is_some() {
+            self.hold_locks()?;
+        }
         if let Some((start, end)) = self.window {
             self.localise_window(start, end)?;
         }
         Ok(Asked {
-            freedom: self.freedom()?,
+            freedom: Freedom { unknowns: self.unknowns.take(), ..self.freedom()? },
             smoothing: Smoothing::new(self.smooth, self.everywhere, std::mem::take(&mut self.names)),
             shapes: std::mem::take(&mut self.shapes),
             constraints: std::mem::take(&mut self.constraints),
@@ -291,7 +306,27 @@ impl<S: Shape> Edit<S> {
             }
             (None, None) => None,
         };
-        Ok(Freedom { locked, only, within: self.window })
+        Ok(Freedom { locked, only, within: self.window, ..Freedom::default() })
+    }
+
+    /// Where unknowns move several vertices, one that is locked is an equation, not a column less.
+    fn hold_locks(&mut self) -> Result<()> {
+        if self.locality.is_some() || self.window.is_some() {
+            return Err(Error::Invalid(
+                "unknowns of one's own say which control vertices move, and so does a locality or an interval: leave one of the \
+                 two out"
+                    .into(),
+            ));
+        }
+        let mut held = std::mem::take(&mut self.locks);
+        let shapes = Shapes::new(self.shapes.iter().map(AsRef::as_ref));
+        for (shape, index) in &mut held {
+            *index = vertex_index(*index, shapes.get(*shape)?.control_vertices().len())? as i64;
+        }
+        held.sort_unstable();
+        held.dedup();
+        self.constraints.extend(held.into_iter().map(|(shape, index)| vertex(index).on(shape).keep()));
+        Ok(())
     }
 
     /// Refines the first shape so that the edit fits into the interval, and moves locks along with their vertices.

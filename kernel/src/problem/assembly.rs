@@ -127,12 +127,13 @@ impl Assembly {
             .clone()
             .enumerate()
             .all(|(k, c)| c.axis.is_none() && c.sense() == Sense::Equal || border(k))
-            && store.is_alike();
+            && store.is_alike()
+            && freedom.is_alike();
         let sides = if alike { 3 } else { 1 };
 
         // The vertices that move: touched ones that may, and those that the metric takes along.
         let touched = touched(store.touched(), aside.touched(), freedom);
-        let moving = metric.widen(shapes, touched, &|v| freedom.may_move(v))?;
+        let moving = freedom.widen(metric, shapes, touched, &|v| freedom.may_move(v))?;
         let next = Cell::new(0);
         // Rows mostly touch runs of vertices: after one comes the next.
         let local = |vertex: usize| {
@@ -200,7 +201,7 @@ impl Assembly {
             }
             starts.push(slots.len());
         }
-        let metric = metric.resolve(shapes, &moving, !alike)?;
+        let metric = freedom.resolve(metric, shapes, &moving, !alike)?;
         let touched =
             if alike { moving } else { moving.iter().flat_map(|&v| [3 * v, 3 * v + 1, 3 * v + 2]).collect() };
         Ok(Self { system: System::new(rows, touched, sides, metric), slots, starts })
@@ -213,7 +214,7 @@ fn touched(rows: &[usize], aside: &[usize], freedom: &Freedom) -> Vec<usize> {
     // are sorted.
     const RECENT: usize = 8;
     let (mut all, mut sorted): (Vec<usize>, _) = (Vec::with_capacity(rows.len().max(aside.len())), true);
-    for &vertex in rows.iter().chain(aside) {
+    for &vertex in rows.iter().chain(aside).chain(&freedom.reached) {
         let behind = all.last().is_none_or(|&last| last < vertex);
         let recent = |all: &[usize]| all[all.len().saturating_sub(RECENT)..].contains(&vertex);
         let known = || recent(&all) || sorted && all.binary_search(&vertex).is_ok();

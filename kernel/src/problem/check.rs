@@ -47,6 +47,8 @@ enum Measure {
     Harmless,
     /// In a metric.
     Metric(Box<Lengths>),
+    /// As it is, of what unknowns make of each row alone.
+    Through(Numbers),
 }
 
 /// Below this condition of unit rows no adjustment is out of [`PROPORTION`]: it is at most as many times as long as those
@@ -63,6 +65,9 @@ impl Measure {
         }
         Ok(match system.whitened()? {
             None => Self::Plain,
+            Some(metric) if matches!(system.metric(), SystemMetric::Through(_)) => {
+                Self::Through(ways(system.rows().width(), *metric))
+            }
             Some(metric) => {
                 let cost = reciprocals(&metric.rows);
                 Self::Metric(Box::new(Lengths { metric, cost }))
@@ -73,7 +78,7 @@ impl Measure {
     /// The length of an adjustment with so many sides; of none where it does not matter.
     fn length(&mut self, d: &[f64], sides: usize) -> f64 {
         match self {
-            Self::Plain => length(d),
+            Self::Plain | Self::Through(_) => length(d),
             Self::Harmless => 0.0,
             Self::Metric(lengths) => lengths.metric.squared_length(d, sides).sqrt(),
         }
@@ -101,6 +106,22 @@ fn reciprocals(rows: &crate::solve::SparseRows) -> Numbers {
     };
     let mut costs = Numbers::from_elem(0.0, rows.len());
     costs.iter_mut().enumerate().for_each(|(row, c)| *c = cost(row));
+    costs
+}
+
+/// How far the vertices go for each row alone, for a change of its value by 1: `‖T e‖ / ‖e‖²` of its row `e` in the coordinates
+/// of the metric. Zero for a row that the unknowns do not reach.
+fn ways(columns: usize, mut metric: Whitened) -> Numbers {
+    let (mut e, mut d) = (vec![0.0; metric.rows.width()], vec![0.0; columns]);
+    let mut costs = Numbers::from_elem(0.0, metric.rows.len());
+    let rows = std::sync::Arc::clone(&metric.rows);
+    for (row, cost) in costs.iter_mut().enumerate() {
+        rows.iter_row(row).for_each(|(column, value)| e[column] = value);
+        metric.finish(&e, &mut d, 1);
+        rows.iter_row(row).for_each(|(column, _)| e[column] = 0.0);
+        let norm = rows.norm(row);
+        *cost = if norm > 0.0 { (length(&d) / norm / norm).min(f64::MAX) } else { 0.0 };
+    }
     costs
 }
 
@@ -243,6 +264,7 @@ impl Check {
             Measure::Harmless => return None,
             Measure::Plain => &self.cost[..],
             Measure::Metric(lengths) => &lengths.cost[..],
+            Measure::Through(cost) => &cost[..],
         };
         let response = &self.response[..];
         let (mut most, mut least) = (self.still, 0.0);
@@ -276,6 +298,7 @@ pub(crate) fn excess(
         Measure::Harmless => return Ok(None),
         Measure::Plain => alone(&reciprocals(system.rows()), sides, right),
         Measure::Metric(lengths) => alone(&lengths.cost, sides, right),
+        Measure::Through(cost) => alone(cost, sides, right),
     };
     Ok(Excess::of(measure.length(d, sides), alone))
 }

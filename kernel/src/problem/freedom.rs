@@ -1,4 +1,10 @@
-//! Which control vertices may move.
+//! Which control vertices may move, and how.
+
+use super::metric::Metric;
+use super::unknowns::Unknowns;
+use crate::error::{Error, Result};
+use crate::functional::Shapes;
+use crate::solve::SystemMetric;
 
 /// Which vertices may move: global numbers, ascending.
 #[derive(Debug, Clone, Default)]
@@ -7,6 +13,10 @@ pub(crate) struct Freedom {
     pub(crate) only: Option<Vec<usize>>,
     /// The interval that the edit is kept within, where `only` comes from one.
     pub(crate) within: Option<(f64, f64)>,
+    /// Vertices that belong to the problem though nothing touches them where the shapes are: something did elsewhere.
+    pub(crate) reached: Vec<usize>,
+    /// The unknowns, where they are not the vertices.
+    pub(crate) unknowns: Option<Unknowns>,
 }
 
 impl Freedom {
@@ -15,8 +25,53 @@ impl Freedom {
             && self.only.as_ref().is_none_or(|only| only.binary_search(&vertex).is_ok())
     }
 
+    /// The vertices that move where these do, ascending: those that the metric takes along, or all that unknowns move.
+    pub(crate) fn widen(
+        &self,
+        metric: &Metric,
+        shapes: &Shapes<'_>,
+        touched: Vec<usize>,
+        may_move: &dyn Fn(usize) -> bool,
+    ) -> Result<Vec<usize>> {
+        let Some(unknowns) = &self.unknowns else { return metric.widen(shapes, touched, may_move) };
+        let count = shapes.vertex_count();
+        if let Some(last) = unknowns.vertices().last().filter(|v| **v >= count) {
+            return Err(Error::Invalid(format!(
+                "unknowns move control vertex {last}, but there are {count}, numbered from 0"
+            )));
+        }
+        Ok(unknowns.vertices().as_ref().clone())
+    }
+
+    /// Whether all vertices that may move do where one does.
+    pub(crate) fn takes_all(&self, metric: &Metric) -> bool {
+        self.unknowns.is_some() || matches!(metric, Metric::Stretch | Metric::Bend | Metric::Matrix(_))
+    }
+
+    /// Whether x, y and z can be solved for side by side.
+    pub(crate) fn is_alike(&self) -> bool {
+        self.unknowns.as_ref().is_none_or(Unknowns::is_alike)
+    }
+
+    /// The metric over the vertices that move.
+    pub(crate) fn resolve(
+        &self,
+        metric: &Metric,
+        shapes: &Shapes<'_>,
+        moving: &[usize],
+        per_axis: bool,
+    ) -> Result<SystemMetric> {
+        match &self.unknowns {
+            None => metric.resolve(shapes, moving, per_axis),
+            Some(unknowns) => unknowns.resolve(metric, shapes, per_axis),
+        }
+    }
+
     /// What could be done where nothing that may move has influence.
     pub(crate) fn advice(&self) -> String {
+        if self.unknowns.is_some() {
+            return "release it, or give unknowns that reach it".to_owned();
+        }
         match (self.within, self.only.is_some(), self.locked.is_empty()) {
             (Some((start, end)), _, true) => format!("widen within = [{start}, {end}], or release it"),
             (Some((start, end)), _, false) => format!("unlock one, or widen within = [{start}, {end}]"),

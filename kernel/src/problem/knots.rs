@@ -24,7 +24,7 @@ pub(crate) fn knot_that_helps(
             _ => return None,
         }
     }
-    if shapes.len() != 1 {
+    if shapes.len() != 1 || freedom.unknowns.is_some() {
         return None;
     }
     let curve = shapes.get(0).ok()?;
@@ -73,6 +73,7 @@ fn with_knot(space: &Space, freedom: &Freedom, knot: f64) -> Option<(Curve, Free
             only
         }),
         within: freedom.within,
+        ..Freedom::default()
     };
     let points = (0..refined.len()).map(|i| Point::new(i as f64, (i % 3) as f64, 0.0)).collect();
     Some((Curve::new(refined, points).ok()?, moved))

@@ -40,6 +40,7 @@ mod report;
 pub(crate) mod smooth;
 mod smoothing;
 pub(crate) mod solution;
+mod unknowns;
 
 use std::sync::Arc;
 
@@ -56,6 +57,7 @@ pub use self::report::{ConstraintReport, Convergence, Corner, Smoothness};
 pub use self::smooth::SmoothKnot;
 pub(crate) use self::smoothing::Smoothing;
 pub use self::solution::Solution;
+pub use self::unknowns::{Tie, Unknowns};
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, Shapes};
 use crate::shape::{Shape, check_shape};

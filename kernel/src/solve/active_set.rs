@@ -91,13 +91,13 @@ pub(super) fn active_set(program: &Program<'_>) -> Result<Outcome, SolveError> {
             search.equation(row);
         }
     }
-    let mut d = vec![0.0; rows.width()];
+    let mut d = vec![0.0; program.system.rows().width()];
     // A row comes and goes a few times at most; the bound is for what rounding might do.
     let patience = 20 * count + 100;
     while search.steps <= patience {
-        d.copy_from_slice(&search.e);
-        if let Some(whitened) = &mut whitened {
-            whitened.finish(&mut d, 1);
+        match &mut whitened {
+            Some(whitened) => whitened.finish(&search.e, &mut d, 1),
+            None => d.copy_from_slice(&search.e),
         }
         let Some(row) = search.most_violated(&d) else {
             return Ok(Outcome::Active { rows: search.inequalities(), steps: search.steps });

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::householder_qr::beyond;
-use super::metric::Whitened;
+use super::metric::{SystemMetric, Whitened};
 use super::rank::{Dependency, Diagnosis, reduce};
 use super::refine::Refinement;
 use super::system::System;
@@ -19,6 +19,8 @@ struct InMetric {
 struct Core {
     inner: Box<dyn Factored>,
     whitened: Box<Whitened>,
+    /// The answer in the coordinates of the metric.
+    e: Vec<f64>,
     sides: usize,
     /// The rows that were kept, where that is not all of them, and room for their right-hand sides and multipliers.
     kept: Option<Vec<usize>>,
@@ -40,11 +42,13 @@ pub(super) fn factor(
 ) -> Result<Box<dyn Factored>, SolveError> {
     let Some(whitened) = system.whitened()? else { return factor(system) };
     let (count, sides) = (system.rows().len(), system.sides());
+    // What unknowns cannot tell apart depends on one another, whatever the rows say of the columns.
+    let through = matches!(system.metric(), SystemMetric::Through(_));
     let plain = system.in_metric(Arc::clone(&whitened.rows));
     let mut inner = factor(&plain)?;
     let (mut kept, mut dependencies) = (None, Vec::new());
     if inner.rank() < count {
-        let (independent, others) = reduce(system, solver)?;
+        let (independent, others) = reduce(if through { &plain } else { system }, solver)?;
         inner = factor(&plain.select(&independent).finely())?;
         if inner.rank() < independent.len() {
             return Err(ill_conditioned(solver, system, inner.as_ref()));
@@ -52,7 +56,8 @@ pub(super) fn factor(
         (kept, dependencies) = (Some(independent), others);
     }
     let part = vec![0.0; kept.as_ref().map_or(0, |kept| kept.len() * sides)];
-    let mut core = Core { inner, whitened, sides, kept, part };
+    let e = vec![0.0; whitened.rows.width() * sides];
+    let mut core = Core { inner, whitened, e, sides, kept, part };
     let rows: Vec<u32> = match &core.kept {
         None => (0..count as u32).collect(),
         Some(kept) => kept.iter().map(|&row| row as u32).collect(),
@@ -75,13 +80,13 @@ fn ill_conditioned(solver: &str, system: &System, inner: &dyn Factored) -> Solve
 impl Core {
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
         match &self.kept {
-            None => self.inner.solve_into(rhs, d),
+            None => self.inner.solve_into(rhs, &mut self.e),
             Some(kept) => {
                 gather(kept, self.sides, rhs, &mut self.part);
-                self.inner.solve_into(&self.part, d);
+                self.inner.solve_into(&self.part, &mut self.e);
             }
         }
-        self.whitened.finish(d, self.sides);
+        self.whitened.finish(&self.e, d, self.sides);
     }
 }
 

@@ -4,7 +4,7 @@ use super::metric::SystemMetric;
 use super::rank::{Dependency, Diagnosis, Reflections, reduce};
 use super::refine::Refinement;
 use super::system::System;
-use super::{Factored, SolveError, Solver};
+use super::{Factored, SolveError, Solver, in_metric};
 
 /// Gaussian elimination with partial pivoting of `[αW Fᵀ; F 0] [d; -αλ] = [0; b]`, which takes any metric as it is. With rows
 /// and metric of unit size, the condition of this matrix is the square of that of `F` for `α = 1`, and hardly above it for `α`
@@ -62,6 +62,9 @@ impl Solver for DenseLu {
     }
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        if let SystemMetric::Through(_) = system.metric() {
+            return in_metric::factor(self.name(), &|plain| self.factor(plain), system);
+        }
         let rows = system.rows();
         let (equations, unknowns) = (rows.len(), rows.width());
         // Dependent rows make the bordered matrix singular, and elimination alone does not show which they are.
@@ -96,7 +99,8 @@ impl Solver for DenseLu {
         let mut mean = 1.0;
         let mut block = |i: usize, j: usize, value: f64| matrix[i * n + j] = value;
         match system.metric() {
-            SystemMetric::Least => (0..unknowns).for_each(|i| block(i, i, 1.0)),
+            // (What unknowns are measured by was taken out above.)
+            SystemMetric::Least | SystemMetric::Through(_) => (0..unknowns).for_each(|i| block(i, i, 1.0)),
             SystemMetric::Weights(weights) => {
                 mean = weights.iter().sum::<f64>() / unknowns.max(1) as f64;
                 (0..unknowns).for_each(|i| block(i, i, weights[i] / mean));

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::SolveError;
 use super::envelope::EnvelopeCholesky;
+use super::map::Through;
 use super::symmetric::Symmetric;
 use super::system::{SparseRows, System};
 
@@ -19,6 +20,8 @@ pub enum SystemMetric {
     Matrix(Arc<Symmetric>),
     /// The inverse `W⁻¹` as a sparse symmetric positive definite matrix (falloff: how a vertex takes others along).
     Inverse(Arc<Symmetric>),
+    /// Of unknowns that are not the columns: `W⁻¹ = B M⁻¹ Bᵀ`, of their number as rank.
+    Through(Arc<Through>),
 }
 
 /// The rows in coordinates `e` with `‖e‖² = dᵀWd`, and the way back `d = T e`: where the metric is not the identity.
@@ -31,7 +34,18 @@ pub(crate) struct Whitened {
 #[derive(Debug, Clone)]
 enum Back {
     Scale(Vec<f64>),
-    Triangular { factor: EnvelopeCholesky, order: Vec<usize>, inverse: bool, work: Vec<f64> },
+    Triangular {
+        factor: EnvelopeCholesky,
+        order: Vec<usize>,
+        inverse: bool,
+        work: Vec<f64>,
+    },
+    /// From unknowns, in which the measure is the identity once it is taken out.
+    Through {
+        through: Arc<Through>,
+        measure: Option<Box<Back>>,
+        x: Vec<f64>,
+    },
 }
 
 impl System {
@@ -46,20 +60,33 @@ impl System {
 
     fn transformed(&self, metric: &SystemMetric) -> Result<Whitened, SolveError> {
         match metric {
-            SystemMetric::Least => self.scaled(&vec![1.0; self.rows().width()]),
-            SystemMetric::Weights(weights) => self.scaled(weights),
+            SystemMetric::Least => self.scaled(self.rows(), &vec![1.0; self.rows().width()]),
+            SystemMetric::Weights(weights) => self.scaled(self.rows(), weights),
             // W = R Rᵀ: e = Rᵀd, so a row f becomes R⁻¹f and d = R⁻ᵀe.
-            SystemMetric::Matrix(matrix) => self.triangular(matrix, false),
+            SystemMetric::Matrix(matrix) => self.triangular(self.rows(), matrix, false),
             // W⁻¹ = L Lᵀ: d = L e, so a row f becomes Lᵀf.
-            SystemMetric::Inverse(matrix) => self.triangular(matrix, true),
+            SystemMetric::Inverse(matrix) => self.triangular(self.rows(), matrix, true),
+            // d = B x: a row f becomes Bᵀf, measured by M.
+            SystemMetric::Through(through) => {
+                let rows = through.map.rows(self.rows());
+                let x = vec![0.0; rows.width() * self.sides()];
+                let (rows, measure) = match &through.measure {
+                    None => (Arc::new(rows), None),
+                    Some(matrix) => {
+                        let Whitened { rows, back } =
+                            self.triangular(&rows, matrix, false).map_err(|error| idle(matrix, error))?;
+                        (rows, Some(Box::new(back)))
+                    }
+                };
+                Ok(Whitened { rows, back: Back::Through { through: Arc::clone(through), measure, x } })
+            }
         }
     }
 
-    fn scaled(&self, weights: &[f64]) -> Result<Whitened, SolveError> {
+    fn scaled(&self, rows: &SparseRows, weights: &[f64]) -> Result<Whitened, SolveError> {
         if let Some(at) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
             return Err(self.bad_metric(at));
         }
-        let rows = self.rows();
         let scale: Vec<f64> = weights.iter().map(|w| 1.0 / w.sqrt()).collect();
         let mut scaled = SparseRows::with_capacity(rows.width(), rows.len(), rows.entries());
         for row in 0..rows.len() {
@@ -68,14 +95,18 @@ impl System {
         Ok(Whitened { rows: Arc::new(scaled), back: Back::Scale(scale) })
     }
 
-    fn triangular(&self, matrix: &Symmetric, inverse: bool) -> Result<Whitened, SolveError> {
+    fn triangular(
+        &self,
+        rows: &SparseRows,
+        matrix: &Symmetric,
+        inverse: bool,
+    ) -> Result<Whitened, SolveError> {
         let (factor, order) = factor_symmetric(matrix).map_err(|row| self.bad_metric(row))?;
         let n = matrix.size();
         let mut place = vec![0; n];
         for (position, &row) in order.iter().enumerate() {
             place[row] = position;
         }
-        let rows = self.rows();
         let mut whitened = SparseRows::new(n);
         let mut dense = vec![0.0; n];
         for row in 0..rows.len() {
@@ -104,7 +135,7 @@ impl System {
 impl System {
     /// `P` and `G` of the same problem without a metric beside them: `xᵀPx` least under `G x = b`. The unknowns are the adjustment
     /// `x = d` with `P = W`; of a metric that is known by its inverse `x = W d`, so that `P = W⁻¹` and `G = F W⁻¹`. Both are as
-    /// sparse as what they are made of.
+    /// sparse as what they are made of. Of a metric [through](SystemMetric::Through) a map they are those of its unknowns.
     pub fn matrices(&self) -> (Symmetric, SparseRows) {
         let (rows, n) = (self.rows(), self.rows().width());
         let diagonal = |value: &dyn Fn(usize) -> f64| {
@@ -122,7 +153,25 @@ impl System {
                 }
                 (inverse.as_ref().clone(), products)
             }
+            SystemMetric::Through(through) => {
+                let n = through.map.unknowns();
+                let identity = || Symmetric::from_entries(n, (0..n).map(|i| (i, i, 1.0)));
+                let measure = through.measure.as_ref().map_or_else(identity, |m| m.as_ref().clone());
+                (measure, through.map.rows(rows))
+            }
         }
+    }
+}
+
+/// The error for unknowns that cannot be measured.
+#[cold]
+fn idle(measure: &Symmetric, error: SolveError) -> SolveError {
+    match (error, factor_symmetric(measure)) {
+        (SolveError::Metric { .. }, Err(unknown)) => SolveError::Unsupported(format!(
+            "unknown {unknown} of {} moves nothing that others do not move as well, or what measures it is not positive: leave it out",
+            measure.size()
+        )),
+        (error, _) => error,
     }
 }
 
@@ -139,6 +188,12 @@ pub(crate) enum InverseMetric {
         factor: EnvelopeCholesky,
         order: Vec<usize>,
     },
+    /// `B M⁻¹ Bᵀ`.
+    Through {
+        through: Arc<Through>,
+        measure: Box<InverseMetric>,
+        room: [Vec<f64>; 3],
+    },
 }
 
 impl System {
@@ -153,23 +208,33 @@ impl System {
                 }
             }
             SystemMetric::Inverse(matrix) => Ok(InverseMetric::Multiply(Arc::clone(matrix))),
-            SystemMetric::Matrix(matrix) => {
-                let (factor, order) = factor_symmetric(matrix).map_err(|row| self.bad_metric(row))?;
-                Ok(InverseMetric::Solve { factor, order })
+            SystemMetric::Matrix(matrix) => self.solving(matrix),
+            SystemMetric::Through(through) => {
+                let measure = Box::new(match &through.measure {
+                    None => InverseMetric::Same,
+                    Some(matrix) => self.solving(matrix).map_err(|error| idle(matrix, error))?,
+                });
+                let room = std::array::from_fn(|_| vec![0.0; through.map.unknowns() * self.sides()]);
+                Ok(InverseMetric::Through { through: Arc::clone(through), measure, room })
             }
         }
+    }
+
+    fn solving(&self, matrix: &Symmetric) -> Result<InverseMetric, SolveError> {
+        let (factor, order) = factor_symmetric(matrix).map_err(|row| self.bad_metric(row))?;
+        Ok(InverseMetric::Solve { factor, order })
     }
 }
 
 impl InverseMetric {
     /// `out = W⁻¹ x`, `sides` entries a column. `work` is as long as `x`.
-    pub(crate) fn apply(&self, x: &[f64], sides: usize, out: &mut [f64], work: &mut [f64]) {
+    pub(crate) fn apply(&mut self, x: &[f64], sides: usize, out: &mut [f64], work: &mut [f64]) {
         match self {
             Self::Same => out.copy_from_slice(x),
             Self::Scale(scale) => {
                 let columns = out.chunks_exact_mut(sides).zip(x.chunks_exact(sides));
                 for ((out, x), s) in columns.zip(scale) {
-                    out.iter_mut().zip(x).for_each(|(o, x)| *o = x * s);
+                    out.iter_mut().zip(x).for_each(|(o, x)| *o = x * *s);
                 }
             }
             Self::Multiply(matrix) => {
@@ -183,27 +248,43 @@ impl InverseMetric {
                 }
             }
             Self::Solve { factor, order } => {
-                for (work, &row) in work.chunks_exact_mut(sides).zip(order) {
+                for (work, &row) in work.chunks_exact_mut(sides).zip(order.iter()) {
                     work.copy_from_slice(&x[row * sides..(row + 1) * sides]);
                 }
                 factor.solve(work, sides);
-                for (work, &row) in work.chunks_exact(sides).zip(order) {
+                for (work, &row) in work.chunks_exact(sides).zip(order.iter()) {
                     out[row * sides..(row + 1) * sides].copy_from_slice(work);
                 }
+            }
+            Self::Through { through, measure, room: [f, e, work] } => {
+                through.map.apply_transposed(x, sides, f);
+                measure.apply(f, sides, e, work);
+                through.map.apply(e, sides, out);
             }
         }
     }
 }
 
 impl Whitened {
-    /// `dᵀWd`, `sides` numbers a column.
+    /// `dᵀWd`, `sides` numbers a column; of a map's unknowns `xᵀMx` for the least `x` with `B x` nearest to `d`.
     pub(crate) fn squared_length(&mut self, d: &[f64], sides: usize) -> f64 {
-        match &mut self.back {
-            Back::Scale(scale) => {
+        self.back.squared_length(d, sides)
+    }
+
+    /// `d = T e`, `sides` numbers a column. `e` and `d` are as long as one another, but where a map makes columns of unknowns.
+    pub(crate) fn finish(&mut self, e: &[f64], d: &mut [f64], sides: usize) {
+        self.back.finish(e, d, sides);
+    }
+}
+
+impl Back {
+    fn squared_length(&mut self, d: &[f64], sides: usize) -> f64 {
+        match self {
+            Self::Scale(scale) => {
                 let share = |(d, s): (&[f64], &f64)| d.iter().map(|v| (v / s) * (v / s)).sum::<f64>();
                 d.chunks_exact(sides).zip(&*scale).map(share).sum()
             }
-            Back::Triangular { factor, order, inverse, work } => {
+            Self::Triangular { factor, order, inverse, work } => {
                 let work = &mut work[..d.len()];
                 for (value, &row) in work.chunks_exact_mut(sides).zip(order.iter()) {
                     value.copy_from_slice(&d[row * sides..(row + 1) * sides]);
@@ -215,20 +296,27 @@ impl Whitened {
                 }
                 work.iter().map(|v| v * v).sum()
             }
+            Self::Through { through, measure, x } => {
+                through.map.nearest_unknowns(d, sides, x);
+                match measure {
+                    None => x.iter().map(|v| v * v).sum(),
+                    Some(measure) => measure.squared_length(x, sides),
+                }
+            }
         }
     }
 
-    /// `d = T e`, in place.
-    pub(crate) fn finish(&mut self, d: &mut [f64], sides: usize) {
-        match &mut self.back {
-            Back::Scale(scale) => {
-                for (entry, s) in d.chunks_exact_mut(sides).zip(scale) {
-                    entry.iter_mut().for_each(|v| *v *= *s);
+    fn finish(&mut self, e: &[f64], d: &mut [f64], sides: usize) {
+        match self {
+            Self::Scale(scale) => {
+                let columns = d.chunks_exact_mut(sides).zip(e.chunks_exact(sides));
+                for ((d, e), s) in columns.zip(scale) {
+                    d.iter_mut().zip(e).for_each(|(d, e)| *d = e * *s);
                 }
             }
-            Back::Triangular { factor, order, inverse, work } => {
-                let work = &mut work[..d.len()];
-                work.copy_from_slice(d);
+            Self::Triangular { factor, order, inverse, work } => {
+                let work = &mut work[..e.len()];
+                work.copy_from_slice(e);
                 if *inverse {
                     factor.multiply_lower(work, sides);
                 } else {
@@ -237,6 +325,16 @@ impl Whitened {
                 for (value, &row) in work.chunks_exact(sides).zip(order.iter()) {
                     d[row * sides..(row + 1) * sides].copy_from_slice(value);
                 }
+            }
+            Self::Through { through, measure, x } => {
+                let x = match measure {
+                    None => e,
+                    Some(measure) => {
+                        measure.finish(e, x, sides);
+                        x
+                    }
+                };
+                through.map.apply(x, sides, d);
             }
         }
     }

@@ -58,6 +58,18 @@ impl SparseRows {
         self.starts.push(self.columns.len());
     }
 
+    /// The Kronecker product with the 3 × 3 identity: row `3 i + axis` holds row `i`.
+    #[must_use]
+    pub fn per_axis(&self) -> Self {
+        let mut all = Self::with_capacity(3 * self.width, 3 * self.len(), 3 * self.entries());
+        for row in 0..self.len() {
+            for axis in 0..3 {
+                all.push(self.iter_row(row).map(|(column, value)| (3 * column + axis, value)));
+            }
+        }
+        all
+    }
+
     /// The number of rows.
     pub fn len(&self) -> usize {
         self.starts.len() - 1

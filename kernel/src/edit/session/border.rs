@@ -6,6 +6,7 @@
 //! `S μ = …` with the small matrix `S = G Q`. So an event redoes only the rows that change: `O(n)` for each that touches
 //! all vertices, whatever the linear constraints are.
 
+use super::support::strayed;
 use crate::Point;
 use crate::error::Result;
 use crate::functional::{Equation, Linearity, Shapes, Store, linearize_of};
@@ -21,6 +22,10 @@ const DEPENDENT: f64 = 1e-11;
 
 /// The constraints of a session that are not linear, and what is known of them.
 pub(super) struct Border {
+    /// Vertices that a gradient reaches and that are not among those that move: those that never may, and those that it did
+    /// not reach where the shapes were when prepared.
+    fixed: Vec<usize>,
+    pub(super) strayed: Vec<usize>,
     /// Constraint and equation of each row.
     pub(super) rows: Vec<(usize, usize)>,
     members: Vec<usize>,
@@ -123,6 +128,8 @@ impl Border {
             schur: vec![0.0; m * m],
         };
         Ok(Self {
+            fixed: Vec::new(),
+            strayed: Vec::new(),
             rows,
             members,
             inverse: system.inverse_metric()?,
@@ -146,7 +153,28 @@ impl Border {
         })
     }
 
+    /// The same where the columns are all vertices that are reached and may move: others never may, and what is reached later
+    /// has strayed.
+    pub(super) fn learn(&mut self, shapes: &Shapes<'_>, bound: &[Bound]) -> Result<()> {
+        let result = self.evaluate(shapes, bound);
+        if self.strayed.is_empty() {
+            return result;
+        }
+        self.fix();
+        self.evaluate(shapes, bound)
+    }
+
+    /// What has strayed may never move.
+    pub(super) fn fix(&mut self) {
+        self.fixed.append(&mut self.strayed);
+        self.fixed.sort_unstable();
+        self.fixed.dedup();
+    }
+
     /// Values and gradients where the shapes are, into `here`.
+    ///
+    /// # Errors
+    /// When something cannot be asked of the shapes as they are, or reaches vertices that it did not when prepared.
     pub(super) fn evaluate(&mut self, shapes: &Shapes<'_>, bound: &[Bound]) -> Result<()> {
         let width = self.raised.len();
         self.here.gradient.fill(0.0);
@@ -163,7 +191,8 @@ impl Border {
                     Equation::Coupled { vertices, vectors, .. } => {
                         if constraint.asks(equation) {
                             let gradient = &mut self.here.gradient[row * width..(row + 1) * width];
-                            scatter(&self.moving, vertices, vectors, gradient);
+                            let mut stray = Stray { fixed: &self.fixed, strayed: &mut self.strayed };
+                            scatter(&self.moving, vertices, vectors, gradient, &mut stray);
                             self.here.value[row] = self.numbers[equation];
                             row += 1;
                         }
@@ -173,8 +202,10 @@ impl Border {
                         for axis in 0..3 {
                             if constraint.asks(equation) {
                                 for (&v, c) in vertices.iter().zip(coefficients) {
-                                    if let Some(at) = self.moving.place(v) {
-                                        self.here.gradient[row * width + 3 * at + axis] += c;
+                                    match self.moving.place(v) {
+                                        Some(at) => self.here.gradient[row * width + 3 * at + axis] += c,
+                                        None => Stray { fixed: &self.fixed, strayed: &mut self.strayed }
+                                            .add(v, *c),
                                     }
                                 }
                                 self.here.value[row] = self.numbers[equation];
@@ -186,7 +217,7 @@ impl Border {
                 }
             }
         }
-        Ok(())
+        if self.strayed.is_empty() { Ok(()) } else { Err(strayed()) }
     }
 
     /// Only the components along one axis of the gradients in `here`.
@@ -216,7 +247,7 @@ impl Border {
             let gradient = &here.gradient[i * width..(i + 1) * width];
             let (before, rest) = here.projected.split_at_mut(i * width);
             let projected = &mut rest[..width];
-            let raised = match &self.inverse {
+            let raised = match &mut self.inverse {
                 InverseMetric::Same => gradient,
                 inverse => {
                     inverse.apply(gradient, self.sides, &mut self.raised, &mut self.work);
@@ -433,7 +464,27 @@ pub(super) struct Step {
     pub(super) whole: f64,
 }
 
-fn scatter(moving: &Moving, vertices: &[usize], vectors: &[crate::Vector], gradient: &mut [f64]) {
+/// Vertices without a column.
+struct Stray<'a> {
+    fixed: &'a [usize],
+    strayed: &'a mut Vec<usize>,
+}
+
+impl Stray<'_> {
+    fn add(&mut self, vertex: usize, influence: f64) {
+        if influence != 0.0 && self.fixed.binary_search(&vertex).is_err() {
+            self.strayed.push(vertex);
+        }
+    }
+}
+
+fn scatter(
+    moving: &Moving,
+    vertices: &[usize],
+    vectors: &[crate::Vector],
+    gradient: &mut [f64],
+    stray: &mut Stray<'_>,
+) {
     let run = match (vertices.first(), vertices.last()) {
         (Some(&a), Some(&b)) => vertices.len() == b.wrapping_sub(a).wrapping_add(1) && b >= a,
         _ => return,
@@ -452,10 +503,9 @@ fn scatter(moving: &Moving, vertices: &[usize], vectors: &[crate::Vector], gradi
         return;
     }
     for (&vertex, vector) in vertices.iter().zip(vectors) {
-        if let Some(at) = moving.place(vertex) {
-            for axis in 0..3 {
-                gradient[3 * at + axis] += vector[axis];
-            }
+        match moving.place(vertex) {
+            Some(at) => (0..3).for_each(|axis| gradient[3 * at + axis] += vector[axis]),
+            None => stray.add(vertex, vector.lp_norm(1)),
         }
     }
 }

@@ -15,8 +15,17 @@ use crate::shape::Shape;
 use crate::solve::{HouseholderQr, Sense, SolveError, Solver, System};
 
 impl<S: Shape> Session<S> {
-    /// Solves for the present targets and moves the vertices.
+    /// Solves for the present targets and moves the vertices, those among them that something reaches on the way.
     pub(super) fn event(&mut self) -> Result<(), EditError> {
+        let mut result = self.event_on_columns();
+        while result.is_err() && self.grow()? {
+            result = self.event_on_columns();
+        }
+        result
+    }
+
+    /// The same for the vertices that have columns.
+    fn event_on_columns(&mut self) -> Result<(), EditError> {
         if self.prepared.border.is_some() {
             return self.curved_event();
         }

@@ -11,6 +11,7 @@ mod prepared;
 mod progress;
 mod sequential;
 mod slide;
+mod support;
 
 use std::marker::PhantomData;
 

@@ -46,6 +46,8 @@ pub(super) struct Prepared {
     pub(super) bounds: Option<Bounds>,
     /// The constraints that are not linear, where they are not in the system but beside it.
     pub(super) border: Option<Border>,
+    /// Vertices that are reached where the shapes are and were not when prepared.
+    pub(super) strayed: Vec<usize>,
 }
 
 /// Prepares the constraints: where some are not linear, those that are, with the others as their border if that can be
@@ -65,7 +67,7 @@ pub(super) fn prepare(
         let mut prepared = prepare_system(problem, handle, solver, present, &members, finely)?;
         let moving = prepared.assembly.vertices().collect();
         let mut border = Border::new(members, bound, &prepared.assembly, moving, &prepared.base)?;
-        border.evaluate(&problem.shapes(), bound)?;
+        border.learn(&problem.shapes(), bound)?;
         if border.project(&prepared.assembly, prepared.factored.as_mut()) == Ok(true) {
             border.keep_as_base();
             prepared.border = Some(border);
@@ -171,6 +173,7 @@ fn prepare_system(
         convergence: None,
         bounds,
         border: None,
+        strayed: Vec::new(),
         assembly,
     }))
 }

@@ -2,6 +2,7 @@
 
 use super::mixing::Mixing;
 use super::progress::Progress;
+use super::support::strayed;
 use super::{Session, put, snapshot};
 use crate::edit::report::Convergence;
 use crate::error::Error;
@@ -214,16 +215,13 @@ impl<S: Shape> Session<S> {
         Err(self.unsolved(&here, &convergence))
     }
 
-    fn linearize(&self) -> Result<Linearized, EditError> {
-        let shapes = view(&self.problem.shapes);
+    fn linearize(&mut self) -> Result<Linearized, EditError> {
         let assembly = self.problem.assemble(false)?;
         if !assembly.vertices().eq(self.prepared.assembly.vertices()) {
-            return Err(Error::Invalid(
-                "a constraint touches other control vertices than when the edit was prepared; prepare anew"
-                    .into(),
-            )
-            .into());
+            self.prepared.strayed = assembly.vertices().chain(self.prepared.assembly.vertices()).collect();
+            return Err(strayed().into());
         }
+        let shapes = view(&self.problem.shapes);
         let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
         let errors = right_hand_side(&shapes, &self.problem.bound, &assembly, &mut rhs, &mut size)?;
         Ok(Linearized { assembly, rhs, size, errors })

@@ -141,13 +141,13 @@ pub(crate) fn find<'f>(
     };
     // Vertices in rows, and those that move: more, where the metric takes others along (all, at the first one).
     let (mut touched, mut moving) = (BTreeSet::new(), BTreeSet::new());
-    let takes_all = matches!(metric, Metric::Stretch | Metric::Bend | Metric::Matrix(_));
+    let takes_all = freedom.takes_all(metric);
     let mut queue = Vec::new();
     loop {
         fresh.retain(|&v| touched.insert(v));
         if !(fresh.is_empty() || takes_all && !moving.is_empty()) {
             fresh.sort_unstable();
-            let wide = metric.widen(shapes, std::mem::take(&mut fresh), &may_move)?;
+            let wide = freedom.widen(metric, shapes, std::mem::take(&mut fresh), &may_move)?;
             queue.extend(wide.into_iter().filter(|&v| moving.insert(v)));
         }
         fresh.clear();
