@@ -11,7 +11,7 @@ use loftsman_kernel::functional::{
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::solve::{
     Adjoint, Automatic, DenseLu, Diagnosis, Factored, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
-    System,
+    System, SystemMetric,
 };
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Result, Vector};
@@ -195,11 +195,11 @@ impl Solver for Liar {
         "liar"
     }
 
-    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        self.factor(system)
+    fn takes(&self, _: &SystemMetric) -> bool {
+        true
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         Ok(Box::new(Lie { inner: HouseholderQr.factor(system)?, by: self.by }))
     }
 }

@@ -36,6 +36,17 @@ pub struct Assembly {
     pub(crate) slots: SmallVec<[Slot; 3]>,
     /// Where the slots of each constraint start; one more entry than constraints.
     pub(crate) starts: SmallVec<[usize; 4]>,
+    /// The parameters behind the last columns.
+    pub(super) parameters: Vec<Parameter>,
+}
+
+/// A parameter that floats: an unknown beside the control vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Parameter {
+    /// The number of the constraint whose location it is.
+    pub constraint: usize,
+    /// Which parameter of the location: 0, or 1 for the second one on a surface.
+    pub axis: usize,
 }
 
 impl Assembly {
@@ -48,11 +59,16 @@ impl Assembly {
     /// one, each three columns of one with a single side are.
     pub fn vertices(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
         let alike = self.system.sides() == 3;
-        self.system
-            .touched()
+        let touched = self.system.touched();
+        touched[..touched.len() - self.parameters.len()]
             .iter()
             .step_by(if alike { 1 } else { 3 })
             .map(move |&c| if alike { c } else { c / 3 })
+    }
+
+    /// The parameters that float, behind the vertices' columns in this order: of an assembly [with them](super::Problem::assemble_floating).
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
     }
 
     /// The slots of constraint `k`.
@@ -90,7 +106,7 @@ impl Assembly {
             }));
         }
         starts.push(slots.len());
-        Self { system: self.system.select(kept), slots, starts }
+        Self { system: self.system.select(kept), slots, starts, parameters: self.parameters.clone() }
     }
 
     pub(crate) fn new(
@@ -99,17 +115,18 @@ impl Assembly {
         freedom: &Freedom,
         metric: &Metric,
     ) -> Result<Self> {
-        Self::beside(shapes, constraints.iter().copied(), freedom, metric, &|_| false)
+        Self::beside(shapes, constraints.iter().copied(), freedom, metric, &|_| false, true)
     }
 
     /// The same without the rows of the constraints that are on the `border`: they have no slots, but the vertices that
-    /// they touch are among those that move.
+    /// they touch are among those that move. `may_be_alike`: x, y and z may share their rows, where they can.
     pub(crate) fn beside<'c>(
         shapes: &Shapes<'_>,
         constraints: impl ExactSizeIterator<Item = &'c Constraint> + Clone,
         freedom: &Freedom,
         metric: &Metric,
         border: &dyn Fn(usize) -> bool,
+        may_be_alike: bool,
     ) -> Result<Self> {
         let (mut store, mut aside) = (Store::default(), Store::default());
         let mut blocks: SmallVec<[usize; 4]> = SmallVec::with_capacity(constraints.len() + 1);
@@ -123,10 +140,11 @@ impl Assembly {
                 blocks.push(rows.blocks());
             }
         }
-        let alike = constraints
-            .clone()
-            .enumerate()
-            .all(|(k, c)| c.axis.is_none() && c.sense() == Sense::Equal || border(k))
+        let alike = may_be_alike
+            && constraints
+                .clone()
+                .enumerate()
+                .all(|(k, c)| c.axis.is_none() && c.sense() == Sense::Equal || border(k))
             && store.is_alike()
             && freedom.is_alike();
         let sides = if alike { 3 } else { 1 };
@@ -204,7 +222,8 @@ impl Assembly {
         let metric = freedom.resolve(metric, shapes, &moving, !alike)?;
         let touched =
             if alike { moving } else { moving.iter().flat_map(|&v| [3 * v, 3 * v + 1, 3 * v + 2]).collect() };
-        Ok(Self { system: System::new(rows, touched, sides, metric), slots, starts })
+        let parameters = Vec::new();
+        Ok(Self { system: System::new(rows, touched, sides, metric), slots, starts, parameters })
     }
 }
 

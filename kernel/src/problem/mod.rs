@@ -30,6 +30,7 @@ pub(crate) mod constraint;
 pub(crate) mod effort;
 mod error;
 mod falloff;
+mod floating;
 mod freedom;
 pub(crate) mod judge;
 mod knots;
@@ -46,7 +47,7 @@ use std::sync::Arc;
 
 use smallvec::SmallVec;
 
-pub use self::assembly::Assembly;
+pub use self::assembly::{Assembly, Parameter};
 use self::bound::{Bound, add_companions, bind};
 pub use self::constraint::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
 pub use self::error::EditError;
@@ -202,7 +203,7 @@ impl Problem {
     pub(crate) fn assemble_beside(&self, finely: bool, border: &dyn Fn(usize) -> bool) -> Result<Assembly> {
         let constraints = self.bound.iter().map(|bound| &bound.constraint);
         let mut assembly =
-            Assembly::beside(&view(&self.shapes), constraints, &self.freedom, &self.metric, border)?;
+            Assembly::beside(&view(&self.shapes), constraints, &self.freedom, &self.metric, border, true)?;
         if finely {
             assembly.decide(System::FINE);
         }

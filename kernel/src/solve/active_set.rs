@@ -77,6 +77,11 @@ pub(super) fn active_set(program: &Program<'_>) -> Result<Outcome, SolveError> {
             "a quadratic program needs a system with one side, and a right-hand side, a sense and a size a row".into(),
         ));
     }
+    if program.system.free() > 0 {
+        return Err(SolveError::Unsupported(
+            "unknowns that float without weight cannot stand beside inequalities: give them a weight".into(),
+        ));
+    }
     // Many rows: a few good guesses are cheaper than one row at a time, where they arrive.
     if count > MANY
         && let Some(outcome) = program.settle(&[])

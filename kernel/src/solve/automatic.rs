@@ -18,11 +18,11 @@ impl Solver for Automatic {
         "everything: the fastest solver that is safe for the system at hand; the default"
     }
 
-    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        self.factor(system)
+    fn takes(&self, _: &SystemMetric) -> bool {
+        true
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let few = system.rows().len() <= 3;
         if !few
             && matches!(system.metric(), SystemMetric::Matrix(_))

@@ -4,7 +4,7 @@ use super::metric::SystemMetric;
 use super::rank::{Dependency, Diagnosis, Reflections, reduce};
 use super::refine::Refinement;
 use super::system::System;
-use super::{Factored, SolveError, Solver, in_metric};
+use super::{Factored, SolveError, Solver};
 
 /// Gaussian elimination with partial pivoting of `[αW Fᵀ; F 0] [d; -αλ] = [0; b]`, which takes any metric as it is. With rows
 /// and metric of unit size, the condition of this matrix is the square of that of `F` for `α = 1`, and hardly above it for `α`
@@ -57,14 +57,11 @@ impl Solver for DenseLu {
         "small systems: elimination, an independent check of the others"
     }
 
-    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        self.factor(system)
+    fn takes(&self, metric: &SystemMetric) -> bool {
+        !matches!(metric, SystemMetric::Through(_))
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        if let SystemMetric::Through(_) = system.metric() {
-            return in_metric::factor(self.name(), &|plain| self.factor(plain), system);
-        }
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let rows = system.rows();
         let (equations, unknowns) = (rows.len(), rows.width());
         // Dependent rows make the bordered matrix singular, and elimination alone does not show which they are.

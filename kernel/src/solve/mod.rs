@@ -30,6 +30,7 @@ mod active_set;
 mod adjoint;
 mod automatic;
 mod envelope;
+mod free;
 mod householder_qr;
 mod in_metric;
 mod lu;
@@ -71,24 +72,32 @@ pub trait Solver: Send + Sync {
         ""
     }
 
-    /// Does all the work that does not depend on the right-hand side, for a system whose metric is the identity: its answers
-    /// have the least Euclidean length. Dependent rows are found and left out; the answer's
+    /// Does all the work that does not depend on the right-hand side, for a system whose metric is the identity (or one that this
+    /// solver [takes](Self::takes)): its answers have the least length. Dependent rows are found and left out; the answer's
     /// [`diagnosis`](Factored::diagnosis) names them.
     ///
     /// # Errors
     /// When the system is too large or too ill-conditioned for this solver; the error names a better one.
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError>;
 
-    /// The same for any metric: what callers call. By default the metric is taken out first, so that
-    /// [`factor_minimum_norm`](Self::factor_minimum_norm) sees the identity, and put back into the answers, which are then
-    /// corrected by their residuals in the rows as they were given. A solver that can use a metric as it is overrides it.
+    /// Whether [`factor_minimum_norm`](Self::factor_minimum_norm) can use this metric as it is. By default none but the identity.
+    fn takes(&self, metric: &SystemMetric) -> bool {
+        matches!(metric, SystemMetric::Least)
+    }
+
+    /// The same for any system: what callers call, and no solver needs to write. Unknowns [without weight](System::free), maps and
+    /// metrics that the solver does not [take](Self::takes) are taken out first and put back into the answers, which are then
+    /// corrected by their residuals in the rows as they were given.
     ///
     /// # Errors
     /// As for [`factor_minimum_norm`](Self::factor_minimum_norm); when the metric is not positive definite.
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        match system.metric() {
-            SystemMetric::Least => self.factor_minimum_norm(system),
-            _ => in_metric::factor(self.name(), &|plain| self.factor_minimum_norm(plain), system),
+        if system.free() > 0 {
+            free::factor(self.name(), &|weighed| self.factor(weighed), system)
+        } else if self.takes(system.metric()) {
+            self.factor_minimum_norm(system)
+        } else {
+            in_metric::factor(self.name(), &|plain| self.factor_minimum_norm(plain), system)
         }
     }
 
@@ -115,6 +124,10 @@ impl Solver for std::sync::Arc<dyn Solver> {
 
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         self.as_ref().factor_minimum_norm(system)
+    }
+
+    fn takes(&self, metric: &SystemMetric) -> bool {
+        self.as_ref().takes(metric)
     }
 
     fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {

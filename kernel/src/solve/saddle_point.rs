@@ -6,7 +6,7 @@ use super::refine::Refinement;
 use super::saddle::{Bordered, Refusal, Saddle};
 use super::symmetric::Symmetric;
 use super::system::{SparseRows, System};
-use super::{Factored, SolveError, Solver, in_metric};
+use super::{Factored, SolveError, Solver};
 
 /// Factors `[W Fᵀ; F 0]`, each row right behind the last column that it touches, so that the matrix stays as narrow as the metric
 /// and the rows are. Nothing is squared but the rows' own condition, and nothing becomes dense: in a metric that is a band (that
@@ -63,14 +63,11 @@ impl Solver for SaddlePoint {
         "many equations in a metric that bends or stretches: nothing becomes dense"
     }
 
-    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        self.factor(system)
+    fn takes(&self, metric: &SystemMetric) -> bool {
+        !matches!(metric, SystemMetric::Through(_))
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        if let SystemMetric::Through(_) = system.metric() {
-            return in_metric::factor(self.name(), &|plain| self.factor(plain), system);
-        }
+    fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let count = system.rows().len();
         let (metric, rows) = system.matrices();
         let length = |row| Some(rows.norm(row)).filter(|n| *n > 0.0).map_or(1.0, |n| 1.0 / n);

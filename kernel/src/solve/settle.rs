@@ -29,7 +29,10 @@ impl Program<'_> {
     /// over `b` of them. For bounds on curves that is linear, and a few guesses are enough for hundreds of active ones.
     pub fn settle(&self, guess: &[usize]) -> Option<Outcome> {
         let count = self.system.rows().len();
-        if self.system.sides() != 1 || [self.rhs.len(), self.senses.len(), self.size.len()] != [count; 3] {
+        if self.system.sides() != 1
+            || self.system.free() > 0
+            || [self.rhs.len(), self.senses.len(), self.size.len()] != [count; 3]
+        {
             return None;
         }
         let (metric, rows) = self.matrices();

@@ -181,6 +181,8 @@ pub struct System {
     sides: usize,
     metric: SystemMetric,
     tolerance: f64,
+    /// So many of the last columns have no weight.
+    free: usize,
     /// Whether answers are corrected by residuals in other rows than these: those that these were made of.
     corrected_elsewhere: bool,
 }
@@ -196,7 +198,30 @@ impl System {
         debug_assert_eq!(rows.width(), touched.len());
         let (rows, touched) = (Arc::new(rows), Arc::new(touched));
         let tolerance = Self::COARSE;
-        Self { rows, touched, sides: sides.max(1), metric, tolerance, corrected_elsewhere: false }
+        Self { rows, touched, sides: sides.max(1), metric, tolerance, free: 0, corrected_elsewhere: false }
+    }
+
+    /// The same with the last `free` columns without weight: what they are costs nothing (parameters that float). The metric is
+    /// one of the others.
+    #[must_use]
+    pub fn with_free(self, free: usize) -> Self {
+        Self { free: free.min(self.touched.len()), ..self }
+    }
+
+    /// How many of the last columns have no weight.
+    pub fn free(&self) -> usize {
+        self.free
+    }
+
+    /// How many columns have one: those before.
+    pub(super) fn weighed(&self) -> usize {
+        self.touched.len() - self.free
+    }
+
+    /// The columns with a weight, under other rows.
+    pub(super) fn without_free(&self, rows: SparseRows) -> Self {
+        let touched = Arc::new(self.touched[..self.weighed()].to_vec());
+        Self { rows: Arc::new(rows), touched, free: 0, ..self.clone() }
     }
 
     /// A row counts as implied by others where its part outside their span is not longer than this, of its own length.
@@ -230,7 +255,7 @@ impl System {
         self.sides
     }
 
-    /// The metric over the touched columns.
+    /// The metric over the touched columns (over those with a weight, where some have [none](Self::free)).
     pub fn metric(&self) -> &SystemMetric {
         &self.metric
     }
@@ -259,6 +284,7 @@ impl System {
             sides: self.sides,
             metric: self.metric.clone(),
             tolerance: self.tolerance,
+            free: self.free,
             corrected_elsewhere: self.corrected_elsewhere,
         }
     }

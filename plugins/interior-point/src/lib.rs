@@ -14,7 +14,9 @@ use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT,
 };
 use loftsman_kernel::plugin::{Plugin, Registry};
-use loftsman_kernel::solve::{Automatic, Factored, Outcome, Program, Sense, SolveError, Solver, System};
+use loftsman_kernel::solve::{
+    Automatic, Factored, Outcome, Program, Sense, SolveError, Solver, System, SystemMetric,
+};
 
 /// The solver: equations as [`Automatic`] does them, inequalities by Clarabel.
 #[derive(Debug, Clone, Copy, Default)]
@@ -42,8 +44,8 @@ impl Solver for InteriorPoint {
         Automatic.factor_minimum_norm(system)
     }
 
-    fn factor(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
-        Automatic.factor(system)
+    fn takes(&self, metric: &SystemMetric) -> bool {
+        Automatic.takes(metric)
     }
 
     fn program(&self, program: &Program<'_>) -> Result<Outcome, SolveError> {
@@ -86,6 +88,7 @@ fn part(program: &Program<'_>, rows: &[usize]) -> Result<Outcome, SolveError> {
 fn interior(program: &Program<'_>) -> Option<Interior> {
     let count = program.system.rows().len();
     if program.system.sides() != 1
+        || program.system.free() > 0
         || [program.rhs.len(), program.senses.len(), program.size.len()] != [count; 3]
     {
         return None;

@@ -17,11 +17,22 @@ use crate::solve::{HouseholderQr, Sense, SolveError, Solver, System};
 impl<S: Shape> Session<S> {
     /// Solves for the present targets and moves the vertices, those among them that something reaches on the way.
     pub(super) fn event(&mut self) -> Result<(), EditError> {
-        let mut result = self.event_on_columns();
-        while result.is_err() && self.grow()? {
-            result = self.event_on_columns();
+        match self.event_on_columns() {
+            Ok(()) => Ok(()),
+            Err(error) => self.event_farther(error),
         }
-        result
+    }
+
+    /// The same once more for as long as it failed because something was reached that had no column.
+    #[cold]
+    fn event_farther(&mut self, mut error: EditError) -> Result<(), EditError> {
+        while self.grow()? {
+            match self.event_on_columns() {
+                Ok(()) => return Ok(()),
+                Err(other) => error = other,
+            }
+        }
+        Err(error)
     }
 
     /// The same for the vertices that have columns.
