@@ -174,7 +174,7 @@ fn what_is_free_meets_what_it_can_and_dependencies_are_those_of_all_columns() {
         let diagnosis = factored.diagnosis();
         assert_eq!((factored.rank(), diagnosis.dependencies.len()), (3, 1), "{}", solver.name());
         let dependency = &diagnosis.dependencies[0];
-        let mut implied = vec![0.0; 5];
+        let mut implied = [0.0; 5];
         for (row, factor) in &dependency.combination {
             implied.iter_mut().zip(&rows[*row]).for_each(|(i, v)| *i += factor * v);
         }
