@@ -11,6 +11,7 @@
 pub mod conformance;
 mod declare;
 pub mod edit;
+pub mod energy;
 pub mod error;
 pub mod functional;
 mod kind;

@@ -11,7 +11,7 @@ use loftsman_kernel::scene::Scene;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Solver;
 
-use crate::energy::{Datum, Energy, bend, data, near, stretch, variation};
+use crate::energy::{Datum, EnergySum, bend, data, near, stretch, variation};
 use crate::fair::{Fair, FairReport};
 
 /// The operation `fair`.
@@ -101,7 +101,7 @@ impl Operation for FairOperation {
 }
 
 struct Problem {
-    energy: Energy,
+    energy: EnergySum,
     constraints: Vec<Constraint>,
     lock: Vec<i64>,
     within: Option<f64>,
@@ -135,7 +135,7 @@ fn smooth(parameters: &Parameters) -> Result<u8, ParameterError> {
     }
 }
 
-fn energy(parameters: &Parameters) -> Result<Energy, ParameterError> {
+fn energy(parameters: &Parameters) -> Result<EnergySum, ParameterError> {
     const WORDS: [(&str, u8); 5] =
         [("stretch", 0), ("membrane", 0), ("bend", 1), ("thin-plate", 1), ("variation", 2)];
     const KINDS: [(&str, u8); 7] = [
@@ -156,7 +156,7 @@ fn energy(parameters: &Parameters) -> Result<Energy, ParameterError> {
         None => Ok(bend()),
         Some(value) if !value.is_array() => Ok(named(parameters.choice("energy", &WORDS)?)),
         Some(_) => {
-            let mut sum: Option<Energy> = None;
+            let mut sum: Option<EnergySum> = None;
             for table in parameters.tables("energy")? {
                 let kind = table.choice("kind", &KINDS)?;
                 let term = match kind {

@@ -112,7 +112,7 @@ impl<S> std::fmt::Debug for Session<S> {
 
 impl<S: Shape> Session<S> {
     pub(super) fn new(edit: Edit<S>, asked: Asked, solver: Box<dyn Solver>) -> Result<Self, EditError> {
-        let (slides, alternating, original) = edit.into_rest();
+        let (slides, alternating, minimised, original) = edit.into_rest();
         let (mut problem, dragged, mut present) = Problem::new(asked)?;
         let handle = dragged.map(|at| Handle::new(&problem, at, slides)).transpose()?;
         if alternating {
@@ -124,8 +124,21 @@ impl<S: Shape> Session<S> {
         }
         // What is kept smooth comes behind what is asked, whose values stay known.
         problem.renew_smoothness()?;
+        let mut handle = handle;
+        if minimised {
+            problem.to_minimum()?;
+            present.clear();
+            if let Some(handle) = &mut handle {
+                let functional = problem.bound[handle.at].constraint.functional.as_ref();
+                value_of(functional, &view(&problem.shapes), &mut handle.start)?;
+            }
+        }
         let prepared = prepare(&problem, dragged, solver.as_ref(), &present, false)?;
-        let start = snapshot(&problem.shapes, &prepared);
+        let mut start = snapshot(&problem.shapes, &prepared);
+        if !problem.taken.is_empty() {
+            let vertices = prepared.assembly.vertices();
+            start.iter_mut().zip(vertices).for_each(|(at, v)| at.2 = problem.taken_from(v).unwrap_or(at.2));
+        }
         Ok(Self {
             problem,
             handle,
@@ -323,6 +336,9 @@ impl<S: Shape> Session<S> {
                 .iter()
                 .any(|&(s, v, p)| self.problem.shapes[s as usize].control_vertices()[v as usize] != p);
         put(&mut self.problem.shapes, &state);
+        if !any && !self.problem.taken.is_empty() {
+            self.problem.to_minimum()?;
+        }
         if changed {
             self.prepare_again()?;
         }
