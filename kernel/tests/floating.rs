@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use dice::Dice;
 use loftsman_kernel::conformance::{functional_conformance, sample_shapes};
-use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric};
+use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric, Session};
 use loftsman_kernel::error::Result;
 use loftsman_kernel::functional::{Functional, Linearity, Rows, Shapes, curvature, near, position};
 use loftsman_kernel::shape::{Derivative, Location};
@@ -431,5 +431,52 @@ fn two_that_meet_in_one_place_are_refused_and_two_that_stay_apart_are_not() {
         for u in at {
             assert!((twice.shape().point(u).unwrap() - middle).norm() < 1e-12);
         }
+    }
+}
+
+/// Where the locations of a session rest, the handle's last.
+fn rests(session: &Session<Curve>) -> Vec<f64> {
+    session.report().constraints.iter().filter_map(|c| c.location.as_ref().map(|at| at[0])).collect()
+}
+
+/// However far locations have gone when an event fails, they are where they were: what comes next is what would have come
+/// without it.
+#[test]
+fn an_event_that_fails_leaves_locations_and_shape_as_they_were() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.7 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let aside = Vector::new(0.1, 1.2, 0.4);
+    for solver in solvers() {
+        // Nothing may move: a target on the curve is met by the location alone. One beside it is not met, and its foot is tried.
+        let edit = Edit::new(&curve).lock(0..12).handle(position(near(4.0)));
+        let mut locked = edit.prepare(Arc::clone(&solver)).unwrap();
+        locked.to_point(curve.point(4.3).unwrap()).unwrap();
+        let before = rests(&locked);
+        assert!((before[0] - 4.3).abs() < 1e-9, "{before:?}");
+        locked.to_point(curve.point(4.9).unwrap() + aside).unwrap_err();
+        assert_eq!(rests(&locked), before, "{}", solver.name());
+        assert_eq!(locked.shape(), &curve);
+        locked.to_point(curve.point(4.4).unwrap()).unwrap();
+        assert_eq!(locked.shape(), &curve);
+        // Two that come to hold at one place are refused once they have got there.
+        let target = curve.point(4.9).unwrap() + aside;
+        let session = || {
+            let edit = Edit::new(&curve).ask(position(near(4.8)).to(target)).handle(position(near(5.6)));
+            let mut session = edit.prepare(Arc::clone(&solver)).unwrap();
+            session.to_point(target + Vector::new(0.8, 0.0, 0.0)).unwrap();
+            session
+        };
+        let (mut one, mut other) = (session(), session());
+        let (before, shape) = (rests(&one), one.shape().clone());
+        one.to_point(target).unwrap_err();
+        assert_eq!(rests(&one), before, "{}", solver.name());
+        assert_eq!(one.shape(), &shape, "{}", solver.name());
+        let next = target + Vector::new(0.9, 0.1, 0.0);
+        let apart = |a: &Curve, b: &Curve| {
+            a.points().iter().zip(b.points()).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
+        };
+        let (a, b) = (one.to_point(next).unwrap().clone(), other.to_point(next).unwrap().clone());
+        assert!(apart(&a, &b) < 1e-12, "{}: {:e}", solver.name(), apart(&a, &b));
+        one.commit().unwrap();
     }
 }

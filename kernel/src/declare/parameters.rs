@@ -95,7 +95,13 @@ impl Parameters {
     pub fn check<'f>(&self, fields: impl IntoIterator<Item = &'f Field> + Clone) -> Result<()> {
         for name in self.names() {
             if fields.clone().into_iter().all(|f| f.name != name) {
-                let known: Vec<&str> = fields.clone().into_iter().map(|f| f.name).collect();
+                // A functional may take over a wish: a normal has a "to" of its own.
+                let mut known: Vec<&str> = Vec::new();
+                for field in fields.clone() {
+                    if !known.contains(&field.name) {
+                        known.push(field.name);
+                    }
+                }
                 let hint = match nearest(name, known.iter().copied()) {
                     Some(near) => format!("did you mean \"{near}\"?"),
                     None if known.is_empty() => "no fields are taken here".to_owned(),

@@ -257,7 +257,7 @@ impl<S: Shape> Edit<S> {
         let (mut problem, ..) = Problem::new(self.asked()?)?;
         problem.renew_smoothness()?;
         if self.minimised {
-            problem.to_minimum()?;
+            problem.start_at_minimum()?;
         }
         Ok(problem)
     }

@@ -15,7 +15,7 @@ impl Problem {
     ///
     /// # Errors
     /// When the energy cannot be measured on these shapes, does not see some motion, or is least where numbers end.
-    pub(crate) fn to_minimum(&mut self) -> Result<(), EditError> {
+    pub(crate) fn start_at_minimum(&mut self) -> Result<(), EditError> {
         let shapes = view(&self.shapes);
         let may_move = |v: usize| self.freedom.may_move(v);
         let every = (0..shapes.vertex_count()).filter(|&v| may_move(v)).collect();

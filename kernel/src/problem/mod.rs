@@ -55,6 +55,7 @@ pub use self::error::EditError;
 pub(crate) use self::freedom::Freedom;
 pub use self::metric::{Measured, Metric};
 pub use self::name::Name;
+pub(crate) use self::report::angle;
 pub use self::report::{ConstraintReport, Convergence, Corner, Smoothness};
 pub use self::smooth::SmoothKnot;
 pub(crate) use self::smoothing::Smoothing;

@@ -306,3 +306,36 @@ fn weights_far_apart() {
         }
     }
 }
+
+/// A tolerance is about positions: surfaces that meet at an angle meet, and the report says at which.
+#[test]
+fn a_join_within_a_tolerance_tells_the_angle() {
+    let space = |knots: &[f64]| Space::clamped(3, knots).unwrap();
+    // Flat, from an edge along y, rising by an angle; even in both parameters.
+    let patch = |way: f64, degrees: f64, v: Space| {
+        let u = space(&[0.0, 1.0]);
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let places: Vec<f64> =
+            (0..v.len()).map(|j| v.flat()[j + 1..j + 4].iter().sum::<f64>() / 3.0).collect();
+        let rows = (0..4).flat_map(|i| places.iter().map(move |y| (f64::from(i), *y)));
+        let net = rows.map(|(x, y)| Point::new(way * x * cos, y, x * sin)).collect();
+        Surface::new(u, v, net).unwrap()
+    };
+    for (degrees, order, told) in
+        [(0.0, 0, "0°"), (0.02, 0, "2.0e-2°"), (30.0, 0, "30.0°"), (110.0, 0, "110.0°"), (0.0, 1, "0°")]
+    {
+        let pair = Pair {
+            a: patch(-1.0, 0.0, space(&[0.0, 1.0, 2.0])),
+            b: patch(1.0, degrees, space(&[0.0, 0.7, 1.0, 2.0])),
+            edges: ("u0", "u0"),
+            order,
+        };
+        let join = pair.join().within(0.1);
+        let crease = join.crease(&pair.shapes()).unwrap().unwrap().to_degrees();
+        assert!((crease - degrees).abs() < 1e-9, "{crease} for {degrees}");
+        let edited = pair.edit().ask(join.hold()).solve().unwrap();
+        let note = edited.report().notes.iter().find(|note| note.contains("apart at most")).unwrap();
+        assert!(note.ends_with(&format!("which nothing bounds, is {told} at most")), "{note}");
+        assert_eq!(edited.shape_at(1).unwrap().control_vertices().len(), pair.b.points().len());
+    }
+}

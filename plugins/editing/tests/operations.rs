@@ -456,3 +456,17 @@ fn what_changes_the_shape_leaves_no_frames_of_the_old_one() {
     assert_eq!(scene.curve("section").unwrap().points().len(), 12);
     assert_eq!(scene.object("section").unwrap().animation, None);
 }
+
+#[test]
+fn what_is_known_is_listed_once() {
+    let message = fails(
+        "edit",
+        json!({ "constraints": [{ "kind": "normal", "at": [0.5, 0.5], "to": [0, 0, 1], "zzz": 1 }] }),
+    );
+    let (_, known) = message.split_once("known here: ").unwrap_or_else(|| panic!("{message}"));
+    let mut names: Vec<&str> = known.split(", ").collect();
+    let count = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert!(names.contains(&"to") && names.len() == count && count > 5, "{message}");
+}

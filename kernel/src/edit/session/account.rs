@@ -9,15 +9,16 @@ use super::border::Border;
 use super::prepared::Prepared;
 use crate::edit::report::{ConstraintReport, Report, Smoothness};
 use crate::error::Result;
-use crate::functional::{Accuracy, Shapes};
+use crate::functional::{Accuracy, Join, Shapes, Tangent};
 use crate::measure::Measured;
 use crate::problem::EditError;
 use crate::problem::assembly::{Assembly, Slot};
 use crate::problem::bound::Bound;
+use crate::problem::check::{NOTABLE, excess, fighting};
 use crate::problem::judge::reach;
 use crate::problem::program::Bounds;
 use crate::problem::solution::{overflow, redundant};
-use crate::problem::{Numbers, view};
+use crate::problem::{Numbers, angle, view};
 use crate::shape::Shape;
 use crate::solve::Dependency;
 
@@ -106,6 +107,9 @@ impl<S: Shape> Session<S> {
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }
+        if self.solved && !report.best_effort {
+            report.notes.extend(self.strain());
+        }
         // What is kept smooth comes last, in the account of the constraints too: it is told apart from what was asked.
         report.smooth = Smoothness { redundant: smooth, ..self.problem.smoothness(&shapes) };
         report.constraints.truncate(report.constraints.len().saturating_sub(report.smooth.knots));
@@ -121,14 +125,35 @@ impl<S: Shape> Session<S> {
             if let (Some(between), Accuracy::Within(tolerance)) =
                 (between, bound.constraint.functional.accuracy())
             {
+                let crease = crease(&shapes, bound).map_or_else(String::new, |degrees| {
+                    format!("; the angle between them, which nothing bounds, is {} at most", angle(degrees))
+                });
                 report.notes.push(format!(
-                    "{}: {:.3e} apart at most, of the {tolerance:e} allowed",
+                    "{}: {:.3e} apart at most, of the {tolerance:e} allowed{crease}",
                     bound.constraint.label(),
                     between.error
                 ));
             }
         }
         report
+    }
+
+    /// What is worth saying of an adjustment that is long beside what its linear equations ask one by one: no near conflict
+    /// yet, or one that is forced.
+    fn strain(&self) -> Option<String> {
+        let Prepared { assembly, factored, rhs, size, d, border, .. } = self.prepared.as_ref();
+        if self.alternating.is_some() {
+            return None;
+        }
+        let d = border.as_ref().map_or(&d[..], |border| &border.linear);
+        let found = excess(&assembly.system, factored.as_ref(), (rhs, size), d, NOTABLE).ok()??;
+        let mut again = self.solver.factor(&assembly.system).ok()?;
+        let names = fighting(&self.problem.bound, assembly, again.as_mut(), rhs);
+        Some(format!(
+            "the adjustment is {:.0e} times what its equations ask one by one: nearly contradictory: {}",
+            found.times,
+            names.join(", ")
+        ))
     }
 
     /// The multipliers of each constraint, one for each equation that is asked of it.
@@ -192,10 +217,16 @@ fn multipliers(
     each
 }
 
+/// The largest angle in degrees between two surfaces that are joined along an edge.
+fn crease(shapes: &Shapes<'_>, bound: &Bound) -> Option<f64> {
+    let any: &dyn Any = bound.constraint.functional.as_ref();
+    any.downcast_ref::<Join>()?.crease(shapes).ok()?.map(f64::to_degrees)
+}
+
 /// A tangent that was asked to be parallel to a direction but came out the other way round.
 fn reversed(shapes: &Shapes<'_>, bound: &Bound) -> Option<String> {
     let any: &dyn Any = bound.constraint.functional.as_ref();
-    let tangent = any.downcast_ref::<crate::functional::Tangent>()?;
+    let tangent = any.downcast_ref::<Tangent>()?;
     let along = tangent.sense(shapes)?;
     (along < 0.0).then(|| format!("{} now points against its direction", bound.constraint.describe()))
 }

@@ -3,7 +3,7 @@
 use super::Session;
 use super::prepared::{Prepared, prepare};
 use super::progress::looks;
-use crate::measure::Error;
+use crate::measure::{Error, PROPORTION};
 use crate::problem::EditError;
 use crate::problem::check::{excess, missed_by, near_conflict};
 use crate::problem::conflict::{explain, involved};
@@ -196,7 +196,8 @@ impl<S: Shape> Session<S> {
         let part = solved.part.as_ref().map_or(&bounds.full, |(part, _)| part);
         let right = (&solved.rhs[..], &solved.size[..]);
         if !self.problem.forced
-            && let Some(excess) = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?
+            && let Some(excess) =
+                excess(&part.system, solved.factored.as_ref(), right, &solved.d, PROPORTION)?
         {
             let error =
                 near_conflict(&self.problem.bound, part, solved.factored.as_mut(), &solved.rhs, excess);
