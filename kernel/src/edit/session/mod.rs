@@ -2,6 +2,7 @@
 
 mod account;
 mod border;
+mod bounded;
 mod curved;
 mod edited;
 mod event;
@@ -11,6 +12,7 @@ mod prepared;
 mod progress;
 mod sequential;
 mod slide;
+mod strategy;
 mod support;
 
 use std::collections::BTreeSet;

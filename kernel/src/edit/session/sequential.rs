@@ -2,6 +2,7 @@
 
 use super::mixing::Mixing;
 use super::progress::Progress;
+use super::strategy::Strategy;
 use super::support::strayed;
 use super::{Session, put, snapshot};
 use crate::edit::report::Convergence;
@@ -255,14 +256,11 @@ impl<S: Shape> Session<S> {
         let prepared = self.prepared.as_mut();
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
         (prepared.rhs, prepared.size) = (solved.rhs, solved.size);
-        prepared.border = None;
-        match solved.part {
-            None => prepared.assembly = full.full,
-            Some((part, _)) => {
-                prepared.assembly = part;
-                prepared.bounds = Some(Bounds { active: solved.active, ..full });
-            }
-        }
+        let (part, bounds) = match solved.part {
+            None => (full.full, None),
+            Some((part, _)) => (part, Some(Bounds { active: solved.active, ..full })),
+        };
+        (prepared.assembly, prepared.strategy) = (part, Strategy::Sequential(bounds));
         prepared.assembly.decide(solved.tolerance);
     }
 
