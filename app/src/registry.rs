@@ -25,7 +25,6 @@ impl Plugin for BuiltIn {
         registry.add(&loftsman_regions::Regions);
         registry.add(&loftsman_interior_point::InteriorPoint);
         registry.add(&loftsman_tessellation::Tessellation);
-        // Before the native format, which knows its documents by a word that our glTF has in its extras too.
         registry.add(&loftsman_gltf::Plugin);
         registry.add(&loftsman_native::Plugin);
         registry.add(&loftsman_obj::Plugin);

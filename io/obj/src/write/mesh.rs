@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 use std::io::Write;
 
 use loftsman_kernel::mesh::{Mesh, NONE};
+use loftsman_kernel::plugin::FormatError;
 
 use super::state::Changes;
-use super::{Failure, Writer, print};
+use super::{Writer, print};
 
 impl<W: Write> Writer<'_, W> {
-    pub(super) fn mesh(&mut self, mesh: &Mesh, materials: &[String]) -> Result<(), Failure> {
+    pub(super) fn mesh(&mut self, mesh: &Mesh, materials: &[String]) -> Result<(), FormatError> {
         let point = self.colored_vertices(mesh)?;
         let (uv, normal) = (self.written.uvs + 1, self.written.normals + 1);
         for uv in mesh.uvs.values() {
@@ -110,7 +111,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     /// The vertices with their colours: OBJ has one a vertex, that of the first corner there.
-    fn colored_vertices(&mut self, mesh: &Mesh) -> Result<usize, Failure> {
+    fn colored_vertices(&mut self, mesh: &Mesh) -> Result<usize, FormatError> {
         if mesh.colors.is_empty() {
             return self.vertices(mesh.points(), None);
         }

@@ -1,5 +1,6 @@
 //! Numbers and names as OBJ has them.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 
 use loftsman_kernel::Point;
@@ -35,6 +36,28 @@ pub(crate) fn name(name: &str) -> String {
         clean = clean.replace(" #", " _#");
     }
     if clean.is_empty() { "object".to_owned() } else { clean }
+}
+
+/// Names that are taken, each with the last number behind it that was tried: all before it are taken too.
+#[derive(Debug, Default)]
+pub(crate) struct Names(HashMap<String, usize>);
+
+impl Names {
+    /// A name that stays on its line and that nobody else has: with a number behind it where it is taken.
+    pub(crate) fn unique(&mut self, wanted: &str) -> String {
+        let clean = name(wanted);
+        let mut unique = clean.clone();
+        if let Some(&tried) = self.0.get(&clean) {
+            let mut number = tried;
+            while self.0.contains_key(&unique) {
+                number += 1;
+                unique = format!("{clean}.{number:03}");
+            }
+            self.0.insert(clean, number);
+        }
+        self.0.insert(unique.clone(), 0);
+        unique
+    }
 }
 
 /// A group's name, which ends at a blank; "default" is the group of what no group was named for.

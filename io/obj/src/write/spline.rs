@@ -4,10 +4,11 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write;
 
+use loftsman_kernel::plugin::FormatError;
 use loftsman_kernel::spline::trimmed::ParameterCurve;
 use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 
-use super::{Failure, Knots, Writer, print};
+use super::{Knots, Writer, print};
 
 /// A loop or chain with its keyword, and the numbers of its curves.
 type Chain<'a> = (&'static str, Vec<(&'a ParameterCurve, usize)>);
@@ -27,7 +28,7 @@ fn chains_of(trimmed: &Trimmed) -> Vec<(&'static str, &[ParameterCurve])> {
 }
 
 impl<W: Write> Writer<'_, W> {
-    pub(super) fn curve(&mut self, curve: &Curve) -> Result<(), Failure> {
+    pub(super) fn curve(&mut self, curve: &Curve) -> Result<(), FormatError> {
         let form =
             if self.knots == Knots::Bezier { Cow::Owned(curve.bezier_form()?) } else { Cow::Borrowed(curve) };
         let space = form.space();
@@ -46,13 +47,13 @@ impl<W: Write> Writer<'_, W> {
         Ok(self.line("end")?)
     }
 
-    pub(super) fn surface(&mut self, name: &str, surface: &Surface) -> Result<(), Failure> {
+    pub(super) fn surface(&mut self, name: &str, surface: &Surface) -> Result<(), FormatError> {
         self.surface_head(name, surface)?;
         Ok(self.line("end")?)
     }
 
     /// A trimmed surface with its curves; how many loops there are.
-    pub(super) fn trimmed(&mut self, name: &str, trimmed: &Trimmed) -> Result<usize, Failure> {
+    pub(super) fn trimmed(&mut self, name: &str, trimmed: &Trimmed) -> Result<usize, FormatError> {
         self.name(name)?;
         let mut chains: Vec<Chain<'_>> = Vec::new();
         for (keyword, curves) in chains_of(trimmed) {
@@ -89,7 +90,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     /// A curve in the parameter plane; its number.
-    pub(super) fn plane_curve(&mut self, curve: &Curve) -> Result<usize, Failure> {
+    pub(super) fn plane_curve(&mut self, curve: &Curve) -> Result<usize, FormatError> {
         let first = self.written.parameters + 1;
         for (i, p) in curve.points().iter().enumerate() {
             match curve.weights() {
@@ -131,7 +132,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     /// A surface up to its knots.
-    fn surface_head(&mut self, name: &str, surface: &Surface) -> Result<(), Failure> {
+    fn surface_head(&mut self, name: &str, surface: &Surface) -> Result<(), FormatError> {
         let first = self.vertices(surface.points(), surface.weights())?;
         let (u, v) = (surface.u(), surface.v());
         self.kind(surface.weights().is_some(), &[u.degree(), v.degree()])?;
