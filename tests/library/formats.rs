@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
-use loftsman::kernel::Result;
 use loftsman::kernel::conformance::sample_scene;
+use loftsman::kernel::mesh::Cloud;
 use loftsman::kernel::plugin::{
     Fate, Format, FormatError, FormatErrorKind, Limits, Memory, Observer, Parameters, ReadOptions, Sink,
     Source, WriteOptions,
 };
-use loftsman::kernel::scene::{Scene, Unit};
+use loftsman::kernel::scene::{Object, Scene, Unit};
+use loftsman::kernel::{Point, Result};
 use serde_json::json;
 
 /// Each format that comes with Loftsman, and what it makes of the sample scene.
@@ -112,6 +113,26 @@ impl Source for Locked {
 
     fn sibling(&self, name: &str) -> Result<Cow<'_, [u8]>, FormatError> {
         Err(FormatError::whole(format!("{name}: permission denied")).as_kind(FormatErrorKind::Io))
+    }
+}
+
+#[test]
+fn a_sound_scene_is_refused_as_what_the_format_cannot_hold() {
+    let mut scene = Scene::new();
+    let far = Cloud { points: vec![Point::new(f64::NAN, 0.0, 0.0)] };
+    scene.add(Object::new("dust", far.into())).unwrap();
+    for (format, mut memory) in written() {
+        let error = format.write(&scene, &mut memory, &WriteOptions::default()).unwrap_err();
+        assert_eq!(
+            (error.kind, error.object.as_deref()),
+            (FormatErrorKind::Unsupported, Some("dust")),
+            "{error}"
+        );
+    }
+    scene.object_mut("dust").unwrap().parent = Some("nobody".into());
+    for (format, mut memory) in written() {
+        let error = format.write(&scene, &mut memory, &WriteOptions::default()).unwrap_err();
+        assert_eq!(error.kind, FormatErrorKind::Malformed, "{error}");
     }
 }
 

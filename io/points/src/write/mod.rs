@@ -4,7 +4,7 @@ use std::io::{self, BufWriter, Write};
 
 use loftsman_kernel::Point;
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
+use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport, Written};
 use loftsman_kernel::scene::{Geometry, Object};
 use loftsman_kernel::text::number;
 use nalgebra::Matrix4;
@@ -51,18 +51,17 @@ pub(crate) fn file(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Write
         report.objects.push(Written::kept(object, form));
         out.push(rows);
     }
-    let refuse = |problem: &str| Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported));
     if out.is_empty() {
-        return refuse(
+        return Err(FormatError::whole(
             "there is no cloud and no polyline in the scene, and a point file holds nothing else: tessellate \
              curves first, or choose another format",
-        );
+        ));
     }
     if out.len() > 1 && !comments {
-        return refuse(
+        return Err(FormatError::whole(
             "several objects need the comments that tell them apart: leave comments = false away, or write \
              one object",
-        );
+        ));
     }
     let separator = if sink.name().to_ascii_lowercase().ends_with(".csv") { b"," } else { b" " };
     let mut writer = BufWriter::with_capacity(1 << 16, sink.main());

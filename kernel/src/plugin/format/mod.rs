@@ -101,7 +101,11 @@ pub trait Format: Send + Sync {
             let declaration = self.declaration();
             declaration.check(&options.own, declaration.writing_options())?;
             let outgoing = Outgoing::new(scene, &declaration.holds, options)?;
-            let mut report = self.encode(&outgoing, sink)?;
+            let mut report = self.encode(&outgoing, sink).map_err(|error| match error.kind {
+                // A scene that is sound: what is wrong with it is that the format cannot hold it.
+                FormatErrorKind::Malformed => error.as_kind(FormatErrorKind::Unsupported),
+                _ => error,
+            })?;
             report.notes.extend(declaration.holds.lost(outgoing.scene()));
             Ok(report)
         };
