@@ -18,7 +18,7 @@ use std::collections::HashSet;
 
 use loftsman_kernel::named::Named;
 use loftsman_kernel::placement::Change;
-use loftsman_kernel::plugin::{Cuts, Fate, FormatError, Outgoing, Sink, WriteOptions, WriteReport, Written};
+use loftsman_kernel::plugin::{Cuts, FormatError, Outgoing, Sink, WriteOptions, WriteReport, Written};
 use loftsman_kernel::scene::{Object, Scene, Unit, Up};
 use nalgebra::{Matrix4, Translation3};
 use serde_json::{Value, json};
@@ -227,7 +227,7 @@ impl<'a> Writer<'a, '_> {
         if rest != identity {
             let reason =
                 "its transform shears or flattens, which glTF's nodes cannot: it is baked into the points";
-            report.explain(Fate::Approximated, reason);
+            report.change(reason);
         }
         if !placement.translation.iter().all(|t| (*t as f32).is_finite()) {
             let [x, y, z] = placement.translation.into();
@@ -244,7 +244,7 @@ impl<'a> Writer<'a, '_> {
         if noted != Own::default() {
             let text = serde_json::to_string(&noted).map_err(std::io::Error::from)?;
             if !with(&mut node.extras, EXTRAS, text.into()) {
-                report.explain(Fate::Approximated, "what other programs noted of it is left out");
+                report.change("what other programs noted of it is left out");
             }
         }
         Ok((node, Above { rest: place, stretch }, report))

@@ -6,7 +6,7 @@ use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{
-    Chord, CustomShape, Drawn, Fate, Fineness, FormatError, MovingLine, MovingMesh, Written,
+    Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Written,
 };
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::{Error, Point};
@@ -77,7 +77,7 @@ impl<'a> Writer<'a, '_> {
                     frames.frames.len(),
                     animation::LARGEST
                 );
-                report.explain(Fate::Approximated, &reason);
+                report.change(&reason);
                 None
             }
             frames => frames,
@@ -110,7 +110,7 @@ impl<'a> Writer<'a, '_> {
                 let MovingLine { states, starts, closed, tolerance, error } = line;
                 let points = states.first().cloned().unwrap_or_default();
                 report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
-                report.explain(Fate::Approximated, "the curve became segments; the exact one is in extras");
+                report.change("the curve became segments; the exact one is in extras");
                 let moves = frames.map(|frames| Moves::of(states, frames.rate));
                 let shaped = shape::chains(&points, &starts, closed, change, &mut self.bin)?;
                 Ok(self.exact(object, shaped, &points, moves))
@@ -123,8 +123,7 @@ impl<'a> Writer<'a, '_> {
                 };
                 let MovingMesh { mesh, states, tolerance, error } = found;
                 report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
-                report
-                    .explain(Fate::Approximated, "the surface became triangles; the exact one is in extras");
+                report.change("the surface became triangles; the exact one is in extras");
                 let moves = frames.map(|frames| Moves::of(states, frames.rate));
                 self.spline_mesh(object, mesh, (rest, change), moves, report)
             }
@@ -156,11 +155,11 @@ impl<'a> Writer<'a, '_> {
         };
         let reason =
             format!("the {} became {}; its own fields are in extras", custom.kind(), found.drawn.what());
-        report.explain(Fate::Approximated, &reason);
+        report.change(&reason);
         let remark = found.remark(in_scene);
         let error = remark.is_none().then_some(found.error * in_scene);
         report.cut(self.options.fineness.chord.length(found.tolerance * in_scene), error);
-        remark.iter().for_each(|remark| report.explain(Fate::Approximated, remark));
+        remark.iter().for_each(|remark| report.change(remark));
         let moves = frames.map(|frames| Moves::of(found.states, frames.rate));
         match found.drawn {
             Drawn::Line(line) if line.points.len() < 2 => Ok(self.unseen(object, "it has no extent", report)),
@@ -180,7 +179,7 @@ impl<'a> Writer<'a, '_> {
         }
         report.form = "node".to_owned();
         let reason = format!("{reason}: other programs see nothing of it; the exact one is in extras");
-        report.explain(Fate::Approximated, &reason);
+        report.change(&reason);
         let mut own = Own::of(object.geometry());
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Unseen(Box::new(own))
@@ -199,7 +198,7 @@ impl<'a> Writer<'a, '_> {
             mesh.turn_inside_out();
         }
         if moves.as_ref().is_some_and(|moves| moves.count() > 1) {
-            report.explain(Fate::Approximated, "its normals are those of the first frame");
+            report.change("its normals are those of the first frame");
         }
         let points = mesh.points().to_vec();
         let maps = self.materials.normal_maps(&object.materials);
@@ -320,8 +319,7 @@ impl<'a> Writer<'a, '_> {
                 Some(Value::Object(fields)) => _ = fields.insert(TARGET_NAMES.to_owned(), json!(names)),
                 other => {
                     if other.is_some() {
-                        report
-                            .explain(Fate::Approximated, "what other programs noted of its mesh is left out");
+                        report.change("what other programs noted of its mesh is left out");
                     }
                     *other = Some(json!({ TARGET_NAMES: names }));
                 }
@@ -334,7 +332,7 @@ impl<'a> Writer<'a, '_> {
         noted.made_tangents = shaped.made_tangents;
         report.form.clone_from(&shaped.form);
         for remark in &shaped.remarks {
-            report.explain(Fate::Approximated, remark);
+            report.change(remark);
         }
         self.meshes.push(schema::Mesh {
             name: object.statement(MESH_NAME).unwrap_or(object.name()).to_owned(),
@@ -375,7 +373,7 @@ impl Keep for [Point] {
 /// Says that larger faces are cut.
 fn cut(mesh: &Mesh, report: &mut Written) {
     if mesh.faces().any(|f| f.len() > 3) {
-        report.explain(Fate::Approximated, "glTF has triangles only: larger faces were cut");
+        report.change("glTF has triangles only: larger faces were cut");
     }
 }
 

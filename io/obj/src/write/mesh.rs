@@ -14,15 +14,11 @@ impl<W: Write> Writer<'_, W> {
         let point = self.colored_vertices(mesh)?;
         let (uv, normal) = (self.written.uvs + 1, self.written.normals + 1);
         for uv in mesh.uvs.values() {
-            self.text.push_str("vt");
-            uv.iter().for_each(|&c| print::number(&mut self.text, c));
-            self.flush_line()?;
+            self.statement("vt", *uv)?;
         }
         self.written.uvs += mesh.uvs.values().len();
         for n in mesh.normals.values() {
-            self.text.push_str("vn");
-            n.iter().for_each(|&c| print::number(&mut self.text, c));
-            self.flush_line()?;
+            self.statement("vn", n.iter().copied())?;
         }
         self.written.normals += mesh.normals.values().len();
         // Where smoothing groups say what is smooth, nothing is added.
@@ -58,9 +54,7 @@ impl<W: Write> Writer<'_, W> {
             self.smooth(mesh.smoothing.get(f).copied(), f == 0 && !mesh.smoothing.is_empty())?;
             let given = if give_normals { mesh.face_normal(f) } else { None };
             if let Some(normal) = given {
-                self.text.push_str("vn");
-                normal.iter().for_each(|&c| print::number(&mut self.text, c));
-                self.flush_line()?;
+                self.statement("vn", normal.iter().copied())?;
                 self.written.normals += 1;
             }
             self.text.push('f');
@@ -132,15 +126,11 @@ impl<W: Write> Writer<'_, W> {
         }
         let first = self.written.points + 1;
         for (p, &color) in mesh.points().iter().zip(&colors) {
-            self.text.push('v');
-            print::point(&mut self.text, p);
-            if let Some([rgb @ .., alpha]) = values.get(color as usize) {
-                rgb.iter().for_each(|&c| print::number(&mut self.text, print::srgb(c)));
-                if *alpha != 1.0 {
-                    print::number(&mut self.text, *alpha);
-                }
-            }
-            self.flush_line()?;
+            let color = values.get(color as usize);
+            let shown = color.map(|&[r, g, b, alpha]| ([r, g, b].map(print::srgb), alpha));
+            let alpha = shown.map(|(_, alpha)| alpha).filter(|alpha| *alpha != 1.0);
+            let rgb = shown.into_iter().flat_map(|(rgb, _)| rgb);
+            self.statement("v", p.iter().copied().chain(rgb).chain(alpha))?;
         }
         self.written.points += colors.len();
         Ok(first)

@@ -170,6 +170,13 @@ impl<W: Write> Writer<'_, W> {
         self.out.write_all(b"\n")
     }
 
+    /// A line of a keyword and numbers.
+    fn statement(&mut self, keyword: &str, numbers: impl IntoIterator<Item = f64>) -> std::io::Result<()> {
+        self.text.push_str(keyword);
+        numbers.into_iter().for_each(|x| print::number(&mut self.text, x));
+        self.flush_line()
+    }
+
     fn flush_line(&mut self) -> std::io::Result<()> {
         self.text.push('\n');
         self.out.write_all(self.text.as_bytes())?;
@@ -302,12 +309,7 @@ impl<W: Write> Writer<'_, W> {
             if !p.iter().all(|c| c.is_finite()) {
                 return Err(Error::VertexNotFinite { index, x: p.x, y: p.y, z: p.z }.into());
             }
-            self.text.push('v');
-            print::point(&mut self.text, p);
-            if let Some(weights) = weights {
-                print::number(&mut self.text, weights[index]);
-            }
-            self.flush_line()?;
+            self.statement("v", p.iter().copied().chain(weights.map(|weights| weights[index])))?;
         }
         self.written.points += points.len();
         Ok(first)

@@ -3,8 +3,6 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use loftsman_kernel::Point;
-
 /// Appends a blank and the shortest text that reads back as the same number.
 pub(crate) fn number(out: &mut String, value: f64) {
     // Writing to a string cannot fail.
@@ -14,11 +12,6 @@ pub(crate) fn number(out: &mut String, value: f64) {
         // Debug, unlike Display, has exponents: 1e300 stays short.
         write!(out, " {value:?}")
     };
-}
-
-/// Appends the coordinates of a point.
-pub(crate) fn point(out: &mut String, p: &Point) {
-    p.iter().for_each(|&c| number(out, c));
 }
 
 /// A name that stays on its line and means the same to every reader.

@@ -112,10 +112,8 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn parameter_vertex(&mut self, numbers: &[f64]) -> std::io::Result<()> {
-        self.text.push_str("vp");
-        numbers.iter().for_each(|&x| print::number(&mut self.text, x));
         self.written.parameters += 1;
-        self.flush_line()
+        self.statement("vp", numbers.iter().copied())
     }
 
     fn kind(&mut self, rational: bool, degrees: &[usize]) -> std::io::Result<()> {
@@ -126,9 +124,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn parameters(&mut self, side: &str, space: &Space) -> std::io::Result<()> {
-        _ = write!(self.text, "parm {side}");
-        space.flat().iter().for_each(|&t| print::number(&mut self.text, t));
-        self.flush_line()
+        self.statement(&format!("parm {side}"), space.flat().iter().copied())
     }
 
     /// A surface up to its knots.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::error::FormatError;
-use crate::declare::{Field, ParameterError, Parameters};
+use crate::declare::{Field, Parameters};
 use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 
 /// What a format is called, which way it goes, and what it holds.
@@ -240,9 +240,9 @@ impl FormatDeclaration {
         own: &Parameters,
         known: impl Iterator<Item = &'static Field> + Clone,
     ) -> Result<(), FormatError> {
-        own.check(known).map_err(|e| {
-            let ParameterError { path, problem } = e;
-            ParameterError { path: format!("an option of the format {}: {path}", self.name), problem }.into()
+        own.check(known).map_err(|mut error| {
+            error.path = format!("an option of the format {}: {}", self.name, error.path);
+            error.into()
         })
     }
 }

@@ -49,20 +49,14 @@ pub trait Format: Send + Sync {
         &self,
         source: &dyn Source,
         options: &ReadOptions<'_>,
-    ) -> Result<(Scene, ReadReport), FormatError> {
-        let _ = (source, options);
-        Err(one_way(self.declaration().name, "read"))
-    }
+    ) -> Result<(Scene, ReadReport), FormatError>;
 
     /// Makes the bytes of a scene, and says how each object went out.
     ///
     /// # Errors
     /// When the format cannot hold the scene at all, or the sink fails. The file's name is filled in by
     /// [`write`](Self::write).
-    fn encode(&self, outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
-        let _ = (outgoing, sink);
-        Err(one_way(self.declaration().name, "written"))
-    }
+    fn encode(&self, outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError>;
 
     /// Reads a file: the scene, and an account of every entity in it.
     ///
@@ -112,11 +106,6 @@ pub trait Format: Send + Sync {
         let result = work();
         result.map_err(|error: FormatError| error.in_file(sink.name()))
     }
-}
-
-fn one_way(name: &str, way: &str) -> FormatError {
-    FormatError::whole(format!("files of the format {name} cannot be {way}"))
-        .as_kind(FormatErrorKind::Unsupported)
 }
 
 /// The unit and the axis that are asked for take the place of those that the file states, or does not; the report says so.

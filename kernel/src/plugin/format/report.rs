@@ -103,14 +103,12 @@ impl Written {
         (self.tolerance, self.error) = (Some(tolerance), error);
     }
 
-    /// Says what became of it and why, behind what was said before; unless it is left out anyway.
-    pub fn explain(&mut self, fate: Fate, reason: &str) {
+    /// It goes out changed, and why, behind what was said before; unless it is left out anyway.
+    pub fn change(&mut self, reason: &str) {
         if self.fate != Fate::LeftOut {
-            self.fate = fate;
-            self.reason = Some(match self.reason.take() {
-                Some(before) => format!("{before}; {reason}"),
-                None => reason.to_owned(),
-            });
+            self.fate = Fate::Approximated;
+            let before = self.reason.take().map(|before| before + "; ").unwrap_or_default();
+            self.reason = Some(before + reason);
         }
     }
 }
