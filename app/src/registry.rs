@@ -26,7 +26,6 @@ impl Plugin for BuiltIn {
         #[cfg(feature = "interior-point")]
         registry.add(&loftsman_interior_point::InteriorPoint);
         registry.add(&loftsman_tessellation::Tessellation);
-        // Before the native format, which knows its documents by a word that our glTF has in its extras too.
         registry.add(&loftsman_gltf::Plugin);
         registry.add(&loftsman_native::Plugin);
         registry.add(&loftsman_obj::Plugin);

@@ -1,5 +1,7 @@
 //! What can be wrong with geometry: one variant a defect, with the indices and values that show it.
 
+use crate::text::clip;
+
 /// The result of a geometric computation.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -166,7 +168,7 @@ pub enum Error {
     /// known.
     #[error(
         "its shape is of the kind \"{}\", whose plug-in is not here: register the plug-in to use it",
-        clipped(.kind)
+        clip(.kind)
     )]
     UnknownKind {
         /// The kind's name in documents.
@@ -178,11 +180,6 @@ pub enum Error {
     /// Something that is well formed and still cannot be done; the text says why and what to do.
     #[error("{0}")]
     Invalid(String),
-}
-
-/// The start of a name, which a file may have made a megabyte long.
-fn clipped(name: &str) -> String {
-    name.chars().take(60).flat_map(char::escape_debug).collect()
 }
 
 /// Said of the location, which is what was written; the shape it is meant for may not be known yet.

@@ -29,6 +29,7 @@ pub mod solve;
 pub mod space;
 pub mod spline;
 mod tessellator;
+pub mod text;
 pub mod topology;
 mod unit;
 

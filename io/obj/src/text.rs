@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use loftsman_kernel::text::{clip_to, unmarked};
 use memchr::memchr2;
 
 /// The file as text in UTF-8 or any of its supersets of ASCII: UTF-16 with a byte order mark is decoded.
@@ -17,8 +18,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     match bytes {
         [0xff, 0xfe, ..] => wide(false),
         [0xfe, 0xff, ..] => wide(true),
-        [0xef, 0xbb, 0xbf, rest @ ..] => Cow::Borrowed(rest),
-        _ => Cow::Borrowed(bytes),
+        _ => Cow::Borrowed(unmarked(bytes)),
     }
 }
 
@@ -143,12 +143,7 @@ pub(crate) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> + '_ {
 
 /// A piece of the file for a message: short, one line, printable.
 pub(crate) fn show(word: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&word[..word.len().min(200)]);
-    let mut short: String = text.chars().take(40).flat_map(char::escape_debug).collect();
-    if text.chars().count() > 40 {
-        short.push_str("...");
-    }
-    short
+    clip_to(40, &String::from_utf8_lossy(&word[..word.len().min(200)]))
 }
 
 /// A name as the file has it, without what no name may hold.

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use loftsman_kernel::Vector;
 use loftsman_kernel::material::Material;
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport};
+use loftsman_kernel::placement::Change;
+use loftsman_kernel::plugin::{Fate, FormatError, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use nalgebra::Matrix4;
 
@@ -18,7 +19,7 @@ use super::schema;
 use super::shared::Meshes;
 use super::tree::Tree;
 use crate::extras::{Own, matrix};
-use crate::place::{Change, Placement};
+use crate::place::Placement;
 use crate::words::{DATA, EXTRAS, MESH_NAME};
 
 /// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
@@ -52,10 +53,7 @@ pub(super) fn read(
     let mut names: HashMap<usize, String> = HashMap::new();
     let mut found = Vec::with_capacity(tree.nodes.len());
     for (done, &node) in tree.nodes.iter().enumerate() {
-        if options.observer.cancelled() {
-            return Err(FormatError::new(file.name, Place::File, "cancelled"));
-        }
-        options.observer.progress("reading nodes", done as u64, tree.nodes.len() as u64);
+        options.observer.proceed("reading nodes", done as u64, tree.nodes.len() as u64)?;
         found.push(reader.node(node, &mut scene, report)?);
     }
     // First all names, so that those of nodes come before those made up for their points.
@@ -196,7 +194,7 @@ impl Reader<'_, '_> {
             return Err(file.fail(path, "it refers to a camera or skin that does not exist"));
         }
         let map = local(file, &path, &raw)?;
-        let own = raw.extras.and_then(|extras| own(file, &path, extras.get(), report));
+        let own = raw.extras.and_then(|extras| own(&path, extras.get(), report));
         let mut part = Part {
             name: raw.name.unwrap_or_default(),
             geometry: None,

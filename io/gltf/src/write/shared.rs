@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{Chord, Fineness, Written};
+use loftsman_kernel::plugin::{Chord, Fineness, FormatError, Written};
 use loftsman_kernel::scene::{Geometry, Object};
 use nalgebra::Matrix4;
 
@@ -11,7 +11,7 @@ use super::Writer;
 use super::animation::Moves;
 use super::frame::Frame;
 use super::object::Shown;
-use super::shape::{Failure, Shaped};
+use super::shape::Shaped;
 use crate::extras::Own;
 use crate::words::{MESH_DATA, MESH_NAME};
 
@@ -73,7 +73,7 @@ impl<'a> Writer<'a, '_> {
         rest: &Matrix4<f64>,
         stretch: f64,
         report: &mut Written,
-    ) -> Result<Drawn, Failure> {
+    ) -> Result<Drawn, FormatError> {
         let Some(shape) = self.shape_key(object, rest, stretch) else {
             return match self.shape(object, rest, stretch, report)? {
                 Shown::Nothing => Ok(Drawn::Nothing),
@@ -139,7 +139,7 @@ impl<'a> Writer<'a, '_> {
         moves: Option<Moves<'a>>,
         mut noted: Own,
         report: &mut Written,
-    ) -> Result<Drawn, Failure> {
+    ) -> Result<Drawn, FormatError> {
         let frame = shaped.frame;
         let mesh = self.mesh(index, object, shaped, moves, &mut noted, report)?;
         Ok(Drawn::Mesh(mesh, frame, Box::new(noted)))

@@ -1,7 +1,7 @@
 //! The first pass over a file: its rows, in blocks, and the lines of text before them.
 
 use loftsman_kernel::Point;
-use loftsman_kernel::plugin::Observer;
+use loftsman_kernel::plugin::{Cancelled, FormatError, Observer, Place};
 use loftsman_kernel::scene::{Unit, Up};
 
 use super::columns::{Columns, RowFault, header, names_axes};
@@ -20,6 +20,12 @@ pub(super) struct LineFault {
     pub(super) line: usize,
     /// What is wrong and what to do.
     pub(super) problem: String,
+}
+
+impl From<LineFault> for FormatError {
+    fn from(LineFault { line, problem }: LineFault) -> Self {
+        Self::new(if line == 0 { Place::File } else { Place::Line(line) }, problem)
+    }
 }
 
 /// Rows that belong together.
@@ -70,16 +76,16 @@ pub(super) struct Scan {
 
 impl Scan {
     /// Scans a text.
-    pub(super) fn new(bytes: &[u8], observer: &dyn Observer) -> Result<Self, LineFault> {
+    pub(super) fn new(bytes: &[u8], observer: &dyn Observer) -> Result<Self, FormatError> {
         let mut scanner = Scanner::default();
         for (number, line) in lines(bytes) {
-            if number % 65_536 == 0 && observer.cancelled() {
-                return Err(LineFault { line: 0, problem: "cancelled".to_owned() });
+            if number % 65_536 == 1 && observer.cancelled() {
+                return Err(Cancelled.into());
             }
             scanner.number = number;
             scanner.line(line).map_err(|problem| LineFault { line: number, problem })?;
         }
-        scanner.finish()
+        Ok(scanner.finish()?)
     }
 
     /// How many rows there are in all.
