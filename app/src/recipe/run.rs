@@ -33,7 +33,7 @@ pub struct Runner<'a> {
 pub struct Applied {
     /// The scene after all steps.
     pub scene: Scene,
-    /// Each object as it was when it first was what it is now: the fitted curve before it was edited.
+    /// Each object as it was before the steps that edit it: for a fitted curve, as the fit left it.
     pub before: Scene,
     /// The input, where there was one.
     pub input: Option<InputReport>,

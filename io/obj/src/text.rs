@@ -136,8 +136,8 @@ pub(crate) fn keyword(statement: &[u8]) -> (&[u8], &[u8]) {
     (&statement[..end], &statement[end..])
 }
 
-/// The words of a text.
-pub(crate) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> + '_ {
+/// What white space separates in a text.
+pub(crate) fn tokens(text: &[u8]) -> impl Iterator<Item = &[u8]> + '_ {
     text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
@@ -161,7 +161,7 @@ mod tests {
             b"# C:\\tmp\\\r\nv 1 2 \\\r\n 3 # here\\\r\n\r\n  mtllib a#b.mtl\rp 1\\ \n\nl 1 # 2\\\nlast \\";
         let found: Vec<(usize, String)> = Statements::new(text)
             .map(|(line, s)| {
-                let words: Vec<_> = words(uncommented(&s)).map(String::from_utf8_lossy).collect();
+                let words: Vec<_> = tokens(uncommented(&s)).map(String::from_utf8_lossy).collect();
                 (line, words.join(" "))
             })
             .collect();

@@ -115,12 +115,12 @@ impl<S: Shape + Clone> Fair<S> {
 
 /// A fair shape, and how it came about.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fairer<S> {
+pub struct Faired<S> {
     pub(crate) shape: S,
     pub(crate) report: FairReport,
 }
 
-impl<S> Fairer<S> {
+impl<S> Faired<S> {
     /// The fair shape.
     pub fn shape(&self) -> &S {
         &self.shape

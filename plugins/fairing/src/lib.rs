@@ -30,10 +30,10 @@ mod damped;
 mod energy;
 mod fair;
 mod form;
-mod idle;
 mod inside;
 mod integrals;
 mod minimise;
+mod null_space;
 mod operation;
 mod orthogonal;
 mod precondition;
@@ -45,7 +45,7 @@ mod within;
 use loftsman_kernel::plugin::{Plugin, Registry};
 
 pub use energy::{Datum, EnergySum, bend, data, near, stretch, variation};
-pub use fair::{Fair, FairReport, Fairer};
+pub use fair::{Fair, FairReport, Faired};
 pub use operation::FairOperation;
 
 /// The plug-in: registers the operation `fair`.

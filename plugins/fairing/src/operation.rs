@@ -83,8 +83,8 @@ impl Operation for FairOperation {
             solver: Arc::clone(solver),
         };
         let start = context.clock.seconds();
-        let (fair, told) = problem.solve(&shapes)?;
-        let mut report = step_report(&object, &told);
+        let (fair, report) = problem.solve(&shapes)?;
+        let mut report = step_report(&object, &report);
         report.prepare_seconds = Some(context.clock.seconds() - start);
         // Other objects that constraints name stay as they are, and so do marks on them.
         let before: Vec<Box<dyn Shape>> =
@@ -123,8 +123,8 @@ impl Problem {
             fair = fair.ask(constraint.clone());
         }
         let done = fair.solve_with(Arc::clone(&self.solver))?;
-        let told = done.report().clone();
-        Ok((done.into_shape(), told))
+        let report = done.report().clone();
+        Ok((done.into_shape(), report))
     }
 }
 
@@ -194,24 +194,24 @@ fn points(table: &Parameters) -> Result<Vec<Datum>, ParameterError> {
     each.collect()
 }
 
-fn step_report(object: &str, told: &FairReport) -> StepReport {
-    let mut notes = vec![format!("{}: {:.6e} → {:.6e}", told.energy, told.energy_before, told.energy_after)];
-    notes.extend(told.notes.iter().cloned());
+fn step_report(object: &str, report: &FairReport) -> StepReport {
+    let mut notes = vec![format!("{}: {:.6e} → {:.6e}", report.energy, report.energy_before, report.energy_after)];
+    notes.extend(report.notes.iter().cloned());
     StepReport {
         op: "fair".into(),
         object: Some(object.into()),
-        solver: Some(told.solver.clone()),
-        equations: Some(told.equations),
-        rank: Some(told.rank),
-        redundant: told.redundant.clone(),
-        residual: Some(told.residual),
-        condition: Some(told.condition),
-        adjustment: Some(told.adjustment),
-        iterations: Some(told.iterations),
-        active: told.active.clone(),
-        constraints: told.constraints.clone(),
-        smooth: Some(told.smooth.clone()).filter(|smooth| !smooth.is_empty()),
-        energy: Some([told.energy_before, told.energy_after]),
+        solver: Some(report.solver.clone()),
+        equations: Some(report.equations),
+        rank: Some(report.rank),
+        redundant: report.redundant.clone(),
+        residual: Some(report.residual),
+        condition: Some(report.condition),
+        adjustment: Some(report.adjustment),
+        iterations: Some(report.iterations),
+        active: report.active.clone(),
+        constraints: report.constraints.clone(),
+        smooth: Some(report.smooth.clone()).filter(|smooth| !smooth.is_empty()),
+        energy: Some([report.energy_before, report.energy_after]),
         notes,
         ..StepReport::default()
     }

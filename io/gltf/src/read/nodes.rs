@@ -18,7 +18,7 @@ use super::noted::{exact, own};
 use super::schema;
 use super::shared::Meshes;
 use super::tree::Tree;
-use crate::extras::{Own, matrix};
+use crate::extras::{ExtrasFields, matrix};
 use crate::place::Placement;
 use crate::words::{DATA, EXTRAS, MESH_NAME};
 
@@ -106,7 +106,7 @@ pub(super) fn read(
         let name = scene.unique_name(&format!("{above} points"));
         let mut object = Object::sharing(name, points);
         object.parent = Some(above);
-        (object.color, object.materials) = reader.dress(&slots, &mut scene)?;
+        (object.color, object.materials) = reader.appearance(&slots, &mut scene)?;
         scene.add(object).map_err(|e| file.fail("nodes", e.to_string()))?;
     }
     finish(file, scene, noted, &change, exact, report)
@@ -163,7 +163,7 @@ struct Part {
     /// Its loose points and their slots.
     points: Option<(Arc<Geometry>, Vec<Option<usize>>)>,
     map: Matrix4<f64>,
-    own: Option<Own>,
+    own: Option<ExtrasFields>,
     exact: Option<Exact>,
 }
 
@@ -244,7 +244,7 @@ impl Reader<'_, '_> {
             let drops = part.own.as_ref().is_some_and(|own| own.made_tangents);
             let shown = self.meshes.shown(file, &path, mesh, weights, drops)?;
             self.meshes.done(mesh);
-            (part.color, part.materials) = self.dress(&content.main.slots, scene)?;
+            (part.color, part.materials) = self.appearance(&content.main.slots, scene)?;
             if part.color.is_none() && !part.materials.is_empty() {
                 part.color = part.own.as_ref().and_then(|own| own.color);
             }
@@ -277,7 +277,7 @@ impl Reader<'_, '_> {
     }
 
     /// The colour or the materials of an object with these slots.
-    fn dress(
+    fn appearance(
         &self,
         slots: &[Option<usize>],
         scene: &mut Scene,
@@ -334,7 +334,7 @@ impl Reader<'_, '_> {
         node: usize,
         parent: Option<usize>,
         map: &Matrix4<f64>,
-        own: Option<&Own>,
+        own: Option<&ExtrasFields>,
     ) -> Option<Matrix4<f64>> {
         let mut map = *map;
         // The largest number that may have been rounded on the way.

@@ -5,17 +5,17 @@ use loftsman_kernel::plugin::{Fate, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry};
 
 use super::file::parse;
-use crate::extras::Own;
+use crate::extras::ExtrasFields;
 use crate::words::EXTRAS;
 
 /// What our writer noted about a node.
-pub(super) fn own(path: &str, extras: &str, report: &mut ReadReport) -> Option<Own> {
+pub(super) fn own(path: &str, extras: &str, report: &mut ReadReport) -> Option<ExtrasFields> {
     #[derive(serde::Deserialize)]
     struct Extras {
         loftsman: String,
     }
     let text = serde_json::from_str::<Extras>(extras).ok()?.loftsman;
-    match parse::<Own>(&format!("{path}.extras.{EXTRAS}"), &text) {
+    match parse::<ExtrasFields>(&format!("{path}.extras.{EXTRAS}"), &text) {
         Ok(own) => Some(own),
         Err(error) => {
             report.count(Fate::LeftOut, "extras.loftsman that cannot be read: the mesh is taken instead");
@@ -28,7 +28,7 @@ pub(super) fn own(path: &str, extras: &str, report: &mut ReadReport) -> Option<O
 /// The exact spline (or plug-in's shape) of a node and its exact frames, where its mesh, of that fingerprint, still
 /// has the vertices that were written with it.
 pub(super) fn exact(
-    own: &Own,
+    own: &ExtrasFields,
     shown: impl FnOnce() -> Option<String>,
     options: &ReadOptions<'_>,
     report: &mut ReadReport,

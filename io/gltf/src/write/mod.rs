@@ -28,7 +28,7 @@ use self::bin::{Bin, emit, is_text};
 use self::material::Materials;
 use self::schema::{Asset, Mesh, Node, Root, Scene as SceneNodes};
 use self::shared::{Drawn, Shared};
-use crate::extras::{Own, rows};
+use crate::extras::{ExtrasFields, rows};
 use crate::place::Placement;
 use crate::words::{
     ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MESH_DATA, MESH_NAME, PREFIX, SCENE_DATA, SCENE_NAME,
@@ -208,7 +208,7 @@ impl<'a> Writer<'a, '_> {
         let mut report = Written::kept(object, "nothing");
         let mut node = Node { name: object.name().to_owned(), ..Node::default() };
         node.extras = object.statement(DATA).and_then(|text| serde_json::from_str(text).ok());
-        let mut noted = Own::default();
+        let mut noted = ExtrasFields::default();
         let mut place = rest;
         let drawn = self.drawn(index, object, &rest, stretch, &mut report)?;
         if let Drawn::Unseen(fields) = drawn {
@@ -241,7 +241,7 @@ impl<'a> Writer<'a, '_> {
             return Err(FormatError::whole("its transforms together overflow: scale them down"));
         }
         self.note(object, &placement, &place, &above.rest, node.mesh.is_some(), &mut noted);
-        if noted != Own::default() {
+        if noted != ExtrasFields::default() {
             let text = serde_json::to_string(&noted).map_err(std::io::Error::from)?;
             if !with(&mut node.extras, EXTRAS, text.into()) {
                 report.change("what other programs noted of it is left out");
@@ -258,7 +258,7 @@ impl<'a> Writer<'a, '_> {
         place: &Matrix4<f64>,
         above: &Matrix4<f64>,
         has_mesh: bool,
-        noted: &mut Own,
+        noted: &mut ExtrasFields,
     ) {
         let identity = Matrix4::identity();
         let moved = *place != identity || *above != identity;

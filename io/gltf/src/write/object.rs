@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::animation::{self, Moves};
 use super::shape::{self, LINE_STRIP, POINTS, Shaped};
 use super::{Writer, mesh, schema};
-use crate::extras::{AnimationFields, Own};
+use crate::extras::{AnimationFields, ExtrasFields};
 use crate::words::{MESH_DATA, MESH_NAME, TARGET_NAMES, frame_name};
 
 /// What is to be seen of an object.
@@ -24,9 +24,9 @@ pub(super) enum Shown<'a> {
     /// Nothing: a group, or what is left out.
     Nothing,
     /// Nothing, but its exact spline is in extras.
-    Unseen(Box<Own>),
+    Unseen(Box<ExtrasFields>),
     /// A shape, its frames, and what is noted beside it.
-    Shaped(Box<Shaped>, Option<Moves<'a>>, Box<Own>),
+    Shaped(Box<Shaped>, Option<Moves<'a>>, Box<ExtrasFields>),
 }
 
 impl<'a> Writer<'a, '_> {
@@ -180,7 +180,7 @@ impl<'a> Writer<'a, '_> {
         report.form = "node".to_owned();
         let reason = format!("{reason}: other programs see nothing of it; the exact one is in extras");
         report.change(&reason);
-        let mut own = Own::of(object.geometry());
+        let mut own = ExtrasFields::of(object.geometry());
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Unseen(Box::new(own))
     }
@@ -216,7 +216,7 @@ impl<'a> Writer<'a, '_> {
         points: &[Point],
         moves: Option<Moves<'a>>,
     ) -> Shown<'a> {
-        let mut own = Own::of(object.geometry());
+        let mut own = ExtrasFields::of(object.geometry());
         own.shown_by = Some(shape::shown_by(points, &shaped.frame));
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Shaped(Box::new(shaped), moves, Box::new(own))
@@ -281,7 +281,7 @@ impl<'a> Writer<'a, '_> {
         };
         let moves = frames.map(|frames| Moves::new(base, frames));
         let starts = moves.as_ref().is_some_and(Moves::starts_elsewhere);
-        let own = Own { starts_at_first: starts, ..Own::default() };
+        let own = ExtrasFields { starts_at_first: starts, ..ExtrasFields::default() };
         Ok(Shown::Shaped(Box::new(shaped), moves, Box::new(own)))
     }
 
@@ -292,7 +292,7 @@ impl<'a> Writer<'a, '_> {
         object: &'a Object,
         mut shaped: Shaped,
         moves: Option<Moves<'a>>,
-        noted: &mut Own,
+        noted: &mut ExtrasFields,
         report: &mut Written,
     ) -> Result<usize, FormatError> {
         for (primitive, &(slot, sets)) in shaped.primitives.iter_mut().zip(&shaped.slots) {

@@ -106,14 +106,14 @@ impl Reader {
                 let chain = &section.chains[pair[0]..pair[1]];
                 let geometry = self.polyline(chain, &mut uses).map_err(named)?;
                 let (wanted, slots) =
-                    self.dress(look, &section.name, &name, &mut materials, &mut used_materials);
+                    self.name_and_materials(look, &section.name, &name, &mut materials, &mut used_materials);
                 add(&wanted, geometry, slots)?;
             }
             let ends = section.dot_looks.iter().skip(1).map(|(at, _)| *at).chain([section.dots.len()]);
             for ((start, look), end) in section.dot_looks.iter().zip(ends) {
                 let geometry = self.cloud(&section.dots[*start..end], &mut uses).map_err(named)?;
                 let (wanted, slots) =
-                    self.dress(look, &section.name, &name, &mut materials, &mut used_materials);
+                    self.name_and_materials(look, &section.name, &name, &mut materials, &mut used_materials);
                 add(&wanted, geometry, slots)?;
             }
             for element in section.elements {
@@ -200,7 +200,7 @@ impl Reader {
     }
 
     /// The name and the materials of lines or points: the group's name where the section has none.
-    fn dress(
+    fn name_and_materials(
         &mut self,
         look: &Look,
         section: &str,

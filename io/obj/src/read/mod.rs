@@ -13,7 +13,7 @@ mod statement;
 use loftsman_kernel::plugin::{FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Up};
 
-use crate::text::{Statements, decode, keyword, words};
+use crate::text::{Statements, decode, keyword, tokens};
 use part::Counts;
 use reader::Reader;
 
@@ -44,7 +44,7 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
         let (word, rest) = keyword(&statement);
         match word {
             b"v" | b"vn" | b"vt" | b"vp" | b"f" | b"l" => {
-                let first = words(rest).next().and_then(|w| w.first());
+                let first = tokens(rest).next().and_then(|w| w.first());
                 if !first.is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(b)) {
                     return false;
                 }
