@@ -34,7 +34,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
             escaped(&light.mark.label)
         );
         sheet.put(Layer::Marks, &group);
-        sheet.caption.explain(Sample::Mark(light.mark.kind), words(light.mark.kind));
+        sheet.caption.explain(Sample::Mark(light.mark.kind), label(light.mark.kind));
         let line = text::clipped(&light.mark.label, 48);
         // Locked vertices are explained by the legend: a label each would say nothing more.
         if !labels || line.is_empty() || light.mark.kind == MarkKind::Locked {
