@@ -1,5 +1,6 @@
 //! What can keep points from becoming a curve: one variant a reason, with the numbers that show it.
 
+use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::OperationError;
 
 /// The result of a fit.
@@ -10,7 +11,7 @@ pub type Result<T, E = FitError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// A coordinate is NaN or infinite.
-    #[error("point {index} is ({x}, {y}, {z}): every coordinate must be a finite number")]
+    #[error("point {index} is ({}, {}, {}): every coordinate must be a finite number", Figure(*.x), Figure(*.y), Figure(*.z))]
     PointNotFinite {
         /// Its index.
         index: usize,
