@@ -36,24 +36,6 @@ impl Budget {
         let all = bytes.saturating_mul(Self::FACTOR).max(Self::LEAST);
         Self { all, left: Cell::new(all) }
     }
-
-    /// Takes memory for `count` things of `size` bytes.
-    pub(super) fn take(&self, count: usize, size: usize) -> Result<(), String> {
-        let wanted = (count as u64).saturating_mul(size as u64);
-        match self.left.get().checked_sub(wanted) {
-            Some(left) => {
-                self.left.set(left);
-                Ok(())
-            }
-            None => Err(format!(
-                "{count} elements need {} MB more, beyond {} times what the file has itself ({} MB in all): \
-                 the counts are wrong, or too many nodes bend the same mesh; split the file",
-                wanted >> 20,
-                Self::FACTOR,
-                self.all >> 20
-            )),
-        }
-    }
 }
 
 impl File<'_> {
@@ -62,10 +44,22 @@ impl File<'_> {
         FormatError::new(Place::Path(path.to_string()), problem)
     }
 
-    /// Takes memory from the budget.
+    /// Takes memory for `count` things of `size` bytes from the budget.
     pub(super) fn take(&self, path: impl Display, count: usize, size: usize) -> Result<(), FormatError> {
-        let limit = |problem| self.fail(path, problem).as_kind(FormatErrorKind::Limit);
-        self.budget.take(count, size).map_err(limit)
+        let Budget { all, left } = &self.budget;
+        let wanted = (count as u64).saturating_mul(size as u64);
+        let Some(rest) = left.get().checked_sub(wanted) else {
+            let problem = format!(
+                "{count} elements need {} MB more, beyond {} times what the file has itself ({} MB in all): \
+                 the counts are wrong, or too many nodes bend the same mesh; split the file",
+                wanted >> 20,
+                Budget::FACTOR,
+                all >> 20
+            );
+            return Err(self.fail(path, problem).as_kind(FormatErrorKind::Limit));
+        };
+        left.set(rest);
+        Ok(())
     }
 
     /// The entry `index` of a list that is kept as text.

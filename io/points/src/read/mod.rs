@@ -17,7 +17,7 @@ use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::text::unmarked;
 
 use line::Separator;
-use scan::{Block, LineFault, Scan};
+use scan::{Block, Scan};
 
 /// How sure it is that the first bytes of a file are those of a point file.
 pub(crate) fn confidence(head: &[u8]) -> Confidence {
@@ -109,7 +109,7 @@ impl Reading {
     }
 
     /// Everything before and beside the rows: name, counts, columns.
-    fn preface(&mut self, scan: &mut Scan, file: &str) -> Result<(), LineFault> {
+    fn preface(&mut self, scan: &mut Scan, file: &str) -> Result<(), FormatError> {
         let rows = scan.rows();
         if scan.tecplot {
             self.note("Tecplot headers: a polyline a zone");
@@ -181,7 +181,7 @@ impl Reading {
         several: bool,
         file: &str,
         asked: Option<Kind>,
-    ) -> Result<Object, LineFault> {
+    ) -> Result<Object, FormatError> {
         if self.aerodyn && !block.points.is_empty() {
             self.aerodyn = false;
             let reference = block.points.remove(0);
@@ -202,7 +202,7 @@ impl Reading {
     }
 
     /// Lednicer's two surfaces become one outline; Selig's order is noted.
-    fn airfoil(&mut self, block: &mut Block) -> Result<(), LineFault> {
+    fn airfoil(&mut self, block: &mut Block) -> Result<(), FormatError> {
         if let Some((upper, lower)) = airfoil::lednicer_counts(block) {
             let outline = airfoil::lednicer_outline(&block.points[1..], upper);
             self.note(format!(
@@ -224,7 +224,7 @@ impl Reading {
             let problem = format!(
                 "the first row counts {upper} and {lower} rows, but {rows} follow: the file is cut off, or the counts are wrong"
             );
-            return Err(LineFault { line: block.line, problem });
+            return Err(FormatError::new(Place::Line(block.line), problem));
         } else if airfoil::is_selig(&block.points) {
             self.note("Selig airfoil: from the trailing edge around the nose and back");
             block.kind = Some(Kind::Polyline { closed: None });
@@ -262,7 +262,7 @@ impl Reading {
 }
 
 /// A line that counts the rows must count right.
-fn check_count(spelling: Option<&str>, rows: usize, line: usize) -> Result<(), LineFault> {
+fn check_count(spelling: Option<&str>, rows: usize, line: usize) -> Result<(), FormatError> {
     let spelling = spelling.unwrap_or_default();
     if spelling.parse::<f64>().is_ok_and(|count| count == rows as f64) {
         return Ok(());
@@ -271,7 +271,7 @@ fn check_count(spelling: Option<&str>, rows: usize, line: usize) -> Result<(), L
     let problem = format!(
         "the line counts {count} rows, but there are {rows}: the file is cut off, or the count is wrong"
     );
-    Err(LineFault { line, problem })
+    Err(FormatError::new(Place::Line(line), problem))
 }
 
 /// The file's name without folder and extension; never empty.

@@ -13,21 +13,6 @@ use crate::marks::{self, Kind};
 /// How many lines of text may stand before the first row.
 const MOST_WORDS: usize = 32;
 
-/// Something wrong with a line.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct LineFault {
-    /// The line, from 1; 0 for the file as a whole.
-    pub(super) line: usize,
-    /// What is wrong and what to do.
-    pub(super) problem: String,
-}
-
-impl From<LineFault> for FormatError {
-    fn from(LineFault { line, problem }: LineFault) -> Self {
-        Self::new(if line == 0 { Place::File } else { Place::Line(line) }, problem)
-    }
-}
-
 /// Rows that belong together.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Block {
@@ -83,9 +68,9 @@ impl Scan {
                 return Err(Cancelled.into());
             }
             scanner.number = number;
-            scanner.line(line).map_err(|problem| LineFault { line: number, problem })?;
+            scanner.line(line).map_err(|problem| FormatError::new(Place::Line(number), problem))?;
         }
-        Ok(scanner.finish()?)
+        scanner.finish()
     }
 
     /// How many rows there are in all.
@@ -237,18 +222,18 @@ impl<'t> Scanner<'t> {
         self.scan.blocks.push(block);
     }
 
-    fn finish(mut self) -> Result<Scan, LineFault> {
+    fn finish(mut self) -> Result<Scan, FormatError> {
         if self.scan.columns.is_some() || self.scan.own && !self.scan.blocks.is_empty() {
             return Ok(self.scan);
         }
         let seen = self.words.first().map(|&(line, words)| (line, words.to_vec()));
         let single = self.scan.single.take().map(|(single, spelling)| (single.line, spelling.into_bytes()));
         let (line, what) = match single.or(seen) {
-            Some((line, words)) => (line, format!("\"{}\" and no row", clip(&words))),
-            None => (0, "no row".to_owned()),
+            Some((line, words)) => (Some(line), format!("\"{}\" and no row", clip(&words))),
+            None => (None, "no row".to_owned()),
         };
         let problem =
             format!("{what} of at least two numbers: a point file has the coordinates of a point a line");
-        Err(LineFault { line, problem })
+        Err(FormatError::new(line.map_or(Place::File, Place::Line), problem))
     }
 }
