@@ -265,7 +265,7 @@ fn too_few_points_say_how_many_are_needed() {
         let points: Vec<Point> = (0..n).map(at).collect();
         Interpolation { degree, closed, ends, ..Interpolation::new(3) }.curve(&points)
     };
-    for degree in 2..=11 {
+    for degree in 2..=11_usize {
         for n in 2..=12 {
             for ends in [Ends::Averaged, Ends::NotAKnot, Ends::Natural] {
                 let natural = ends == Ends::Natural;
