@@ -298,7 +298,7 @@ fn too_few_points_say_how_many_are_needed() {
 #[test]
 fn what_overflows_is_said_in_few_words() {
     for size in [1e308, 1.7e308] {
-        let at = |i: usize| Point::new(size * (i % 2) as f64, size * (i % 3) as f64 - size, 0.0);
+        let at = |i: usize| Point::new(size * (i % 2) as f64, size * ((i % 3) as f64 - 1.0), 0.0);
         let points: Vec<Point> = (0..9).map(at).collect();
         let all = [
             Fit::new(3, Target::Relative(1e-3)).curve(&points).map(|_| ()),
