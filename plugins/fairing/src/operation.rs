@@ -195,7 +195,8 @@ fn points(table: &Parameters) -> Result<Vec<Datum>, ParameterError> {
 }
 
 fn step_report(object: &str, report: &FairReport) -> StepReport {
-    let mut notes = vec![format!("{}: {:.6e} → {:.6e}", report.energy, report.energy_before, report.energy_after)];
+    let mut notes =
+        vec![format!("{}: {:.6e} → {:.6e}", report.energy, report.energy_before, report.energy_after)];
     notes.extend(report.notes.iter().cloned());
     StepReport {
         op: "fair".into(),

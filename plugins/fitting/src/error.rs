@@ -23,9 +23,7 @@ pub enum FitError {
         z: f64,
     },
     /// Fewer points than the degree needs.
-    #[error(
-        "{found} distinct points are too few for degree {degree} ({needed} are needed): give more points, or a degree of at most {possible}"
-    )]
+    #[error("{found} distinct points are too few{}", too_few(*.needed, *.degree, *.possible))]
     TooFewPoints {
         /// Points found.
         found: usize,
@@ -33,7 +31,7 @@ pub enum FitError {
         needed: usize,
         /// The degree asked for.
         degree: usize,
-        /// The highest degree that would do.
+        /// The highest degree that would do; 0 where none does.
         possible: usize,
     },
     /// All points are one point.
@@ -180,6 +178,13 @@ impl From<FitError> for OperationError {
             other => Self::Geometry(loftsman_kernel::Error::Invalid(other.to_string())),
         }
     }
+}
+
+fn too_few(needed: usize, degree: usize, possible: usize) -> String {
+    if possible == 0 {
+        return format!(": give {needed} or more");
+    }
+    format!(" for degree {degree} ({needed} are needed): give more points, or a degree of at most {possible}")
 }
 
 fn list(indices: &[usize]) -> String {

@@ -34,7 +34,7 @@ impl Goal {
         let m = points.len();
         let least = if fit.closed { 3 } else { fit.degree + 1 };
         if m < least && fit.closed {
-            return Err(unclosed(m));
+            return Err(unclosed(m, fit.degree));
         }
         if m < least {
             return Err(FitError::TooFewPoints {

@@ -282,7 +282,7 @@ impl Interpolation {
             return Err(FitError::Request("a closed curve has no ends: leave the end conditions out".into()));
         }
         if local.len() < 3 {
-            return Err(unclosed(local.len()));
+            return Err(unclosed(local.len(), self.degree));
         }
         let space = knots::around(self.degree, sites)?;
         let matrix = Stencils::collocation(&space, &sites[..local.len()])?;
@@ -369,11 +369,9 @@ impl Interpolation {
     }
 }
 
-/// So many points are no closed curve.
-pub(crate) fn unclosed(found: usize) -> FitError {
-    FitError::Request(format!(
-        "{found} distinct points cannot be closed: give 3 or more, or leave the curve open"
-    ))
+/// So many points are no closed curve of any degree.
+pub(crate) fn unclosed(found: usize, degree: usize) -> FitError {
+    FitError::TooFewPoints { found, needed: 3, degree, possible: 0 }
 }
 
 pub(crate) fn flat(points: &[Vector]) -> Vec<f64> {
