@@ -123,11 +123,8 @@ fn a_sound_scene_is_refused_as_what_the_format_cannot_hold() {
     scene.add(Object::new("dust", far.into())).unwrap();
     for (format, mut memory) in written() {
         let error = format.write(&scene, &mut memory, &WriteOptions::default()).unwrap_err();
-        assert_eq!(
-            (error.kind, error.object.as_deref()),
-            (FormatErrorKind::Unsupported, Some("dust")),
-            "{error}"
-        );
+        assert_eq!(error.kind, FormatErrorKind::Unsupported, "{error}");
+        assert!(error.to_string().contains("\"dust\""), "{error}");
     }
     scene.object_mut("dust").unwrap().parent = Some("nobody".into());
     for (format, mut memory) in written() {
