@@ -1,8 +1,7 @@
 //! Dense LU with partial pivoting of the bordered system.
 
-use super::elimination::reduce;
 use super::metric::SystemMetric;
-use super::rank::{Dependency, Diagnosis, Reflections};
+use super::rank::{Dependency, Diagnosis, Reflections, reduce};
 use super::refine::Refinement;
 use super::system::System;
 use super::{Factored, SolveError, Solver};
@@ -75,7 +74,7 @@ impl Solver for DenseLu {
             });
         }
         let whitened = system.whitened()?;
-        let (kept, dependencies) = reduce(system);
+        let (kept, dependencies) = reduce(system, self.name())?;
         let reflections = Reflections::new(
             whitened.as_ref().map_or(rows, |w| &w.rows),
             kept.iter().copied(),

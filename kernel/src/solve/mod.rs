@@ -29,7 +29,6 @@
 mod active_set;
 mod adjoint;
 mod automatic;
-mod elimination;
 mod envelope;
 mod free;
 mod householder_qr;
