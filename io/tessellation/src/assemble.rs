@@ -6,14 +6,13 @@ use loftsman_kernel::mesh::{Mesh, NONE};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
-use crate::cell::Poles;
 use crate::distinct::Distinct;
 use crate::edge::Border;
 use crate::fineness::Frame;
 use crate::patch::Patches;
 use crate::refine::Cells;
 use crate::state::State;
-use crate::topology::Topology;
+use crate::topology::{Poles, Topology};
 
 /// Normals of one point that differ by less than this angle (as a chord of the unit sphere) are one: the angle below
 /// which CAD systems call tangent planes the same.
@@ -97,6 +96,8 @@ struct Corners {
     of_normals: Vec<u32>,
     uvs: Distinct<[f64; 2]>,
     of_uvs: Vec<u32>,
+    /// Of the vertices of a patch, but for poles, the two that have been found.
+    found: Vec<Option<[u32; 2]>>,
 }
 
 /// Puts the mesh together, as the first state has it; and its points in each of the others.
@@ -133,10 +134,12 @@ pub(crate) fn assemble(
         of_normals: Vec::new(),
         uvs: Distinct::new(count),
         of_uvs: Vec::new(),
+        found: Vec::new(),
     };
     let poles = poles(cells, &maps);
     for (k, (cells, map)) in cells.iter().zip(&maps).enumerate() {
-        let uv = |at: [f64; 2]| scale.uv(k / topology.counts[1], k % topology.counts[1], at);
+        let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
+        let uv = |at: [f64; 2]| scale.uv(i, j, at);
         corners.add(cells, map, &poles, uv);
     }
     corners.into_mesh(all)
@@ -181,6 +184,8 @@ impl Corners {
         poles: &BTreeMap<u32, Option<Vector>>,
         uv: impl Fn([f64; 2]) -> [f64; 2],
     ) {
+        self.found.clear();
+        self.found.resize(cells.tree.vertices.len(), None);
         for triangle in cells.triangles() {
             let [a, b, c] = triangle.map(|v| map[v as usize]);
             if a == b || b == c || c == a {
@@ -189,22 +194,33 @@ impl Corners {
             let vertices = triangle.map(|v| &cells.tree.vertices[v as usize]);
             for (at, number) in [a, b, c].into_iter().enumerate() {
                 self.points.push(number);
+                if let Some([uv, normal]) = self.found[triangle[at] as usize] {
+                    self.of_uvs.push(uv);
+                    self.of_normals.push(normal);
+                    continue;
+                }
                 let vertex = vertices[at];
                 let [next, last] = [1, 2].map(|step| vertices[(at + step) % 3]);
                 let (mut place, mut normal) = (vertex.at, vertex.normal);
-                if let Some(side) = cells.poles.key(vertex.at) {
+                let pole = cells.poles.key(vertex.at);
+                if let Some(side) = pole {
                     // A fan: every triangle takes what lies between its two other corners.
                     let along = side % 2;
                     place[along] = 0.5 * (next.at[along] + last.at[along]);
                     let between = || (next.normal + last.normal).try_normalize(1e-3).unwrap_or_default();
                     normal = poles.get(&number).copied().flatten().unwrap_or_else(between);
                 }
-                self.of_uvs.push(self.uvs.find(number, uv(place), |x, y| x == y));
-                self.of_normals.push(if normal == Vector::zeros() {
+                let uv = self.uvs.find(number, uv(place), |x, y| x == y);
+                let normal = if normal == Vector::zeros() {
                     NONE
                 } else {
                     self.normals.find(number, normal, |x, y| (x - y).norm() <= CREASE)
-                });
+                };
+                self.of_uvs.push(uv);
+                self.of_normals.push(normal);
+                if pole.is_none() {
+                    self.found[triangle[at] as usize] = Some([uv, normal]);
+                }
             }
         }
     }

@@ -30,6 +30,30 @@ pub(crate) fn extraction(space: &Space, span: usize, a: f64, b: f64, out: &mut V
     }
 }
 
+/// Does something with room for a line of an order: the usual orders have code of their own, which keeps it in registers.
+macro_rules! with_line {
+    ($order:expr, $line:ident => $work:expr) => {
+        match $order {
+            2 => {
+                let $line = &mut [[0.0; L]; 2];
+                $work
+            }
+            3 => {
+                let $line = &mut [[0.0; L]; 3];
+                $work
+            }
+            4 => {
+                let $line = &mut [[0.0; L]; 4];
+                $work
+            }
+            order => {
+                let $line = &mut [[0.0; L]; MAX_ORDER][..order];
+                $work
+            }
+        }
+    };
+}
+
 /// Restricts a Bézier net of `rows × columns` (row after row along `u`), given over `[0, 1]²`, to a box within it.
 ///
 /// De Casteljau, twice a direction: all steps are convex combinations. `O(rows columns (rows + columns))`.
@@ -41,63 +65,96 @@ pub(crate) fn restrict<const L: usize>(
     high: [f64; 2],
 ) {
     for (direction, (a, b)) in [(low[0], high[0]), (low[1], high[1])].into_iter().enumerate() {
-        if a > 0.0 {
-            part(net, rows, columns, direction, a, true);
-        }
-        if b < 1.0 {
-            part(net, rows, columns, direction, (b - a) / (1.0 - a), false);
+        if a > 0.0 || b < 1.0 {
+            let lines = Lines::of(rows, columns, direction);
+            with_line!(lines.order, line => lines.restrict(net, line, a, b));
         }
     }
 }
 
-/// Keeps the part of a net after (or before) `at` of one direction.
-fn part<const L: usize>(
+/// Halves a Bézier net in a direction: it becomes what is before the middle, `upper`, of the same size, what is after.
+pub(crate) fn halve<const L: usize>(
     net: &mut [[f64; L]],
+    upper: &mut [[f64; L]],
     rows: usize,
     columns: usize,
     direction: usize,
-    at: f64,
-    after: bool,
 ) {
-    // Towards the end `k` ascends and takes from `k + 1`; towards the start the other way round.
-    let share = if after { at } else { 1.0 - at };
-    if direction == 0 {
-        for r in 1..rows {
-            for k in 0..rows - r {
-                let to = if after { k } else { rows - 1 - k };
-                let (head, tail) = net.split_at_mut((to + usize::from(after)) * columns);
-                let (to, from) = if after {
-                    (&mut head[to * columns..], &tail[..columns])
-                } else {
-                    (&mut tail[..columns], &head[(to - 1) * columns..])
-                };
-                to.iter_mut().zip(from).for_each(|(to, from)| mix(to, from, share));
-            }
+    let lines = Lines::of(rows, columns, direction);
+    with_line!(lines.order, line => lines.halve(net, upper, line));
+}
+
+/// The lines of control points of a net in one direction.
+#[derive(Clone, Copy)]
+struct Lines {
+    /// How many points a line has, and how far they are apart.
+    order: usize,
+    step: usize,
+    /// How many lines there are, and how far they are apart.
+    count: usize,
+    next: usize,
+}
+
+impl Lines {
+    /// Those along `u` or along `v`.
+    fn of(rows: usize, columns: usize, direction: usize) -> Self {
+        if direction == 0 {
+            Self { order: rows, step: columns, count: columns, next: 1 }
+        } else {
+            Self { order: columns, step: 1, count: rows, next: columns }
         }
-    } else {
-        for row in net.chunks_exact_mut(columns) {
-            for r in 1..columns {
-                if after {
-                    for k in 0..columns - r {
-                        let from = row[k + 1];
-                        mix(&mut row[k], &from, share);
-                    }
-                } else {
-                    for k in (r..columns).rev() {
-                        let from = row[k - 1];
-                        mix(&mut row[k], &from, share);
-                    }
-                }
+    }
+
+    /// Where the points of each line start.
+    fn starts(self) -> impl Iterator<Item = usize> {
+        (0..self.count).map(move |k| k * self.next)
+    }
+
+    #[inline(always)]
+    fn load<const L: usize>(self, net: &[[f64; L]], start: usize, line: &mut [[f64; L]]) {
+        line.iter_mut().enumerate().for_each(|(k, point)| *point = net[start + k * self.step]);
+    }
+
+    #[inline(always)]
+    fn store<const L: usize>(self, net: &mut [[f64; L]], start: usize, line: &[[f64; L]]) {
+        line.iter().enumerate().for_each(|(k, point)| net[start + k * self.step] = *point);
+    }
+
+    /// What is after a parameter, and of that what is before another.
+    #[inline(always)]
+    fn restrict<const L: usize>(self, net: &mut [[f64; L]], line: &mut [[f64; L]], a: f64, b: f64) {
+        let order = line.len();
+        let back = 1.0 - (b - a) / (1.0 - a);
+        for start in self.starts() {
+            self.load(net, start, line);
+            for r in 1..if a > 0.0 { order } else { 0 } {
+                (0..order - r).for_each(|k| line[k] = mix(line[k], line[k + 1], a));
             }
+            for r in 1..if b < 1.0 { order } else { 0 } {
+                (r..order).rev().for_each(|k| line[k] = mix(line[k], line[k - 1], back));
+            }
+            self.store(net, start, line);
+        }
+    }
+
+    /// What is after the middle stays in the line, what is before it is stored on the way.
+    #[inline(always)]
+    fn halve<const L: usize>(self, net: &mut [[f64; L]], upper: &mut [[f64; L]], line: &mut [[f64; L]]) {
+        let order = line.len();
+        for start in self.starts() {
+            self.load(net, start, line);
+            for r in 1..order {
+                (0..order - r).for_each(|k| line[k] = mix(line[k], line[k + 1], 0.5));
+                net[start + r * self.step] = line[0];
+            }
+            self.store(upper, start, line);
         }
     }
 }
 
-#[inline]
-fn mix<const L: usize>(to: &mut [f64; L], from: &[f64; L], share: f64) {
-    for lane in 0..L {
-        to[lane] += (from[lane] - to[lane]) * share;
-    }
+#[inline(always)]
+fn mix<const L: usize>(from: [f64; L], to: [f64; L], share: f64) -> [f64; L] {
+    std::array::from_fn(|lane| from[lane] + (to[lane] - from[lane]) * share)
 }
 
 #[cfg(test)]
@@ -121,6 +178,27 @@ mod tests {
         let mut basis = [0.0; MAX_ORDER];
         space.basis_into(3, 0.5, 0, &mut basis);
         assert_eq!(rows[0], basis);
+    }
+
+    #[test]
+    fn halves_of_a_net_are_what_it_is_restricted_to() {
+        let net: Vec<[f64; 1]> = (0..20).map(|k| [f64::from(k * k % 17)]).collect();
+        for (rows, columns) in [(4, 5), (10, 2), (20, 1)] {
+            for direction in [0, 1] {
+                let (mut lower, mut upper, mut expected) =
+                    (net.clone(), net.clone(), [net.clone(), net.clone()]);
+                halve(&mut lower, &mut upper, rows, columns, direction);
+                let mut at = [[0.0, 0.0], [1.0, 1.0]];
+                at[1][direction] = 0.5;
+                restrict(&mut expected[0], rows, columns, at[0], at[1]);
+                at = [[0.0, 0.0], [1.0, 1.0]];
+                at[0][direction] = 0.5;
+                restrict(&mut expected[1], rows, columns, at[0], at[1]);
+                for (half, expected) in [lower, upper].iter().flatten().zip(expected.iter().flatten()) {
+                    assert!((half[0] - expected[0]).abs() < 1e-13, "{rows} {columns} {direction}");
+                }
+            }
+        }
     }
 
     #[test]

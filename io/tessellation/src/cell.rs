@@ -5,14 +5,18 @@ use loftsman_kernel::Vector;
 use crate::bezier::restrict;
 use crate::fineness::Target;
 use crate::flat::Chord;
-use crate::form::{Form, Ranges};
+use crate::forms::Forms;
 use crate::patch::{Homogeneous, Patch, project, xyz};
+use crate::topology::Poles;
 use crate::tree::{Cell, Cut, Tree, Vertex};
+use crate::triangulation::{Costs, Plane, Triangulation, normal_of};
 
-/// Above this many choices the triangles are not chosen by their certified error, but by their edges' lengths.
-const CHOICES: usize = 64;
-/// Above this error (in tolerances) a cell is cut without a closer look.
+/// Where the patch is further (in tolerances) from one of a cell's edges, the cell is cut without a closer look.
 const HOPELESS: f64 = 8.0;
+/// The same of an edge that is not cut, which is an edge of one of its triangles: however that one lies, how far the patch
+/// is from the edge counts, across the triangle or within it. What is more than 1 is for the normal, which is not that of
+/// the edge.
+const HOPELESS_WHOLE: f64 = 1.1;
 /// Cells are not cut beyond this part of a patch: a power of two, far above where fractions cease to be exact.
 const SMALLEST: f64 = 1.0 / (1_u64 << 40) as f64;
 /// Into so many strips a cell along an edge is divided, so that the hulls of their control points are narrow.
@@ -29,43 +33,17 @@ pub(crate) enum Verdict {
     Cut(Cut),
 }
 
-/// Which sides of the patch are one point. Vertices there are one, however many the tree has.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Poles(pub(crate) [bool; 4]);
-
-impl Poles {
-    /// Whether two places are the same point of the surface.
-    fn same(&self, a: [f64; 2], b: [f64; 2]) -> bool {
-        self.key(a).is_some_and(|k| Some(k) == self.key(b))
-    }
-
-    /// The collapsed side that a place is on; sides that meet at a corner are one point.
-    pub(crate) fn key(&self, at: [f64; 2]) -> Option<usize> {
-        let on = [at[1] <= 0.0, at[0] >= 1.0, at[1] >= 1.0, at[0] <= 0.0];
-        let side = (0..4).find(|&k| on[k] && self.0[k])?;
-        let mut first = side;
-        for back in 1..4 {
-            let k = (side + 4 - back) % 4;
-            if !self.0[k] {
-                break;
-            }
-            first = k;
-        }
-        if self.0 == [true; 4] { Some(0) } else { Some(first) }
-    }
-}
-
 /// A cell as one state of its patch shows it.
-struct View {
-    corners: [Vertex; 4],
+struct View<'t> {
+    corners: [&'t Vertex; 4],
     /// The box of its parameters.
     low: [f64; 2],
     high: [f64; 2],
     /// Whether it is too small to be cut.
     tiny: bool,
-    ranges: Ranges,
-    /// How far the patch is from its edges' chords, across the cell.
+    /// How far the patch is from its edges' chords and from its diagonals, across the cell.
     bends: [f64; 4],
+    diagonals: [f64; 2],
     /// The only edge that must stay whole.
     whole: Option<usize>,
 }
@@ -73,19 +51,15 @@ struct View {
 /// Judges cells of one patch; its room is used again from cell to cell.
 #[derive(Default)]
 pub(crate) struct Judge {
-    form: Form,
-    sides: [Vec<u32>; 4],
-    near: Vec<u32>,
-    far: Vec<u32>,
-    table: Vec<(f64, bool)>,
+    forms: Forms,
     strip: Vec<Homogeneous>,
     /// Whether it must be certain that the patch does not turn over within a triangle: where the triangles are chosen for one
     /// state of a moving patch, and have to do for others, the normals at the corners say too little.
     strict: bool,
     /// The control points of the cell, where that is asked.
     hull: Vec<Homogeneous>,
-    /// The triangles of the last cell that met the target, counterclockwise in parameters.
-    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The triangles of the last cell that was looked at closely.
+    triangulation: Triangulation,
 }
 
 impl Judge {
@@ -96,11 +70,17 @@ impl Judge {
 
     /// The number of vertices around a cell.
     pub(crate) fn look(&mut self, tree: &Tree, cell: &Cell) -> usize {
-        for (k, side) in self.sides.iter_mut().enumerate() {
-            side.clear();
-            tree.chain(cell, k, side);
-        }
-        self.sides.iter().map(Vec::len).sum()
+        self.triangulation.look(tree, cell)
+    }
+
+    /// The triangles of the last cell that met the target.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.triangulation.triangles.iter().map(|triangle| triangle.corners)
+    }
+
+    /// Makes ready for the cells of another patch.
+    pub(crate) fn start(&mut self) {
+        self.forms.clear();
     }
 
     /// Judges the cell last [looked at](Self::look).
@@ -112,6 +92,28 @@ impl Judge {
         target: &Target,
         cell: &Cell,
     ) -> Verdict {
+        let corners = cell.corners.map(|c| &tree.vertices[c as usize]);
+        self.take(patch, &corners);
+        let verdict = self.judge_taken(tree, patch, poles, target, cell, corners);
+        if let (Verdict::Cut(cut @ (Cut::Even | Cut::Odd)), false) = (&verdict, self.strict) {
+            // The first of the halves has the first corner of the edges that are cut.
+            let first = usize::from(*cut == Cut::Odd);
+            let [from, to] = [corners[first].at, corners[first + 1].at];
+            let direction = usize::from(from[0] == to[0]);
+            self.forms.halve(direction, from[direction] > to[direction]);
+        }
+        verdict
+    }
+
+    fn judge_taken(
+        &mut self,
+        tree: &Tree,
+        patch: &Patch,
+        poles: &Poles,
+        target: &Target,
+        cell: &Cell,
+        corners: [&Vertex; 4],
+    ) -> Verdict {
         // Where both opposite edges are cut, cutting the cell adds no vertex.
         let cut = cell.edges.map(|edge| tree.middle(edge).is_some());
         if cut[0] && cut[2] {
@@ -120,14 +122,19 @@ impl Judge {
         if cut[1] && cut[3] {
             return Verdict::Cut(Cut::Odd);
         }
-        let view = self.view(tree, patch, cell);
+        let view = self.view(tree, cell, corners);
         // Whichever way such a cell is triangulated, it is far from the target.
-        let hopeless = view.bends.into_iter().fold(0.0, f64::max) > HOPELESS * target.chord;
+        let far = |k: usize| view.bends[k] > if cut[k] { HOPELESS } else { HOPELESS_WHOLE } * target.chord;
+        let apart = |bend: &f64| *bend > HOPELESS_WHOLE * target.chord;
+        let hopeless = (0..4).any(far) || (cut == [false; 4] && view.diagonals.iter().all(apart));
         if hopeless && !view.tiny && self.hugging_view(patch, &view, target).is_none() {
             return self.divide(tree, cell, &view, target);
         }
-        self.chains();
-        self.choose(&tree.vertices, poles, target);
+        let costs = Costs { form: self.forms.now(), vertices: &tree.vertices, poles, target };
+        // What could be cut, and is not near enough by its edge alone, need not be triangulated where no way would do.
+        if !self.triangulation.choose(&costs, view.whole.is_none() && !view.tiny) {
+            return self.divide(tree, cell, &view, target);
+        }
         self.settle(tree, patch, poles, target, cell, &view)
     }
 
@@ -140,31 +147,37 @@ impl Judge {
         target: &Target,
         cell: &Cell,
     ) -> Verdict {
-        let view = self.view(tree, patch, cell);
+        let corners = cell.corners.map(|c| &tree.vertices[c as usize]);
+        self.take(patch, &corners);
+        let view = self.view(tree, cell, corners);
+        self.triangulation.move_on();
         self.settle(tree, patch, poles, target, cell, &view)
     }
 
-    /// A cell of a patch, to which the form is set.
-    fn view(&mut self, tree: &Tree, patch: &Patch, cell: &Cell) -> View {
-        let corners = cell.corners.map(|c| tree.vertices[c as usize]);
-        let bound = |k: usize, pick: fn(f64, f64) -> f64| {
-            corners.iter().map(|c| c.at[k]).fold(corners[0].at[k], pick)
-        };
-        let (low, high) =
-            ([bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)]);
-        self.form.set(patch, low, high);
+    /// Takes the form of a cell.
+    fn take(&mut self, patch: &Patch, corners: &[&Vertex; 4]) {
+        let (low, high) = bounds(corners);
         if self.strict {
+            // The patch is another one in each state.
+            self.forms.clear();
             self.hull.clone_from(&patch.net);
             restrict(&mut self.hull, patch.rows, patch.columns, low, high);
         }
-        let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
-        let ranges = self.form.across(&crossing(&corners), &corners[0].point);
-        let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
-        let whole = whole_edge(tree, cell, &corners, low, high);
-        View { corners, low, high, tiny, ranges, bends, whole }
+        self.forms.take(patch, low, high);
     }
 
-    fn hugging_view(&mut self, patch: &Patch, view: &View, target: &Target) -> Option<f64> {
+    /// The cell last taken.
+    fn view<'t>(&self, tree: &Tree, cell: &Cell, corners: [&'t Vertex; 4]) -> View<'t> {
+        let (low, high) = bounds(&corners);
+        let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
+        let ranges = self.forms.now().across(&crossing(&corners), &corners[0].point);
+        let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
+        let diagonals = [0, 1].map(|k| ranges.along(corners[k].at, corners[k + 2].at));
+        let whole = whole_edge(tree, cell, &corners, low, high);
+        View { corners, low, high, tiny, bends, diagonals, whole }
+    }
+
+    fn hugging_view(&mut self, patch: &Patch, view: &View<'_>, target: &Target) -> Option<f64> {
         let View { corners, low, high, whole, .. } = view;
         whole.and_then(|k| self.hugging(patch, corners, k, [*low, *high], target.chord))
     }
@@ -177,7 +190,7 @@ impl Judge {
         poles: &Poles,
         target: &Target,
         cell: &Cell,
-        view: &View,
+        view: &View<'_>,
     ) -> Verdict {
         let mut error = self.certify(patch, &tree.vertices, poles, target);
         if error.is_nan() || error > target.chord {
@@ -192,121 +205,6 @@ impl Judge {
         Verdict::Meets { error }
     }
 
-    /// Sorts the vertices around the cell into two chains that run the same way: the side with the most vertices,
-    /// and all others.
-    fn chains(&mut self) {
-        let most = (0..4).max_by_key(|&k| (self.sides[k].len(), 4 - k)).unwrap_or(0);
-        let [_, right, top, left] = [0, 1, 2, 3].map(|k| (most + k) % 4);
-        self.near.clone_from(&self.sides[most]);
-        self.near.push(self.sides[right][0]);
-        self.far.clear();
-        self.far.extend(self.sides[left][1..].iter().rev());
-        self.far.push(self.sides[left][0]);
-        self.far.extend(self.sides[top].iter().rev());
-        self.far.extend(self.sides[right][1..].iter().rev());
-    }
-
-    /// Triangulates between the two chains: from one end to the other, each triangle takes a step on one of them.
-    ///
-    /// The steps are chosen so that the worst triangle is best (dynamic programming over all ways); of long chains by
-    /// the shorter of the two next diagonals.
-    fn choose(&mut self, vertices: &[Vertex], poles: &Poles, target: &Target) {
-        let (n, m) = (self.near.len(), self.far.len());
-        self.triangles.clear();
-        if n * m > CHOICES {
-            self.zip(vertices);
-            return;
-        }
-        self.table.clear();
-        self.table.resize(n * m, (f64::INFINITY, false));
-        self.table[n * m - 1].0 = 0.0;
-        for j in (0..n).rev() {
-            for i in (0..m).rev() {
-                let mut best = self.table[j * m + i];
-                if j + 1 < n {
-                    let triangle = [self.near[j], self.near[j + 1], self.far[i]];
-                    let rest = self.table[(j + 1) * m + i].0;
-                    if rest < best.0 {
-                        let worst = rest.max(self.cost(vertices, triangle, poles, target));
-                        if worst < best.0 {
-                            best = (worst, true);
-                        }
-                    }
-                }
-                if i + 1 < m {
-                    let triangle = [self.near[j], self.far[i + 1], self.far[i]];
-                    let rest = self.table[j * m + i + 1].0;
-                    if rest < best.0 {
-                        let worst = rest.max(self.cost(vertices, triangle, poles, target));
-                        if worst < best.0 {
-                            best = (worst, false);
-                        }
-                    }
-                }
-                self.table[j * m + i] = best;
-            }
-        }
-        let (mut j, mut i) = (0, 0);
-        while j + 1 < n || i + 1 < m {
-            if i + 1 == m || (j + 1 < n && self.table[j * m + i].1) {
-                self.triangles.push([self.near[j], self.near[j + 1], self.far[i]]);
-                j += 1;
-            } else {
-                self.triangles.push([self.near[j], self.far[i + 1], self.far[i]]);
-                i += 1;
-            }
-        }
-    }
-
-    /// What is wrong with a triangle: its distance from the surface; among those that hardly differ the length of
-    /// its longest edge; far too much where it is turned over or has no area in parameters.
-    fn cost(&self, vertices: &[Vertex], triangle: [u32; 3], poles: &Poles, target: &Target) -> f64 {
-        let [a, b, c] = triangle.map(|k| &vertices[k as usize]);
-        if area(a.at, b.at, c.at) <= 0.0 {
-            return f64::INFINITY;
-        }
-        if poles.same(a.at, b.at) || poles.same(b.at, c.at) || poles.same(c.at, a.at) {
-            return 0.0;
-        }
-        let normal = plane(a, b, c);
-        let error = self.form.across(&normal, &a.point).triangle([a.at, b.at, c.at]);
-        let long = (b.point - a.point).norm().max((c.point - b.point).norm()).max((a.point - c.point).norm());
-        let turned = [a, b, c].iter().any(|v| v.normal.dot(&normal) < 0.0);
-        let scale = if turned { 4.0 } else { 1.0 };
-        scale * error.max(0.05 * target.chord) + 1e-6 * target.chord * long
-    }
-
-    /// Long chains: by the shorter diagonal.
-    fn zip(&mut self, vertices: &[Vertex]) {
-        let (n, m) = (self.near.len(), self.far.len());
-        let (mut j, mut i) = (0, 0);
-        let at = |k: u32| vertices[k as usize].at;
-        let point = |k: u32| vertices[k as usize].point;
-        while j + 1 < n || i + 1 < m {
-            let valid = |x: u32, y: u32, z: u32| area(at(x), at(y), at(z)) > 0.0;
-            // The last vertex of the near side waits for those of the side that ends there.
-            let waits = j + 2 == n
-                && i + 1 < m
-                && !(i + 2 == m && valid(self.near[n - 1], self.far[m - 1], self.far[i]));
-            let step_near = j + 1 < n && !waits;
-            let step_far = i + 1 < m && valid(self.near[j], self.far[i + 1], self.far[i]);
-            let near_first = match (step_near, step_far) {
-                (true, true) => {
-                    (point(self.near[j + 1]) - point(self.far[i])).norm_squared()
-                        < (point(self.near[j]) - point(self.far[i + 1])).norm_squared()
-                }
-                (near, far) => near || (!far && j + 1 < n),
-            };
-            if near_first {
-                self.triangles.push([self.near[j], self.near[j + 1], self.far[i]]);
-                j += 1;
-            } else {
-                self.triangles.push([self.near[j], self.far[i + 1], self.far[i]]);
-                i += 1;
-            }
-        }
-    }
-
     /// The certified distance of the chosen triangles from the surface, or of the first found to be too far.
     ///
     /// A point of the patch is within `N` of its triangle's plane, and its foot there is within `T` of the triangle
@@ -315,21 +213,19 @@ impl Judge {
     /// the corners say otherwise, the whole distance between points of equal parameters is bounded instead.
     fn certify(&self, patch: &Patch, vertices: &[Vertex], poles: &Poles, target: &Target) -> f64 {
         let mut worst = 0.0_f64;
-        for (index, triangle) in self.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.map(|k| &vertices[k as usize]);
+        let (triangles, form) = (&self.triangulation.triangles, self.forms.now());
+        for (index, triangle) in triangles.iter().enumerate() {
+            let [a, b, c] = triangle.corners.map(|k| &vertices[k as usize]);
             let same = [poles.same(a.at, b.at), poles.same(b.at, c.at), poles.same(c.at, a.at)];
-            let normal = match same.iter().filter(|s| **s).count() {
-                0 => plane(a, b, c),
-                1 => match self.neighbour(vertices, index, poles) {
+            let Plane { normal, error: across } = match same.iter().filter(|s| **s).count() {
+                0 => triangle.plane.unwrap_or_else(|| Plane::of([a, b, c], form)),
+                1 => match self.triangulation.neighbour(vertices, index, poles) {
                     // The triangle is an edge only, which its neighbour has too: what belongs to it is near that one.
-                    Some(normal) => normal,
+                    Some(normal) => Plane::with([a, b, c], form, normal),
                     None => continue,
                 },
                 _ => continue,
             };
-            let at = [a.at, b.at, c.at];
-            let ends = [(a, b), (b, c), (c, a)];
-            let across = self.form.across(&normal, &a.point).triangle(at);
             if across > target.chord {
                 return across;
             }
@@ -337,19 +233,20 @@ impl Judge {
             let leg = (b.point - a.point).try_normalize(0.0);
             let along = leg.or_else(|| (c.point - a.point).try_normalize(0.0)).unwrap_or_default();
             let side = normal.cross(&along);
+            let at = [a.at, b.at, c.at];
             let error = if turned || self.strict && !self.unfolded(patch, [&along, &side], &a.point) {
-                let more = [along, side].map(|d| self.form.across(&d, &a.point));
+                let more = [along, side].map(|d| form.across(&d, &a.point));
                 // Along an edge the interpolation is exact at its ends only: all three directions count in full.
                 let slack = |k: usize| more[k].triangle(at);
                 Vector::new(across, slack(0), slack(1)).norm()
             } else {
                 let mut within = 0.0_f64;
-                for (k, (from, to)) in ends.into_iter().enumerate() {
+                for (k, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
                     if same[k] {
                         continue;
                     }
                     if let Some(side) = normal.cross(&(to.point - from.point)).try_normalize(0.0) {
-                        within = within.max(self.form.across(&side, &from.point).along(from.at, to.at));
+                        within = within.max(form.along(&side, &from.point, from.at, to.at));
                     }
                 }
                 across.hypot(within)
@@ -406,22 +303,21 @@ impl Judge {
     /// Which way to cut a cell: across the edges along which it bends more. Where that is all one (a twist), across the
     /// longer ones. Where what bends out of the plane is no reason to cut, what bends within it is, and at last what
     /// runs unevenly along the edges.
-    fn divide(&self, tree: &Tree, cell: &Cell, view: &View, target: &Target) -> Verdict {
-        let View { corners, ranges, mut bends, .. } = *view;
+    fn divide(&self, tree: &Tree, cell: &Cell, view: &View<'_>, target: &Target) -> Verdict {
+        let View { corners, mut bends, diagonals, .. } = *view;
         let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
         let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
-        let diagonal = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
         let most = |bends: &[f64; 4]| bends.iter().copied().fold(0.0, f64::max);
-        let diagonal = diagonal(0, 2).max(diagonal(1, 3));
+        let diagonal = diagonals[0].max(diagonals[1]);
         let twist = most(&bends) < 0.25 * diagonal;
         if most(&bends).max(diagonal) <= target.chord {
             let normal = crossing(&corners);
             for across in [true, false] {
                 for (k, bend) in bends.iter_mut().enumerate() {
-                    let (from, to) = (&corners[k], &corners[(k + 1) % 4]);
+                    let (from, to) = (corners[k], corners[(k + 1) % 4]);
                     let along = (to.point - from.point).try_normalize(0.0).unwrap_or_default();
                     let direction = if across { normal.cross(&along) } else { along };
-                    *bend = bend.hypot(self.form.across(&direction, &from.point).along(from.at, to.at));
+                    *bend = bend.hypot(self.forms.now().along(&direction, &from.point, from.at, to.at));
                 }
                 if most(&bends) > target.chord {
                     break;
@@ -444,12 +340,12 @@ impl Judge {
     fn hugging(
         &mut self,
         patch: &Patch,
-        corners: &[Vertex; 4],
+        corners: &[&Vertex; 4],
         k: usize,
         [low, high]: [[f64; 2]; 2],
         limit: f64,
     ) -> Option<f64> {
-        let (a, b) = (&corners[k], &corners[(k + 1) % 4]);
+        let (a, b) = (corners[k], corners[(k + 1) % 4]);
         let chord = Chord { from: a.point, to: b.point, reach: limit, half: 0.0 };
         let along = usize::from(a.at[0] == b.at[0]);
         let at_end = a.at[1 - along] > low[1 - along];
@@ -476,27 +372,17 @@ impl Judge {
         }
         (all + own <= limit).then_some(all + own)
     }
-
-    /// The normal of the triangle beside one that a pole has made an edge.
-    fn neighbour(&self, vertices: &[Vertex], index: usize, poles: &Poles) -> Option<Vector> {
-        let thin = self.triangles[index];
-        let shares = |t: &[u32; 3]| t.iter().filter(|k| thin.contains(k)).count() == 2;
-        let whole = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|k| vertices[k as usize].at);
-            !(poles.same(a, b) || poles.same(b, c) || poles.same(c, a))
-        };
-        let found = self.triangles.iter().find(|t| shares(t) && whole(t))?;
-        let [a, b, c] = found.map(|k| &vertices[k as usize]);
-        Some(plane(a, b, c))
-    }
 }
 
 /// The cut that a cell needs because normals at the ends of an edge differ by more than the angle. Edges no longer
 /// than twice the chord tolerance are left alone: what turns there is smaller than what the tolerance lets go.
-fn turn(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], poles: &Poles, target: &Target) -> Option<Cut> {
+fn turn(tree: &Tree, cell: &Cell, corners: &[&Vertex; 4], poles: &Poles, target: &Target) -> Option<Cut> {
+    if target.angle >= std::f64::consts::PI {
+        return None;
+    }
     let mut turns = [0.0_f64; 2];
     for k in 0..4 {
-        let (a, b) = (&corners[k], &corners[(k + 1) % 4]);
+        let (a, b) = (corners[k], corners[(k + 1) % 4]);
         let known = |v: &Vertex| v.normal != Vector::zeros() && poles.key(v.at).is_none();
         if known(a) && known(b) && (a.point - b.point).norm() > 2.0 * target.chord {
             turns[k % 2] = turns[k % 2].max(angle(&a.normal, &b.normal));
@@ -520,7 +406,7 @@ fn turn(tree: &Tree, cell: &Cell, corners: &[Vertex; 4], poles: &Poles, target: 
 fn whole_edge(
     tree: &Tree,
     cell: &Cell,
-    corners: &[Vertex; 4],
+    corners: &[&Vertex; 4],
     low: [f64; 2],
     high: [f64; 2],
 ) -> Option<usize> {
@@ -547,33 +433,19 @@ fn allowed(tree: &Tree, cell: &Cell, wish: Cut) -> Cut {
     }
 }
 
-/// Twice the area of a triangle of parameters (exact: they are dyadic fractions).
-fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// The unit normal of a triangle; where its corners are in line, one across that line nearest to the surface's.
-fn plane(a: &Vertex, b: &Vertex, c: &Vertex) -> Vector {
-    let (s, t) = (b.point - a.point, c.point - a.point);
-    let cross = s.cross(&t);
-    let length = cross.norm();
-    if length > 1e-12 * s.norm() * t.norm() && length > 0.0 {
-        return cross / length;
-    }
-    let line = if s.norm_squared() > t.norm_squared() { s } else { t };
-    let line = line.try_normalize(0.0).unwrap_or_default();
-    let mean = a.normal + b.normal + c.normal;
-    let any = Vector::ith(line.iamin(), 1.0);
-    let off = |n: Vector| (n - line * n.dot(&line)).try_normalize(1e-6);
-    off(mean).or_else(|| off(any)).unwrap_or_else(Vector::z)
+/// The box of a cell's parameters.
+fn bounds(corners: &[&Vertex; 4]) -> ([f64; 2], [f64; 2]) {
+    let bound =
+        |k: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c.at[k]).fold(corners[0].at[k], pick);
+    ([bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)])
 }
 
 /// A normal across both diagonals of a cell.
-fn crossing(corners: &[Vertex; 4]) -> Vector {
+fn crossing(corners: &[&Vertex; 4]) -> Vector {
     let (s, t) = (corners[2].point - corners[0].point, corners[3].point - corners[1].point);
     let cross = s.cross(&t);
     let clear = 1e-9 * s.norm() * t.norm();
-    cross.try_normalize(clear).unwrap_or_else(|| plane(&corners[0], &corners[1], &corners[2]))
+    cross.try_normalize(clear).unwrap_or_else(|| normal_of([corners[0], corners[1], corners[2]]))
 }
 
 /// The angle between unit vectors, right to rounding also where it is small (Kahan).

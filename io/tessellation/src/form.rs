@@ -16,64 +16,163 @@
 //! of anything within `h` is at most `h²/4`). The widths shrink with the cell, so the bound tends to the exact error.
 
 use loftsman_kernel::Vector;
+use wide::f64x4;
 
-use crate::bezier::restrict;
+use crate::bezier::{halve, restrict};
 use crate::patch::{Homogeneous, Patch};
 
 /// The second derivatives of a patch over a box of it, and its least weight there. Kept from cell to cell: its room
 /// is used again.
 #[derive(Debug, Default)]
 pub(crate) struct Form {
-    uu: Vec<Homogeneous>,
-    uv: Vec<Homogeneous>,
-    vv: Vec<Homogeneous>,
-    weights: Vec<[f64; 1]>,
-    least: f64,
+    uu: Net,
+    uv: Net,
+    vv: Net,
+    /// Empty where all are one.
+    weights: Net<1>,
+    /// One over eight times the least weight.
+    share: f64,
+    /// The box.
+    low: [f64; 2],
+    high: [f64; 2],
 }
 
 impl Form {
     /// Takes the box from `low` to `high` of a patch.
     pub(crate) fn set(&mut self, patch: &Patch, low: [f64; 2], high: [f64; 2]) {
         let (p, q) = (patch.rows, patch.columns);
-        let take = |out: &mut Vec<Homogeneous>, net: &[Homogeneous], rows: usize, columns: usize| {
-            out.clear();
-            out.extend_from_slice(net);
-            if !out.is_empty() {
-                restrict(out, rows, columns, low, high);
-            }
-        };
-        take(&mut self.uu, &patch.uu, p.saturating_sub(2), q);
-        take(&mut self.uv, &patch.uv, p.saturating_sub(1), q.saturating_sub(1));
-        take(&mut self.vv, &patch.vv, p, q.saturating_sub(2));
-        self.least = 1.0;
-        if patch.rational {
-            self.weights.clear();
-            self.weights.extend(patch.net.iter().map(|h| [h[3]]));
-            restrict(&mut self.weights, p, q, low, high);
-            self.least = self.weights.iter().map(|w| w[0]).fold(f64::MAX, f64::min);
-        }
+        self.uu.set(patch.uu.iter().copied(), p.saturating_sub(2), q, low, high);
+        self.uv.set(patch.uv.iter().copied(), p.saturating_sub(1), q.saturating_sub(1), low, high);
+        self.vv.set(patch.vv.iter().copied(), p, q.saturating_sub(2), low, high);
+        let weights = patch.net.iter().take(if patch.rational { p * q } else { 0 });
+        self.weights.set(weights.map(|h| [h[3]]), p, q, low, high);
+        (self.low, self.high) = (low, high);
+        self.arrange();
+    }
+
+    /// Whether this is the box that it has.
+    pub(crate) fn is(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        (self.low, self.high) == (low, high)
+    }
+
+    /// Becomes the lower half of its box in a direction; the other becomes the upper one.
+    pub(crate) fn halve(&mut self, upper: &mut Self, direction: usize) {
+        self.uu.halve(&mut upper.uu, direction);
+        self.uv.halve(&mut upper.uv, direction);
+        self.vv.halve(&mut upper.vv, direction);
+        self.weights.halve(&mut upper.weights, direction);
+        (upper.low, upper.high) = (self.low, self.high);
+        let middle = 0.5 * (self.low[direction] + self.high[direction]);
+        (self.high[direction], upper.low[direction]) = (middle, middle);
+        self.arrange();
+        upper.arrange();
+    }
+
+    /// Brings the coefficients into the order in which they are asked.
+    fn arrange(&mut self) {
+        [&mut self.uu, &mut self.uv, &mut self.vv].into_iter().for_each(Net::arrange);
+        let least = self.weights.points.iter().map(|w| w[0]).reduce(less).unwrap_or(1.0);
+        self.share = 1.0 / (8.0 * least);
     }
 
     /// What the second derivatives of `n·A - c W` can be, for the plane through `point` with this normal.
     pub(crate) fn across(&self, normal: &Vector, point: &Vector) -> Ranges {
-        let offset = normal.dot(point);
-        let range = |net: &[Homogeneous]| {
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for h in net {
-                let value = normal.x * h[0] + normal.y * h[1] + normal.z * h[2] - offset * h[3];
-                // Coefficients are finite: comparisons will do, where `min` would have to look for a NaN.
-                low = if low < value { low } else { value };
-                high = if high > value { high } else { value };
-            }
-            if net.is_empty() { [0.0; 2] } else { [0.5 * (low + high), 0.5 * (high - low)] }
-        };
-        Ranges {
-            uu: range(&self.uu),
-            uv: range(&self.uv),
-            vv: range(&self.vv),
-            share: 1.0 / (8.0 * self.least),
+        let plane = plane(normal, point);
+        let [uu, uv, vv] = [&self.uu, &self.uv, &self.vv].map(|of| of.range(&plane));
+        Ranges { uu, uv, vv, share: self.share }
+    }
+
+    /// The largest distance from the plane through `point` with this normal along an edge of parameters: of an edge along
+    /// one of the parameters the second derivatives by that one are all that matters.
+    pub(crate) fn along(&self, normal: &Vector, point: &Vector, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let plane = plane(normal, point);
+        let [u, v] = [from[0] != to[0], from[1] != to[1]];
+        let range = |of: &Net, matters: bool| if matters { of.range(&plane) } else { [0.0; 2] };
+        let (uu, uv, vv) = (range(&self.uu, u), range(&self.uv, u && v), range(&self.vv, v));
+        Ranges { uu, uv, vv, share: self.share }.along(from, to)
+    }
+}
+
+/// The four numbers of `n·A - c W`, each in all lanes.
+fn plane(normal: &Vector, point: &Vector) -> [f64x4; 4] {
+    [normal.x, normal.y, normal.z, normal.dot(point)].map(f64x4::splat)
+}
+
+/// The Bézier coefficients of a derivative over a box.
+#[derive(Debug, Default)]
+struct Net<const L: usize = 4> {
+    rows: usize,
+    columns: usize,
+    points: Vec<[f64; L]>,
+    /// The points four at a time, coordinate by coordinate; the last four are filled up with the last one.
+    blocks: Vec<[f64x4; 4]>,
+}
+
+impl<const L: usize> Net<L> {
+    fn set(
+        &mut self,
+        points: impl Iterator<Item = [f64; L]>,
+        rows: usize,
+        columns: usize,
+        low: [f64; 2],
+        high: [f64; 2],
+    ) {
+        (self.rows, self.columns) = (rows, columns);
+        self.points.clear();
+        self.points.extend(points);
+        if !self.points.is_empty() {
+            restrict(&mut self.points, rows, columns, low, high);
         }
     }
+
+    fn halve(&mut self, upper: &mut Self, direction: usize) {
+        (upper.rows, upper.columns) = (self.rows, self.columns);
+        upper.points.resize(self.points.len(), [0.0; L]);
+        if !self.points.is_empty() {
+            halve(&mut self.points, &mut upper.points, self.rows, self.columns, direction);
+        }
+    }
+}
+
+impl Net {
+    fn arrange(&mut self) {
+        let block = |part: &[Homogeneous]| {
+            let last = part[part.len() - 1];
+            let at = |k: usize| part.get(k).copied().unwrap_or(last);
+            let [a, b, c, d] = [at(0), at(1), at(2), at(3)];
+            [0, 1, 2, 3].map(|l| f64x4::from([a[l], b[l], c[l], d[l]]))
+        };
+        self.blocks.clear();
+        self.blocks.extend(self.points.chunks(4).map(block));
+    }
+
+    /// Middle and half width of what `n·A - c W` can be.
+    #[inline]
+    fn range(&self, [x, y, z, offset]: &[f64x4; 4]) -> [f64; 2] {
+        if self.blocks.is_empty() {
+            return [0.0; 2];
+        }
+        let (mut low, mut high) = (f64x4::splat(f64::INFINITY), f64x4::splat(f64::NEG_INFINITY));
+        for [xs, ys, zs, ws] in &self.blocks {
+            let value = *x * *xs + *y * *ys + *z * *zs - *offset * *ws;
+            // Coefficients are finite: comparisons will do, where `min` would have to look for a NaN.
+            low = low.fast_min(value);
+            high = high.fast_max(value);
+        }
+        let ([a, b, c, d], [e, f, g, h]) = (low.to_array(), high.to_array());
+        let (low, high) = (less(less(a, b), less(c, d)), more(more(e, f), more(g, h)));
+        [0.5 * (low + high), 0.5 * (high - low)]
+    }
+}
+
+/// The lesser of two numbers.
+fn less(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers.
+fn more(a: f64, b: f64) -> f64 {
+    if a < b { b } else { a }
 }
 
 /// Middles and half widths of the second derivatives of a function over a cell.
@@ -107,7 +206,7 @@ impl Ranges {
     pub(crate) fn triangle(&self, [x, y, z]: [[f64; 2]; 3]) -> f64 {
         let step = |a: [f64; 2], b: [f64; 2]| [b[0] - a[0], b[1] - a[1]];
         let m = [self.middle(step(y, z)), self.middle(step(x, z)), self.middle(step(x, y))];
-        let span = |k: usize| x[k].max(y[k]).max(z[k]) - x[k].min(y[k]).min(z[k]);
+        let span = |k: usize| more(more(x[k], y[k]), z[k]) - less(less(x[k], y[k]), z[k]);
         (largest(m) + self.width([span(0), span(1)])) * self.share
     }
 }

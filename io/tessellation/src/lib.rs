@@ -27,6 +27,7 @@ mod edge;
 mod fineness;
 mod flat;
 mod form;
+mod forms;
 mod normals;
 mod patch;
 mod refine;
@@ -34,6 +35,7 @@ mod state;
 mod surface;
 mod topology;
 mod tree;
+mod triangulation;
 mod weights;
 mod weld;
 

@@ -39,27 +39,26 @@ impl Patch {
         let largest = net.iter().map(|h| h[3]).fold(f64::MIN_POSITIVE, f64::max);
         if rational {
             // A power of two, so that nothing is rounded.
-            let scale = largest.log2().floor().exp2();
-            net.iter_mut().flatten().for_each(|x| *x /= scale);
+            let scale = (-largest.log2().floor()).exp2();
+            net.iter_mut().flatten().for_each(|x| *x *= scale);
         }
         let (p, q) = (rows as f64 - 1.0, columns as f64 - 1.0);
-        let at = |i: usize, j: usize| net[i * columns + j];
-        let (mut uu, mut uv, mut vv) = (Vec::new(), Vec::new(), Vec::new());
-        for i in 0..rows {
-            for j in 0..columns {
-                if i + 2 < rows {
-                    let f = p * (p - 1.0);
-                    uu.push(lanes(|l| f * (at(i + 2, j)[l] - 2.0 * at(i + 1, j)[l] + at(i, j)[l])));
-                }
-                if i + 1 < rows && j + 1 < columns {
-                    let d = |l: usize| at(i + 1, j + 1)[l] - at(i + 1, j)[l] - at(i, j + 1)[l] + at(i, j)[l];
-                    uv.push(lanes(|l| p * q * d(l)));
-                }
-                if j + 2 < columns {
-                    let f = q * (q - 1.0);
-                    vv.push(lanes(|l| f * (at(i, j + 2)[l] - 2.0 * at(i, j + 1)[l] + at(i, j)[l])));
-                }
-            }
+        let second = |f: f64, a: &Homogeneous, b: &Homogeneous, c: &Homogeneous| {
+            lanes(|l| f * (c[l] - 2.0 * b[l] + a[l]))
+        };
+        let (mut uu, mut uv, mut vv) =
+            (room(rows, columns, 2, 0), room(rows, columns, 1, 1), room(rows, columns, 0, 2));
+        let next = |rows: usize| net.get(rows * columns..).unwrap_or_default();
+        let along_u = net.iter().zip(next(1)).zip(next(2));
+        uu.extend(along_u.map(|((a, b), c)| second(p * (p - 1.0), a, b, c)));
+        for row in net.chunks_exact(columns) {
+            vv.extend(row.windows(3).map(|h| second(q * (q - 1.0), &h[0], &h[1], &h[2])));
+        }
+        for (row, next) in net.chunks_exact(columns).zip(next(1).chunks_exact(columns)) {
+            let twist = |(a, b): (&[Homogeneous], &[Homogeneous])| {
+                lanes(|l| p * q * (b[1][l] - b[0][l] - a[1][l] + a[0][l]))
+            };
+            uv.extend(row.windows(2).zip(next.windows(2)).map(twist));
         }
         let points = net.iter().map(project);
         let (low, high) = points
@@ -82,25 +81,16 @@ impl Patch {
         Jet { point, u: (xyz(&au) - point * au[3]) / a[3], v: (xyz(&av) - point * av[3]) / a[3] }
     }
 
-    /// `A`, `A_u`, `A_v`.
+    /// `A`, `A_u`, `A_v`. The usual orders have code of their own.
     fn homogeneous(&self, u: f64, v: f64) -> [Homogeneous; 3] {
-        let ((bu, du), (bv, dv)) = (bernstein(self.rows, u), bernstein(self.columns, v));
-        let mut sums = [[0.0; 4]; 3];
-        for (i, row) in self.net.chunks_exact(self.columns).enumerate() {
-            let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
-            for (j, h) in row.iter().enumerate() {
-                for l in 0..4 {
-                    value[l] += bv[j] * h[l];
-                    slope[l] += dv[j] * h[l];
-                }
-            }
-            for l in 0..4 {
-                sums[0][l] += bu[i] * value[l];
-                sums[1][l] += du[i] * value[l];
-                sums[2][l] += bu[i] * slope[l];
+        match (self.rows, self.columns) {
+            (3, 3) => first_order(&self.net, &bernstein::<3>(3, u), &bernstein::<3>(3, v), 3),
+            (4, 4) => first_order(&self.net, &bernstein::<4>(4, u), &bernstein::<4>(4, v), 4),
+            (rows, columns) => {
+                let (u, v) = (bernstein::<MAX_ORDER>(rows, u), bernstein::<MAX_ORDER>(columns, v));
+                first_order(&self.net, &u, &v, columns)
             }
         }
-        sums
     }
 
     /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets.
@@ -178,31 +168,39 @@ impl<'a> Patches<'a> {
     pub(crate) fn get(&self, i: usize, j: usize) -> Patch {
         let (u, v) = (self.surface.u(), self.surface.v());
         let (p, q) = (u.degree(), v.degree());
-        let (su, sv) = (self.spans[0][i], self.spans[1][j]);
-        let mut strip = vec![[0.0; 4]; (p + 1) * (q + 1)];
-        for (k, shares) in self.rows[1][j].iter().enumerate() {
-            for r in 0..=p {
-                let first = u.vertex(su - p + r) * v.len();
-                let out = &mut strip[r * (q + 1) + k];
-                for (c, share) in shares[..=q].iter().enumerate() {
-                    let h = &self.net[first + v.vertex(sv - q + c)];
-                    for l in 0..4 {
-                        out[l] += share * h[l];
-                    }
-                }
+        let (first, across) = (self.spans[0][i] - p, self.spans[1][j] - q);
+        let columns = q + 1;
+        // The control points of these spans, then the patch's along `v`, then along `u` as well.
+        let mut row = [[0.0; 4]; MAX_ORDER];
+        let mut strip = vec![[0.0; 4]; (p + 1) * columns];
+        for (r, out) in strip.chunks_exact_mut(columns).enumerate() {
+            let start = u.vertex(first + r) * v.len();
+            for (c, h) in row[..columns].iter_mut().enumerate() {
+                *h = self.net[start + v.vertex(across + c)];
+            }
+            for (out, shares) in out.iter_mut().zip(&self.rows[1][j]) {
+                row[..columns].iter().zip(shares).for_each(|(h, share)| add(out, h, *share));
             }
         }
-        let mut net = vec![[0.0; 4]; (p + 1) * (q + 1)];
-        for (k, shares) in self.rows[0][i].iter().enumerate() {
-            for (r, share) in shares[..=p].iter().enumerate() {
-                for c in 0..=q {
-                    for l in 0..4 {
-                        net[k * (q + 1) + c][l] += share * strip[r * (q + 1) + c][l];
-                    }
-                }
+        let mut net = vec![[0.0; 4]; (p + 1) * columns];
+        for (out, shares) in net.chunks_exact_mut(columns).zip(&self.rows[0][i]) {
+            for (row, share) in strip.chunks_exact(columns).zip(shares) {
+                out.iter_mut().zip(row).for_each(|(out, h)| add(out, h, *share));
             }
         }
-        Patch::new(net, p + 1, q + 1, self.surface.weights().is_some())
+        Patch::new(net, p + 1, columns, self.surface.weights().is_some())
+    }
+}
+
+/// Room for a net that lacks some rows and columns.
+fn room(rows: usize, columns: usize, less_rows: usize, less_columns: usize) -> Vec<Homogeneous> {
+    Vec::with_capacity(rows.saturating_sub(less_rows) * columns.saturating_sub(less_columns))
+}
+
+/// Adds a part of a control point.
+fn add(sum: &mut Homogeneous, h: &Homogeneous, share: f64) {
+    for l in 0..4 {
+        sum[l] += share * h[l];
     }
 }
 
@@ -223,7 +221,7 @@ fn value(net: &[Homogeneous], rows: usize, columns: usize, at: [f64; 2]) -> Homo
     if net.is_empty() {
         return [0.0; 4];
     }
-    let (bu, bv) = (bernstein(rows, at[0]).0, bernstein(columns, at[1]).0);
+    let ([bu, _], [bv, _]) = (bernstein::<MAX_ORDER>(rows, at[0]), bernstein::<MAX_ORDER>(columns, at[1]));
     let mut sum = [0.0; 4];
     for (k, h) in net.iter().enumerate() {
         let b = bu[k / columns] * bv[k % columns];
@@ -232,9 +230,36 @@ fn value(net: &[Homogeneous], rows: usize, columns: usize, at: [f64; 2]) -> Homo
     sum
 }
 
-/// The Bernstein polynomials of an order and their derivatives. `O(order²)`.
-fn bernstein(order: usize, t: f64) -> ([f64; MAX_ORDER], [f64; MAX_ORDER]) {
-    let (mut b, mut d) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
+/// Value and first derivatives of a net, given the Bernstein polynomials and their derivatives.
+#[inline(always)]
+fn first_order<const N: usize>(
+    net: &[Homogeneous],
+    [bu, du]: &[[f64; N]; 2],
+    [bv, dv]: &[[f64; N]; 2],
+    columns: usize,
+) -> [Homogeneous; 3] {
+    let mut sums = [[0.0; 4]; 3];
+    for (i, row) in net.chunks_exact(columns).enumerate() {
+        let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
+        for (j, h) in row.iter().enumerate() {
+            for l in 0..4 {
+                value[l] += bv[j] * h[l];
+                slope[l] += dv[j] * h[l];
+            }
+        }
+        for l in 0..4 {
+            sums[0][l] += bu[i] * value[l];
+            sums[1][l] += du[i] * value[l];
+            sums[2][l] += bu[i] * slope[l];
+        }
+    }
+    sums
+}
+
+/// The Bernstein polynomials of an order, at most `N`, and their derivatives. `O(order²)`.
+#[inline(always)]
+fn bernstein<const N: usize>(order: usize, t: f64) -> [[f64; N]; 2] {
+    let (mut b, mut d) = ([0.0; N], [0.0; N]);
     b[0] = 1.0;
     let s = 1.0 - t;
     for k in 1..order {
@@ -248,5 +273,5 @@ fn bernstein(order: usize, t: f64) -> ([f64; MAX_ORDER], [f64; MAX_ORDER]) {
         (1..k).rev().for_each(|i| b[i] = s * b[i] + t * b[i - 1]);
         b[0] *= s;
     }
-    (b, d)
+    [b, d]
 }

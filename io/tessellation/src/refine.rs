@@ -2,9 +2,10 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::cell::{Judge, Poles, Verdict};
+use crate::cell::{Judge, Verdict};
 use crate::fineness::Target;
 use crate::patch::Patch;
+use crate::topology::Poles;
 use crate::tree::{Cell, Cut, Tree};
 
 /// A cell that is not cut, with what was last found about it.
@@ -108,6 +109,7 @@ impl Cells {
         judge: &mut Judge,
         budget: &Budget,
     ) -> bool {
+        judge.start();
         let mut again = true;
         let (mut open, mut parts) = (Vec::new(), Vec::new());
         while again {
@@ -125,7 +127,7 @@ impl Cells {
                     leaf.triangles.clear();
                     match self.verdict(patches, targets, judge, &leaf.cell) {
                         Ok(error) => {
-                            leaf.triangles.extend_from_slice(&judge.triangles);
+                            leaf.triangles.extend(judge.triangles());
                             if !budget.take(leaf.triangles.len()) {
                                 return false;
                             }
@@ -190,11 +192,5 @@ impl Cells {
     /// The triangles of all cells.
     pub(crate) fn triangles(&self) -> impl Iterator<Item = &[u32; 3]> {
         self.leaves.iter().flat_map(|leaf| &leaf.triangles)
-    }
-
-    /// The fractions of a side's inner vertices, ascending.
-    pub(crate) fn fractions(&self, side: usize) -> Vec<f64> {
-        let chain = self.tree.side(side);
-        chain[1..chain.len() - 1].iter().map(|&v| self.tree.vertices[v as usize].at[side % 2]).collect()
     }
 }

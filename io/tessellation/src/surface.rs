@@ -7,13 +7,13 @@ use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
 use crate::assemble::{BorderSide, assemble};
-use crate::cell::{Judge, Poles};
+use crate::cell::Judge;
 use crate::edge::Border;
 use crate::fineness::{Target, over_budget, targets};
 use crate::patch::{Patch, project};
 use crate::refine::{self, Budget, Cells};
 use crate::state::State;
-use crate::topology::{Topology, poles};
+use crate::topology::{Poles, Topology, poles};
 use crate::weights;
 
 /// How far an estimate of the triangles may be beyond the budget before the work is refused without being begun.
@@ -192,19 +192,21 @@ fn first_cuts(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>]) {
 /// Gathers from the patches where each edge is cut; those that lack a cut are stale.
 fn merge(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>], stale: &mut [bool]) {
     let mut lengths = vec![[0_usize; 4]; cells.len()];
+    let mut found = Vec::new();
     for (k, cells) in cells.iter().enumerate() {
         for side in (0..4).filter(|&side| stale[k] && !cells.poles.0[side]) {
-            let found = cells.fractions(side);
+            found.clear();
+            cells.tree.fractions(side, &mut found);
             let edge = &mut edges[topology.edge(k, side)];
             if found != *edge {
-                edge.extend(found);
+                edge.extend_from_slice(&found);
                 sort(edge);
             }
         }
     }
     for (k, cells) in cells.iter().enumerate() {
         for side in (0..4).filter(|&side| !cells.poles.0[side]) {
-            lengths[k][side] = cells.tree.side(side).len() - 2;
+            lengths[k][side] = cells.tree.cuts(side as u32);
         }
         // A side has no vertex that its edge has not, so that equal numbers are equal vertices.
         stale[k] = (0..4)

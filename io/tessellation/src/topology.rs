@@ -3,13 +3,41 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::Surface;
 
-use crate::cell::Poles;
 use crate::patch::{Homogeneous, Patch, Patches, project};
 use crate::weld::Welds;
 
 /// Points closer than this fraction of the surface's size are one point. Rounding in two edges that coincide is a
 /// hundred times smaller.
 const ONE_POINT: f64 = 1e-12;
+
+/// Which sides of the patch are one point. Vertices there are one, however many the tree has.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Poles(pub(crate) [bool; 4]);
+
+impl Poles {
+    /// Whether two places are the same point of the surface.
+    pub(crate) fn same(&self, a: [f64; 2], b: [f64; 2]) -> bool {
+        self.key(a).is_some_and(|k| Some(k) == self.key(b))
+    }
+
+    /// The collapsed side that a place is on; sides that meet at a corner are one point.
+    pub(crate) fn key(&self, at: [f64; 2]) -> Option<usize> {
+        if self.0 == [false; 4] {
+            return None;
+        }
+        let on = [at[1] <= 0.0, at[0] >= 1.0, at[1] >= 1.0, at[0] <= 0.0];
+        let side = (0..4).find(|&k| on[k] && self.0[k])?;
+        let mut first = side;
+        for back in 1..4 {
+            let k = (side + 4 - back) % 4;
+            if !self.0[k] {
+                break;
+            }
+            first = k;
+        }
+        if self.0 == [true; 4] { Some(0) } else { Some(first) }
+    }
+}
 
 /// The parameter lines between patches, numbered; `ends[k]` are those at the start and end of patch column `k`.
 #[derive(Debug, Clone)]

@@ -58,7 +58,8 @@ pub(crate) struct Tree {
 impl Tree {
     /// A patch as one cell; its sides run in the direction of their parameters.
     pub(crate) fn new(patch: &Patch) -> (Self, Cell) {
-        let mut tree = Self::default();
+        // Room for what a patch usually comes to.
+        let mut tree = Self { vertices: Vec::with_capacity(16), edges: Vec::with_capacity(32) };
         for at in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
             tree.vertex(patch, at);
         }
@@ -183,7 +184,12 @@ impl Tree {
 
     /// The vertices of a cell's edge from a corner to the next, without the last.
     pub(crate) fn chain(&self, cell: &Cell, side: usize, out: &mut Vec<u32>) {
-        self.walk(cell.edges[side], cell.corners[side], out);
+        let edge = cell.edges[side];
+        if self.edges[edge as usize].kids == NONE {
+            out.push(cell.corners[side]);
+        } else {
+            self.walk(edge, cell.corners[side], out);
+        }
     }
 
     /// The vertices of a side, its direction being that of its parameter, both ends included.
@@ -193,6 +199,26 @@ impl Tree {
         self.walk(side as u32, ends[0], &mut out);
         out.push(ends[1]);
         out
+    }
+
+    /// The number of vertices between the ends of an edge.
+    pub(crate) fn cuts(&self, edge: u32) -> usize {
+        let kids = self.edges[edge as usize].kids;
+        if kids == NONE { 0 } else { 1 + self.cuts(kids) + self.cuts(kids + 1) }
+    }
+
+    /// The fractions of a side's inner vertices, ascending.
+    pub(crate) fn fractions(&self, side: usize, out: &mut Vec<f64>) {
+        self.inner(side as u32, side % 2, out);
+    }
+
+    fn inner(&self, edge: u32, direction: usize, out: &mut Vec<f64>) {
+        let kids = self.edges[edge as usize].kids;
+        if kids != NONE {
+            self.inner(kids, direction, out);
+            out.push(self.vertices[self.edges[kids as usize].ends[1] as usize].at[direction]);
+            self.inner(kids + 1, direction, out);
+        }
     }
 
     fn walk(&self, edge: u32, from: u32, out: &mut Vec<u32>) {
