@@ -470,3 +470,17 @@ fn what_is_known_is_listed_once() {
     names.dedup();
     assert!(names.contains(&"to") && names.len() == count && count > 5, "{message}");
 }
+
+/// What cannot be asked is an error of its own table, before anything is solved.
+#[test]
+fn what_cannot_be_asked_is_told_where_it_stands() {
+    let fine = json!({ "kind": "position", "at": 4.5, "by": [0.0, 0.2, 0.0] });
+    for (bad, words) in [
+        (json!({ "kind": "position", "at": 99.0, "keep": true }), "99 is outside the domain [0, 9]"),
+        (json!({ "kind": "vertex", "index": 40, "keep": true }), "no control vertex 40"),
+        (json!({ "kind": "position", "at": [0.5, 0.5], "keep": true }), "location"),
+    ] {
+        let message = fails("edit", json!({ "constraints": [fine, bad] }));
+        assert!(message.starts_with("step[0].constraints[1]: ") && message.contains(words), "{message}");
+    }
+}
