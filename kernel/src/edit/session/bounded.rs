@@ -5,7 +5,7 @@ use super::event::is_finite;
 use super::strategy::Strategy;
 use crate::measure::PROPORTION;
 use crate::problem::EditError;
-use crate::problem::check::{excess, missed_by, near_conflict};
+use crate::problem::check::{Miss, excess, missed_by, near_conflict};
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, Solved, senses};
 use crate::problem::solution::overflow;
@@ -41,7 +41,7 @@ impl<S: Shape> Session<S> {
         }
         prepared.assembly.decide(solved.tolerance);
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
-        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d.into());
+        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d);
         prepared.strategy = Strategy::Bounded(bounds);
         self.place();
         Ok(())
@@ -71,7 +71,8 @@ impl<S: Shape> Session<S> {
         let right = (&bounds.rhs[..], &bounds.size[..]);
         match check.missed(&bounds.full.system, |row| senses[row], right, &solved.d) {
             None => Ok(solved),
-            Some((row, error)) => {
+            Some(Miss::Overflow) => Err(overflow()),
+            Some(Miss::Row(row, error)) => {
                 let constraint = constraints[bounds.full.constraint_of(row)];
                 Err(missed_by(solved.factored.solver(), constraint, error).into())
             }

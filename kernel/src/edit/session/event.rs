@@ -6,7 +6,7 @@ use super::progress::looks;
 use super::strategy::Strategy;
 use crate::measure::Error;
 use crate::problem::EditError;
-use crate::problem::check::{missed_by, near_conflict};
+use crate::problem::check::{Miss, missed_by, near_conflict};
 use crate::problem::conflict::{explain, involved};
 use crate::problem::constraint::Constraint;
 use crate::problem::effort::soften;
@@ -76,7 +76,10 @@ impl<S: Shape> Session<S> {
             // Before it is called a conflict: what is nearly implied is not implied.
             return if self.look_closer()? { self.solve_linear() } else { Err(self.conflict(at).into()) };
         }
-        let checked = self.check_finite().and_then(|()| self.check_proportion());
+        // What is only linear has its rows checked next, which what is not finite does not pass.
+        let linear = matches!(self.prepared.strategy, Strategy::Linear);
+        let finite = if linear { Ok(()) } else { self.check_finite() };
+        let checked = finite.and_then(|()| self.check_proportion());
         if checked.is_err() {
             std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
         }
@@ -104,7 +107,8 @@ impl<S: Shape> Session<S> {
         let Prepared { check, assembly, rhs, size, d, .. } = self.prepared.as_mut();
         match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), d) {
             None => Ok(()),
-            Some((row, error)) => Err(self.missed(row, error).into()),
+            Some(Miss::Overflow) => Err(overflow()),
+            Some(Miss::Row(row, error)) => Err(self.missed(row, error).into()),
         }
     }
 

@@ -374,20 +374,23 @@ impl<S: Shape> Session<S> {
     /// Base plus adjustment, into the shapes.
     fn place(&mut self) {
         let Prepared { d, base, places, .. } = self.prepared.as_ref();
-        let (mut from, last) = (0, self.problem.shapes.len() - 1);
+        let (mut places, mut base, mut d) = (&places[..], &base[..], d.as_chunks::<3>().0);
+        let last = self.problem.shapes.len() - 1;
         for (index, shape) in self.problem.shapes.iter_mut().enumerate() {
-            let own = || places[from..].partition_point(|&(s, _)| s as usize == index);
-            let until = if index == last { places.len() } else { from + own() };
-            if until == from {
-                continue;
+            let own = if index == last {
+                places.len()
+            } else {
+                places.partition_point(|&(s, _)| s as usize == index)
+            };
+            let (here, bases, ways);
+            ((here, places), (bases, base), (ways, d)) =
+                (places.split_at(own), base.split_at(own), d.split_at(own));
+            if own > 0 {
+                let vertices = shape.control_vertices_mut();
+                for ((&(_, vertex), base), d) in here.iter().zip(bases).zip(ways) {
+                    vertices[vertex as usize] = Point::new(base.x + d[0], base.y + d[1], base.z + d[2]);
+                }
             }
-            let vertices = shape.control_vertices_mut();
-            for ((&(_, vertex), base), d) in
-                places[from..until].iter().zip(&base[from..until]).zip(d[3 * from..3 * until].chunks_exact(3))
-            {
-                vertices[vertex as usize] = Point::new(base.x + d[0], base.y + d[1], base.z + d[2]);
-            }
-            from = until;
         }
     }
 
