@@ -7,12 +7,12 @@ use super::assembly::Assembly;
 use super::bound::Bound;
 use super::conflict::quoted;
 use super::constraint::Constraint;
-use crate::Point;
 use crate::functional::Accuracy;
 use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
 use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
+use crate::{Point, Vector};
 
-/// What is known of a system's rows at mouse down, and room to check them at every mouse move.
+/// What is known of a system's rows at mouse down, to check them at every mouse move.
 #[derive(Debug)]
 pub(crate) struct Check {
     /// `Σ |coefficient|` of each row.
@@ -21,15 +21,12 @@ pub(crate) struct Check {
     cost: Numbers,
     /// The largest coordinate of the vertices that move.
     pub(crate) reach: f64,
-    /// Where the vertices are, number by number, and the way that they really go, their coordinates being rounded.
-    base: Vec<f64>,
-    way: Vec<f64>,
     measure: Measure,
     /// How long the adjustment is without the handle, and what each number of the handle adds by changing by 1.
     still: f64,
     response: Numbers,
     /// Whether no event can be out of proportion, wherever the handle goes.
-    proportionate: bool,
+    pub(crate) proportionate: bool,
 }
 
 /// Lengths in a metric.
@@ -97,6 +94,50 @@ impl Measure {
     }
 }
 
+/// Vertices that an adjustment has moved.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moved<'a> {
+    /// Where they were.
+    pub(crate) base: &'a [Point],
+    /// The way that each really went, its coordinates being rounded.
+    pub(crate) way: &'a [[f64; 3]],
+    /// Whether all of it is finite.
+    pub(crate) finite: bool,
+}
+
+impl<'a> Moved<'a> {
+    /// From `base` by `d`; the way into `way`, which is as long.
+    pub(crate) fn by(base: &'a [Point], d: &[f64], way: &'a mut [[f64; 3]]) -> Self {
+        let mut sum = [0.0; 3];
+        for ((base, d), way) in base.iter().zip(d.as_chunks().0).zip(&mut *way) {
+            (_, *way) = step(base, d, &mut sum);
+        }
+        Self { base, way, finite: is_zero(&sum) }
+    }
+
+    /// The largest coordinate.
+    fn reach(&self) -> f64 {
+        let largest = |(p, way): (&Point, &[f64; 3])| (p.coords + Vector::from(*way)).amax();
+        self.base.iter().zip(self.way).map(largest).fold(0.0, f64::max)
+    }
+}
+
+/// Where a vertex arrives, and the way that it really goes, its coordinates being rounded. Zero times what is not finite is NaN,
+/// and NaN stays in a sum: `sum` remains [zero](is_zero) as long as all is finite.
+#[inline]
+pub(crate) fn step(base: &Point, d: &[f64; 3], sum: &mut [f64; 3]) -> (Point, [f64; 3]) {
+    let p = [base.x + d[0], base.y + d[1], base.z + d[2]];
+    let way = [p[0] - base.x, p[1] - base.y, p[2] - base.z];
+    (0..3).for_each(|k| sum[k] += way[k] * 0.0);
+    (Point::from(p), way)
+}
+
+/// Whether no [step] led to what is not finite.
+#[inline]
+pub(crate) fn is_zero(sum: &[f64; 3]) -> bool {
+    sum[0] + sum[1] + sum[2] == 0.0
+}
+
 /// Why an adjustment is not handed out.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Miss {
@@ -161,14 +202,10 @@ impl Check {
         for (row, rough) in rough.iter_mut().enumerate() {
             *rough = rows.row(row).1.iter().map(|v| v.abs()).sum();
         }
-        let mut flat = Vec::with_capacity(3 * base.len());
-        base.iter().for_each(|p| flat.extend([p.x, p.y, p.z]));
         Ok(Self {
             rough,
             cost: reciprocals(rows),
             reach: base.iter().fold(0.0, |m, p| p.coords.amax().max(m)),
-            base: flat,
-            way: vec![0.0; 3 * base.len()],
             measure: Measure::new(system, factored)?,
             still: f64::INFINITY,
             response: Numbers::new(),
@@ -197,49 +234,29 @@ impl Check {
         };
     }
 
-    /// The first row that the adjustment `d` misses by more than rounding explains, once the vertices are where it takes
-    /// them, if any; before that, whether they are anywhere. `right` are the wanted changes, `size` the sizes of the numbers they come from,
-    /// an entry for each row and side. Allocates nothing.
+    /// The first row that vertices miss by more than rounding explains, if any; before that, whether they are anywhere.
+    /// `right` are the wanted changes, `size` the sizes of the numbers they come from, an entry for each row and side.
+    /// Allocates nothing.
     pub(crate) fn missed(
-        &mut self,
+        &self,
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
-        d: &[f64],
+        moved: &Moved<'_>,
     ) -> Option<Miss> {
-        if !self.go(d) {
+        if !moved.finite {
             return Some(Miss::Overflow);
         }
         let all = match system.sides() {
-            3 => self.all_hold::<3>(system, right, size),
-            _ => self.all_hold::<1>(system, right, size),
+            3 => self.all_hold::<3>(system, right, size, moved.way.as_flattened()),
+            _ => self.all_hold::<1>(system, right, size, moved.way.as_flattened()),
         };
-        if all { None } else { self.first_missed(system, senses, (right, size), d) }
-    }
-
-    /// Where the adjustment really takes the vertices, into `way`; whether all of that is finite. (Zero times what is not is
-    /// NaN, and NaN stays in a sum: four sums at a time, without a branch.)
-    fn go(&mut self, d: &[f64]) -> bool {
-        let mut sums = [0.0_f64; 4];
-        let (base, base_rest) = self.base.as_chunks::<4>();
-        let (way, way_rest) = self.way.as_chunks_mut::<4>();
-        let (d, d_rest) = d.as_chunks::<4>();
-        for ((way, base), d) in way.iter_mut().zip(base).zip(d) {
-            for k in 0..4 {
-                way[k] = (base[k] + d[k]) - base[k];
-                sums[k] += way[k] * 0.0;
-            }
-        }
-        for ((way, base), d) in way_rest.iter_mut().zip(base_rest).zip(d_rest) {
-            *way = (base + d) - base;
-            sums[0] += *way * 0.0;
-        }
-        sums.iter().sum::<f64>() == 0.0
+        if all { None } else { self.first_missed(system, senses, (right, size), moved) }
     }
 
     /// Whether all rows hold as equations, at the least size that there is: mostly they do, and the question is settled.
-    fn all_hold<const S: usize>(&self, system: &System, right: &[f64], size: &[f64]) -> bool {
-        let way = self.way.as_chunks::<S>().0;
+    fn all_hold<const S: usize>(&self, system: &System, right: &[f64], size: &[f64], way: &[f64]) -> bool {
+        let way = way.as_chunks::<S>().0;
         let sides = right.as_chunks::<S>().0.iter().zip(size.as_chunks::<S>().0);
         let mut all = true;
         for ((columns, values), ((right, size), rough)) in system.rows().iter().zip(sides.zip(&self.rough)) {
@@ -263,16 +280,16 @@ impl Check {
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
-        d: &[f64],
+        moved: &Moved<'_>,
     ) -> Option<Miss> {
-        let largest = self.base.iter().zip(d).fold(0.0_f64, |m, (base, d)| m.max((base + d).abs()));
+        let largest = moved.reach();
         let wanted = self.cost.iter().zip(right.chunks_exact(system.sides()));
         let asked = wanted.fold(0.0_f64, |m, (cost, b)| b.iter().fold(m, |m, b| m.max(cost * b.abs())));
         let reach = self.reach + asked;
         let reach = largest.min(PROPORTION * reach).max(reach);
         match system.sides() {
-            3 => self.look::<3>(system, senses, (right, size), reach),
-            _ => self.look::<1>(system, senses, (right, size), reach),
+            3 => self.look::<3>(system, senses, (right, size), moved, reach),
+            _ => self.look::<1>(system, senses, (right, size), moved, reach),
         }
     }
 
@@ -281,9 +298,10 @@ impl Check {
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
+        moved: &Moved<'_>,
         reach: f64,
     ) -> Option<Miss> {
-        let way = self.way.as_chunks::<S>().0;
+        let way = moved.way.as_flattened().as_chunks::<S>().0;
         let sides = right.as_chunks::<S>().0.iter().zip(size.as_chunks::<S>().0);
         for (row, ((right, size), rough)) in sides.zip(&self.rough).enumerate() {
             let (columns, values) = system.rows().row(row);
@@ -316,9 +334,6 @@ impl Check {
         d: &[f64],
         handle: impl Iterator<Item = usize>,
     ) -> Option<Excess> {
-        if self.proportionate {
-            return None;
-        }
         let cost = self.measure.cost(&self.cost)?;
         let response = &self.response[..];
         let (mut most, mut least) = (self.still, 0.0);

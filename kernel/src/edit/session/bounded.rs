@@ -2,10 +2,11 @@
 
 use super::Session;
 use super::event::is_finite;
+use super::prepared::Prepared;
 use super::strategy::Strategy;
 use crate::measure::PROPORTION;
 use crate::problem::EditError;
-use crate::problem::check::{Miss, excess, missed_by, near_conflict};
+use crate::problem::check::{Miss, Moved, excess, missed_by, near_conflict};
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, Solved, senses};
 use crate::problem::solution::overflow;
@@ -67,9 +68,10 @@ impl<S: Shape> Session<S> {
         }
         let constraints: Vec<&Constraint> = self.problem.constraints().collect();
         let senses = senses(&bounds.full, &constraints);
-        let check = &mut self.prepared.check;
+        let Prepared { check, base, way, .. } = self.prepared.as_mut();
         let right = (&bounds.rhs[..], &bounds.size[..]);
-        match check.missed(&bounds.full.system, |row| senses[row], right, &solved.d) {
+        let moved = Moved::by(base, &solved.d, way);
+        match check.missed(&bounds.full.system, |row| senses[row], right, &moved) {
             None => Ok(solved),
             Some(Miss::Overflow) => Err(overflow()),
             Some(Miss::Row(row, error)) => {

@@ -6,7 +6,7 @@ use super::progress::looks;
 use super::strategy::Strategy;
 use crate::measure::Error;
 use crate::problem::EditError;
-use crate::problem::check::{Miss, missed_by, near_conflict};
+use crate::problem::check::{Miss, Moved, missed_by, near_conflict};
 use crate::problem::conflict::{explain, involved};
 use crate::problem::constraint::Constraint;
 use crate::problem::effort::soften;
@@ -48,8 +48,10 @@ impl<S: Shape> Session<S> {
     /// All constraints are linear equations.
     fn linear_event(&mut self) -> Result<(), EditError> {
         while self.solve_linear()? {
-            let Err(error) = self.check_linear() else { break };
+            let finite = self.place();
+            let Err(error) = self.check_rows(finite) else { return Ok(()) };
             std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
+            self.place();
             // What others nearly imply was left out, and is missed by more than rounding: it is not implied.
             if !self.look_closer()? {
                 return Err(error);
@@ -89,6 +91,9 @@ impl<S: Shape> Session<S> {
     /// Whether the adjustment is in proportion to what is asked.
     fn check_proportion(&mut self) -> Result<(), EditError> {
         let Prepared { check, assembly, factored, rhs, size, d, .. } = self.prepared.as_mut();
+        if check.proportionate {
+            return Ok(());
+        }
         let slots = self.handle.as_ref().map(|handle| assembly.slots(handle.at)).unwrap_or_default();
         let entries = slots.iter().map(|slot| assembly.entry(slot));
         match check.excess(assembly.system.sides(), (rhs, size), d, entries) {
@@ -104,8 +109,16 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// The constraint that is missed, or the constraints that contradict one another.
     pub(super) fn check_linear(&mut self) -> Result<(), EditError> {
-        let Prepared { check, assembly, rhs, size, d, .. } = self.prepared.as_mut();
-        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), d) {
+        let Prepared { base, way, d, .. } = self.prepared.as_mut();
+        let finite = Moved::by(base, d, way).finite;
+        self.check_rows(finite)
+    }
+
+    /// The same where the vertices were just placed, and went `way`.
+    fn check_rows(&self, finite: bool) -> Result<(), EditError> {
+        let Prepared { check, assembly, rhs, size, base, way, .. } = self.prepared.as_ref();
+        let moved = Moved { base, way, finite };
+        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), &moved) {
             None => Ok(()),
             Some(Miss::Overflow) => Err(overflow()),
             Some(Miss::Row(row, error)) => Err(self.missed(row, error).into()),

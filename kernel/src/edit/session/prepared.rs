@@ -34,6 +34,8 @@ pub(super) struct Prepared {
     pub(super) response: SmallVec<[Vec<f64>; 1]>,
     /// Where the touched columns' vertices were.
     pub(super) base: Vec<Point>,
+    /// The way that they went from there, when last checked.
+    pub(super) way: Vec<[f64; 3]>,
     /// Shape and vertex of each.
     pub(super) places: Vec<(u32, u32)>,
     pub(super) refinement: Refinement,
@@ -161,6 +163,7 @@ fn prepare_system(
         still,
         response,
         base,
+        way: vec![[0.0; 3]; count],
         places,
         refinement: Refinement::of(&assembly),
         check,
@@ -194,14 +197,18 @@ impl Prepared {
             rhs[at] = change;
             change
         };
-        if assembly.system.sides() == 3 {
-            let changes = slots.as_chunks::<3>().0.iter().map(|slots| {
-                std::array::from_fn(|side| change(&slots[side], 3 * slots[side].row as usize + side))
-            });
-            respond::<3>(still, changes.zip(&*response), d);
-        } else {
-            let changes = slots.iter().map(|slot| [change(slot, slot.row as usize)]);
-            respond::<1>(still, changes.zip(&*response), d);
+        if response.is_empty() {
+            d.copy_from_slice(still);
+        }
+        for (k, response) in response.iter().enumerate() {
+            let from = if k == 0 { Some(&still[..]) } else { None };
+            if assembly.system.sides() == 3 {
+                let slots = &slots[3 * k..3 * k + 3];
+                let row = 3 * slots[0].row as usize;
+                respond([0, 1, 2].map(|side| change(&slots[side], row + side)), response, from, d);
+            } else {
+                respond([change(&slots[k], slots[k].row as usize)], response, from, d);
+            }
         }
     }
 
@@ -212,20 +219,20 @@ impl Prepared {
     }
 }
 
-/// `d = still + Σ response · change`, with so many sides.
-fn respond<'a, const S: usize>(
-    still: &[f64],
-    mut parts: impl Iterator<Item = ([f64; S], &'a Vec<f64>)>,
-    d: &mut [f64],
-) {
-    let (d, still) = (d.as_chunks_mut::<S>().0, still.as_chunks::<S>().0);
-    let Some((change, response)) = parts.next() else { return d.copy_from_slice(still) };
-    for ((d, still), r) in d.iter_mut().zip(still).zip(response) {
-        *d = std::array::from_fn(|side| still[side] + change[side] * r);
-    }
-    for (change, response) in parts {
-        for (d, r) in d.iter_mut().zip(response) {
-            (0..S).for_each(|side| d[side] += change[side] * r);
+/// `d = from + change · response` of so many sides; of `d` itself where there is no `from`.
+#[inline]
+fn respond<const S: usize>(change: [f64; S], response: &[f64], from: Option<&[f64]>, d: &mut [f64]) {
+    let d = d.as_chunks_mut::<S>().0;
+    match from.map(|from| from.as_chunks::<S>().0) {
+        Some(from) => {
+            for ((d, from), r) in d.iter_mut().zip(from).zip(response) {
+                *d = std::array::from_fn(|side| from[side] + change[side] * r);
+            }
+        }
+        None => {
+            for (d, r) in d.iter_mut().zip(response) {
+                (0..S).for_each(|side| d[side] += change[side] * r);
+            }
         }
     }
 }
