@@ -128,12 +128,13 @@ pub(crate) fn assemble(
         all.push(points);
     }
     let scale = Scale::new(surface, &states[0].patches);
+    let corner_count = 3 * cells.iter().flat_map(Cells::triangles).count();
     let mut corners = Corners {
-        points: Vec::new(),
+        points: Vec::with_capacity(corner_count),
         normals: Distinct::new(count),
-        of_normals: Vec::new(),
+        of_normals: Vec::with_capacity(corner_count),
         uvs: Distinct::new(count),
-        of_uvs: Vec::new(),
+        of_uvs: Vec::with_capacity(corner_count),
         found: Vec::new(),
     };
     let poles = poles(cells, &maps);

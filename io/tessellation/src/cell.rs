@@ -5,6 +5,7 @@ use loftsman_kernel::Vector;
 use crate::bezier::restrict;
 use crate::fineness::Target;
 use crate::flat::Chord;
+use crate::form::{less, more};
 use crate::forms::Forms;
 use crate::patch::{Homogeneous, Patch, project, xyz};
 use crate::topology::Poles;
@@ -216,7 +217,7 @@ impl Judge {
         let (triangles, form) = (&self.triangulation.triangles, self.forms.now());
         for (index, triangle) in triangles.iter().enumerate() {
             let [a, b, c] = triangle.corners.map(|k| &vertices[k as usize]);
-            let same = [poles.same(a.at, b.at), poles.same(b.at, c.at), poles.same(c.at, a.at)];
+            let same = poles.same([a.at, b.at, c.at]);
             let Plane { normal, error: across } = match same.iter().filter(|s| **s).count() {
                 0 => triangle.plane.unwrap_or_else(|| Plane::of([a, b, c], form)),
                 1 => match self.triangulation.neighbour(vertices, index, poles) {
@@ -230,34 +231,29 @@ impl Judge {
                 return across;
             }
             let turned = [a, b, c].iter().any(|v| v.normal.dot(&normal) <= 0.0 && poles.key(v.at).is_none());
-            let leg = (b.point - a.point).try_normalize(0.0);
-            let along = leg.or_else(|| (c.point - a.point).try_normalize(0.0)).unwrap_or_default();
-            let side = normal.cross(&along);
-            let at = [a.at, b.at, c.at];
-            let error = if turned || self.strict && !self.unfolded(patch, [&along, &side], &a.point) {
-                let more = [along, side].map(|d| form.across(&d, &a.point));
+            let error = if turned || self.strict && !self.unfolded(patch, [a, b, c], &normal) {
+                let along = leg(a, b).or_else(|| leg(a, c)).unwrap_or_default();
+                let more = [along, normal.cross(&along)].map(|d| form.across(&d, &a.point));
                 // Along an edge the interpolation is exact at its ends only: all three directions count in full.
-                let slack = |k: usize| more[k].triangle(at);
+                let slack = |k: usize| more[k].triangle([a.at, b.at, c.at]);
                 Vector::new(across, slack(0), slack(1)).norm()
             } else {
                 let mut within = 0.0_f64;
                 for (k, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
-                    if same[k] {
-                        continue;
-                    }
-                    if let Some(side) = normal.cross(&(to.point - from.point)).try_normalize(0.0) {
-                        within = within.max(form.along(&side, &from.point, from.at, to.at));
+                    if !same[k] {
+                        let side = normal.cross(&(to.point - from.point));
+                        within = more(within, form.along(&side, &from.point, from.at, to.at));
                     }
                 }
-                across.hypot(within)
+                (across * across + within * within).sqrt()
             };
             worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
         }
         worst
     }
 
-    /// Whether the cell, seen along the normal of two axes, nowhere turns over: the Jacobian of `(F / W, G / W)`, which are its
-    /// coordinates along the axes, is
+    /// Whether the cell, seen along the normal of a triangle, nowhere turns over: the Jacobian of `(F / W, G / W)`, which are its
+    /// coordinates along two axes in the triangle's plane, is
     ///
     /// ```text
     /// | F  F_u  F_v |
@@ -266,7 +262,9 @@ impl Judge {
     /// ```
     ///
     /// and all nine lie between the least and the largest of their Bézier coefficients over the cell.
-    fn unfolded(&self, patch: &Patch, axes: [&Vector; 2], origin: &Vector) -> bool {
+    fn unfolded(&self, patch: &Patch, [a, b, c]: [&Vertex; 3], normal: &Vector) -> bool {
+        let along = leg(a, b).or_else(|| leg(a, c)).unwrap_or_default();
+        let (axes, origin) = ([&along, &normal.cross(&along)], &a.point);
         let (rows, columns) = (patch.rows, patch.columns);
         let of = |axis: Option<&Vector>, k: usize| {
             let h = &self.hull[k];
@@ -315,7 +313,7 @@ impl Judge {
             for across in [true, false] {
                 for (k, bend) in bends.iter_mut().enumerate() {
                     let (from, to) = (corners[k], corners[(k + 1) % 4]);
-                    let along = (to.point - from.point).try_normalize(0.0).unwrap_or_default();
+                    let along = leg(from, to).unwrap_or_default();
                     let direction = if across { normal.cross(&along) } else { along };
                     *bend = bend.hypot(self.forms.now().along(&direction, &from.point, from.at, to.at));
                 }
@@ -435,17 +433,26 @@ fn allowed(tree: &Tree, cell: &Cell, wish: Cut) -> Cut {
 
 /// The box of a cell's parameters.
 fn bounds(corners: &[&Vertex; 4]) -> ([f64; 2], [f64; 2]) {
-    let bound =
-        |k: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c.at[k]).fold(corners[0].at[k], pick);
-    ([bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)])
+    let bound = |k: usize, pick: fn(f64, f64) -> f64| {
+        let [a, b, c, d] = corners.map(|corner| corner.at[k]);
+        pick(pick(a, b), pick(c, d))
+    };
+    ([bound(0, less), bound(1, less)], [bound(0, more), bound(1, more)])
 }
 
-/// A normal across both diagonals of a cell.
+/// A normal across both diagonals of a cell, of any length.
 fn crossing(corners: &[&Vertex; 4]) -> Vector {
     let (s, t) = (corners[2].point - corners[0].point, corners[3].point - corners[1].point);
     let cross = s.cross(&t);
-    let clear = 1e-9 * s.norm() * t.norm();
-    cross.try_normalize(clear).unwrap_or_else(|| normal_of([corners[0], corners[1], corners[2]]))
+    if cross.norm_squared() > 1e-18 * s.norm_squared() * t.norm_squared() {
+        return cross;
+    }
+    normal_of([corners[0], corners[1], corners[2]])
+}
+
+/// The direction from a vertex to another.
+fn leg(from: &Vertex, to: &Vertex) -> Option<Vector> {
+    (to.point - from.point).try_normalize(0.0)
 }
 
 /// The angle between unit vectors, right to rounding also where it is small (Kahan).

@@ -18,7 +18,8 @@ pub(crate) struct Distinct<T> {
 impl<T: Copy> Distinct<T> {
     /// For so many points.
     pub(crate) fn new(points: usize) -> Self {
-        Self { head: vec![NONE; points], next: Vec::new(), values: Vec::new(), single: true }
+        let (next, values) = (Vec::with_capacity(points), Vec::with_capacity(points));
+        Self { head: vec![NONE; points], next, values, single: true }
     }
 
     /// The index of a value that the point has already (of the last few), or of this one from now on.

@@ -75,21 +75,28 @@ impl Form {
         self.share = 1.0 / (8.0 * least);
     }
 
-    /// What the second derivatives of `n·A - c W` can be, for the plane through `point` with this normal.
+    /// What the second derivatives of `n·A - c W` can be, for the plane through `point` with this normal, of any length.
     pub(crate) fn across(&self, normal: &Vector, point: &Vector) -> Ranges {
         let plane = plane(normal, point);
         let [uu, uv, vv] = [&self.uu, &self.uv, &self.vv].map(|of| of.range(&plane));
-        Ranges { uu, uv, vv, share: self.share }
+        Ranges { uu, uv, vv, share: self.share_of(normal) }
     }
 
-    /// The largest distance from the plane through `point` with this normal along an edge of parameters: of an edge along
-    /// one of the parameters the second derivatives by that one are all that matters.
+    /// The largest distance from the plane through `point` with this normal, of any length, along an edge of parameters: of
+    /// an edge along one of the parameters the second derivatives by that one are all that matters.
     pub(crate) fn along(&self, normal: &Vector, point: &Vector, from: [f64; 2], to: [f64; 2]) -> f64 {
-        let plane = plane(normal, point);
-        let [u, v] = [from[0] != to[0], from[1] != to[1]];
-        let range = |of: &Net, matters: bool| if matters { of.range(&plane) } else { [0.0; 2] };
-        let (uu, uv, vv) = (range(&self.uu, u), range(&self.uv, u && v), range(&self.vv, v));
-        Ranges { uu, uv, vv, share: self.share }.along(from, to)
+        let [u, v] = [to[0] - from[0], to[1] - from[1]];
+        if u != 0.0 && v != 0.0 {
+            return self.across(normal, point).along(from, to);
+        }
+        let (second, step) = if v == 0.0 { (&self.uu, u) } else { (&self.vv, v) };
+        second.largest(&plane(normal, point)) * (step * step) * self.share_of(normal)
+    }
+
+    /// One over eight times the least weight and a normal's length; zero where it has none.
+    fn share_of(&self, normal: &Vector) -> f64 {
+        let length = normal.norm();
+        if length > 0.0 { self.share / length } else { 0.0 }
     }
 }
 
@@ -136,25 +143,33 @@ impl<const L: usize> Net<L> {
 
 impl Net {
     fn arrange(&mut self) {
-        let block = |part: &[Homogeneous]| {
-            let last = part[part.len() - 1];
-            let at = |k: usize| part.get(k).copied().unwrap_or(last);
-            let [a, b, c, d] = [at(0), at(1), at(2), at(3)];
-            [0, 1, 2, 3].map(|l| f64x4::from([a[l], b[l], c[l], d[l]]))
-        };
+        let block =
+            |[a, b, c, d]: &[Homogeneous; 4]| [0, 1, 2, 3].map(|l| f64x4::from([a[l], b[l], c[l], d[l]]));
+        let (fours, rest) = self.points.as_chunks();
         self.blocks.clear();
-        self.blocks.extend(self.points.chunks(4).map(block));
+        self.blocks.extend(fours.iter().map(block));
+        if let Some(last) = rest.last() {
+            let at = |k: usize| *rest.get(k).unwrap_or(last);
+            self.blocks.push(block(&[at(0), at(1), at(2), at(3)]));
+        }
+    }
+
+    /// The largest of what `n·A - c W` can be, whatever its sign.
+    fn largest(&self, plane: &[f64x4; 4]) -> f64 {
+        let larger = |most: f64x4, block: &[f64x4; 4]| most.fast_max(values(plane, block).abs());
+        let [a, b, c, d] = self.blocks.iter().fold(f64x4::ZERO, larger).to_array();
+        more(more(a, b), more(c, d))
     }
 
     /// Middle and half width of what `n·A - c W` can be.
     #[inline]
-    fn range(&self, [x, y, z, offset]: &[f64x4; 4]) -> [f64; 2] {
+    fn range(&self, plane: &[f64x4; 4]) -> [f64; 2] {
         if self.blocks.is_empty() {
             return [0.0; 2];
         }
         let (mut low, mut high) = (f64x4::splat(f64::INFINITY), f64x4::splat(f64::NEG_INFINITY));
-        for [xs, ys, zs, ws] in &self.blocks {
-            let value = *x * *xs + *y * *ys + *z * *zs - *offset * *ws;
+        for block in &self.blocks {
+            let value = values(plane, block);
             // Coefficients are finite: comparisons will do, where `min` would have to look for a NaN.
             low = low.fast_min(value);
             high = high.fast_max(value);
@@ -165,13 +180,18 @@ impl Net {
     }
 }
 
+/// `n·A - c W` at four points.
+fn values([x, y, z, offset]: &[f64x4; 4], [xs, ys, zs, ws]: &[f64x4; 4]) -> f64x4 {
+    *x * *xs + *y * *ys + *z * *zs - *offset * *ws
+}
+
 /// The lesser of two numbers.
-fn less(a: f64, b: f64) -> f64 {
+pub(crate) fn less(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
 /// The larger of two numbers.
-fn more(a: f64, b: f64) -> f64 {
+pub(crate) fn more(a: f64, b: f64) -> f64 {
     if a < b { b } else { a }
 }
 
@@ -181,7 +201,7 @@ pub(crate) struct Ranges {
     uu: [f64; 2],
     uv: [f64; 2],
     vv: [f64; 2],
-    /// One over eight times the least weight.
+    /// See [`Form::share_of`].
     share: f64,
 }
 
@@ -217,11 +237,11 @@ impl Ranges {
 /// `a (b + c - a) : b (c + a - b) : c (a + b - c)`, their sum `D = 2 (ab + bc + ca) - a² - b² - c²`, and the value
 /// `a b c / (2 D)`.
 fn largest([a, b, c]: [f64; 3]) -> f64 {
-    let edges = a.abs().max(b.abs()).max(c.abs());
+    let edges = more(more(a.abs(), b.abs()), c.abs());
     let shares = [a * (b + c - a), b * (c + a - b), c * (a + b - c)];
     let sum: f64 = shares.iter().sum();
     if sum != 0.0 && shares.iter().all(|s| s * sum > 0.0) {
-        edges.max((4.0 * a * b * c / sum).abs())
+        more(edges, (4.0 * a * b * c / sum).abs())
     } else {
         edges
     }

@@ -3,15 +3,15 @@
 use crate::form::Form;
 use crate::patch::Patch;
 
-/// The form of a cell, and those of the cells that wait. Their room is used again.
+/// The form of a cell, and those of the cells that wait. Their room is used again, and they are not moved.
 #[derive(Debug, Default)]
 pub(crate) struct Forms {
-    now: Form,
+    now: Box<Form>,
     /// Whether there is a form in `now`.
     known: bool,
     /// What waits, the next one last.
-    waiting: Vec<Form>,
-    spare: Vec<Form>,
+    waiting: Vec<Box<Form>>,
+    spare: Vec<Box<Form>>,
 }
 
 impl Forms {

@@ -60,10 +60,14 @@ impl Patch {
             };
             uv.extend(row.windows(2).zip(next.windows(2)).map(twist));
         }
-        let points = net.iter().map(project);
-        let (low, high) = points
-            .fold((Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)), |(l, h), p| (l.inf(&p), h.sup(&p)));
-        Self { rows, columns, rational, net, uu, uv, vv, size: (high - low).norm() }
+        let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
+        for point in net.iter().map(project) {
+            for k in 0..3 {
+                (low[k], high[k]) = (low[k].min(point[k]), high[k].max(point[k]));
+            }
+        }
+        let size = (Vector::from(high) - Vector::from(low)).norm();
+        Self { rows, columns, rational, net, uu, uv, vv, size }
     }
 
     /// The point alone.
@@ -73,12 +77,16 @@ impl Patch {
 
     /// Point and first derivatives. `O(p q)`.
     pub(crate) fn jet(&self, [u, v]: [f64; 2]) -> Jet {
-        let [a, au, av] = self.homogeneous(u, v);
+        self.quotient(&self.homogeneous(u, v))
+    }
+
+    /// Point and first derivatives of the quotient.
+    fn quotient(&self, [a, au, av]: &[Homogeneous; 3]) -> Jet {
         if !self.rational {
-            return Jet { point: xyz(&a), u: xyz(&au), v: xyz(&av) };
+            return Jet { point: xyz(a), u: xyz(au), v: xyz(av) };
         }
-        let point = project(&a);
-        Jet { point, u: (xyz(&au) - point * au[3]) / a[3], v: (xyz(&av) - point * av[3]) / a[3] }
+        let point = project(a);
+        Jet { point, u: (xyz(au) - point * au[3]) / a[3], v: (xyz(av) - point * av[3]) / a[3] }
     }
 
     /// `A`, `A_u`, `A_v`. The usual orders have code of their own.
@@ -95,8 +103,8 @@ impl Patch {
 
     /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets.
     pub(crate) fn second(&self, at: [f64; 2]) -> [Vector; 3] {
-        let jet = self.jet(at);
-        let [a, au, av] = self.homogeneous(at[0], at[1]);
+        let first = self.homogeneous(at[0], at[1]);
+        let (jet, [a, au, av]) = (self.quotient(&first), first);
         let (p, q) = (self.rows, self.columns);
         let quotient = |net: &[Homogeneous], rows: usize, columns: usize, terms: Vector| {
             let h = value(net, rows, columns, at);
@@ -179,13 +187,15 @@ impl<'a> Patches<'a> {
                 *h = self.net[start + v.vertex(across + c)];
             }
             for (out, shares) in out.iter_mut().zip(&self.rows[1][j]) {
-                row[..columns].iter().zip(shares).for_each(|(h, share)| add(out, h, *share));
+                *out =
+                    row[..columns].iter().zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, h, *share));
             }
         }
         let mut net = vec![[0.0; 4]; (p + 1) * columns];
         for (out, shares) in net.chunks_exact_mut(columns).zip(&self.rows[0][i]) {
-            for (row, share) in strip.chunks_exact(columns).zip(shares) {
-                out.iter_mut().zip(row).for_each(|(out, h)| add(out, h, *share));
+            for (c, out) in out.iter_mut().enumerate() {
+                let column = strip[c..].iter().step_by(columns);
+                *out = column.zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, h, *share));
             }
         }
         Patch::new(net, p + 1, columns, self.surface.weights().is_some())
@@ -197,11 +207,9 @@ fn room(rows: usize, columns: usize, less_rows: usize, less_columns: usize) -> V
     Vec::with_capacity(rows.saturating_sub(less_rows) * columns.saturating_sub(less_columns))
 }
 
-/// Adds a part of a control point.
-fn add(sum: &mut Homogeneous, h: &Homogeneous, share: f64) {
-    for l in 0..4 {
-        sum[l] += share * h[l];
-    }
+/// A sum and a part of a control point.
+fn plus(sum: Homogeneous, h: &Homogeneous, share: f64) -> Homogeneous {
+    lanes(|l| sum[l] + share * h[l])
 }
 
 pub(crate) fn xyz(h: &Homogeneous) -> Vector {

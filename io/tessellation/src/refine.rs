@@ -114,7 +114,7 @@ impl Cells {
         let (mut open, mut parts) = (Vec::new(), Vec::new());
         while again {
             again = false;
-            let mut done = Vec::with_capacity(self.leaves.len());
+            let mut done = Vec::with_capacity(2 * self.leaves.len() + 8);
             for leaf in std::mem::take(&mut self.leaves) {
                 open.push(leaf);
                 while let Some(mut leaf) = open.pop() {

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::parallel;
-use loftsman_kernel::plugin::{Fineness, MovingMesh, Tessellated};
+use loftsman_kernel::plugin::{Chord, Fineness, MovingMesh, Tessellated};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
@@ -83,10 +83,11 @@ impl Meshes {
             states.iter().map(|state| state.patches.get(k / nv, k % nv)).collect()
         };
         let rational = surface.weights().is_some();
-        let starts = parallel::map(count, |k| Start::new(&patches(k), rational));
+        let relative = matches!(fineness.chord, Chord::Relative(_));
+        let starts = parallel::map(count, |k| Start::new(&patches(k), rational, relative));
         let starts: Vec<Start> = starts.into_iter().collect::<Result<_>>()?;
         let samples = states.iter().enumerate().map(|(s, state)| {
-            let points = starts.iter().flat_map(|start| start.around[s]);
+            let points = starts.iter().filter_map(|start| start.around.get(s)).flatten();
             (&state.frame, points.map(|p| state.frame.centre + p * state.frame.size).collect())
         });
         let (targets, tolerance) = targets(samples, fineness)?;
@@ -222,14 +223,15 @@ fn sort(fractions: &mut Vec<f64>) {
 /// A patch as one cell, and what decides how fine it must become.
 struct Start {
     cells: Cells,
-    /// The corners of the box around some points of the patch in each state, which is never larger than the patch's own.
+    /// Where the tolerance is relative, the corners of the box around some points of the patch in each state, which is never
+    /// larger than the patch's own.
     around: Vec<[Vector; 2]>,
     /// How much the middle bends across its tangent plane in each state, by direction.
     bends: Vec<[f64; 2]>,
 }
 
 impl Start {
-    fn new(patches: &[Patch], rational: bool) -> Result<Self> {
+    fn new(patches: &[Patch], rational: bool, relative: bool) -> Result<Self> {
         if let Some(patch) = patches.first().filter(|_| rational) {
             weights::resolved_net(&patch.net, patch.columns)?;
         }
@@ -237,7 +239,7 @@ impl Start {
         let in_all = patches.iter().map(poles).reduce(|a, b| Poles([0, 1, 2, 3].map(|k| a.0[k] && b.0[k])));
         Ok(Self {
             cells: Cells::new(patches, in_all.unwrap_or_default()),
-            around: patches.iter().map(around).collect(),
+            around: patches.iter().filter(|_| relative).map(around).collect(),
             bends: patches.iter().map(bends).collect(),
         })
     }

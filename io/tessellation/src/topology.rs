@@ -15,9 +15,13 @@ const ONE_POINT: f64 = 1e-12;
 pub(crate) struct Poles(pub(crate) [bool; 4]);
 
 impl Poles {
-    /// Whether two places are the same point of the surface.
-    pub(crate) fn same(&self, a: [f64; 2], b: [f64; 2]) -> bool {
-        self.key(a).is_some_and(|k| Some(k) == self.key(b))
+    /// Which pairs of neighbouring corners of a triangle are the same point of the surface.
+    pub(crate) fn same(&self, [a, b, c]: [[f64; 2]; 3]) -> [bool; 3] {
+        if self.0 == [false; 4] {
+            return [false; 3];
+        }
+        let [a, b, c] = [a, b, c].map(|at| self.key(at));
+        [(a, b), (b, c), (c, a)].map(|(from, to)| from.is_some() && from == to)
     }
 
     /// The collapsed side that a place is on; sides that meet at a corner are one point.

@@ -59,7 +59,7 @@ impl Tree {
     /// A patch as one cell; its sides run in the direction of their parameters.
     pub(crate) fn new(patch: &Patch) -> (Self, Cell) {
         // Room for what a patch usually comes to.
-        let mut tree = Self { vertices: Vec::with_capacity(16), edges: Vec::with_capacity(32) };
+        let mut tree = Self { vertices: Vec::with_capacity(24), edges: Vec::with_capacity(48) };
         for at in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
             tree.vertex(patch, at);
         }

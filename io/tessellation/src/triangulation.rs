@@ -3,7 +3,7 @@
 use loftsman_kernel::Vector;
 
 use crate::fineness::Target;
-use crate::form::Form;
+use crate::form::{Form, more};
 use crate::topology::Poles;
 use crate::tree::{Cell, Tree, Vertex};
 
@@ -16,6 +16,7 @@ const FAR: f64 = f64::MAX;
 /// The plane of a triangle, and how far the patch is from it over the triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plane {
+    /// Of any length.
     pub(crate) normal: Vector,
     pub(crate) error: f64,
 }
@@ -137,17 +138,15 @@ impl Triangulation {
 
     /// The best way for a cell that has no vertices but its corners: along one of its diagonals.
     fn find_diagonal(&mut self, costs: &Costs<'_>, limit: f64, [a, b, c, d]: [u32; 4]) -> f64 {
-        let mut least = f64::INFINITY;
+        let (mut least, mut best) = (f64::INFINITY, [([0; 3], None); 2]);
         for corners in [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]] {
             let (rest, second) = costs.add(0.0, corners[1], limit);
             let (worst, first) = if rest < least { costs.add(rest, corners[0], limit) } else { (rest, None) };
             if worst < least || least == f64::INFINITY {
-                least = worst;
-                self.triangles.clear();
-                let triangles = corners.into_iter().zip([first, second]);
-                self.triangles.extend(triangles.map(|(corners, plane)| Triangle { corners, plane }));
+                (least, best) = (worst, [(corners[0], first), (corners[1], second)]);
             }
         }
+        self.triangles.extend(best.map(|(corners, plane)| Triangle { corners, plane }));
         least
     }
 
@@ -160,10 +159,7 @@ impl Triangulation {
     pub(crate) fn neighbour(&self, vertices: &[Vertex], index: usize, poles: &Poles) -> Option<Vector> {
         let thin = self.triangles[index].corners;
         let shares = |t: &[u32; 3]| t.iter().filter(|k| thin.contains(k)).count() == 2;
-        let whole = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|k| vertices[k as usize].at);
-            !(poles.same(a, b) || poles.same(b, c) || poles.same(c, a))
-        };
+        let whole = |t: &[u32; 3]| poles.same(t.map(|k| vertices[k as usize].at)) == [false; 3];
         let found = self.triangles.iter().map(|t| t.corners).find(|t| shares(t) && whole(t))?;
         Some(normal_of(found.map(|k| &vertices[k as usize])))
     }
@@ -230,7 +226,7 @@ impl Costs<'_> {
             return (rest, None);
         }
         let (cost, plane) = self.of(corners.map(|k| &self.vertices[k as usize]), limit);
-        (rest.max(cost), plane)
+        (more(rest, cost), plane)
     }
 
     /// What is wrong with a triangle: its distance from the patch; among those that hardly differ the length of its longest
@@ -240,7 +236,7 @@ impl Costs<'_> {
         if area(a.at, b.at, c.at) <= 0.0 {
             return (f64::INFINITY, None);
         }
-        if self.poles.same(a.at, b.at) || self.poles.same(b.at, c.at) || self.poles.same(c.at, a.at) {
+        if self.poles.same(corners.map(|v| v.at)) != [false; 3] {
             return (0.0, None);
         }
         let plane = Plane::of(corners, self.form);
@@ -248,10 +244,10 @@ impl Costs<'_> {
             return (FAR, None);
         }
         let edges = [b.point - a.point, c.point - b.point, a.point - c.point];
-        let long = edges.iter().map(Vector::norm_squared).fold(0.0, f64::max).sqrt();
+        let long = edges.iter().map(Vector::norm_squared).fold(0.0, more).sqrt();
         let turned = corners.iter().any(|v| v.normal.dot(&plane.normal) < 0.0);
         let scale = if turned { 4.0 } else { 1.0 };
-        (scale * plane.error.max(0.05 * chord) + 1e-6 * chord * long, Some(plane))
+        (scale * more(0.05 * chord, plane.error) + 1e-6 * chord * long, Some(plane))
     }
 }
 
@@ -260,13 +256,12 @@ fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The unit normal of a triangle; where its corners are in line, one across that line nearest to the surface's.
+/// A normal of a triangle, of any length; where its corners are in line, one across that line nearest to the surface's.
 pub(crate) fn normal_of([a, b, c]: [&Vertex; 3]) -> Vector {
     let (s, t) = (b.point - a.point, c.point - a.point);
     let cross = s.cross(&t);
-    let squared = cross.norm_squared();
-    if squared > 1e-24 * s.norm_squared() * t.norm_squared() {
-        return cross / squared.sqrt();
+    if cross.norm_squared() > 1e-24 * s.norm_squared() * t.norm_squared() {
+        return cross;
     }
     let line = if s.norm_squared() > t.norm_squared() { s } else { t };
     let line = line.try_normalize(0.0).unwrap_or_default();
