@@ -3,8 +3,9 @@
 use crate::form::Form;
 use crate::patch::Patch;
 
-/// The form of a cell, and those of the cells that wait. Their room is used again, and they are not moved.
+/// The form of a cell, and those of the cells that wait. Their room is used again.
 #[derive(Debug, Default)]
+#[expect(clippy::vec_box, reason = "forms change places at every cell, and are large")]
 pub(crate) struct Forms {
     now: Box<Form>,
     /// Whether there is a form in `now`.
