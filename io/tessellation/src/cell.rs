@@ -2,10 +2,9 @@
 
 use loftsman_kernel::Vector;
 
-use crate::bezier::restrict;
+use crate::bezier::{less, more, restrict};
 use crate::fineness::Target;
 use crate::flat::Chord;
-use crate::form::{less, more};
 use crate::forms::Forms;
 use crate::patch::{Homogeneous, Patch, project, xyz};
 use crate::topology::Poles;
@@ -131,7 +130,13 @@ impl Judge {
         if hopeless && !view.tiny && self.hugging_view(patch, &view, target).is_none() {
             return self.divide(tree, cell, &view, target);
         }
-        let costs = Costs { form: self.forms.now(), vertices: &tree.vertices, poles, target };
+        let costs = Costs {
+            form: self.forms.now(),
+            vertices: &tree.vertices,
+            poles,
+            target,
+            diagonals: view.diagonals,
+        };
         // What could be cut, and is not near enough by its edge alone, need not be triangulated where no way would do.
         if !self.triangulation.choose(&costs, view.whole.is_none() && !view.tiny) {
             return self.divide(tree, cell, &view, target);

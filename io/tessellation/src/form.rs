@@ -18,7 +18,7 @@
 use loftsman_kernel::Vector;
 use wide::f64x4;
 
-use crate::bezier::{halve, restrict};
+use crate::bezier::{halve, less, more, restrict};
 use crate::patch::{Homogeneous, Patch};
 
 /// The second derivatives of a patch over a box of it, and its least weight there. Kept from cell to cell: its room
@@ -183,16 +183,6 @@ impl Net {
 /// `n·A - c W` at four points.
 fn values([x, y, z, offset]: &[f64x4; 4], [xs, ys, zs, ws]: &[f64x4; 4]) -> f64x4 {
     *x * *xs + *y * *ys + *z * *zs - *offset * *ws
-}
-
-/// The lesser of two numbers.
-pub(crate) fn less(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The larger of two numbers.
-pub(crate) fn more(a: f64, b: f64) -> f64 {
-    if a < b { b } else { a }
 }
 
 /// Middles and half widths of the second derivatives of a function over a cell.

@@ -4,7 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::spline::space::MAX_ORDER;
 
-use crate::bezier::extraction;
+use crate::bezier::{extraction, less, more};
 use crate::fineness::Frame;
 
 /// A homogeneous control point `(w x, w y, w z, w)`.
@@ -36,7 +36,7 @@ pub(crate) struct Patch {
 impl Patch {
     /// The patch of these control points, with weights scaled so that the largest is about 1.
     pub(crate) fn new(mut net: Vec<Homogeneous>, rows: usize, columns: usize, rational: bool) -> Self {
-        let largest = net.iter().map(|h| h[3]).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = net.iter().map(|h| h[3]).fold(f64::MIN_POSITIVE, more);
         if rational {
             // A power of two, so that nothing is rounded.
             let scale = (-largest.log2().floor()).exp2();
@@ -63,7 +63,7 @@ impl Patch {
         let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
         for point in net.iter().map(project) {
             for k in 0..3 {
-                (low[k], high[k]) = (low[k].min(point[k]), high[k].max(point[k]));
+                (low[k], high[k]) = (less(low[k], point[k]), more(high[k], point[k]));
             }
         }
         let size = (Vector::from(high) - Vector::from(low)).norm();

@@ -47,6 +47,8 @@ pub(crate) struct Cells {
     pub(crate) others: Vec<Tree>,
     leaves: Vec<Leaf>,
     pub(crate) poles: Poles,
+    /// The patch in all states, until its cells are done.
+    patches: Vec<Patch>,
 }
 
 /// Counts the triangles and the cells of all patches; the work ends where there are more than allowed. (Cells are cut
@@ -77,38 +79,38 @@ fn take(left: &AtomicUsize, count: usize) -> bool {
 
 impl Cells {
     /// A patch, in all its states, as one cell.
-    pub(crate) fn new(patches: &[Patch], poles: Poles) -> Self {
+    pub(crate) fn new(patches: Vec<Patch>, poles: Poles) -> Self {
         let mut trees = patches.iter().map(Tree::new);
         let (tree, cell) = trees.next().unwrap_or_else(|| Tree::new(&Patch::default()));
         let leaf = Leaf { cell, seen: 0, error: Error::default(), triangles: Triangles::new() };
-        Self { tree, others: trees.map(|(tree, _)| tree).collect(), leaves: vec![leaf], poles }
+        let others = trees.map(|(tree, _)| tree).collect();
+        Self { tree, others, leaves: vec![leaf], poles, patches }
     }
 
-    /// The trees of all states with what each needs.
-    fn trees(&mut self) -> impl Iterator<Item = &mut Tree> {
-        std::iter::once(&mut self.tree).chain(&mut self.others)
+    /// The patches of all states, which are not needed any more when all cells meet the target.
+    pub(crate) fn finish(&mut self) {
+        self.patches = Vec::new();
+    }
+
+    /// The trees of all states, with their patches.
+    fn trees(&mut self) -> impl Iterator<Item = (&mut Tree, &Patch)> {
+        std::iter::once(&mut self.tree).chain(&mut self.others).zip(&self.patches)
     }
 
     /// Cuts a side so that there is a vertex at this dyadic fraction of it.
-    pub(crate) fn cut_side(&mut self, patches: &[Patch], side: usize, at: f64) {
-        self.trees().zip(patches).for_each(|(tree, patch)| tree.cut_side(patch, side, at));
+    pub(crate) fn cut_side(&mut self, side: usize, at: f64) {
+        self.trees().for_each(|(tree, patch)| tree.cut_side(patch, side, at));
     }
 
     /// Keeps cells from cutting a side any further.
     pub(crate) fn fix(&mut self, side: usize) {
-        self.trees().for_each(|tree| tree.fix(side));
+        self.trees().for_each(|(tree, _)| tree.fix(side));
     }
 
     /// Cuts cells until every one meets the target with the vertices now around it; false where the budget is spent.
     ///
     /// A cut adds vertices to the neighbours' edges, so cells are judged again until nothing changes.
-    pub(crate) fn refine(
-        &mut self,
-        patches: &[Patch],
-        targets: &[Target],
-        judge: &mut Judge,
-        budget: &Budget,
-    ) -> bool {
+    pub(crate) fn refine(&mut self, targets: &[Target], judge: &mut Judge, budget: &Budget) -> bool {
         judge.start();
         let mut again = true;
         let (mut open, mut parts) = (Vec::new(), Vec::new());
@@ -125,7 +127,7 @@ impl Cells {
                     }
                     budget.give(leaf.triangles.len());
                     leaf.triangles.clear();
-                    match self.verdict(patches, targets, judge, &leaf.cell) {
+                    match self.verdict(targets, judge, &leaf.cell) {
                         Ok(error) => {
                             leaf.triangles.extend(judge.triangles());
                             if !budget.take(leaf.triangles.len()) {
@@ -136,7 +138,7 @@ impl Cells {
                         }
                         Err(how) => {
                             again = true;
-                            for (tree, patch) in self.trees().zip(patches) {
+                            for (tree, patch) in self.trees() {
                                 parts.clear();
                                 tree.cut(patch, &leaf.cell, how, &mut parts);
                             }
@@ -159,16 +161,10 @@ impl Cells {
     }
 
     /// The error of a cell whose triangles do in all states, or how it is to be cut.
-    fn verdict(
-        &self,
-        patches: &[Patch],
-        targets: &[Target],
-        judge: &mut Judge,
-        cell: &Cell,
-    ) -> Result<Error, Cut> {
+    fn verdict(&self, targets: &[Target], judge: &mut Judge, cell: &Cell) -> Result<Error, Cut> {
         let mut worst = Error::default();
         let trees = std::iter::once(&self.tree).chain(&self.others);
-        for (k, (tree, (patch, target))) in trees.zip(patches.iter().zip(targets)).enumerate() {
+        for (k, (tree, (patch, target))) in trees.zip(self.patches.iter().zip(targets)).enumerate() {
             let verdict = if k == 0 {
                 judge.judge(tree, patch, &self.poles, target, cell)
             } else {

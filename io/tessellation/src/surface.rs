@@ -84,7 +84,7 @@ impl Meshes {
         };
         let rational = surface.weights().is_some();
         let relative = matches!(fineness.chord, Chord::Relative(_));
-        let starts = parallel::map(count, |k| Start::new(&patches(k), rational, relative));
+        let starts = parallel::map(count, |k| Start::new(patches(k), rational, relative));
         let starts: Vec<Start> = starts.into_iter().collect::<Result<_>>()?;
         let samples = states.iter().enumerate().map(|(s, state)| {
             let points = starts.iter().filter_map(|start| start.around.get(s)).flatten();
@@ -125,17 +125,16 @@ impl Meshes {
                 if !stale[k] {
                     return true;
                 }
-                let patches = patches(k);
                 for side in 0..4 {
                     let edge = shared.edge(k, side);
                     for &at in &edges[edge] {
-                        cells.cut_side(&patches, side, at);
+                        cells.cut_side(side, at);
                     }
                     if first && shared.is_border(edge) && !cells.poles.0[side] {
                         cells.fix(side);
                     }
                 }
-                cells.refine(&patches, &targets, judge, &spent)
+                cells.refine(&targets, judge, &spent)
             });
             if worked.contains(&false) {
                 return over(None);
@@ -143,6 +142,7 @@ impl Meshes {
             first = false;
             merge(&topology, &cells, &mut edges, &mut stale);
         }
+        cells.iter_mut().for_each(Cells::finish);
         let worst = cells.iter().map(Cells::error).fold(Default::default(), refine::Error::max);
         if worst.share > 1.0 + 1e-9 {
             return Err(Error::Invalid(format!(
@@ -231,16 +231,16 @@ struct Start {
 }
 
 impl Start {
-    fn new(patches: &[Patch], rational: bool, relative: bool) -> Result<Self> {
+    fn new(patches: Vec<Patch>, rational: bool, relative: bool) -> Result<Self> {
         if let Some(patch) = patches.first().filter(|_| rational) {
             weights::resolved_net(&patch.net, patch.columns)?;
         }
         // A side is one point where it is in all states.
         let in_all = patches.iter().map(poles).reduce(|a, b| Poles([0, 1, 2, 3].map(|k| a.0[k] && b.0[k])));
         Ok(Self {
-            cells: Cells::new(patches, in_all.unwrap_or_default()),
             around: patches.iter().filter(|_| relative).map(around).collect(),
             bends: patches.iter().map(bends).collect(),
+            cells: Cells::new(patches, in_all.unwrap_or_default()),
         })
     }
 

@@ -2,8 +2,9 @@
 
 use loftsman_kernel::Vector;
 
+use crate::bezier::more;
 use crate::fineness::Target;
-use crate::form::{Form, more};
+use crate::form::Form;
 use crate::topology::Poles;
 use crate::tree::{Cell, Tree, Vertex};
 
@@ -138,12 +139,18 @@ impl Triangulation {
 
     /// The best way for a cell that has no vertices but its corners: along one of its diagonals.
     fn find_diagonal(&mut self, costs: &Costs<'_>, limit: f64, [a, b, c, d]: [u32; 4]) -> f64 {
-        let (mut least, mut best) = (f64::INFINITY, [([0; 3], None); 2]);
-        for corners in [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]] {
-            let (rest, second) = costs.add(0.0, corners[1], limit);
-            let (worst, first) = if rest < least { costs.add(rest, corners[0], limit) } else { (rest, None) };
-            if worst < least || least == f64::INFINITY {
-                (least, best) = (worst, [(corners[0], first), (corners[1], second)]);
+        let ways = [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]];
+        let (mut least, mut best) = (f64::INFINITY, ways[1].map(|corners| (corners, None)));
+        // The more promising first, so that half of the other will often do; where they are alike it is the first.
+        for way in if costs.diagonals[0] < costs.diagonals[1] { [1, 0] } else { [0, 1] } {
+            let better = |worst: f64, least: f64| worst < least || (worst == least && way == 0);
+            let [one, two] = ways[way];
+            let (rest, second) = costs.add(0.0, two, limit);
+            if better(rest, least) {
+                let (worst, first) = costs.add(rest, one, limit);
+                if better(worst, least) {
+                    (least, best) = (worst, [(one, first), (two, second)]);
+                }
             }
         }
         self.triangles.extend(best.map(|(corners, plane)| Triangle { corners, plane }));
@@ -217,6 +224,8 @@ pub(crate) struct Costs<'a> {
     pub(crate) vertices: &'a [Vertex],
     pub(crate) poles: &'a Poles,
     pub(crate) target: &'a Target,
+    /// About how far the patch is from the diagonals from the first corner and from the second.
+    pub(crate) diagonals: [f64; 2],
 }
 
 impl Costs<'_> {
