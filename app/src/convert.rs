@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, ParameterError, Parameters, ReadOptions, UpChoice, WriteOptions, Written,
+    Chord, Fate, Fineness, FormatDeclaration, Observer, ParameterError, Parameters, ReadOptions, Registry,
+    UnitRule, UpChoice, WriteOptions, Written,
 };
 use loftsman_kernel::scene::{Unit, Up};
 use serde_json::{Map, Value};
 
-/// Formats whose files say nothing about units.
-const WITHOUT_UNIT: &[&str] = &["obj", "points", "stl", "ply", "off", "csv", "xyz"];
+use crate::error::Result;
+use crate::file::Input;
+use crate::file::input::Content;
 
 /// Unit, axes, fineness and formats' options of a conversion, as a person asks for them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -75,17 +77,27 @@ impl Conversion {
         })
     }
 
-    /// How to read an input of the format of this name.
-    pub fn read_options(&self, format: &str) -> ReadOptions<'static> {
-        let assumed = if WITHOUT_UNIT.contains(&format) { self.unit } else { None };
+    /// Reads an input: the one door of all commands and recipes.
+    ///
+    /// # Errors
+    /// As for [`Input::read`].
+    pub fn read(&self, input: &Input, observer: &dyn Observer, registry: &Registry) -> Result<Content> {
+        let format = input.format(registry)?;
+        let options = ReadOptions { observer, ..self.read_options(&format.declaration()) };
+        input.read(format.as_ref(), &options, registry)
+    }
+
+    /// How to read an input of a format.
+    fn read_options(&self, format: &FormatDeclaration) -> ReadOptions<'static> {
+        let assumed = if format.holds.unit == UnitRule::None { self.unit } else { None };
         let own = parameters(&self.read, "read".to_owned());
         ReadOptions { unit: self.from_unit.or(assumed), up: self.from_up, own, ..ReadOptions::default() }
     }
 
-    /// How to write, in the format of the name `output`, what came from an input of the format `input`.
-    pub fn write_options(&self, input: &str, output: &str) -> WriteOptions<'static> {
-        let assumed = self.from_unit.is_none() && WITHOUT_UNIT.contains(&input);
-        let unit = if assumed { None } else { self.unit };
+    /// How to write, in the format of the name `output`, what came from an input of the format `input`, if from any.
+    pub fn write_options(&self, input: Option<&FormatDeclaration>, output: &str) -> WriteOptions<'static> {
+        let has_none = input.is_some_and(|format| format.holds.unit == UnitRule::None);
+        let unit = if has_none && self.from_unit.is_none() { None } else { self.unit };
         let none = Map::new();
         let own = parameters(self.write.get(output).unwrap_or(&none), format!("write.{output}"));
         WriteOptions { unit, up: self.up, fineness: self.fineness, own, ..WriteOptions::default() }
@@ -131,17 +143,19 @@ pub fn chord(text: &str) -> Result<Chord, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use loftsman_kernel::plugin::Format;
 
     #[test]
     fn the_unit_is_the_inputs_where_its_format_has_none() {
+        let (obj, gltf) = (&loftsman_obj::Obj.declaration(), &loftsman_gltf::Gltf.declaration());
         let mm = Conversion { unit: Some(Unit::Millimetre), ..Conversion::default() };
-        assert_eq!(mm.read_options("obj").unit, Some(Unit::Millimetre));
-        assert_eq!(mm.write_options("obj", "gltf").unit, None);
-        assert_eq!(mm.read_options("gltf").unit, None);
-        assert_eq!(mm.write_options("gltf", "obj").unit, Some(Unit::Millimetre));
+        assert_eq!(mm.read_options(obj).unit, Some(Unit::Millimetre));
+        assert_eq!(mm.write_options(Some(obj), "gltf").unit, None);
+        assert_eq!(mm.read_options(gltf).unit, None);
+        assert_eq!(mm.write_options(Some(gltf), "obj").unit, Some(Unit::Millimetre));
         let both = Conversion { from_unit: Some(Unit::Inch), ..mm };
-        assert_eq!(both.read_options("obj").unit, Some(Unit::Inch));
-        assert_eq!(both.write_options("obj", "gltf").unit, Some(Unit::Millimetre));
+        assert_eq!(both.read_options(obj).unit, Some(Unit::Inch));
+        assert_eq!(both.write_options(Some(obj), "gltf").unit, Some(Unit::Millimetre));
     }
 
     #[test]

@@ -13,7 +13,7 @@
 //! # std::env::set_current_dir(&folder)?;
 //! use loftsman::prelude::*;
 //!
-//! let mut scene = loftsman::read("examples/blade-section/IEA-15-240-RWT_AF20_Coords.txt")?;
+//! let mut scene = loftsman::read_scene("examples/blade-section/IEA-15-240-RWT_AF20_Coords.txt")?;
 //! scene.rename("IEA-15-240-RWT_AF20_Coords", "section")?;
 //! let measured = scene.object("section")?.geometry().points();
 //! let section = Fit::new(3, Target::Tolerance(1e-4)).curve(measured)?.curve;
@@ -36,7 +36,7 @@
 //! # let bend = |c: &Curve| Ok::<_, Box<dyn std::error::Error>>(c.derivative(0.5, 1)?.cross(&c.derivative(0.5, 2)?));
 //! # assert!((bend(thicker.shape())? - bend(&section)?).norm() < 1e-9 * bend(&section)?.norm());
 //! # assert_eq!(thicker.shape().point(0.0)?, section.point(0.0)?);
-//! # let back = loftsman::read("section.obj")?;
+//! # let back = loftsman::read_scene("section.obj")?;
 //! # let turned = Vector::new(after.x, after.z, -after.y); // OBJ is y-up
 //! # assert!((back.curve("section")?.point(0.75)?.coords - turned).norm() < 1e-12);
 //! # std::fs::remove_dir_all(folder)?;
@@ -68,7 +68,7 @@ mod recipe_error;
 mod registry;
 
 pub use error::{Error, Result};
-pub use file::{read, read_with, write, write_with};
+pub use file::{read, read_scene, read_with, write, write_with};
 pub use loftsman_area_volume as area_volume;
 pub use loftsman_editing as editing;
 pub use loftsman_fairing as fairing;

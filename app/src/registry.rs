@@ -23,9 +23,9 @@ impl Plugin for BuiltIn {
         registry.add(&loftsman_fitting::Fitting);
         registry.add(&loftsman_area_volume::AreaVolume);
         registry.add(&loftsman_regions::Regions);
+        #[cfg(feature = "interior-point")]
         registry.add(&loftsman_interior_point::InteriorPoint);
         registry.add(&loftsman_tessellation::Tessellation);
-        // Before the native format, which knows its documents by a word that our glTF has in its extras too.
         registry.add(&loftsman_gltf::Plugin);
         registry.add(&loftsman_native::Plugin);
         registry.add(&loftsman_obj::Plugin);

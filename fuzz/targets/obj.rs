@@ -14,7 +14,7 @@ fuzz_target!(|bytes: &[u8]| {
     };
     let mut file = Memory::new("fuzz.obj", main);
     file.siblings.insert("a.mtl".to_owned(), library.to_vec());
-    _ = Obj.recognises(&main[..main.len().min(4096)]);
+    _ = Obj.confidence(&main[..main.len().min(4096)]);
     let Ok((scene, report)) = Obj.read(&file, &ReadOptions::default()) else { return };
     assert!(report.adds_up(), "{report:?}");
     scene.check().unwrap();

@@ -1,10 +1,27 @@
 //! What can be wrong with geometry: one variant a defect, with the indices and values that show it.
 
+use crate::text::clip;
+
 /// The result of a geometric computation.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// The largest polynomial degree that a spline may have.
 pub const MAX_DEGREE: usize = 25;
+
+/// A number in a message: with all its digits, but not with hundreds of zeros.
+#[derive(Debug, Clone, Copy)]
+pub struct Figure(pub f64);
+
+impl std::fmt::Display for Figure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(number) = self;
+        if *number == 0.0 || !number.is_finite() || (1e-7..1e16).contains(&number.abs()) {
+            write!(f, "{number}")
+        } else {
+            write!(f, "{number:e}")
+        }
+    }
+}
 
 /// What is wrong with a shape, a location or a request. Every message says what was found and what to do.
 #[non_exhaustive]
@@ -51,7 +68,7 @@ pub enum Error {
         value: f64,
     },
     /// The knots decrease somewhere.
-    #[error("knot {index} is {value}, less than the knot before it ({before}): knots must not decrease")]
+    #[error("knot {index} is {}, less than the knot before it ({}): knots must not decrease", Figure(*.value), Figure(*.before))]
     KnotOrder {
         /// The index of the smaller knot.
         index: usize,
@@ -62,7 +79,8 @@ pub enum Error {
     },
     /// A knot is repeated more often than continuity allows.
     #[error(
-        "knot {value} is repeated {multiplicity} times: degree {degree} allows {allowed} there, more would tear the shape"
+        "knot {} is repeated {multiplicity} times: degree {degree} allows {allowed} there, more would tear the shape",
+        Figure(*.value)
     )]
     Multiplicity {
         /// The knot's value.
@@ -75,7 +93,7 @@ pub enum Error {
         allowed: usize,
     },
     /// The domain has no length, or one that overflows.
-    #[error("the domain from {start} to {end} has no usable length: spread the knots")]
+    #[error("the domain from {} to {} has no usable length: spread the knots", Figure(*.start), Figure(*.end))]
     EmptyDomain {
         /// Where the domain starts.
         start: f64,
@@ -83,7 +101,7 @@ pub enum Error {
         end: f64,
     },
     /// A control vertex has a coordinate that is NaN or infinite.
-    #[error("control vertex {index} is ({x}, {y}, {z}): every coordinate must be a finite number")]
+    #[error("control vertex {index} is ({}, {}, {}): every coordinate must be a finite number", Figure(*.x), Figure(*.y), Figure(*.z))]
     VertexNotFinite {
         /// Its index.
         index: usize,
@@ -95,7 +113,7 @@ pub enum Error {
         z: f64,
     },
     /// A weight is not a positive finite number.
-    #[error("weight {index} is {value}: every weight must be positive and finite")]
+    #[error("weight {index} is {}: every weight must be positive and finite", Figure(*.value))]
     Weight {
         /// Its index.
         index: usize,
@@ -123,7 +141,7 @@ pub enum Error {
         expected: usize,
     },
     /// A parameter outside the domain of an open shape.
-    #[error("{value} is outside the domain [{start}, {end}]: choose a location within it")]
+    #[error("{} is outside the domain [{}, {}]: choose a location within it", Figure(*.value), Figure(*.start), Figure(*.end))]
     Outside {
         /// The parameter.
         value: f64,
@@ -166,7 +184,7 @@ pub enum Error {
     /// known.
     #[error(
         "its shape is of the kind \"{}\", whose plug-in is not here: register the plug-in to use it",
-        clipped(.kind)
+        clip(.kind)
     )]
     UnknownKind {
         /// The kind's name in documents.
@@ -180,11 +198,6 @@ pub enum Error {
     Invalid(String),
 }
 
-/// The start of a name, which a file may have made a megabyte long.
-fn clipped(name: &str) -> String {
-    name.chars().take(60).flat_map(char::escape_debug).collect()
-}
-
 /// Said of the location, which is what was written; the shape it is meant for may not be known yet.
 fn location_kind(found: usize, expected: usize) -> &'static str {
     match (found, expected) {
@@ -193,5 +206,19 @@ fn location_kind(found: usize, expected: usize) -> &'static str {
         _ => {
             "the location has another number of parameters than the shape: one on a curve, [u, v] on a surface"
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_have_their_digits_and_no_more() {
+        let shown =
+            [0.0, -0.25, 1e15, 1.7e308, -1e-300, f64::NAN, f64::NEG_INFINITY].map(|x| Figure(x).to_string());
+        assert_eq!(shown, ["0", "-0.25", "1000000000000000", "1.7e308", "-1e-300", "NaN", "-inf"]);
+        let error = Error::VertexNotFinite { index: 2, x: 1.5e308, y: f64::INFINITY, z: -1e300 };
+        assert!(error.to_string().starts_with("control vertex 2 is (1.5e308, inf, -1e300)"), "{error}");
     }
 }

@@ -11,6 +11,7 @@
 pub mod conformance;
 mod declare;
 pub mod edit;
+pub mod energy;
 pub mod error;
 pub mod functional;
 mod kind;
@@ -28,6 +29,7 @@ pub mod solve;
 pub mod space;
 pub mod spline;
 mod tessellator;
+pub mod text;
 pub mod topology;
 mod unit;
 

@@ -15,6 +15,16 @@ pub enum Chord {
     Relative(f64),
 }
 
+impl Chord {
+    /// The length that was asked for; of a part of a size, the length that it `became`.
+    pub fn length(self, became: f64) -> f64 {
+        match self {
+            Self::Absolute(length) => length,
+            Self::Relative(_) => became,
+        }
+    }
+}
+
 /// How fine a tessellation is: both bounds hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fineness {

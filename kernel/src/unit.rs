@@ -86,3 +86,18 @@ pub enum Up {
     #[default]
     Z,
 }
+
+impl Up {
+    /// Every axis, by its name in documents.
+    pub const ALL: [(&'static str, Self); 3] = [("x", Self::X), ("y", Self::Y), ("z", Self::Z)];
+
+    /// The name in documents: `"x"`, `"y"` or `"z"`.
+    pub fn name(self) -> &'static str {
+        Self::ALL[self as usize].0
+    }
+
+    /// The axis of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, up)| *up)
+    }
+}

@@ -7,10 +7,11 @@
 mod dice;
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dice::Dice;
 use loftsman_kernel::conformance::{functional_conformance, sample_shapes};
-use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric};
+use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Session};
 use loftsman_kernel::error::Result;
 use loftsman_kernel::functional::{Functional, Linearity, Rows, Shapes, curvature, near, position};
 use loftsman_kernel::shape::{Derivative, Location};
@@ -432,4 +433,152 @@ fn two_that_meet_in_one_place_are_refused_and_two_that_stay_apart_are_not() {
             assert!((twice.shape().point(u).unwrap() - middle).norm() < 1e-12);
         }
     }
+}
+
+/// Where the locations of a session rest, the handle's last.
+fn rests(session: &Session<Curve>) -> Vec<f64> {
+    session.report().constraints.iter().filter_map(|c| c.location.as_ref().map(|at| at[0])).collect()
+}
+
+/// However far locations have gone when an event fails, they are where they were: what comes next is what would have come
+/// without it.
+#[test]
+fn an_event_that_fails_leaves_locations_and_shape_as_they_were() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.7 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let aside = Vector::new(0.1, 1.2, 0.4);
+    for solver in solvers() {
+        // Nothing may move: a target on the curve is met by the location alone. One beside it is not met, and its foot is tried.
+        let edit = Edit::new(&curve).lock(0..12).handle(position(near(4.0)));
+        let mut locked = edit.prepare(Arc::clone(&solver)).unwrap();
+        locked.to_point(curve.point(4.3).unwrap()).unwrap();
+        let before = rests(&locked);
+        assert!((before[0] - 4.3).abs() < 1e-9, "{before:?}");
+        locked.to_point(curve.point(4.9).unwrap() + aside).unwrap_err();
+        assert_eq!(rests(&locked), before, "{}", solver.name());
+        assert_eq!(locked.shape(), &curve);
+        locked.to_point(curve.point(4.4).unwrap()).unwrap();
+        assert_eq!(locked.shape(), &curve);
+        // Two that come to hold at one place are refused once they have got there.
+        let target = curve.point(4.9).unwrap() + aside;
+        let session = || {
+            let edit = Edit::new(&curve).ask(position(near(4.8)).to(target)).handle(position(near(5.6)));
+            let mut session = edit.prepare(Arc::clone(&solver)).unwrap();
+            session.to_point(target + Vector::new(0.8, 0.0, 0.0)).unwrap();
+            session
+        };
+        let (mut one, mut other) = (session(), session());
+        let (before, shape) = (rests(&one), one.shape().clone());
+        one.to_point(target).unwrap_err();
+        assert_eq!(rests(&one), before, "{}", solver.name());
+        assert_eq!(one.shape(), &shape, "{}", solver.name());
+        let next = target + Vector::new(0.9, 0.1, 0.0);
+        let apart = |a: &Curve, b: &Curve| {
+            a.points().iter().zip(b.points()).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
+        };
+        let (a, b) = (one.to_point(next).unwrap().clone(), other.to_point(next).unwrap().clone());
+        assert!(apart(&a, &b) < 1e-12, "{}: {:e}", solver.name(), apart(&a, &b));
+        one.commit().unwrap();
+    }
+}
+
+#[test]
+fn where_a_location_came_to_rest_is_told() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.7 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let to = curve.point(4.3).unwrap();
+    let notes = |at: Constraint| Edit::new(&curve).ask(at).solve().unwrap().report().notes.clone();
+    let told = notes(position(near(4.0)).to(to));
+    assert!(told.len() == 1 && told[0].starts_with("position near 4: it holds at 4.3"), "{told:?}");
+    assert!(notes(position(4.3).to(to)).is_empty());
+}
+
+/// Pulled beyond an edge, a location comes to rest on it, and there where the change is least.
+#[test]
+fn beyond_an_edge_the_place_along_it_is_the_best() {
+    let mut dice = Dice(33);
+    let mut at_edges = 0;
+    for round in 0..24 {
+        let (u, v) = (Space::clamped_uniform(2, 6).unwrap(), Space::clamped_uniform(3, 7).unwrap());
+        let skew = dice.between(-0.8, 0.8);
+        let net = (0..42).map(|k| {
+            let (i, j) = ((k / 7) as f64, (k % 7) as f64);
+            Point::new(i + skew * j, j - skew * i, (0.7 * i).sin() + (0.5 * j).cos()) + dice.vector(0.1)
+        });
+        let surface = Surface::build(u, v, net.collect(), None).unwrap();
+        let ([a, b], [c, d]) =
+            (<[f64; 2]>::from(surface.u().domain()), <[f64; 2]>::from(surface.v().domain()));
+        let end = if round % 2 == 0 { b } else { a };
+        let there = c + (d - c) * dice.between(0.3, 0.7);
+        let inner = end + 0.1 * (0.5 * (a + b) - end);
+        let outwards = surface.point(end, there).unwrap() - surface.point(inner, there).unwrap();
+        let to = surface.point(end, there).unwrap() + outwards * dice.between(4.0, 9.0) + dice.vector(0.5);
+        let start = (there + dice.between(-0.15, 0.15) * (d - c)).clamp(c, d);
+        let edited = Edit::new(&surface).ask(position(near([inner, start])).to(to)).solve().unwrap();
+        let at = edited.report().constraints[0].location.clone().unwrap();
+        let found = edited.report().adjustment;
+        let cost = |u: f64, v: f64| {
+            let edit = Edit::new(&surface).ask(position(Location::Surface(u, v)).to(to));
+            edit.solve().map_or(f64::INFINITY, |edited| edited.report().adjustment)
+        };
+        at_edges += usize::from(at[0] == end);
+        for reach in [1e-1, 1e-2, 1e-3] {
+            for (du, dv) in [(0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (0.7, 0.7), (-0.7, -0.7)] {
+                let (u, v) = ((at[0] + reach * du).clamp(a, b), (at[1] + reach * dv).clamp(c, d));
+                assert!(cost(u, v) >= found * (1.0 - 1e-9), "{round}: better at {u}, {v} than at {at:?}");
+            }
+        }
+    }
+    assert!(at_edges >= 15, "{at_edges}");
+}
+
+/// `x² + 1`, which never comes to the zero that it is asked for, and counts how often it is looked at.
+#[derive(Debug, Clone)]
+struct Endless {
+    effort: usize,
+    looks: Arc<AtomicUsize>,
+}
+
+impl Functional for Endless {
+    fn equations(&self) -> usize {
+        1
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Nonlinear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        rows.equation().term(0, 0, Vector::x() * (2.0 * shapes.vertex(0).x));
+        Ok(())
+    }
+
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        self.looks.fetch_add(1, Ordering::Relaxed);
+        out[0] = 1.0 + shapes.vertex(0).x.powi(2);
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        "endless".into()
+    }
+
+    fn effort(&self) -> usize {
+        self.effort
+    }
+}
+
+/// What takes much work is given up the sooner, by counted work.
+#[test]
+fn what_takes_much_work_and_does_not_arrive_is_given_up() {
+    let curve = curve(&mut Dice(5), 2);
+    let looks = |effort: usize| {
+        let looks = Arc::new(AtomicUsize::new(0));
+        let endless = Endless { effort, looks: Arc::clone(&looks) };
+        Edit::new(&curve).ask(endless.to(0.0)).solve().unwrap_err();
+        looks.load(Ordering::Relaxed)
+    };
+    let (cheap, dear) = (looks(0), looks(1_000_000));
+    println!("{cheap} looks where they are cheap, {dear} where they are dear");
+    assert!(dear <= 150 && cheap > 2 * dear, "{cheap} {dear}");
 }

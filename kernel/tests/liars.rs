@@ -772,3 +772,40 @@ fn recipes_name_the_plug_in_that_takes_a_reserved_field() {
     let error = constraint_from(&registry, &table, &mut Nobody).unwrap_err().to_string();
     assert!(error.contains("with-axis") && error.contains("\"axis\"") && error.contains("rename"), "{error}");
 }
+
+/// The length of a vertex's way to another: its value is its rows' at every place, but these turn.
+#[derive(Debug)]
+struct Distance;
+
+impl Functional for Distance {
+    fn equations(&self) -> usize {
+        1
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        let way = (shapes.vertex(1) - shapes.vertex(0)).normalize();
+        rows.equation().term(0, 0, -way).term(0, 1, way);
+        Ok(())
+    }
+
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        out[0] = (shapes.vertex(1) - shapes.vertex(0)).norm();
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        "distance".into()
+    }
+}
+
+#[test]
+fn rows_of_what_calls_itself_linear_are_constant() {
+    let mut shapes = sample_shapes(false);
+    shapes.truncate(1);
+    let verdict = functional_conformance(&Distance, &shapes);
+    assert!(!verdict.passed() && verdict.to_string().contains("its rows change by"), "{verdict}");
+}

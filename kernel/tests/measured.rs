@@ -4,9 +4,10 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Metric};
+use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Session};
 use loftsman_kernel::functional::{
-    Accuracy, Functional, Linearity, Rows, Shapes, derivative, position, tangent, vertex,
+    Accuracy, Functional, Linearity, Rows, Shapes, curvature, derivative, magnitude, near, position, tangent,
+    vertex,
 };
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::solve::{
@@ -253,6 +254,84 @@ fn no_lie_of_a_solver_gets_out_of_an_event() {
     }
 }
 
+/// Events judge as finely as a commit does, each in its own way (equations, bounds, what is not linear), and so does a problem
+/// that is solved once; an adjustment may be forced, an error never.
+#[test]
+fn events_judge_to_rounding_whatever_is_forced() {
+    let mut random = Random(29);
+    for case in 0..120 {
+        let size = [1e-9, 1.0, 1e9][case % 3];
+        let curve = any_curve(&mut random, size);
+        let (a, b) = curve.domain();
+        let u = a + (b - a) * random.next() * 0.99;
+        let (by, far) = ([0.5 * size, 0.2 * size, -size], [3.0 * size; 3]);
+        for forced in [false, true] {
+            let edit = || if forced { Edit::new(&curve).force() } else { Edit::new(&curve) };
+            for by_share in [0.0, 1e-11, -1e-11, 1e-6, f64::NAN] {
+                let liar = || Liar { by: by_share };
+                let honest = by_share == 0.0;
+                let mut drag = edit().handle(position(u)).prepare(liar()).unwrap();
+                let to = Point::new(2.0 * size, size, -size);
+                assert_eq!(drag.to_point(to).is_ok(), honest, "case {case}: a drag, {by_share:e}");
+                assert!(honest || drag.shape() == &curve);
+                let mut applied = edit().ask(position(u).by(by)).prepare(liar()).unwrap();
+                assert_eq!(applied.apply().is_ok(), honest, "case {case}: an event, {by_share:e}");
+                assert!(honest || applied.shape() == &curve);
+                let mut bounded = edit().ask(position(u).at_least(far)).prepare(liar()).unwrap();
+                // Too much of what is bounded from below is no error.
+                let fine = by_share >= 0.0;
+                assert_eq!(bounded.apply().is_ok(), fine, "case {case}: a bound, {by_share:e}");
+                assert!(fine || bounded.shape() == &curve);
+                let once = edit().ask(position(u).by(by)).problem().unwrap().solve(&liar());
+                assert_eq!(once.is_ok(), honest, "case {case}: once, {by_share:e}");
+                let once = edit().ask(position(u).at_least(far)).problem().unwrap().solve(&liar());
+                assert_eq!(once.is_ok(), fine, "case {case}: a bound once, {by_share:e}");
+            }
+        }
+    }
+    // Beside what is not linear, on its border and in one system with it.
+    let points = (0..12).map(|i| Point::new(f64::from(i), f64::from(i % 3), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    for (forced, bounded) in [(false, false), (false, true), (true, false), (true, true)] {
+        let edit = || {
+            let edit =
+                Edit::new(&curve).ask(magnitude(6.5).scale(1.2)).ask(position(2.0).by([0.1, 0.4, 0.2]));
+            let edit = if forced { edit.force() } else { edit };
+            if bounded { edit.ask(position(4.5).axis(Axis::Y).at_most(0.5)) } else { edit }
+        };
+        edit().prepare(Liar { by: 0.0 }).unwrap().apply().unwrap();
+        for by in [1e-11, 1e-6] {
+            assert!(edit().prepare(Liar { by }).unwrap().apply().is_err(), "{forced} {bounded} {by:e}");
+        }
+    }
+}
+
+/// Near conflicts beside what is not linear: solved in one system with bounds, or with the linear ones factored once.
+#[test]
+fn near_conflicts_beside_what_is_not_linear_are_refused_too() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), f64::from(i % 3), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let edit = |bounded: bool| {
+        let edit = Edit::new(&curve)
+            .ask(magnitude(8.0).scale(1.1))
+            .ask(position(3.0).by([0.0, 1.0, 0.0]))
+            .ask(position(3.0 + 1e-7).keep());
+        if bounded { edit.ask(position(6.5).axis(Axis::Y).at_most(0.5)) } else { edit }
+    };
+    for bounded in [false, true] {
+        let mut session = edit(bounded).prepare(HouseholderQr).unwrap();
+        let error = session.apply().unwrap_err();
+        let EditError::Solve(SolveError::NearConflict { constraints, times, .. }) = &error else {
+            panic!("{bounded}: {error}");
+        };
+        assert!(*times > 1e6 && *times < 1e9, "{error}");
+        assert!(constraints.iter().all(|name| name.contains("position at 3")), "{error}");
+        assert_eq!(session.shape(), &curve);
+    }
+    let forced = edit(false).force().solve_with(HouseholderQr).unwrap();
+    assert!(forced.report().adjustment > 1e6 && forced.report().residual < 1e-6, "{}", forced.report());
+}
+
 /// Says that it is met where its rows are, and is not: a value that goes its own way.
 #[derive(Debug, Clone)]
 struct Fickle {
@@ -420,4 +499,165 @@ fn what_was_not_solved_for_is_said() {
         Edit::new(&curve).ask(derivative(2.0, 1).keep()).handle(position(2.0)).prepare(Automatic).unwrap();
     session.to_point(Point::new(2.0, 1.0, 0.0)).unwrap();
     assert!(session.commit().unwrap().report().notes.is_empty());
+}
+
+/// Whether two sessions show the same and are asked the same.
+fn assert_as(session: &Session<Curve>, other: &Session<Curve>) {
+    assert_eq!(session.shape(), other.shape());
+    let asked =
+        |s: &Session<Curve>| -> Vec<String> { s.problem().constraints().map(Constraint::label).collect() };
+    assert_eq!(asked(session), asked(other));
+    assert_eq!(session.report().constraints, other.report().constraints);
+}
+
+/// What cannot be added (or let go of) leaves nothing behind: no constraint, no companion, no location that floats, no other idea
+/// of where the handle was.
+#[test]
+fn what_fails_to_join_a_session_is_taken_back_whole() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.7 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let full = || {
+        let edit = Edit::new(&curve).ask(position(7.5).keep()).ask(position(0.5).keep());
+        let mut session = edit.handle(position(3.0)).prepare(Adjoint).unwrap();
+        session.to_point(Point::new(3.2, 1.0, 0.3)).unwrap();
+        session
+    };
+    // More equations than the solver is for, or what cannot be asked at all.
+    let six = |functional: &dyn Fn(f64) -> Constraint| {
+        (0..6).map(|k| functional(1.1 + 1.3 * f64::from(k))).collect()
+    };
+    let many: Vec<Constraint> = six(&|u| position(u).keep());
+    let bent: Vec<Constraint> = six(&|u| curvature(u + 0.3).keep());
+    let afloat: Vec<Constraint> = six(&|u| position(near(u)).keep());
+    let hopeless = vec![vertex(40).keep()];
+    for fresh in [many, bent, afloat, hopeless] {
+        let (mut session, mut other) = (full(), full());
+        let mut failed = 0;
+        for constraint in fresh {
+            let label = constraint.label();
+            if session.add(constraint.clone()).is_ok() {
+                other.add(constraint).unwrap();
+            } else {
+                failed += 1;
+                assert_as(&session, &other);
+            }
+            // What comes next is what would have come without it.
+            let to = Point::new(3.1, 1.0 + 0.1 * f64::from(failed), 0.2);
+            let next = session.to_point(to).unwrap_or_else(|error| panic!("{label}: {error}")).clone();
+            assert!(
+                (next.point(3.0).unwrap() - to).amax() < 1e-12,
+                "after {label}: {}",
+                next.point(3.0).unwrap()
+            );
+            other.to_point(to).unwrap();
+            assert_as(&session, &other);
+        }
+        assert!(failed > 0);
+        session.commit().unwrap();
+    }
+}
+
+/// A shape as it was of which something cannot be asked that was asked since: there is no way back to it before that is let go,
+/// and the session goes on as it was.
+#[test]
+fn an_undo_that_fails_leaves_the_session_as_it_was() {
+    let mut points: Vec<Point> = (0..8).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
+    points[1] = points[0];
+    let curve = Curve::new(Space::clamped_uniform(3, 8).unwrap(), points).unwrap();
+    for checkpoint in [false, true] {
+        let mut session = Edit::new(&curve).handle(vertex(1)).prepare(Automatic).unwrap();
+        if checkpoint {
+            session.checkpoint();
+        }
+        session.to_point(Point::new(1.0, 1.0, 0.0)).unwrap();
+        // Where the curve stood still it had no tangent.
+        let id = session.add(magnitude(0.0).keep()).unwrap();
+        session.to_point(Point::new(2.0, 2.0, 0.0)).unwrap();
+        let shape = session.shape().clone();
+        let error = session.undo().unwrap_err().to_string();
+        assert!(error.contains("C' vanishes there"), "{error}");
+        assert_eq!(session.shape(), &shape);
+        assert_eq!(
+            session.to_point(Point::new(0.5, 0.5, 0.0)).unwrap().points()[1],
+            Point::new(0.5, 0.5, 0.0)
+        );
+        session.remove(id).unwrap();
+        assert!(session.undo().unwrap());
+        assert_eq!(session.shape(), &curve);
+    }
+}
+
+/// Short of a near conflict, an adjustment that is long for what is asked is told, with the constraints that make it so; where
+/// it is forced as well.
+#[test]
+fn an_adjustment_that_is_long_for_what_is_asked_is_told() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), f64::from(i % 3), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let edit = |gap: f64, beside: usize| {
+        let edit = Edit::new(&curve)
+            .ask(position(8.5).keep())
+            .ask(position(3.0).by([0.0, 1.0, 0.0]))
+            .ask(position(3.0 + gap).keep());
+        match beside {
+            0 => edit,
+            1 => edit.metric(Metric::Bend),
+            2 => edit.ask(magnitude(8.0).scale(1.1)),
+            _ => edit.ask(position(6.5).axis(Axis::Y).at_most(0.5)),
+        }
+    };
+    let told = |edit: Edit<Curve>| {
+        let done = edit.solve_with(HouseholderQr).unwrap();
+        let notes = done.report().notes.iter().filter(|note| note.contains("nearly contradictory"));
+        notes.cloned().collect::<Vec<_>>()
+    };
+    for beside in 0..4 {
+        assert_eq!(told(edit(0.1, beside)), [""; 0], "{beside}");
+        // A change of one, and a distance of 1e-5: as steep as a hundred thousand. Bending takes more.
+        let (gap, name) = if beside == 1 { (1e-4, "3.0001") } else { (1e-5, "3.00001") };
+        let notes = told(edit(gap, beside));
+        assert!(notes.len() == 1, "{beside}: {notes:?}");
+        assert!(notes[0].contains("times what its equations ask one by one"), "{}", notes[0]);
+        let names = format!("\"position at 3\", \"position at {name}\"");
+        assert!(notes[0].ends_with(&names), "{}", notes[0]);
+        let forced = told(edit(1e-7, beside).force());
+        assert!(forced.len() == 1 && forced[0].contains("position at 3.0000001"), "{beside}: {forced:?}");
+        // Nothing has been solved for, and nothing is long.
+        let session = edit(1e-5, beside).prepare(HouseholderQr).unwrap();
+        assert!(!session.report().to_string().contains("nearly contradictory"));
+    }
+    // After a drag, too.
+    let edit = Edit::new(&curve).ask(position(3.0 + 1e-5).keep()).handle(position(3.0));
+    let mut drag = edit.prepare(Automatic).unwrap();
+    let start = curve.point(3.0).unwrap();
+    drag.to_point(start).unwrap();
+    assert!(!drag.report().to_string().contains("nearly contradictory"));
+    drag.to_point(start + Vector::new(0.0, 0.5, 0.0)).unwrap();
+    assert!(drag.report().to_string().contains("nearly contradictory"), "{}", drag.report());
+}
+
+/// A checkpoint is the whole shape, whatever is asked of other vertices after it.
+#[test]
+fn an_undo_takes_back_what_was_first_touched_after_the_checkpoint() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.7 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    for handle in [position(3.2), position(near(3.2))] {
+        let mut session = Edit::new(&curve).handle(handle).prepare(Automatic).unwrap();
+        session.to_point(Point::new(3.0, 1.0, 0.2)).unwrap();
+        let mut shapes = vec![curve.clone(), session.shape().clone()];
+        session.checkpoint();
+        for (place, height) in [(6.0, 0.5), (1.1, 0.8), (8.4, -1.0)] {
+            session.add(position(place).axis(Axis::Z).to(height)).unwrap();
+            session.to_point(Point::new(4.0 + height, 1.2, 0.1)).unwrap();
+            shapes.push(session.shape().clone());
+            session.checkpoint();
+        }
+        session.apply().unwrap();
+        shapes.pop();
+        assert!(session.undo().unwrap());
+        while let Some(before) = shapes.pop() {
+            assert!(session.undo().unwrap());
+            let apart = session.shape().points().iter().zip(before.points()).map(|(a, b)| (a - b).amax());
+            assert!(apart.fold(0.0, f64::max) == 0.0, "{} left", shapes.len());
+        }
+    }
 }

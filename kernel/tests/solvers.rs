@@ -482,3 +482,63 @@ fn what_goes_through_a_map_agrees_or_contradicts_as_everything_else() {
     println!("{solved} solved, {refused} refused, {found} contradictions found, of {all}");
     assert!(solved * 10 > all * 8 && found * 10 > all * 7, "{solved} {found} {refused} of {all}");
 }
+
+/// `d = W⁻¹Fᵀλ` where rows were dropped, too, whose multipliers are zero: told by `bᵀλ = dᵀWd`, and vector by vector where the
+/// metric or its inverse is at hand.
+#[test]
+fn multipliers_carry_the_adjustment_where_rows_were_dropped() {
+    let mut random = Random(31);
+    let mut checked = [[0_usize; 5]; 6];
+    for round in 0..600 {
+        let kind = round / 3 % 5;
+        let Family { name, width, rows: list, .. } = family([3, 5, 7][round % 3], &mut random);
+        let metric = metric(kind, width, &mut random);
+        let mut rows = SparseRows::new(width);
+        list.iter().for_each(|row| rows.push(row.iter().copied()));
+        let system = System::new(rows, (0..width).collect(), 1, metric);
+        let wish: Vec<f64> = (0..width).map(|_| random.between(-1.0, 1.0)).collect();
+        let rhs: Vec<f64> =
+            (0..list.len()).map(|row| dot(system.rows().iter_row(row).map(|(c, v)| (v, wish[c])))).collect();
+        for (k, solver) in solvers().into_iter().enumerate() {
+            let Ok(mut factored) = solver.factor(&system) else { continue };
+            let Diagnosis { condition, dependencies, .. } = factored.diagnosis();
+            if dependencies.is_empty() || condition > 1e4 {
+                continue;
+            }
+            let what = format!("round {round}, {name}, {}", solver.name());
+            let (mut d, mut multipliers) = (vec![f64::NAN; width], vec![f64::NAN; list.len()]);
+            factored.solve_into(&rhs, &mut d);
+            factored.multipliers_into(&rhs, &mut multipliers);
+            assert!(dependencies.iter().all(|row| multipliers[row.row] == 0.0), "{what}");
+            let mut force = vec![0.0; width];
+            for (row, multiplier) in multipliers.iter().enumerate() {
+                system.rows().iter_row(row).for_each(|(c, v)| force[c] += v * multiplier);
+            }
+            let expected = match system.metric() {
+                SystemMetric::Least => Some(force.clone()),
+                SystemMetric::Weights(w) => Some(force.iter().zip(w.iter()).map(|(f, w)| f / w).collect()),
+                SystemMetric::Inverse(inverse) => {
+                    let mut moved = vec![0.0; width];
+                    inverse.multiply(&force, 1, &mut moved);
+                    Some(moved)
+                }
+                SystemMetric::Matrix(_) | SystemMetric::Through(_) => None,
+            };
+            let largest = d.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            for (own, expected) in expected.iter().flat_map(|expected| d.iter().zip(expected)) {
+                assert!((own - expected).abs() <= 1e-7 * largest, "{what}: {own:e} for {expected:e}");
+            }
+            let work = dot(rhs.iter().copied().zip(multipliers.iter().copied()));
+            if let Some(own) = squared(system.metric(), &d) {
+                // Bending hundreds of vertices is as ill-conditioned as that; no multipliers at all would be all of it.
+                assert!((own - work).abs() <= 1e-3 * own, "{what}: {own:e} for {work:e}");
+            }
+            checked[k][kind] += 1;
+        }
+    }
+    // Adjoint takes six equations only.
+    assert!(
+        checked.iter().skip(1).flatten().all(|&n| n >= 20) && checked[0].iter().sum::<usize>() >= 20,
+        "{checked:?}"
+    );
+}

@@ -81,3 +81,21 @@ fn redundant_rows_of_smoothness_make_up_the_rank_that_is_missing() {
         assert!(report.to_string().contains("redundant, dropped"), "{report}");
     }
 }
+
+#[test]
+fn a_few_of_many_redundant_constraints_are_named() {
+    let curve = twelve();
+    let ask = |count: usize| {
+        let all = (0..count).map(|_| position(4.5).by([0.0, 1.0, 0.0]));
+        all.fold(Edit::new(&curve), Edit::ask).solve().unwrap().report().clone()
+    };
+    let text = ask(4).to_string();
+    assert!(
+        text.ends_with("3 redundant constraints dropped: position at 4.5, position at 4.5, position at 4.5"),
+        "{text}"
+    );
+    let report = ask(300);
+    let text = report.to_string();
+    assert_eq!(report.redundant.len(), 299);
+    assert!(text.ends_with("position at 4.5 and 294 more") && text.len() < 300, "{text}");
+}

@@ -197,3 +197,20 @@ fn a_curvature_may_be_one_number() {
         }
     }
 }
+
+#[test]
+fn a_location_is_given_or_floats() {
+    let to = [3.1, 0.4, 0.2];
+    let ask = |places: Value| {
+        let mut table = json!({ "kind": "position", "to": to });
+        for (name, value) in places.as_object().unwrap() {
+            table[name] = value.clone();
+        }
+        solved(&curve(), &[table])
+    };
+    let (at, near) = (ask(json!({ "at": 2.4 })).unwrap(), ask(json!({ "near": 2.4 })).unwrap());
+    assert!((at.point(2.4).unwrap() - Point::from(to)).norm() < 1e-13 && at != near);
+    let both = ask(json!({ "at": 2.4, "near": 2.4 })).unwrap_err();
+    assert!(both.contains("\"at\"") && both.contains("give one of them"), "{both}");
+    assert!(ask(json!({})).unwrap_err().contains("a location is needed"));
+}

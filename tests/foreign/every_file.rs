@@ -112,12 +112,12 @@ fn what_gltf_holds_comes_back() {
     let inputs = files("gltf", false);
     assert!(inputs.len() >= 20, "{}", inputs.len());
     for input in inputs {
-        let first = loftsman::file::read(&input).unwrap();
+        let first = loftsman::file::read_scene(&input).unwrap();
         let folder = tempfile::tempdir().unwrap();
         for out in ["out.glb", "out.gltf"] {
             let path = folder.path().join(out);
             program::succeed(folder.path(), &["convert", &text(&input), out]);
-            same(&input, &first, &loftsman::file::read(path).unwrap(), 0.0, false);
+            same(&input, &first, &loftsman::file::read_scene(path).unwrap(), 0.0, false);
         }
     }
 }
@@ -127,13 +127,19 @@ fn what_obj_holds_comes_back() {
     let inputs = files("obj", false);
     assert!(inputs.len() >= 25, "{}", inputs.len());
     for input in inputs {
-        let first = loftsman::file::read(&input).unwrap();
+        let first = loftsman::file::read_scene(&input).unwrap();
         let folder = tempfile::tempdir().unwrap();
         program::succeed(
             folder.path(),
             &["convert", &text(&input), "out.obj", "--write", "knots=any", "--write", "surfaces=exact"],
         );
-        same(&input, &first, &loftsman::file::read(folder.path().join("out.obj")).unwrap(), 1e-14, true);
+        same(
+            &input,
+            &first,
+            &loftsman::file::read_scene(folder.path().join("out.obj")).unwrap(),
+            1e-14,
+            true,
+        );
     }
 }
 

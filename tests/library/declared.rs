@@ -509,7 +509,7 @@ fn known_fields_change_what_comes_out_or_are_refused() {
 #[test]
 fn options_of_formats_are_checked_and_change_the_bytes() {
     let folder = furnished();
-    let scene = loftsman::read(folder.path().join("in.loft.json")).unwrap();
+    let scene = loftsman::read_scene(folder.path().join("in.loft.json")).unwrap();
     let mut random = Sequence::new(1234);
     let mut tried = 0;
     for format in loftsman::registry().formats() {

@@ -5,6 +5,7 @@ mod allocations;
 mod conformance;
 mod declared;
 mod edits;
+mod formats;
 mod instances;
 mod joined;
 mod walk;

@@ -115,7 +115,7 @@ impl Walk<'_> {
         let text = json!({ "loftsman": 1, "objects": objects }).to_string();
         let path = self.folder.join("in.loft.json");
         std::fs::write(&path, &text).unwrap();
-        (loftsman::read(&path).unwrap(), serde_json::from_str(&text).unwrap())
+        (loftsman::read_scene(&path).unwrap(), serde_json::from_str(&text).unwrap())
     }
 
     fn written(&self, scene: &Scene) -> Value {

@@ -66,7 +66,7 @@ fn the_line_through_the_gates_touches_seven_poles() {
     let steps = report["steps"].as_array().unwrap();
     let energy = |step: usize| steps[step]["energy"][1].as_f64().unwrap();
     assert!(energy(0) > 0.0 && energy(1) > 2.8 * energy(0), "{} and {}", energy(0), energy(1));
-    let scene = loftsman::read(folder.path().join("out/gates/course.loft.json")).unwrap();
+    let scene = loftsman::read_scene(folder.path().join("out/gates/course.loft.json")).unwrap();
     let line = scene.curve("line").unwrap();
     let told = steps[0]["constraints"].as_array().unwrap();
     let pull = |end: String| {

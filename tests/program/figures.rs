@@ -27,8 +27,8 @@ impl Figure {
         same_picture(&text(out.path().join("figure.svg")), &text(own.join("figure.svg")), &recipe_name);
         let input = text(recipe.clone());
         let input = input.lines().find_map(|line| line.strip_prefix("input = \"../")).unwrap();
-        let before = loftsman::read(folder.join(input.trim_end_matches('"'))).unwrap();
-        let after = loftsman::read(out.path().join("figure.loft.json")).unwrap();
+        let before = loftsman::read_scene(folder.join(input.trim_end_matches('"'))).unwrap();
+        let after = loftsman::read_scene(out.path().join("figure.loft.json")).unwrap();
         Self { before, after }
     }
 

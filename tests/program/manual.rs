@@ -197,6 +197,7 @@ fn reference() -> Vec<(&'static str, String)> {
         let extensions: Vec<String> = format.extensions.iter().map(|e| format!("`.{e}`")).collect();
         let (ways, extensions) = (ways.join(" and "), extensions.join(", "));
         let _ = writeln!(formats, "## {}\n\n{} {extensions}: {ways}.\n", format.name, sentence(format.help));
+        let _ = writeln!(formats, "It holds {}.\n", format.holds);
         fields(&mut formats, format.options);
     }
     let formats = formats.trim_end().to_owned() + "\n";

@@ -2,12 +2,15 @@
 
 use std::borrow::Cow;
 use std::fs;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{Format, FormatError, Place, ReadOptions, ReadReport, Registry, Source};
+use loftsman_kernel::plugin::{
+    Format, FormatDeclaration, FormatError, FormatErrorKind, ReadOptions, ReadReport, Registry, Source,
+};
 use loftsman_kernel::scene::Scene;
+use loftsman_kernel::text::clip;
 
 use crate::error::{Error, Result};
 
@@ -87,25 +90,37 @@ impl Input {
                 Error::UnknownFormat { file: self.name.clone(), problem }
             })
     }
+
+    /// Reads the file. One of which nothing could be kept is an error, not an empty scene; one that is rightly empty, with
+    /// nothing left out, is none. Where the options name no kinds of shape, the registry's are used.
+    ///
+    /// # Errors
+    /// Those of the format; [`Error::File`] when everything in the file was left out, with the reasons.
+    pub fn read(
+        &self,
+        format: &dyn Format,
+        options: &ReadOptions<'_>,
+        registry: &Registry,
+    ) -> Result<Content> {
+        let kinds = if options.kinds.is_empty() { registry.shape_kinds() } else { options.kinds };
+        let (scene, report) = format.read(self, &ReadOptions { kinds, ..options.clone() })?;
+        if scene.objects().is_empty() && !report.left_out.is_empty() {
+            let problem = format!("nothing in it could be read: {}", reasons(&report));
+            return Err(Error::file(&self.name, problem));
+        }
+        Ok(Content { scene, report, format: format.declaration() })
+    }
 }
 
-/// Reads what is to be used afterwards: a file of which nothing could be kept is an error, not an empty scene.
-/// A file that is rightly empty, with nothing left out, is none.
-///
-/// # Errors
-/// Those of the format; [`Error::File`] when everything in the file was left out, with the reasons.
-pub fn read_content(
-    input: &Input,
-    format: &dyn Format,
-    options: &ReadOptions,
-) -> Result<(Scene, ReadReport)> {
-    super::check_reading(format, &options.own, &input.name)?;
-    let (scene, report) = format.read(input, options)?;
-    if scene.objects().is_empty() && !report.left_out.is_empty() {
-        let problem = format!("nothing in it could be read: {}", reasons(&report));
-        return Err(Error::file(&input.name, problem));
-    }
-    Ok((scene, report))
+/// What is in a file.
+#[derive(Debug, Clone)]
+pub struct Content {
+    /// Its scene.
+    pub scene: Scene,
+    /// What was kept and what was left out.
+    pub report: ReadReport,
+    /// Its format.
+    pub format: FormatDeclaration,
 }
 
 /// What a reader left out, in a line; `None` where it left out nothing.
@@ -171,8 +186,8 @@ impl Source for Input {
     }
 
     fn sibling(&self, name: &str) -> std::result::Result<Cow<'_, [u8]>, FormatError> {
-        let fail = |problem: String| FormatError::new(&self.name, Place::File, problem);
-        let shown: String = name.chars().take(80).flat_map(char::escape_debug).collect();
+        let fail = |problem: String| FormatError::whole(problem);
+        let shown = clip(name);
         let Some(folder) = &self.folder else {
             return Err(fail(format!("it refers to the file \"{shown}\", but has no folder to find it in")));
         };
@@ -183,22 +198,25 @@ impl Source for Input {
                 "it refers to the file \"{shown}\", which is not in its folder; copy that file beside it"
             )));
         }
+        let system = |error: std::io::Error| match error.kind() {
+            ErrorKind::NotFound | ErrorKind::NotADirectory => {
+                fail(format!("the file \"{shown}\" beside it is missing"))
+            }
+            _ => fail(format!("the file \"{shown}\" beside it cannot be read: {error}"))
+                .as_kind(FormatErrorKind::Io),
+        };
         // Links are resolved before the comparison, so that none leads out.
-        let missing = |_| fail(format!("the file \"{shown}\" beside it is missing"));
-        let root = folder.canonicalize().map_err(missing)?;
-        let path = root.join(name).canonicalize().map_err(missing)?;
+        let root = folder.canonicalize().map_err(system)?;
+        let path = root.join(name).canonicalize().map_err(system)?;
         if !path.starts_with(&root) {
             return Err(fail(format!(
                 "the file \"{shown}\" beside it is a link that leads out of the folder"
             )));
         }
-        match fs::metadata(&path) {
-            Ok(facts) if facts.is_file() => {}
-            _ => return Err(fail(format!("\"{shown}\" beside it is not a file"))),
+        if !fs::metadata(&path).map_err(system)?.is_file() {
+            return Err(fail(format!("\"{shown}\" beside it is not a file")));
         }
-        fs::read(&path)
-            .map(Cow::Owned)
-            .map_err(|e| fail(format!("the file \"{shown}\" beside it cannot be read: {e}")))
+        fs::read(&path).map(Cow::Owned).map_err(system)
     }
 }
 

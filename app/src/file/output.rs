@@ -268,7 +268,6 @@ pub fn encode(
     options: &WriteOptions<'_>,
     registry: &Registry,
 ) -> Result<(Memory, WriteReport)> {
-    super::check_writing(format, &options.own, name)?;
     let mut memory = Memory::new(name, Vec::new());
     let tessellator = options.tessellator.or_else(|| registry.tessellator());
     let report = format.write(scene, &mut memory, &WriteOptions { tessellator, ..options.clone() })?;

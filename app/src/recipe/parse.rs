@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use loftsman_kernel::text::{json_problem, unmarked};
 use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
@@ -22,7 +23,7 @@ pub(super) struct Text {
 impl Text {
     /// The text of a file. JSON where the name ends so, or where the text starts with a brace (no TOML does).
     pub(super) fn new(name: &str, bytes: &[u8]) -> Result<Self> {
-        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        let bytes = unmarked(bytes);
         let text = std::str::from_utf8(bytes).map_err(|e| {
             let byte = e.valid_up_to();
             let line = bytes[..byte].iter().filter(|&&b| b == b'\n').count() + 1;
@@ -71,46 +72,6 @@ impl Text {
         let fail = |path: String, problem: &str| self.locate(RecipeError::at(&self.name, path, problem));
         from_toml(toml::Value::Table(table), String::new()).map_err(|(path, problem)| fail(path, problem))
     }
-}
-
-/// What the JSON parser found, and what to do.
-fn json_problem(text: &str, error: &serde_json::Error) -> String {
-    let message = error.to_string();
-    // It ends with the position, which is said elsewhere.
-    let message = message.split(" at line ").next().unwrap_or(&message);
-    if error.is_eof() {
-        return format!(
-            "the text ends in the middle ({message}): it was cut off, or a bracket is not closed"
-        );
-    }
-    match message {
-        "recursion limit exceeded" => {
-            "brackets are nested deeper here than any field needs; close those before".to_owned()
-        }
-        "number out of range" => {
-            "the number is too large: every number must be finite, at most 1.8e308".to_owned()
-        }
-        _ => match not_a_number(text, error.line(), error.column()) {
-            Some(word) => {
-                format!(
-                    "{word} is not a number that JSON can hold: every number must be finite; write a finite one"
-                )
-            }
-            None => message.to_owned(),
-        },
-    }
-}
-
-/// `NaN`, `Infinity` and the like where the parser expected a value: it stands on the word or behind it.
-fn not_a_number(text: &str, line: usize, column: usize) -> Option<&str> {
-    let line = text.split('\n').nth(line.checked_sub(1)?)?;
-    let word = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'+');
-    let (before, after) = line.as_bytes().split_at_checked(column)?;
-    let start = column - before.iter().rev().take_while(|b| word(b)).count();
-    let end = column + after.iter().take_while(|b| word(b)).count();
-    let found = line.get(start..end)?;
-    let plain = found.trim_start_matches(['-', '+']).to_ascii_lowercase();
-    matches!(plain.as_str(), "nan" | "inf" | "infinity").then_some(found)
 }
 
 /// A TOML value as a JSON one: TOML also has dates and infinite numbers, which no field takes.

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use loftsman_kernel::plugin::{
-    Clock, Context, Mark, NoClock, Observer, OperationError, Parameters, Quiet, ReadOptions, Registry,
-    Source, StepReport, WriteOptions, nearest,
+    Clock, Context, FormatDeclaration, Mark, NoClock, Observer, OperationError, Parameters, Quiet, Registry,
+    Source, StepReport, WriteOptions, hint,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use serde_json::Value;
@@ -13,9 +13,8 @@ use super::Recipe;
 use super::aftermath::Beforehand;
 use super::report::{InputReport, OutputReport, RunReport};
 use crate::error::{Error, Result};
-use crate::file::input::read_content;
 use crate::file::output::format_for;
-use crate::file::{Input, Outputs};
+use crate::file::{Content, Input, Outputs};
 use crate::picture;
 use crate::recipe_error::RecipeError;
 
@@ -34,7 +33,7 @@ pub struct Runner<'a> {
 pub struct Applied {
     /// The scene after all steps.
     pub scene: Scene,
-    /// Each object as it was when it first was what it is now: the fitted curve before it was edited.
+    /// Each object as it was before the steps that edit it: for a fitted curve, as the fit left it.
     pub before: Scene,
     /// The input, where there was one.
     pub input: Option<InputReport>,
@@ -45,7 +44,7 @@ pub struct Applied {
     /// How many marks have no place any more.
     pub lost_marks: usize,
     /// The format of the input, and the file, for its pictures.
-    format: &'static str,
+    format: Option<FormatDeclaration>,
     source: Option<Input>,
 }
 
@@ -59,7 +58,7 @@ impl Applied {
             steps: Vec::new(),
             marks: Vec::new(),
             lost_marks: 0,
-            format: "",
+            format: None,
             source: None,
         }
     }
@@ -131,7 +130,7 @@ impl<'a> Runner<'a> {
                 outputs.add(file, bytes, std::collections::BTreeMap::new())?;
             } else {
                 let output = format_for(file, self.registry)?.declaration().name;
-                let asked = recipe.conversion.write_options(applied.format, output);
+                let asked = recipe.conversion.write_options(applied.format.as_ref(), output);
                 let pictures = applied.source.as_ref().map(|source| source as &dyn Source);
                 let options = WriteOptions { observer: self.observer, pictures, ..asked };
                 let written = outputs.scene(&applied.scene, file, &options, self.registry)?;
@@ -203,8 +202,7 @@ impl<'a> Runner<'a> {
         for format in recipe.conversion.write.keys() {
             let known: Vec<&str> = self.registry.formats().iter().map(|f| f.declaration().name).collect();
             if !known.contains(&format.as_str()) {
-                let near = nearest(format, known.iter().copied()).map(|n| format!("did you mean \"{n}\"?"));
-                let hint = near.unwrap_or_else(|| format!("known are {}", known.join(", ")));
+                let hint = hint(format, known.iter().copied(), || format!("known are {}", known.join(", ")));
                 return Err(recipe.error("write", format!("unknown format \"{format}\"; {hint}")));
             }
         }
@@ -253,15 +251,12 @@ impl<'a> Runner<'a> {
             Error::File { path, problem } => recipe.error("input", format!("{path}: {problem}")),
             other => other,
         })?;
-        let format = input.format(self.registry)?;
-        let kind = format.declaration().name;
-        let kinds = self.registry.shape_kinds();
-        let options = ReadOptions { observer: self.observer, kinds, ..recipe.conversion.read_options(kind) };
-        let (scene, report) = read_content(&input, format.as_ref(), &options)?;
+        let Content { scene, report, format } =
+            recipe.conversion.read(&input, self.observer, self.registry)?;
         let path = Source::name(&input).to_owned();
         let source = Some(input.without_bytes());
-        let input = Some(InputReport { path, format: kind, report });
-        Ok(Applied { input, format: kind, source, ..Applied::new(scene) })
+        let input = Some(InputReport { path, format: format.name, report });
+        Ok(Applied { input, format: Some(format), source, ..Applied::new(scene) })
     }
 }
 

@@ -198,7 +198,7 @@ fn options_that_nothing_takes_are_refused_and_combs_of_a_surface_said() {
 /// Curves of all degrees with knots of all multiplicities, through every format.
 #[test]
 fn torn_shapes_go_through_every_format() {
-    use loftsman::file::{Outputs, read};
+    use loftsman::file::{Outputs, read_scene};
     use loftsman::kernel::Point;
     use loftsman::kernel::plugin::WriteOptions;
     use loftsman::kernel::scene::{Object, Scene};
@@ -244,7 +244,7 @@ fn torn_shapes_go_through_every_format() {
         options.fineness.angle = 3.0;
         outputs.scene(&scene, bench.path(file), &options, loftsman::registry()).unwrap();
         outputs.commit().unwrap();
-        let back = read(bench.path(file)).unwrap();
+        let back = read_scene(bench.path(file)).unwrap();
         for object in scene.objects() {
             let found = back.get(object.name()).unwrap_or_else(|| panic!("{file} has no {}", object.name()));
             if !file.ends_with(".obj") {

@@ -18,7 +18,7 @@ use serde_json::{Map, Value};
 /// The fields of `extras.loftsman`; names and meanings are those of the native document.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub(crate) struct Own {
+pub(crate) struct ExtrasFields {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) curve: Option<CurveFields>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -67,7 +67,7 @@ pub(crate) fn matrix(rows: &[[f64; 4]; 4]) -> Option<Matrix4<f64>> {
     affine.then(|| Matrix4::from_fn(|i, j| rows[i][j]))
 }
 
-impl Own {
+impl ExtrasFields {
     /// The fields of a spline or of a plug-in's shape; of other geometry none.
     pub(crate) fn of(geometry: &Geometry) -> Self {
         let mut own = Self::default();

@@ -58,14 +58,17 @@ mod words;
 mod write;
 
 use loftsman_kernel::plugin::{
-    Field, Format, FormatDeclaration, FormatError, Plugin as Register, ReadOptions, ReadReport, Registry,
-    Sink, Source, WriteOptions, WriteReport,
+    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, Outgoing, ReadOptions, ReadReport,
+    Sink, Source, UnitRule, WriteReport,
 };
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Scene, Unit, Up};
+use loftsman_kernel::text;
 
 /// The format `"gltf"`: `.glb` in one file, `.gltf` with a `.bin` beside it.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Gltf;
+
+pub use Gltf as Plugin;
 
 const OPTIONS: &[Field] = &[Field::optional(
     "meshes-only",
@@ -84,21 +87,26 @@ impl Format for Gltf {
             writes: true,
             plain: false,
             options: OPTIONS,
+            holds: Holds {
+                unit: UnitRule::Fixed(Unit::Metre),
+                up: Some(Up::Y),
+                exact: &["group", "mesh", "polyline", "cloud"],
+                tessellated: &["curve", "surface", "trimmed", "shape"],
+                connections: false,
+                statements: &[words::PREFIX],
+                single_precision: true,
+                ..Holds::EVERYTHING
+            },
         }
     }
 
-    /// The magic number of GLB, or a JSON object with the key `"asset"` near its start.
-    fn recognises(&self, head: &[u8]) -> bool {
-        const KEY: &[u8] = b"\"asset\"";
-        let text = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head).trim_ascii_start();
-        head.starts_with(b"glTF")
-            || text.starts_with(b"{")
-                && text.windows(KEY.len()).enumerate().any(|(at, window)| {
-                    window == KEY && text[at + KEY.len()..].trim_ascii_start().starts_with(b":")
-                })
+    /// The magic number of GLB, or a JSON object with the key `"asset"`.
+    fn confidence(&self, head: &[u8]) -> Confidence {
+        let is_ours = head.starts_with(b"glTF") || text::has_key(head, "asset");
+        if is_ours { Confidence::Sure } else { Confidence::No }
     }
 
-    fn read(
+    fn decode(
         &self,
         source: &dyn Source,
         options: &ReadOptions<'_>,
@@ -106,22 +114,7 @@ impl Format for Gltf {
         read::read(source, options)
     }
 
-    fn write(
-        &self,
-        scene: &Scene,
-        sink: &mut dyn Sink,
-        options: &WriteOptions<'_>,
-    ) -> Result<WriteReport, FormatError> {
-        write::write(scene, sink, options)
-    }
-}
-
-/// Registers [`Gltf`].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Plugin;
-
-impl Register for Plugin {
-    fn register(&self, registry: &mut Registry) {
-        registry.format(Gltf);
+    fn encode(&self, outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+        write::write(outgoing, sink)
     }
 }

@@ -1,7 +1,6 @@
 //! Transforms as glTF has them: translation, rotation, scale.
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::scene::{Unit, Up};
 use nalgebra::{Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion};
 
 /// A transform without shear.
@@ -81,48 +80,6 @@ impl Placement {
     /// The scale, unless it is one.
     pub(crate) fn stretch(&self) -> Option<[f64; 3]> {
         (self.scale != Vector::repeat(1.0)).then(|| self.scale.into())
-    }
-}
-
-/// From lengths in one unit and axes to another: `s R`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Change {
-    pub(crate) turn: Matrix3<f64>,
-    pub(crate) scale: f64,
-}
-
-impl Change {
-    /// From a unit and up axis to another.
-    pub(crate) fn between(from: (Unit, Up), to: (Unit, Up)) -> Self {
-        let scale = if from.0 == to.0 { 1.0 } else { from.0.metres() / to.0.metres() };
-        Self { turn: from.1.turn(to.1), scale }
-    }
-
-    /// No change.
-    pub(crate) fn none() -> Self {
-        Self { turn: Matrix3::identity(), scale: 1.0 }
-    }
-
-    /// Whether nothing changes.
-    pub(crate) fn is_none(&self) -> bool {
-        self.scale == 1.0 && self.turn == Matrix3::identity()
-    }
-
-    /// The change as a map of points.
-    pub(crate) fn map(&self) -> Matrix4<f64> {
-        let mut map = Matrix4::identity();
-        map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(self.turn * self.scale));
-        map
-    }
-
-    /// A transform between objects, `M T M⁻¹`.
-    pub(crate) fn of_transform(&self, transform: &Matrix4<f64>) -> Matrix4<f64> {
-        let linear = self.turn * transform.fixed_view::<3, 3>(0, 0) * self.turn.transpose();
-        let shift = self.turn * transform.fixed_view::<3, 1>(0, 3) * self.scale;
-        let mut changed = *transform;
-        changed.fixed_view_mut::<3, 3>(0, 0).copy_from(&linear);
-        changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
-        changed
     }
 }
 

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use loftsman_gltf::Gltf;
-use loftsman_kernel::plugin::{Format, FormatError, Place, ReadOptions, ReadReport, Source};
+use loftsman_kernel::plugin::{Format, FormatError, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Geometry, Scene, Unit, Up};
 
 /// A file of a folder, with its siblings.
@@ -27,9 +27,7 @@ impl Source for Disk {
 
     fn sibling(&self, name: &str) -> Result<Cow<'_, [u8]>, FormatError> {
         assert!(!name.contains("..") && !name.starts_with('/'));
-        let missing = |_| {
-            FormatError::new(&self.name, Place::File, format!("the file \"{name}\" beside it is missing"))
-        };
+        let missing = |_| FormatError::whole(format!("the file \"{name}\" beside it is missing"));
         std::fs::read(self.folder.join(name)).map(Cow::Owned).map_err(missing)
     }
 }

@@ -67,4 +67,4 @@ mod read;
 mod unknown;
 mod write;
 
-pub use format::{Native, NativePlugin as Plugin, VERSION};
+pub use format::{Native, Native as Plugin, VERSION};

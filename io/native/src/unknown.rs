@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use loftsman_kernel::scene::{Definition, Geometry, Scene};
-
-use crate::read;
+use loftsman_kernel::text::clip;
 
 /// What to say of shapes whose plug-ins are not here, a note a kind.
 pub(crate) fn unknown(scene: &Scene) -> Vec<String> {
@@ -18,7 +17,7 @@ pub(crate) fn unknown(scene: &Scene) -> Vec<String> {
         }
     }
     let note = |(kind, count): (&str, usize)| {
-        let kind = read::clip(kind);
+        let kind = clip(kind);
         format!("{count} shape(s) of the kind \"{kind}\", whose plug-in is not here, are kept word for word")
     };
     kinds.into_iter().map(note).collect()

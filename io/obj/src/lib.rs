@@ -27,14 +27,16 @@ mod text;
 mod write;
 
 use loftsman_kernel::plugin::{
-    Field, Format, FormatDeclaration, FormatError, Plugin as Register, ReadOptions, ReadReport, Registry,
-    Sink, Source, WriteOptions, WriteReport,
+    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, Outgoing, ReadOptions, ReadReport,
+    Sink, Source, WriteReport,
 };
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Scene, Up};
 
 /// The format `"obj"`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Obj;
+
+pub use Obj as Plugin;
 
 const OPTIONS: &[Field] = &[
     Field::optional(
@@ -67,14 +69,23 @@ impl Format for Obj {
             writes: true,
             plain: true,
             options: OPTIONS,
+            holds: Holds {
+                up: Some(Up::Y),
+                exact: &["curve", "surface", "trimmed", "mesh", "polyline", "cloud"],
+                tessellated: &["shape"],
+                materials: true,
+                connections: true,
+                statements: &["mtl "],
+                ..Holds::NOTHING
+            },
         }
     }
 
-    fn recognises(&self, head: &[u8]) -> bool {
-        read::recognises(head)
+    fn confidence(&self, head: &[u8]) -> Confidence {
+        if read::recognises(head) { Confidence::Sure } else { Confidence::No }
     }
 
-    fn read(
+    fn decode(
         &self,
         source: &dyn Source,
         options: &ReadOptions<'_>,
@@ -82,22 +93,7 @@ impl Format for Obj {
         read::read(source, options)
     }
 
-    fn write(
-        &self,
-        scene: &Scene,
-        sink: &mut dyn Sink,
-        options: &WriteOptions<'_>,
-    ) -> Result<WriteReport, FormatError> {
-        write::write(scene, sink, options)
-    }
-}
-
-/// Registers [`Obj`].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Plugin;
-
-impl Register for Plugin {
-    fn register(&self, registry: &mut Registry) {
-        registry.format(Obj);
+    fn encode(&self, outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+        write::write(outgoing, sink)
     }
 }

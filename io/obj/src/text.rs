@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use loftsman_kernel::text::{clip_to, unmarked};
 use memchr::memchr2;
 
 /// The file as text in UTF-8 or any of its supersets of ASCII: UTF-16 with a byte order mark is decoded.
@@ -17,8 +18,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     match bytes {
         [0xff, 0xfe, ..] => wide(false),
         [0xfe, 0xff, ..] => wide(true),
-        [0xef, 0xbb, 0xbf, rest @ ..] => Cow::Borrowed(rest),
-        _ => Cow::Borrowed(bytes),
+        _ => Cow::Borrowed(unmarked(bytes)),
     }
 }
 
@@ -136,19 +136,14 @@ pub(crate) fn keyword(statement: &[u8]) -> (&[u8], &[u8]) {
     (&statement[..end], &statement[end..])
 }
 
-/// The words of a text.
-pub(crate) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> + '_ {
+/// What white space separates in a text.
+pub(crate) fn tokens(text: &[u8]) -> impl Iterator<Item = &[u8]> + '_ {
     text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
 /// A piece of the file for a message: short, one line, printable.
 pub(crate) fn show(word: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&word[..word.len().min(200)]);
-    let mut short: String = text.chars().take(40).flat_map(char::escape_debug).collect();
-    if text.chars().count() > 40 {
-        short.push_str("...");
-    }
-    short
+    clip_to(40, &String::from_utf8_lossy(&word[..word.len().min(200)]))
 }
 
 /// A name as the file has it, without what no name may hold.
@@ -166,7 +161,7 @@ mod tests {
             b"# C:\\tmp\\\r\nv 1 2 \\\r\n 3 # here\\\r\n\r\n  mtllib a#b.mtl\rp 1\\ \n\nl 1 # 2\\\nlast \\";
         let found: Vec<(usize, String)> = Statements::new(text)
             .map(|(line, s)| {
-                let words: Vec<_> = words(uncommented(&s)).map(String::from_utf8_lossy).collect();
+                let words: Vec<_> = tokens(uncommented(&s)).map(String::from_utf8_lossy).collect();
                 (line, words.join(" "))
             })
             .collect();

@@ -4,7 +4,9 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::mesh::{Layer, Mesh};
-use loftsman_kernel::plugin::{Format, FormatError, Memory, Parameters, Place, ReadOptions, ReadReport};
+use loftsman_kernel::plugin::{
+    Confidence, Format, FormatError, Memory, Parameters, Place, ReadOptions, ReadReport,
+};
 use loftsman_kernel::scene::{Geometry, Scene, Up};
 use loftsman_obj::Obj;
 
@@ -28,7 +30,10 @@ fn path(name: &str) -> String {
 
 fn try_read(name: &str, options: &ReadOptions<'_>) -> Result<(Scene, ReadReport), FormatError> {
     let data = std::fs::read(path(name)).unwrap();
-    assert!(Obj.recognises(&data[..data.len().min(4096)]) || name == "icosahedron.obj", "{name}");
+    assert!(
+        Obj.confidence(&data[..data.len().min(4096)]) == Confidence::Sure || name == "icosahedron.obj",
+        "{name}"
+    );
     Obj.read(&Memory::new(name, data), options)
 }
 

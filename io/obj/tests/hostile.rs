@@ -89,7 +89,7 @@ proptest! {
     #[test]
     fn any_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         _ = Obj.read(&Memory::new("t.obj", bytes.clone()), &ReadOptions::default());
-        _ = Obj.recognises(&bytes);
+        _ = Obj.confidence(&bytes);
     }
 
     #[test]

@@ -166,7 +166,7 @@ impl Chart {
         self.marks(sheet, stage, &spot);
         if let Some(most) = self.cut {
             sheet
-                .told
+                .caption
                 .note(format!("the profile is cut; the largest curvature is {}/{unit}", text::number(most)));
         }
     }

@@ -29,7 +29,7 @@ pub(crate) const ON_FACE: f64 = 0.02;
 /// A curve that lies in a surface is in front of the facets that stand for it, in millimetres of depth.
 pub(crate) const IN_SURFACE: f64 = 0.35;
 
-/// Parts of lines shorter than this are not told apart from what is around them, in millimetres.
+/// Parts of lines shorter than this are not caption apart from what is around them, in millimetres.
 const SHORT: f64 = 0.25;
 
 /// What is nearest to the viewer in every cell.

@@ -10,7 +10,7 @@ use crate::error::PictureError;
 use crate::layout::{Layout, Rect};
 use crate::panel::{Panel, Shown};
 use crate::picture::Picture;
-use crate::sheet::{Sheet, Told};
+use crate::sheet::{Caption, Sheet};
 use crate::stage::scenery::Scenery;
 use crate::stage::{Projection, Stage};
 use crate::svg::{Element, length};
@@ -85,21 +85,21 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
 
     let several = parts.iter().filter_map(Part::view).any(|view| !view.looks_like(parts[0].view_or(view)));
     let count = parts.len();
-    let (mut content, mut told, mut y) = (String::new(), Told::default(), top);
+    let (mut content, mut caption, mut y) = (String::new(), Caption::default(), top);
     for (row, list) in parts.chunks(columns).enumerate() {
         let high = list.iter().map(|part| part.height(common, cell, highest)).fold(0.0, f64::max);
         let mut lines = 0;
         for (column, part) in list.iter().enumerate() {
             let left = MARGIN + column as f64 * (cell + GUTTER);
             let area = Rect { low: [left, y], high: [left + cell, y + high] };
-            let mut sheet = part.sheet(picture.theme, area, common, highest, told, count == 1);
+            let mut sheet = part.sheet(picture.theme, area, common, highest, caption, count == 1);
             part.draw(&mut sheet, &picture.choices, unit)?;
             let number = row * columns + column + 1;
             let suffix = if count == 1 { String::new() } else { format!("-{number}") };
             content.push_str(&sheet.content(&suffix));
             content.push_str(&part.caption(picture.theme, &area, several));
             lines = lines.max(part.lines(cell).len());
-            told = sheet.told;
+            caption = sheet.caption;
         }
         let captions = if lines > 0 { CAPTION + LEADING * (lines - 1) as f64 } else { 0.0 };
         y += high + captions.max(if several { 9.0 } else { 0.0 }) + GUTTER;
@@ -115,7 +115,7 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
             view: views().next().filter(|_| !several),
             scale: views().find(|view| view.lens().is_parallel()).map(|view| (common / view.size, unit)),
         };
-        let (legend, end) = legend::draw(&told, &facts);
+        let (legend, end) = legend::draw(&caption, &facts);
         content.push_str(&legend);
         bottom = end + 0.6 * MARGIN;
     }
@@ -235,7 +235,15 @@ impl<'a> Part<'a> {
         }
     }
 
-    fn sheet(&self, theme: Theme, area: Rect, common: f64, highest: f64, told: Told, alone: bool) -> Sheet {
+    fn sheet(
+        &self,
+        theme: Theme,
+        area: Rect,
+        common: f64,
+        highest: f64,
+        caption: Caption,
+        alone: bool,
+    ) -> Sheet {
         let bounds = match &self.content {
             Content::Drawing { bounds, .. } => *bounds,
             Content::Chart(_) => Rect::NONE,
@@ -248,7 +256,7 @@ impl<'a> Part<'a> {
             low: [area.low[0] - spare, area.low[1]],
             high: [area.high[0] + spare, area.high[1] + if alone { spare } else { 1.0 }],
         };
-        Sheet::new(theme, layout, room, told)
+        Sheet::new(theme, layout, room, caption)
     }
 
     fn draw(&self, sheet: &mut Sheet, choices: &Choices, unit: Unit) -> Result<(), PictureError> {

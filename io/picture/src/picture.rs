@@ -144,21 +144,21 @@ impl<'a> Picture<'a> {
         self
     }
 
-    /// Whether control polygons and nets are drawn; they are unless told otherwise.
+    /// Whether control polygons and nets are drawn; they are unless caption otherwise.
     #[must_use]
     pub fn control_polygons(mut self, on: bool) -> Self {
         self.choices.control_polygons = on;
         self
     }
 
-    /// Whether marks have labels; they have unless told otherwise.
+    /// Whether marks have labels; they have unless caption otherwise.
     #[must_use]
     pub fn labels(mut self, on: bool) -> Self {
         self.choices.labels = on;
         self
     }
 
-    /// Whether there is a legend, with scale bar and axes; there is unless told otherwise.
+    /// Whether there is a legend, with scale bar and axes; there is unless caption otherwise.
     #[must_use]
     pub fn legend(mut self, on: bool) -> Self {
         self.legend = on;

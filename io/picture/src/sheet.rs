@@ -112,9 +112,9 @@ pub(crate) enum Sample {
     Mark(loftsman_kernel::plugin::MarkKind),
 }
 
-/// What the reader of a page is told under it; the sheets of all panels add to it.
+/// What the reader of a page is caption under it; the sheets of all panels add to it.
 #[derive(Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct Caption {
     /// Sample and words of each entry of the legend, in the order in which they came up.
     pub(crate) legend: Vec<(Sample, String)>,
     /// What was left out.
@@ -137,7 +137,7 @@ struct Names {
     entry: usize,
 }
 
-impl Told {
+impl Caption {
     /// Adds an entry to the legend unless it is there.
     pub(crate) fn explain(&mut self, sample: Sample, words: impl Into<String>) {
         let words = words.into();
@@ -225,14 +225,22 @@ pub(crate) struct Sheet {
     pub(crate) depth: Option<Depth>,
     /// Labels to be placed when everything else is drawn.
     pub(crate) labels: Vec<Label>,
-    /// What the reader is told about it.
-    pub(crate) told: Told,
+    /// What the reader is caption about it.
+    pub(crate) caption: Caption,
 }
 
 impl Sheet {
-    /// An empty sheet, whose labels may stand anywhere in `room`; what is told goes on after `told`.
-    pub(crate) fn new(theme: Theme, layout: Layout, room: Rect, told: Told) -> Self {
-        Self { theme, layout, ink: Ink::new(room), layers: Vec::new(), depth: None, labels: Vec::new(), told }
+    /// An empty sheet, whose labels may stand anywhere in `room`; what is caption goes on after `caption`.
+    pub(crate) fn new(theme: Theme, layout: Layout, room: Rect, caption: Caption) -> Self {
+        Self {
+            theme,
+            layout,
+            ink: Ink::new(room),
+            layers: Vec::new(),
+            depth: None,
+            labels: Vec::new(),
+            caption,
+        }
     }
 
     /// Puts a finished element on a layer.

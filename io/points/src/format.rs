@@ -1,8 +1,8 @@
 //! The format as the registry knows it.
 
 use loftsman_kernel::plugin::{
-    Field, Format, FormatDeclaration, FormatError, Place, ReadOptions, ReadReport, Registry, Sink, Source,
-    WriteOptions, WriteReport,
+    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, Outgoing, ReadOptions, ReadReport,
+    Sink, Source, WriteReport,
 };
 use loftsman_kernel::scene::Scene;
 
@@ -27,16 +27,6 @@ const OPTIONS: &[Field] = &[
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Points;
 
-/// Registers [`Points`].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct PointsPlugin;
-
-impl loftsman_kernel::plugin::Plugin for PointsPlugin {
-    fn register(&self, registry: &mut Registry) {
-        registry.format(Points);
-    }
-}
-
 impl Format for Points {
     fn declaration(&self) -> FormatDeclaration {
         FormatDeclaration {
@@ -47,29 +37,26 @@ impl Format for Points {
             writes: true,
             plain: true,
             options: OPTIONS,
+            holds: Holds { exact: &["polyline", "cloud"], ..Holds::NOTHING },
         }
     }
 
-    /// At least two rows of numbers behind at most three lines of text.
-    fn recognises(&self, head: &[u8]) -> bool {
-        read::recognises(head)
+    /// At least two rows of numbers behind at most three lines of text; sure of files that were written here.
+    fn confidence(&self, head: &[u8]) -> Confidence {
+        read::confidence(head)
     }
 
-    /// Reads a point file. The report counts its rows and the columns that were left out, and its notes say
-    /// which kind of file was recognised.
+    /// The report counts a file's rows and the columns that were left out, and its notes say which kind of file was
+    /// recognised.
     ///
     /// # Errors
     /// When the bytes are no text, there is no row of two numbers or more, or a row has another number of
     /// columns, a number that is not finite, or text; with the line.
-    fn read(
+    fn decode(
         &self,
         source: &dyn Source,
         options: &ReadOptions<'_>,
     ) -> Result<(Scene, ReadReport), FormatError> {
-        options
-            .own
-            .check(self.declaration().reading_options())
-            .map_err(|e| FormatError::new(source.name(), Place::File, e.to_string()))?;
         read::file(source, options)
     }
 
@@ -79,16 +66,7 @@ impl Format for Points {
     ///
     /// # Errors
     /// When there is nothing to write, a coordinate is not finite, or the sink fails.
-    fn write(
-        &self,
-        scene: &Scene,
-        sink: &mut dyn Sink,
-        options: &WriteOptions<'_>,
-    ) -> Result<WriteReport, FormatError> {
-        options
-            .own
-            .check(self.declaration().writing_options())
-            .map_err(|e| FormatError::new(sink.name(), Place::File, e.to_string()))?;
-        write::file(scene, sink, options)
+    fn encode(&self, outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+        write::file(outgoing, sink)
     }
 }

@@ -30,4 +30,4 @@ mod marks;
 mod read;
 mod write;
 
-pub use format::{Points, PointsPlugin as Plugin};
+pub use format::{Points, Points as Plugin};

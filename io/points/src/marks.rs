@@ -18,25 +18,14 @@ const FILE: &str = " loftsman points, unit ";
 
 /// The comment at the head of a file, without the `#`: ` loftsman points, unit mm, z up`.
 pub(crate) fn file_mark(unit: Unit, up: Up) -> String {
-    let up = match up {
-        Up::X => "x",
-        Up::Y => "y",
-        Up::Z => "z",
-    };
-    format!("{FILE}{}, {up} up", unit.name())
+    format!("{FILE}{}, {} up", unit.name(), up.name())
 }
 
 /// Reads [`file_mark`].
 pub(crate) fn file(comment: &[u8]) -> Option<(Unit, Up)> {
     let text = std::str::from_utf8(comment).ok()?.strip_prefix(FILE)?;
     let (unit, up) = text.strip_suffix(" up")?.split_once(", ")?;
-    let up = match up {
-        "x" => Up::X,
-        "y" => Up::Y,
-        "z" => Up::Z,
-        _ => return None,
-    };
-    Some((Unit::from_name(unit)?, up))
+    Some((Unit::from_name(unit)?, Up::from_name(up)?))
 }
 
 /// The comment before an object: ` closed polyline "name"`, the name as JSON has it, on one line.

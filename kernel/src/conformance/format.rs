@@ -132,9 +132,20 @@ pub fn format_conformance(format: &dyn Format, scene: &Scene) -> Verdict {
                     || "writing twice gives other bytes".into(),
                 );
                 for object in scene.objects() {
-                    let told = report.objects.iter().any(|w| w.object == object.name());
-                    verdict.check(told, || {
-                        format!("the report does not say what became of \"{}\"", object.name())
+                    let name = object.name();
+                    let Some(written) = report.objects.iter().find(|w| w.object == name) else {
+                        verdict.check(false, || format!("the report does not say what became of \"{name}\""));
+                        continue;
+                    };
+                    // An instance may be a group that stands for it.
+                    let is_exact = declaration.holds.exactly(object.geometry());
+                    let as_declared = match written.fate {
+                        Fate::Kept => is_exact || matches!(object.geometry(), Geometry::Instance(_)),
+                        Fate::Approximated => true,
+                        Fate::LeftOut => !is_exact,
+                    };
+                    verdict.check(as_declared, || {
+                        format!("what the report says of \"{name}\" is not what the format declares to hold")
                     });
                 }
                 bytes.clone_from(&first.bytes);

@@ -59,3 +59,12 @@ pub fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Op
     }
     best.map(|(_, name)| name)
 }
+
+/// What to say of a name that nobody knows: the nearest of `names`, or else `otherwise`.
+pub fn hint<'a>(
+    wanted: &str,
+    names: impl IntoIterator<Item = &'a str>,
+    otherwise: impl FnOnce() -> String,
+) -> String {
+    nearest(wanted, names).map_or_else(otherwise, |near| format!("did you mean \"{near}\"?"))
+}

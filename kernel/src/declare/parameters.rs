@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use super::declaration::{Field, nearest};
+use super::declaration::{Field, hint};
 use crate::shape::Location;
 use crate::{Point, Vector};
 
@@ -24,6 +24,13 @@ pub struct Parameters {
 }
 
 type Result<T> = std::result::Result<T, ParameterError>;
+
+impl Default for Parameters {
+    /// No options.
+    fn default() -> Self {
+        Self::empty("options")
+    }
+}
 
 impl Parameters {
     /// The fields of a table (a JSON object) found at `path`.
@@ -95,12 +102,17 @@ impl Parameters {
     pub fn check<'f>(&self, fields: impl IntoIterator<Item = &'f Field> + Clone) -> Result<()> {
         for name in self.names() {
             if fields.clone().into_iter().all(|f| f.name != name) {
-                let known: Vec<&str> = fields.clone().into_iter().map(|f| f.name).collect();
-                let hint = match nearest(name, known.iter().copied()) {
-                    Some(near) => format!("did you mean \"{near}\"?"),
-                    None if known.is_empty() => "no fields are taken here".to_owned(),
-                    None => format!("known here: {}", known.join(", ")),
-                };
+                // A functional may take over a wish: a normal has a "to" of its own.
+                let mut known: Vec<&str> = Vec::new();
+                for field in fields.clone() {
+                    if !known.contains(&field.name) {
+                        known.push(field.name);
+                    }
+                }
+                let hint = hint(name, known.iter().copied(), || match known[..] {
+                    [] => "no fields are taken here".to_owned(),
+                    _ => format!("known here: {}", known.join(", ")),
+                });
                 return Err(self.error("", format!("unknown field \"{}\"; {hint}", clip(name))));
             }
         }
@@ -219,11 +231,16 @@ impl Parameters {
             return Ok(*value);
         }
         let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
-        let hint = match nearest(text, words.iter().copied()) {
-            Some(near) => format!("did you mean \"{near}\"?"),
-            None => format!("choose one of {}", words.join(", ")),
-        };
+        let hint = hint(text, words.iter().copied(), || format!("choose one of {}", words.join(", ")));
         Err(self.error(name, format!("unknown word \"{}\"; {hint}", clip(text))))
+    }
+
+    /// The same, or a default where the field is not there.
+    ///
+    /// # Errors
+    /// As for [`choice`](Self::choice).
+    pub fn choice_or<T: Copy>(&self, name: &str, choices: &[(&str, T)], default: T) -> Result<T> {
+        if self.has(name) { self.choice(name, choices) } else { Ok(default) }
     }
 
     /// True or false; false where the field is left out.

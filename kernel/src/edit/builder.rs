@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use super::locality::{Intervals, influence, localise_beside, most_influential};
 use super::session::{Edited, Session};
+use crate::energy::Energy;
 use crate::error::{Error, Result};
 use crate::functional::{Functional, Shapes, vertex};
 use crate::problem::conflict::quoted;
 use crate::problem::smooth::frozen;
 use crate::problem::{
-    Ask, Asked, Constraint, EditError, Freedom, Metric, Problem, Smoothing, Unknowns, Wanted,
+    Ask, Asked, Constraint, EditError, Freedom, Measured, Metric, Problem, Smoothing, Unknowns, Wanted,
 };
 use crate::shape::{Location, Shape, vertex_index};
 use crate::solve::{Automatic, Solver};
@@ -32,6 +33,7 @@ pub struct Edit<S> {
     window: Option<(f64, f64)>,
     metric: Metric,
     unknowns: Option<Unknowns>,
+    minimised: bool,
     smooth: u8,
     everywhere: bool,
     names: Vec<(usize, Arc<str>)>,
@@ -62,6 +64,7 @@ impl<S: Shape> Edit<S> {
             window: None,
             metric: Metric::Least,
             unknowns: None,
+            minimised: false,
             smooth: 1,
             everywhere: false,
             names: Vec::new(),
@@ -117,6 +120,17 @@ impl<S: Shape> Edit<S> {
     #[must_use]
     pub fn metric(mut self, metric: Metric) -> Self {
         self.metric = metric;
+        self
+    }
+
+    /// Makes an energy least, not the adjustment: of all shapes that meet what is asked, the one of least energy. Preparing brings
+    /// the shapes to where the energy is least by itself; what is asked is then met by the least adjustment from there, measured by
+    /// its form. It takes the place of the [metric](Self::metric). An energy that does not see some motion (bending alone) is
+    /// refused: add some distance from the shape as it was, or [fair](crate::problem::Problem) under constraints that hold it.
+    #[must_use]
+    pub fn minimise(mut self, energy: impl Energy + 'static) -> Self {
+        self.metric = Metric::Energy(Measured(Arc::new(energy)));
+        self.minimised = true;
         self
     }
 
@@ -242,6 +256,9 @@ impl<S: Shape> Edit<S> {
     pub fn problem(mut self) -> Result<Problem, EditError> {
         let (mut problem, ..) = Problem::new(self.asked()?)?;
         problem.renew_smoothness()?;
+        if self.minimised {
+            problem.start_at_minimum()?;
+        }
         Ok(problem)
     }
 
@@ -265,10 +282,10 @@ impl<S: Shape> Edit<S> {
         })
     }
 
-    /// What is left for a session: whether the handle slides, whether axes alternate, and the first shape before knots were
-    /// inserted.
-    pub(super) fn into_rest(self) -> (bool, bool, Option<Box<dyn Shape>>) {
-        (self.sliding, self.alternating, self.original)
+    /// What is left for a session: whether the handle slides, whether axes alternate, whether an energy is to be least, and the
+    /// first shape before knots were inserted.
+    pub(super) fn into_rest(self) -> (bool, bool, bool, Option<Box<dyn Shape>>) {
+        (self.sliding, self.alternating, self.minimised, self.original)
     }
 
     /// The location that the edit is about: the handle's, else that of the first constraint that changes something.

@@ -31,5 +31,6 @@ pub use self::locality::{Locality, localise, localities, pick};
 pub use self::report::{ConstraintReport, Convergence, Corner, Report, Smoothness};
 pub use self::session::{Edited, Session};
 pub use crate::problem::{
-    Ask, Axis, AxisOf, Constraint, ConstraintId, EditError, Metric, SmoothKnot, Tie, Unknowns, Value, Wanted,
+    Ask, Axis, AxisOf, Constraint, ConstraintId, EditError, Measured, Metric, SmoothKnot, Tie, Unknowns,
+    Value, Wanted,
 };

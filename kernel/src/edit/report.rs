@@ -37,6 +37,9 @@ pub struct Report {
     pub notes: Vec<String>,
 }
 
+/// So many redundant constraints are named where a report is printed.
+const REDUNDANT: usize = 5;
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { solver, equations, rank, residual, adjustment, .. } = self;
@@ -53,7 +56,11 @@ impl fmt::Display for Report {
         if !self.redundant.is_empty() {
             let count = self.redundant.len();
             let plural = if count == 1 { "" } else { "s" };
-            write!(f, " · {count} redundant constraint{plural} dropped: {}", self.redundant.join(", "))?;
+            let named = self.redundant[..count.min(REDUNDANT)].join(", ");
+            write!(f, " · {count} redundant constraint{plural} dropped: {named}")?;
+            if count > REDUNDANT {
+                write!(f, " and {} more", count - REDUNDANT)?;
+            }
         }
         if self.best_effort {
             write!(f, " · BEST EFFORT, missed: {}", self.missed().join(", "))?;

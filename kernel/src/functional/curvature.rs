@@ -74,12 +74,18 @@ struct Frame {
     /// In the plane of the curve, and across it.
     normals: [Vector; 2],
     speed: f64,
+    /// How large its control polygon was there.
+    size: f64,
     /// Where the curve was straight, so that its plane is not known: the curvature up to which that does not matter.
     straight: Option<f64>,
 }
 
 /// The plane is known where the curvature is so many times what rounding makes of it.
 const PLANAR: f64 = 1e4;
+
+/// Times the size of the control polygon, a curvature beyond this is lost in rounding: with `C'` as it is, the control vertices
+/// that it takes are so far away that they leave nothing of `C'`.
+const RESOLVABLE: f64 = 1e-3 / f64::EPSILON;
 
 /// A tangent nearly opposite to the old one is the same curve traced backwards.
 const TURNED: f64 = -0.9;
@@ -144,7 +150,7 @@ impl Curvature {
         let normals = perpendiculars(&jet.first, &jet.second).ok_or_else(|| self.vanishes())?;
         let straight = jet.curvature <= PLANAR * jet.noise;
         let straight = straight.then(|| 1e3 * jet.noise.max(jet.curvature));
-        Ok(Frame { tangent, normals, speed: jet.speed, straight })
+        Ok(Frame { tangent, normals, speed: jet.speed, size: jet.size, straight })
     }
 
     fn vanishes(&self) -> Error {
@@ -258,6 +264,15 @@ impl Functional for Curvature {
     }
 
     fn check_target(&self, _: &[f64], wanted: &[f64]) -> Result<()> {
+        let size = self.frames.as_ref().map_or(0.0, |[frame, _]| frame.size);
+        if let Some(kappa) = wanted.iter().find(|w| w.abs() * size > RESOLVABLE) {
+            return Err(Error::Invalid(format!(
+                "{}: a curvature of {kappa:.3e} is out of all proportion to the curve there, whose control vertices are {size:.1e} \
+                 apart (it is that of a circle of radius {:.1e}); ask for less",
+                self.describe(),
+                1.0 / kappa.abs()
+            )));
+        }
         let straight =
             |frames: &[Frame; 2]| frames.iter().filter_map(|frame| frame.straight).reduce(f64::min);
         let most = self.frames.as_ref().and_then(straight);

@@ -17,6 +17,8 @@ pub(super) struct Jet {
     pub(super) noise: f64,
     /// `|C' × C''| / |C'|³`.
     pub(super) curvature: f64,
+    /// How large the control polygon is there.
+    pub(super) size: f64,
 }
 
 /// The curvature is told where rounding leaves it this share of itself, or of that of a circle as large as the control
@@ -55,11 +57,12 @@ impl Jet {
         if !known {
             let name = name();
             return Err(Error::Invalid(format!(
-                "{name}: it cannot be resolved there: C' is so small ({speed:.1e}) that rounding of the control vertices \
-                 decides the curvature ({curvature:.3e}, give or take {noise:.0e}); ask farther from where the curve stands still"
+                "{name}: it cannot be resolved there: beside the control vertices ({size:.1e} apart) C' is so small \
+                 ({speed:.1e}) that rounding of them decides the curvature ({curvature:.3e}, give or take {noise:.0e}); ask \
+                 farther from where the curve stands still, or (where a curvature out of all proportion was asked) for less"
             )));
         }
-        Ok(Self { stencils, first, second, speed, noise, curvature })
+        Ok(Self { stencils, first, second, speed, noise, curvature, size })
     }
 }
 

@@ -274,19 +274,19 @@ impl Rows<'_> {
         self
     }
 
-    /// Room to work in, for a functional that needs some: what was [given back](Self::give_back) last of this type to these
+    /// Scratch memory, for a functional that needs some: what was [returned](Self::return_scratch) last of this type to these
     /// rows' store, whatever is in it, else a new one. With it, linearizing again allocates nothing.
     #[must_use]
-    pub fn room<T: Any + Default + Send + Sync>(&mut self) -> Box<T> {
+    pub fn scratch<T: Any + Default + Send + Sync>(&mut self) -> Box<T> {
         let rooms = &mut self.store.rooms.0;
         let known = rooms.iter().position(|room| room.is::<T>());
         let known = known.and_then(|at| rooms.swap_remove(at).downcast().ok());
         known.unwrap_or_default()
     }
 
-    /// Keeps the room for the next linearization.
-    pub fn give_back<T: Any + Send + Sync>(&mut self, room: Box<T>) {
-        self.store.rooms.0.push(room);
+    /// Keeps the scratch memory for the next linearization.
+    pub fn return_scratch<T: Any + Send + Sync>(&mut self, scratch: Box<T>) {
+        self.store.rooms.0.push(scratch);
     }
 
     /// Makes room for so many blocks of equations alike, as large as those of a cubic.

@@ -13,19 +13,22 @@ mod operation;
 mod registry;
 mod step;
 
-pub use crate::declare::{Declaration, Field, ParameterError, Parameters, nearest};
+pub use crate::declare::{Declaration, Field, ParameterError, Parameters, hint, nearest};
 pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Name, Smoothness};
 pub use crate::tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
 pub use format::{
-    Fate, Format, FormatDeclaration, FormatError, Memory, Place, ReadOptions, ReadReport, Sink, Source,
-    UpChoice, WriteOptions, WriteReport, Written,
+    Confidence, Cuts, Fate, Format, FormatDeclaration, FormatError, FormatErrorKind, Holds, InWorld, Limits,
+    Memory, Outgoing, Place, ReadOptions, ReadReport, Sink, Source, UnitRule, UpChoice, WriteOptions,
+    WriteReport, Written, refuse_utf16, utf8,
 };
 pub use frames::Frames;
 pub use functionals::register_functionals;
 pub use mark::{Mark, MarkKind, Spot};
-pub use operation::{Clock, Context, NoClock, Observer, Operation, OperationError, Quiet, StepReport};
+pub use operation::{
+    Cancelled, Clock, Context, NoClock, Observer, Operation, OperationError, Quiet, StepReport,
+};
 pub use registry::{Plugin, Registry};
 pub use step::{SceneShapes, SeenShapes, ask_once, editable, object_name, put_back, shape_of};

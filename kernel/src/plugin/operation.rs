@@ -19,13 +19,33 @@ pub trait Observer {
     fn cancelled(&self) -> bool {
         false
     }
+
+    /// Says how far the work is, and asks whether to go on.
+    ///
+    /// # Errors
+    /// Where it is to stop.
+    fn proceed(&self, work: &str, done: u64, total: u64) -> Result<(), Cancelled> {
+        self.progress(work, done, total);
+        if self.cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
 }
+
+/// The observer wants no more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
 
 /// An observer that watches nothing.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Quiet;
 
 impl Observer for Quiet {}
+
+impl Default for &dyn Observer {
+    fn default() -> Self {
+        &Quiet
+    }
+}
 
 /// Tells the time, in seconds from any start. The kernel itself never reads a clock.
 pub trait Clock {
@@ -75,8 +95,14 @@ pub enum OperationError {
     #[error(transparent)]
     Solve(#[from] crate::solve::SolveError),
     /// The observer stopped it.
-    #[error("cancelled")]
+    #[error("{Cancelled}")]
     Cancelled,
+}
+
+impl From<Cancelled> for OperationError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
 }
 
 impl From<EditError> for OperationError {

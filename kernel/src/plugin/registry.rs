@@ -2,18 +2,26 @@
 
 use std::sync::Arc;
 
-use super::format::{Format, FormatDeclaration};
+use super::format::{Confidence, Format, FormatDeclaration};
 use super::operation::Operation;
-use crate::declare::{Declaration, ParameterError, Parameters, nearest};
+use crate::declare::{Declaration, ParameterError, Parameters, hint};
 use crate::functional::{DeclaredFunctional, Functional, ShapeNames};
 use crate::kind::{DeclaredShape, KindOf, ShapeKind};
 use crate::solve::Solver;
 use crate::tessellator::Tessellator;
+use crate::text::clip;
 
 /// Something that brings formats, operations, functionals, solvers or kinds of shape.
 pub trait Plugin {
     /// Registers what it brings.
     fn register(&self, registry: &mut Registry);
+}
+
+/// A format brings itself.
+impl<F: Format + Clone + 'static> Plugin for F {
+    fn register(&self, registry: &mut Registry) {
+        registry.format(self.clone());
+    }
 }
 
 type Build = Arc<
@@ -130,10 +138,11 @@ impl Registry {
             .map(|(_, f)| f)
     }
 
-    /// The format that recognises the first bytes of a file.
+    /// The format that is most sure of the first bytes of a file, if any holds them for its own.
     pub fn format_of_bytes(&self, bytes: &[u8]) -> Option<&Arc<dyn Format>> {
         let head = &bytes[..bytes.len().min(4096)];
-        self.formats.iter().find(|f| f.recognises(head))
+        let sure = |wanted| self.formats.iter().find(|f| f.confidence(head) == wanted);
+        sure(Confidence::Sure).or_else(|| sure(Confidence::Maybe))
     }
 
     /// The operation of a name.
@@ -202,11 +211,10 @@ fn unknown<'a>(
     path: &str,
     known: impl Iterator<Item = &'a str> + Clone,
 ) -> ParameterError {
-    let hint = match nearest(name, known.clone()) {
-        Some(near) => format!("did you mean \"{near}\"?"),
-        None if known.clone().next().is_none() => "none is registered".to_owned(),
-        None => format!("known are {}", known.collect::<Vec<_>>().join(", ")),
-    };
-    let name: String = name.chars().take(60).collect();
-    ParameterError { path: path.to_owned(), problem: format!("unknown {what} \"{name}\"; {hint}") }
+    let hint = hint(name, known.clone(), || match known.clone().next() {
+        None => "none is registered".to_owned(),
+        Some(_) => format!("known are {}", known.collect::<Vec<_>>().join(", ")),
+    });
+    let problem = format!("unknown {what} \"{}\"; {hint}", clip(name));
+    ParameterError { path: path.to_owned(), problem }
 }

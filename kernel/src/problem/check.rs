@@ -93,9 +93,12 @@ pub(crate) struct Excess {
     pub(crate) times: f64,
 }
 
+/// An adjustment so many times as long as what its equations ask one by one is worth a word.
+pub(crate) const NOTABLE: f64 = 1e4;
+
 impl Excess {
-    fn of(length: f64, alone: f64) -> Option<Self> {
-        (length > PROPORTION * alone).then(|| Self { length, times: length / alone })
+    fn of(length: f64, alone: f64, most: f64) -> Option<Self> {
+        (length > most * alone).then(|| Self { length, times: length / alone })
     }
 }
 
@@ -278,11 +281,11 @@ impl Check {
             return None;
         }
         let alone = alone(cost, sides, right);
-        Excess::of(self.measure.length(d, sides), alone)
+        Excess::of(self.measure.length(d, sides), alone, PROPORTION)
     }
 }
 
-/// The same for a system that is solved once.
+/// The same for a system that is solved once, and any proportion: what is more than `most` (at least [`HARMLESS`]) times as long.
 ///
 /// # Errors
 /// When the metric is not positive definite.
@@ -291,6 +294,7 @@ pub(crate) fn excess(
     factored: &dyn Factored,
     right: (&[f64], &[f64]),
     d: &[f64],
+    most: f64,
 ) -> Result<Option<Excess>, SolveError> {
     let sides = system.sides();
     let mut measure = Measure::new(system, factored)?;
@@ -300,7 +304,7 @@ pub(crate) fn excess(
         Measure::Metric(lengths) => alone(&lengths.cost, sides, right),
         Measure::Through(cost) => alone(cost, sides, right),
     };
-    Ok(Excess::of(measure.length(d, sides), alone))
+    Ok(Excess::of(measure.length(d, sides), alone, most))
 }
 
 /// `Σ |b_k| / ‖f_k‖`.
@@ -330,8 +334,7 @@ fn length(d: &[f64]) -> f64 {
     largest * d.iter().map(|v| (v / largest) * (v / largest)).sum::<f64>().sqrt()
 }
 
-/// The error for an adjustment out of proportion. It names the constraints that fight each other: those whose multipliers,
-/// times the lengths of their rows, are within a hundredth of the largest.
+/// The error for an adjustment out of proportion.
 #[cold]
 pub(crate) fn near_conflict(
     bound: &[Bound],
@@ -340,6 +343,23 @@ pub(crate) fn near_conflict(
     right: &[f64],
     excess: Excess,
 ) -> SolveError {
+    SolveError::NearConflict {
+        constraints: fighting(bound, assembly, factored, right),
+        condition: factored.diagnosis().condition,
+        length: excess.length,
+        times: excess.times,
+    }
+}
+
+/// The constraints that fight each other: those whose multipliers, times the lengths of their rows, are within a hundredth of
+/// the largest.
+#[cold]
+pub(crate) fn fighting(
+    bound: &[Bound],
+    assembly: &Assembly,
+    factored: &mut dyn Factored,
+    right: &[f64],
+) -> Vec<String> {
     let (rows, sides) = (assembly.system.rows(), assembly.system.sides());
     let mut multipliers = vec![0.0; rows.len() * sides];
     factored.multipliers_into(right, &mut multipliers);
@@ -350,12 +370,7 @@ pub(crate) fn near_conflict(
     let largest = (0..rows.len()).map(force).fold(0.0, f64::max);
     let fighting = (0..rows.len()).filter(|&row| force(row) >= 0.01 * largest);
     let names: BTreeSet<usize> = fighting.map(|row| assembly.constraint_of(row)).collect();
-    SolveError::NearConflict {
-        constraints: names.iter().map(|&k| quoted(&bound[k].constraint.label())).collect(),
-        condition: factored.diagnosis().condition,
-        length: excess.length,
-        times: excess.times,
-    }
+    names.iter().map(|&k| quoted(&bound[k].constraint.label())).collect()
 }
 
 /// The error for an answer that misses a constraint.

@@ -2,6 +2,7 @@
 
 use super::metric::Metric;
 use super::unknowns::Unknowns;
+use crate::energy::Energy;
 use crate::error::{Error, Result};
 use crate::functional::Shapes;
 use crate::solve::SystemMetric;
@@ -33,7 +34,7 @@ impl Freedom {
         touched: Vec<usize>,
         may_move: &dyn Fn(usize) -> bool,
     ) -> Result<Vec<usize>> {
-        let Some(unknowns) = &self.unknowns else { return metric.widen(shapes, touched, may_move) };
+        let Some(unknowns) = &self.unknowns else { return metric.takes_along(shapes, touched, may_move) };
         let count = shapes.vertex_count();
         if let Some(last) = unknowns.vertices().last().filter(|v| **v >= count) {
             return Err(Error::Invalid(format!(
@@ -45,7 +46,7 @@ impl Freedom {
 
     /// Whether all vertices that may move do where one does.
     pub(crate) fn takes_all(&self, metric: &Metric) -> bool {
-        self.unknowns.is_some() || matches!(metric, Metric::Stretch | Metric::Bend | Metric::Matrix(_))
+        self.unknowns.is_some() || metric.takes_all()
     }
 
     /// Whether x, y and z can be solved for side by side.
@@ -62,7 +63,8 @@ impl Freedom {
         per_axis: bool,
     ) -> Result<SystemMetric> {
         match &self.unknowns {
-            None => metric.resolve(shapes, moving, per_axis),
+            None if per_axis => Ok(metric.form(shapes, moving)?.per_axis()),
+            None => metric.form(shapes, moving),
             Some(unknowns) => unknowns.resolve(metric, shapes, per_axis),
         }
     }

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use super::falloff::{check_radius, falloff};
+use crate::Vector;
+use crate::energy::Energy;
 use crate::error::{Error, Result};
 use crate::functional::Shapes;
 use crate::shape::Shape;
@@ -27,12 +29,35 @@ pub enum Metric {
     Bend,
     /// Any symmetric positive definite matrix.
     Matrix(Arc<Symmetric>),
+    /// The form of any energy.
+    Energy(Measured),
 }
 
-impl Metric {
-    /// The global vertices that move where these do: more than themselves only with a falloff or a matrix.
-    /// Ascending. `may_move` tells which vertices are free.
-    pub(crate) fn widen(
+/// An energy that several hold. It equals itself only.
+#[derive(Debug, Clone)]
+pub struct Measured(pub Arc<dyn Energy>);
+
+impl PartialEq for Measured {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl Energy for Metric {
+    fn describe(&self) -> String {
+        match self {
+            Self::Least => "least".into(),
+            Self::Weights(_) => "weights".into(),
+            Self::Falloff(radius) => format!("falloff {radius}"),
+            Self::Stretch => "stretch".into(),
+            Self::Bend => "bend".into(),
+            Self::Matrix(_) => "matrix".into(),
+            Self::Energy(Measured(energy)) => energy.describe(),
+        }
+    }
+
+    /// More than themselves only with a falloff or a matrix.
+    fn takes_along(
         &self,
         shapes: &Shapes<'_>,
         touched: Vec<usize>,
@@ -40,6 +65,7 @@ impl Metric {
     ) -> Result<Vec<usize>> {
         match self {
             Self::Least | Self::Weights(_) => Ok(touched),
+            Self::Energy(Measured(energy)) => energy.takes_along(shapes, touched, may_move),
             Self::Stretch | Self::Bend | Self::Matrix(_) => {
                 Ok((0..shapes.vertex_count()).filter(|&v| may_move(v)).collect())
             }
@@ -60,14 +86,22 @@ impl Metric {
         }
     }
 
-    /// The metric over the vertices that move (ascending global numbers).
-    pub(crate) fn resolve(
-        &self,
-        shapes: &Shapes<'_>,
-        moving: &[usize],
-        per_axis: bool,
-    ) -> Result<SystemMetric> {
-        let spread = |matrix: Symmetric| Arc::new(if per_axis { matrix.per_axis() } else { matrix });
+    fn takes_all(&self) -> bool {
+        match self {
+            Self::Least | Self::Weights(_) | Self::Falloff(_) => false,
+            Self::Stretch | Self::Bend | Self::Matrix(_) => true,
+            Self::Energy(Measured(energy)) => energy.takes_all(),
+        }
+    }
+
+    fn pull(&self, shapes: &Shapes<'_>, moving: &[usize]) -> Result<Vec<Vector>> {
+        match self {
+            Self::Energy(Measured(energy)) => energy.pull(shapes, moving),
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    fn form(&self, shapes: &Shapes<'_>, moving: &[usize]) -> Result<SystemMetric> {
         match self {
             Self::Least => Ok(SystemMetric::Least),
             Self::Weights(weights) => {
@@ -82,9 +116,7 @@ impl Metric {
                 {
                     return Err(Error::Weight { index, value });
                 }
-                let copies = if per_axis { 3 } else { 1 };
-                let some = moving.iter().flat_map(|&v| std::iter::repeat_n(weights[v], copies)).collect();
-                Ok(SystemMetric::Weights(Arc::new(some)))
+                Ok(SystemMetric::Weights(Arc::new(moving.iter().map(|&v| weights[v]).collect())))
             }
             Self::Falloff(radius) => {
                 if !(radius.is_finite() && *radius >= 1.0) {
@@ -102,7 +134,7 @@ impl Metric {
                         }
                     })?;
                 }
-                Ok(SystemMetric::Inverse(spread(Symmetric::from_entries(moving.len(), entries))))
+                Ok(SystemMetric::Inverse(Arc::new(Symmetric::from_entries(moving.len(), entries))))
             }
             Self::Stretch | Self::Bend => {
                 let order = if *self == Self::Stretch { 1 } else { 2 };
@@ -129,7 +161,7 @@ impl Metric {
                     }
                 }
                 let all = Symmetric::from_entries(shapes.vertex_count(), entries);
-                Ok(SystemMetric::Matrix(spread(all.select(moving))))
+                Ok(SystemMetric::Matrix(Arc::new(all.select(moving))))
             }
             Self::Matrix(matrix) => {
                 if matrix.size() != shapes.vertex_count() {
@@ -138,10 +170,35 @@ impl Metric {
                         "a metric of size {found} does not fit {vertices} control vertices"
                     )));
                 }
-                Ok(SystemMetric::Matrix(spread(matrix.select(moving))))
+                Ok(SystemMetric::Matrix(Arc::new(matrix.select(moving))))
+            }
+            Self::Energy(Measured(energy)) => {
+                checked(energy.form(shapes, moving)?, moving.len(), energy.as_ref())
             }
         }
     }
+}
+
+/// The form of an energy of somebody else's, as large as it should be.
+fn checked(form: SystemMetric, count: usize, energy: &dyn Energy) -> Result<SystemMetric> {
+    let size = match &form {
+        SystemMetric::Least => count,
+        SystemMetric::Weights(weights) => weights.len(),
+        SystemMetric::Matrix(matrix) | SystemMetric::Inverse(matrix) => matrix.size(),
+        SystemMetric::Through(_) => {
+            return Err(Error::Invalid(format!(
+                "the energy \"{}\" gives a form of unknowns of its own: it must be one of control vertices",
+                energy.describe()
+            )));
+        }
+    };
+    if size == count {
+        return Ok(form);
+    }
+    Err(Error::Invalid(format!(
+        "the energy \"{}\" gives a form of size {size} for {count} control vertices that move",
+        energy.describe()
+    )))
 }
 
 fn shape_of<'a>(shapes: &Shapes<'a>, vertex: usize) -> Result<(&'a dyn Shape, usize)> {

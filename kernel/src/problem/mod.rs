@@ -35,6 +35,7 @@ mod freedom;
 pub(crate) mod judge;
 mod knots;
 pub(crate) mod metric;
+mod minimum;
 mod name;
 pub(crate) mod program;
 mod report;
@@ -52,13 +53,15 @@ use self::bound::{Bound, add_companions, bind};
 pub use self::constraint::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
 pub use self::error::EditError;
 pub(crate) use self::freedom::Freedom;
-pub use self::metric::Metric;
+pub use self::metric::{Measured, Metric};
 pub use self::name::Name;
+pub(crate) use self::report::angle;
 pub use self::report::{ConstraintReport, Convergence, Corner, Smoothness};
 pub use self::smooth::SmoothKnot;
 pub(crate) use self::smoothing::Smoothing;
 pub use self::solution::Solution;
 pub use self::unknowns::{Tie, Unknowns};
+use crate::Point;
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, Shapes};
 use crate::shape::{Shape, check_shape};
@@ -80,6 +83,8 @@ pub struct Problem {
     pub(crate) bound: Vec<Bound>,
     pub(crate) freedom: Freedom,
     pub(crate) metric: Metric,
+    /// Where the vertices were that the energy alone took to where it is least.
+    pub(crate) taken: Vec<(usize, Point)>,
     /// Whether the nearest thing to a solution will do, and whether an adjustment out of all proportion is taken.
     pub(crate) best_effort: bool,
     pub(crate) forced: bool,
@@ -141,7 +146,8 @@ impl Problem {
             }
         }
         let next_id = bound.len() as u64;
-        let problem = Self { shapes, bound, freedom, metric, best_effort, forced, smoothing, next_id };
+        let taken = Vec::new();
+        let problem = Self { shapes, bound, freedom, metric, taken, best_effort, forced, smoothing, next_id };
         Ok((problem, dragged, present))
     }
 

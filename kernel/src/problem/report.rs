@@ -124,16 +124,20 @@ impl Corner {
     }
 }
 
+/// An angle for people; one that nobody sees is none.
+pub(crate) fn angle(degrees: f64) -> String {
+    match degrees {
+        d if d.to_radians() <= 1e-5 => "0°".to_owned(),
+        d if d < 0.1 => format!("{d:.1e}°"),
+        d => format!("{d:.1}°"),
+    }
+}
+
 impl fmt::Display for Corner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(gap) = self.gap {
             return write!(f, "a gap of {gap:.3e} {} (was closed)", self.place);
         }
-        let angle = |degrees: f64| match degrees {
-            d if d.to_radians() <= 1e-5 => "0°".to_owned(),
-            d if d < 0.1 => format!("{d:.1e}°"),
-            d => format!("{d:.1}°"),
-        };
         write!(f, "a corner of {} {}", angle(self.degrees.unwrap_or(0.0)), self.place)?;
         match self.before {
             Some(before) => write!(f, " (was {})", angle(before)),

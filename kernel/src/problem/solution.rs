@@ -8,6 +8,7 @@ use super::program::{Solved, senses};
 use super::smooth::is_ours;
 use super::{Assembly, Constraint, EditError, Numbers, Problem, view};
 use crate::error::Error;
+use crate::measure::PROPORTION;
 use crate::solve::{Dependency, Diagnosis, SolveError, Solver};
 use crate::{Point, Vector};
 
@@ -59,7 +60,8 @@ impl Problem {
         if !solved.softened {
             let right = (&solved.rhs[..], &solved.size[..]);
             if !self.forced
-                && let Some(excess) = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?
+                && let Some(excess) =
+                    excess(&part.system, solved.factored.as_ref(), right, &solved.d, PROPORTION)?
             {
                 let error = near_conflict(&self.bound, part, solved.factored.as_mut(), &solved.rhs, excess);
                 return Err(error.into());

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Matrix3;
 
 use super::metric::Metric;
+use crate::energy::Energy;
 use crate::error::{Error, Result};
 use crate::functional::Shapes;
 use crate::solve::{Map, Operator, SparseRows, Symmetric, SystemMetric, Through};
@@ -222,6 +223,7 @@ impl Unknowns {
         per_axis: bool,
     ) -> Result<SystemMetric> {
         let spread = self.alike && per_axis;
+        let of_vertices = |form: SystemMetric| if per_axis { form.per_axis() } else { form };
         let map = match &self.map {
             Map::Sparse(rows) if spread => Map::Sparse(Arc::new(rows.per_axis())),
             map => map.clone(),
@@ -240,7 +242,7 @@ impl Unknowns {
                 let gram = self.gram.get_or_init(|| Arc::new(self.map.form(None)));
                 Some(if spread { Arc::new(gram.per_axis()) } else { Arc::clone(gram) })
             }
-            (Measured::Vertices, metric) => match metric.resolve(shapes, &self.vertices, per_axis)? {
+            (Measured::Vertices, metric) => match of_vertices(metric.form(shapes, &self.vertices)?) {
                 SystemMetric::Weights(weights) => {
                     let each = weights.iter().enumerate().map(|(i, w)| (i, i, *w));
                     Some(Arc::new(map.form(Some(&Symmetric::from_entries(weights.len(), each)))))

@@ -97,33 +97,38 @@ impl Objects {
         crate::named::unique_name(wanted, "object", |name| self.index.contains_key(name))
     }
 
-    /// Checks that every parent exists and no object hangs under itself, however far up. `O(objects)`.
-    pub(super) fn check_hierarchy(&self) -> Result<()> {
-        // 0: not seen, 1: on the way up from where we started, 2: known to reach a root.
-        let mut state = vec![0_u8; self.items.len()];
+    /// How far down objects hang under one another, 1 where none does. Checks that every parent exists and no object hangs under
+    /// itself, however far up. `O(objects)`.
+    pub(super) fn depth(&self) -> Result<usize> {
+        const ON_THE_WAY: usize = usize::MAX;
+        // 0: not seen.
+        let mut known = vec![0; self.items.len()];
         for start in 0..self.items.len() {
             let mut path = Vec::new();
-            let mut at = start;
-            while state[at] != 2 {
-                let object = &self.items[at];
+            let mut at = Some(start);
+            while let Some(i) = at.filter(|&i| matches!(known[i], 0 | ON_THE_WAY)) {
+                let object = &self.items[i];
                 let name = object.name();
-                if state[at] == 1 {
+                if known[i] == ON_THE_WAY {
                     return Err(Error::Invalid(format!(
                         "the hierarchy is cyclic: \"{name}\" hangs under itself; take one parent away"
                     )));
                 }
-                state[at] = 1;
-                path.push(at);
-                let Some(parent) = &object.parent else { break };
-                at = self.position(parent).ok_or_else(|| {
-                    Error::Invalid(format!("the parent \"{parent}\" of \"{name}\" does not exist"))
-                })?;
+                known[i] = ON_THE_WAY;
+                path.push(i);
+                let above = object.parent.as_ref().map(|parent| {
+                    let missing = || format!("the parent \"{parent}\" of \"{name}\" does not exist");
+                    self.position(parent).ok_or_else(|| Error::Invalid(missing()))
+                });
+                at = above.transpose()?;
             }
-            for i in path {
-                state[i] = 2;
+            let mut depth = at.map_or(0, |i| known[i]);
+            for i in path.into_iter().rev() {
+                depth += 1;
+                known[i] = depth;
             }
         }
-        Ok(())
+        Ok(known.into_iter().max().unwrap_or(0))
     }
 
     /// Each object's map into the coordinates that all of them are in: the product of the transforms from it up to its

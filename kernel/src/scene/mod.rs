@@ -272,7 +272,7 @@ impl Scene {
     /// # Errors
     /// With the names of the objects at fault.
     pub fn check_hierarchy(&self) -> Result<()> {
-        self.list.check_hierarchy()?;
+        self.list.depth()?;
         self.check_definitions()?;
         self.connections.iter().try_for_each(|connection| connection.check(self))
     }
@@ -284,9 +284,18 @@ impl Scene {
     /// With the names of the definitions and objects at fault.
     pub fn check_definitions(&self) -> Result<()> {
         for definition in &self.definitions {
-            definition.list.check_hierarchy().map_err(|e| definition.at_fault(&e))?;
+            definition.list.depth().map_err(|e| definition.at_fault(&e))?;
         }
         Sound::of(self).map(drop)
+    }
+
+    /// How far down objects hang under one another, in the scene or any of its definitions: 1 where none does. `O(objects)`.
+    ///
+    /// # Errors
+    /// As for [`check_hierarchy`](Self::check_hierarchy).
+    pub fn depth(&self) -> Result<usize> {
+        let lists = self.definitions.iter().map(|definition| &definition.list).chain([&self.list]);
+        lists.map(Objects::depth).try_fold(0, |most, depth| Ok(most.max(depth?)))
     }
 
     fn check_contents(&self) -> Result<()> {

@@ -506,4 +506,28 @@ mod tests {
         drop(last);
         assert!(format!("{:?}", scene.placed(1_000_000).unwrap().nth(1000).unwrap().path).len() > 1000);
     }
+
+    /// What says nothing of its looks has the colour of the nearest instance; a colour, a material or coloured points of its own
+    /// are something.
+    #[test]
+    fn colours_come_from_above_where_nothing_of_ones_own_is_said() {
+        let [red, blue] = [[1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]];
+        let mut scene = Scene::new();
+        let mut bolt = Definition::new("bolt");
+        bolt.add(dot("plain")).unwrap();
+        let mut own = dot("own");
+        own.color = Some(blue);
+        bolt.add(own).unwrap();
+        let mut steel = dot("steel");
+        steel.materials = vec!["steel".into()];
+        bolt.add(steel).unwrap();
+        scene.define(bolt).unwrap();
+        let mut shown = instance_of("shown", "bolt", None);
+        shown.color = Some(red);
+        scene.add(shown).unwrap();
+        let colors: Vec<_> =
+            scene.placed(9).unwrap().map(|p| (p.object.name().to_owned(), p.color())).collect();
+        let color = |name: &str| colors.iter().find(|(n, _)| n == name).unwrap().1;
+        assert_eq!((color("plain"), color("own"), color("steel")), (Some(red), Some(blue), None));
+    }
 }

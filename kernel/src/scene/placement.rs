@@ -129,6 +129,50 @@ fn transform_mesh(mesh: &Mesh, points: Vec<Point>, map: &Matrix4<f64>) -> Result
     Ok(moved)
 }
 
+/// From lengths in one unit and axes to another: `s R`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// The turn of the axes.
+    pub turn: Matrix3<f64>,
+    /// What a length is multiplied by.
+    pub scale: f64,
+}
+
+impl Change {
+    /// From a unit and up axis to another.
+    pub fn between(from: (Unit, Up), to: (Unit, Up)) -> Self {
+        let scale = if from.0 == to.0 { 1.0 } else { from.0.metres() / to.0.metres() };
+        Self { turn: from.1.turn(to.1), scale }
+    }
+
+    /// No change.
+    pub fn none() -> Self {
+        Self { turn: Matrix3::identity(), scale: 1.0 }
+    }
+
+    /// Whether nothing changes.
+    pub fn is_none(&self) -> bool {
+        self.scale == 1.0 && self.turn == Matrix3::identity()
+    }
+
+    /// The change as a map of points.
+    pub fn map(&self) -> Matrix4<f64> {
+        let mut map = Matrix4::identity();
+        map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(self.turn * self.scale));
+        map
+    }
+
+    /// A transform between objects, `M T M⁻¹`.
+    pub fn of_transform(&self, transform: &Matrix4<f64>) -> Matrix4<f64> {
+        let linear = self.turn * transform.fixed_view::<3, 3>(0, 0) * self.turn.transpose();
+        let shift = self.turn * transform.fixed_view::<3, 1>(0, 3) * self.scale;
+        let mut changed = *transform;
+        changed.fixed_view_mut::<3, 3>(0, 0).copy_from(&linear);
+        changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
+        changed
+    }
+}
+
 impl Scene {
     /// Each object's map into the scene's coordinates: the product of the transforms from it up to its root;
     /// `None` where no object on that way has one. `O(objects)`, however deep the hierarchy.
@@ -152,10 +196,9 @@ impl Scene {
         if unit == self.unit && up == self.up {
             return Ok(Cow::Borrowed(self));
         }
-        let scale = if unit == self.unit { 1.0 } else { self.unit.metres() / unit.metres() };
-        let turn = self.up.turn(up);
-        let mut map = Matrix4::identity();
-        map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn * scale));
+        let change = Change::between((self.unit, self.up), (unit, up));
+        let Change { turn, scale } = change;
+        let map = change.map();
         let mut back = Matrix4::identity();
         back.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn.transpose() / scale));
         let mut scene = self.around();
@@ -174,14 +217,7 @@ impl Scene {
             };
             let mut new = object.renamed(object.name());
             new.share_geometry(geometry);
-            new.transform = object.transform.map(|own| {
-                let linear = turn * own.fixed_view::<3, 3>(0, 0) * turn.transpose();
-                let shift = turn * own.fixed_view::<3, 1>(0, 3) * scale;
-                let mut changed = own;
-                changed.fixed_view_mut::<3, 3>(0, 0).copy_from(&linear);
-                changed.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
-                changed
-            });
+            new.transform = object.transform.map(|own| change.of_transform(&own));
             if is_unknown {
                 new.transform = Some(new.transform.unwrap_or_else(Matrix4::identity) * map);
             }

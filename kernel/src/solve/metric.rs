@@ -24,6 +24,19 @@ pub enum SystemMetric {
     Through(Arc<Through>),
 }
 
+impl SystemMetric {
+    /// The same for x, y and z of each column beside one another: column `3 i + axis` for column `i`.
+    #[must_use]
+    pub fn per_axis(self) -> Self {
+        match self {
+            Self::Least | Self::Through(_) => self,
+            Self::Weights(weights) => Self::Weights(Arc::new(weights.iter().flat_map(|w| [*w; 3]).collect())),
+            Self::Matrix(matrix) => Self::Matrix(Arc::new(matrix.per_axis())),
+            Self::Inverse(matrix) => Self::Inverse(Arc::new(matrix.per_axis())),
+        }
+    }
+}
+
 /// The rows in coordinates `e` with `‖e‖² = dᵀWd`, and the way back `d = T e`: where the metric is not the identity.
 #[derive(Debug, Clone)]
 pub(crate) struct Whitened {

@@ -192,7 +192,10 @@ pub enum SolveError {
         better: &'static str,
     },
     /// The metric is not positive definite.
-    #[error("the metric is not positive definite (at vertex {vertex}): every weight must be positive")]
+    #[error(
+        "the metric is not positive definite (at vertex {vertex}): every weight must be positive, and an energy must see every motion: \
+         add some of the distance from the shape as it was (`near`)"
+    )]
     Metric {
         /// The control vertex where it fails.
         vertex: usize,

@@ -3,7 +3,7 @@
 use super::rank::{Dependency, Diagnosis, condition_of, reduce};
 use super::refine::Refinement;
 use super::system::{SparseRows, System};
-use super::unit::{Stuck, UnitRows};
+use super::unit::{Failure, UnitRows};
 use super::{Factored, SolveError, Solver};
 
 /// Sparse Cholesky of `F̂ = F Fᵀ`. Rows that touch nearby vertices are put side by side, so that `F̂` is a band
@@ -72,14 +72,14 @@ impl FactoredSparse {
         let rows = system.rows();
         match self.core.rows.factor(rows, 0..rows.len() as u32, system.sides(), SUSPECT) {
             Ok(()) => {}
-            Err(Stuck::TooLarge) => return Err(too_large(rows)),
-            Err(Stuck::Pivot) => {
+            Err(Failure::TooLarge) => return Err(too_large(rows)),
+            Err(Failure::Pivot) => {
                 let (kept, dependencies) = reduce(system, Sparse.name()).map_err(undecided)?;
                 let independent = kept.iter().map(|&r| r as u32);
                 self.core.rows.factor(rows, independent, system.sides(), HOPELESS).map_err(|stuck| {
                     match stuck {
-                        Stuck::TooLarge => too_large(rows),
-                        Stuck::Pivot => ill_conditioned(condition_of(rows, &kept)),
+                        Failure::TooLarge => too_large(rows),
+                        Failure::Pivot => ill_conditioned(condition_of(rows, &kept)),
                     }
                 })?;
                 self.dependencies = dependencies;

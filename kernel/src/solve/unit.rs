@@ -41,7 +41,7 @@ pub(super) struct UnitRows {
 
 /// What keeps rows from being factored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stuck {
+pub(super) enum Failure {
     /// A pivot that is not above the threshold, or a row without a length.
     Pivot,
     /// An envelope of too many numbers.
@@ -67,7 +67,7 @@ impl UnitRows {
         kept: impl ExactSizeIterator<Item = u32> + Clone,
         sides: usize,
         threshold: f64,
-    ) -> Result<(), Stuck> {
+    ) -> Result<(), Failure> {
         let room = rows.entries() + 5 * kept.len() + kept.len() * sides;
         self.columns = None;
         self.clear(kept.len(), room);
@@ -127,12 +127,12 @@ impl UnitRows {
         rows: &SparseRows,
         kept: impl ExactSizeIterator<Item = u32>,
         threshold: f64,
-    ) -> Result<bool, Stuck> {
+    ) -> Result<bool, Failure> {
         let (mut envelope, mut first, mut before) = (0, 0, 0);
         for (position, row) in kept.enumerate() {
             let (columns, values) = rows.row(row as usize);
             let (Some(&column), Some(&last)) = (columns.first(), columns.last()) else {
-                return Err(Stuck::Pivot);
+                return Err(Failure::Pivot);
             };
             if (last - column) as usize + 1 != columns.len() || column < before {
                 return Ok(false);
@@ -152,14 +152,14 @@ impl UnitRows {
     }
 
     /// Appends any rows, in an order that keeps their envelope small.
-    fn general(&mut self, rows: &SparseRows, kept: Vec<u32>, threshold: f64) -> Result<(), Stuck> {
+    fn general(&mut self, rows: &SparseRows, kept: Vec<u32>, threshold: f64) -> Result<(), Failure> {
         if kept.iter().any(|&r| rows.row(r as usize).0.is_empty()) {
-            return Err(Stuck::Pivot);
+            return Err(Failure::Pivot);
         }
         let (order, first) = narrow(rows, kept);
         let size = size_of(&first);
         if size > ENVELOPE_LIMIT {
-            return Err(Stuck::TooLarge);
+            return Err(Failure::TooLarge);
         }
         self.clear(order.len(), self.numbers.capacity().max(rows.entries() + size));
         for (&row, &first) in order.iter().zip(&first) {
@@ -178,11 +178,11 @@ impl UnitRows {
         column: u32,
         values: &[f64],
         threshold: f64,
-    ) -> Result<(), Stuck> {
+    ) -> Result<(), Failure> {
         let (i, at) = (self.places.len(), self.numbers.len());
         let scale = 1.0 / norm(values);
         if !(scale.is_finite() && scale > 0.0) {
-            return Err(Stuck::Pivot);
+            return Err(Failure::Pivot);
         }
         let entries = values.len() as u32;
         let mut place = Place { row, first: first as u32, column, entries, at, growth: 1.0 };
@@ -195,7 +195,7 @@ impl UnitRows {
             let growth = (1.0 + grown.abs()) * reciprocal;
             // Written so that NaN fails too.
             if !(pivot > threshold && growth * growth * threshold < 1.0) {
-                return Err(Stuck::Pivot);
+                return Err(Failure::Pivot);
             }
             self.growth = self.growth.max(growth);
             place.growth = if grown > 0.0 { -growth } else { growth };

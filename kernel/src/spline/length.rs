@@ -15,7 +15,7 @@ pub struct Length {
 }
 
 /// A length that is a number.
-fn told(length: Length) -> Result<Length> {
+fn finite(length: Length) -> Result<Length> {
     if length.value.is_finite() {
         return Ok(length);
     }
@@ -66,7 +66,7 @@ impl Curve {
         }
         if let Some((curve, unit)) = self.within_reach()? {
             let Length { value, error, reached } = curve.length_between(a, b, accuracy)?;
-            return told(Length { value: value * unit, error: error * unit, reached });
+            return finite(Length { value: value * unit, error: error * unit, reached });
         }
         let flat = self.space().flat();
         // Below this the two rules differ by rounding, which halving does not reduce.
@@ -102,7 +102,7 @@ impl Curve {
             }
         }
         let error = errors + 4.0 * f64::EPSILON * total;
-        told(Length { value: total, error, reached: error <= accuracy * total || total == 0.0 })
+        finite(Length { value: total, error, reached: error <= accuracy * total || total == 0.0 })
     }
 
     /// The curve in units in which no square overflows or vanishes, and that unit; none where it is so already. A common

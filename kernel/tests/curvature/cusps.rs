@@ -82,3 +82,21 @@ fn beside_cusps_of_all_sizes() {
     println!("{met} met, {refused} refused");
     assert!(met > 60 && refused > 60, "{met} met, {refused} refused");
 }
+
+#[test]
+fn a_curvature_out_of_all_proportion_is_called_that() {
+    for scale in [1e-6, 1.0, 1e6] {
+        let curve = cusp(scale, 0.3);
+        let ask = |kappa: f64| Edit::new(&curve).ask(curvature(0.2).to(kappa / scale)).solve();
+        ask(50.0).unwrap();
+        for kappa in [1e13, -1e30, 1e200] {
+            let error = ask(kappa).unwrap_err().to_string();
+            assert!(error.contains("out of all proportion") && error.contains("ask for less"), "{error}");
+            assert!(!error.contains("stands still"), "{error}");
+        }
+        // What is nearer to the limit is met, or refused with both reasons.
+        if let Err(error) = ask(1e11) {
+            assert!(error.to_string().contains("for less"), "{error}");
+        }
+    }
+}

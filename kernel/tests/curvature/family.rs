@@ -294,3 +294,36 @@ fn straight_places() {
         assert!(after.kappa < 1e-9 * bent.turn(u).kappa, "{seed}: {:e}", after.kappa);
     }
 }
+
+/// A tangent turned right round but for a little, to any side, is a curve traced backwards: its curvature vector turns along by
+/// that little. Turned less far (by 149°), it is turned all the way.
+#[test]
+fn a_curve_that_is_traced_backwards_turns_by_what_is_left() {
+    let (mut asked, mut refused) = (0, Vec::new());
+    for seed in 0..60 {
+        let mut random = Random::new(4000 + seed);
+        let before = any_spline(&mut random);
+        let u = any_place(&before, &mut random);
+        let turn = before.turn(u);
+        for aside in [0.0, 1e-9, 1e-4, 0.05, 0.3, 0.6] {
+            let side = random.vector();
+            let side = (side - turn.tangent * side.dot(&turn.tangent)).normalize();
+            let to =
+                (-turn.tangent + side * aside).normalize() * turn.first.norm() * random.between(0.7, 1.5);
+            let edit = Edit::new(&before.curve()).ask(derivative(u, 1).to(to)).ask(curvature(u).keep());
+            asked += 1;
+            match solve(edit, seed as usize) {
+                Ok(edited) => {
+                    let which = if aside < 0.5 { 7 } else { 2 };
+                    let edit = Edit::new(edited.shape());
+                    let member = Member { before: before.clone(), u, which, factor: 1.0, solver: 0, edit };
+                    let missed = missed(&member, edited.shape());
+                    assert!(missed < 1e-9, "seed {seed}, {aside:e} aside: {missed:e}; {}", edited.report());
+                }
+                Err(error) if error.to_string().contains("too many for the solver \"adjoint\"") => {}
+                Err(error) => refused.push(format!("seed {seed}, {aside:e} aside: {error}")),
+            }
+        }
+    }
+    assert!(refused.len() * 50 < asked, "{} of {asked}:\n{}", refused.len(), refused.join("\n"));
+}

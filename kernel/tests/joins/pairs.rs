@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use loftsman_kernel::Point;
-use loftsman_kernel::edit::Ask;
+use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::{Edge, Functional, join};
 use loftsman_kernel::solve::Automatic;
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
@@ -304,5 +304,68 @@ fn weights_far_apart() {
                 assert!(apart.iter().all(|a| *a <= 1e-11), "{factor:e} C{order}: {apart:?}");
             }
         }
+    }
+}
+
+/// A tolerance is about positions: surfaces that meet at an angle meet, and the report says at which.
+#[test]
+fn a_join_within_a_tolerance_tells_the_angle() {
+    let space = |knots: &[f64]| Space::clamped(3, knots).unwrap();
+    // Flat, from an edge along y, rising by an angle; even in both parameters.
+    let patch = |way: f64, degrees: f64, v: Space| {
+        let u = space(&[0.0, 1.0]);
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let places: Vec<f64> =
+            (0..v.len()).map(|j| v.flat()[j + 1..j + 4].iter().sum::<f64>() / 3.0).collect();
+        let rows = (0..4).flat_map(|i| places.iter().map(move |y| (f64::from(i), *y)));
+        let net = rows.map(|(x, y)| Point::new(way * x * cos, y, x * sin)).collect();
+        Surface::new(u, v, net).unwrap()
+    };
+    for (degrees, order, told) in
+        [(0.0, 0, "0°"), (0.02, 0, "2.0e-2°"), (30.0, 0, "30.0°"), (110.0, 0, "110.0°"), (0.0, 1, "0°")]
+    {
+        let pair = Pair {
+            a: patch(-1.0, 0.0, space(&[0.0, 1.0, 2.0])),
+            b: patch(1.0, degrees, space(&[0.0, 0.7, 1.0, 2.0])),
+            edges: ("u0", "u0"),
+            order,
+        };
+        let join = pair.join().within(0.1);
+        let crease = join.crease(&pair.shapes()).unwrap().unwrap().to_degrees();
+        assert!((crease - degrees).abs() < 1e-9, "{crease} for {degrees}");
+        let edited = pair.edit().ask(join.hold()).solve().unwrap();
+        let note = edited.report().notes.iter().find(|note| note.contains("apart at most")).unwrap();
+        assert!(note.ends_with(&format!("which nothing bounds, is {told} at most")), "{note}");
+        assert_eq!(edited.shape_at(1).unwrap().control_vertices().len(), pair.b.points().len());
+    }
+}
+
+/// Curves that both start (or both end) at the joint run on as one path: odd derivatives are opposite there.
+#[test]
+fn curves_that_start_at_one_joint_run_through_it() {
+    let curve = |x: f64| {
+        let points =
+            (0..7).map(|i| Point::new(x + f64::from(i), (0.8 * f64::from(i) + x).sin(), 0.1 * x)).collect();
+        Curve::new(Space::clamped_uniform(3, 7).unwrap(), points).unwrap()
+    };
+    let (first, second) = (curve(0.0), curve(3.0));
+    let (start, end) = first.domain();
+    for (at, with) in [(start, start), (end, end), (start, end), (end, start), (1.3, 2.2), (start, 2.2)] {
+        let edited = Edit::new(&first)
+            .with(Box::new(second.clone()))
+            .ask(join(at, 1, with, 2).hold())
+            .solve()
+            .unwrap();
+        let any: &dyn std::any::Any = edited.shape_at(1).unwrap();
+        let other: &Curve = any.downcast_ref().unwrap();
+        let turn = if at == with && (at == start || at == end) { -1.0 } else { 1.0 };
+        let apart = |k: usize, sign: f64| {
+            let value = |c: &Curve, u: f64| {
+                if k == 0 { c.point(u).unwrap().coords } else { c.derivative(u, k).unwrap() }
+            };
+            (value(edited.shape(), at) - value(other, with) * sign).norm()
+        };
+        assert!(apart(0, 1.0) < 1e-12 && apart(1, turn) < 1e-12 && apart(2, 1.0) < 1e-11, "{at} {with}");
+        assert!(apart(1, -turn) > 0.1, "{at} {with}");
     }
 }

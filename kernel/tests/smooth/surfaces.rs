@@ -154,3 +154,103 @@ fn what_has_no_normal_has_no_corner() {
         assert!(edited.report().smooth.corners.is_empty(), "{}", edited.report());
     }
 }
+
+/// Two columns across a knot line, each a chain of two quadratic pieces with a weight a vertex; pieces that have their ends for
+/// themselves where `torn`.
+fn two_columns(columns: [(&[f64], &[[f64; 2]]); 2], torn: bool) -> Surface {
+    let inner = if torn { vec![1.0; 3] } else { vec![1.0; 2] };
+    let u = Space::open(2, [vec![0.0; 3], inner, vec![2.0; 3]].concat()).unwrap();
+    let v = Space::clamped(1, &[0.0, 1.0]).unwrap();
+    let at = |i: usize, j: usize| Point::new(columns[j].1[i][0], columns[j].1[i][1], 5.0 * j as f64);
+    let points = (0..u.len()).flat_map(|i| [at(i, 0), at(i, 1)]).collect();
+    let weights = (0..u.len()).flat_map(|i| [columns[0].0[i], columns[1].0[i]]).collect();
+    Surface::rational(u, v, points, weights).unwrap()
+}
+
+const ARCH: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [3.0, 1.0], [4.0, 0.0]];
+
+#[test]
+fn a_line_is_smooth_where_all_its_columns_are() {
+    let one = [1.0; 5];
+    // As fast behind the line as before it.
+    let kinked = [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.6, 1.8], [4.0, 0.0]];
+    for (columns, knots) in
+        [([ARCH, ARCH], 1), ([ARCH, kinked], 0), ([kinked, ARCH], 0), ([kinked, kinked], 1)]
+    {
+        let surface = two_columns([(&one, &columns[0]), (&one, &columns[1])], false);
+        let edited = Edit::new(&surface).ask(position([1.0, 0.4]).by([0.0, 0.5, 0.0])).solve().unwrap();
+        let expected = if columns[0] == kinked { 0 } else { knots };
+        assert_eq!(edited.report().smooth.knots, expected, "{}", edited.report());
+    }
+}
+
+/// Pieces that meet in every column, each with weights of its own: they are one surface where the factors between the weights on
+/// both sides are one.
+#[test]
+fn weights_on_both_sides_differ_by_one_factor_or_the_sides_only_meet() {
+    let arch: Vec<[f64; 2]> = [&ARCH[..3], &ARCH[2..]].concat();
+    let weights = |factor: f64| vec![1.0, 1.0, 1.0, factor, factor, factor];
+    for (first, second, equations) in [(1.0, 1.0, 12), (2.5, 2.5, 12), (2.0, 3.0, 6)] {
+        let columns = [weights(first), weights(second)];
+        let surface = two_columns([(&columns[0], &arch), (&columns[1], &arch)], true);
+        let edited = Edit::new(&surface).ask(position([0.6, 0.4]).by([0.0, 0.5, 0.0])).solve().unwrap();
+        assert_eq!(edited.report().smooth.equations, equations, "{first} {second}: {}", edited.report());
+    }
+}
+
+/// A rational surface cut in two, one half of it traced by another parameter (a linear rational one: the weights of its rows are
+/// multiplied by powers of a number): smooth to the second order, as it was, with factors between weights that bend, too.
+#[test]
+fn level_2_keeps_a_relation_that_weights_are_part_of() {
+    let mut dice = Dice(41);
+    for round in 0..30 {
+        let p = 2 + round % 3;
+        let u = Space::clamped(p, &[0.0, 2.0]).unwrap();
+        let v = Space::clamped_uniform(2, 4).unwrap();
+        let count = u.len() * v.len();
+        let net = (0..count).map(|k| {
+            let (i, j) = ((k / v.len()) as f64, (k % v.len()) as f64);
+            Point::new(i, j, (0.9 * i).sin() + 0.3 * j * j) + dice.vector(0.2)
+        });
+        let net: Vec<Point> = net.collect();
+        let weights: Vec<f64> = (0..count).map(|_| dice.between(0.6, 1.8)).collect();
+        let whole = Surface::rational(u, v.clone(), net, weights).unwrap();
+        let cut = whole.insert_knots(Direction::U, &vec![1.0; p]).unwrap();
+        let (u, v, points, weights) = cut.into_parts();
+        let mut weights = weights.unwrap();
+        let by = dice.between(0.5, 2.0);
+        for i in p..u.len() {
+            (0..v.len()).for_each(|j| weights[i * v.len() + j] *= by.powi((i - p) as i32));
+        }
+        let surface = Surface::rational(u, v, points, weights).unwrap();
+        let knots = |s: &Surface| {
+            let t = s.v().flat().to_vec();
+            let q = s.v().degree();
+            let places = (q..t.len() - q - 1).filter(|&s| t[s] < t[s + 1]);
+            places
+                .flat_map(|s| [0.1, 0.5, 0.8].map(|x| (s, t[s] + x * (t[s + 1] - t[s]))))
+                .collect::<Vec<_>>()
+        };
+        let [left, right] = joints(surface.u(), p, false)[0];
+        // S_u₊ = r S_u₋ and S_uu₊ = r² S_uu₋ + s S_u₋, with the same numbers all along.
+        let relation = |x: &Surface| -> Vec<(f64, f64)> {
+            let each = knots(x).into_iter().map(|along| {
+                let [l, m] = [left, right].map(|place| on_surface(x, place, along));
+                let r = m[1].norm() / l[1].norm();
+                let rest = m[2] - l[2] * (r * r);
+                let s = rest.dot(&l[1]) / l[1].norm_squared();
+                let missed = (m[1] - l[1] * r).norm() / m[1].norm()
+                    + (rest - l[1] * s).norm() / (m[2].norm() + l[2].norm());
+                assert!(missed < 1e-9, "{round}: {missed:e}");
+                (r, s)
+            });
+            each.collect()
+        };
+        let before = relation(&surface);
+        let edit = Edit::new(&surface).smooth(2).ask(position([0.7, 0.4]).by(dice.vector(0.3)));
+        let edited = edit.solve().unwrap();
+        for ((r, s), (now, bend)) in before.iter().zip(relation(edited.shape())) {
+            assert!((r - now).abs() < 1e-9 * r && (s - bend).abs() < 1e-7 * (1.0 + s.abs()), "{round}");
+        }
+    }
+}

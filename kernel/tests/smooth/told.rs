@@ -132,3 +132,29 @@ fn a_derivative_that_vanishes_has_no_relation_and_is_reported() {
     let [note] = &edited.report().notes[..] else { panic!("{:?}", edited.report().notes) };
     assert!(note.starts_with("a corner of 35.0° at 1 (was 0°)"), "{note}");
 }
+
+/// Three points of one place have no tangent; what an edit makes of them is told as that.
+#[test]
+fn a_corner_where_there_was_no_tangent_is_told() {
+    let (space, mut points, _) = wave().into_parts();
+    for k in 0..3 {
+        points[k] = points[3];
+    }
+    let curve = Curve::new(space, points).unwrap();
+    let edited = Edit::new(&curve).smooth(0).ask(vertex(2).by([-1.0, -1.0, 0.0])).solve().unwrap();
+    assert_eq!(edited.report().notes, ["a corner of 45.0° at 1 (had no tangent)"]);
+    let on = Edit::new(&curve).smooth(0).ask(vertex(2).by([-1.0, 0.0, 0.0])).solve().unwrap();
+    assert!(on.report().notes.is_empty(), "{:?}", on.report().notes);
+}
+
+/// Before the knot the first derivative vanishes, and the second points back: the curve comes from where that points.
+#[test]
+fn a_piece_that_slows_down_to_a_stop_comes_from_where_it_was() {
+    let (space, mut points, _) = wave().into_parts();
+    points[2] = points[3];
+    points[1] = Point::new(1.0, 1.0, 0.0);
+    let curve = Curve::new(space, points).unwrap();
+    let edit = Edit::new(&curve).smooth(0).ask(vertex(2).keep());
+    let edited = edit.ask(vertex(1).by([0.0, -2.0, 0.0])).solve().unwrap();
+    assert_eq!(edited.report().notes, ["a corner of 45.0° at 1 (was 0°)"]);
+}

@@ -80,7 +80,7 @@ impl Functional for Area {
     fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
         let bound = self.prepared(shapes)?;
         let plane = &bound.plane;
-        let mut work = rows.room::<Work>();
+        let mut work = rows.scratch::<Work>();
         let mut total = 0.0;
         rows.equation();
         for piece in &bound.pieces {
@@ -93,7 +93,7 @@ impl Functional for Area {
         if let Some(value) = value.first_mut() {
             *value = total;
         }
-        rows.give_back(work);
+        rows.return_scratch(work);
         Ok(())
     }
 

@@ -62,7 +62,7 @@ impl Functional for Volume {
 
     fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
         let solid = self.prepared(shapes)?;
-        let mut work = rows.room::<Work>();
+        let mut work = rows.scratch::<Work>();
         let measured = solid.measure(shapes, &mut work)?;
         rows.equation();
         for (shape, gradients) in &measured.gradients {
@@ -71,7 +71,7 @@ impl Functional for Volume {
         if let Some(value) = value.first_mut() {
             *value = measured.values[0];
         }
-        rows.give_back(work);
+        rows.return_scratch(work);
         Ok(())
     }
 

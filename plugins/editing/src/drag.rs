@@ -143,10 +143,7 @@ fn run(
                 frames.push(session.shape_at(index)?.control_vertices().to_vec());
             }
         }
-        context.observer.progress("drag", done as u64 + 1, path.len() as u64);
-        if context.observer.cancelled() {
-            return Err(OperationError::Cancelled);
-        }
+        context.observer.proceed("drag", done as u64 + 1, path.len() as u64)?;
     }
     events.sort_by(f64::total_cmp);
     let edited = session.commit()?;

@@ -456,3 +456,31 @@ fn what_changes_the_shape_leaves_no_frames_of_the_old_one() {
     assert_eq!(scene.curve("section").unwrap().points().len(), 12);
     assert_eq!(scene.object("section").unwrap().animation, None);
 }
+
+#[test]
+fn what_is_known_is_listed_once() {
+    let message = fails(
+        "edit",
+        json!({ "constraints": [{ "kind": "normal", "at": [0.5, 0.5], "to": [0, 0, 1], "zzz": 1 }] }),
+    );
+    let (_, known) = message.split_once("known here: ").unwrap_or_else(|| panic!("{message}"));
+    let mut names: Vec<&str> = known.split(", ").collect();
+    let count = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert!(names.contains(&"to") && names.len() == count && count > 5, "{message}");
+}
+
+/// What cannot be asked is an error of its own table, before anything is solved.
+#[test]
+fn what_cannot_be_asked_is_told_where_it_stands() {
+    let fine = json!({ "kind": "position", "at": 4.5, "by": [0.0, 0.2, 0.0] });
+    for (bad, words) in [
+        (json!({ "kind": "position", "at": 99.0, "keep": true }), "99 is outside the domain [0, 9]"),
+        (json!({ "kind": "vertex", "index": 40, "keep": true }), "no control vertex 40"),
+        (json!({ "kind": "position", "at": [0.5, 0.5], "keep": true }), "location"),
+    ] {
+        let message = fails("edit", json!({ "constraints": [fine, bad] }));
+        assert!(message.starts_with("step[0].constraints[1]: ") && message.contains(words), "{message}");
+    }
+}

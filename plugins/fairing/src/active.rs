@@ -70,7 +70,7 @@ pub(crate) struct Nearest {
 
 /// Why there is none.
 #[derive(Debug)]
-pub(crate) enum Stuck {
+pub(crate) enum Failure {
     /// A row that no step brings nearer: it contradicts the others, or nearly depends on them.
     Contradiction,
     /// It took too many steps, too many numbers, or they overflow.
@@ -78,7 +78,12 @@ pub(crate) enum Stuck {
 }
 
 /// The nearest point; `guess` are inequalities that are probably active. `O(steps · active · size)`.
-pub(crate) fn nearest(rows: &[Row], space: &dyn Space, n: usize, guess: &[usize]) -> Result<Nearest, Stuck> {
+pub(crate) fn nearest(
+    rows: &[Row],
+    space: &dyn Space,
+    n: usize,
+    guess: &[usize],
+) -> Result<Nearest, Failure> {
     let mut search = Search {
         rows,
         space,
@@ -138,7 +143,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn run(&mut self, guess: &[usize]) -> Result<(), Stuck> {
+    fn run(&mut self, guess: &[usize]) -> Result<(), Failure> {
         let width = self.space.whiten(&Row::default()).len();
         self.v = vec![0.0; width];
         self.space.place(&self.v, &mut self.start);
@@ -167,8 +172,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    fn bounded(&self) -> Result<(), Stuck> {
-        if self.active.len() * self.v.len() > LIMIT { Err(Stuck::Work) } else { Ok(()) }
+    fn bounded(&self) -> Result<(), Failure> {
+        if self.active.len() * self.v.len() > LIMIT { Err(Failure::Work) } else { Ok(()) }
     }
 
     /// The inequality that is violated most, in units of distance.
@@ -234,7 +239,7 @@ impl Search<'_> {
     }
 
     /// Point and multipliers of the active rows, computed anew; inequalities that pull the wrong way are let go.
-    fn settle(&mut self) -> Result<(), Stuck> {
+    fn settle(&mut self) -> Result<(), Failure> {
         loop {
             let mut y = vec![0.0; self.active.len()];
             self.v.fill(0.0);
@@ -253,7 +258,7 @@ impl Search<'_> {
                 self.space.place(&self.v, &mut self.x);
             }
             if !self.x.iter().all(|x| x.iter().all(|c| c.is_finite())) {
-                return Err(Stuck::Work);
+                return Err(Failure::Work);
             }
             self.multipliers = self.solved(&y);
             let strongest = self.multipliers.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
@@ -279,10 +284,10 @@ impl Search<'_> {
     }
 
     /// Makes a violated inequality hold, dropping those that stand in the way.
-    fn add(&mut self, row: usize, patience: &mut usize) -> Result<(), Stuck> {
+    fn add(&mut self, row: usize, patience: &mut usize) -> Result<(), Failure> {
         let mut multiplier = 0.0;
         loop {
-            *patience = patience.checked_sub(1).ok_or(Stuck::Work)?;
+            *patience = patience.checked_sub(1).ok_or(Failure::Work)?;
             let free = self.project(row);
             // By how much the active multipliers fall when the new row's grows by 1.
             let fall = self.solved(&self.within);
@@ -307,10 +312,10 @@ impl Search<'_> {
                     self.passed[row] = true;
                     return self.settle();
                 }
-                _ => return Err(Stuck::Contradiction),
+                _ => return Err(Failure::Contradiction),
             };
             if !step.is_finite() {
-                return Err(Stuck::Work);
+                return Err(Failure::Work);
             }
             if free && step > 0.0 {
                 add(&mut self.v, step, &self.z);

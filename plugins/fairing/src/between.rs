@@ -11,14 +11,14 @@ use loftsman_kernel::edit::{Constraint, EditError};
 use loftsman_kernel::shape::{Shape, grid_or_row};
 use loftsman_kernel::solve::SolveError;
 
-use crate::active::{Row, Stuck};
+use crate::active::{Failure, Row};
 use crate::bounds::Bound;
 use crate::convex::{Convex, nearest_along};
 use crate::damped::Damped;
-use crate::fair::Fairer;
+use crate::fair::Faired;
 use crate::minimise::Search;
 use crate::problem::{Least, Problem, Stage};
-use crate::within::Leash;
+use crate::within::DistanceLimit;
 
 /// Proximal steps before the last one's answer must do.
 const STEPS: usize = 40;
@@ -55,18 +55,19 @@ impl<S: Shape + Clone> Between<'_, S> {
     ///
     /// # Errors
     /// When the bounds contradict each other or the equations, naming them; when no shape is within the distance.
-    pub(crate) fn solve(&self) -> Result<Fairer<S>, EditError> {
+    pub(crate) fn solve(&self) -> Result<Faired<S>, EditError> {
         let problem = self.problem;
-        let leash = problem.fair.within.map(|r| Leash::new(&problem.rest, r, &problem.free)).transpose()?;
+        let limit =
+            problem.fair.within.map(|r| DistanceLimit::new(&problem.rest, r, &problem.free)).transpose()?;
         let rows = self.rows()?;
         let mut answer = self.unbounded(&rows)?;
         if answer.is_none() {
             answer = Some(self.least(&rows)?);
         }
-        if let (Some(leash), Some(found)) = (&leash, &answer)
-            && leash.farthest(&found.least.x).0 > leash.radius
+        if let (Some(limit), Some(found)) = (&limit, &answer)
+            && limit.farthest(&found.least.x).0 > limit.radius
         {
-            answer = Some(self.within(&rows, leash)?);
+            answer = Some(self.within(&rows, limit)?);
         }
         match answer {
             Some(Answer { least, pushes }) => problem.hand_out(self.plain, &least, self.bounds, &pushes),
@@ -117,7 +118,7 @@ impl<S: Shape + Clone> Between<'_, S> {
                 let search = Search { steps, gap: (energy - now).max(0.0) / now.max(f64::MIN_POSITIVE) };
                 let pushes = multipliers[first..].to_vec();
                 let multipliers = self.plain.multipliers(&multipliers[..first]);
-                let ways = problem.idle(self.plain.system()).ways();
+                let ways = problem.null_space(self.plain.system()).ways();
                 let least = Least { x: found.x, search, ways, multipliers };
                 return Ok(Answer { least, pushes });
             }
@@ -176,12 +177,12 @@ impl<S: Shape + Clone> Between<'_, S> {
         let Ok(stage) = problem.stage(self.equations.iter().cloned().chain(reached).collect()) else {
             return answer;
         };
-        let idle = problem.idle(stage.system());
-        answer.least.ways = idle.ways();
-        if idle.ways() == 0 || idle.ways() * 3 * problem.rest.len() > MOTIONS {
+        let null_space = problem.null_space(stage.system());
+        answer.least.ways = null_space.ways();
+        if null_space.ways() == 0 || null_space.ways() * 3 * problem.rest.len() > MOTIONS {
             return answer;
         }
-        let motions: Vec<Vec<Vector>> = idle.all().collect();
+        let motions: Vec<Vec<Vector>> = null_space.all().collect();
         let rest: Vec<Row> = (0..self.bounds.len())
             .filter(|&b| answer.pushes[b] == 0.0)
             .map(|b| rows[first + b].clone())
@@ -196,10 +197,10 @@ impl<S: Shape + Clone> Between<'_, S> {
 
     /// The least energy within a distance, too: with tethers in place of the distance it is a problem with bounds alone, and its
     /// shape is drawn back towards one that is inside, as far as it must be.
-    fn within(&self, rows: &[Row], leash: &Leash<'_>) -> Result<Answer, EditError> {
+    fn within(&self, rows: &[Row], limit: &DistanceLimit<'_>) -> Result<Answer, EditError> {
         let problem = self.problem;
         let first = rows.len() - self.bounds.len();
-        let mut x = problem.inside(leash, self.plain, self.bounds)?;
+        let mut x = problem.inside(limit, self.plain, self.bounds)?;
         let grid = grid_or_row(problem.fair.shape.as_shape());
         let mut squares = problem.squares.clone();
         let (mut guess, mut last) = (Vec::new(), Vec::new());
@@ -221,11 +222,11 @@ impl<S: Shape + Clone> Between<'_, S> {
             Ok(Some(STEPS))
         };
         let safe = x.clone();
-        let search = match leash.minimise(&problem.squares, &mut solve, &mut x) {
+        let search = match limit.minimise(&problem.squares, &mut solve, &mut x) {
             Ok(search) => search,
             Err(told) => {
                 x = safe;
-                let (search, multipliers) = problem.cut(leash, rows, &mut x).ok_or(told)?;
+                let (search, multipliers) = problem.cut(limit, rows, &mut x).ok_or(told)?;
                 last = multipliers.iter().map(|u| 0.5 * u).collect();
                 search
             }
@@ -238,7 +239,7 @@ impl<S: Shape + Clone> Between<'_, S> {
     }
 
     /// Why there is no answer: the kernel knows the bounds as such, and names those that contradict each other.
-    fn stuck(&self, stuck: &Stuck) -> EditError {
+    fn stuck(&self, stuck: &Failure) -> EditError {
         let told = self
             .problem
             .fair
@@ -247,8 +248,8 @@ impl<S: Shape + Clone> Between<'_, S> {
         let count = self.bounds.len();
         told.err().unwrap_or_else(|| {
             let why = match stuck {
-                Stuck::Contradiction => "they nearly depend on each other",
-                Stuck::Work => "there are too many",
+                Failure::Contradiction => "they nearly depend on each other",
+                Failure::Work => "there are too many",
             };
             SolveError::Unsupported(format!(
                 "which of {count} bounds hold with equality at the least energy could not be decided: {why}; ask for fewer, or \

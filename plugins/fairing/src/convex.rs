@@ -8,9 +8,9 @@
 
 use loftsman_kernel::Vector;
 
-use crate::active::{Nearest, Row, Space, Stuck, nearest};
+use crate::active::{Failure, Nearest, Row, Space, nearest};
 use crate::damped::Damped;
-use crate::idle::remove;
+use crate::null_space::remove;
 use crate::orthogonal::dot;
 use crate::squares::Squares;
 
@@ -28,7 +28,7 @@ impl Convex<'_> {
     ///
     /// # Errors
     /// When the rows contradict each other, or it is too much work.
-    pub(crate) fn step(&self, centre: &[Vector], guess: &[usize]) -> Result<Nearest, Stuck> {
+    pub(crate) fn step(&self, centre: &[Vector], guess: &[usize]) -> Result<Nearest, Failure> {
         let mut down = vec![Vector::zeros(); centre.len()];
         self.squares.gradient(centre, true, &mut down);
         for (vertex, g) in down.iter_mut().enumerate() {
@@ -90,7 +90,7 @@ pub(crate) fn nearest_along(
     x: &[Vector],
     rest: &[Vector],
     rows: &[Row],
-) -> Result<Nearest, Stuck> {
+) -> Result<Nearest, Failure> {
     let mut start = x.to_vec();
     for motion in motions {
         let along: f64 = motion.iter().zip(rest.iter().zip(x)).map(|(m, (r, x))| m.dot(&(r - x))).sum();

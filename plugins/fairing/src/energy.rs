@@ -25,7 +25,7 @@ use loftsman_kernel::shape::Location;
 /// assert_eq!(energy.to_string(), "bend + 0.1 stretch");
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Energy {
+pub struct EnergySum {
     pub(crate) terms: Vec<(f64, Term)>,
 }
 
@@ -49,35 +49,35 @@ pub struct Datum {
 }
 
 /// `∫ |C'|²`; of a surface the membrane energy.
-pub fn stretch() -> Energy {
+pub fn stretch() -> EnergySum {
     one(Term::Derivative(1))
 }
 
 /// `∫ |C''|²`; of a surface the thin plate's.
-pub fn bend() -> Energy {
+pub fn bend() -> EnergySum {
     one(Term::Derivative(2))
 }
 
 /// `∫ |C'''|²`: how much the bending varies.
-pub fn variation() -> Energy {
+pub fn variation() -> EnergySum {
     one(Term::Derivative(3))
 }
 
 /// `∫ |C - C₀|²`: how far it went from the shape as it was.
-pub fn near() -> Energy {
+pub fn near() -> EnergySum {
     one(Term::Near)
 }
 
 /// `Σ w_k |C(u_k) - Q_k|²`: how far it passes from given points.
-pub fn data(points: impl IntoIterator<Item = Datum>) -> Energy {
+pub fn data(points: impl IntoIterator<Item = Datum>) -> EnergySum {
     one(Term::Data(points.into_iter().collect()))
 }
 
-fn one(term: Term) -> Energy {
-    Energy { terms: vec![(1.0, term)] }
+fn one(term: Term) -> EnergySum {
+    EnergySum { terms: vec![(1.0, term)] }
 }
 
-impl Add for Energy {
+impl Add for EnergySum {
     type Output = Self;
 
     fn add(mut self, other: Self) -> Self {
@@ -86,16 +86,16 @@ impl Add for Energy {
     }
 }
 
-impl Mul<Energy> for f64 {
-    type Output = Energy;
+impl Mul<EnergySum> for f64 {
+    type Output = EnergySum;
 
-    fn mul(self, mut energy: Energy) -> Energy {
+    fn mul(self, mut energy: EnergySum) -> EnergySum {
         energy.terms.iter_mut().for_each(|(weight, _)| *weight *= self);
         energy
     }
 }
 
-impl std::fmt::Display for Energy {
+impl std::fmt::Display for EnergySum {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (i, (weight, term)) in self.terms.iter().enumerate() {
             if i > 0 {

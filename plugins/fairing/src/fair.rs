@@ -6,7 +6,7 @@ use loftsman_kernel::edit::{Constraint, Edit, Smoothness};
 use loftsman_kernel::plugin::ConstraintReport;
 use loftsman_kernel::shape::Shape;
 
-use crate::energy::Energy;
+use crate::energy::EnergySum;
 
 /// Says what should be fair, and under which constraints.
 ///
@@ -33,7 +33,7 @@ use crate::energy::Energy;
 pub struct Fair<S> {
     pub(crate) shape: S,
     pub(crate) others: Vec<Box<dyn Shape>>,
-    pub(crate) energy: Energy,
+    pub(crate) energy: EnergySum,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) locks: Vec<i64>,
     pub(crate) within: Option<f64>,
@@ -46,7 +46,7 @@ impl<S: Shape + Clone> Fair<S> {
         Self {
             shape: shape.clone(),
             others: Vec::new(),
-            energy: Energy::default(),
+            energy: EnergySum::default(),
             constraints: Vec::new(),
             locks: Vec::new(),
             within: None,
@@ -63,7 +63,7 @@ impl<S: Shape + Clone> Fair<S> {
 
     /// What is to be small.
     #[must_use]
-    pub fn energy(mut self, energy: Energy) -> Self {
+    pub fn energy(mut self, energy: EnergySum) -> Self {
         self.energy = energy;
         self
     }
@@ -115,12 +115,12 @@ impl<S: Shape + Clone> Fair<S> {
 
 /// A fair shape, and how it came about.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fairer<S> {
+pub struct Faired<S> {
     pub(crate) shape: S,
     pub(crate) report: FairReport,
 }
 
-impl<S> Fairer<S> {
+impl<S> Faired<S> {
     /// The fair shape.
     pub fn shape(&self) -> &S {
         &self.shape

@@ -8,7 +8,7 @@ use loftsman_kernel::solve::SolveError;
 
 use crate::bounds::Bound;
 use crate::problem::{Problem, Stage};
-use crate::within::{Leash, Start};
+use crate::within::{DistanceLimit, Start};
 
 /// Of the knots that are kept smooth, so many are named.
 const NAMED: usize = 3;
@@ -20,7 +20,7 @@ impl<S: Shape + Clone> Problem<'_, S> {
     /// When there is none: naming what is to blame, none of which could be spared.
     pub(crate) fn inside(
         &self,
-        leash: &Leash<'_>,
+        limit: &DistanceLimit<'_>,
         stage: &Stage,
         bounds: &[Bound],
     ) -> Result<Vec<Vector>, EditError> {
@@ -44,18 +44,18 @@ impl<S: Shape + Clone> Problem<'_, S> {
         let stuck = |_| {
             SolveError::Unsupported(format!(
                 "no shape within {} that meets the constraints was found: they nearly depend on each other; leave some out",
-                leash.radius
+                limit.radius
             ))
         };
-        let (mut least, nearest, multipliers) = match leash.start(&rows, &grid).map_err(stuck)? {
+        let (mut least, nearest, multipliers) = match limit.start(&rows, &grid).map_err(stuck)? {
             Start::Inside(x) => return Ok(x),
             Start::Beyond { least, nearest, multipliers } => (least, nearest, multipliers),
         };
-        if least < leash.radius {
+        if least < limit.radius {
             return Err(Error::Invalid(format!(
                 "the constraints alone move some control vertex by {least} at least, and none may move further than {}: a \
                  shape was found where none moves further than {nearest}; allow more than that, or ask for less",
-                leash.radius
+                limit.radius
             ))
             .into());
         }
@@ -67,8 +67,8 @@ impl<S: Shape + Clone> Problem<'_, S> {
         let to_blame = needed(to_blame, ours.end, &mut |some| {
             let part: Vec<_> = rows.iter().zip(&owner).filter(|(_, owner)| some.contains(owner)).collect();
             let part: Vec<_> = part.into_iter().map(|(row, _)| row.clone()).collect();
-            match leash.start(&part, &grid) {
-                Ok(Start::Beyond { least: still, .. }) if still >= leash.radius => {
+            match limit.start(&part, &grid) {
+                Ok(Start::Beyond { least: still, .. }) if still >= limit.radius => {
                     least = still;
                     true
                 }
@@ -90,7 +90,7 @@ impl<S: Shape + Clone> Problem<'_, S> {
         Err(Error::Invalid(format!(
             "{what} alone {moves} some control vertex by {least} at least, and none may move further than {}: allow more, or \
              ask for less{corners}",
-            leash.radius
+            limit.radius
         ))
         .into())
     }

@@ -1,9 +1,10 @@
 //! Fair shapes: the least energy that meets what is asked.
 //!
 //! `min ‖A P - r‖²` subject to `F P = b`: the squares are integrals of derivatives (stretch, bend, variation), distances from
-//! the old shape or from points, and any weighted sum of them ([`Energy`]); the constraints are all linear functionals of
+//! the old shape or from points, and any weighted sum of them ([`EnergySum`]); the constraints are all linear functionals of
 //! the kernel and of other plug-ins. [`Fair`] says and does it; in recipes it is the operation `fair` ([`FairOperation`]),
-//! brought by the plug-in [`Fairing`].
+//! brought by the plug-in [`Fairing`]. An edit can make the same energies least while it is dragged
+//! ([`Edit::minimise`](loftsman_kernel::edit::Edit::minimise)), with any solver, where the energy sees every motion.
 //!
 //! An energy looks within the spans of a spline only. Where its knots let corners appear and it has none (Bézier chains, exact
 //! circles and revolutions, closed seams), what is smooth is kept by the equations that an edit keeps it by, unless
@@ -28,10 +29,11 @@ mod convex;
 mod damped;
 mod energy;
 mod fair;
-mod idle;
+mod form;
 mod inside;
 mod integrals;
 mod minimise;
+mod null_space;
 mod operation;
 mod orthogonal;
 mod precondition;
@@ -42,8 +44,8 @@ mod within;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
-pub use energy::{Datum, Energy, bend, data, near, stretch, variation};
-pub use fair::{Fair, FairReport, Fairer};
+pub use energy::{Datum, EnergySum, bend, data, near, stretch, variation};
+pub use fair::{Fair, FairReport, Faired};
 pub use operation::FairOperation;
 
 /// The plug-in: registers the operation `fair`.

@@ -9,7 +9,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::solve::{Factored, SolveError, System};
 
-use crate::idle::Idle;
+use crate::null_space::NullSpace;
 use crate::precondition::Preconditioner;
 use crate::squares::Squares;
 
@@ -33,11 +33,11 @@ pub(crate) struct Projection<'a> {
     touched: Vec<f64>,
     adjustment: Vec<f64>,
     /// Motions that neither energy nor constraints see.
-    idle: Idle,
+    null_space: NullSpace,
 }
 
 impl<'a> Projection<'a> {
-    pub(crate) fn new(system: &'a System, factored: Box<dyn Factored>, idle: Idle) -> Self {
+    pub(crate) fn new(system: &'a System, factored: Box<dyn Factored>, null_space: NullSpace) -> Self {
         let sides = system.sides();
         let touched = vec![0.0; system.touched().len() * sides];
         Self {
@@ -46,7 +46,7 @@ impl<'a> Projection<'a> {
             values: vec![0.0; system.rows().len() * sides],
             adjustment: touched.clone(),
             touched,
-            idle,
+            null_space,
         }
     }
 
@@ -57,7 +57,7 @@ impl<'a> Projection<'a> {
 
     /// From here on every motion has an energy.
     pub(crate) fn tether(&mut self) {
-        self.idle = Idle::default();
+        self.null_space = NullSpace::default();
     }
 
     fn gather(&mut self, v: &[Vector]) {
@@ -72,14 +72,14 @@ impl<'a> Projection<'a> {
         self.system.rows().multiply(&self.touched, sides, &mut self.values);
     }
 
-    /// `v ← v - F⁺F v`, without the idle motions.
+    /// `v ← v - F⁺F v`, without the null space.
     fn apply(&mut self, v: &mut [Vector]) {
         if !self.values.is_empty() {
             self.gather(v);
             self.factored.solve_into(&self.values, &mut self.adjustment);
             self.add(v, -1.0);
         }
-        self.idle.take_out(v);
+        self.null_space.take_out(v);
     }
 
     /// `v ← v + F⁺ b`.

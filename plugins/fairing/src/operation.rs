@@ -11,7 +11,7 @@ use loftsman_kernel::scene::Scene;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Solver;
 
-use crate::energy::{Datum, Energy, bend, data, near, stretch, variation};
+use crate::energy::{Datum, EnergySum, bend, data, near, stretch, variation};
 use crate::fair::{Fair, FairReport};
 
 /// The operation `fair`.
@@ -83,8 +83,8 @@ impl Operation for FairOperation {
             solver: Arc::clone(solver),
         };
         let start = context.clock.seconds();
-        let (fair, told) = problem.solve(&shapes)?;
-        let mut report = step_report(&object, &told);
+        let (fair, report) = problem.solve(&shapes)?;
+        let mut report = step_report(&object, &report);
         report.prepare_seconds = Some(context.clock.seconds() - start);
         // Other objects that constraints name stay as they are, and so do marks on them.
         let before: Vec<Box<dyn Shape>> =
@@ -101,7 +101,7 @@ impl Operation for FairOperation {
 }
 
 struct Problem {
-    energy: Energy,
+    energy: EnergySum,
     constraints: Vec<Constraint>,
     lock: Vec<i64>,
     within: Option<f64>,
@@ -123,8 +123,8 @@ impl Problem {
             fair = fair.ask(constraint.clone());
         }
         let done = fair.solve_with(Arc::clone(&self.solver))?;
-        let told = done.report().clone();
-        Ok((done.into_shape(), told))
+        let report = done.report().clone();
+        Ok((done.into_shape(), report))
     }
 }
 
@@ -135,7 +135,7 @@ fn smooth(parameters: &Parameters) -> Result<u8, ParameterError> {
     }
 }
 
-fn energy(parameters: &Parameters) -> Result<Energy, ParameterError> {
+fn energy(parameters: &Parameters) -> Result<EnergySum, ParameterError> {
     const WORDS: [(&str, u8); 5] =
         [("stretch", 0), ("membrane", 0), ("bend", 1), ("thin-plate", 1), ("variation", 2)];
     const KINDS: [(&str, u8); 7] = [
@@ -156,7 +156,7 @@ fn energy(parameters: &Parameters) -> Result<Energy, ParameterError> {
         None => Ok(bend()),
         Some(value) if !value.is_array() => Ok(named(parameters.choice("energy", &WORDS)?)),
         Some(_) => {
-            let mut sum: Option<Energy> = None;
+            let mut sum: Option<EnergySum> = None;
             for table in parameters.tables("energy")? {
                 let kind = table.choice("kind", &KINDS)?;
                 let term = match kind {
@@ -194,24 +194,25 @@ fn points(table: &Parameters) -> Result<Vec<Datum>, ParameterError> {
     each.collect()
 }
 
-fn step_report(object: &str, told: &FairReport) -> StepReport {
-    let mut notes = vec![format!("{}: {:.6e} → {:.6e}", told.energy, told.energy_before, told.energy_after)];
-    notes.extend(told.notes.iter().cloned());
+fn step_report(object: &str, report: &FairReport) -> StepReport {
+    let mut notes =
+        vec![format!("{}: {:.6e} → {:.6e}", report.energy, report.energy_before, report.energy_after)];
+    notes.extend(report.notes.iter().cloned());
     StepReport {
         op: "fair".into(),
         object: Some(object.into()),
-        solver: Some(told.solver.clone()),
-        equations: Some(told.equations),
-        rank: Some(told.rank),
-        redundant: told.redundant.clone(),
-        residual: Some(told.residual),
-        condition: Some(told.condition),
-        adjustment: Some(told.adjustment),
-        iterations: Some(told.iterations),
-        active: told.active.clone(),
-        constraints: told.constraints.clone(),
-        smooth: Some(told.smooth.clone()).filter(|smooth| !smooth.is_empty()),
-        energy: Some([told.energy_before, told.energy_after]),
+        solver: Some(report.solver.clone()),
+        equations: Some(report.equations),
+        rank: Some(report.rank),
+        redundant: report.redundant.clone(),
+        residual: Some(report.residual),
+        condition: Some(report.condition),
+        adjustment: Some(report.adjustment),
+        iterations: Some(report.iterations),
+        active: report.active.clone(),
+        constraints: report.constraints.clone(),
+        smooth: Some(report.smooth.clone()).filter(|smooth| !smooth.is_empty()),
+        energy: Some([report.energy_before, report.energy_after]),
         notes,
         ..StepReport::default()
     }

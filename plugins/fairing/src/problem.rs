@@ -15,12 +15,12 @@ use loftsman_kernel::{Point, Vector};
 use crate::active::Row;
 use crate::bounds::{Bound, not_linear, reach};
 use crate::damped::{Damped, NOTHING};
-use crate::fair::{Fair, FairReport, Fairer};
-use crate::idle::{Idle, Motions, motions, notes};
+use crate::fair::{Fair, FairReport, Faired};
 use crate::minimise::{Projection, Search, finite, minimise};
+use crate::null_space::{Motions, NullSpace, motions, notes};
 use crate::precondition::Preconditioner;
 use crate::squares::Squares;
-use crate::within::Leash;
+use crate::within::DistanceLimit;
 
 /// Corrections of what the search's rounding left of the equations.
 const CORRECTIONS: usize = 4;
@@ -72,7 +72,7 @@ impl Stage {
 
     /// The multipliers of each constraint, of those of all equations.
     pub(crate) fn multipliers(&self, all: &[f64]) -> Vec<Vec<f64>> {
-        self.account(&[], all).into_iter().map(|told| told.multipliers).collect()
+        self.account(&[], all).into_iter().map(|report| report.multipliers).collect()
     }
 
     fn misfit(&self, shapes: &Shapes<'_>) -> Result<Vec<f64>, Error> {
@@ -182,9 +182,9 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         all
     }
 
-    /// What is idle under the equations of a system.
-    pub(crate) fn idle(&self, system: &System) -> Idle {
-        Idle::new(self.motions(), system)
+    /// The motions that neither the energy nor a system of equations sees.
+    pub(crate) fn null_space(&self, system: &System) -> NullSpace {
+        NullSpace::new(self.motions(), system)
     }
 
     /// The least energy under the equations of a stage, and within a distance where there is one; of several shapes of least
@@ -198,11 +198,11 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         mut x: Vec<Vector>,
         within: Option<f64>,
     ) -> Result<Least, EditError> {
-        let leash = within.map(|radius| Leash::new(&self.rest, radius, &self.free)).transpose()?;
+        let limit = within.map(|radius| DistanceLimit::new(&self.rest, radius, &self.free)).transpose()?;
         let system = stage.system();
-        let idle = self.idle(system);
-        let ways = idle.ways();
-        let mut projection = Projection::new(system, self.solver.factor(system)?, idle);
+        let null_space = self.null_space(system);
+        let ways = null_space.ways();
+        let mut projection = Projection::new(system, self.solver.factor(system)?, null_space);
         let mut squares = self.squares.clone();
         let mut search = Search::default();
         if self.free.contains(&true) {
@@ -216,10 +216,10 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             } else {
                 minimise(&squares, &self.free, &mut projection, &mut preconditioner, &mut x)?
             };
-            if let Some(leash) = leash.as_ref().filter(|leash| leash.farthest(&x).0 > leash.radius) {
+            if let Some(limit) = limit.as_ref().filter(|limit| limit.farthest(&x).0 > limit.radius) {
                 x = start;
-                if leash.farthest(&x).0 >= leash.inside() {
-                    x = self.inside(leash, stage, &[])?;
+                if limit.farthest(&x).0 >= limit.inside() {
+                    x = self.inside(limit, stage, &[])?;
                 }
                 projection.tether();
                 let mut solve = |tethers: &[f64], x: &mut [Vector]| {
@@ -228,12 +228,12 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
                     Ok(Some(minimise(&squares, &self.free, &mut projection, &mut preconditioner, x)?.steps))
                 };
                 let safe = x.clone();
-                match leash.minimise(&self.squares, &mut solve, &mut x) {
+                match limit.minimise(&self.squares, &mut solve, &mut x) {
                     Ok(done) => search = done,
-                    Err(told) => {
+                    Err(report) => {
                         x = safe;
                         let rows = self.rows(stage);
-                        let (search, multipliers) = self.cut(leash, &rows, &mut x).ok_or(told)?;
+                        let (search, multipliers) = self.cut(limit, &rows, &mut x).ok_or(report)?;
                         self.correct(stage, &mut projection, &mut x)?;
                         let multipliers = stage.multipliers(&multipliers);
                         return Ok(Least { x, search, ways, multipliers });
@@ -282,12 +282,12 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     /// multipliers of the rows.
     pub(crate) fn cut(
         &self,
-        leash: &Leash<'_>,
+        limit: &DistanceLimit<'_>,
         rows: &[Row],
         x: &mut [Vector],
     ) -> Option<(Search, Vec<f64>)> {
         let damped = self.damped()?;
-        let (search, mut multipliers) = leash.cut(&self.squares, (damped, self.motions()), rows, x).ok()?;
+        let (search, mut multipliers) = limit.cut(&self.squares, (damped, self.motions()), rows, x).ok()?;
         multipliers.iter_mut().for_each(|u| *u *= 2.0);
         Some((search, multipliers))
     }
@@ -330,7 +330,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         least: &Least,
         bounds: &[Bound],
         pushes: &[f64],
-    ) -> Result<Fairer<S>, EditError> {
+    ) -> Result<Faired<S>, EditError> {
         let (x, search) = (&least.x, least.search);
         finite(x)?;
         let shape = self.shape(x);
@@ -341,8 +341,8 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let old = self.among(&self.fair.shape);
         let mut feasible = stage.verify(&old, solver).is_ok();
         let mut constraints = stage.account(&missing, &[]);
-        for (told, multipliers) in constraints.iter_mut().zip(&least.multipliers) {
-            told.multipliers.clone_from(multipliers);
+        for (report, multipliers) in constraints.iter_mut().zip(&least.multipliers) {
+            report.multipliers.clone_from(multipliers);
         }
         let mut active = Vec::new();
         for (bound, push) in bounds.iter().zip(pushes) {
@@ -402,7 +402,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             let text = format!("a control vertex would move by {far}, beyond {radius}: allow more");
             return Err(Error::Invalid(text).into());
         }
-        Ok(Fairer { shape, report })
+        Ok(Faired { shape, report })
     }
 
     /// That the energy cannot be factored.

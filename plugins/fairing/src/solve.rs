@@ -9,7 +9,7 @@ use loftsman_kernel::solve::{Automatic, Solver};
 
 use crate::between::Between;
 use crate::bounds::split;
-use crate::fair::{Fair, Fairer};
+use crate::fair::{Fair, Faired};
 use crate::problem::Problem;
 
 impl<S: Shape + Clone> Fair<S> {
@@ -17,7 +17,7 @@ impl<S: Shape + Clone> Fair<S> {
     ///
     /// # Errors
     /// As for [`solve_with`](Self::solve_with).
-    pub fn solve(self) -> Result<Fairer<S>, EditError> {
+    pub fn solve(self) -> Result<Faired<S>, EditError> {
         self.solve_with(Automatic)
     }
 
@@ -27,7 +27,7 @@ impl<S: Shape + Clone> Fair<S> {
     /// # Errors
     /// When something cannot be asked of the shapes, is not linear, or the constraints cannot all hold; when the energy needs
     /// derivatives that the degree does not have; when the constraints alone move a control vertex beyond [`within`](Self::within).
-    pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<Fairer<S>, EditError> {
+    pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<Faired<S>, EditError> {
         let solver: Arc<dyn Solver> = Arc::new(solver);
         let asked = std::mem::take(&mut self.constraints);
         let all = std::iter::once(self.shape.as_shape()).chain(self.others.iter().map(AsRef::as_ref));

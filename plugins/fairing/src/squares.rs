@@ -7,7 +7,7 @@ use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::shape::{Derivative, Shape};
 use loftsman_kernel::{Point, Vector};
 
-use crate::energy::{Energy, Term};
+use crate::energy::{EnergySum, Term};
 use crate::orthogonal::add;
 
 /// `‖A P - r‖²` over the control vertices of one shape.
@@ -43,7 +43,7 @@ pub(crate) struct View<'a> {
 
 impl Squares {
     /// The squares of an energy for a shape; points are taken relative to `origin`, which loses nothing of a shape far away.
-    pub(crate) fn new(shape: &dyn Shape, energy: &Energy, origin: Point) -> Result<Self> {
+    pub(crate) fn new(shape: &dyn Shape, energy: &EnergySum, origin: Point) -> Result<Self> {
         if energy.terms.is_empty() {
             return Err(Error::Invalid(
                 "say what should be small: give an energy, \"stretch\", \"bend\" or \"variation\"".into(),
@@ -123,6 +123,19 @@ impl Squares {
         let largest = stiffness.iter().fold(0.0, |m: f64, h| m.max(*h));
         stiffness.iter_mut().filter(|h| **h == 0.0).for_each(|h| *h = largest);
         stiffness
+    }
+
+    /// The entries of `AᵀA`, each pair of vertices of a block once.
+    pub(crate) fn entries(&self, mut add: impl FnMut(usize, usize, f64)) {
+        for block in self.blocks() {
+            for (a, &i) in block.vertices.iter().enumerate() {
+                for (b, &j) in block.vertices[..=a].iter().enumerate() {
+                    let width = block.vertices.len();
+                    let sum = block.rows.chunks_exact(width).map(|row| row[a] * row[b]).sum();
+                    add(i as usize, j as usize, sum);
+                }
+            }
+        }
     }
 
     /// The lowest order of derivative that is integrated; 0 where there is none.

@@ -16,7 +16,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::shape::Grid;
 use loftsman_kernel::solve::SolveError;
 
-use crate::active::{Row, Stuck};
+use crate::active::{Failure, Row};
 use crate::convex::Convex;
 use crate::damped::Damped;
 use crate::minimise::Search;
@@ -54,7 +54,7 @@ pub(crate) enum Start {
 }
 
 /// What is to be kept within the distance, and how the search begins.
-pub(crate) struct Leash<'a> {
+pub(crate) struct DistanceLimit<'a> {
     /// The vertices as they were.
     rest: &'a [Vector],
     /// The largest distance, positive.
@@ -63,7 +63,7 @@ pub(crate) struct Leash<'a> {
     free: &'a [bool],
 }
 
-impl<'a> Leash<'a> {
+impl<'a> DistanceLimit<'a> {
     /// A bound on how far vertices move from where they rest.
     pub(crate) fn new(rest: &'a [Vector], radius: f64, free: &'a [bool]) -> Result<Self, Error> {
         if !(radius > 0.0 && radius.is_finite()) {
@@ -71,7 +71,7 @@ impl<'a> Leash<'a> {
                 "a distance of {radius} is not possible: give a positive number"
             )));
         }
-        Ok(Leash { rest, radius, free })
+        Ok(DistanceLimit { rest, radius, free })
     }
 
     /// How far the start of a search may be.
@@ -82,7 +82,7 @@ impl<'a> Leash<'a> {
     /// A shape that meets the rows with every vertex inside the distance, or a proof that there is none: Lawson's algorithm
     /// (1961). The weighted squares `Σ w_i |d_i|²` (with `Σ w_i = 1`) are least for some shape; whatever the weights, no shape that
     /// meets the rows has all of its vertices nearer than the root of that, and weights grow where vertices are far.
-    pub(crate) fn start(&self, rows: &[Row], grid: &Grid) -> Result<Start, Stuck> {
+    pub(crate) fn start(&self, rows: &[Row], grid: &Grid) -> Result<Start, Failure> {
         let mut weights: Vec<f64> = self.free.iter().map(|&f| f64::from(u8::from(f))).collect();
         let mut inside: Option<(f64, Vec<Vector>)> = None;
         let mut best = Start::Beyond { least: 0.0, nearest: f64::INFINITY, multipliers: Vec::new() };
@@ -90,7 +90,7 @@ impl<'a> Leash<'a> {
         for _ in 0..WEIGHTINGS {
             let mut squares = Squares::default();
             squares.tether(&weights, self.rest);
-            let damped = Damped::new(&squares, self.free, grid).ok_or(Stuck::Work)?;
+            let damped = Damped::new(&squares, self.free, grid).ok_or(Failure::Work)?;
             let convex = Convex { squares: &squares, damped: &damped, motions: &[], rows };
             let found = convex.step(self.rest, &guess)?;
             let (far, _) = self.farthest(&found.x);
@@ -209,7 +209,7 @@ impl<'a> Leash<'a> {
         (damped, motions): (&Damped, &[Vec<f64>]),
         rows: &[Row],
         x: &mut [Vector],
-    ) -> Result<(Search, Vec<f64>), Stuck> {
+    ) -> Result<(Search, Vec<f64>), Failure> {
         let radius = self.radius * (1.0 - 1e-9);
         let (safe, nothing) = (x.to_vec(), 1e-13 * squares.energy(x).0);
         let (mut best, mut best_energy) = (x.to_vec(), squares.energy(x).0);
@@ -250,7 +250,7 @@ impl<'a> Leash<'a> {
                 }
             }
         }
-        Err(Stuck::Work)
+        Err(Failure::Work)
     }
 
     /// The point nearest to `x` on the way from `safe` to it that is within the distance.

@@ -8,7 +8,7 @@ mod dice;
 
 use book::{Book, least, violation};
 use dice::Dice;
-use loftsman_fairing::{Energy, Fair, bend, near, stretch, variation};
+use loftsman_fairing::{EnergySum, Fair, bend, near, stretch, variation};
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Axis, Constraint};
 use loftsman_kernel::functional::{derivative, position};
@@ -70,7 +70,7 @@ fn curve(dice: &mut Dice, number: usize) -> Curve {
 }
 
 /// Energies as fairing and as the book know them: weight and order of the derivative, 0 for nearness.
-fn energy(dice: &mut Dice, degree: usize) -> (Energy, Vec<(f64, usize)>) {
+fn energy(dice: &mut Dice, degree: usize) -> (EnergySum, Vec<(f64, usize)>) {
     match dice.below(6) {
         0 => (stretch(), vec![(1.0, 1)]),
         1 if degree > 1 => (bend() + 0.1 * stretch(), vec![(1.0, 2), (0.1, 1)]),
@@ -94,7 +94,7 @@ struct Asked {
 struct Problem {
     curve: Curve,
     book: Book,
-    energy: Energy,
+    energy: EnergySum,
     terms: Vec<(f64, usize)>,
     constraints: Vec<Constraint>,
     asked: Vec<Asked>,

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
-use loftsman_fairing::{Datum, Energy, Fair, FairReport, bend, data, near, stretch, variation};
+use loftsman_fairing::{Datum, EnergySum, Fair, FairReport, bend, data, near, stretch, variation};
 use loftsman_kernel::edit::Ask;
 use loftsman_kernel::functional::{derivative, tangent};
 use loftsman_kernel::shape::{Location, Shape};
@@ -29,8 +29,8 @@ fn location(at: &Value) -> Location {
     at.as_f64().map_or_else(|| <[f64; 2]>::try_from(numbers(at)).unwrap().into(), Location::from)
 }
 
-fn energy(case: &Value) -> Energy {
-    let mut sum: Option<Energy> = None;
+fn energy(case: &Value) -> EnergySum {
+    let mut sum: Option<EnergySum> = None;
     for term in case["energy"].as_array().unwrap() {
         let one = match term[0].as_str().unwrap() {
             "stretch" => stretch(),

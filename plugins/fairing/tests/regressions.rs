@@ -5,7 +5,7 @@
 mod dice;
 
 use dice::Dice;
-use loftsman_fairing::{Energy, Fair, FairReport, bend, near, stretch, variation};
+use loftsman_fairing::{EnergySum, Fair, FairReport, bend, near, stretch, variation};
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Axis, Constraint};
 use loftsman_kernel::functional::{derivative, position};
@@ -112,7 +112,7 @@ fn corners_locked_and_kept_come_to_an_end() {
 
 fn solved(
     constraints: Vec<Constraint>,
-    energy: Energy,
+    energy: EnergySum,
     within: Option<f64>,
 ) -> Result<(Curve, FairReport), String> {
     let curve = eight();

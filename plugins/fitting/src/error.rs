@@ -1,5 +1,6 @@
 //! What can keep points from becoming a curve: one variant a reason, with the numbers that show it.
 
+use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::OperationError;
 
 /// The result of a fit.
@@ -10,7 +11,7 @@ pub type Result<T, E = FitError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// A coordinate is NaN or infinite.
-    #[error("point {index} is ({x}, {y}, {z}): every coordinate must be a finite number")]
+    #[error("point {index} is ({}, {}, {}): every coordinate must be a finite number", Figure(*.x), Figure(*.y), Figure(*.z))]
     PointNotFinite {
         /// Its index.
         index: usize,
@@ -22,9 +23,7 @@ pub enum FitError {
         z: f64,
     },
     /// Fewer points than the degree needs.
-    #[error(
-        "{found} distinct points are too few for degree {degree} ({needed} are needed): give more points, or a degree of at most {possible}"
-    )]
+    #[error("{found} distinct points are too few{}", too_few(*.needed, *.degree, *.possible))]
     TooFewPoints {
         /// Points found.
         found: usize,
@@ -32,7 +31,7 @@ pub enum FitError {
         needed: usize,
         /// The degree asked for.
         degree: usize,
-        /// The highest degree that would do.
+        /// The highest degree that would do; 0 where none does.
         possible: usize,
     },
     /// All points are one point.
@@ -179,6 +178,13 @@ impl From<FitError> for OperationError {
             other => Self::Geometry(loftsman_kernel::Error::Invalid(other.to_string())),
         }
     }
+}
+
+fn too_few(needed: usize, degree: usize, possible: usize) -> String {
+    if possible == 0 {
+        return format!(": give {needed} or more");
+    }
+    format!(" for degree {degree} ({needed} are needed): give more points, or a degree of at most {possible}")
 }
 
 fn list(indices: &[usize]) -> String {

@@ -80,8 +80,19 @@ impl Frame {
     }
 
     /// Back from three local numbers each.
-    pub(crate) fn raise(&self, flat: &[f64]) -> Vec<Point> {
-        flat.chunks_exact(3).map(|c| self.leave(Vector::new(c[0], c[1], c[2]))).collect()
+    ///
+    /// # Errors
+    /// When that overflows.
+    pub(crate) fn raise(&self, flat: &[f64]) -> Result<Vec<Point>> {
+        let points: Vec<Point> =
+            flat.chunks_exact(3).map(|c| self.leave(Vector::new(c[0], c[1], c[2]))).collect();
+        if points.iter().all(|p| p.iter().all(|c| c.is_finite())) {
+            return Ok(points);
+        }
+        Err(FitError::Request(
+            "the points are so large that control vertices, which go beyond them, overflow: scale the points down"
+                .into(),
+        ))
     }
 }
 

@@ -1,10 +1,12 @@
 //! What a fit is to reach, in local coordinates.
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::error::Figure;
 
 use crate::error::{FitError, Result};
 use crate::fit::{Fit, Target};
 use crate::frame::Frame;
+use crate::interpolation::unclosed;
 
 /// The target in local coordinates.
 #[derive(Debug, Clone, Copy)]
@@ -25,11 +27,15 @@ impl Goal {
                 return Ok(tolerance);
             }
             Err(FitError::Request(format!(
-                "a tolerance of {tolerance} cannot be met: give a positive length"
+                "a tolerance of {} cannot be met: give a positive length",
+                Figure(tolerance)
             )))
         };
         let m = points.len();
         let least = if fit.closed { 3 } else { fit.degree + 1 };
+        if m < least && fit.closed {
+            return Err(unclosed(m, fit.degree));
+        }
         if m < least {
             return Err(FitError::TooFewPoints {
                 found: m,

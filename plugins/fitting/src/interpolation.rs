@@ -154,7 +154,7 @@ impl Interpolation {
             vertices[..3].copy_from_slice(local[0].as_slice());
             vertices[end..].copy_from_slice(local[last].as_slice());
         }
-        let curve = Curve::new(space, frame.raise(&vertices))?;
+        let curve = Curve::new(space, frame.raise(&vertices)?)?;
         // Measured on the curve that is handed out.
         let handed = frame.lower(&curve)?;
         let course =
@@ -282,8 +282,7 @@ impl Interpolation {
             return Err(FitError::Request("a closed curve has no ends: leave the end conditions out".into()));
         }
         if local.len() < 3 {
-            let (found, degree) = (local.len(), self.degree);
-            return Err(FitError::TooFewPoints { found, needed: 3, degree, possible: 1 });
+            return Err(unclosed(local.len(), self.degree));
         }
         let space = knots::around(self.degree, sites)?;
         let matrix = Stencils::collocation(&space, &sites[..local.len()])?;
@@ -304,6 +303,10 @@ impl Interpolation {
                     "natural ends need an odd degree, not {p}: choose {} or other ends",
                     p + 1
                 )));
+            }
+            Ends::Natural if sites.len() < p.div_ceil(2) => {
+                let (found, needed) = (sites.len(), p.div_ceil(2));
+                return Err(FitError::TooFewPoints { found, needed, degree: p, possible: 2 * found - 1 });
             }
             Ends::Natural => {
                 let zero: Vec<_> = (p.div_ceil(2)..p).map(|order| (order, Vector::zeros())).collect();
@@ -364,6 +367,11 @@ impl Interpolation {
         }
         Ok((space, matrix, rhs))
     }
+}
+
+/// So many points are no closed curve of any degree.
+pub(crate) fn unclosed(found: usize, degree: usize) -> FitError {
+    FitError::TooFewPoints { found, needed: 3, degree, possible: 0 }
 }
 
 pub(crate) fn flat(points: &[Vector]) -> Vec<f64> {

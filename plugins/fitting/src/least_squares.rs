@@ -93,7 +93,7 @@ impl LeastSquares {
             Held::new(&self.constraints, &request.rough(&frame)?, &frame)?
         };
         let local_fit = request.solve(&held)?;
-        let curve = Curve::new(self.space.clone(), frame.raise(&local_fit.vertices))?;
+        let curve = Curve::new(self.space.clone(), frame.raise(&local_fit.vertices)?)?;
         // Measured on the curve that is handed out.
         let handed = frame.lower(&curve)?;
         let pairs = parameters.iter().zip(&local);

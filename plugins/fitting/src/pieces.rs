@@ -291,7 +291,7 @@ impl Whole<'_> {
     ) -> Result<FittedCurve> {
         let Found { state, allowance, iterations } = found;
         let m = self.points.len();
-        let mut vertices = self.frame.raise(&state.vertices);
+        let mut vertices = self.frame.raise(&state.vertices)?;
         if !self.fit.closed && self.fit.keep_ends {
             // The ends hold to rounding: make it to the last bit, unless a constraint put them elsewhere.
             let (last, end) = (vertices.len() - 1, points.len() - 1);

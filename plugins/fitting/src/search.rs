@@ -191,7 +191,7 @@ impl<'a> Search<'a> {
             return Ok(true);
         }
         let points: Vec<Point> = self.points.iter().map(|&p| self.frame.leave(p)).collect();
-        let curve = Curve::new(state.space.clone(), self.frame.raise(&state.vertices))?;
+        let curve = Curve::new(state.space.clone(), self.frame.raise(&state.vertices)?)?;
         match state.held.clone().measured(&curve, &points) {
             Err(FitError::Missed { .. }) => Ok(false),
             other => other.map(|_| true),

@@ -103,7 +103,7 @@ impl GridFit {
         let turned = transposed(&first.vertices, columns);
         let along_v = Stencils::collocation(&v, &sites_v[..columns])?;
         let second = solve(&v, &along_v, None, &turned, 3 * u.len(), ADVICE)?;
-        let net = frame.raise(&transposed(&second.vertices, u.len()));
+        let net = frame.raise(&transposed(&second.vertices, u.len()))?;
         let surface = Surface::new(u, v, net)?;
         let (mut max_error, mut worst, mut sum) = (0.0_f64, 0, 0.0);
         for (k, point) in local.iter().enumerate() {

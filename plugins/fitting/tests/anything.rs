@@ -94,15 +94,19 @@ fn fits_hold_what_they_say() {
     }
 }
 
-/// The targets; of how many members at least each can be had, and how many of those may be refused at most.
+/// The targets; of how many members at least each can be had, and how many of those may be refused at most. Where so many
+/// vertices and no more are allowed, and a best effort would do, four of high degree (15 to 24) through points that jump about go
+/// astray whatever is tried.
 const TARGETS: [(&str, usize, usize); 4] =
-    [("relative", 40, 1), ("tolerance", 40, 1), ("vertices", 28, 1), ("at most", 24, 5)];
+    [("relative", 45, 0), ("tolerance", 48, 0), ("vertices", 30, 0), ("at most", 26, 5)];
 
 #[test]
 fn interpolations_interpolate() {
-    let counts = [Cell::new(0), Cell::new(0), Cell::new(0)];
+    let counts = [Cell::new(0), Cell::new(0), Cell::new(0), Cell::new(0)];
+    let one_more = |which: usize| counts[which].set(counts[which].get() + 1);
+    let refused = RefCell::new(Vec::new());
     let all = (points(), 0_usize..12, any::<bool>(), 0_u8..3, any::<bool>());
-    run(256, &all, |(points, degree, closed, ends, centripetal)| {
+    run(1024, &all, |(points, degree, closed, ends, centripetal)| {
         let through = Interpolation {
             degree,
             closed,
@@ -114,18 +118,37 @@ fn interpolations_interpolate() {
             },
             duplicates: Duplicates::Merge,
         };
+        // What can be asked at all: ends that go with the degree and an open curve, enough different places in a row, and
+        // coordinates that a curve may overshoot.
+        let same = |a: &Point, b: &Point| (a - b).amax() <= 1e-6 * size(&points);
+        let mut places = points.clone();
+        places.dedup_by(|a, b| same(a, b));
+        while closed && places.len() > 1 && same(&places[0], &places[places.len() - 1]) {
+            places.pop();
+        }
+        let different = places.iter().any(|p| *p != places[0]);
+        let enough = if closed { places.len() >= 3 } else { places.len() > degree };
+        let fitting_ends = ends == 0 || !closed && (ends == 1 || degree % 2 == 1);
+        let possible = degree > 0 && different && enough && fitting_ends && size(&points) < 1e307;
         let through = match through.curve(&points) {
             Ok(through) => through,
-            Err(FitError::Astray { .. }) => {
-                counts[1].set(counts[1].get() + 1);
-                return Ok(());
-            }
-            Err(_) => {
-                counts[2].set(counts[2].get() + 1);
+            Err(error) => {
+                let which = match error {
+                    _ if !possible => 3,
+                    FitError::Astray { .. } => 1,
+                    _ => 2,
+                };
+                one_more(which);
+                if which == 2 {
+                    let shown =
+                        format!("degree {degree}, closed {closed}, ends {ends}, {} points", points.len());
+                    refused.borrow_mut().push(format!("{shown}: {error}"));
+                }
+                prop_assert!(error.to_string().len() < 300, "{}", error);
                 return Ok(());
             }
         };
-        counts[0].set(counts[0].get() + 1);
+        one_more(0);
         let size = size(&points);
         let spline = Spline::of(&through.curve, size);
         let kept: Vec<Point> =
@@ -143,13 +166,22 @@ fn interpolations_interpolate() {
         prop_assert!(length(&line) <= LONGEST * polygon(&kept, closed, size) + 1e-9);
         Ok(())
     });
-    let [done, astray, refused] = counts.map(Cell::into_inner);
-    assert!(done >= 40 && astray <= 24 && refused <= 200, "{done} done, {astray} astray, {refused} refused");
+    let [done, astray, others, impossible] = counts.map(Cell::into_inner);
+    let told = refused.into_inner().join("\n");
+    println!("{done} done, {astray} astray, {others} refused otherwise, {impossible} impossible\n{told}");
+    // Points that jump about, by degrees up to 11: more than a third overshoot. Closed ones may be singular, too: of even degree,
+    // or where the points lie symmetrically.
+    assert!(
+        done >= 160 && astray <= 112 && others <= 6,
+        "{done} done, {astray} astray, {others} otherwise:\n{told}"
+    );
 }
 
 #[test]
 fn grids_answer() {
-    let counts = [Cell::new(0), Cell::new(0)];
+    let counts = [Cell::new(0), Cell::new(0), Cell::new(0), Cell::new(0)];
+    let one_more = |which: usize| counts[which].set(counts[which].get() + 1);
+    let refused = RefCell::new(Vec::new());
     let coordinates = proptest::collection::vec((-4_i32..5, -1.0_f64..1.0), 9..64);
     run(
         256,
@@ -168,11 +200,27 @@ fn grids_answer() {
                 .collect();
             let vertices = [fewer.then_some((degree + 1).max(3)), None];
             let fit = GridFit { closed: [closed, false], vertices, ..GridFit::new([degree, 2]) };
-            let Ok(fitted) = fit.surface(columns, &grid) else {
-                counts[1].set(counts[1].get() + 1);
-                return Ok(());
+            // Enough rows and columns for the degrees: three rows to close, no more vertices than rows.
+            let enough = if closed { rows >= 3 } else { rows > degree };
+            let enough = enough && (!fewer || (degree + 1).max(3) <= rows) && columns > 2;
+            let fitted = match fit.surface(columns, &grid) {
+                Ok(fitted) => fitted,
+                Err(error) => {
+                    let which = match error {
+                        _ if !enough => 3,
+                        FitError::Astray { .. } => 1,
+                        _ => 2,
+                    };
+                    one_more(which);
+                    if which == 2 {
+                        let shown =
+                            format!("degree {degree}, closed {closed}, {rows} x {columns}, fewer {fewer}");
+                        refused.borrow_mut().push(format!("{shown}: {error}"));
+                    }
+                    return Ok(());
+                }
             };
-            counts[0].set(counts[0].get() + 1);
+            one_more(0);
             // By de Boor's algorithm along u for every column of vertices, then along v.
             let (u, v) = (fitted.surface.u(), fitted.surface.v());
             let column =
@@ -199,6 +247,70 @@ fn grids_answer() {
             Ok(())
         },
     );
-    let [done, refused] = counts.map(Cell::into_inner);
-    assert!(done >= 150 && refused <= 100, "{done} done, {refused} refused");
+    let [done, astray, others, impossible] = counts.map(Cell::into_inner);
+    let told = refused.into_inner().join("\n");
+    println!("{done} done, {astray} astray, {others} refused otherwise, {impossible} impossible\n{told}");
+    // Closed through open rows: the way back overshoots.
+    assert!(
+        done >= 208 && astray <= 20 && others == 0,
+        "{done} done, {astray} astray, {others} otherwise:\n{told}"
+    );
+}
+
+/// What is asked of too few points says what they are too few for, how many are needed, and what to do.
+#[test]
+fn too_few_points_say_how_many_are_needed() {
+    let interpolate = |n: usize, degree: usize, closed: bool, ends: Ends| {
+        let at = |i: usize| Point::new(i as f64, (i * i % 3) as f64, 0.3 * (i % 2) as f64);
+        let points: Vec<Point> = (0..n).map(at).collect();
+        Interpolation { degree, closed, ends, ..Interpolation::new(3) }.curve(&points)
+    };
+    for degree in 2_usize..=11 {
+        for n in 2..=12 {
+            for ends in [Ends::Averaged, Ends::NotAKnot, Ends::Natural] {
+                let natural = ends == Ends::Natural;
+                if natural && degree % 2 == 0 {
+                    continue;
+                }
+                let needed = if natural { degree.div_ceil(2) } else { degree + 1 };
+                match interpolate(n, degree, false, ends) {
+                    Ok(through) => assert!(n >= needed && through.residual < 1e-12, "{n} {degree}"),
+                    Err(FitError::Astray { .. }) => assert!(n >= needed, "{n} {degree}"),
+                    Err(error) => {
+                        let possible = if natural { 2 * n - 1 } else { n - 1 };
+                        let words = format!(
+                            "{n} distinct points are too few for degree {degree} ({needed} are needed): give more points, or a \
+                             degree of at most {possible}"
+                        );
+                        assert_eq!(error.to_string(), words);
+                    }
+                }
+            }
+        }
+        let error = interpolate(2, degree, true, Ends::Averaged).unwrap_err().to_string();
+        assert_eq!(error, "2 distinct points are too few: give 3 or more");
+        let two = [Point::origin(), Point::new(1.0, 0.0, 0.0)];
+        let fit = Fit { closed: true, ..Fit::new(degree, Target::Relative(1e-3)) };
+        assert_eq!(fit.curve(&two).unwrap_err().to_string(), error);
+    }
+}
+
+#[test]
+fn what_overflows_is_said_in_few_words() {
+    for size in [1e308, 1.7e308] {
+        let at = |i: usize| Point::new(size * (i % 2) as f64, size * ((i % 3) as f64 - 1.0), 0.0);
+        let points: Vec<Point> = (0..9).map(at).collect();
+        let all = [
+            Fit::new(3, Target::Relative(1e-3)).curve(&points).map(|_| ()),
+            Fit::new(3, Target::Tolerance(1e300)).curve(&points).map(|_| ()),
+            Fit::new(3, Target::Vertices(6)).curve(&points).map(|_| ()),
+            Fit::new(3, Target::Tolerance(-1e300)).curve(&points).map(|_| ()),
+            Interpolation::new(3).curve(&points).map(|_| ()),
+        ];
+        for error in all.into_iter().filter_map(Result::err).map(|error| error.to_string()) {
+            assert!(error.len() < 200 && !error.contains("0000"), "{error}");
+        }
+        let error = Interpolation::new(3).curve(&points).unwrap_err().to_string();
+        assert!(error.contains("overflow") && error.contains("scale the points down"), "{error}");
+    }
 }

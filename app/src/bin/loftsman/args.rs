@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use loftsman::convert::{self, Conversion, UPS};
-use loftsman::kernel::plugin::{Chord, Fineness, Format, UpChoice, nearest};
+use loftsman::kernel::plugin::{Chord, Fineness, Format, FormatDeclaration, UpChoice, nearest};
 use loftsman::kernel::scene::{Unit, Up};
 use loftsman::picture::{Against, PIXELS, View};
 use serde_json::{Map, Value};
@@ -127,10 +127,11 @@ impl ConversionArgs {
         if self.meshes_only {
             let declaration = output.declaration();
             if !declaration.options.iter().any(|option| option.name == MESHES_ONLY) {
-                let name = declaration.name;
-                return Err(Usage(format!(
-                    "--meshes-only: {name} has no such option; glTF has, whose lines some programs take for triangles"
-                )));
+                let has = |d: &FormatDeclaration| d.options.iter().any(|option| option.name == MESHES_ONLY);
+                let all = loftsman::registry().formats().iter().map(|format| format.declaration());
+                let others: Vec<&str> = all.filter(has).map(|format| format.name).collect();
+                let (name, others) = (declaration.name, others.join(", "));
+                return Err(Usage(format!("--meshes-only: {name} has no such option; {others} has")));
             }
             write.insert(MESHES_ONLY.to_owned(), Value::Bool(true));
         }
@@ -155,6 +156,9 @@ pub(crate) struct InfoArgs {
     /// The file; - for the standard input.
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
+    /// Say what a conversion to the format of this extension would lose.
+    #[arg(long, value_name = "EXT")]
+    pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) json: Json,
 }

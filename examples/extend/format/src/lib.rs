@@ -3,10 +3,10 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
-    Fate, Format, FormatDeclaration, FormatError, Place, ReadOptions, ReadReport, Sink, Source, WriteOptions,
-    WriteReport, Written,
+    Fate, Format, FormatDeclaration, FormatError, Holds, InWorld, Outgoing, Place, ReadOptions, ReadReport,
+    Sink, Source, WriteReport, Written, utf8,
 };
-use loftsman_kernel::scene::{Geometry, MOST_PLACED, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 
 /// Named clouds as text.
 #[derive(Debug, Clone, Copy, Default)]
@@ -16,12 +16,13 @@ pub struct Dots;
 impl Format for Dots {
     fn declaration(&self) -> FormatDeclaration {
         let (name, help, extensions) = ("dots", "named clouds as text", &["dots"] as &[&str]);
-        FormatDeclaration { name, help, extensions, reads: true, writes: true, plain: true, options: &[] }
+        let holds = Holds { exact: &["cloud"], ..Holds::NOTHING };
+        FormatDeclaration { name, help, extensions, reads: true, writes: true, plain: true, options: &[], holds }
     }
 
-    fn read(&self, source: &dyn Source, _: &ReadOptions<'_>) -> Result<(Scene, ReadReport), FormatError> {
-        let wrong = |line: usize, what: &str| FormatError::new(source.name(), Place::Line(line), what);
-        let text = std::str::from_utf8(source.bytes()).map_err(|_| wrong(1, "not UTF-8 text"))?;
+    fn decode(&self, source: &dyn Source, _: &ReadOptions<'_>) -> Result<(Scene, ReadReport), FormatError> {
+        let wrong = |line: usize, what: &str| FormatError::new(Place::Line(line), what);
+        let text = utf8(source.bytes(), 0)?;
         let (mut scene, mut report, mut clouds) = (Scene::new(), ReadReport::default(), Vec::<(String, Vec<Point>)>::new());
         for (i, line) in text.lines().enumerate() {
             if let Some(name) = line.strip_prefix("cloud ") {
@@ -36,25 +37,24 @@ impl Format for Dots {
             report.count(Fate::Kept, "");
         }
         for (name, points) in clouds {
-            scene.add(Object::new(scene.unique_name(&name), Cloud { points }.into())).map_err(|e| wrong(1, &e.to_string()))?;
+            scene.add(Object::new(scene.unique_name(&name), Cloud { points }.into()))?;
         }
         if scene.objects().is_empty() { Err(wrong(1, "there is no line `cloud NAME`")) } else { Ok((scene, report)) }
     }
 
-    fn write(&self, scene: &Scene, sink: &mut dyn Sink, _: &WriteOptions<'_>) -> Result<WriteReport, FormatError> {
-        let (mut report, mut text) = (WriteReport::default(), String::new());
-        // What instances show is written one by one.
-        let flat = scene.flattened(MOST_PLACED).map_err(|e| FormatError::new(sink.name(), Place::File, e.to_string()))?;
-        for object in flat.objects() {
-            let cloud = if let Geometry::Cloud(cloud) = object.geometry() { Some(cloud) } else { None };
-            let points = cloud.map_or(&[] as &[Point], |c| &c.points);
-            if cloud.is_some() { text += &format!("cloud {}\n", object.name().replace('\n', " ")); }
-            text.extend(points.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)));
-            let (fate, reason) = if cloud.is_some() { (Fate::Kept, None) } else { (Fate::LeftOut, Some("not a cloud".into())) };
-            report.objects.push(Written { object: object.name().into(), form: "text".into(), fate, tolerance: None, error: None, reason });
+    fn encode(&self, outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+        let (scene, mut report, mut text) = (outgoing.converted()?, WriteReport::default(), String::new());
+        for object in outgoing.in_world(&scene)? {
+            let InWorld { object, geometry, .. } = object?;
+            report.objects.push(if let Geometry::Cloud(cloud) = geometry.as_ref() {
+                text += &format!("cloud {}\n", object.name().replace('\n', " "));
+                text.extend(cloud.points.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)));
+                Written::kept(object, "text")
+            } else {
+                Written::left_out(object, "not a cloud")
+            });
         }
-        let name = sink.name().to_owned();
-        sink.main().write_all(text.as_bytes()).map_err(|e| FormatError::new(name, Place::File, e.to_string()))?;
+        sink.main().write_all(text.as_bytes())?;
         Ok(report)
     }
 }

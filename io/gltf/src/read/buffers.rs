@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use base64::Engine as _;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
-use loftsman_kernel::plugin::{FormatError, Place, Source};
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Source};
 
 use super::file::{File, clip};
 use super::schema::{Buffer, Raw};
@@ -155,7 +155,7 @@ impl File<'_> {
         if view.extensions.as_ref().is_some_and(|e| e.contains_key("EXT_meshopt_compression")) {
             let problem = "its bytes are compressed (EXT_meshopt_compression), which is not read: write the file again \
                            without compression (gltf-transform: `gltf-transform copy in.glb out.glb`)";
-            return Err(self.fail(path(), problem));
+            return Err(self.fail(path(), problem).as_kind(FormatErrorKind::Unsupported));
         }
         let buffer = view.buffer.index();
         let bytes = match self.buffers.buffers.get(buffer) {
@@ -183,11 +183,6 @@ impl File<'_> {
             }
         }
     }
-}
-
-/// The place of an error of the file as a whole.
-pub(super) fn whole(file: &str, problem: String) -> FormatError {
-    FormatError::new(file, Place::File, problem)
 }
 
 #[cfg(test)]

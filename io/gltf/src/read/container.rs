@@ -1,6 +1,6 @@
 //! The two containers: JSON as a text, and GLB, which holds the JSON and the bytes of the first buffer.
 
-use loftsman_kernel::plugin::{FormatError, Place};
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Place, utf8};
 
 /// A file taken apart.
 pub(super) struct Parts<'a> {
@@ -19,41 +19,30 @@ const JSON: &[u8] = b"JSON";
 const BIN: &[u8] = b"BIN\0";
 
 /// Takes a file apart: GLB by its magic number, else a text.
-pub(super) fn parts<'a>(file: &str, bytes: &'a [u8]) -> Result<Parts<'a>, FormatError> {
+pub(super) fn parts(bytes: &[u8]) -> Result<Parts<'_>, FormatError> {
     if bytes.starts_with(MAGIC) {
-        return glb(file, bytes);
+        return glb(bytes);
     }
-    let json = text(file, bytes, 0)?;
+    let json = text(bytes, 0)?;
     if !json.trim_start().starts_with('{') {
         let problem =
             "this is neither a GLB, which starts with the letters glTF, nor a glTF text, which starts with {";
-        return Err(FormatError::new(file, Place::Byte(0), problem));
+        return Err(FormatError::new(Place::Byte(0), problem));
     }
     Ok(Parts { json, binary: None, notes: Vec::new(), unknown_chunks: 0 })
 }
 
 /// UTF-8 without its byte order mark; `start` is where in the file the bytes are.
-fn text<'a>(file: &str, bytes: &'a [u8], start: usize) -> Result<&'a str, FormatError> {
-    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        let problem = "the text is UTF-16, glTF is UTF-8: save it again as UTF-8";
-        return Err(FormatError::new(file, Place::Byte(start), problem));
+fn text(bytes: &[u8], start: usize) -> Result<&str, FormatError> {
+    let text = utf8(bytes, start)?;
+    if text.trim().is_empty() {
+        return Err(FormatError::new(Place::Byte(start), "there is no JSON in it: get the file again"));
     }
-    let plain = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    let start = start + bytes.len() - plain.len();
-    if plain.trim_ascii().is_empty() {
-        return Err(FormatError::new(file, Place::Byte(start), "there is no JSON in it: get the file again"));
-    }
-    match std::str::from_utf8(plain) {
-        Ok(text) => Ok(text),
-        Err(e) => {
-            let problem = "this byte is not UTF-8: the file is damaged, or no glTF at all; get it again";
-            Err(FormatError::new(file, Place::Byte(start + e.valid_up_to()), problem))
-        }
-    }
+    Ok(text)
 }
 
-fn glb<'a>(file: &str, bytes: &'a [u8]) -> Result<Parts<'a>, FormatError> {
-    let fail = |at: usize, problem: String| Err(FormatError::new(file, Place::Byte(at), problem));
+fn glb(bytes: &[u8]) -> Result<Parts<'_>, FormatError> {
+    let fail = |at: usize, problem: String| Err(FormatError::new(Place::Byte(at), problem));
     let word = |at: usize| -> Option<u32> {
         bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes)
     };
@@ -61,10 +50,9 @@ fn glb<'a>(file: &str, bytes: &'a [u8]) -> Result<Parts<'a>, FormatError> {
         return fail(0, format!("the GLB ends within its header, after {} bytes: get it again", bytes.len()));
     };
     if version != 2 {
-        return fail(
-            4,
-            format!("GLB of version {version}; only version 2 is read: convert it to glTF 2.0 first"),
-        );
+        let problem =
+            format!("GLB of version {version}; only version 2 is read: convert it to glTF 2.0 first");
+        return Err(FormatError::new(Place::Byte(4), problem).as_kind(FormatErrorKind::Unsupported));
     }
     let mut notes = Vec::new();
     let length = length as usize;
@@ -103,7 +91,7 @@ fn glb<'a>(file: &str, bytes: &'a [u8]) -> Result<Parts<'a>, FormatError> {
         at = end;
     }
     let Some((chunk, start)) = json else { return fail(12, "the GLB has no JSON: get it again".to_owned()) };
-    let json = text(file, chunk, start)?;
+    let json = text(chunk, start)?;
     // Padding with zeros is against the standard, but harmless.
     Ok(Parts { json: json.trim_end_matches('\0'), binary, notes, unknown_chunks })
 }

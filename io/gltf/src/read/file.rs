@@ -1,9 +1,10 @@
-//! What all parts of the reader share: the file's name for errors, its document, its bytes, and the budget.
+//! What all parts of the reader share: the document, its bytes, and the budget.
 
 use std::cell::Cell;
 use std::fmt::Display;
 
-use loftsman_kernel::plugin::{FormatError, Place};
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Place};
+use loftsman_kernel::text::{clip_to, json_problem};
 use serde::Deserialize;
 
 use super::buffers::Buffers;
@@ -11,7 +12,6 @@ use super::schema::{Raw, Root};
 
 /// A file with its parsed document.
 pub(super) struct File<'a> {
-    pub(super) name: &'a str,
     pub(super) root: Root<'a>,
     pub(super) buffers: Buffers<'a>,
     pub(super) budget: Budget,
@@ -36,35 +36,30 @@ impl Budget {
         let all = bytes.saturating_mul(Self::FACTOR).max(Self::LEAST);
         Self { all, left: Cell::new(all) }
     }
-
-    /// Takes memory for `count` things of `size` bytes.
-    pub(super) fn take(&self, count: usize, size: usize) -> Result<(), String> {
-        let wanted = (count as u64).saturating_mul(size as u64);
-        match self.left.get().checked_sub(wanted) {
-            Some(left) => {
-                self.left.set(left);
-                Ok(())
-            }
-            None => Err(format!(
-                "{count} elements need {} MB more, beyond {} times what the file has itself ({} MB in all): \
-                 the counts are wrong, or too many nodes bend the same mesh; split the file",
-                wanted >> 20,
-                Self::FACTOR,
-                self.all >> 20
-            )),
-        }
-    }
 }
 
 impl File<'_> {
     /// An error at a path of the document.
     pub(super) fn fail(&self, path: impl Display, problem: impl Into<String>) -> FormatError {
-        FormatError::new(self.name, Place::Path(path.to_string()), problem)
+        FormatError::new(Place::Path(path.to_string()), problem)
     }
 
-    /// Takes memory from the budget.
+    /// Takes memory for `count` things of `size` bytes from the budget.
     pub(super) fn take(&self, path: impl Display, count: usize, size: usize) -> Result<(), FormatError> {
-        self.budget.take(count, size).map_err(|problem| self.fail(path, problem))
+        let Budget { all, left } = &self.budget;
+        let wanted = (count as u64).saturating_mul(size as u64);
+        let Some(rest) = left.get().checked_sub(wanted) else {
+            let problem = format!(
+                "{count} elements need {} MB more, beyond {} times what the file has itself ({} MB in all): \
+                 the counts are wrong, or too many nodes bend the same mesh; split the file",
+                wanted >> 20,
+                Budget::FACTOR,
+                all >> 20
+            );
+            return Err(self.fail(path, problem).as_kind(FormatErrorKind::Limit));
+        };
+        left.set(rest);
+        Ok(())
     }
 
     /// The entry `index` of a list that is kept as text.
@@ -75,7 +70,7 @@ impl File<'_> {
         index: usize,
     ) -> Result<T, FormatError> {
         let Some(entry) = entries.get(index) else { return Err(self.missing(list, index, entries.len())) };
-        parse(self.name, &format!("{list}[{index}]"), entry.get())
+        parse(&format!("{list}[{index}]"), entry.get())
     }
 
     /// The error for an index beyond the end of a list.
@@ -89,11 +84,7 @@ impl File<'_> {
 }
 
 /// Parses JSON; an error has the path of the spot, below `above` where that is not empty.
-pub(super) fn parse<'a, T: Deserialize<'a>>(
-    file: &str,
-    above: &str,
-    text: &'a str,
-) -> Result<T, FormatError> {
+pub(super) fn parse<'a, T: Deserialize<'a>>(above: &str, text: &'a str) -> Result<T, FormatError> {
     let mut json = serde_json::Deserializer::from_str(text);
     let value = serde_path_to_error::deserialize(&mut json);
     let error = match value {
@@ -106,33 +97,17 @@ pub(super) fn parse<'a, T: Deserialize<'a>>(
     let (below, error) = error;
     let below = if below == "." { "" } else { below.as_str() };
     let dot = if above.is_empty() || below.is_empty() || below.starts_with('[') { "" } else { "." };
-    let message = error.to_string();
-    let short = message.rsplit_once(" at line ").map_or(message.as_str(), |(m, _)| m);
-    let problem = match error.classify() {
-        serde_json::error::Category::Eof => {
-            format!("the JSON ends in the middle ({short}): the file was cut off; get it again as a whole")
-        }
-        _ if short == "recursion limit exceeded" => {
-            "the brackets are nested too deeply for a glTF document".to_owned()
-        }
-        serde_json::error::Category::Syntax => format!("this is not JSON: {}", clip(short)),
-        _ => clip(short),
-    };
+    let problem = json_problem(text, &error);
     let (problem, place) = if above.is_empty() {
         let at = format!("{problem} (line {}, column {})", error.line(), error.column());
         (at, if below.is_empty() { Place::Line(error.line().max(1)) } else { Place::Path(below.to_owned()) })
     } else {
         (problem, Place::Path(format!("{above}{dot}{below}")))
     };
-    Err(FormatError::new(file, place, problem))
+    Err(FormatError::new(place, problem))
 }
 
 /// The start of a text, on one line: what a file says may be a megabyte long.
 pub(super) fn clip(text: &str) -> String {
-    const LENGTH: usize = 160;
-    let mut short: String = text.chars().take(LENGTH).flat_map(char::escape_debug).collect();
-    if text.chars().nth(LENGTH).is_some() {
-        short.push('…');
-    }
-    short
+    clip_to(160, text)
 }

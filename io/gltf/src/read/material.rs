@@ -199,7 +199,7 @@ impl Reader<'_, '_> {
             );
             return Ok(());
         }
-        let mut value: Value = parse(self.file.name, &path, text)?;
+        let mut value: Value = parse(&path, text)?;
         if name == "KHR_materials_emissive_strength" {
             let strength = value.get("emissiveStrength").and_then(Value::as_f64).unwrap_or(1.0);
             material.emissive = material.emissive.map(|e| e * strength);
@@ -215,7 +215,7 @@ impl Reader<'_, '_> {
             for key in shown {
                 let Some(info) = fields.shift_remove(&key) else { continue };
                 let info = info.to_string();
-                let info: schema::TextureInfo<'_> = parse(self.file.name, &format!("{path}.{key}"), &info)?;
+                let info: schema::TextureInfo<'_> = parse(&format!("{path}.{key}"), &info)?;
                 if let Some(texture) = self.texture(&info, report)? {
                     material.textures.insert(Channel::Other(format!("{name}.{key}")), texture);
                 }
@@ -245,7 +245,7 @@ impl Reader<'_, '_> {
                 report.count(Fate::LeftOut, &what);
             } else {
                 let path = format!("textures[{index}].extensions.{name}");
-                let other: schema::Texture<'_> = parse(file.name, &path, value.get())?;
+                let other: schema::Texture<'_> = parse(&path, value.get())?;
                 source = other.source;
             }
         }
@@ -274,7 +274,7 @@ impl Reader<'_, '_> {
         out.strength = info.scale.or(info.strength).unwrap_or(1.0);
         if let Some(transform) = info.extensions.as_ref().and_then(|e| e.get("KHR_texture_transform")) {
             let path = format!("{}: KHR_texture_transform", self.path);
-            let transform: schema::TextureTransform = parse(file.name, &path, transform.get())?;
+            let transform: schema::TextureTransform = parse(&path, transform.get())?;
             out.rotation = transform.rotation.unwrap_or(0.0);
             out.tiling = transform.scale.unwrap_or([1.0; 2]);
             out.offset = flipped(transform.offset.unwrap_or([0.0; 2]), out.rotation, out.tiling);

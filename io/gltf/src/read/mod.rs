@@ -16,15 +16,14 @@ mod schema;
 mod shared;
 mod tree;
 
-use loftsman_kernel::plugin::{Fate, Format as _, FormatError, Place, ReadOptions, ReadReport, Source};
+use loftsman_kernel::plugin::{Fate, FormatError, FormatErrorKind, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Unit, Up};
 use serde::Deserialize;
 
-use buffers::{Buffers, whole};
+use buffers::Buffers;
 use file::{Budget, File, clip, parse};
 use schema::Root;
 
-use crate::Gltf;
 use crate::words::{ASSET_DATA, COPYRIGHT, DATA, EXTRAS, SOURCES};
 
 /// `asset.extras`, as far as they are ours.
@@ -45,17 +44,16 @@ pub(crate) fn read(
     source: &dyn Source,
     options: &ReadOptions<'_>,
 ) -> Result<(Scene, ReadReport), FormatError> {
-    let name = source.name();
-    options.own.check(Gltf.declaration().reading_options()).map_err(|e| whole(name, e.to_string()))?;
-    let parts = container::parts(name, source.bytes())?;
+    let parts = container::parts(source.bytes())?;
     let mut report = ReadReport { notes: parts.notes, ..ReadReport::default() };
     report.count_many(Fate::LeftOut, "chunk of a type that the standard does not know", parts.unknown_chunks);
-    let root: Root<'_> = parse(name, "", parts.json)?;
-    check_version(name, &root)?;
-    check_required(name, &root)?;
+    let root: Root<'_> = parse("", parts.json)?;
+    check_version(&root)?;
+    check_required(&root)?;
     let buffers = Buffers::load(&root.buffers, parts.binary, source);
     let budget = Budget::of(source.bytes().len() as u64 + buffers.len());
-    let file = File { name, root, buffers, budget };
+    options.limits.check_entities(root.nodes.len())?;
+    let file = File { root, buffers, budget };
     let mut scene = Scene::new();
     (scene.unit, scene.up) = (Unit::Metre, Up::Y);
     let extras = file.root.asset.as_ref().and_then(|asset| asset.extras);
@@ -68,7 +66,7 @@ pub(crate) fn read(
     report::keep(file.root.extras, "file", &[], DATA, &mut scene.statements, &mut report);
     report::inner(&file.root, &mut report);
     let looks = material::read(&file, &mut scene, &mut report)?;
-    let mut scene = nodes::read(&file, scene, (unit, up), &looks, options, &mut report)?;
+    let scene = nodes::read(&file, scene, (unit, up), &looks, options, &mut report)?;
     for (count, what) in [
         (file.root.skins.len(), "skin: meshes are in their rest position"),
         (file.root.cameras.len(), "camera"),
@@ -76,23 +74,19 @@ pub(crate) fn read(
         report.count_many(Fate::LeftOut, what, count);
     }
     report::extensions(file.root.extensions.as_ref(), "file", &mut report);
-    if let Some(unit) = options.unit.filter(|&unit| unit != scene.unit) {
-        report.notes.push(format!("the unit {} is noted instead of glTF's, as asked for", unit.name()));
-        scene.unit = unit;
-    }
-    if let Some(up) = options.up.filter(|&up| up != scene.up) {
-        report.notes.push("the up axis is noted as asked for, not as glTF has it".to_owned());
-        scene.up = up;
-    }
-    scene.check().map_err(|e| whole(name, e.to_string()))?;
+    scene.check()?;
     Ok((scene, report))
 }
 
-fn check_version(name: &str, root: &Root<'_>) -> Result<(), FormatError> {
+fn unsupported(path: String, problem: String) -> FormatError {
+    FormatError::new(Place::Path(path), problem).as_kind(FormatErrorKind::Unsupported)
+}
+
+fn check_version(root: &Root<'_>) -> Result<(), FormatError> {
     let Some(asset) = &root.asset else {
         let problem =
             "a glTF document says its version in asset.version, this one has no asset: it is another JSON";
-        return Err(FormatError::new(name, Place::Path("asset".to_owned()), problem));
+        return Err(FormatError::new(Place::Path("asset".to_owned()), problem));
     };
     // A file may be of a later minor version as long as it needs no later one.
     let needed = asset.min_version.as_deref().unwrap_or(&asset.version);
@@ -103,7 +97,7 @@ fn check_version(name: &str, root: &Root<'_>) -> Result<(), FormatError> {
         "glTF {} is needed to read it, and only 2.0 is read: convert it to glTF 2.0 first (glTF 1: `gltf-pipeline -i in.gltf -o out.gltf`)",
         clip(needed)
     );
-    Err(FormatError::new(name, Place::Path("asset.version".to_owned()), problem))
+    Err(unsupported("asset.version".to_owned(), problem))
 }
 
 /// Extensions that a file may need: those that are read, and those without which shapes and colours are still right.
@@ -116,7 +110,7 @@ fn is_known(extension: &str) -> bool {
         || SOURCES.iter().any(|(name, _)| *name == extension)
 }
 
-fn check_required(name: &str, root: &Root<'_>) -> Result<(), FormatError> {
+fn check_required(root: &Root<'_>) -> Result<(), FormatError> {
     let Some((at, extension)) = root.extensions_required.iter().enumerate().find(|(_, e)| !is_known(e))
     else {
         return Ok(());
@@ -132,5 +126,5 @@ fn check_required(name: &str, root: &Root<'_>) -> Result<(), FormatError> {
         "the file cannot be read without the extension {}, which is not known here: {advice}",
         clip(extension)
     );
-    Err(FormatError::new(name, Place::Path(format!("extensionsRequired[{at}]")), problem))
+    Err(unsupported(format!("extensionsRequired[{at}]"), problem))
 }

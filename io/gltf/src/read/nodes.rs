@@ -6,7 +6,8 @@ use std::sync::Arc;
 use loftsman_kernel::Vector;
 use loftsman_kernel::material::Material;
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadOptions, ReadReport};
+use loftsman_kernel::placement::Change;
+use loftsman_kernel::plugin::{Fate, FormatError, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use nalgebra::Matrix4;
 
@@ -17,8 +18,8 @@ use super::noted::{exact, own};
 use super::schema;
 use super::shared::Meshes;
 use super::tree::Tree;
-use crate::extras::{Own, matrix};
-use crate::place::{Change, Placement};
+use crate::extras::{ExtrasFields, matrix};
+use crate::place::Placement;
 use crate::words::{DATA, EXTRAS, MESH_NAME};
 
 /// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
@@ -52,10 +53,7 @@ pub(super) fn read(
     let mut names: HashMap<usize, String> = HashMap::new();
     let mut found = Vec::with_capacity(tree.nodes.len());
     for (done, &node) in tree.nodes.iter().enumerate() {
-        if options.observer.cancelled() {
-            return Err(FormatError::new(file.name, Place::File, "cancelled"));
-        }
-        options.observer.progress("reading nodes", done as u64, tree.nodes.len() as u64);
+        options.observer.proceed("reading nodes", done as u64, tree.nodes.len() as u64)?;
         found.push(reader.node(node, &mut scene, report)?);
     }
     // First all names, so that those of nodes come before those made up for their points.
@@ -108,7 +106,7 @@ pub(super) fn read(
         let name = scene.unique_name(&format!("{above} points"));
         let mut object = Object::sharing(name, points);
         object.parent = Some(above);
-        (object.color, object.materials) = reader.dress(&slots, &mut scene)?;
+        (object.color, object.materials) = reader.appearance(&slots, &mut scene)?;
         scene.add(object).map_err(|e| file.fail("nodes", e.to_string()))?;
     }
     finish(file, scene, noted, &change, exact, report)
@@ -165,7 +163,7 @@ struct Part {
     /// Its loose points and their slots.
     points: Option<(Arc<Geometry>, Vec<Option<usize>>)>,
     map: Matrix4<f64>,
-    own: Option<Own>,
+    own: Option<ExtrasFields>,
     exact: Option<Exact>,
 }
 
@@ -196,7 +194,7 @@ impl Reader<'_, '_> {
             return Err(file.fail(path, "it refers to a camera or skin that does not exist"));
         }
         let map = local(file, &path, &raw)?;
-        let own = raw.extras.and_then(|extras| own(file, &path, extras.get(), report));
+        let own = raw.extras.and_then(|extras| own(&path, extras.get(), report));
         let mut part = Part {
             name: raw.name.unwrap_or_default(),
             geometry: None,
@@ -246,7 +244,7 @@ impl Reader<'_, '_> {
             let drops = part.own.as_ref().is_some_and(|own| own.made_tangents);
             let shown = self.meshes.shown(file, &path, mesh, weights, drops)?;
             self.meshes.done(mesh);
-            (part.color, part.materials) = self.dress(&content.main.slots, scene)?;
+            (part.color, part.materials) = self.appearance(&content.main.slots, scene)?;
             if part.color.is_none() && !part.materials.is_empty() {
                 part.color = part.own.as_ref().and_then(|own| own.color);
             }
@@ -279,7 +277,7 @@ impl Reader<'_, '_> {
     }
 
     /// The colour or the materials of an object with these slots.
-    fn dress(
+    fn appearance(
         &self,
         slots: &[Option<usize>],
         scene: &mut Scene,
@@ -336,7 +334,7 @@ impl Reader<'_, '_> {
         node: usize,
         parent: Option<usize>,
         map: &Matrix4<f64>,
-        own: Option<&Own>,
+        own: Option<&ExtrasFields>,
     ) -> Option<Matrix4<f64>> {
         let mut map = *map;
         // The largest number that may have been rounded on the way.

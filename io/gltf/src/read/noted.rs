@@ -4,18 +4,18 @@ use loftsman_kernel::Error;
 use loftsman_kernel::plugin::{Fate, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry};
 
-use super::file::{File, parse};
-use crate::extras::Own;
+use super::file::parse;
+use crate::extras::ExtrasFields;
 use crate::words::EXTRAS;
 
 /// What our writer noted about a node.
-pub(super) fn own(file: &File<'_>, path: &str, extras: &str, report: &mut ReadReport) -> Option<Own> {
+pub(super) fn own(path: &str, extras: &str, report: &mut ReadReport) -> Option<ExtrasFields> {
     #[derive(serde::Deserialize)]
     struct Extras {
         loftsman: String,
     }
     let text = serde_json::from_str::<Extras>(extras).ok()?.loftsman;
-    match parse::<Own>(file.name, &format!("{path}.extras.{EXTRAS}"), &text) {
+    match parse::<ExtrasFields>(&format!("{path}.extras.{EXTRAS}"), &text) {
         Ok(own) => Some(own),
         Err(error) => {
             report.count(Fate::LeftOut, "extras.loftsman that cannot be read: the mesh is taken instead");
@@ -28,7 +28,7 @@ pub(super) fn own(file: &File<'_>, path: &str, extras: &str, report: &mut ReadRe
 /// The exact spline (or plug-in's shape) of a node and its exact frames, where its mesh, of that fingerprint, still
 /// has the vertices that were written with it.
 pub(super) fn exact(
-    own: &Own,
+    own: &ExtrasFields,
     shown: impl FnOnce() -> Option<String>,
     options: &ReadOptions<'_>,
     report: &mut ReadReport,
@@ -48,7 +48,7 @@ pub(super) fn exact(
             Some((geometry, animation))
         }
         Err(Error::UnknownKind { kind }) => {
-            let kind: String = kind.chars().take(60).flat_map(char::escape_debug).collect();
+            let kind = loftsman_kernel::text::clip(&kind);
             let reason =
                 format!("shape of the kind \"{kind}\", whose plug-in is not here: the mesh is taken instead");
             report.count(Fate::LeftOut, &reason);

@@ -4,13 +4,14 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 
+use loftsman_kernel::plugin::FormatError;
 use loftsman_kernel::scene::Animation;
 use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Error, Point, Result};
 
 use super::bin::{Bin, Kind, Out, Use};
 use super::schema::{self, Channel, Sampler, Target};
-use super::shape::{Failure, Shaped, targets};
+use super::shape::{Shaped, targets};
 
 /// The largest number of frames: every frame has a weight for every other, so that their square is written.
 pub(super) const LARGEST: usize = 2000;
@@ -50,7 +51,7 @@ impl<'a> Moves<'a> {
         &self,
         shaped: &Shaped,
         bin: &mut Bin<'a>,
-    ) -> std::result::Result<Vec<BTreeMap<&'static str, usize>>, Failure> {
+    ) -> Result<Vec<BTreeMap<&'static str, usize>>, FormatError> {
         targets(&self.base, shaped, self.count(), |k| Ok(self.frames.frames[k].clone()), bin)
     }
 }

@@ -5,7 +5,7 @@
 
 use std::io::{self, BufWriter, Write};
 
-use loftsman_kernel::plugin::{FormatError, Place, Sink};
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Sink};
 
 use super::schema::{Accessor, Buffer, BufferView, Root};
 
@@ -165,9 +165,7 @@ impl<'a> Bin<'a> {
 /// Writes the document: a `.gltf` with a `.bin` beside it, or else a `.glb`.
 pub(super) fn emit(mut root: Root, mut bin: Bin<'_>, sink: &mut dyn Sink) -> Result<(), FormatError> {
     let file = sink.name().to_owned();
-    let fail = |problem: String| FormatError::new(&file, Place::File, problem);
-    let io = |e: io::Error| fail(format!("it cannot be written: {e}"));
-    let text = file.to_lowercase().ends_with(".gltf");
+    let text = is_text(&file);
     root.accessors = std::mem::take(&mut bin.accessors);
     root.buffer_views = bin.views.iter().map(|v| BufferView { ..*v }).collect();
     let sibling = format!("{}.bin", &file[..file.len() - if text { ".gltf".len() } else { 0 }]);
@@ -175,39 +173,37 @@ pub(super) fn emit(mut root: Root, mut bin: Bin<'_>, sink: &mut dyn Sink) -> Res
         let uri = text.then(|| percent_encoded(&sibling));
         root.buffers.push(Buffer { uri, byte_length: bin.length });
     }
-    let json = |root: &Root, pretty: bool| {
-        let result = if pretty { serde_json::to_vec_pretty(root) } else { serde_json::to_vec(root) };
-        result.map_err(|e| fail(format!("it cannot be written: {e}")))
-    };
     if text {
-        sink.main().write_all(&json(&root, true)?).map_err(io)?;
+        sink.main().write_all(&serde_json::to_vec_pretty(&root).map_err(io::Error::from)?)?;
         if bin.length > 0 {
-            bin.pour(sink.sibling(&sibling)?).map_err(io)?;
+            bin.pour(sink.sibling(&sibling)?)?;
         }
         return Ok(());
     }
     // Header, then chunks of a length, a type and bytes padded to four: JSON with blanks, BIN with zeros.
-    let mut json = json(&root, false)?;
+    let mut json = serde_json::to_vec(&root).map_err(io::Error::from)?;
     json.resize(json.len().next_multiple_of(4), b' ');
     let chunk = if bin.length == 0 { 0 } else { 8 + bin.length };
     let total = 12 + 8 + json.len() + chunk;
-    let too_large = || fail(format!("{total} bytes are more than a .glb file can have: write several files"));
-    let length = |n: usize| u32::try_from(n).map_err(|_| too_large());
-    length(total)?;
+    let too_large = || {
+        let problem = format!("{total} bytes are more than a .glb file can have: write several files");
+        FormatError::whole(problem).as_kind(FormatErrorKind::Limit)
+    };
+    let length = |n: usize| u32::try_from(n).map(u32::to_le_bytes).map_err(|_| too_large());
     let out = sink.main();
-    let mut put = |bytes: &[u8]| out.write_all(bytes).map_err(io);
-    put(b"glTF")?;
-    put(&2_u32.to_le_bytes())?;
-    put(&length(total)?.to_le_bytes())?;
-    put(&length(json.len())?.to_le_bytes())?;
-    put(b"JSON")?;
-    put(&json)?;
+    out.write_all(&[*b"glTF", 2_u32.to_le_bytes(), length(total)?].concat())?;
+    out.write_all(&[length(json.len())?, *b"JSON"].concat())?;
+    out.write_all(&json)?;
     if chunk > 0 {
-        put(&length(bin.length)?.to_le_bytes())?;
-        put(b"BIN\0")?;
-        bin.pour(out).map_err(io)?;
+        out.write_all(&[length(bin.length)?, *b"BIN\0"].concat())?;
+        bin.pour(out)?;
     }
     Ok(())
+}
+
+/// Whether a file of this name is text with its bytes beside it.
+pub(super) fn is_text(file: &str) -> bool {
+    file.to_lowercase().ends_with(".gltf")
 }
 
 /// A relative path as a URI: everything but letters, digits and `-._~/` as `%XX` (RFC 3986).

@@ -1,8 +1,7 @@
 //! From points of the scene to numbers of the file.
 
+use loftsman_kernel::placement::Change;
 use loftsman_kernel::{Error, Point, Result, Vector};
-
-use crate::place::Change;
 
 /// How far from the origin, in multiples of its own size, a shape may be before it is moved there. A coordinate
 /// then is rounded by less than 5e-7 of the size.

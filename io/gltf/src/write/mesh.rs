@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::mesh::{Layer, Mesh, NONE};
+use loftsman_kernel::placement::Change;
+use loftsman_kernel::plugin::FormatError;
 
 use super::bin::{Bin, Kind, Out, Use};
 use super::frame::Frame;
 use super::material::shade;
-use super::shape::{Failure, LINES, POINTS, Shaped, TRIANGLES, positions, primitive, put, put_index, values};
+use super::shape::{LINES, POINTS, Shaped, TRIANGLES, positions, primitive, put, put_index, values};
 use super::tangent::with_tangents;
-use crate::place::Change;
 use crate::triangulate;
 
 /// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. Slots of which
@@ -23,7 +24,7 @@ pub(super) fn mesh<'a>(
     faces_only: bool,
     maps: &BTreeMap<u32, u32>,
     bin: &mut Bin<'a>,
-) -> Result<Option<Shaped>, Failure> {
+) -> Result<Option<Shaped>, FormatError> {
     if let Some(mut cut) = with_tangents(&mesh, maps)? {
         // Only to say that they are left out.
         cut.groups.clone_from(&mesh.groups);
@@ -38,7 +39,7 @@ fn shaped<'a>(
     change: Change,
     faces_only: bool,
     bin: &mut Bin<'a>,
-) -> Result<Option<Shaped>, Failure> {
+) -> Result<Option<Shaped>, FormatError> {
     match mesh {
         Cow::Borrowed(mesh) => {
             let by_point = mesh.by_point()?;
@@ -87,7 +88,7 @@ impl<'a> Planner<'_, 'a> {
         }
     }
 
-    fn plan(self, bin: &mut Bin<'a>) -> Result<Option<Shaped>, Failure> {
+    fn plan(self, bin: &mut Bin<'a>) -> Result<Option<Shaped>, FormatError> {
         let mut remarks = Vec::new();
         let faces = self.faces(&mut remarks);
         let lines = if self.faces_only { 0 } else { self.flat.lines().map(|l| l.len() - 1).sum::<usize>() };
@@ -182,7 +183,7 @@ impl<'a> Planner<'_, 'a> {
         frame: Frame,
         bin: &mut Bin<'a>,
         remarks: &mut Vec<String>,
-    ) -> Result<Attributes, Failure> {
+    ) -> Result<Attributes, FormatError> {
         let (flat, original) = (self.flat, self.original);
         let mut found = Attributes::default();
         if !flat.normals.is_empty() {

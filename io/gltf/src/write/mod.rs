@@ -14,78 +14,51 @@ mod shared;
 mod tangent;
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 
-use loftsman_kernel::Error;
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{
-    Chord, Fate, Format as _, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written,
-};
-use loftsman_kernel::scene::{MOST_PLACED, Object, Scene, Unit, Up};
+use loftsman_kernel::placement::Change;
+use loftsman_kernel::plugin::{Cuts, FormatError, Outgoing, Sink, WriteOptions, WriteReport, Written};
+use loftsman_kernel::scene::{Object, Scene, Unit, Up};
 use nalgebra::{Matrix4, Translation3};
 use serde_json::{Value, json};
 
 use self::animation::Keys;
-use self::bin::{Bin, emit};
+use self::bin::{Bin, emit, is_text};
 use self::material::Materials;
-use self::object::explain;
 use self::schema::{Asset, Mesh, Node, Root, Scene as SceneNodes};
-use self::shape::Failure;
 use self::shared::{Drawn, Shared};
-use crate::Gltf;
-use crate::extras::{Own, rows};
-use crate::place::{Change, Placement};
+use crate::extras::{ExtrasFields, rows};
+use crate::place::Placement;
 use crate::words::{
     ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MESH_DATA, MESH_NAME, PREFIX, SCENE_DATA, SCENE_NAME,
 };
 
 /// Writes a scene.
-pub(crate) fn write(
-    scene: &Scene,
-    sink: &mut dyn Sink,
-    options: &WriteOptions<'_>,
-) -> Result<WriteReport, FormatError> {
-    let file = sink.name().to_owned();
-    let fail = |problem: String| FormatError::new(&file, Place::File, problem);
-    options.own.check(Gltf.declaration().writing_options()).map_err(|e| fail(e.to_string()))?;
-    let meshes_only = options.own.flag("meshes-only").map_err(|e| fail(e.to_string()))?;
-    scene.check().map_err(|e| fail(e.to_string()))?;
-    let flat = scene.flattened(MOST_PLACED).map_err(|e| fail(e.to_string()))?;
-    let scene = flat.as_ref();
-    let unit = options.unit.unwrap_or(Unit::Metre);
-    let up = match options.up {
-        UpChoice::Usual => Up::Y,
-        UpChoice::Keep => scene.up,
-        UpChoice::To(up) => up,
-    };
-    let text = file.to_lowercase().ends_with(".gltf");
+pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+    let meshes_only = outgoing.options.own.flag("meshes-only")?;
+    let (unit, up) = (outgoing.unit, outgoing.up);
     let as_usual = (unit, up) == (Unit::Metre, Up::Y);
     // In glTF's own unit and axes numbers are changed as they are poured, and the file notes what they were; else a
     // reader takes them for metres and y up, and so does this.
-    let (scene, change) = if as_usual {
-        (Cow::Borrowed(scene), Change::between((scene.unit, scene.up), (unit, up)))
-    } else {
-        (scene.converted(unit, up).map_err(|e| fail(e.to_string()))?, Change::none())
-    };
+    let scene = if as_usual { Cow::Borrowed(outgoing.scene()) } else { outgoing.converted()? };
     let scene = scene.as_ref();
-    let joined = match options.fineness.chord {
-        Chord::Relative(_) => scene.joined_diagonals().map_err(|e| fail(e.to_string()))?,
-        Chord::Absolute(_) => Vec::new(),
-    };
+    let change = Change::between((scene.unit, scene.up), (unit, up));
     let mut writer = Writer {
         scene,
-        options,
+        options: outgoing.options,
         meshes_only,
         change,
-        back: if as_usual { Change::between((unit, up), (scene.unit, scene.up)) } else { change },
+        back: Change::between((unit, up), (scene.unit, scene.up)),
         bin: Bin::default(),
-        materials: Materials::new(scene, options.pictures, text),
+        materials: Materials::new(scene, outgoing.options.pictures, is_text(sink.name())),
         meshes: Vec::new(),
         shared: Shared::default(),
         keys: Keys::default(),
         rounding: 0.0,
-        joined,
+        cuts: outgoing.cuts(scene)?,
     };
-    let (nodes, report) = writer.scene(&file)?;
+    let (nodes, report) = writer.scene(outgoing)?;
     let Writer { bin, materials, meshes, keys, rounding, .. } = writer;
     let said =
         |heading: &str| scene.statement(heading).and_then(|text| serde_json::from_str::<Value>(text).ok());
@@ -140,46 +113,27 @@ fn is_ours(key: &str, text: &str) -> bool {
 
 fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
     let unit = scene.unit.name();
-    let mut notes = Vec::new();
+    let mut report = WriteReport::default();
     if rounding > 0.0 {
-        notes.push(format!(
+        report.notes.push(format!(
             "glTF has single precision: coordinates are rounded by at most {rounding:.1e} {unit}"
         ));
     }
-    let used: Vec<&str> = scene.objects().iter().flat_map(|o| &o.materials).map(String::as_str).collect();
-    let used: std::collections::HashSet<&str> = used.into_iter().collect();
+    let used: HashSet<&str> = scene.objects().iter().flat_map(|o| &o.materials).map(String::as_str).collect();
     let unused = scene.materials.iter().filter(|m| !used.contains(m.name())).count();
-    if unused > 0 {
-        notes.push(format!("{unused} material(s) that no object has are left out"));
-    }
-    let mut shown = std::collections::HashSet::new();
-    for material in scene.materials.iter().filter(|m| used.contains(m.name())) {
-        shown.extend(material.textures.values().map(|t| t.image.as_str()));
-    }
+    report.say(unused, "material(s) that no object has are left out");
+    let shown = scene.materials.iter().filter(|m| used.contains(m.name()));
+    let shown: HashSet<&str> =
+        shown.flat_map(|m| m.textures.values()).map(|texture| texture.image.as_str()).collect();
     let unused = scene.images.iter().filter(|i| !shown.contains(i.name())).count();
-    if unused > 0 {
-        notes.push(format!("{unused} picture(s) that nothing shows are left out"));
-    }
-    let other = |list: &[(String, String)]| list.iter().filter(|(key, _)| !key.starts_with(PREFIX)).count();
-    let of_objects = scene.objects().iter().map(|o| other(&o.statements)).sum::<usize>();
-    let of_materials =
-        scene.materials.iter().filter(|m| used.contains(m.name())).map(|m| other(&m.statements));
-    let foreign = other(&scene.statements) + of_objects + of_materials.sum::<usize>();
-    if foreign > 0 {
-        notes.push(format!("{foreign} statement(s) of other formats are left out"));
-    }
+    report.say(unused, "picture(s) that nothing shows are left out");
     let broken = |list: &[(String, String)]| {
         list.iter().filter(|(key, text)| key.starts_with(PREFIX) && !is_ours(key, text)).count()
     };
     let broken =
         broken(&scene.statements) + scene.objects().iter().map(|o| broken(&o.statements)).sum::<usize>();
-    if broken > 0 {
-        notes.push(format!("{broken} statement(s) headed \"gltf\" are no JSON or unknown, and are left out"));
-    }
-    if !scene.connections().is_empty() {
-        notes.push(format!("{} connection(s) of surfaces are left out", scene.connections().len()));
-    }
-    notes
+    report.say(broken, "statement(s) headed \"gltf\" are no JSON or unknown, and are left out");
+    report.notes
 }
 
 struct Writer<'a, 'o> {
@@ -196,8 +150,8 @@ struct Writer<'a, 'o> {
     keys: Keys,
     /// By how much a coordinate was rounded, in the file's unit.
     rounding: f64,
-    /// For each object how large all that it hangs together with is ([`Scene::joined_diagonals`]).
-    joined: Vec<Option<f64>>,
+    /// How finely each object is cut.
+    cuts: Cuts,
 }
 
 /// What hangs over an object: what its parent's node could not hold, in the file's unit and axes.
@@ -213,8 +167,7 @@ struct Above {
 type Nodes = (Vec<Node>, Vec<usize>, Vec<Option<usize>>);
 
 impl<'a> Writer<'a, '_> {
-    fn scene(&mut self, file: &str) -> Result<(Nodes, Vec<Written>), FormatError> {
-        let fail = |problem: String| FormatError::new(file, Place::File, problem);
+    fn scene(&mut self, outgoing: &Outgoing<'_>) -> Result<(Nodes, Vec<Written>), FormatError> {
         let scene = self.scene;
         let objects = scene.objects();
         let tree = nodes::Tree::of(scene);
@@ -225,13 +178,10 @@ impl<'a> Writer<'a, '_> {
         let mut open: Vec<(usize, Above)> = tree.roots.iter().rev().map(|&i| (i, start)).collect();
         let mut done = 0;
         while let Some((index, above)) = open.pop() {
-            if self.options.observer.cancelled() {
-                return Err(fail("writing was cancelled".to_owned()));
-            }
-            self.options.observer.progress("writing", done, objects.len() as u64);
+            outgoing.proceed(done, objects.len())?;
             done += 1;
             let object = &objects[index];
-            let named = |e: Failure| fail(e.to_string()).of(object.name());
+            let named = |e: FormatError| e.of(object.name());
             let (node, below, report) = self.object(index, object, above).map_err(named)?;
             all[index] = node;
             written[index] = Some(report);
@@ -246,7 +196,7 @@ impl<'a> Writer<'a, '_> {
         index: usize,
         object: &'a Object,
         above: Above,
-    ) -> Result<(Node, Above, Written), Failure> {
+    ) -> Result<(Node, Above, Written), FormatError> {
         let identity = Matrix4::identity();
         let own = object.transform.map_or(above.rest, |own| above.rest * self.change.of_transform(&own));
         // A transform with shear, which glTF forbids, is baked into the points.
@@ -255,17 +205,10 @@ impl<'a> Writer<'a, '_> {
             None => (Placement::none(), own),
         };
         let stretch = above.stretch * placement.scale.amax();
-        let mut report = Written {
-            object: object.name().to_owned(),
-            form: "nothing".to_owned(),
-            fate: Fate::Kept,
-            tolerance: None,
-            error: None,
-            reason: None,
-        };
+        let mut report = Written::kept(object, "nothing");
         let mut node = Node { name: object.name().to_owned(), ..Node::default() };
         node.extras = object.statement(DATA).and_then(|text| serde_json::from_str(text).ok());
-        let mut noted = Own::default();
+        let mut noted = ExtrasFields::default();
         let mut place = rest;
         let drawn = self.drawn(index, object, &rest, stretch, &mut report)?;
         if let Drawn::Unseen(fields) = drawn {
@@ -284,25 +227,24 @@ impl<'a> Writer<'a, '_> {
         if rest != identity {
             let reason =
                 "its transform shears or flattens, which glTF's nodes cannot: it is baked into the points";
-            explain(&mut report, Fate::Approximated, reason);
+            report.change(reason);
         }
         if !placement.translation.iter().all(|t| (*t as f32).is_finite()) {
             let [x, y, z] = placement.translation.into();
-            return Err(Error::Invalid(format!(
+            return Err(FormatError::whole(format!(
                 "it is at ({x:e}, {y:e}, {z:e}), beyond single precision, which glTF has: choose another unit"
-            ))
-            .into());
+            )));
         }
         (node.translation, node.rotation, node.scale) =
             (placement.shift(), placement.turn(), placement.stretch());
         if !place.iter().chain(above.rest.iter()).all(|x| x.is_finite()) {
-            return Err(Error::Invalid("its transforms together overflow: scale them down".to_owned()).into());
+            return Err(FormatError::whole("its transforms together overflow: scale them down"));
         }
         self.note(object, &placement, &place, &above.rest, node.mesh.is_some(), &mut noted);
-        if noted != Own::default() {
-            let text = serde_json::to_string(&noted).map_err(|e| Failure::Io(e.into()))?;
+        if noted != ExtrasFields::default() {
+            let text = serde_json::to_string(&noted).map_err(std::io::Error::from)?;
             if !with(&mut node.extras, EXTRAS, text.into()) {
-                explain(&mut report, Fate::Approximated, "what other programs noted of it is left out");
+                report.change("what other programs noted of it is left out");
             }
         }
         Ok((node, Above { rest: place, stretch }, report))
@@ -316,7 +258,7 @@ impl<'a> Writer<'a, '_> {
         place: &Matrix4<f64>,
         above: &Matrix4<f64>,
         has_mesh: bool,
-        noted: &mut Own,
+        noted: &mut ExtrasFields,
     ) {
         let identity = Matrix4::identity();
         let moved = *place != identity || *above != identity;

@@ -3,18 +3,20 @@
 use std::borrow::Cow;
 
 use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::placement::Change;
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fate, Fineness, MovingLine, MovingMesh, Written};
+use loftsman_kernel::plugin::{
+    Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Written,
+};
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
 use serde_json::{Value, json};
 
 use super::animation::{self, Moves};
-use super::shape::{self, Failure, LINE_STRIP, POINTS, Shaped};
+use super::shape::{self, LINE_STRIP, POINTS, Shaped};
 use super::{Writer, mesh, schema};
-use crate::extras::{AnimationFields, Own};
-use crate::place::Change;
+use crate::extras::{AnimationFields, ExtrasFields};
 use crate::words::{MESH_DATA, MESH_NAME, TARGET_NAMES, frame_name};
 
 /// What is to be seen of an object.
@@ -22,9 +24,9 @@ pub(super) enum Shown<'a> {
     /// Nothing: a group, or what is left out.
     Nothing,
     /// Nothing, but its exact spline is in extras.
-    Unseen(Box<Own>),
+    Unseen(Box<ExtrasFields>),
     /// A shape, its frames, and what is noted beside it.
-    Shaped(Box<Shaped>, Option<Moves<'a>>, Box<Own>),
+    Shaped(Box<Shaped>, Option<Moves<'a>>, Box<ExtrasFields>),
 }
 
 impl<'a> Writer<'a, '_> {
@@ -36,21 +38,17 @@ impl<'a> Writer<'a, '_> {
         rest: &Matrix4<f64>,
         stretch: f64,
         report: &mut Written,
-    ) -> Result<Shown<'a>, Failure> {
-        let leave_out = |report: &mut Written, reason: String| {
-            (report.fate, report.reason) = (Fate::LeftOut, Some(reason));
-            Ok(Shown::Nothing)
-        };
+    ) -> Result<Shown<'a>, FormatError> {
         let mesh_like = match object.geometry() {
             Geometry::Custom(custom) => match custom.shape() {
                 Ok(shape) => shape.domain().len() == 2,
-                Err(unknown) => return leave_out(report, unknown.to_string()),
+                Err(unknown) => return nothing(report, unknown.to_string()),
             },
             Geometry::Group | Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Mesh(_) => true,
             _ => false,
         };
         if self.meshes_only && !mesh_like {
-            return leave_out(report, "only meshes were asked for".to_owned());
+            return nothing(report, "only meshes were asked for");
         }
         // Shapes that are baked are in the file's coordinates already; others change as they are poured.
         let baked = *rest != Matrix4::identity();
@@ -79,12 +77,12 @@ impl<'a> Writer<'a, '_> {
                     frames.frames.len(),
                     animation::LARGEST
                 );
-                explain(report, Fate::Approximated, &reason);
+                report.change(&reason);
                 None
             }
             frames => frames,
         };
-        let fineness = self.fineness(object, stretch, baked);
+        let (fineness, chord) = (self.fineness(object, stretch, baked), self.options.fineness.chord);
         let in_scene = stretch / if baked { self.change.scale } else { 1.0 };
         if let Geometry::Custom(custom) = geometry.as_ref() {
             return self.custom(object, (custom, &fineness), change, (rest, in_scene), frames, report);
@@ -99,7 +97,7 @@ impl<'a> Writer<'a, '_> {
         // What has no extent is there all the same; what cannot be cut finely enough is refused.
         let seen = |e: Error| match e {
             Error::NoExtent(problem) => Ok(problem),
-            e => Err(Failure::from(Error::Invalid(format!("it could not be tessellated: {e}")))),
+            e => Err(FormatError::whole(format!("it could not be tessellated: {e}"))),
         };
         match geometry.as_ref() {
             Geometry::Curve(curve) => {
@@ -111,9 +109,8 @@ impl<'a> Writer<'a, '_> {
                 };
                 let MovingLine { states, starts, closed, tolerance, error } = line;
                 let points = states.first().cloned().unwrap_or_default();
-                report.tolerance = Some(self.asked(tolerance * in_scene));
-                report.error = Some(error * in_scene);
-                explain(report, Fate::Approximated, "the curve became segments; the exact one is in extras");
+                report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
+                report.change("the curve became segments; the exact one is in extras");
                 let moves = frames.map(|frames| Moves::of(states, frames.rate));
                 let shaped = shape::chains(&points, &starts, closed, change, &mut self.bin)?;
                 Ok(self.exact(object, shaped, &points, moves))
@@ -124,23 +121,11 @@ impl<'a> Writer<'a, '_> {
                     Ok(found) => found,
                     Err(e) => return Ok(self.unseen(object, &seen(e)?, report)),
                 };
-                let MovingMesh { mut mesh, states, tolerance, error } = found;
-                // A surface's normal is mirrored inward, a mesh's stays outside.
-                if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
-                    mesh.turn_inside_out();
-                }
-                report.tolerance = Some(self.asked(tolerance * in_scene));
-                report.error = Some(error * in_scene);
-                explain(
-                    report,
-                    Fate::Approximated,
-                    "the surface became triangles; the exact one is in extras",
-                );
+                let MovingMesh { mesh, states, tolerance, error } = found;
+                report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
+                report.change("the surface became triangles; the exact one is in extras");
                 let moves = frames.map(|frames| Moves::of(states, frames.rate));
-                if moves.as_ref().is_some_and(|moves| moves.count() > 1) {
-                    explain(report, Fate::Approximated, "its normals are those of the first frame");
-                }
-                self.spline_mesh(object, mesh, change, moves, report)
+                self.spline_mesh(object, mesh, (rest, change), moves, report)
             }
             Geometry::Trimmed(_) => {
                 Ok(self.unseen(object, "trimmed surfaces cannot be tessellated yet", report))
@@ -158,7 +143,7 @@ impl<'a> Writer<'a, '_> {
         (rest, in_scene): (&Matrix4<f64>, f64),
         frames: Option<Cow<'a, Animation>>,
         report: &mut Written,
-    ) -> Result<Shown<'a>, Failure> {
+    ) -> Result<Shown<'a>, FormatError> {
         let found = match frames.as_deref() {
             Some(frames) => custom.tessellate_frames(&frames.frames, fineness),
             None => custom.tessellate(fineness),
@@ -166,16 +151,15 @@ impl<'a> Writer<'a, '_> {
         let found = match found {
             Ok(found) => found,
             Err(Error::NoExtent(problem)) => return Ok(self.unseen(object, &problem, report)),
-            Err(e) => return Err(Error::Invalid(format!("it could not be tessellated: {e}")).into()),
+            Err(e) => return Err(FormatError::whole(format!("it could not be tessellated: {e}"))),
         };
         let reason =
             format!("the {} became {}; its own fields are in extras", custom.kind(), found.drawn.what());
-        explain(report, Fate::Approximated, &reason);
-        report.tolerance = Some(self.asked(found.tolerance * in_scene));
-        match found.remark(in_scene) {
-            Some(remark) => explain(report, Fate::Approximated, &remark),
-            None => report.error = Some(found.error * in_scene),
-        }
+        report.change(&reason);
+        let remark = found.remark(in_scene);
+        let error = remark.is_none().then_some(found.error * in_scene);
+        report.cut(self.options.fineness.chord.length(found.tolerance * in_scene), error);
+        remark.iter().for_each(|remark| report.change(remark));
         let moves = frames.map(|frames| Moves::of(found.states, frames.rate));
         match found.drawn {
             Drawn::Line(line) if line.points.len() < 2 => Ok(self.unseen(object, "it has no extent", report)),
@@ -183,29 +167,20 @@ impl<'a> Writer<'a, '_> {
                 let shaped = shape::chains(&line.points, &[0], line.closed, change, &mut self.bin)?;
                 Ok(self.exact(object, shaped, &line.points, moves))
             }
-            Drawn::Mesh(mut mesh) => {
-                // A surface's normal is mirrored inward, a mesh's stays outside.
-                if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
-                    mesh.turn_inside_out();
-                }
-                if moves.as_ref().is_some_and(|moves| moves.count() > 1) {
-                    explain(report, Fate::Approximated, "its normals are those of the first frame");
-                }
-                self.spline_mesh(object, mesh, change, moves, report)
-            }
+            Drawn::Mesh(mesh) => self.spline_mesh(object, mesh, (rest, change), moves, report),
         }
     }
 
     /// A spline that cannot be shown: it goes out in extras alone, for our own reader.
     fn unseen(&self, object: &Object, reason: &str, report: &mut Written) -> Shown<'a> {
         if self.meshes_only {
-            (report.fate, report.reason) = (Fate::LeftOut, Some(reason.to_owned()));
+            report.leave_out(reason);
             return Shown::Nothing;
         }
         report.form = "node".to_owned();
         let reason = format!("{reason}: other programs see nothing of it; the exact one is in extras");
-        explain(report, Fate::Approximated, &reason);
-        let mut own = Own::of(object.geometry());
+        report.change(&reason);
+        let mut own = ExtrasFields::of(object.geometry());
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Unseen(Box::new(own))
     }
@@ -213,11 +188,18 @@ impl<'a> Writer<'a, '_> {
     fn spline_mesh(
         &mut self,
         object: &Object,
-        mesh: Mesh,
-        change: Change,
+        mut mesh: Mesh,
+        (rest, change): (&Matrix4<f64>, Change),
         moves: Option<Moves<'a>>,
         report: &mut Written,
-    ) -> Result<Shown<'a>, Failure> {
+    ) -> Result<Shown<'a>, FormatError> {
+        // A surface's normal is mirrored inward, a mesh's stays outside.
+        if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
+            mesh.turn_inside_out();
+        }
+        if moves.as_ref().is_some_and(|moves| moves.count() > 1) {
+            report.change("its normals are those of the first frame");
+        }
         let points = mesh.points().to_vec();
         let maps = self.materials.normal_maps(&object.materials);
         match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
@@ -234,7 +216,7 @@ impl<'a> Writer<'a, '_> {
         points: &[Point],
         moves: Option<Moves<'a>>,
     ) -> Shown<'a> {
-        let mut own = Own::of(object.geometry());
+        let mut own = ExtrasFields::of(object.geometry());
         own.shown_by = Some(shape::shown_by(points, &shaped.frame));
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Shaped(Box::new(shaped), moves, Box::new(own))
@@ -248,11 +230,7 @@ impl<'a> Writer<'a, '_> {
         change: Change,
         frames: Option<Cow<'a, Animation>>,
         report: &mut Written,
-    ) -> Result<Shown<'a>, Failure> {
-        let mut leave_out = |reason: String| {
-            (report.fate, report.reason) = (Fate::LeftOut, Some(reason));
-            Ok(Shown::Nothing)
-        };
+    ) -> Result<Shown<'a>, FormatError> {
         let base = geometry.points().to_vec_if(frames.is_some());
         let maps = self.materials.normal_maps(&object.materials);
         let shaped = match geometry {
@@ -280,29 +258,30 @@ impl<'a> Writer<'a, '_> {
                 cut(mesh, report);
                 match mesh::mesh(Cow::Borrowed(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
                     Some(shaped) => shaped,
-                    None => return nothing(report),
+                    None => return nothing(report, UNSEEN),
                 }
             }
             Cow::Owned(Geometry::Mesh(mesh)) => {
                 cut(&mesh, report);
                 match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
                     Some(shaped) => shaped,
-                    None => return nothing(report),
+                    None => return nothing(report, UNSEEN),
                 }
             }
             other => {
-                return leave_out(match other.as_ref() {
+                let reason = match other.as_ref() {
                     Geometry::Polyline(_) => "a line needs two points".to_owned(),
                     Geometry::Cloud(_) => "it has no points".to_owned(),
                     other => {
                         format!("a {} cannot be tessellated yet: convert it to a mesh first", other.kind())
                     }
-                });
+                };
+                return nothing(report, reason);
             }
         };
         let moves = frames.map(|frames| Moves::new(base, frames));
         let starts = moves.as_ref().is_some_and(Moves::starts_elsewhere);
-        let own = Own { starts_at_first: starts, ..Own::default() };
+        let own = ExtrasFields { starts_at_first: starts, ..ExtrasFields::default() };
         Ok(Shown::Shaped(Box::new(shaped), moves, Box::new(own)))
     }
 
@@ -313,9 +292,9 @@ impl<'a> Writer<'a, '_> {
         object: &'a Object,
         mut shaped: Shaped,
         moves: Option<Moves<'a>>,
-        noted: &mut Own,
+        noted: &mut ExtrasFields,
         report: &mut Written,
-    ) -> Result<usize, Failure> {
+    ) -> Result<usize, FormatError> {
         for (primitive, &(slot, sets)) in shaped.primitives.iter_mut().zip(&shaped.slots) {
             let named = object.materials.get(slot as usize);
             let found = named.and_then(|name| self.materials.named(name, sets, &mut self.bin));
@@ -340,11 +319,7 @@ impl<'a> Writer<'a, '_> {
                 Some(Value::Object(fields)) => _ = fields.insert(TARGET_NAMES.to_owned(), json!(names)),
                 other => {
                     if other.is_some() {
-                        explain(
-                            report,
-                            Fate::Approximated,
-                            "what other programs noted of its mesh is left out",
-                        );
+                        report.change("what other programs noted of its mesh is left out");
                     }
                     *other = Some(json!({ TARGET_NAMES: names }));
                 }
@@ -357,7 +332,7 @@ impl<'a> Writer<'a, '_> {
         noted.made_tangents = shaped.made_tangents;
         report.form.clone_from(&shaped.form);
         for remark in &shaped.remarks {
-            explain(report, Fate::Approximated, remark);
+            report.change(remark);
         }
         self.meshes.push(schema::Mesh {
             name: object.statement(MESH_NAME).unwrap_or(object.name()).to_owned(),
@@ -368,17 +343,10 @@ impl<'a> Writer<'a, '_> {
         Ok(self.meshes.len() - 1)
     }
 
-    /// The fineness in the coordinates in which a shape is tessellated: of surfaces that hang together, relative to all
-    /// of them, so that they still do.
+    /// The fineness in the coordinates in which a shape is tessellated.
     pub(super) fn fineness(&self, object: &Object, stretch: f64, baked: bool) -> Fineness {
-        let mut fineness = self.options.fineness;
-        if let Chord::Relative(fraction) = fineness.chord {
-            let joined =
-                self.scene.position(object.name()).and_then(|at| self.joined.get(at).copied().flatten());
-            if let Some(size) = joined {
-                fineness.chord = Chord::Absolute(fraction * size);
-            }
-        }
+        let index = self.scene.position(object.name()).unwrap_or(usize::MAX);
+        let mut fineness = self.cuts.of(index, 1.0);
         if let Chord::Absolute(length) = &mut fineness.chord {
             if baked {
                 *length *= self.change.scale;
@@ -388,14 +356,6 @@ impl<'a> Writer<'a, '_> {
             }
         }
         fineness
-    }
-
-    /// A chord tolerance in the scene's unit, or what was asked for.
-    fn asked(&self, tolerance: f64) -> f64 {
-        match self.options.fineness.chord {
-            Chord::Absolute(length) => length,
-            Chord::Relative(_) => tolerance,
-        }
     }
 }
 
@@ -413,23 +373,14 @@ impl Keep for [Point] {
 /// Says that larger faces are cut.
 fn cut(mesh: &Mesh, report: &mut Written) {
     if mesh.faces().any(|f| f.len() > 3) {
-        explain(report, Fate::Approximated, "glTF has triangles only: larger faces were cut");
+        report.change("glTF has triangles only: larger faces were cut");
     }
 }
 
-fn nothing<'a>(report: &mut Written) -> Result<Shown<'a>, Failure> {
-    (report.fate, report.reason) = (Fate::LeftOut, Some("it has nothing that could be seen".to_owned()));
+/// Why a mesh is left out of which all faces are cut away.
+const UNSEEN: &str = "it has nothing that could be seen";
+
+fn nothing<'a>(report: &mut Written, reason: impl Into<String>) -> Result<Shown<'a>, FormatError> {
+    report.leave_out(reason);
     Ok(Shown::Nothing)
-}
-
-/// Adds a reason, unless the object is left out anyway.
-pub(super) fn explain(report: &mut Written, fate: Fate, reason: &str) {
-    if report.fate == Fate::LeftOut {
-        return;
-    }
-    report.fate = fate;
-    report.reason = Some(match report.reason.take() {
-        Some(before) => format!("{before}; {reason}"),
-        None => reason.to_owned(),
-    });
 }

@@ -4,13 +4,14 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use loftsman_kernel::{Error, Point, Result, Vector};
+use loftsman_kernel::placement::Change;
+use loftsman_kernel::plugin::FormatError;
+use loftsman_kernel::{Error, Point, Vector};
 
 use super::bin::{Bin, Kind, Out, Use};
 use super::frame::{Frame, single};
 use super::schema::Primitive;
 use crate::extras::fingerprint;
-use crate::place::Change;
 
 pub(super) const POINTS: u8 = 0;
 pub(super) const LINES: u8 = 1;
@@ -52,30 +53,18 @@ pub(super) struct Shaped {
     pub(super) made_tangents: bool,
 }
 
-/// What can go wrong: with the shape, or with memory that is written to (which does not fail).
-#[derive(Debug)]
-pub(super) enum Failure {
-    Shape(Error),
-    Io(io::Error),
-}
-
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        Self::Shape(error)
-    }
-}
-
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
-}
-
-impl std::fmt::Display for Failure {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Shape(error) => write!(f, "{error}"),
-            Self::Io(error) => write!(f, "it cannot be written: {error}"),
+impl Shaped {
+    /// Lines or points with positions and nothing else.
+    fn plain(primitives: Vec<Primitive>, frame: Frame, form: String) -> Self {
+        Self {
+            slots: vec![(0, 0); primitives.len()],
+            primitives,
+            frame,
+            form,
+            remarks: Vec::new(),
+            has_colors: false,
+            doubled: Vec::new(),
+            made_tangents: false,
         }
     }
 }
@@ -120,7 +109,7 @@ pub(super) fn chain<'a>(
     closed: bool,
     change: Change,
     bin: &mut Bin<'a>,
-) -> std::result::Result<Shaped, Failure> {
+) -> Result<Shaped, FormatError> {
     let frame = Frame::of(&points, change)?;
     let count = points.len();
     let position = positions(bin, points, frame)?;
@@ -135,16 +124,8 @@ pub(super) fn chain<'a>(
         POINTS => format!("{count} points"),
         _ => format!("line strip of {} segments", count - usize::from(!closed)),
     };
-    Ok(Shaped {
-        primitives: vec![primitive(BTreeMap::from([("POSITION".to_owned(), position)]), indices, mode)],
-        slots: vec![(0, 0)],
-        frame,
-        form,
-        remarks: Vec::new(),
-        has_colors: false,
-        doubled: Vec::new(),
-        made_tangents: false,
-    })
+    let all = vec![primitive(BTreeMap::from([("POSITION".to_owned(), position)]), indices, mode)];
+    Ok(Shaped::plain(all, frame, form))
 }
 
 /// A line of parts, each from the first of its points to the one before the next part: strips of one mesh. A part of one
@@ -155,7 +136,7 @@ pub(super) fn chains(
     closed: bool,
     change: Change,
     bin: &mut Bin<'_>,
-) -> std::result::Result<Shaped, Failure> {
+) -> Result<Shaped, FormatError> {
     if starts.len() < 2 {
         return chain(Cow::Owned(points.to_vec()), LINE_STRIP, closed, change, bin);
     }
@@ -174,16 +155,8 @@ pub(super) fn chains(
         primitives.push(primitive(attributes, Some(indices), LINE_STRIP));
     }
     let segments: usize = parts.iter().map(|(start, end)| end - start - 1).sum();
-    Ok(Shaped {
-        slots: vec![(0, 0); primitives.len()],
-        form: format!("{} line strips of {segments} segments", primitives.len()),
-        primitives,
-        frame,
-        remarks: Vec::new(),
-        has_colors: false,
-        doubled: Vec::new(),
-        made_tangents: false,
-    })
+    let form = format!("{} line strips of {segments} segments", primitives.len());
+    Ok(Shaped::plain(primitives, frame, form))
 }
 
 /// The fingerprint of the points as they are written.
@@ -197,9 +170,9 @@ pub(super) fn targets<'a>(
     points: &[Point],
     shaped: &Shaped,
     frames: usize,
-    frame: impl Fn(usize) -> Result<Vec<Point>>,
+    frame: impl Fn(usize) -> Result<Vec<Point>, Error>,
     bin: &mut Bin<'a>,
-) -> std::result::Result<Vec<BTreeMap<&'static str, usize>>, Failure> {
+) -> Result<Vec<BTreeMap<&'static str, usize>>, FormatError> {
     let at = shaped.frame;
     let mut targets = Vec::with_capacity(frames);
     for k in 0..frames {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{Chord, Fineness, Written};
+use loftsman_kernel::plugin::{Chord, Fineness, FormatError, Written};
 use loftsman_kernel::scene::{Geometry, Object};
 use nalgebra::Matrix4;
 
@@ -11,8 +11,8 @@ use super::Writer;
 use super::animation::Moves;
 use super::frame::Frame;
 use super::object::Shown;
-use super::shape::{Failure, Shaped};
-use crate::extras::Own;
+use super::shape::Shaped;
+use crate::extras::ExtrasFields;
 use crate::words::{MESH_DATA, MESH_NAME};
 
 /// What is drawn of an object.
@@ -20,9 +20,9 @@ pub(super) enum Drawn {
     /// Nothing: a group, or what is left out.
     Nothing,
     /// Nothing, but its exact spline is in extras.
-    Unseen(Box<Own>),
+    Unseen(Box<ExtrasFields>),
     /// A mesh of the document, moved by its frame, and what is noted beside it.
-    Mesh(usize, Frame, Box<Own>),
+    Mesh(usize, Frame, Box<ExtrasFields>),
 }
 
 /// What the vertices of an object depend on, where it does not move and nothing is baked into them.
@@ -49,7 +49,7 @@ struct MeshKey<'a> {
 struct Known {
     mesh: usize,
     frame: Frame,
-    noted: Own,
+    noted: ExtrasFields,
     report: Written,
     /// Whether an object says that its mesh is called so.
     stated: bool,
@@ -58,7 +58,7 @@ struct Known {
 /// What was written of geometry that objects share.
 #[derive(Default)]
 pub(super) struct Shared<'a> {
-    shapes: HashMap<ShapeKey, (Shaped, Own, Written)>,
+    shapes: HashMap<ShapeKey, (Shaped, ExtrasFields, Written)>,
     known: Vec<Known>,
     /// By its name, for objects that say how their mesh is called; without one, the first, for those that do not.
     meshes: HashMap<(MeshKey<'a>, Option<&'a str>), usize>,
@@ -73,7 +73,7 @@ impl<'a> Writer<'a, '_> {
         rest: &Matrix4<f64>,
         stretch: f64,
         report: &mut Written,
-    ) -> Result<Drawn, Failure> {
+    ) -> Result<Drawn, FormatError> {
         let Some(shape) = self.shape_key(object, rest, stretch) else {
             return match self.shape(object, rest, stretch, report)? {
                 Shown::Nothing => Ok(Drawn::Nothing),
@@ -137,9 +137,9 @@ impl<'a> Writer<'a, '_> {
         object: &'a Object,
         shaped: Shaped,
         moves: Option<Moves<'a>>,
-        mut noted: Own,
+        mut noted: ExtrasFields,
         report: &mut Written,
-    ) -> Result<Drawn, Failure> {
+    ) -> Result<Drawn, FormatError> {
         let frame = shaped.frame;
         let mesh = self.mesh(index, object, shaped, moves, &mut noted, report)?;
         Ok(Drawn::Mesh(mesh, frame, Box::new(noted)))

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{ReadOptions, nearest};
+use loftsman_kernel::plugin::{Cancelled, ReadOptions, hint};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
+use loftsman_kernel::text::clip;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use super::material::statements;
 use super::object::ObjectTable;
-use super::table::{Table, TableSeed, clip, need};
+use super::table::{Table, TableSeed, need};
 use super::trail::Trail;
 
 /// What stands before an object in a document.
@@ -32,10 +33,9 @@ impl Earlier<'_> {
             None => (self.scene.get(name), self.scene.objects()),
         };
         found.map(|object| Arc::clone(object.shared_geometry())).ok_or_else(|| {
-            let hint = match nearest(name, objects.iter().map(Object::name)) {
-                Some(near) => format!("did you mean \"{near}\"?"),
-                None => "an object has the same geometry as one that stands before it".to_owned(),
-            };
+            let hint = hint(name, objects.iter().map(Object::name), || {
+                "an object has the same geometry as one that stands before it".to_owned()
+            });
             trail.refuse(format!("there is no object \"{}\" before this; {hint}", clip(name)))
         })
     }
@@ -226,8 +226,9 @@ impl<'de> Visitor<'de> for ObjectsSeed<'_, '_> {
         let Self { trail, mut into, options } = self;
         for index in 0.. {
             if options.observer.cancelled() {
-                return Err(trail.refuse("cancelled"));
+                return Err(trail.stop(Cancelled));
             }
+            options.limits.check_entities(index).map_err(|e| trail.stop(e))?;
             trail.set_object(None);
             let seed = TableSeed { trail, table: ObjectTable::new(into.earlier(), options) };
             let Some(object) = trail.index(index, list.next_element_seed(seed))? else { break };

@@ -8,11 +8,12 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use loftsman_kernel::material::{Alpha, Channel, Filter, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::named::{Named, NamedList};
-use loftsman_kernel::plugin::nearest;
+use loftsman_kernel::plugin::hint;
+use loftsman_kernel::text::clip;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use super::lists::{Fixed, Index, List, Number, Text};
-use super::table::{Table, TableSeed, clip, need};
+use super::table::{Table, TableSeed, need};
 use super::trail::Trail;
 use crate::names;
 
@@ -266,10 +267,8 @@ fn word<T: Clone, E: Error>(
 ) -> Result<T, E> {
     table.iter().find(|(name, _)| *name == word).map(|(_, value)| value.clone()).ok_or_else(|| {
         let names = table.iter().map(|(name, _)| *name);
-        let hint = match nearest(word, names.clone()) {
-            Some(near) => format!("did you mean \"{near}\"?"),
-            None => format!("known are {}", names.collect::<Vec<_>>().join(", ")),
-        };
+        let known = || format!("known are {}", names.clone().collect::<Vec<_>>().join(", "));
+        let hint = hint(word, names.clone(), known);
         trail.refuse(format!("unknown {what} \"{}\"; {hint}", clip(word)))
     })
 }

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use loftsman_kernel::connection::Connection;
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{ReadOptions, nearest};
+use loftsman_kernel::plugin::{FormatErrorKind, ReadOptions, hint};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::text::clip;
 use nalgebra::Matrix4;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess};
 
@@ -16,7 +17,7 @@ use super::lists::{Count, Fixed, List, Text};
 use super::material::{ImageTable, MaterialTable, NamedSeed, statements};
 use super::mesh::MeshTable;
 use super::shape::ShapeSeed;
-use super::table::{Table, TableSeed, clip, need};
+use super::table::{Table, TableSeed, need};
 use super::trail::Trail;
 use super::trimmed::{ConnectionSeed, TrimmedTable};
 use crate::VERSION;
@@ -241,11 +242,12 @@ impl<'de> Table<'de> for DocumentTable<'_> {
             "loftsman" => {
                 let version = map.next_value_seed(Count)?;
                 if version != VERSION {
-                    return Err(trail.refuse(format!(
-                        "version {version} of the format; this program reads version {VERSION}: \
-                         {}",
-                        if version > VERSION { "get a newer program" } else { "there is no such version" }
-                    )));
+                    let hint =
+                        if version > VERSION { "get a newer program" } else { "there is no such version" };
+                    let problem = format!(
+                        "version {version} of the format; this program reads version {VERSION}: {hint}"
+                    );
+                    return Err(trail.refuse_as(FormatErrorKind::Unsupported, problem));
                 }
                 self.version = true;
             }
@@ -256,12 +258,8 @@ impl<'de> Table<'de> for DocumentTable<'_> {
             }
             "up" => {
                 let name: String = map.next_value()?;
-                self.scene.up = match name.as_str() {
-                    "x" => Up::X,
-                    "y" => Up::Y,
-                    "z" => Up::Z,
-                    other => return Err(unknown("up axis", other, &["x", "y", "z"], trail)),
-                };
+                self.scene.up = Up::from_name(&name)
+                    .ok_or_else(|| unknown("up axis", &name, &Up::ALL.map(|(name, _)| name), trail))?;
             }
             "connections" => {
                 let item = ConnectionSeed(trail);
@@ -305,10 +303,7 @@ impl<'de> Table<'de> for DocumentTable<'_> {
 }
 
 fn unknown<E: Error>(what: &str, name: &str, known: &[&'static str], trail: &Trail) -> E {
-    let hint = match nearest(name, known.iter().copied()) {
-        Some(near) => format!("did you mean \"{near}\"?"),
-        None => format!("known are {}", known.join(", ")),
-    };
+    let hint = hint(name, known.iter().copied(), || format!("known are {}", known.join(", ")));
     trail.refuse(format!("unknown {what} \"{}\"; {hint}", clip(name)))
 }
 
@@ -317,10 +312,9 @@ fn check_hierarchy<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
     for (i, object) in scene.objects().iter().enumerate() {
         if let Some(parent) = object.parent.as_deref().filter(|parent| scene.get(parent).is_none()) {
             trail.set_object(Some(&clip(object.name())));
-            let hint = match nearest(parent, scene.objects().iter().map(Object::name)) {
-                Some(near) => format!("did you mean \"{near}\"?"),
-                None => "add it, or take the field away".to_owned(),
-            };
+            let hint = hint(parent, scene.objects().iter().map(Object::name), || {
+                "add it, or take the field away".to_owned()
+            });
             let problem = format!("there is no object \"{}\" to hang under; {hint}", clip(parent));
             return Err(trail.refuse_table(format!("objects[{i}].parent"), problem));
         }
@@ -330,10 +324,9 @@ fn check_hierarchy<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
             && scene.definitions().get(name).is_none()
         {
             trail.set_object(Some(&clip(object.name())));
-            let hint = match nearest(name, scene.definitions().iter().map(Named::name)) {
-                Some(near) => format!("did you mean \"{near}\"?"),
-                None => "add it to the document's definitions".to_owned(),
-            };
+            let hint = hint(name, scene.definitions().iter().map(Named::name), || {
+                "add it to the document's definitions".to_owned()
+            });
             let problem = format!("there is no definition \"{}\"; {hint}", clip(name));
             return Err(trail.refuse_table(format!("objects[{i}].instance.definition"), problem));
         }
@@ -342,11 +335,8 @@ fn check_hierarchy<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
     scene.check_hierarchy().map_err(|defect| trail.refuse_table("objects", defect.to_string()))
 }
 
-fn missing(what: &str, name: &str, hint: Option<&str>) -> String {
-    let hint = match hint {
-        Some(near) => format!("did you mean \"{near}\"?"),
-        None => format!("add it to the document's {what}s, or take it away here"),
-    };
+fn missing<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let hint = hint(name, known, || format!("add it to the document's {what}s, or take it away here"));
     format!("there is no {what} \"{}\"; {hint}", clip(name))
 }
 
@@ -355,9 +345,9 @@ fn check_names<E: Error>(scene: &Scene, trail: &Trail) -> Result<(), E> {
     for (i, material) in scene.materials.iter().enumerate() {
         for texture in material.textures.values() {
             if scene.images.get(&texture.image).is_none() {
-                let hint = nearest(&texture.image, scene.images.iter().map(Named::name));
+                let known = scene.images.iter().map(Named::name);
                 let place = format!("materials[{i}].textures");
-                return Err(trail.refuse_table(place, missing("image", &texture.image, hint)));
+                return Err(trail.refuse_table(place, missing("image", &texture.image, known)));
             }
         }
     }
@@ -385,8 +375,8 @@ fn check_object<E: Error>(
     for (k, name) in object.materials.iter().enumerate() {
         if scene.materials.get(name).is_none() {
             trail.set_object(Some(&clip(object.name())));
-            let hint = nearest(name, scene.materials.iter().map(Named::name));
-            return Err(trail.refuse_table(format!("{at}.materials[{k}]"), missing("material", name, hint)));
+            let known = scene.materials.iter().map(Named::name);
+            return Err(trail.refuse_table(format!("{at}.materials[{k}]"), missing("material", name, known)));
         }
     }
     if let Geometry::Mesh(mesh) = object.geometry() {

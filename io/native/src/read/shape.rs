@@ -1,12 +1,12 @@
 //! Shapes of plug-ins: read by their kinds, or kept word for word where these are not here.
 
 use loftsman_kernel::plugin::{CustomShape, Parameters, ReadOptions};
+use loftsman_kernel::text::clip;
 use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use super::table::clip;
 use super::trail::Trail;
 
 /// Reads `"shape"`: its `kind`, and the fields that this has.

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use loftsman_kernel::plugin::nearest;
+use loftsman_kernel::plugin::hint;
+use loftsman_kernel::text::clip;
 use serde::de::{DeserializeSeed, Deserializer, MapAccess, Visitor};
 
 use super::trail::Trail;
@@ -79,21 +80,11 @@ pub(super) fn need<'de, T: Table<'de>, V, E: serde::de::Error>(
 }
 
 fn unknown<'de, T: Table<'de>>(key: &str) -> String {
-    let hint = match nearest(key, T::FIELDS.iter().copied()) {
-        Some(near) => format!("did you mean \"{near}\"?"),
-        None if T::FIELDS.is_empty() => "it takes none".to_owned(),
-        None => format!("known are {}", Names(T::FIELDS)),
-    };
+    let hint = hint(key, T::FIELDS.iter().copied(), || match T::FIELDS {
+        [] => "it takes none".to_owned(),
+        known => format!("known are {}", Names(known)),
+    });
     format!("{} has no field \"{}\"; {hint}", T::WHAT, clip(key))
-}
-
-/// The start of a text, on one line: what a file says may be a megabyte long.
-pub(crate) fn clip(text: &str) -> String {
-    let mut short: String = text.chars().take(60).flat_map(char::escape_debug).collect();
-    if text.chars().nth(60).is_some() {
-        short.push('…');
-    }
-    short
 }
 
 /// Names, with commas.

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::fmt::Write as _;
 
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind};
 use serde::de::Error;
 
 /// One step of a path, outermost last while it is being collected.
@@ -21,6 +22,8 @@ pub(super) struct Trail {
     steps: RefCell<Vec<Step>>,
     problem: RefCell<Option<Problem>>,
     object: RefCell<Option<String>>,
+    /// What ended it that is no matter of a place.
+    stopped: RefCell<Option<FormatError>>,
 }
 
 /// What is wrong, as far as JSON itself did not say it.
@@ -30,6 +33,8 @@ pub(super) struct Problem {
     pub(super) text: String,
     /// Whether the reader stands at the spot itself, or at the end of the table that is wrong as a whole.
     pub(super) at_end: bool,
+    /// What kind of thing is wrong.
+    pub(super) kind: FormatErrorKind,
 }
 
 impl Trail {
@@ -45,25 +50,42 @@ impl Trail {
 
     /// An error right where the reader stands.
     pub(super) fn refuse<E: Error>(&self, problem: impl Into<String>) -> E {
-        self.keep(String::new(), problem.into(), false)
+        self.refuse_as(FormatErrorKind::Malformed, problem)
+    }
+
+    /// The same, of another kind.
+    pub(super) fn refuse_as<E: Error>(&self, kind: FormatErrorKind, problem: impl Into<String>) -> E {
+        self.keep(String::new(), Problem { text: problem.into(), at_end: false, kind })
+    }
+
+    /// Reading ends here, with this error as it stands.
+    pub(super) fn stop<E: Error>(&self, error: impl Into<FormatError>) -> E {
+        *self.stopped.borrow_mut() = Some(error.into());
+        E::custom("stopped")
     }
 
     /// An error of a table that has been read to its end; `below` leads from it to the field at fault.
     pub(super) fn refuse_table<E: Error>(&self, below: impl Into<String>, problem: impl Into<String>) -> E {
-        self.keep(below.into(), problem.into(), true)
+        let kind = FormatErrorKind::Malformed;
+        self.keep(below.into(), Problem { text: problem.into(), at_end: true, kind })
     }
 
-    fn keep<E: Error>(&self, below: String, text: String, at_end: bool) -> E {
+    fn keep<E: Error>(&self, below: String, problem: Problem) -> E {
         if !below.is_empty() {
             self.steps.borrow_mut().push(Step::Below(below));
         }
-        *self.problem.borrow_mut() = Some(Problem { text, at_end });
+        *self.problem.borrow_mut() = Some(problem);
         E::custom("refused")
     }
 
     /// Notes the object that is being read, once its name is known; `None` between objects.
     pub(super) fn set_object(&self, name: Option<&str>) {
         *self.object.borrow_mut() = name.map(str::to_owned);
+    }
+
+    /// What ended reading, where that was not the document.
+    pub(super) fn stopped(&self) -> Option<FormatError> {
+        self.stopped.borrow_mut().take()
     }
 
     /// The path, the object and the problem of the error that came out.

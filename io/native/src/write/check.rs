@@ -4,16 +4,15 @@ use std::collections::HashSet;
 
 use loftsman_kernel::material::{Alpha, Material};
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{CustomShape, FormatError, Place};
+use loftsman_kernel::plugin::{CustomShape, FormatError};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Point, Vector};
 
 /// Checks a whole scene: what is written can be read again.
-pub(super) fn scene(file: &str, scene: &Scene) -> Result<(), FormatError> {
-    scene.check().map_err(|defect| FormatError::new(file, Place::File, defect.to_string()))?;
+pub(super) fn scene(scene: &Scene) -> Result<(), FormatError> {
     for material in &scene.materials {
         check_material(material).map_err(|problem| {
-            FormatError::new(file, Place::File, format!("the material \"{}\": {problem}", material.name()))
+            FormatError::whole(format!("the material \"{}\": {problem}", material.name()))
         })?;
     }
     let defined = scene.definitions().iter().flat_map(|definition| definition.objects());
@@ -22,7 +21,7 @@ pub(super) fn scene(file: &str, scene: &Scene) -> Result<(), FormatError> {
         let is_new = checked.insert(object.geometry_id());
         check_object(object)
             .and_then(|()| if is_new { check_geometry(object.geometry()) } else { Ok(()) })
-            .map_err(|problem| FormatError::new(file, Place::File, problem).of(object.name()))?;
+            .map_err(|problem| FormatError::whole(problem).of(object.name()))?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::io::{self, BufWriter, Write};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use loftsman_kernel::Point;
+use loftsman_kernel::{Point, text};
 use serde_json::Value;
 
 /// How many plain numbers go on a line.
@@ -112,15 +112,9 @@ impl<'w> Layout<'w> {
         }
     }
 
-    /// The shortest decimals that read back as the same bits. Whole numbers come without a point, but for
-    /// minus zero, whose sign most readers would lose otherwise.
+    /// The shortest decimals that read back as the same bits.
     pub(super) fn number(&mut self, x: f64) -> io::Result<()> {
-        // Below 2^53 the conversion is exact.
-        let whole = x as i64;
-        if whole as f64 == x && whole.unsigned_abs() < 1 << 53 && (whole != 0 || x.is_sign_positive()) {
-            return Ok(serde_json::to_writer(&mut self.out, &whole)?);
-        }
-        Ok(serde_json::to_writer(&mut self.out, &x)?)
+        text::number(&mut self.out, x)
     }
 
     /// Numbers in one line.

@@ -11,94 +11,43 @@ use std::collections::HashMap;
 use std::io;
 
 use loftsman_kernel::material::ImageData;
-use loftsman_kernel::plugin::{
-    Fate, FormatError, Place, Sink, Source, UpChoice, WriteOptions, WriteReport, Written,
-};
-use loftsman_kernel::scene::{Geometry, Object, Scene, Up};
+use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport, Written};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 
 use crate::VERSION;
 use layout::Layout;
 
 /// Writes a document.
-pub(crate) fn document(
-    scene: &Scene,
-    sink: &mut dyn Sink,
-    options: &WriteOptions<'_>,
-) -> Result<WriteReport, FormatError> {
-    let file = sink.name().to_owned();
-    let up = match options.up {
-        UpChoice::To(up) => up,
-        UpChoice::Usual | UpChoice::Keep => scene.up,
-    };
-    let unit = options.unit.unwrap_or(scene.unit);
-    let scene = scene
-        .converted(unit, up)
-        .map_err(|defect| FormatError::new(&file, Place::File, defect.to_string()))?;
-    check::scene(&file, &scene)?;
+pub(crate) fn document(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+    let scene = outgoing.converted()?;
+    check::scene(&scene)?;
     let mut report = WriteReport::default();
     let mut layout = Layout::new(sink.main());
-    write_scene(&scene, &mut layout, options, &mut report).map_err(|error| match error {
-        Stop::Cancelled => FormatError::new(&file, Place::File, "cancelled"),
-        Stop::Io(error) => FormatError::new(&file, Place::File, format!("cannot be written: {error}")),
-    })?;
+    write_scene(&scene, &mut layout, outgoing, &mut report)?;
     drop(layout);
-    pictures(&scene, options.pictures, sink, &mut report)?;
+    let files = scene.images.iter().filter_map(|image| match &image.data {
+        ImageData::File(file) => Some(file.as_str()),
+        ImageData::Embedded { .. } => None,
+    });
+    // The document only names them.
+    outgoing.pictures(files, sink, &mut report)?;
     report.notes.extend(crate::unknown::unknown(&scene));
     Ok(report)
-}
-
-/// Puts the pictures that are files beside the document, which only names them.
-fn pictures(
-    scene: &Scene,
-    source: Option<&dyn Source>,
-    sink: &mut dyn Sink,
-    report: &mut WriteReport,
-) -> Result<(), FormatError> {
-    let mut missing = 0;
-    for image in &scene.images {
-        if let (ImageData::File(file), Some(source)) = (&image.data, source) {
-            match source.sibling(file) {
-                Ok(bytes) => sink.picture(file, &bytes)?,
-                Err(_) => missing += 1,
-            }
-        }
-    }
-    if missing > 0 {
-        let note = "picture file(s) are named, but missing beside the source: they are not there either";
-        report.notes.push(format!("{missing} {note}"));
-    }
-    Ok(())
-}
-
-/// Why writing stops.
-enum Stop {
-    Cancelled,
-    Io(io::Error),
-}
-
-impl From<io::Error> for Stop {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
 }
 
 fn write_scene(
     scene: &Scene,
     out: &mut Layout<'_>,
-    options: &WriteOptions<'_>,
+    outgoing: &Outgoing<'_>,
     report: &mut WriteReport,
-) -> Result<(), Stop> {
+) -> Result<(), FormatError> {
     out.open_table()?;
     out.key("loftsman")?;
     out.count(VERSION)?;
     out.key("unit")?;
     out.text(scene.unit.name())?;
     out.key("up")?;
-    out.text(match scene.up {
-        Up::X => "x",
-        Up::Y => "y",
-        Up::Z => "z",
-    })?;
+    out.text(scene.up.name())?;
     material::statements(&scene.statements, out)?;
     material::write_images(&scene.images, out)?;
     material::write_materials(&scene.materials, out)?;
@@ -113,12 +62,12 @@ fn write_scene(
             out.text(definition.name())?;
             material::statements(&definition.statements, out)?;
             let name = Some(definition.name());
-            write_objects(definition.objects(), name, &mut known, out, options, report)?;
+            write_objects(definition.objects(), name, &mut known, out, outgoing, report)?;
             out.close_table()?;
         }
         out.close_list()?;
     }
-    write_objects(scene.objects(), None, &mut known, out, options, report)?;
+    write_objects(scene.objects(), None, &mut known, out, outgoing, report)?;
     if !scene.connections().is_empty() {
         out.key("connections")?;
         spline::connections(scene.connections(), out)?;
@@ -167,17 +116,13 @@ fn write_objects<'s>(
     of: Option<&'s str>,
     known: &mut Known<'s>,
     out: &mut Layout<'_>,
-    options: &WriteOptions<'_>,
+    outgoing: &Outgoing<'_>,
     report: &mut WriteReport,
-) -> Result<(), Stop> {
+) -> Result<(), FormatError> {
     out.key("objects")?;
     out.open_list()?;
-    let total = objects.len() as u64;
-    for (done, object) in (0..).zip(objects) {
-        options.observer.progress("writing objects", done, total);
-        if options.observer.cancelled() {
-            return Err(Stop::Cancelled);
-        }
+    for (done, object) in objects.iter().enumerate() {
+        outgoing.proceed(done, objects.len())?;
         out.entry()?;
         report.objects.push(write_object(object, of, known, out)?);
     }
@@ -240,14 +185,7 @@ fn write_geometry<'s>(
     known: &mut Known<'s>,
     out: &mut Layout<'_>,
 ) -> io::Result<Written> {
-    let mut written = Written {
-        object: object.name().to_owned(),
-        form: String::new(),
-        fate: Fate::Kept,
-        tolerance: None,
-        error: None,
-        reason: None,
-    };
+    let mut written = Written::kept(object, "");
     if known.is_spared(object) {
         if let Some((definition, first)) = known.first.get(&object.geometry_id()) {
             out.key("same_as")?;

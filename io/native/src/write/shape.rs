@@ -3,6 +3,7 @@
 use std::io;
 
 use loftsman_kernel::plugin::CustomShape;
+use loftsman_kernel::text::clip;
 
 use super::layout::Layout;
 
@@ -10,7 +11,7 @@ use super::layout::Layout;
 pub(super) fn write(custom: &CustomShape, out: &mut Layout<'_>) -> io::Result<String> {
     if let Some(text) = custom.text() {
         out.verbatim(text)?;
-        return Ok(format!("shape of the kind \"{}\", word for word", crate::read::clip(custom.kind())));
+        return Ok(format!("shape of the kind \"{}\", word for word", clip(custom.kind())));
     }
     out.open_table()?;
     out.key("kind")?;

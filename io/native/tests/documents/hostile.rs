@@ -2,7 +2,7 @@
 
 use super::common::{everything, read, write};
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh};
-use loftsman_kernel::plugin::{Format, Memory, WriteOptions};
+use loftsman_kernel::plugin::{Confidence, Format, Memory, WriteOptions};
 use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::{Point, Vector};
 use loftsman_native::Native;
@@ -228,7 +228,7 @@ fn bytes_that_are_no_document() {
 fn a_byte_order_mark_is_no_harm() {
     let mut bytes = b"\xEF\xBB\xBF".to_vec();
     bytes.extend(write(&everything()));
-    assert!(Native.recognises(&bytes));
+    assert_eq!(Native.confidence(&bytes), Confidence::Sure);
     assert_eq!(read(bytes).unwrap().0.objects().len(), everything().objects().len());
 }
 

@@ -2,7 +2,7 @@
 
 use super::common::{bits, everything, read, write};
 use loftsman_kernel::mesh::{Cloud, Layer, Polyline};
-use loftsman_kernel::plugin::{Format, Memory, ReadOptions, UpChoice, WriteOptions};
+use loftsman_kernel::plugin::{Confidence, Format, Memory, ReadOptions, UpChoice, WriteOptions};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
@@ -17,7 +17,7 @@ fn everything_a_scene_holds_comes_back() {
     assert_eq!(bits(&back), bits(&scene));
     assert_eq!(write(&back), bytes);
     assert!(report.adds_up() && report.entities == 9 && report.kept == 9);
-    assert!(Native.recognises(&bytes[..40]));
+    assert_eq!(Native.confidence(&bytes[..40]), Confidence::Sure);
 }
 
 /// Documents as they were written before meshes had layers, materials and lines.

@@ -8,7 +8,7 @@ use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::material::{Image, ImageData};
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{Fate, FormatError, Place, ReadReport, Source};
+use loftsman_kernel::plugin::{Fate, FormatError, FormatErrorKind, Place, ReadReport, Source};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 
 use super::mesh::{Uses, colored_chain, colored_points, mesh};
@@ -38,13 +38,10 @@ impl Reader {
         scene: &mut Scene,
         report: &mut ReadReport,
     ) -> Result<(), FormatError> {
-        let file = source.name();
-        let whole = |problem: String| FormatError::new(file, Place::File, problem);
-        self.freeform.unfinished().map_err(|at| match at.line {
-            Some(line) => FormatError::new(file, Place::Line(line), at.problem),
-            None => whole(at.problem),
-        })?;
-        self.raw.finish_block().map_err(whole)?;
+        self.freeform
+            .unfinished()
+            .map_err(|at| FormatError::new(at.line.map_or(Place::File, Place::Line), at.problem))?;
+        self.raw.finish_block().map_err(FormatError::whole)?;
         self.empty_before();
         let lists = [
             (self.raw.points.len(), "vertex"),
@@ -54,7 +51,7 @@ impl Reader {
         for (reach, (count, what)) in self.reach.iter().zip(lists) {
             if reach.past > count {
                 let problem = format!("refers to {what} {}, but the file has {count}", reach.past);
-                return Err(FormatError::new(file, Place::Line(reach.line), problem));
+                return Err(FormatError::new(Place::Line(reach.line), problem));
             }
         }
         let mut uses = Uses {
@@ -74,7 +71,7 @@ impl Reader {
             section.dot_looks.push((0, Look::default()));
             sections.push(section);
         }
-        let stem = stem(file);
+        let stem = stem(source.name());
         let mut surfaces = BTreeMap::new();
         let mut used_materials = Vec::new();
         let count = sections.len();
@@ -84,7 +81,7 @@ impl Reader {
             }
             section.finish();
             let name = if section.name.is_empty() { stem.to_string() } else { section.name.clone() };
-            let named = |e: loftsman_kernel::Error| whole(e.to_string()).of(&name);
+            let named = |e: loftsman_kernel::Error| FormatError::from(e).of(&name);
             let mut add = |wanted: &str, geometry: Geometry, materials: Vec<String>| {
                 let unique = scene.unique_name(wanted);
                 let mut object = Object::new(unique.clone(), geometry);
@@ -109,14 +106,14 @@ impl Reader {
                 let chain = &section.chains[pair[0]..pair[1]];
                 let geometry = self.polyline(chain, &mut uses).map_err(named)?;
                 let (wanted, slots) =
-                    self.dress(look, &section.name, &name, &mut materials, &mut used_materials);
+                    self.name_and_materials(look, &section.name, &name, &mut materials, &mut used_materials);
                 add(&wanted, geometry, slots)?;
             }
             let ends = section.dot_looks.iter().skip(1).map(|(at, _)| *at).chain([section.dots.len()]);
             for ((start, look), end) in section.dot_looks.iter().zip(ends) {
                 let geometry = self.cloud(&section.dots[*start..end], &mut uses).map_err(named)?;
                 let (wanted, slots) =
-                    self.dress(look, &section.name, &name, &mut materials, &mut used_materials);
+                    self.name_and_materials(look, &section.name, &name, &mut materials, &mut used_materials);
                 add(&wanted, geometry, slots)?;
             }
             for element in section.elements {
@@ -144,10 +141,10 @@ impl Reader {
                 if scene.images.get(&texture.image).is_none() {
                     let data = ImageData::File(texture.image.clone());
                     let image = Image::new(texture.image.clone(), data);
-                    scene.images.add(image).map_err(|e| whole(e.to_string()))?;
+                    scene.images.add(image)?;
                 }
             }
-            scene.materials.add(material).map_err(|e| whole(e.to_string()))?;
+            scene.materials.add(material)?;
         }
         self.leave_out("materials that nothing in the scene uses", all - used_materials.len());
         for (reason, count) in materials.left_out {
@@ -203,7 +200,7 @@ impl Reader {
     }
 
     /// The name and the materials of lines or points: the group's name where the section has none.
-    fn dress(
+    fn name_and_materials(
         &mut self,
         look: &Look,
         section: &str,
@@ -264,14 +261,16 @@ impl Reader {
                 |name: &str| name.trim_matches('"').replace('\\', "/").trim_start_matches("./").to_owned();
             let whole = clean(&text);
             let mut missing = Vec::new();
-            if let Ok(bytes) = source.sibling(&whole) {
-                materials.read(&whole, &bytes);
-            } else {
-                let names: Vec<String> = text.split_ascii_whitespace().take(64).map(clean).collect();
-                for name in names {
-                    match source.sibling(&name) {
-                        Ok(bytes) => materials.read(&name, &bytes),
-                        Err(e) => missing.push((name, e.problem)),
+            match source.sibling(&whole) {
+                Ok(bytes) => materials.read(&whole, &bytes),
+                Err(e) if e.kind == FormatErrorKind::Io => missing.push((whole, e.problem)),
+                Err(_) => {
+                    let names: Vec<String> = text.split_ascii_whitespace().take(64).map(clean).collect();
+                    for name in names {
+                        match source.sibling(&name) {
+                            Ok(bytes) => materials.read(&name, &bytes),
+                            Err(e) => missing.push((name, e.problem)),
+                        }
                     }
                 }
             }

@@ -10,11 +10,10 @@ mod reader;
 mod section;
 mod statement;
 
-use loftsman_kernel::plugin::{Format as _, FormatError, Place, ReadOptions, ReadReport, Source};
-use loftsman_kernel::scene::{Scene, Unit, Up};
+use loftsman_kernel::plugin::{FormatError, Place, ReadOptions, ReadReport, Source};
+use loftsman_kernel::scene::{Scene, Up};
 
-use crate::Obj;
-use crate::text::{Statements, decode, keyword, words};
+use crate::text::{Statements, decode, keyword, tokens};
 use part::Counts;
 use reader::Reader;
 
@@ -45,7 +44,7 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
         let (word, rest) = keyword(&statement);
         match word {
             b"v" | b"vn" | b"vt" | b"vp" | b"f" | b"l" => {
-                let first = words(rest).next().and_then(|w| w.first());
+                let first = tokens(rest).next().and_then(|w| w.first());
                 if !first.is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(b)) {
                     return false;
                 }
@@ -80,29 +79,18 @@ pub(crate) fn read(
     source: &dyn Source,
     options: &ReadOptions<'_>,
 ) -> Result<(Scene, ReadReport), FormatError> {
-    let file = source.name();
-    let own = &options.own;
-    let wrong =
-        |e: loftsman_kernel::plugin::ParameterError| FormatError::new(file, Place::File, e.to_string());
-    own.check(Obj.declaration().reading_options()).map_err(wrong)?;
-    let split = if own.has("split") {
-        let words = [("object", Split::Object), ("group", Split::Group), ("none", Split::Never)];
-        own.choice("split", &words).map_err(wrong)?
-    } else {
-        Split::Object
-    };
+    let words = [("object", Split::Object), ("group", Split::Group), ("none", Split::Never)];
+    let split = options.own.choice_or("split", &words, Split::Object)?;
     let text = decode(source.bytes());
     let parts = part::split(&text);
     let counts = each(parts.clone(), part::count);
     let total = counts.iter().copied().fold(Counts::default(), Counts::and);
+    options.limits.check_entities(total.points + total.uvs + total.normals)?;
     let mut reader = Reader::new(split, total, text.len() / 2 + 4096);
     let mut before = Counts::default();
     let mut done = 0_u64;
     for (parts, counts) in parts.chunks(WAVE).zip(counts.chunks(WAVE)) {
-        if options.observer.cancelled() {
-            return Err(FormatError::new(file, Place::Line(before.lines + 1), "reading was cancelled"));
-        }
-        options.observer.progress("reading", done, text.len() as u64);
+        options.observer.proceed("reading", done, text.len() as u64)?;
         let mut at = before;
         let mut work = Vec::with_capacity(parts.len());
         let slots = reader.raw.slots(before, counts);
@@ -114,21 +102,17 @@ pub(crate) fn read(
         for (parsed, before) in parsed {
             reader
                 .take(parsed, before)
-                .map_err(|(line, problem)| FormatError::new(file, Place::Line(line), problem))?;
+                .map_err(|(line, problem)| FormatError::new(Place::Line(line), problem))?;
         }
         before = at;
         done += parts.iter().map(|part| part.len() as u64).sum::<u64>();
     }
     if reader.understood == 0 {
-        return Err(FormatError::new(file, Place::File, "no statement of an OBJ file was found in it"));
+        return Err(FormatError::whole("no statement of an OBJ file was found in it"));
     }
     let mut report = ReadReport::default();
     let mut scene = Scene::new();
-    scene.up = options.up.unwrap_or(Up::Y);
-    scene.unit = options.unit.unwrap_or_else(|| {
-        report.notes.push("OBJ has no unit: metres are assumed".to_owned());
-        Unit::default()
-    });
+    scene.up = Up::Y;
     if options.up.is_none() {
         report.notes.push("y is taken as up, as OBJ programs have it".to_owned());
     }

@@ -417,7 +417,7 @@ impl<'a> Parser<'a, '_> {
     /// Appends vertices, and says whether any had a texture vertex.
     fn vertices(&mut self, rest: &[u8], line: usize, out: &mut Vec<u32>) -> Result<bool, String> {
         let mut textured = false;
-        for word in crate::text::words(rest) {
+        for word in crate::text::tokens(rest) {
             let mut parts = word.split(|&b| b == b'/');
             let part = parts.next().unwrap_or_default();
             let vertex = crate::number::entry(part, self.before.points + self.here.points, "vertex")?;

@@ -3,7 +3,7 @@
 use loftsman_kernel::{Point, Vector};
 
 use super::part::{Counts, Parsed, Slots};
-use crate::text::words;
+use crate::text::tokens;
 
 /// What has become of an entry of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,7 +99,7 @@ impl Raw {
             self.finish_block()?;
             self.block_at = count;
         }
-        for word in words(text) {
+        for word in tokens(text) {
             for digits in word.chunks(8) {
                 let value = std::str::from_utf8(digits).ok().filter(|d| d.len() == 8);
                 let value = value.and_then(|d| u32::from_str_radix(d, 16).ok()).ok_or_else(|| {

@@ -8,7 +8,7 @@ use super::part::{Counts, Mark, Parsed, Reach};
 use super::raw::{Raw, Use};
 use super::section::{Element, Section, State};
 use super::statement::Known;
-use crate::text::{name, show, words};
+use crate::text::{name, show, tokens};
 
 /// The most groups that faces may be in at once, so that a small file cannot become a large scene by them.
 const GROUPS: usize = 16;
@@ -240,7 +240,7 @@ impl Reader {
         self.kept += 1;
         self.state.groups.clear();
         let mut beyond = 0;
-        for word in words(rest) {
+        for word in tokens(rest) {
             // What no group was named for is in the group "default".
             let name = name(word);
             if name.is_empty() || name == "default" {
@@ -260,7 +260,7 @@ impl Reader {
 
     fn smoothing(&mut self, rest: &[u8]) -> Result<(), String> {
         self.kept += 1;
-        let word = words(rest).next().unwrap_or_default();
+        let word = tokens(rest).next().unwrap_or_default();
         self.state.smoothing = Some(match word {
             b"off" => 0,
             b"on" => 1,

@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fate, Fineness, Splines, Written};
+use loftsman_kernel::plugin::{CustomShape, Drawn, Fate, Fineness, FormatError, Splines, Written};
 use loftsman_kernel::scene::Object;
 
-use super::{Failure, Surfaces, Writer};
+use super::{Surfaces, Writer};
 
 /// Whether a shape is drawn as triangles.
 pub(super) fn is_surface(custom: &CustomShape) -> bool {
@@ -22,13 +22,10 @@ impl<W: Write> Writer<'_, W> {
         mirrored: bool,
         fineness: &Fineness,
         written: &mut Written,
-    ) -> Result<(), Failure> {
-        let leave_out = |written: &mut Written, reason: String| {
-            (written.fate, written.reason) = (Fate::LeftOut, Some(reason));
-            Ok(())
-        };
+    ) -> Result<(), FormatError> {
         if let Err(unknown) = custom.shape() {
-            return leave_out(written, unknown.to_string());
+            written.leave_out(unknown.to_string());
+            return Ok(());
         }
         let kind = custom.kind();
         let splines = custom.splines().filter(|_| self.surfaces != Surfaces::Mesh || !is_surface(custom));
@@ -39,11 +36,9 @@ impl<W: Write> Writer<'_, W> {
         if drawn {
             match custom.tessellate(fineness) {
                 Ok(found) => {
-                    written.tolerance = Some(self.asked(found.tolerance));
-                    match found.remark(1.0 / self.scale) {
-                        Some(remark) => reasons.push(remark),
-                        None => written.error = Some(found.error / self.scale),
-                    }
+                    reasons.extend(found.remark(1.0 / self.scale));
+                    let error = reasons.is_empty().then_some(found.error / self.scale);
+                    written.cut(self.chord.length(found.tolerance / self.scale), error);
                     self.name(object.name())?;
                     forms.push(self.drawn(object, found.drawn, mirrored)?);
                 }
@@ -68,7 +63,8 @@ impl<W: Write> Writer<'_, W> {
             if reasons.is_empty() {
                 reasons.push(format!("a {kind} is no spline, and only exact surfaces were asked for"));
             }
-            return leave_out(written, reasons.join("; "));
+            written.leave_out(reasons.join("; "));
+            return Ok(());
         }
         forms.reverse();
         written.form = forms.join(" beside ");
@@ -78,7 +74,7 @@ impl<W: Write> Writer<'_, W> {
         Ok(())
     }
 
-    fn drawn(&mut self, object: &Object, drawn: Drawn, mirrored: bool) -> Result<String, Failure> {
+    fn drawn(&mut self, object: &Object, drawn: Drawn, mirrored: bool) -> Result<String, FormatError> {
         match drawn {
             Drawn::Line(line) => {
                 self.element_material(object)?;
@@ -91,14 +87,6 @@ impl<W: Write> Writer<'_, W> {
                 self.mesh(&mesh, &object.materials)?;
                 Ok(format!("{} triangles", mesh.face_count()))
             }
-        }
-    }
-
-    /// A chord tolerance in the scene's unit, or what was asked for.
-    fn asked(&self, tolerance: f64) -> f64 {
-        match self.options.fineness.chord {
-            Chord::Absolute(length) => length,
-            Chord::Relative(_) => tolerance / self.scale,
         }
     }
 }

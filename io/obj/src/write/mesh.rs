@@ -4,24 +4,21 @@ use std::fmt::Write as _;
 use std::io::Write;
 
 use loftsman_kernel::mesh::{Mesh, NONE};
+use loftsman_kernel::plugin::FormatError;
 
 use super::state::Changes;
-use super::{Failure, Writer, print};
+use super::{Writer, print};
 
 impl<W: Write> Writer<'_, W> {
-    pub(super) fn mesh(&mut self, mesh: &Mesh, materials: &[String]) -> Result<(), Failure> {
+    pub(super) fn mesh(&mut self, mesh: &Mesh, materials: &[String]) -> Result<(), FormatError> {
         let point = self.colored_vertices(mesh)?;
         let (uv, normal) = (self.written.uvs + 1, self.written.normals + 1);
         for uv in mesh.uvs.values() {
-            self.text.push_str("vt");
-            uv.iter().for_each(|&c| print::number(&mut self.text, c));
-            self.flush_line()?;
+            self.statement("vt", *uv)?;
         }
         self.written.uvs += mesh.uvs.values().len();
         for n in mesh.normals.values() {
-            self.text.push_str("vn");
-            n.iter().for_each(|&c| print::number(&mut self.text, c));
-            self.flush_line()?;
+            self.statement("vn", n.iter().copied())?;
         }
         self.written.normals += mesh.normals.values().len();
         // Where smoothing groups say what is smooth, nothing is added.
@@ -57,9 +54,7 @@ impl<W: Write> Writer<'_, W> {
             self.smooth(mesh.smoothing.get(f).copied(), f == 0 && !mesh.smoothing.is_empty())?;
             let given = if give_normals { mesh.face_normal(f) } else { None };
             if let Some(normal) = given {
-                self.text.push_str("vn");
-                normal.iter().for_each(|&c| print::number(&mut self.text, c));
-                self.flush_line()?;
+                self.statement("vn", normal.iter().copied())?;
                 self.written.normals += 1;
             }
             self.text.push('f');
@@ -110,7 +105,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     /// The vertices with their colours: OBJ has one a vertex, that of the first corner there.
-    fn colored_vertices(&mut self, mesh: &Mesh) -> Result<usize, Failure> {
+    fn colored_vertices(&mut self, mesh: &Mesh) -> Result<usize, FormatError> {
         if mesh.colors.is_empty() {
             return self.vertices(mesh.points(), None);
         }
@@ -131,15 +126,11 @@ impl<W: Write> Writer<'_, W> {
         }
         let first = self.written.points + 1;
         for (p, &color) in mesh.points().iter().zip(&colors) {
-            self.text.push('v');
-            print::point(&mut self.text, p);
-            if let Some([rgb @ .., alpha]) = values.get(color as usize) {
-                rgb.iter().for_each(|&c| print::number(&mut self.text, print::srgb(c)));
-                if *alpha != 1.0 {
-                    print::number(&mut self.text, *alpha);
-                }
-            }
-            self.flush_line()?;
+            let color = values.get(color as usize);
+            let shown = color.map(|&[r, g, b, alpha]| ([r, g, b].map(print::srgb), alpha));
+            let alpha = shown.map(|(_, alpha)| alpha).filter(|alpha| *alpha != 1.0);
+            let rgb = shown.into_iter().flat_map(|(rgb, _)| rgb);
+            self.statement("v", p.iter().copied().chain(rgb).chain(alpha))?;
         }
         self.written.points += colors.len();
         Ok(first)

@@ -1,14 +1,14 @@
 //! The material library beside the file, and the pictures that the scene holds.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt::Write as _;
 
 use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::named::Named;
-use loftsman_kernel::plugin::{FormatError, Place, Sink, Source, WriteReport};
+use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport};
 use loftsman_kernel::scene::Scene;
 
-use super::print;
+use super::print::{self, Names};
 use crate::read::{CHANNELS, roughness};
 
 /// The library of a scene.
@@ -70,16 +70,9 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
     let mut taken = HashSet::from([file.to_lowercase()]);
     let own = unique(format!("{stem}.mtl"), &mut taken);
     let mut names = HashMap::new();
-    let mut taken_names = HashSet::new();
+    let mut taken_names = Names::default();
     for material in &scene.materials {
-        let clean = print::name(material.name());
-        let mut name = clean.clone();
-        let mut number = 1;
-        while !taken_names.insert(name.clone()) {
-            name = format!("{clean}.{number:03}");
-            number += 1;
-        }
-        names.insert(material.name().to_owned(), name);
+        names.insert(material.name().to_owned(), taken_names.unique(material.name()));
     }
     let mut library =
         Library { file: own, names, pictures: HashMap::new(), embedded: Vec::new(), left_out: 0 };
@@ -121,7 +114,7 @@ impl Library {
     pub(super) fn write(
         &self,
         scene: &Scene,
-        source: Option<&dyn Source>,
+        outgoing: &Outgoing<'_>,
         sink: &mut dyn Sink,
         report: &mut WriteReport,
     ) -> Result<(), FormatError> {
@@ -135,47 +128,23 @@ impl Library {
             _ = writeln!(text, "newmtl {name}");
             unplaced += self.material(material, &mut text);
         }
-        let file = sink.name().to_owned();
-        let fail = |name: &str, e: std::io::Error| {
-            FormatError::new(&file, Place::File, format!("{name} cannot be written: {e}"))
-        };
-        sink.sibling(&self.file)?.write_all(text.as_bytes()).map_err(|e| fail(&self.file, e))?;
+        sink.sibling(&self.file)?.write_all(text.as_bytes())?;
         for (name, image) in &self.embedded {
             if let Some(ImageData::Embedded { bytes, .. }) = scene.images.get(image).map(|i: &Image| &i.data)
             {
                 sink.picture(name, bytes)?;
             }
         }
-        let mut say = |count: usize, what: &str| {
-            if count > 0 {
-                report.notes.push(format!("{count} {what}"));
-            }
-        };
-        say(self.left_out, "picture(s) lie outside of the folder: textures that show them are left out");
-        say(
+        report
+            .say(self.left_out, "picture(s) lie outside of the folder: textures that show them are left out");
+        report.say(
             unplaced,
             "texture(s) or settings of textures have no place in a material library and are left out",
         );
         let embedded: HashSet<&str> = self.embedded.iter().map(|(_, name)| name.as_str()).collect();
-        let mut files: Vec<&String> = self
-            .pictures
-            .iter()
-            .filter(|(name, _)| !embedded.contains(name.as_str()))
-            .map(|(_, f)| f)
-            .collect();
-        files.sort_unstable();
-        files.dedup();
-        let (mut named, mut missing) = (0, 0);
-        for file in files {
-            match source.map(|source| source.sibling(file)) {
-                Some(Ok(bytes)) => sink.picture(file, &bytes)?,
-                Some(Err(_)) => missing += 1,
-                None => named += 1,
-            }
-        }
-        say(named, "picture file(s) are named, not copied: they belong beside the new file too");
-        say(missing, "picture file(s) are named, but missing beside the source: they are not there either");
-        Ok(())
+        let files = self.pictures.iter().filter(|(name, _)| !embedded.contains(name.as_str()));
+        let files: BTreeSet<&str> = files.map(|(_, file)| file.as_str()).collect();
+        outgoing.pictures(files, sink, report)
     }
 
     /// One material; how many of its textures (or their settings) have no place here.

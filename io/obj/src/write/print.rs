@@ -1,8 +1,7 @@
 //! Numbers and names as OBJ has them.
 
+use std::collections::HashMap;
 use std::fmt::Write;
-
-use loftsman_kernel::Point;
 
 /// Appends a blank and the shortest text that reads back as the same number.
 pub(crate) fn number(out: &mut String, value: f64) {
@@ -13,11 +12,6 @@ pub(crate) fn number(out: &mut String, value: f64) {
         // Debug, unlike Display, has exponents: 1e300 stays short.
         write!(out, " {value:?}")
     };
-}
-
-/// Appends the coordinates of a point.
-pub(crate) fn point(out: &mut String, p: &Point) {
-    p.iter().for_each(|&c| number(out, c));
 }
 
 /// A name that stays on its line and means the same to every reader.
@@ -35,6 +29,28 @@ pub(crate) fn name(name: &str) -> String {
         clean = clean.replace(" #", " _#");
     }
     if clean.is_empty() { "object".to_owned() } else { clean }
+}
+
+/// Names that are taken, each with the last number behind it that was tried: all before it are taken too.
+#[derive(Debug, Default)]
+pub(crate) struct Names(HashMap<String, usize>);
+
+impl Names {
+    /// A name that stays on its line and that nobody else has: with a number behind it where it is taken.
+    pub(crate) fn unique(&mut self, wanted: &str) -> String {
+        let clean = name(wanted);
+        let mut unique = clean.clone();
+        if let Some(&tried) = self.0.get(&clean) {
+            let mut number = tried;
+            while self.0.contains_key(&unique) {
+                number += 1;
+                unique = format!("{clean}.{number:03}");
+            }
+            self.0.insert(clean, number);
+        }
+        self.0.insert(unique.clone(), 0);
+        unique
+    }
 }
 
 /// A group's name, which ends at a blank; "default" is the group of what no group was named for.

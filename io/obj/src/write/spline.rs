@@ -4,10 +4,11 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write;
 
+use loftsman_kernel::plugin::FormatError;
 use loftsman_kernel::spline::trimmed::ParameterCurve;
 use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 
-use super::{Failure, Knots, Writer, print};
+use super::{Knots, Writer, print};
 
 /// A loop or chain with its keyword, and the numbers of its curves.
 type Chain<'a> = (&'static str, Vec<(&'a ParameterCurve, usize)>);
@@ -27,7 +28,7 @@ fn chains_of(trimmed: &Trimmed) -> Vec<(&'static str, &[ParameterCurve])> {
 }
 
 impl<W: Write> Writer<'_, W> {
-    pub(super) fn curve(&mut self, curve: &Curve) -> Result<(), Failure> {
+    pub(super) fn curve(&mut self, curve: &Curve) -> Result<(), FormatError> {
         let form =
             if self.knots == Knots::Bezier { Cow::Owned(curve.bezier_form()?) } else { Cow::Borrowed(curve) };
         let space = form.space();
@@ -46,13 +47,13 @@ impl<W: Write> Writer<'_, W> {
         Ok(self.line("end")?)
     }
 
-    pub(super) fn surface(&mut self, name: &str, surface: &Surface) -> Result<(), Failure> {
+    pub(super) fn surface(&mut self, name: &str, surface: &Surface) -> Result<(), FormatError> {
         self.surface_head(name, surface)?;
         Ok(self.line("end")?)
     }
 
     /// A trimmed surface with its curves; how many loops there are.
-    pub(super) fn trimmed(&mut self, name: &str, trimmed: &Trimmed) -> Result<usize, Failure> {
+    pub(super) fn trimmed(&mut self, name: &str, trimmed: &Trimmed) -> Result<usize, FormatError> {
         self.name(name)?;
         let mut chains: Vec<Chain<'_>> = Vec::new();
         for (keyword, curves) in chains_of(trimmed) {
@@ -89,7 +90,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     /// A curve in the parameter plane; its number.
-    pub(super) fn plane_curve(&mut self, curve: &Curve) -> Result<usize, Failure> {
+    pub(super) fn plane_curve(&mut self, curve: &Curve) -> Result<usize, FormatError> {
         let first = self.written.parameters + 1;
         for (i, p) in curve.points().iter().enumerate() {
             match curve.weights() {
@@ -111,10 +112,8 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn parameter_vertex(&mut self, numbers: &[f64]) -> std::io::Result<()> {
-        self.text.push_str("vp");
-        numbers.iter().for_each(|&x| print::number(&mut self.text, x));
         self.written.parameters += 1;
-        self.flush_line()
+        self.statement("vp", numbers.iter().copied())
     }
 
     fn kind(&mut self, rational: bool, degrees: &[usize]) -> std::io::Result<()> {
@@ -125,13 +124,11 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn parameters(&mut self, side: &str, space: &Space) -> std::io::Result<()> {
-        _ = write!(self.text, "parm {side}");
-        space.flat().iter().for_each(|&t| print::number(&mut self.text, t));
-        self.flush_line()
+        self.statement(&format!("parm {side}"), space.flat().iter().copied())
     }
 
     /// A surface up to its knots.
-    fn surface_head(&mut self, name: &str, surface: &Surface) -> Result<(), Failure> {
+    fn surface_head(&mut self, name: &str, surface: &Surface) -> Result<(), FormatError> {
         let first = self.vertices(surface.points(), surface.weights())?;
         let (u, v) = (surface.u(), surface.v());
         self.kind(surface.weights().is_some(), &[u.degree(), v.degree()])?;

@@ -45,10 +45,10 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 6);
     }
-    sheet.told.note_thinned(body.object.name(), (kept.len(), "beads"), (all, "places"));
+    sheet.caption.note_thinned(body.object.name(), (kept.len(), "beads"), (all, "places"));
     let words = match beads {
         Beads::Uniform(count) => format!("{count} beads a knot span, uniform in the parameter"),
         _ => "knot".to_owned(),
     };
-    sheet.told.explain_once(Sample::Bead(color), words);
+    sheet.caption.explain_once(Sample::Bead(color), words);
 }

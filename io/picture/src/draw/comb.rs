@@ -192,13 +192,13 @@ impl Combing {
             if sheet.layout.is_parallel() {
                 let per = text::number(1.0 / (self.measure.scale * sheet.layout.scale * size));
                 let words = format!("curvature: 1 mm of tooth is {per}/{unit}, the largest {most}/{unit}");
-                sheet.told.explain_once(Sample::Comb(color), words);
-            } else if !sheet.told.legend.iter().any(|(sample, _)| matches!(sample, Sample::Comb(_))) {
-                sheet.told.explain_once(Sample::Comb(color), format!("curvature, at most {most}/{unit}"));
+                sheet.caption.explain_once(Sample::Comb(color), words);
+            } else if !sheet.caption.legend.iter().any(|(sample, _)| matches!(sample, Sample::Comb(_))) {
+                sheet.caption.explain_once(Sample::Comb(color), format!("curvature, at most {most}/{unit}"));
             }
             if any_cut {
                 sheet
-                    .told
+                    .caption
                     .note("the longest teeth of the curvature comb are cut (dashed envelope)".to_owned());
             }
         }

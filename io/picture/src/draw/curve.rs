@@ -53,7 +53,7 @@ pub(crate) fn trace<'p>(
     path.finish()
 }
 
-/// Points along pieces, closer than half a millimetre on the page or about that: what faces hide of them can be told. A
+/// Points along pieces, closer than half a millimetre on the page or about that: what faces hide of them can be caption. A
 /// chain for each part of a torn curve.
 pub(crate) fn flattened(pieces: &[Piece], layout: &Layout) -> Vec<Vec<Vector>> {
     let parts = pieces.chunk_by(Piece::meets);

@@ -97,7 +97,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
     if let Some(cell) = depth.coarse() {
         let cell = crate::text::number(cell);
         sheet
-            .told
+            .caption
             .note(format!("faces cover one another so often that they are drawn in cells of {cell} mm"));
     }
     let mut grids = grids.into_iter();

@@ -4,7 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
 
 use crate::draw::{dots, mark};
-use crate::sheet::{Sample, Stroke, Told};
+use crate::sheet::{Caption, Sample, Stroke};
 use crate::stage::Projection;
 use crate::svg::{Element, length};
 use crate::text;
@@ -37,7 +37,7 @@ pub(crate) struct Facts<'a> {
 }
 
 /// The legend's elements, and where on the page it ends.
-pub(crate) fn draw(told: &Told, facts: &Facts<'_>) -> (String, f64) {
+pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     let Facts { theme, top, width, margin, view, scale } = *facts;
     let mut out = String::new();
     if let Some(view) = view {
@@ -52,7 +52,7 @@ pub(crate) fn draw(told: &Told, facts: &Facts<'_>) -> (String, f64) {
     // Entries flow in rows of the width that is left.
     let (start, end) = (margin + room, width - margin);
     let (mut x, mut y) = (start, top + 1.5);
-    for (sample, words) in &told.legend {
+    for (sample, words) in &caption.legend {
         let wide = SAMPLE + 1.5 + text::width(words) * SIZE;
         if x > start && x + wide > end {
             (x, y) = (start, y + ROW);
@@ -62,9 +62,9 @@ pub(crate) fn draw(told: &Told, facts: &Facts<'_>) -> (String, f64) {
         x += wide + GAP;
     }
     let mut bottom = y + 1.5;
-    let more = told.notes.len().saturating_sub(NOTES);
+    let more = caption.notes.len().saturating_sub(NOTES);
     let more = (more > 0).then(|| format!("and {more} more notes of this kind"));
-    for note in told.others().iter().chain(told.notes.iter().take(NOTES)).chain(&more) {
+    for note in caption.others().iter().chain(caption.notes.iter().take(NOTES)).chain(&more) {
         bottom += ROW * 0.85;
         out.push_str(&words_at(note, start, bottom, theme.faint()));
     }

@@ -34,7 +34,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
             escaped(&light.mark.label)
         );
         sheet.put(Layer::Marks, &group);
-        sheet.told.explain(Sample::Mark(light.mark.kind), words(light.mark.kind));
+        sheet.caption.explain(Sample::Mark(light.mark.kind), label(light.mark.kind));
         let line = text::clipped(&light.mark.label, 48);
         // Locked vertices are explained by the legend: a label each would say nothing more.
         if !labels || line.is_empty() || light.mark.kind == MarkKind::Locked {
@@ -51,7 +51,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
         }
     }
     if stage.marks.len() > MOST {
-        sheet.told.note(format!("{MOST} of {} marks are drawn", stage.marks.len()));
+        sheet.caption.note(format!("{MOST} of {} marks are drawn", stage.marks.len()));
     }
     sheet.labels.extend(groups);
 }
@@ -67,7 +67,7 @@ fn class(kind: MarkKind) -> &'static str {
     }
 }
 
-fn words(kind: MarkKind) -> &'static str {
+fn label(kind: MarkKind) -> &'static str {
     match kind {
         MarkKind::Moved => "moved point",
         MarkKind::Kept => "kept point",

@@ -130,7 +130,9 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
             if body.object.geometry().is_unknown() {
                 let (name, kind) = (body.object.name(), body.object.geometry().kind());
                 let [name, kind] = [name, kind].map(|text| text::clipped(text, 30));
-                sheet.told.note(format!("{name}: not drawn, the plug-in of its kind ({kind}) is not here"));
+                sheet
+                    .caption
+                    .note(format!("{name}: not drawn, the plug-in of its kind ({kind}) is not here"));
             }
             return;
         }
@@ -173,7 +175,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
             let seen: Vec<Vector> = points.iter().filter(|p| !sheet.hides(p)).copied().collect();
             let kept = spread(seen.iter().map(|p| sheet.layout.spot(p)), 0.25, 20_000);
             kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
-            sheet.told.note_thinned(body.object.name(), (kept.len(), "dots"), (seen.len(), "points"));
+            sheet.caption.note_thinned(body.object.name(), (kept.len(), "dots"), (seen.len(), "points"));
             let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
             if !old {
                 named(sheet, body, old, Sample::Dot(color));
@@ -193,7 +195,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
                 Some(data) => (thin.path("mesh", data), Sample::Line(thin)),
                 None => {
                     let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 20_000);
-                    sheet.told.note_thinned(
+                    sheet.caption.note_thinned(
                         body.object.name(),
                         (kept.len(), "dots"),
                         (points.len(), "points"),
@@ -230,7 +232,7 @@ fn parted(
     let pale = Stroke::plain(stroke.color.mixed(sheet.theme.paper(), 0.35), 0.18);
     named(sheet, body, old, Sample::Line(stroke));
     if !hidden.is_empty() && !old {
-        sheet.told.explain_once(Sample::Line(pale.dashed()), "hidden");
+        sheet.caption.explain_once(Sample::Line(pale.dashed()), "hidden");
         sheet.put(layer, &titled(pale.dashed().path("hidden", hidden), body.object.name()));
     }
     sheet.put(layer, &titled(stroke.path(class, seen), body.object.name()));
@@ -259,7 +261,7 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, number: usize) {
             (dots(&kept), Stroke { width: 0.4, dashes: None, ..stroke })
         }
     };
-    sheet.told.explain_once(Sample::Line(stroke), format!("frame {number}"));
+    sheet.caption.explain_once(Sample::Line(stroke), format!("frame {number}"));
     sheet.put(Layer::Frames, &titled(stroke.path("frame", data), body.object.name()));
 }
 
@@ -271,9 +273,9 @@ fn titled(element: Element, name: &str) -> String {
 /// Enters an object in the legend.
 pub(crate) fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sample) {
     if body.index < NAMED {
-        sheet.told.name(sample, &text::clipped(body.object.name(), 40), old);
+        sheet.caption.name(sample, &text::clipped(body.object.name(), 40), old);
     } else if !old {
-        sheet.told.leave_unnamed(body.object.name());
+        sheet.caption.leave_unnamed(body.object.name());
     }
 }
 

@@ -22,7 +22,11 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) {
         let (Some(from), Some(to)) = (old.net(), new.net()) else { continue };
         let name = || text::clipped(new.object.name(), 30);
         if to.len() > MOST {
-            sheet.told.note(format!("{}: no arrows, its {} control vertices are too many", name(), to.len()));
+            sheet.caption.note(format!(
+                "{}: no arrows, its {} control vertices are too many",
+                name(),
+                to.len()
+            ));
             continue;
         }
         let refined = (from.len() != to.len()).then(|| refined(old, new, from));
@@ -31,7 +35,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) {
             Some(Some(refined)) => refined,
             Some(None) => {
                 let (before, now) = (from.len(), to.len());
-                sheet.told.note(format!(
+                sheet.caption.note(format!(
                     "{}: no arrows, its {before} control vertices before are not refined to the {now} now",
                     name()
                 ));
@@ -48,7 +52,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) {
     }
     if !out.is_empty() {
         sheet.put(Layer::Nets, &out);
-        sheet.told.explain_once(Sample::Movement, "control vertex moved");
+        sheet.caption.explain_once(Sample::Movement, "control vertex moved");
     }
 }
 

@@ -66,14 +66,14 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
         sheet.ink.segment(spot, spot, 4);
     }
     let shown = kept.len() + through.len();
-    sheet.told.note_thinned(body.object.name(), (shown, "squares"), (all, "control vertices"));
+    sheet.caption.note_thinned(body.object.name(), (shown, "squares"), (all, "control vertices"));
     if !old {
         let what = match body.form {
             _ if !body.vertices.is_empty() => "control vertices",
             Form::Curve { .. } => "control polygon",
             _ => "control net",
         };
-        sheet.told.explain_once(Sample::Net(stroke), what);
+        sheet.caption.explain_once(Sample::Net(stroke), what);
     }
 }
 

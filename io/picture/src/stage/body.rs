@@ -142,7 +142,7 @@ impl Form {
     }
 }
 
-/// What cannot be told apart on paper, in units of the stage: a micrometre of a page of usual size.
+/// What cannot be caption apart on paper, in units of the stage: a micrometre of a page of usual size.
 const ALIKE: f64 = 1e-5;
 
 impl Form {

@@ -1,5 +1,7 @@
 //! Lines and the fields in them.
 
+use loftsman_kernel::text::clip_to;
+
 /// The lines of a text, whether they end with `\n`, `\r\n` or `\r`, numbered from 1, without blanks around them.
 pub(super) fn lines(text: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
     // Old Macintosh files have carriage returns only; in all others those are blanks at the end of a line.
@@ -132,12 +134,7 @@ pub(super) fn text(bytes: &[u8]) -> String {
 /// The start of a text, on one line, for messages.
 pub(super) fn clip(bytes: &[u8]) -> String {
     const LONGEST: usize = 40;
-    let text = text(&bytes[..bytes.len().min(4 * LONGEST)]);
-    let mut short: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        short.push('…');
-    }
-    short
+    clip_to(LONGEST, &text(&bytes[..bytes.len().min(4 * LONGEST)]))
 }
 
 #[cfg(test)]

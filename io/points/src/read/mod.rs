@@ -9,26 +9,35 @@ mod tecplot;
 
 use crate::marks::Kind;
 use loftsman_kernel::mesh::{Cloud, Polyline};
-use loftsman_kernel::plugin::{Fate, FormatError, Place, Quiet, ReadOptions, ReadReport, Source};
-use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
+use loftsman_kernel::plugin::{
+    Confidence, Fate, FormatError, FormatErrorKind, Place, Quiet, ReadOptions, ReadReport, Source,
+    refuse_utf16,
+};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::text::unmarked;
 
 use line::Separator;
-use scan::{Block, LineFault, Scan};
+use scan::{Block, Scan};
 
-/// Whether the first bytes of a file look like a point file.
-pub(crate) fn recognises(head: &[u8]) -> bool {
-    // Formats that have rows of numbers below words of their own.
-    const OTHERS: [&[u8]; 10] =
-        [b"{", b"[", b"<", b"solid", b"ply", b"OFF", b"COFF", b"ISO-10303", b"#usda", b"v "];
+/// How sure it is that the first bytes of a file are those of a point file.
+pub(crate) fn confidence(head: &[u8]) -> Confidence {
     let long = head.len() >= 4096;
-    let head = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head).trim_ascii_start();
-    if OTHERS.iter().any(|start| head.starts_with(start)) || head.contains(&0) {
-        return false;
-    }
+    let head = unmarked(head).trim_ascii_start();
     // Of a longer file the last line may be cut off.
     let end = head.iter().rposition(|&b| b == b'\n').filter(|_| long);
     let whole = end.map_or(head, |end| &head[..end]);
-    Scan::new(whole, &Quiet).is_ok_and(|scan| scan.words.len() <= 3 && (scan.rows() >= 2 || scan.own))
+    match Scan::new(whole, &Quiet) {
+        Ok(scan) if scan.own => Confidence::Sure,
+        Ok(scan) if scan.rows() >= 2 && is_plain(head, &scan) => Confidence::Maybe,
+        _ => Confidence::No,
+    }
+}
+
+/// Whether what stands above rows could be a name, or names of columns: not markup, nor words over more than two coordinates
+/// that are not their names.
+fn is_plain(head: &[u8], scan: &Scan) -> bool {
+    let is_outline = scan.columns.as_ref().is_some_and(|columns| columns.count == 2);
+    !head.starts_with(b"<") && !head.contains(&0) && scan.words.len() <= if is_outline { 3 } else { 0 }
 }
 
 /// The scene of a point file.
@@ -36,15 +45,12 @@ pub(crate) fn file(
     source: &dyn Source,
     options: &ReadOptions<'_>,
 ) -> Result<(Scene, ReadReport), FormatError> {
-    let at = |fault: LineFault| {
-        let place = if fault.line == 0 { Place::File } else { Place::Line(fault.line) };
-        FormatError::new(source.name(), place, fault.problem)
-    };
-    let asked = asked_kind(source, options)?;
-    let bytes = check_text(source)?;
-    let mut scan = Scan::new(bytes, options.observer).map_err(at)?;
+    let kinds = [("polyline", Some(Kind::Polyline { closed: None })), ("cloud", Some(Kind::Cloud))];
+    let asked = options.own.choice_or("as", &kinds, None)?;
+    let mut scan = Scan::new(check_text(source.bytes())?, options.observer)?;
+    options.limits.check_entities(scan.rows())?;
     let mut reading = Reading::default();
-    reading.preface(&mut scan, source.name()).map_err(at)?;
+    reading.preface(&mut scan, source.name())?;
     let blocks = std::mem::take(&mut scan.blocks);
     // Headers without rows (a zone of remarks) are no objects, unless the file is our own.
     let several = blocks.iter().filter(|b| !b.points.is_empty()).count() > 1;
@@ -52,40 +58,26 @@ pub(crate) fn file(
         if block.points.is_empty() && !scan.own {
             continue;
         }
-        let object = reading.object(block, &scan, several, source.name(), asked).map_err(at)?;
-        reading.scene.add(object).map_err(|e| FormatError::new(source.name(), Place::File, e.to_string()))?;
+        let object = reading.object(block, &scan, several, source.name(), asked)?;
+        reading.scene.add(object)?;
     }
     let Reading { mut scene, mut report, .. } = reading;
-    match options.unit.or(scan.unit) {
-        Some(unit) => scene.unit = unit,
-        None => report.notes.push(format!("point files have no unit: {} is assumed", Unit::default().name())),
-    }
-    if let Some(up) = options.up.or(scan.up) {
-        scene.up = up;
-    }
+    report.unit = scan.unit;
+    scene.up = scan.up.unwrap_or(scene.up);
     Ok((scene, report))
 }
 
-fn asked_kind(source: &dyn Source, options: &ReadOptions<'_>) -> Result<Option<Kind>, FormatError> {
-    if !options.own.has("as") {
-        return Ok(None);
-    }
-    let choices = [("polyline", Kind::Polyline { closed: None }), ("cloud", Kind::Cloud)];
-    let asked = options.own.choice("as", &choices);
-    asked.map(Some).map_err(|e| FormatError::new(source.name(), Place::File, e.to_string()))
-}
-
 /// The bytes without their byte order mark, if they can be text at all.
-fn check_text(source: &dyn Source) -> Result<&[u8], FormatError> {
-    let bytes = source.bytes();
-    let refuse = |byte, problem: &str| Err(FormatError::new(source.name(), Place::Byte(byte), problem));
-    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return refuse(0, "the text is UTF-16: save it again as UTF-8 or ASCII");
-    }
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+fn check_text(bytes: &[u8]) -> Result<&[u8], FormatError> {
+    let refuse = |byte, problem: &str| {
+        Err(FormatError::new(Place::Byte(byte), problem).as_kind(FormatErrorKind::Unsupported))
+    };
+    refuse_utf16(bytes, 0)?;
+    let bytes = unmarked(bytes);
     if bytes.trim_ascii().is_empty() {
-        let problem = "the file is empty: a point file has the coordinates of a point a line";
-        return Err(FormatError::new(source.name(), Place::File, problem));
+        return Err(FormatError::whole(
+            "the file is empty: a point file has the coordinates of a point a line",
+        ));
     }
     // Digits and blanks in two bytes each: every other one is zero from the start on.
     let every_other =
@@ -117,7 +109,7 @@ impl Reading {
     }
 
     /// Everything before and beside the rows: name, counts, columns.
-    fn preface(&mut self, scan: &mut Scan, file: &str) -> Result<(), LineFault> {
+    fn preface(&mut self, scan: &mut Scan, file: &str) -> Result<(), FormatError> {
         let rows = scan.rows();
         if scan.tecplot {
             self.note("Tecplot headers: a polyline a zone");
@@ -189,7 +181,7 @@ impl Reading {
         several: bool,
         file: &str,
         asked: Option<Kind>,
-    ) -> Result<Object, LineFault> {
+    ) -> Result<Object, FormatError> {
         if self.aerodyn && !block.points.is_empty() {
             self.aerodyn = false;
             let reference = block.points.remove(0);
@@ -210,7 +202,7 @@ impl Reading {
     }
 
     /// Lednicer's two surfaces become one outline; Selig's order is noted.
-    fn airfoil(&mut self, block: &mut Block) -> Result<(), LineFault> {
+    fn airfoil(&mut self, block: &mut Block) -> Result<(), FormatError> {
         if let Some((upper, lower)) = airfoil::lednicer_counts(block) {
             let outline = airfoil::lednicer_outline(&block.points[1..], upper);
             self.note(format!(
@@ -232,7 +224,7 @@ impl Reading {
             let problem = format!(
                 "the first row counts {upper} and {lower} rows, but {rows} follow: the file is cut off, or the counts are wrong"
             );
-            return Err(LineFault { line: block.line, problem });
+            return Err(FormatError::new(Place::Line(block.line), problem));
         } else if airfoil::is_selig(&block.points) {
             self.note("Selig airfoil: from the trailing edge around the nose and back");
             block.kind = Some(Kind::Polyline { closed: None });
@@ -270,7 +262,7 @@ impl Reading {
 }
 
 /// A line that counts the rows must count right.
-fn check_count(spelling: Option<&str>, rows: usize, line: usize) -> Result<(), LineFault> {
+fn check_count(spelling: Option<&str>, rows: usize, line: usize) -> Result<(), FormatError> {
     let spelling = spelling.unwrap_or_default();
     if spelling.parse::<f64>().is_ok_and(|count| count == rows as f64) {
         return Ok(());
@@ -279,7 +271,7 @@ fn check_count(spelling: Option<&str>, rows: usize, line: usize) -> Result<(), L
     let problem = format!(
         "the line counts {count} rows, but there are {rows}: the file is cut off, or the count is wrong"
     );
-    Err(LineFault { line, problem })
+    Err(FormatError::new(Place::Line(line), problem))
 }
 
 /// The file's name without folder and extension; never empty.

@@ -1,7 +1,7 @@
 //! The first pass over a file: its rows, in blocks, and the lines of text before them.
 
 use loftsman_kernel::Point;
-use loftsman_kernel::plugin::Observer;
+use loftsman_kernel::plugin::{Cancelled, FormatError, Observer, Place};
 use loftsman_kernel::scene::{Unit, Up};
 
 use super::columns::{Columns, RowFault, header, names_axes};
@@ -12,15 +12,6 @@ use crate::marks::{self, Kind};
 
 /// How many lines of text may stand before the first row.
 const MOST_WORDS: usize = 32;
-
-/// Something wrong with a line.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct LineFault {
-    /// The line, from 1; 0 for the file as a whole.
-    pub(super) line: usize,
-    /// What is wrong and what to do.
-    pub(super) problem: String,
-}
 
 /// Rows that belong together.
 #[derive(Debug, Clone, Default)]
@@ -70,14 +61,14 @@ pub(super) struct Scan {
 
 impl Scan {
     /// Scans a text.
-    pub(super) fn new(bytes: &[u8], observer: &dyn Observer) -> Result<Self, LineFault> {
+    pub(super) fn new(bytes: &[u8], observer: &dyn Observer) -> Result<Self, FormatError> {
         let mut scanner = Scanner::default();
         for (number, line) in lines(bytes) {
-            if number % 65_536 == 0 && observer.cancelled() {
-                return Err(LineFault { line: 0, problem: "cancelled".to_owned() });
+            if number % 65_536 == 1 && observer.cancelled() {
+                return Err(Cancelled.into());
             }
             scanner.number = number;
-            scanner.line(line).map_err(|problem| LineFault { line: number, problem })?;
+            scanner.line(line).map_err(|problem| FormatError::new(Place::Line(number), problem))?;
         }
         scanner.finish()
     }
@@ -231,18 +222,18 @@ impl<'t> Scanner<'t> {
         self.scan.blocks.push(block);
     }
 
-    fn finish(mut self) -> Result<Scan, LineFault> {
+    fn finish(mut self) -> Result<Scan, FormatError> {
         if self.scan.columns.is_some() || self.scan.own && !self.scan.blocks.is_empty() {
             return Ok(self.scan);
         }
         let seen = self.words.first().map(|&(line, words)| (line, words.to_vec()));
         let single = self.scan.single.take().map(|(single, spelling)| (single.line, spelling.into_bytes()));
         let (line, what) = match single.or(seen) {
-            Some((line, words)) => (line, format!("\"{}\" and no row", clip(&words))),
-            None => (0, "no row".to_owned()),
+            Some((line, words)) => (Some(line), format!("\"{}\" and no row", clip(&words))),
+            None => (None, "no row".to_owned()),
         };
         let problem =
             format!("{what} of at least two numbers: a point file has the coordinates of a point a line");
-        Err(LineFault { line, problem })
+        Err(FormatError::new(line.map_or(Place::File, Place::Line), problem))
     }
 }

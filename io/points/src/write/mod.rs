@@ -4,8 +4,9 @@ use std::io::{self, BufWriter, Write};
 
 use loftsman_kernel::Point;
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::plugin::{Fate, FormatError, Place, Sink, UpChoice, WriteOptions, WriteReport, Written};
-use loftsman_kernel::scene::{Geometry, MOST_PLACED, Object, Scene};
+use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport, Written};
+use loftsman_kernel::scene::{Geometry, Object};
+use loftsman_kernel::text::number;
 use nalgebra::Matrix4;
 
 use crate::marks::{self, Kind};
@@ -26,70 +27,46 @@ impl Rows<'_> {
 }
 
 /// Writes a point file.
-pub(crate) fn file(
-    scene: &Scene,
-    sink: &mut dyn Sink,
-    options: &WriteOptions<'_>,
-) -> Result<WriteReport, FormatError> {
-    let file = sink.name().to_owned();
-    let fail = |problem: String| FormatError::new(&file, Place::File, problem);
-    let comments =
-        !options.own.has("comments") || options.own.flag("comments").map_err(|e| fail(e.to_string()))?;
-    let up = match options.up {
-        UpChoice::To(up) => up,
-        UpChoice::Usual | UpChoice::Keep => scene.up,
-    };
-    let unit = options.unit.unwrap_or(scene.unit);
-    let flat = scene.flattened(MOST_PLACED).map_err(|e| fail(e.to_string()))?;
-    let scene = flat.converted(unit, up).map_err(|e| fail(e.to_string()))?;
-    let world = scene.world_transforms().map_err(|e| fail(e.to_string()))?;
-
+pub(crate) fn file(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+    let own = &outgoing.options.own;
+    let comments = !own.has("comments") || own.flag("comments")?;
+    let scene = outgoing.converted()?;
+    let world = scene.world_transforms()?;
     let mut report = WriteReport::default();
     let mut out = Vec::new();
-    let mut plain = 0;
-    for (object, place) in scene.objects().iter().zip(&world) {
+    for (done, (object, place)) in scene.objects().iter().zip(&world).enumerate() {
+        outgoing.proceed(done, world.len())?;
         let Some(kind) = kind_of(object) else {
-            report.objects.push(left_out(object));
+            report.objects.push(Written::left_out(object, reason(object.geometry().kind())));
             continue;
         };
         let rows = Rows { object, kind, place: place.as_ref() };
         if let Some((i, p)) = rows.points().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
             let problem =
                 format!("point {i} is ({}, {}, {}): every coordinate must be finite", p.x, p.y, p.z);
-            return Err(fail(problem).of(object.name()));
+            return Err(FormatError::whole(problem).of(object.name()));
         }
         let by = if place.is_some() { ", placed by its transforms" } else { "" };
-        report.objects.push(Written {
-            object: object.name().to_owned(),
-            form: format!("{} of {} points{by}", object.geometry().kind(), object.geometry().points().len()),
-            fate: Fate::Kept,
-            tolerance: None,
-            error: None,
-            reason: None,
-        });
-        plain += usize::from(object.color.is_some() || object.layer.is_some() || object.animation.is_some());
+        let form = format!("{} of {} points{by}", object.geometry().kind(), object.geometry().points().len());
+        report.objects.push(Written::kept(object, form));
         out.push(rows);
     }
     if out.is_empty() {
-        let problem = "there is no cloud and no polyline in the scene, and a point file holds nothing else: \
-                       tessellate curves first, or choose another format";
-        return Err(fail(problem.to_owned()));
+        return Err(FormatError::whole(
+            "there is no cloud and no polyline in the scene, and a point file holds nothing else: tessellate \
+             curves first, or choose another format",
+        ));
     }
     if out.len() > 1 && !comments {
-        let problem = "several objects need the comments that tell them apart: leave comments = false away, \
-                       or write one object";
-        return Err(fail(problem.to_owned()));
+        return Err(FormatError::whole(
+            "several objects need the comments that tell them apart: leave comments = false away, or write \
+             one object",
+        ));
     }
-    if plain > 0 {
-        report
-            .notes
-            .push(format!("colours, layers and animations of {plain} objects: point files have none"));
-    }
-    let separator = if file.to_ascii_lowercase().ends_with(".csv") { b"," } else { b" " };
+    let separator = if sink.name().to_ascii_lowercase().ends_with(".csv") { b"," } else { b" " };
     let mut writer = BufWriter::with_capacity(1 << 16, sink.main());
-    let head = comments.then(|| marks::file_mark(unit, up));
-    write_rows(&out, head.as_deref(), separator, &mut writer)
-        .map_err(|error| fail(format!("cannot be written: {error}")))?;
+    let head = comments.then(|| marks::file_mark(outgoing.unit, outgoing.up));
+    write_rows(&out, head.as_deref(), separator, &mut writer)?;
     Ok(report)
 }
 
@@ -101,17 +78,11 @@ fn kind_of(object: &Object) -> Option<Kind> {
     }
 }
 
-fn left_out(object: &Object) -> Written {
-    Written {
-        object: object.name().to_owned(),
-        form: "nothing".to_owned(),
-        fate: Fate::LeftOut,
-        tolerance: None,
-        error: None,
-        reason: Some(match object.geometry().kind() {
-            "group" => "a group has no points of its own".to_owned(),
-            kind => format!("a point file holds clouds and polylines, not a {kind}: tessellate it first"),
-        }),
+/// Why an object of a kind does not go out.
+fn reason(kind: &str) -> String {
+    match kind {
+        "group" => "a group has no points of its own".to_owned(),
+        kind => format!("a point file holds clouds and polylines, not a {kind}: tessellate it first"),
     }
 }
 
@@ -136,24 +107,12 @@ fn write_rows(
             _ => None,
         };
         for p in rows.points().chain(closing) {
-            number(p.x, out)?;
-            out.write_all(separator)?;
-            number(p.y, out)?;
-            out.write_all(separator)?;
-            number(p.z, out)?;
+            for (k, c) in p.iter().enumerate() {
+                out.write_all(if k == 0 { b"" } else { separator })?;
+                number(out, *c)?;
+            }
             out.write_all(b"\n")?;
         }
     }
     out.flush()
-}
-
-/// The shortest decimals that read back as the same bits; whole numbers without a point, but for minus zero.
-fn number(x: f64, out: &mut impl Write) -> io::Result<()> {
-    // Below 2^53 the conversion is exact.
-    let whole = x as i64;
-    if whole as f64 == x && whole.unsigned_abs() < 1 << 53 && (whole != 0 || x.is_sign_positive()) {
-        Ok(serde_json::to_writer(out, &whole)?)
-    } else {
-        Ok(serde_json::to_writer(out, &x)?)
-    }
 }

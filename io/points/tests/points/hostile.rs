@@ -1,6 +1,6 @@
 //! Whatever the bytes: a scene or one error that says where and what, never a panic.
 
-use loftsman_kernel::plugin::Format;
+use loftsman_kernel::plugin::{Confidence, Format};
 use loftsman_points::Points;
 use proptest::prelude::*;
 
@@ -50,7 +50,7 @@ fn bytes_that_are_no_rows() {
         (b"<?xml version=\"1.0\"?>\n<a>\n</a>\n", "no row"),
     ] {
         says(&refused(bytes), &[part]);
-        assert!(!Points.recognises(bytes));
+        assert_eq!(Points.confidence(bytes), Confidence::No);
     }
     says(&refused("word\n".repeat(100)), &["line 33", "does not look like a point file"]);
     let long = "x".repeat(1_000_000);
@@ -78,7 +78,7 @@ fn other_formats_are_not_claimed() {
         "input = \"a\"\noutput = [\"b\"]\n",
         "1 2\n",
     ] {
-        assert!(!Points.recognises(text.as_bytes()), "{text}");
+        assert_eq!(Points.confidence(text.as_bytes()), Confidence::No, "{text}");
     }
 }
 
@@ -104,7 +104,7 @@ fn valid() -> impl Strategy<Value = &'static str> {
 }
 
 fn fine(bytes: &[u8]) -> Result<(), TestCaseError> {
-    let recognised = Points.recognises(bytes);
+    let confidence = Points.confidence(bytes);
     for name in ["a.xyz", "a.csv", "-"] {
         match read(name, bytes) {
             Ok((scene, report)) => {
@@ -118,7 +118,7 @@ fn fine(bytes: &[u8]) -> Result<(), TestCaseError> {
             Err(error) => prop_assert!(!error.problem.is_empty() && (error.file == name)),
         }
     }
-    let _ = recognised;
+    let _ = confidence;
     Ok(())
 }
 

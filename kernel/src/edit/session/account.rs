@@ -5,19 +5,19 @@ use std::any::Any;
 use smallvec::SmallVec;
 
 use super::Session;
-use super::border::Border;
 use super::prepared::Prepared;
+use super::strategy::Strategy;
 use crate::edit::report::{ConstraintReport, Report, Smoothness};
 use crate::error::Result;
-use crate::functional::{Accuracy, Shapes};
+use crate::functional::{Accuracy, Join, Shapes, Tangent};
 use crate::measure::Measured;
 use crate::problem::EditError;
 use crate::problem::assembly::{Assembly, Slot};
 use crate::problem::bound::Bound;
+use crate::problem::check::{NOTABLE, excess, fighting};
 use crate::problem::judge::reach;
-use crate::problem::program::Bounds;
 use crate::problem::solution::{overflow, redundant};
-use crate::problem::{Numbers, view};
+use crate::problem::{Numbers, angle, view};
 use crate::shape::Shape;
 use crate::solve::Dependency;
 
@@ -54,7 +54,7 @@ impl<S: Shape> Session<S> {
         let prepared = &self.prepared;
         let diagnosis = prepared.factored.diagnosis();
         let sides = prepared.assembly.system.sides();
-        let bordering = prepared.border.as_ref().map_or(0, |border| border.rows.len());
+        let bordering = prepared.strategy.border().map_or(0, |border| border.rows.len());
         let mut report = Report {
             solver: prepared.factored.solver().to_owned(),
             equations: prepared.assembly.slots.len() + bordering,
@@ -74,7 +74,9 @@ impl<S: Shape> Session<S> {
         report.best_effort = !against.is_empty();
         let (names, smooth) = redundant(&self.problem.bound, &prepared.assembly, &mut implied.into_iter());
         report.redundant = names;
-        for (row, bounds) in prepared.bounds.iter().flat_map(|b| b.active.iter().map(move |row| (*row, b))) {
+        for (row, bounds) in
+            prepared.strategy.bounds().into_iter().flat_map(|b| b.active.iter().map(move |row| (*row, b)))
+        {
             let name = self.problem.bound[bounds.full.constraint_of(row)].constraint.label();
             if !report.active.contains(&name) {
                 report.active.push(name);
@@ -106,6 +108,9 @@ impl<S: Shape> Session<S> {
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }
+        if self.solved && !report.best_effort {
+            report.notes.extend(self.strain());
+        }
         // What is kept smooth comes last, in the account of the constraints too: it is told apart from what was asked.
         report.smooth = Smoothness { redundant: smooth, ..self.problem.smoothness(&shapes) };
         report.constraints.truncate(report.constraints.len().saturating_sub(report.smooth.knots));
@@ -121,8 +126,11 @@ impl<S: Shape> Session<S> {
             if let (Some(between), Accuracy::Within(tolerance)) =
                 (between, bound.constraint.functional.accuracy())
             {
+                let crease = crease(&shapes, bound).map_or_else(String::new, |degrees| {
+                    format!("; the angle between them, which nothing bounds, is {} at most", angle(degrees))
+                });
                 report.notes.push(format!(
-                    "{}: {:.3e} apart at most, of the {tolerance:e} allowed",
+                    "{}: {:.3e} apart at most, of the {tolerance:e} allowed{crease}",
                     bound.constraint.label(),
                     between.error
                 ));
@@ -131,12 +139,30 @@ impl<S: Shape> Session<S> {
         report
     }
 
+    /// What is worth saying of an adjustment that is long beside what its linear equations ask one by one: no near conflict
+    /// yet, or one that is forced.
+    fn strain(&self) -> Option<String> {
+        let Prepared { assembly, factored, rhs, size, d, strategy, .. } = self.prepared.as_ref();
+        if self.alternating.is_some() {
+            return None;
+        }
+        let d = strategy.border().map_or(&d[..], |border| &border.linear);
+        let found = excess(&assembly.system, factored.as_ref(), (rhs, size), d, NOTABLE).ok()??;
+        let mut again = self.solver.factor(&assembly.system).ok()?;
+        let names = fighting(&self.problem.bound, assembly, again.as_mut(), rhs);
+        Some(format!(
+            "the adjustment is {:.0e} times what its equations ask one by one: nearly contradictory: {}",
+            found.times,
+            names.join(", ")
+        ))
+    }
+
     /// The multipliers of each constraint, one for each equation that is asked of it.
     pub(super) fn multipliers(&self) -> Multipliers {
-        let Prepared { assembly, rhs, border, bounds, .. } = self.prepared.as_ref();
+        let Prepared { assembly, rhs, strategy, .. } = self.prepared.as_ref();
         // Solving for them needs the factor's scratch; a report is rare enough to factor once more.
         let again = self.solver.factor(&assembly.system).ok();
-        multipliers(self.problem.bound.len(), assembly, rhs, border.as_ref(), bounds.as_ref(), |rhs, out| {
+        multipliers(self.problem.bound.len(), assembly, rhs, strategy, |rhs, out| {
             if let Some(mut factored) = again {
                 factored.multipliers_into(rhs, out);
             }
@@ -145,8 +171,8 @@ impl<S: Shape> Session<S> {
 
     /// The same by the factor that there is.
     pub(super) fn own_multipliers(&mut self) -> Multipliers {
-        let Prepared { assembly, rhs, border, bounds, factored, .. } = self.prepared.as_mut();
-        multipliers(self.problem.bound.len(), assembly, rhs, border.as_ref(), bounds.as_ref(), |rhs, out| {
+        let Prepared { assembly, rhs, strategy, factored, .. } = self.prepared.as_mut();
+        multipliers(self.problem.bound.len(), assembly, rhs, strategy, |rhs, out| {
             factored.multipliers_into(rhs, out);
         })
     }
@@ -159,10 +185,10 @@ fn multipliers(
     constraints: usize,
     assembly: &Assembly,
     rhs: &Numbers,
-    border: Option<&Border>,
-    bounds: Option<&Bounds>,
+    strategy: &Strategy,
     solve: impl FnOnce(&[f64], &mut [f64]),
 ) -> Multipliers {
+    let (border, bounds) = (strategy.border(), strategy.bounds());
     let mut multipliers = Numbers::from_elem(0.0, rhs.len());
     match border {
         None => solve(rhs, &mut multipliers),
@@ -192,10 +218,16 @@ fn multipliers(
     each
 }
 
+/// The largest angle in degrees between two surfaces that are joined along an edge.
+fn crease(shapes: &Shapes<'_>, bound: &Bound) -> Option<f64> {
+    let any: &dyn Any = bound.constraint.functional.as_ref();
+    any.downcast_ref::<Join>()?.crease(shapes).ok()?.map(f64::to_degrees)
+}
+
 /// A tangent that was asked to be parallel to a direction but came out the other way round.
 fn reversed(shapes: &Shapes<'_>, bound: &Bound) -> Option<String> {
     let any: &dyn Any = bound.constraint.functional.as_ref();
-    let tangent = any.downcast_ref::<crate::functional::Tangent>()?;
+    let tangent = any.downcast_ref::<Tangent>()?;
     let along = tangent.sense(shapes)?;
     (along < 0.0).then(|| format!("{} now points against its direction", bound.constraint.describe()))
 }

@@ -41,7 +41,7 @@ impl<S: Shape> Session<S> {
     /// Solves for the present targets, the nonlinear constraints as border of the linear ones. The shapes are as before
     /// where it fails.
     pub(super) fn curved_event(&mut self) -> Result<(), EditError> {
-        if let Some(border) = &mut self.prepared.border {
+        if let Some(border) = self.prepared.strategy.border_mut() {
             border.before.copy_from_slice(&self.prepared.d);
         }
         let mut result = if self.alternating.is_some() { self.one_axis() } else { self.all_axes() };
@@ -63,7 +63,7 @@ impl<S: Shape> Session<S> {
             }
         }
         if result.is_err()
-            && let Some(border) = &self.prepared.border
+            && let Some(border) = self.prepared.strategy.border()
         {
             self.prepared.d.copy_from_slice(&border.before);
             self.place();
@@ -75,13 +75,13 @@ impl<S: Shape> Session<S> {
     /// start*, so that what it converges to does not depend on the way there.
     fn all_axes(&mut self) -> Result<(), EditError> {
         self.solve_linear()?;
-        let Some(border) = &mut self.prepared.border else { return Ok(()) };
+        let Some(border) = self.prepared.strategy.border_mut() else { return Ok(()) };
         border.linear.copy_from_slice(&self.prepared.d);
         border.step_from_base(&self.problem.bound, &mut self.prepared.d);
         self.check_finite()?;
         self.descend(STILL)?;
         self.check_linear()?;
-        if let Some(border) = &mut self.prepared.border {
+        if let Some(border) = self.prepared.strategy.border_mut() {
             border.moved = true;
         }
         Ok(())
@@ -90,21 +90,21 @@ impl<S: Shape> Session<S> {
     /// Brings the last event's adjustment nearer to the least one than an event does, for good. Where that fails, the shapes
     /// stay as the event left them: all constraints hold there.
     pub(super) fn settle(&mut self) {
-        let Some(border) = self.prepared.border.as_mut().filter(|border| border.moved) else { return };
+        let Some(border) = self.prepared.strategy.border_mut().filter(|border| border.moved) else { return };
         if self.alternating.is_some() {
             return;
         }
         border.before.copy_from_slice(&self.prepared.d);
         let iterations = self.prepared.iterations;
         let mut result = self.solve_linear().map(|_| ());
-        if let Some(border) = &mut self.prepared.border {
+        if let Some(border) = self.prepared.strategy.border_mut() {
             border.linear.copy_from_slice(&self.prepared.d);
             self.prepared.d.copy_from_slice(&border.before);
         }
         result = result.and_then(|()| self.descend(SETTLED));
         if result.is_ok() {
             self.prepared.iterations += iterations;
-        } else if let Some(border) = &self.prepared.border {
+        } else if let Some(border) = self.prepared.strategy.border() {
             self.prepared.d.copy_from_slice(&border.before);
             self.prepared.iterations = iterations;
             self.place();
@@ -120,7 +120,7 @@ impl<S: Shape> Session<S> {
         for iteration in 1..=ITERATIONS {
             self.place();
             let prepared = self.prepared.as_mut();
-            let Some(border) = &mut prepared.border else { return Ok(()) };
+            let Some(border) = prepared.strategy.border_mut() else { return Ok(()) };
             border.evaluate(&view(&self.problem.shapes), &self.problem.bound)?;
             let (mut error, mut worst) = border.error(&self.problem.bound);
             if error >= 0.5 * missed {
@@ -141,7 +141,7 @@ impl<S: Shape> Session<S> {
                 Err(row) => return Err(self.overflow(row)),
             }
             let prepared = self.prepared.as_mut();
-            let Some(border) = &mut prepared.border else { return Ok(()) };
+            let Some(border) = prepared.strategy.border_mut() else { return Ok(()) };
             let step = border.step_from_here(&self.problem.bound, share, &prepared.d);
             // What most events never come to, and need not pay for.
             let lingers = iteration >= USUAL;
@@ -183,14 +183,14 @@ impl<S: Shape> Session<S> {
     fn one_axis(&mut self) -> Result<(), EditError> {
         let turn = self.alternating.unwrap_or(0);
         self.rebase()?;
-        let Some(border) = &mut self.prepared.border else { return Ok(()) };
+        let Some(border) = self.prepared.strategy.border_mut() else { return Ok(()) };
         border.linear.copy_from_slice(&self.prepared.d);
         let mut axis = None;
         for iteration in 1..=ITERATIONS {
             self.check_finite()?;
             self.place();
             let prepared = self.prepared.as_mut();
-            let Some(border) = &mut prepared.border else { return Ok(()) };
+            let Some(border) = prepared.strategy.border_mut() else { return Ok(()) };
             let mut worst = 0;
             let candidates = match axis {
                 Some(axis) => axis..axis + 1,
@@ -235,7 +235,7 @@ impl<S: Shape> Session<S> {
             *base += crate::Vector::new(d[0], d[1], d[2]);
         }
         prepared.d.fill(0.0);
-        if let Some(border) = &mut prepared.border {
+        if let Some(border) = prepared.strategy.border_mut() {
             border.before.fill(0.0);
         }
         let shapes = view(&self.problem.shapes);
@@ -272,7 +272,7 @@ impl<S: Shape> Session<S> {
     }
 
     fn not_converged(&self, iterations: usize, row: usize) -> SolveError {
-        let (wanted, residual) = self.prepared.border.as_ref().map_or((0.0, 0.0), |border| {
+        let (wanted, residual) = self.prepared.strategy.border().map_or((0.0, 0.0), |border| {
             let (k, e) = border.rows[row];
             (
                 self.problem.bound[k].target[e],
@@ -284,7 +284,7 @@ impl<S: Shape> Session<S> {
     }
 
     fn border_name(&self, row: usize) -> String {
-        let row = self.prepared.border.as_ref().and_then(|border| border.rows.get(row));
+        let row = self.prepared.strategy.border().and_then(|border| border.rows.get(row));
         row.map_or_else(String::new, |&(k, _)| self.problem.bound[k].constraint.describe())
     }
 }

@@ -3,13 +3,13 @@
 use super::Session;
 use super::prepared::{Prepared, prepare};
 use super::progress::looks;
+use super::strategy::Strategy;
 use crate::measure::Error;
 use crate::problem::EditError;
-use crate::problem::check::{excess, missed_by, near_conflict};
+use crate::problem::check::{missed_by, near_conflict};
 use crate::problem::conflict::{explain, involved};
 use crate::problem::constraint::Constraint;
 use crate::problem::effort::soften;
-use crate::problem::program::{Bounds, Solved, senses};
 use crate::problem::solution::overflow;
 use crate::shape::Shape;
 use crate::solve::{HouseholderQr, Sense, SolveError, Solver, System};
@@ -37,17 +37,16 @@ impl<S: Shape> Session<S> {
 
     /// The same for the vertices that have columns.
     fn event_on_columns(&mut self) -> Result<(), EditError> {
-        if self.prepared.border.is_some() {
-            return self.curved_event();
+        match &mut self.prepared.strategy {
+            Strategy::Linear => self.linear_event(),
+            Strategy::Bordered(_) => self.curved_event(),
+            Strategy::Bounded(_) => self.bounded_event(),
+            Strategy::Sequential(_) => self.iterate(looks(&self.problem.bound)),
         }
-        if !self.prepared.linear {
-            return self.iterate(looks(&self.problem.bound));
-        }
-        if self.prepared.bounds.is_some()
-            && let Some(bounds) = self.prepared.bounds.take()
-        {
-            return self.bounded(bounds);
-        }
+    }
+
+    /// All constraints are linear equations.
+    fn linear_event(&mut self) -> Result<(), EditError> {
         while self.solve_linear()? {
             let Err(error) = self.check_linear() else { break };
             std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
@@ -138,11 +137,12 @@ impl<S: Shape> Session<S> {
         self.prepared.d = d;
         self.place();
         let (coarse, mut fine) = (self.prepared.as_mut(), fine?);
-        if fine.factored.rank() <= coarse.factored.rank() || fine.border.is_some() != coarse.border.is_some()
+        if fine.factored.rank() <= coarse.factored.rank()
+            || fine.strategy.border().is_some() != coarse.strategy.border().is_some()
         {
             return Ok(false);
         }
-        if let (Some(border), Some(before)) = (&mut fine.border, &mut coarse.border) {
+        if let (Some(border), Some(before)) = (fine.strategy.border_mut(), coarse.strategy.border_mut()) {
             std::mem::swap(&mut border.before, &mut before.before);
             border.moved = before.moved;
         }
@@ -155,66 +155,6 @@ impl<S: Shape> Session<S> {
         if is_finite(&self.prepared.d) { Ok(()) } else { Err(overflow()) }
     }
 
-    /// The same where there are inequalities: which are active is found anew at every event.
-    fn bounded(&mut self, mut bounds: Bounds) -> Result<(), EditError> {
-        if let Some(handle) = &self.handle {
-            let target = &self.problem.bound[handle.at].target;
-            for slot in bounds.full.slots(handle.at) {
-                let at = bounds.full.entry(slot);
-                bounds.rhs[at] = target[slot.equation as usize] - handle.start[slot.equation as usize];
-            }
-        }
-        let solved = self.problem.program(self.solver.as_ref(), &bounds.full, &bounds.rhs, &bounds.size);
-        let solved = match solved.and_then(|solved| self.check_program(&bounds, solved)) {
-            Ok(solved) => solved,
-            Err(error) => {
-                self.prepared.bounds = Some(bounds);
-                return Err(error);
-            }
-        };
-        let prepared = self.prepared.as_mut();
-        bounds.active = solved.active;
-        if let Some((part, _)) = solved.part {
-            prepared.assembly = part;
-        }
-        prepared.assembly.decide(solved.tolerance);
-        (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
-        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d.into());
-        prepared.bounds = Some(bounds);
-        self.place();
-        Ok(())
-    }
-
-    /// A solved quadratic program as it is, if it is finite, in proportion, and all its rows hold where the vertices will be.
-    fn check_program(&mut self, bounds: &Bounds, mut solved: Solved) -> Result<Solved, EditError> {
-        if !is_finite(&solved.d) {
-            return Err(overflow());
-        }
-        if solved.softened {
-            return Ok(solved);
-        }
-        let part = solved.part.as_ref().map_or(&bounds.full, |(part, _)| part);
-        let right = (&solved.rhs[..], &solved.size[..]);
-        if !self.problem.forced
-            && let Some(excess) = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?
-        {
-            let error =
-                near_conflict(&self.problem.bound, part, solved.factored.as_mut(), &solved.rhs, excess);
-            return Err(error.into());
-        }
-        let constraints: Vec<&Constraint> = self.problem.constraints().collect();
-        let senses = senses(&bounds.full, &constraints);
-        let check = &mut self.prepared.check;
-        let right = (&bounds.rhs[..], &bounds.size[..]);
-        match check.missed(&bounds.full.system, |row| senses[row], right, &solved.d) {
-            None => Ok(solved),
-            Some((row, error)) => {
-                let constraint = constraints[bounds.full.constraint_of(row)];
-                Err(missed_by(solved.factored.solver(), constraint, error).into())
-            }
-        }
-    }
-
     pub(super) fn conflict(&self, at: usize) -> SolveError {
         let Prepared { assembly, dependencies, .. } = self.prepared.as_ref();
         debug_assert!(!involved(assembly, &dependencies[at]).is_empty());
@@ -223,7 +163,7 @@ impl<S: Shape> Session<S> {
 }
 
 /// Whether all numbers are finite. Zero times what is not is NaN, and NaN stays in a sum: eight sums at a time, without a branch.
-fn is_finite(d: &[f64]) -> bool {
+pub(super) fn is_finite(d: &[f64]) -> bool {
     let (eights, rest) = d.as_chunks::<8>();
     let mut sums = [0.0_f64; 8];
     for eight in eights {

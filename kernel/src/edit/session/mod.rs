@@ -2,6 +2,7 @@
 
 mod account;
 mod border;
+mod bounded;
 mod curved;
 mod edited;
 mod event;
@@ -11,8 +12,10 @@ mod prepared;
 mod progress;
 mod sequential;
 mod slide;
+mod strategy;
 mod support;
 
+use std::collections::BTreeSet;
 use std::marker::PhantomData;
 
 use smallvec::SmallVec;
@@ -112,7 +115,7 @@ impl<S> std::fmt::Debug for Session<S> {
 
 impl<S: Shape> Session<S> {
     pub(super) fn new(edit: Edit<S>, asked: Asked, solver: Box<dyn Solver>) -> Result<Self, EditError> {
-        let (slides, alternating, original) = edit.into_rest();
+        let (slides, alternating, minimised, original) = edit.into_rest();
         let (mut problem, dragged, mut present) = Problem::new(asked)?;
         let handle = dragged.map(|at| Handle::new(&problem, at, slides)).transpose()?;
         if alternating {
@@ -124,8 +127,21 @@ impl<S: Shape> Session<S> {
         }
         // What is kept smooth comes behind what is asked, whose values stay known.
         problem.renew_smoothness()?;
+        let mut handle = handle;
+        if minimised {
+            problem.start_at_minimum()?;
+            present.clear();
+            if let Some(handle) = &mut handle {
+                let functional = problem.bound[handle.at].constraint.functional.as_ref();
+                value_of(functional, &view(&problem.shapes), &mut handle.start)?;
+            }
+        }
         let prepared = prepare(&problem, dragged, solver.as_ref(), &present, false)?;
-        let start = snapshot(&problem.shapes, &prepared);
+        let mut start = snapshot(&problem.shapes, &prepared);
+        if !problem.taken.is_empty() {
+            let vertices = prepared.assembly.vertices();
+            start.iter_mut().zip(vertices).for_each(|(at, v)| at.2 = problem.taken_from(v).unwrap_or(at.2));
+        }
         Ok(Self {
             problem,
             handle,
@@ -276,7 +292,7 @@ impl<S: Shape> Session<S> {
     /// Takes a constraint away.
     ///
     /// # Errors
-    /// When there is none of this name, or it is the handle.
+    /// When there is none of this name, or it is the handle, or what is left cannot be factored; the session is as before then.
     pub fn remove(&mut self, id: ConstraintId) -> Result<(), EditError> {
         let Some(at) = self.problem.bound.iter().position(|b| b.id == id) else {
             return Err(Error::Invalid("this constraint is not (or no longer) in the session".into()).into());
@@ -287,20 +303,21 @@ impl<S: Shape> Session<S> {
             )
             .into());
         }
-        let gone = self.problem.bound.remove(at);
+        let (before, dragged) = (self.problem.bound.clone(), self.dragged());
+        self.problem.bound.remove(at);
         if let Some(handle) = self.handle.as_mut().filter(|handle| handle.at > at) {
             handle.at -= 1;
         }
-        let dragged = self.dragged();
-        loosen(&mut self.problem.bound, dragged);
-        if let Err(error) = self.prepare_again() {
-            self.problem.bound.insert(at, gone);
-            if let Some(handle) = self.handle.as_mut().filter(|handle| handle.at >= at) {
-                handle.at += 1;
+        let still_dragged = self.dragged();
+        loosen(&mut self.problem.bound, still_dragged);
+        let removed = self.prepare_again();
+        if removed.is_err() {
+            self.problem.bound = before;
+            if let (Some(handle), Some(at)) = (&mut self.handle, dragged) {
+                handle.at = at;
             }
-            return Err(error);
         }
-        Ok(())
+        removed
     }
 
     /// Remembers the shape as it is now, for [`undo`](Self::undo).
@@ -312,7 +329,7 @@ impl<S: Shape> Session<S> {
     /// nothing to undo. What is asked stays asked.
     ///
     /// # Errors
-    /// When the constraints can no longer be asked of the shape as it was.
+    /// When the constraints cannot be asked of the shape as it was; the session is as before then.
     pub fn undo(&mut self) -> Result<bool, EditError> {
         let (state, any) = match self.checkpoints.pop() {
             Some(state) => (state, true),
@@ -322,9 +339,16 @@ impl<S: Shape> Session<S> {
             || state
                 .iter()
                 .any(|&(s, v, p)| self.problem.shapes[s as usize].control_vertices()[v as usize] != p);
+        let vertex = |s: u32, v: u32| self.problem.shapes[s as usize].control_vertices()[v as usize];
+        let now: State = state.iter().map(|&(s, v, _)| (s, v, vertex(s, v))).collect();
         put(&mut self.problem.shapes, &state);
-        if changed {
-            self.prepare_again()?;
+        let minimised = !any && !self.problem.taken.is_empty();
+        let started = if minimised { self.problem.start_at_minimum() } else { Ok(()) };
+        let prepared = started.and_then(|()| if changed { self.prepare_again() } else { Ok(()) });
+        if let Err(error) = prepared {
+            put(&mut self.problem.shapes, &now);
+            self.checkpoints.extend(any.then_some(state));
+            return Err(error);
         }
         self.pristine |= !any;
         Ok(changed)
@@ -378,7 +402,20 @@ impl<S: Shape> Session<S> {
         self.handle.as_ref().map(|handle| handle.at)
     }
 
+    /// Prepares for what is asked now, of the shapes as they are. Where that fails, what was prepared stays good.
     fn prepare_again(&mut self) -> Result<(), EditError> {
+        let start = self.handle.as_ref().map(|handle| handle.start.clone());
+        let prepared = self.prepare_here();
+        // Events move the handle from where it was when the last prepared system was.
+        if prepared.is_err()
+            && let (Some(handle), Some(start)) = (&mut self.handle, start)
+        {
+            handle.start = start;
+        }
+        prepared
+    }
+
+    fn prepare_here(&mut self) -> Result<(), EditError> {
         if let Some(handle) = &mut self.handle {
             let functional = self.problem.bound[handle.at].constraint.functional.as_ref();
             value_of(functional, &view(&self.problem.shapes), &mut handle.start)?;
@@ -393,11 +430,12 @@ impl<S: Shape> Session<S> {
                 }
             };
         self.solved = false;
-        // What is touched for the first time belongs to the way back, too.
-        let known: std::collections::BTreeSet<(u32, u32)> =
-            self.start.iter().map(|&(s, v, _)| (s, v)).collect();
+        // What is touched for the first time belongs to the ways back, too: it is where it was.
         let fresh = snapshot(&self.problem.shapes, &self.prepared);
-        self.start.extend(fresh.into_iter().filter(|&(s, v, _)| !known.contains(&(s, v))));
+        for state in std::iter::once(&mut self.start).chain(&mut self.checkpoints) {
+            let known: BTreeSet<(u32, u32)> = state.iter().map(|&(s, v, _)| (s, v)).collect();
+            state.extend(fresh.iter().copied().filter(|&(s, v, _)| !known.contains(&(s, v))));
+        }
         Ok(())
     }
 }

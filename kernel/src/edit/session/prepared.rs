@@ -4,6 +4,7 @@ use smallvec::SmallVec;
 
 use super::Handle;
 use super::border::{Border, members};
+use super::strategy::Strategy;
 use crate::Point;
 use crate::edit::report::Convergence;
 use crate::error::Error;
@@ -38,14 +39,9 @@ pub(super) struct Prepared {
     pub(super) refinement: Refinement,
     /// Of the rows that events check: all of the bounds' where there are some.
     pub(super) check: Check,
-    /// Whether all constraints are linear.
-    pub(super) linear: bool,
+    pub(super) strategy: Strategy,
     pub(super) iterations: usize,
     pub(super) convergence: Option<Convergence>,
-    /// All rows, where some are inequalities: the assembly above holds the others and the active ones.
-    pub(super) bounds: Option<Bounds>,
-    /// The constraints that are not linear, where they are not in the system but beside it.
-    pub(super) border: Option<Border>,
     /// Vertices that are reached where the shapes are and were not when prepared.
     pub(super) strayed: Vec<usize>,
 }
@@ -70,7 +66,7 @@ pub(super) fn prepare(
         border.learn(&problem.shapes(), bound)?;
         if border.project(&prepared.assembly, prepared.factored.as_mut()) == Ok(true) {
             border.keep_as_base();
-            prepared.border = Some(border);
+            prepared.strategy = Strategy::Bordered(Box::new(border));
             return Ok(prepared);
         }
     }
@@ -155,6 +151,7 @@ fn prepare_system(
     } else {
         Vec::new()
     };
+    let linear = bound.iter().all(|b| b.constraint.functional.linearity() == Linearity::Linear);
     Ok(Box::new(Prepared {
         factored,
         dependencies,
@@ -168,11 +165,13 @@ fn prepare_system(
         places,
         refinement: Refinement::of(&assembly),
         check,
-        linear: bound.iter().all(|b| b.constraint.functional.linearity() == Linearity::Linear),
+        strategy: match bounds {
+            _ if !linear => Strategy::Sequential(None),
+            Some(bounds) => Strategy::Bounded(bounds),
+            None => Strategy::Linear,
+        },
         iterations: 1,
         convergence: None,
-        bounds,
-        border: None,
         strayed: Vec::new(),
         assembly,
     }))

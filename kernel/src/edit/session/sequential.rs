@@ -2,14 +2,16 @@
 
 use super::mixing::Mixing;
 use super::progress::Progress;
+use super::strategy::Strategy;
 use super::support::strayed;
 use super::{Session, put, snapshot};
 use crate::edit::report::Convergence;
 use crate::error::Error;
-use crate::measure::error_of;
+use crate::functional::Linearity;
+use crate::measure::{PROPORTION, ROUNDING, error_of};
 use crate::problem::EditError;
-use crate::problem::assembly::Assembly;
-use crate::problem::bound::{Bound, right_hand_side};
+use crate::problem::assembly::{Assembly, Slot};
+use crate::problem::bound::right_hand_side;
 use crate::problem::check::{excess, near_conflict};
 use crate::problem::conflict::quoted;
 use crate::problem::constraint::Constraint;
@@ -21,7 +23,7 @@ use crate::solve::{Sense, SolveError};
 
 /// Iterations before a problem is given up.
 const ITERATIONS: usize = 100;
-/// A constraint is met at this error, relative to the numbers it is made of.
+/// A constraint that is not linear is met at this error, relative to the numbers it is made of; one that is, to rounding.
 const MET: f64 = 1e-12;
 /// The adjustment stands still where a whole step would change it by no more than this, relative to itself; after half of
 /// the iterations, where rounding keeps an ill-conditioned one moving, by no more than that.
@@ -40,6 +42,8 @@ struct Linearized {
     size: Numbers,
     /// The largest error of each constraint, and the size to measure it by.
     errors: Vec<(f64, f64)>,
+    /// What error of each is none.
+    allowed: Vec<f64>,
 }
 
 /// `½ dᵀWd + Σ μ|violation|`, exact for `μ` above the multipliers (Han 1977): where it is least, so is the adjustment
@@ -139,13 +143,11 @@ impl<S: Shape> Session<S> {
                 (0.0, _) => 0.0,
                 (step, whole) => step / whole,
             };
-            let met = here.errors.iter().zip(&self.problem.bound).all(|((error, size), b)| {
-                *error <= b.constraint.functional.accuracy().tolerance() + MET * size
-            });
+            let met = here.errors.iter().zip(&here.allowed).all(|((error, _), allowed)| error <= allowed);
             if met && convergence.change <= STILL[usize::from(iteration > ITERATIONS / 2)] {
                 let right = (&solved.rhs[..], &solved.size[..]);
                 let part = solved.part.as_ref().map_or(&here.assembly, |(part, _)| part);
-                let out = excess(&part.system, solved.factored.as_ref(), right, &solved.d)?;
+                let out = excess(&part.system, solved.factored.as_ref(), right, &solved.d, PROPORTION)?;
                 if let Some(out) = out.filter(|_| !self.problem.forced && !solved.softened) {
                     let error =
                         near_conflict(&self.problem.bound, part, solved.factored.as_mut(), &solved.rhs, out);
@@ -202,7 +204,7 @@ impl<S: Shape> Session<S> {
                 }
                 share *= 0.5;
                 if share < SHORTEST {
-                    return Err(failure.map_or_else(|| self.unsolved(&here, &convergence), EditError::from));
+                    return Err(failure.map_or_else(|| self.given_up(&here, &convergence), EditError::from));
                 }
             }
             convergence.shortened += usize::from(share < 1.0);
@@ -212,7 +214,7 @@ impl<S: Shape> Session<S> {
             }
             here = self.linearize()?;
         }
-        Err(self.unsolved(&here, &convergence))
+        Err(self.given_up(&here, &convergence))
     }
 
     fn linearize(&mut self) -> Result<Linearized, EditError> {
@@ -224,7 +226,22 @@ impl<S: Shape> Session<S> {
         let shapes = view(&self.problem.shapes);
         let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
         let errors = right_hand_side(&shapes, &self.problem.bound, &assembly, &mut rhs, &mut size)?;
-        Ok(Linearized { assembly, rhs, size, errors })
+        let each = self.problem.bound.iter().zip(&errors).enumerate();
+        let allowed = each.map(|(k, (bound, (_, size)))| {
+            let functional = &bound.constraint.functional;
+            let own = functional.accuracy().tolerance();
+            if functional.linearity() != Linearity::Linear {
+                return own + MET * size;
+            }
+            // As events without anything that is not linear judge them.
+            let rough = |slot: &Slot| {
+                assembly.system.rows().row(slot.row as usize).1.iter().map(|v| v.abs()).sum::<f64>()
+            };
+            let rough = assembly.slots(k).iter().map(rough).fold(0.0, f64::max);
+            own + ROUNDING * (size + rough * self.prepared.check.reach)
+        });
+        let allowed = allowed.collect();
+        Ok(Linearized { assembly, rhs, size, errors, allowed })
     }
 
     /// By how much each entry misses its side at the present shapes.
@@ -239,24 +256,37 @@ impl<S: Shape> Session<S> {
         let prepared = self.prepared.as_mut();
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
         (prepared.rhs, prepared.size) = (solved.rhs, solved.size);
-        prepared.border = None;
-        match solved.part {
-            None => prepared.assembly = full.full,
-            Some((part, _)) => {
-                prepared.assembly = part;
-                prepared.bounds = Some(Bounds { active: solved.active, ..full });
+        let (part, bounds) = match solved.part {
+            None => (full.full, None),
+            Some((part, _)) => (part, Some(Bounds { active: solved.active, ..full })),
+        };
+        (prepared.assembly, prepared.strategy) = (part, Strategy::Sequential(bounds));
+        prepared.assembly.decide(solved.tolerance);
+    }
+
+    /// Why it is given up: where what is asked is out of all proportion, that says more than where the iteration has come to.
+    #[cold]
+    fn given_up(&self, here: &Linearized, convergence: &Convergence) -> EditError {
+        let mut wanted = Numbers::from_elem(0.0, here.rhs.len());
+        here.assembly.system.rows().multiply(&self.prepared.d, here.assembly.system.sides(), &mut wanted);
+        wanted.iter_mut().zip(&here.rhs).for_each(|(w, b)| *w += b);
+        let solved = self.problem.program(self.solver.as_ref(), &here.assembly, &wanted, &here.size);
+        if let Some(mut solved) = solved.ok().filter(|solved| !solved.softened && !self.problem.forced) {
+            let part = solved.part.as_ref().map_or(&here.assembly, |(part, _)| part);
+            let right = (&solved.rhs[..], &solved.size[..]);
+            let out = excess(&part.system, solved.factored.as_ref(), right, &solved.d, PROPORTION);
+            if let Ok(Some(out)) = out {
+                return near_conflict(&self.problem.bound, part, solved.factored.as_mut(), &solved.rhs, out)
+                    .into();
             }
         }
-        prepared.assembly.decide(solved.tolerance);
+        self.unsolved(here, convergence)
     }
 
     fn unsolved(&self, here: &Linearized, convergence: &Convergence) -> EditError {
         let iterations = convergence.iterations;
-        let relative = |((error, size), b): (&(f64, f64), &Bound)| {
-            let met = *error <= b.constraint.functional.accuracy().tolerance() + MET * size;
-            if met { 0.0 } else { *error }
-        };
-        let each = here.errors.iter().zip(&self.problem.bound).map(relative);
+        let missed = here.errors.iter().zip(&here.allowed);
+        let each = missed.map(|((error, _), allowed)| if error <= allowed { 0.0 } else { *error });
         let worst = each
             .zip(&self.problem.bound)
             .fold((0.0, None), |worst, (error, b)| if error > worst.0 { (error, Some(b)) } else { worst });

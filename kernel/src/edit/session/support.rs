@@ -20,7 +20,7 @@ impl<S: Shape> Session<S> {
     pub(super) fn grow(&mut self) -> Result<bool, EditError> {
         let mut reached = std::mem::take(&mut self.prepared.strayed);
         let mut fixed = false;
-        if let Some(border) = &mut self.prepared.border {
+        if let Some(border) = self.prepared.strategy.border_mut() {
             reached.extend_from_slice(&border.strayed);
             // Those among them that may not move are known from now on.
             fixed = !border.strayed.is_empty();

@@ -34,6 +34,18 @@ impl Sample {
         let second = b.stencil(self.second.0, self.second.1[order])?;
         Ok((a.stencil(self.first.0, self.first.1[order])?, second.scaled(self.factors[order])))
     }
+
+    /// The angle between the ways in which the shapes leave the edge: their derivatives across, less what of them runs along it.
+    pub(super) fn angle(&self, a: &dyn Shape, b: &dyn Shape) -> Result<Option<f64>> {
+        let (first, second) = self.stencils(a, b, 1)?;
+        let Derivative { u, v } = self.first.1[1];
+        let along = a.value(self.first.0, Derivative { u: v, v: u })?;
+        let Some(along) = along.try_normalize(0.0) else { return Ok(None) };
+        let [first, second] = [first.apply(a.control_vertices()), second.apply(b.control_vertices())]
+            .map(|across| (across - along * across.dot(&along)).try_normalize(0.0));
+        let (Some(first), Some(second)) = (first, second) else { return Ok(None) };
+        Ok(Some(first.cross(&second).norm().atan2(first.dot(&second))))
+    }
 }
 
 /// So many times as many places show how large a polynomial is: nowhere more than `1/cos(π/2k)` times as large as there.

@@ -166,6 +166,27 @@ impl Join {
         Ok(self.differences(shapes)?.iter().map(Vector::norm).collect())
     }
 
+    /// The largest angle between two surfaces joined along an edge, now, at the same places: between the ways in which they
+    /// leave it, 0 where they are tangent to one another. Nothing at locations, and where no place has such an angle.
+    ///
+    /// # Errors
+    /// When the join cannot be asked of these shapes.
+    pub fn crease(&self, shapes: &Shapes<'_>) -> Result<Option<f64>> {
+        let bound = self.fixed(shapes)?;
+        if matches!(*bound, Bound::Places { .. }) {
+            return Ok(None);
+        }
+        let between = self.between(shapes, &bound)?;
+        let (a, b) = (shapes.get(between.first)?, shapes.get(between.second)?);
+        let mut largest = None;
+        for sample in &between.samples {
+            if let Some(angle) = sample.angle(a, b)? {
+                largest = Some(angle.max(largest.unwrap_or(0.0)));
+            }
+        }
+        Ok(largest)
+    }
+
     /// For each order the difference where it is largest.
     fn differences(&self, shapes: &Shapes<'_>) -> Result<Vec<Vector>> {
         let bound = self.fixed(shapes)?;
@@ -389,7 +410,7 @@ impl DeclaredFunctional for Join {
                 "tolerance",
                 "length",
                 "none: to rounding, or refused",
-                "whole edges: how far apart they may be",
+                "whole edges: how far apart they may be, in position (from continuity 1 on, also the vertices beside the edge); angles are told, not bounded",
             ),
             OBJECT,
         ],

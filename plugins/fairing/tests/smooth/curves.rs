@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use loftsman_fairing::{Energy, Fair};
+use loftsman_fairing::{EnergySum, Fair};
 use loftsman_kernel::edit::{Ask, Axis, Constraint};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::spline::Curve;
@@ -77,7 +77,7 @@ impl Sides {
 
 struct Problem {
     curve: Curve,
-    energy: Energy,
+    energy: EnergySum,
     terms: Vec<(f64, usize)>,
     constraints: Vec<Constraint>,
     /// Of each axis: a row, its value, whether it is an equation.

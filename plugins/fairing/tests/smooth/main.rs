@@ -16,10 +16,10 @@ mod surfaces;
 mod told;
 
 use dice::Dice;
-use loftsman_fairing::{Energy, bend, near, stretch, variation};
+use loftsman_fairing::{EnergySum, bend, near, stretch, variation};
 
 /// An energy, and what it is made of: weights and orders of derivatives, 0 for nearness.
-fn energy(dice: &mut Dice, degree: usize) -> (Energy, Vec<(f64, usize)>) {
+fn energy(dice: &mut Dice, degree: usize) -> (EnergySum, Vec<(f64, usize)>) {
     match dice.below(8) {
         0 | 1 if degree > 1 => (bend(), vec![(1.0, 2)]),
         2 | 3 if degree > 2 => (variation(), vec![(1.0, 3)]),

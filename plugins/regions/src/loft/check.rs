@@ -161,3 +161,65 @@ fn given_at(section: &Curve, change: &Aligned, share: f64) -> f64 {
     let own = if change.reversed { 1.0 - forward } else { forward };
     (a + own * (b - a)).clamp(a, b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::loft::loft;
+    use loftsman_kernel::shape::Shape;
+    use loftsman_kernel::spline::Space;
+
+    /// A ring of eight vertices, drawn up along z while its middle goes along `way`: quadratic, sections where it starts and ends.
+    fn drawn(radius: f64, height: f64, way: &[Vector]) -> Lofted {
+        let u = Space::periodic_uniform(3, 8).unwrap();
+        let v = Space::clamped_uniform(2, way.len()).unwrap();
+        let last = (way.len() - 1) as f64;
+        let vertex = |i: usize, j: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / 8.0).sin_cos();
+            Point::new(radius * cos, radius * sin, height * j as f64 / last) + way[j]
+        };
+        let points =
+            (0..8).flat_map(|i| (0..way.len()).map(move |j| (i, j))).map(|(i, j)| vertex(i, j)).collect();
+        let (start, end) = v.domain();
+        Lofted {
+            surface: Surface::new(u, v, points).unwrap(),
+            sections: vec![Aligned::default(); 2],
+            parameters: vec![start, end],
+            deviation: 0.0,
+            narrow: None,
+        }
+    }
+
+    #[test]
+    fn what_swings_out_and_what_goes_to_and_fro_are_refused_each_for_itself() {
+        let aside = |x: f64| Vector::new(x, 0.0, 0.0);
+        let refused = |mut lofted: Lofted| lofted.look_between().map_err(|error| error.to_string());
+        refused(drawn(1.0, 4.0, &[aside(0.0); 5])).unwrap();
+        // Far out of the box, by lines that are not much longer than their chords.
+        let out = refused(drawn(0.2, 4.0, &[0.0, 2.6, 2.6, 2.6, 0.0].map(aside))).unwrap_err();
+        assert!(out.contains("times the size of all sections"), "{out}");
+        // Within half of the box beside it, to and fro.
+        let long = refused(drawn(5.0, 1.0, &[0.0, 2.0, -2.0, 2.0, -2.0, 0.0].map(aside))).unwrap_err();
+        assert!(long.contains("times as long as their chords"), "{long}");
+        let nothing = refused(drawn(1.0, 4.0, &[aside(0.0), aside(f64::MAX), aside(0.0)]));
+        assert!(nothing.is_err());
+    }
+
+    #[test]
+    fn a_section_that_is_missed_is_told() {
+        let ring = |z: f64| Curve::circle(Point::new(0.0, 0.0, z), Vector::z(), 1.0 + z).unwrap();
+        let given: Vec<Curve> = (0..4).map(|k| ring(f64::from(k))).collect();
+        for by in [0.0, 1e-11, 0.1, f64::INFINITY] {
+            let mut lofted = loft(&given, 3).unwrap();
+            // The vertices of the last section end the rows of the net; they act on those before it, too. they act on those before it, too.
+            let columns = lofted.surface.v().len();
+            for point in lofted.surface.control_vertices_mut().iter_mut().skip(columns - 1).step_by(columns) {
+                point.z += by;
+            }
+            match lofted.measure(&given) {
+                Ok(()) => assert!(by == 0.0 && lofted.deviation < 1e-14),
+                Err(error) => assert!(by > 0.0 && error.to_string().contains("misses section "), "{error}"),
+            }
+        }
+    }
+}

@@ -5,10 +5,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use loftsman::convert::Conversion;
-use loftsman::file::{Input, Outputs, input, output};
-use loftsman::kernel::plugin::{
-    Fate, Format, Observer, ReadOptions, ReadReport, Source, WriteOptions, Written,
-};
+use loftsman::file::{Content, Input, Outputs, output};
+use loftsman::kernel::plugin::{Fate, Format, Observer, ReadReport, Source, WriteOptions, Written};
 
 use super::report;
 use crate::Usage;
@@ -137,19 +135,15 @@ fn encode(
     observer: &dyn Observer,
 ) -> anyhow::Result<(loftsman::kernel::plugin::Memory, Converted)> {
     let registry = loftsman::registry();
-    let reader = input.format(registry)?;
-    let kind = reader.declaration().name;
-    let kinds = registry.shape_kinds();
-    let options = ReadOptions { observer, kinds, ..conversion.read_options(kind) };
-    let (scene, report) = input::read_content(input, reader.as_ref(), &options)?;
-    let asked = conversion.write_options(kind, format.declaration().name);
+    let Content { scene, report, format: from } = conversion.read(input, observer, registry)?;
+    let asked = conversion.write_options(Some(&from), format.declaration().name);
     let options = WriteOptions { observer, pictures: Some(input), ..asked };
     let (memory, written) = output::encode(&scene, name, format, &options, registry)?;
     let mut notes = written.notes;
     notes.extend(conversion.idle_fineness(&written.objects));
     let converted = Converted {
         input: Source::name(input).to_owned(),
-        format: kind,
+        format: from.name,
         output: name.to_owned(),
         bytes: memory.bytes.len() as u64,
         siblings: Vec::new(),

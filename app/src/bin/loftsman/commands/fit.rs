@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use loftsman::file::{Input, Outputs};
-use loftsman::kernel::plugin::{
-    Context, OperationError, Parameters, ReadOptions, Source, StepReport, WriteOptions,
-};
+use loftsman::convert::Conversion;
+use loftsman::file::{Content, Input, Outputs};
+use loftsman::kernel::plugin::{Context, OperationError, Parameters, Source, StepReport, WriteOptions};
 use loftsman::kernel::scene::{Geometry, Scene};
 use loftsman::picture::{self, Picture};
 use loftsman::recipe::{InputReport, OutputReport, RunReport};
@@ -25,11 +24,9 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
     outputs.protect(&args.points);
     outputs.claim(&args.out)?;
     let input = Input::open(&args.points)?;
-    let format = input.format(registry)?;
     let progress = Progress::start();
-    let kinds = loftsman::registry().shape_kinds();
-    let options = ReadOptions { observer: &progress, kinds, ..ReadOptions::default() };
-    let (mut scene, read) = format.read(&input, &options)?;
+    let Content { mut scene, report: read, format } =
+        Conversion::default().read(&input, &progress, registry)?;
     let object = object(&scene, args, Source::name(&input))?;
     let step = fit(&mut scene, &object, args, &progress)?;
     let mut written = OutputReport { path: args.out.display().to_string(), ..OutputReport::default() };
@@ -47,11 +44,7 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
         (written.bytes, written.siblings) = (produced.bytes, produced.siblings);
     }
     drop(progress);
-    let input = InputReport {
-        path: Source::name(&input).to_owned(),
-        format: format.declaration().name,
-        report: read,
-    };
+    let input = InputReport { path: Source::name(&input).to_owned(), format: format.name, report: read };
     let whole = RunReport { input: Some(input), steps: vec![step], outputs: vec![written] };
     if args.json.wanted {
         if let Some(input) = &whole.input {

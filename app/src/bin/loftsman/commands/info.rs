@@ -1,12 +1,14 @@
-//! `info FILE [--json]`
+//! `info FILE [--to EXT] [--json]`
 
 use std::fmt::Write;
 use std::process::ExitCode;
 
+use loftsman::convert::Conversion;
 use loftsman::describe::{Degree, ObjectFacts, SceneFacts, describe};
-use loftsman::file::Input;
-use loftsman::kernel::plugin::{ReadOptions, ReadReport, Source};
+use loftsman::file::{Content, Input};
+use loftsman::kernel::plugin::{ReadReport, Source};
 
+use super::convert::format_of;
 use super::report;
 use crate::args::InfoArgs;
 use crate::console::{self, BOLD, DIM, count, figure, styled};
@@ -20,19 +22,27 @@ struct Info {
     #[serde(flatten)]
     scene: SceneFacts,
     report: ReadReport,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    conversion: Option<Losses>,
+}
+
+/// What a conversion would lose.
+#[derive(serde::Serialize)]
+struct Losses {
+    to: &'static str,
+    losses: Vec<String>,
 }
 
 pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
+    let to = args.to.as_deref().map(format_of).transpose()?.map(|format| format.declaration());
     let input = Input::open(&args.file)?;
-    let format = input.format(loftsman::registry())?;
-    let progress = Progress::start();
-    let kinds = loftsman::registry().shape_kinds();
-    let options = ReadOptions { observer: &progress, kinds, ..ReadOptions::default() };
-    let (scene, report) = format.read(&input, &options)?;
+    let Content { scene, report, format } =
+        Conversion::default().read(&input, &Progress::start(), loftsman::registry())?;
     let info = Info {
         file: Source::name(&input).to_owned(),
         bytes: input.bytes().len(),
-        format: format.declaration().name,
+        format: format.name,
+        conversion: to.map(|to| Losses { to: to.name, losses: to.holds.losses(&scene) }),
         scene: describe(&scene),
         report,
     };
@@ -46,7 +56,7 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
 
 fn text(info: &Info) -> String {
     let scene = &info.scene;
-    let up = format!("{:?} up", scene.up).to_lowercase();
+    let up = format!("{} up", scene.up.name());
     let mut objects = count(scene.objects.len(), "object");
     if !scene.definitions.is_empty() {
         let shown = scene.shown.filter(|&n| n < u64::MAX).map_or("countless".to_owned(), |n| n.to_string());
@@ -59,7 +69,13 @@ fn text(info: &Info) -> String {
         let _ = writeln!(text, "  {} {}", styled(BOLD, "definition"), definition.name);
         list(&definition.objects, "    ", &mut text);
     }
-    text + &report::read(&info.report)
+    text += &report::read(&info.report);
+    if let Some(Losses { to, losses }) = &info.conversion {
+        let kept = if losses.is_empty() { "everything" } else { "everything but this:" };
+        let _ = writeln!(text, "a conversion to {to} keeps {kept}");
+        losses.iter().for_each(|loss| _ = writeln!(text, "  {loss}"));
+    }
+    text
 }
 
 fn list(objects: &[ObjectFacts], indent: &str, text: &mut String) {

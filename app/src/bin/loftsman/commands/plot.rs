@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
-use loftsman::file::{Input, Outputs};
-use loftsman::kernel::plugin::{ReadOptions, ReadReport, Source};
-use loftsman::kernel::scene::Scene;
+use loftsman::convert::Conversion;
+use loftsman::file::{Content, Input, Outputs};
+use loftsman::kernel::plugin::{ReadReport, Source};
 use loftsman::picture::{self, Beads, Combs, Look, Panel, View};
 
 use super::report;
@@ -32,10 +32,10 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     let look = look(args);
     let mut outputs = Outputs::new();
     let progress = Progress::start();
-    let Opened { name, format, scene, read } = open(&args.file, &mut outputs, &progress)?;
+    let (name, Content { scene, report: read, format }) = open(&args.file, &mut outputs, &progress)?;
     let before = args.before.as_ref().map(|file| open(file, &mut outputs, &progress)).transpose()?;
     outputs.claim(&args.out)?;
-    let picture = look.picture(&scene, before.as_ref().map(|b| &b.scene), &[]);
+    let picture = look.picture(&scene, before.as_ref().map(|(_, before)| &before.scene), &[]);
     outputs.add(&args.out, picture::encode(&args.out, &picture, look.pixels)?, BTreeMap::new())?;
     drop(progress);
     // What is drawn without being asked for need not be missed.
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
         produced.note().iter().for_each(|note| console::warning(note));
         if args.json.wanted {
             report::warn(&name, &read);
-            let (output, bytes) = (&produced.path, produced.bytes);
+            let (format, output, bytes) = (format.name, &produced.path, produced.bytes);
             console::print_json(&Plotted { input: &name, format, output, bytes, report: &read })?;
         } else {
             let head = styled(BOLD, &produced.path);
@@ -59,23 +59,12 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A file that was read.
-struct Opened {
-    name: String,
-    format: &'static str,
-    scene: Scene,
-    read: ReadReport,
-}
-
-/// Reads a scene and protects its file.
-fn open(file: &Path, outputs: &mut Outputs, progress: &Progress) -> anyhow::Result<Opened> {
+/// Reads a file, which must not be written over; its name.
+fn open(file: &Path, outputs: &mut Outputs, progress: &Progress) -> anyhow::Result<(String, Content)> {
     let input = Input::open(file)?;
-    outputs.protect(Source::name(&input));
-    let format = input.format(loftsman::registry())?;
-    let kinds = loftsman::registry().shape_kinds();
-    let options = ReadOptions { observer: progress, kinds, ..ReadOptions::default() };
-    let (scene, read) = format.read(&input, &options)?;
-    Ok(Opened { name: Source::name(&input).to_owned(), format: format.declaration().name, scene, read })
+    let name = Source::name(&input).to_owned();
+    outputs.protect(&name);
+    Ok((name, Conversion::default().read(&input, progress, loftsman::registry())?))
 }
 
 /// How the picture is to look.

@@ -84,6 +84,7 @@ fn text(known: &Known, registry: &Registry) -> String {
             format.help,
             extensions.join(" ")
         );
+        let _ = writeln!(text, "    {}", styled(DIM, &format!("holds {}", format.holds)));
         fields(&mut text, format.options);
     }
     let declared =

@@ -51,14 +51,20 @@ pub(crate) fn read(report: &ReadReport) -> String {
     text
 }
 
+/// So many redundant constraints are named.
+const REDUNDANT: usize = 5;
+
 /// One step, on a line: `edit "section"  rank 5 of 5 · residual 3e-16 · ‖d‖ 0.21`.
 fn step(step: &StepReport) -> String {
     let object = step.object.as_ref().map(|o| format!(" \"{o}\"")).unwrap_or_default();
     let head = styled(BOLD, &format!("{}{object}", step.op));
     let facts = facts(step).join(" · ");
-    let mut text = format!("{head}  {facts}\n");
-    for name in &step.redundant {
+    let mut text = if facts.is_empty() { format!("{head}\n") } else { format!("{head}  {facts}\n") };
+    for name in step.redundant.iter().take(REDUNDANT) {
         let _ = writeln!(text, "  redundant, dropped: {name}");
+    }
+    if step.redundant.len() > REDUNDANT {
+        let _ = writeln!(text, "  … and {} more", step.redundant.len() - REDUNDANT);
     }
     if !step.active.is_empty() {
         let _ = writeln!(text, "  active: {}", step.active.join(", "));
@@ -128,4 +134,24 @@ pub(crate) fn written(objects: &[Written], notes: &[String]) -> String {
         let _ = writeln!(text, "  {}", styled(DIM, note));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_ends_where_its_words_end_and_names_a_few_of_many() {
+        let plain =
+            StepReport { op: "simplify".into(), object: Some("arch".into()), ..StepReport::default() };
+        let text = step(&plain);
+        assert!(text.lines().all(|line| line == line.trim_end()), "{text:?}");
+        let redundant =
+            |count: usize| StepReport { redundant: vec!["C0 join".into(); count], ..plain.clone() };
+        let lines =
+            |count: usize| step(&redundant(count)).lines().filter(|line| line.contains("redundant")).count();
+        assert_eq!([lines(0), lines(1), lines(5), lines(400)], [0, 1, 5, 5]);
+        assert!(step(&redundant(400)).ends_with("\n  … and 395 more\n"), "{}", step(&redundant(400)));
+        assert!(!step(&redundant(5)).contains("more"));
+    }
 }

@@ -12,7 +12,7 @@ use super::raw::Raw;
 use super::section::Shape;
 use super::statement::Known;
 use crate::number::{entry, next_number, numbers};
-use crate::text::{show, words};
+use crate::text::{show, tokens};
 use basis::Kind;
 
 pub(crate) use trim::Meeting;
@@ -186,7 +186,7 @@ impl Freeform {
             }
             Known::Sp => {
                 let body = self.body("sp")?;
-                for word in words(rest) {
+                for word in tokens(rest) {
                     let vertex = entry(word, so_far.parameters, "parameter vertex")?;
                     check(vertex, so_far.parameters, "parameter vertex")?;
                     body.special.push(vertex);
@@ -203,7 +203,7 @@ impl Freeform {
 
     /// `cstype [rat] type`.
     fn cstype(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut parts = words(rest).peekable();
+        let mut parts = tokens(rest).peekable();
         let rational = parts.next_if_eq(&b"rat".as_slice()).is_some();
         let kind = match parts.next() {
             Some(b"bspline") => Kind::Bspline,
@@ -223,7 +223,7 @@ impl Freeform {
 
     /// `deg degu [degv]`.
     fn deg(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut degrees = words(rest).map(|word| {
+        let mut degrees = tokens(rest).map(|word| {
             let text = std::str::from_utf8(word).unwrap_or_default();
             match text.parse::<usize>() {
                 Ok(degree) if (1..=MAX_DEGREE).contains(&degree) => Ok(degree),
@@ -238,7 +238,7 @@ impl Freeform {
 
     /// `step stepu [stepv]`.
     fn step(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut steps = words(rest).map(|word| {
+        let mut steps = tokens(rest).map(|word| {
             let text = std::str::from_utf8(word).unwrap_or_default();
             text.parse::<usize>()
                 .ok()
@@ -281,7 +281,7 @@ impl Freeform {
 
     fn vertices(&mut self, text: &[u8], so_far: usize, what: &str) -> Result<Vec<u32>, String> {
         let mut out = Vec::new();
-        for word in words(text) {
+        for word in tokens(text) {
             let end = word.iter().position(|&b| b == b'/').unwrap_or(word.len());
             let vertex = entry(&word[..end], so_far, what)?;
             // The element is made at its end: what comes later in the file is not there yet.

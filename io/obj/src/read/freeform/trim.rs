@@ -9,7 +9,7 @@ use crate::number::{entry, next_number};
 use crate::read::raw::Raw;
 use crate::read::section::Shape;
 use crate::read::statement::Known;
-use crate::text::{keyword, words};
+use crate::text::{keyword, tokens};
 
 /// `con`: two surfaces by their numbers, each with a curve in its parameter plane.
 #[derive(Debug)]
@@ -112,7 +112,7 @@ impl Freeform {
 
     /// `con surf_1 q0_1 q1_1 curv2d_1 surf_2 q0_2 q1_2 curv2d_2`; a reason where it is left out.
     pub(crate) fn connection(&mut self, rest: &[u8], line: usize) -> Result<Result<Meeting, String>, At> {
-        let found: Vec<&[u8]> = words(rest).collect();
+        let found: Vec<&[u8]> = tokens(rest).collect();
         let [s1, a1, b1, c1, s2, a2, b2, c2] = found[..] else {
             return Err(format!("con has {} values: 8 are right", found.len()).into());
         };

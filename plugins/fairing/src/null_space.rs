@@ -17,14 +17,14 @@ const PINNED: f64 = 1e-11;
 ///
 /// Rounding would send the search anywhere along them, so they are taken out beforehand.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Idle {
+pub(crate) struct NullSpace {
     /// Motions that every axis may make alike.
     alike: Vec<Vec<f64>>,
     /// Motions of all axes together, where constraints couple them.
     apart: Vec<Vec<Vector>>,
 }
 
-impl Idle {
+impl NullSpace {
     /// Those that a system of constraints does not see, of motions (orthonormal, each for any axis) that cost no energy.
     pub(crate) fn new(motions: &[Vec<f64>], system: &System) -> Self {
         if motions.is_empty() {
@@ -51,22 +51,22 @@ impl Idle {
             }
             seen.push(line);
         }
-        let mut idle = Self::default();
+        let mut found = Self::default();
         for unseen in complement(&span(seen, PINNED), columns) {
             if axes == 1 {
                 let mut motion = vec![0.0; n];
                 motions.iter().zip(&unseen).for_each(|(m, u)| add(&mut motion, *u, m));
-                idle.alike.push(motion);
+                found.alike.push(motion);
             } else {
                 let mut motion = vec![Vector::zeros(); n];
                 for (m, u) in motions.iter().zip(unseen.chunks_exact(3)) {
                     let u = Vector::from_column_slice(u);
                     motion.iter_mut().zip(m).for_each(|(v, m)| *v += u * *m);
                 }
-                idle.apart.push(motion);
+                found.apart.push(motion);
             }
         }
-        idle
+        found
     }
 
     /// How many there are, of all axes.

@@ -1,0 +1,134 @@
+//! File formats: scenes from bytes and bytes from scenes.
+
+mod declaration;
+mod error;
+mod options;
+mod outgoing;
+mod report;
+mod stream;
+
+pub use declaration::{FormatDeclaration, Holds, UnitRule};
+pub use error::{FormatError, FormatErrorKind, Place};
+pub use options::{Limits, ReadOptions, UpChoice, WriteOptions};
+pub use outgoing::{Cuts, InWorld, Outgoing};
+pub use report::{Fate, ReadReport, WriteReport, Written};
+pub use stream::{Memory, Sink, Source, refuse_utf16, utf8};
+
+use crate::scene::Scene;
+
+/// How sure a format is that a file is one of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Confidence {
+    /// It is none.
+    No,
+    /// It could be one, if nobody else is sure that it is theirs.
+    Maybe,
+    /// It is one: it says so.
+    Sure,
+}
+
+/// A file format: what it declares, how its bytes are parsed and made. What is the same for all formats (checks of options and
+/// limits, units and axes, instances where there are none, notes of what is lost) is done around that, by
+/// [`read`](Self::read) and [`write`](Self::write), which others call.
+pub trait Format: Send + Sync {
+    /// Its name, extensions and options, and what it holds.
+    fn declaration(&self) -> FormatDeclaration;
+
+    /// How sure it is of the first bytes of a file (up to 4096 of them).
+    fn confidence(&self, head: &[u8]) -> Confidence {
+        let _ = head;
+        Confidence::No
+    }
+
+    /// Parses a file: its scene, in the unit and axes that it states, and an account of every entity in it.
+    ///
+    /// # Errors
+    /// When the bytes are not this format, or break its rules; with the place. The file's name is filled in by
+    /// [`read`](Self::read).
+    fn decode(
+        &self,
+        source: &dyn Source,
+        options: &ReadOptions<'_>,
+    ) -> Result<(Scene, ReadReport), FormatError>;
+
+    /// Makes the bytes of a scene, and says how each object went out.
+    ///
+    /// # Errors
+    /// When the format cannot hold the scene at all, or the sink fails. The file's name is filled in by
+    /// [`write`](Self::write).
+    fn encode(&self, outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError>;
+
+    /// Reads a file: the scene, and an account of every entity in it.
+    ///
+    /// # Errors
+    /// As for [`decode`](Self::decode); also when an option is unknown, or there is more than the options allow.
+    fn read(
+        &self,
+        source: &dyn Source,
+        options: &ReadOptions<'_>,
+    ) -> Result<(Scene, ReadReport), FormatError> {
+        let work = || {
+            let declaration = self.declaration();
+            declaration.check(&options.own, declaration.reading_options())?;
+            options.limits.check_bytes(source.bytes().len())?;
+            let (mut scene, mut report) = self.decode(source, options)?;
+            options.limits.check_entities(report.entities)?;
+            options.limits.check_depth(&scene)?;
+            note_unit_and_up(declaration.holds.unit, options, &mut scene, &mut report);
+            Ok((scene, report))
+        };
+        work().map_err(|error: FormatError| error.in_file(source.name()))
+    }
+
+    /// Writes a scene.
+    ///
+    /// # Errors
+    /// As for [`encode`](Self::encode); also when an option is unknown, the scene is unsound, or instances show more
+    /// objects than a format without them can write one by one.
+    fn write(
+        &self,
+        scene: &Scene,
+        sink: &mut dyn Sink,
+        options: &WriteOptions<'_>,
+    ) -> Result<WriteReport, FormatError> {
+        let mut work = || {
+            let declaration = self.declaration();
+            declaration.check(&options.own, declaration.writing_options())?;
+            let outgoing = Outgoing::new(scene, &declaration.holds, options)?;
+            let mut report = self.encode(&outgoing, sink).map_err(|error| match error.kind {
+                // A scene that is sound: what is wrong with it is that the format cannot hold it.
+                FormatErrorKind::Malformed => error.as_kind(FormatErrorKind::Unsupported),
+                _ => error,
+            })?;
+            report.notes.extend(declaration.holds.lost(outgoing.scene()));
+            Ok(report)
+        };
+        let result = work();
+        result.map_err(|error: FormatError| error.in_file(sink.name()))
+    }
+}
+
+/// The unit and the axis that are asked for take the place of those that the file states, or does not; the report says so.
+fn note_unit_and_up(rule: UnitRule, options: &ReadOptions<'_>, scene: &mut Scene, report: &mut ReadReport) {
+    let stated = if rule == UnitRule::None { report.unit } else { Some(scene.unit) };
+    scene.unit = options.unit.or(stated).unwrap_or_default();
+    let unit = scene.unit.name();
+    match stated.filter(|stated| *stated != scene.unit) {
+        Some(stated) => {
+            let stated = stated.name();
+            report
+                .notes
+                .push(format!("the unit {unit} is noted instead of the file's {stated}, as asked for"));
+        }
+        None if stated.is_none() && options.unit.is_none() => {
+            report.notes.push(format!("the file has no unit: {unit} is assumed"));
+        }
+        None => {}
+    }
+    if let Some(up) = options.up.filter(|up| *up != scene.up) {
+        report
+            .notes
+            .push("the up axis is noted as asked for, not as the file or its format has it".to_owned());
+        scene.up = up;
+    }
+}

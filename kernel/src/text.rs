@@ -1,0 +1,140 @@
+//! Text of files and messages: what all formats write and read alike.
+
+use std::io::{self, Write};
+
+/// The start of a text, on one line and printable: what a file says may be a megabyte long.
+///
+/// ```
+/// assert_eq!(loftsman_kernel::text::clip("a\nname"), "a\\nname");
+/// assert_eq!(loftsman_kernel::text::clip(&"a".repeat(99)), format!("{}…", "a".repeat(60)));
+/// ```
+pub fn clip(text: &str) -> String {
+    clip_to(60, text)
+}
+
+/// The same, of so many characters.
+pub fn clip_to(most: usize, text: &str) -> String {
+    let mut short: String = text.chars().take(most).flat_map(char::escape_debug).collect();
+    if text.chars().nth(most).is_some() {
+        short.push('…');
+    }
+    short
+}
+
+/// Writes the shortest decimals that read back as the same bits. Whole numbers come without a point, but for minus zero, whose
+/// sign most readers would lose otherwise.
+///
+/// # Errors
+/// Those of the stream.
+pub fn number(out: &mut impl Write, x: f64) -> io::Result<()> {
+    // Below 2^53 the conversion is exact.
+    let whole = x as i64;
+    if whole as f64 == x && whole.unsigned_abs() < 1 << 53 && (whole != 0 || x.is_sign_positive()) {
+        return Ok(serde_json::to_writer(out, &whole)?);
+    }
+    Ok(serde_json::to_writer(out, &x)?)
+}
+
+/// The bytes without the byte order mark of UTF-8.
+pub fn unmarked(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+}
+
+/// Whether the start of a file is that of a JSON table which has this key itself, not within a table or list of its own.
+pub fn has_key(head: &[u8], key: &str) -> bool {
+    let head = unmarked(head).trim_ascii_start();
+    let (mut depth, mut at) = (0_usize, 0);
+    while let Some(&byte) = head.get(at) {
+        at += 1;
+        match byte {
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => depth = depth.saturating_sub(1),
+            b'"' => {
+                let text = at;
+                while head.get(at).is_some_and(|&b| b != b'"') {
+                    at += if head[at] == b'\\' { 2 } else { 1 };
+                }
+                let end = at.min(head.len());
+                at += 1;
+                let follows = head.get(at..).is_some_and(|rest| rest.trim_ascii_start().starts_with(b":"));
+                if depth == 1 && follows && &head[text..end] == key.as_bytes() {
+                    return head.starts_with(b"{");
+                }
+            }
+            _ => {}
+        }
+    }
+    false
+}
+
+/// What a JSON parser found, and what to do; without the position, which is said elsewhere.
+pub fn json_problem(text: &str, error: &serde_json::Error) -> String {
+    let message = error.to_string();
+    let message = message.rsplit_once(" at line ").map_or(message.as_str(), |(message, _)| message);
+    if error.is_eof() {
+        return format!("it ends in the middle ({message}): it was cut off, or a bracket is not closed");
+    }
+    if let Some(word) = not_a_number(text, error.line(), error.column()) {
+        return format!(
+            "{word} is not a number that JSON can hold: every number must be finite; write a finite one"
+        );
+    }
+    match message {
+        "number out of range" => {
+            "the number is too large: every number must be finite, at most 1.8e308".to_owned()
+        }
+        "recursion limit exceeded" => "the brackets are nested too deeply; close those before".to_owned(),
+        _ if error.is_syntax() => format!("this is not JSON: {}", clip_to(200, message)),
+        // The parser quotes the text it found in full, which may be a megabyte.
+        _ => match message.rsplit_once(", expected ").filter(|_| message.chars().count() > 200) {
+            Some((start, expected)) => format!("{}, expected {expected}", clip(start)),
+            None => message.to_owned(),
+        },
+    }
+}
+
+/// `NaN`, `Infinity` and the like where a value should be: the parser stands on the word or behind it.
+fn not_a_number(text: &str, line: usize, column: usize) -> Option<&str> {
+    let line = text.split('\n').nth(line.checked_sub(1)?)?;
+    let word = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'+');
+    let (before, after) = line.as_bytes().split_at_checked(column.min(line.len()))?;
+    let start = before.len() - before.iter().rev().take_while(|b| word(b)).count();
+    let end = before.len() + after.iter().take_while(|b| word(b)).count();
+    let found = line.get(start..end)?;
+    let plain = found.trim_start_matches(['-', '+']).to_ascii_lowercase();
+    matches!(plain.as_str(), "nan" | "inf" | "infinity").then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_found_in_the_outermost_table_only() {
+        let has = |text: &str| has_key(text.as_bytes(), "asset");
+        assert!(has("\u{feff} {\"scene\": 0, \"a\": [{\"b\": \"\\\"}\"}], \"asset\" : {}"));
+        for other in [
+            "{\"extras\": {\"asset\": 1}}",
+            "[\"asset\", 1]",
+            "[{\"asset\": 1}]",
+            "{\"a\": \"asset\"}",
+            "{\"asset\"",
+            "{\"asset",
+            "{\"\\",
+            "\"asset\": 1",
+            "",
+        ] {
+            assert!(!has(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn numbers_read_back_to_the_bit() {
+        for value in [0.0, -0.0, 1.0, -3.0, 0.1, 1e300, -5e-324, 1e16, 123_456_789.123_456_79] {
+            let mut text = Vec::new();
+            number(&mut text, value).unwrap();
+            let text = String::from_utf8(text).unwrap();
+            assert_eq!(text.parse::<f64>().unwrap().to_bits(), value.to_bits(), "{text}");
+        }
+    }
+}
