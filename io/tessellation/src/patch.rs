@@ -194,8 +194,7 @@ impl<'a> Patches<'a> {
         let mut net = vec![[0.0; 4]; (p + 1) * columns];
         for (out, shares) in net.chunks_exact_mut(columns).zip(&self.rows[0][i]) {
             for (c, out) in out.iter_mut().enumerate() {
-                let column = strip[c..].iter().step_by(columns);
-                *out = column.zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, h, *share));
+                *out = (0..=p).fold([0.0; 4], |sum, r| plus(sum, &strip[r * columns + c], shares[r]));
             }
         }
         Patch::new(net, p + 1, columns, self.surface.weights().is_some())

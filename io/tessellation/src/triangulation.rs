@@ -4,12 +4,17 @@ use loftsman_kernel::Vector;
 
 use crate::bezier::more;
 use crate::fineness::Target;
-use crate::form::Form;
+use crate::form::{Form, Ranges};
 use crate::topology::Poles;
 use crate::tree::{Cell, Tree, Vertex};
 
 /// Above this many choices the triangles are not chosen by their certified error, but by their edges' lengths.
 const CHOICES: usize = 64;
+
+/// Where the patch is further (in tolerances) from an edge, no triangle that has it will do: however that one lies, how far
+/// the patch is from the edge counts, across the triangle or within it. What is more than 1 is for the normal, which is that
+/// of the cell.
+pub(crate) const HOPELESS_EDGE: f64 = 1.0;
 
 /// What a triangle costs that is further from the patch than is of use.
 const FAR: f64 = f64::MAX;
@@ -110,6 +115,10 @@ impl Triangulation {
         self.table[n * m - 1].worst = 0.0;
         for at in (0..n * m - 1).rev() {
             let (j, i) = (at / m, at % m);
+            if at > 0 && costs.bend([self.near[j], self.far[i]]) > HOPELESS_EDGE * limit {
+                self.table[at].worst = FAR;
+                continue;
+            }
             let mut best = self.table[at];
             for near in [true, false] {
                 let next = match near {
@@ -142,10 +151,12 @@ impl Triangulation {
         let ways = [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]];
         let (mut least, mut best) = (f64::INFINITY, ways[1].map(|corners| (corners, None)));
         // The more promising first, so that half of the other will often do; where they are alike it is the first.
-        for way in if costs.diagonals[0] < costs.diagonals[1] { [1, 0] } else { [0, 1] } {
+        let bends = [[b, d], [a, c]].map(|ends| costs.bend(ends));
+        for way in if bends[1] < bends[0] { [1, 0] } else { [0, 1] } {
             let better = |worst: f64, least: f64| worst < least || (worst == least && way == 0);
             let [one, two] = ways[way];
-            let (rest, second) = costs.add(0.0, two, limit);
+            let start = if bends[way] > HOPELESS_EDGE * limit { FAR } else { 0.0 };
+            let (rest, second) = costs.add(start, two, limit);
             if better(rest, least) {
                 let (worst, first) = costs.add(rest, one, limit);
                 if better(worst, least) {
@@ -221,14 +232,20 @@ impl Triangulation {
 /// What triangles of a cell cost.
 pub(crate) struct Costs<'a> {
     pub(crate) form: &'a Form,
+    /// The second derivatives across the cell.
+    pub(crate) ranges: Ranges,
     pub(crate) vertices: &'a [Vertex],
     pub(crate) poles: &'a Poles,
     pub(crate) target: &'a Target,
-    /// About how far the patch is from the diagonals from the first corner and from the second.
-    pub(crate) diagonals: [f64; 2],
 }
 
 impl Costs<'_> {
+    /// How far the patch is from an edge, across the cell.
+    fn bend(&self, ends: [u32; 2]) -> f64 {
+        let [from, to] = ends.map(|k| self.vertices[k as usize].at);
+        self.ranges.along(from, to)
+    }
+
     /// The larger of a cost and that of a triangle; its plane, where that is known.
     fn add(&self, rest: f64, corners: [u32; 3], limit: f64) -> (f64, Option<Plane>) {
         if rest >= FAR {
