@@ -26,13 +26,15 @@ struct Numbers {
     corners: Vec<u32>,
     edges: Vec<u32>,
     next: u32,
+    /// Room for the vertices of a side.
+    chain: Vec<u32>,
 }
 
 impl Numbers {
     /// Corners first, then the vertices of each edge.
     fn new(topology: &mut Topology, cells: &[Cells], edges: &[Vec<f64>]) -> Self {
-        let mut numbers =
-            Self { corners: vec![NONE; topology.corner_count()], edges: vec![NONE; edges.len()], next: 0 };
+        let corners = vec![NONE; topology.corner_count()];
+        let mut numbers = Self { corners, edges: vec![NONE; edges.len()], next: 0, chain: Vec::new() };
         for (k, cells) in cells.iter().enumerate() {
             for corner in 0..4 {
                 let root = topology.corner(k, corner);
@@ -52,11 +54,13 @@ impl Numbers {
         numbers
     }
 
-    /// The numbers of all vertices of a patch; those inside it get new ones.
-    fn of(&mut self, topology: &mut Topology, k: usize, cells: &Cells) -> Vec<u32> {
-        let mut out = vec![NONE; cells.tree.vertices.len()];
+    /// Adds the numbers of all vertices of a patch; those inside it get new ones.
+    fn of(&mut self, topology: &mut Topology, k: usize, cells: &Cells, out: &mut Vec<u32>) {
+        let start = out.len();
+        out.resize(start + cells.tree.vertices.len(), NONE);
+        let (out, mut chain) = (&mut out[start..], std::mem::take(&mut self.chain));
         for (side, ends) in ENDS.into_iter().enumerate() {
-            let chain = cells.tree.side(side);
+            cells.tree.side(side, &mut chain);
             let [first, last] = ends.map(|corner| self.corners[topology.corner(k, corner)]);
             let base = self.edges[topology.edge(k, side)];
             let end = chain.len() - 1;
@@ -73,7 +77,7 @@ impl Numbers {
             *number = self.next;
             self.next += 1;
         }
-        out
+        self.chain = chain;
     }
 }
 
@@ -110,10 +114,13 @@ pub(crate) fn assemble(
     borders: &[BorderSide],
 ) -> Result<(Mesh, Vec<Vec<Point>>)> {
     let mut numbers = Numbers::new(topology, cells, edges);
-    let maps: Vec<Vec<u32>> =
-        cells.iter().enumerate().map(|(k, cells)| numbers.of(topology, k, cells)).collect();
+    let mut all = Vec::with_capacity(cells.iter().map(|cells| cells.tree.vertices.len()).sum());
+    cells.iter().enumerate().for_each(|(k, cells)| numbers.of(topology, k, cells, &mut all));
+    let mut rest = all.as_slice();
+    let maps = cells.iter().map(|cells| rest.split_off(..cells.tree.vertices.len()).unwrap_or_default());
+    let maps: Vec<&[u32]> = maps.collect();
     let count = numbers.next as usize;
-    let mut all = Vec::with_capacity(states.len());
+    let mut moved = Vec::with_capacity(states.len());
     for (s, state) in states.iter().enumerate() {
         let mut points = points(&state.frame, s, cells, &maps, count);
         for BorderSide { edge, patch, side, states } in borders {
@@ -125,7 +132,7 @@ pub(crate) fn assemble(
                 points[numbers.corners[topology.corner(*patch, corner)] as usize] = border.point(fraction);
             }
         }
-        all.push(points);
+        moved.push(points);
     }
     let scale = Scale::new(surface, &states[0].patches);
     let corner_count = 3 * cells.iter().flat_map(Cells::triangles).count();
@@ -143,15 +150,15 @@ pub(crate) fn assemble(
         let uv = |at: [f64; 2]| scale.uv(i, j, at);
         corners.add(cells, map, &poles, uv);
     }
-    corners.into_mesh(all)
+    corners.into_mesh(moved)
 }
 
 /// The points in the surface's own coordinates; where patches share one, as the first of them has it.
-fn points(frame: &Frame, state: usize, cells: &[Cells], maps: &[Vec<u32>], count: usize) -> Vec<Point> {
+fn points(frame: &Frame, state: usize, cells: &[Cells], maps: &[&[u32]], count: usize) -> Vec<Point> {
     let mut points = vec![Point::from([f64::NAN; 3]); count];
     for (cells, map) in cells.iter().zip(maps) {
         let tree = if state == 0 { &cells.tree } else { &cells.others[state - 1] };
-        for (vertex, &number) in tree.vertices.iter().zip(map) {
+        for (vertex, &number) in tree.vertices.iter().zip(*map) {
             let point = &mut points[number as usize];
             if point.x.is_nan() {
                 *point = frame.centre + vertex.point * frame.size;
@@ -162,10 +169,10 @@ fn points(frame: &Frame, state: usize, cells: &[Cells], maps: &[Vec<u32>], count
 }
 
 /// The normal of every pole at which all that ends there agrees; `None` at the others (the apex of a cone).
-fn poles(cells: &[Cells], maps: &[Vec<u32>]) -> BTreeMap<u32, Option<Vector>> {
+fn poles(cells: &[Cells], maps: &[&[u32]]) -> BTreeMap<u32, Option<Vector>> {
     let mut poles = BTreeMap::new();
     for (cells, map) in cells.iter().zip(maps).filter(|(cells, _)| cells.poles != Poles::default()) {
-        for (vertex, &number) in cells.tree.vertices.iter().zip(map) {
+        for (vertex, &number) in cells.tree.vertices.iter().zip(*map) {
             if cells.poles.key(vertex.at).is_some() {
                 let normal = Some(vertex.normal).filter(|n| *n != Vector::zeros());
                 let known = poles.entry(number).or_insert(normal);

@@ -41,9 +41,9 @@ impl Form {
     /// Takes the box from `low` to `high` of a patch.
     pub(crate) fn set(&mut self, patch: &Patch, low: [f64; 2], high: [f64; 2]) {
         let (p, q) = (patch.rows, patch.columns);
-        self.uu.set(patch.uu.iter().copied(), p.saturating_sub(2), q, low, high);
-        self.uv.set(patch.uv.iter().copied(), p.saturating_sub(1), q.saturating_sub(1), low, high);
-        self.vv.set(patch.vv.iter().copied(), p, q.saturating_sub(2), low, high);
+        self.uu.set(patch.uu(), p.saturating_sub(2), q, low, high);
+        self.uv.set(patch.uv(), p.saturating_sub(1), q.saturating_sub(1), low, high);
+        self.vv.set(patch.vv(), p, q.saturating_sub(2), low, high);
         let weights = patch.net.iter().take(if patch.rational { p * q } else { 0 });
         self.weights.set(weights.map(|h| [h[3]]), p, q, low, high);
         (self.low, self.high) = (low, high);

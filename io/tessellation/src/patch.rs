@@ -3,6 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::spline::space::MAX_ORDER;
+use smallvec::{SmallVec, smallvec};
 
 use crate::bezier::{extraction, less, more};
 use crate::fineness::Frame;
@@ -25,10 +26,6 @@ pub(crate) struct Patch {
     pub(crate) columns: usize,
     pub(crate) rational: bool,
     pub(crate) net: Vec<Homogeneous>,
-    /// `A_uu` of degree `(p - 2, q)`, `A_uv` of degree `(p - 1, q - 1)`, `A_vv` of degree `(p, q - 2)`.
-    pub(crate) uu: Vec<Homogeneous>,
-    pub(crate) uv: Vec<Homogeneous>,
-    pub(crate) vv: Vec<Homogeneous>,
     /// The diagonal of the control points' box.
     pub(crate) size: f64,
 }
@@ -42,24 +39,6 @@ impl Patch {
             let scale = (-largest.log2().floor()).exp2();
             net.iter_mut().flatten().for_each(|x| *x *= scale);
         }
-        let (p, q) = (rows as f64 - 1.0, columns as f64 - 1.0);
-        let second = |f: f64, a: &Homogeneous, b: &Homogeneous, c: &Homogeneous| {
-            lanes(|l| f * (c[l] - 2.0 * b[l] + a[l]))
-        };
-        let (mut uu, mut uv, mut vv) =
-            (room(rows, columns, 2, 0), room(rows, columns, 1, 1), room(rows, columns, 0, 2));
-        let next = |rows: usize| net.get(rows * columns..).unwrap_or_default();
-        let along_u = net.iter().zip(next(1)).zip(next(2));
-        uu.extend(along_u.map(|((a, b), c)| second(p * (p - 1.0), a, b, c)));
-        for row in net.chunks_exact(columns) {
-            vv.extend(row.windows(3).map(|h| second(q * (q - 1.0), &h[0], &h[1], &h[2])));
-        }
-        for (row, next) in net.chunks_exact(columns).zip(next(1).chunks_exact(columns)) {
-            let twist = |(a, b): (&[Homogeneous], &[Homogeneous])| {
-                lanes(|l| p * q * (b[1][l] - b[0][l] - a[1][l] + a[0][l]))
-            };
-            uv.extend(row.windows(2).zip(next.windows(2)).map(twist));
-        }
         let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
         for point in net.iter().map(project) {
             for k in 0..3 {
@@ -67,7 +46,42 @@ impl Patch {
             }
         }
         let size = (Vector::from(high) - Vector::from(low)).norm();
-        Self { rows, columns, rational, net, uu, uv, vv, size }
+        Self { rows, columns, rational, net, size }
+    }
+
+    /// The degrees.
+    fn degrees(&self) -> [f64; 2] {
+        [self.rows, self.columns].map(|order| order as f64 - 1.0)
+    }
+
+    /// The control points from a row on.
+    fn from_row(&self, row: usize) -> &[Homogeneous] {
+        self.net.get(row * self.columns..).unwrap_or_default()
+    }
+
+    /// `A_uu` of degree `(p - 2, q)`, row after row.
+    pub(crate) fn uu(&self) -> impl Iterator<Item = Homogeneous> {
+        let [p, _] = self.degrees();
+        let along = self.net.iter().zip(self.from_row(1)).zip(self.from_row(2));
+        along.map(move |((a, b), c)| second(p * (p - 1.0), a, b, c))
+    }
+
+    /// `A_uv` of degree `(p - 1, q - 1)`.
+    pub(crate) fn uv(&self) -> impl Iterator<Item = Homogeneous> {
+        let ([p, q], columns) = (self.degrees(), self.columns);
+        let rows = self.net.chunks_exact(columns).zip(self.from_row(1).chunks_exact(columns));
+        rows.flat_map(move |(row, next)| {
+            row.windows(2)
+                .zip(next.windows(2))
+                .map(move |(a, b)| lanes(|l| p * q * (b[1][l] - b[0][l] - a[1][l] + a[0][l])))
+        })
+    }
+
+    /// `A_vv` of degree `(p, q - 2)`.
+    pub(crate) fn vv(&self) -> impl Iterator<Item = Homogeneous> {
+        let [_, q] = self.degrees();
+        let rows = self.net.chunks_exact(self.columns);
+        rows.flat_map(move |row| row.windows(3).map(move |h| second(q * (q - 1.0), &h[0], &h[1], &h[2])))
     }
 
     /// The point alone.
@@ -102,31 +116,30 @@ impl Patch {
     }
 
     /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets.
+    #[inline]
     pub(crate) fn second(&self, at: [f64; 2]) -> [Vector; 3] {
         let first = self.homogeneous(at[0], at[1]);
         let (jet, [a, au, av]) = (self.quotient(&first), first);
         let (p, q) = (self.rows, self.columns);
-        let quotient = |net: &[Homogeneous], rows: usize, columns: usize, terms: Vector| {
-            let h = value(net, rows, columns, at);
-            (xyz(&h) - jet.point * h[3] - terms) / a[3]
-        };
+        let quotient = |h: Homogeneous, terms: Vector| (xyz(&h) - jet.point * h[3] - terms) / a[3];
+        let less = |order: usize, by: usize| order.saturating_sub(by);
         [
-            quotient(&self.uu, p.saturating_sub(2), q, jet.u * (2.0 * au[3])),
-            quotient(&self.uv, p.saturating_sub(1), q.saturating_sub(1), jet.v * au[3] + jet.u * av[3]),
-            quotient(&self.vv, p, q.saturating_sub(2), jet.v * (2.0 * av[3])),
+            quotient(value(self.uu(), less(p, 2), q, at), jet.u * (2.0 * au[3])),
+            quotient(value(self.uv(), less(p, 1), less(q, 1), at), jet.v * au[3] + jet.u * av[3]),
+            quotient(value(self.vv(), p, less(q, 2), at), jet.v * (2.0 * av[3])),
         ]
     }
 
-    /// The four corners' control points in the order of the sides: along `u`, then `v`, counterclockwise.
-    pub(crate) fn side(&self, side: usize) -> Vec<Homogeneous> {
+    /// The control points of a side, in the direction of its parameter.
+    pub(crate) fn side(&self, side: usize) -> impl Iterator<Item = &Homogeneous> + Clone {
         let (p, q) = (self.rows, self.columns);
-        let at = |k: usize| match side {
-            0 => self.net[k * q],
-            1 => self.net[(p - 1) * q + k],
-            2 => self.net[k * q + q - 1],
-            _ => self.net[k],
+        let (start, step, count) = match side {
+            0 => (0, q, p),
+            1 => ((p - 1) * q, 1, q),
+            2 => (q - 1, q, p),
+            _ => (0, 1, q),
         };
-        (0..if side.is_multiple_of(2) { p } else { q }).map(at).collect()
+        self.net[start..].iter().step_by(step).take(count)
     }
 }
 
@@ -180,7 +193,7 @@ impl<'a> Patches<'a> {
         let columns = q + 1;
         // The control points of these spans, then the patch's along `v`, then along `u` as well.
         let mut row = [[0.0; 4]; MAX_ORDER];
-        let mut strip = vec![[0.0; 4]; (p + 1) * columns];
+        let mut strip: SmallVec<[Homogeneous; 16]> = smallvec![[0.0; 4]; (p + 1) * columns];
         for (r, out) in strip.chunks_exact_mut(columns).enumerate() {
             let start = u.vertex(first + r) * v.len();
             for (c, h) in row[..columns].iter_mut().enumerate() {
@@ -201,9 +214,9 @@ impl<'a> Patches<'a> {
     }
 }
 
-/// Room for a net that lacks some rows and columns.
-fn room(rows: usize, columns: usize, less_rows: usize, less_columns: usize) -> Vec<Homogeneous> {
-    Vec::with_capacity(rows.saturating_sub(less_rows) * columns.saturating_sub(less_columns))
+/// A second difference of three control points in line.
+fn second(factor: f64, a: &Homogeneous, b: &Homogeneous, c: &Homogeneous) -> Homogeneous {
+    lanes(|l| factor * (c[l] - 2.0 * b[l] + a[l]))
 }
 
 /// A sum and a part of a control point.
@@ -224,17 +237,29 @@ fn lanes(f: impl Fn(usize) -> f64) -> Homogeneous {
 }
 
 /// The value of a net; zero where it is empty (a second derivative of a straight direction).
-fn value(net: &[Homogeneous], rows: usize, columns: usize, at: [f64; 2]) -> Homogeneous {
-    if net.is_empty() {
-        return [0.0; 4];
+fn value(
+    net: impl Iterator<Item = Homogeneous>,
+    rows: usize,
+    columns: usize,
+    [u, v]: [f64; 2],
+) -> Homogeneous {
+    match rows.max(columns) {
+        _ if rows.min(columns) == 0 => [0.0; 4],
+        ..=4 => {
+            zeroth_order(net, &bernstein::<4>(rows, u)[0][..rows], &bernstein::<4>(columns, v)[0][..columns])
+        }
+        _ => {
+            let (u, v) = (bernstein::<MAX_ORDER>(rows, u), bernstein::<MAX_ORDER>(columns, v));
+            zeroth_order(net, &u[0][..rows], &v[0][..columns])
+        }
     }
-    let ([bu, _], [bv, _]) = (bernstein::<MAX_ORDER>(rows, at[0]), bernstein::<MAX_ORDER>(columns, at[1]));
-    let mut sum = [0.0; 4];
-    for (k, h) in net.iter().enumerate() {
-        let b = bu[k / columns] * bv[k % columns];
-        (0..4).for_each(|l| sum[l] += b * h[l]);
-    }
-    sum
+}
+
+/// The value of a net, given the Bernstein polynomials.
+#[inline(always)]
+fn zeroth_order(net: impl Iterator<Item = Homogeneous>, u: &[f64], v: &[f64]) -> Homogeneous {
+    let shares = u.iter().flat_map(|u| v.iter().map(move |v| u * v));
+    net.zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, &h, share))
 }
 
 /// Value and first derivatives of a net, given the Bernstein polynomials and their derivatives.

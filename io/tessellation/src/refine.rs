@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use smallvec::SmallVec;
+
 use crate::cell::{Judge, Verdict};
 use crate::fineness::Target;
 use crate::patch::Patch;
@@ -16,6 +18,13 @@ struct Leaf {
     seen: u32,
     error: Error,
     triangles: Triangles,
+}
+
+impl Leaf {
+    /// A cell of which nothing is known.
+    fn new(cell: Cell) -> Self {
+        Self { cell, seen: 0, error: Error::default(), triangles: Triangles::new() }
+    }
 }
 
 /// A certified distance in all states.
@@ -36,7 +45,10 @@ impl Error {
 }
 
 /// Two triangles as a rule.
-type Triangles = smallvec::SmallVec<[[u32; 3]; 2]>;
+type Triangles = SmallVec<[[u32; 3]; 2]>;
+
+/// One as a rule.
+pub(crate) type PerState<T> = SmallVec<[T; 1]>;
 
 /// The cells of a patch.
 #[derive(Debug, Clone, Default)]
@@ -47,8 +59,28 @@ pub(crate) struct Cells {
     pub(crate) others: Vec<Tree>,
     leaves: Vec<Leaf>,
     pub(crate) poles: Poles,
+    /// How often each side is cut, as far as that has been counted; not of sides that are one point.
+    pub(crate) cuts: [usize; 4],
     /// The patch in all states, until its cells are done.
-    patches: Vec<Patch>,
+    patches: PerState<Patch>,
+}
+
+/// Room to refine in, used again from patch to patch.
+pub(crate) struct Room {
+    judge: Judge,
+    /// The cells before and after a pass over all of them.
+    before: Vec<Leaf>,
+    after: Vec<Leaf>,
+    open: Vec<Leaf>,
+    parts: Vec<Cell>,
+}
+
+impl Room {
+    /// As [`Judge::new`].
+    pub(crate) fn new(strict: bool) -> Self {
+        let (before, after, open, parts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { judge: Judge::new(strict), before, after, open, parts }
+    }
 }
 
 /// Counts the triangles and the cells of all patches; the work ends where there are more than allowed. (Cells are cut
@@ -79,17 +111,16 @@ fn take(left: &AtomicUsize, count: usize) -> bool {
 
 impl Cells {
     /// A patch, in all its states, as one cell.
-    pub(crate) fn new(patches: Vec<Patch>, poles: Poles) -> Self {
+    pub(crate) fn new(patches: PerState<Patch>, poles: Poles) -> Self {
         let mut trees = patches.iter().map(Tree::new);
         let (tree, cell) = trees.next().unwrap_or_else(|| Tree::new(&Patch::default()));
-        let leaf = Leaf { cell, seen: 0, error: Error::default(), triangles: Triangles::new() };
         let others = trees.map(|(tree, _)| tree).collect();
-        Self { tree, others, leaves: vec![leaf], poles, patches }
+        Self { tree, others, leaves: vec![Leaf::new(cell)], poles, cuts: [0; 4], patches }
     }
 
     /// The patches of all states, which are not needed any more when all cells meet the target.
     pub(crate) fn finish(&mut self) {
-        self.patches = Vec::new();
+        self.patches = PerState::new();
     }
 
     /// The trees of all states, with their patches.
@@ -97,9 +128,13 @@ impl Cells {
         std::iter::once(&mut self.tree).chain(&mut self.others).zip(&self.patches)
     }
 
-    /// Cuts a side so that there is a vertex at this dyadic fraction of it.
-    pub(crate) fn cut_side(&mut self, side: usize, at: f64) {
-        self.trees().for_each(|(tree, patch)| tree.cut_side(patch, side, at));
+    /// Cuts a side so that there are vertices at these dyadic fractions of it, which are all that it has.
+    pub(crate) fn cut_side(&mut self, side: usize, fractions: &[f64]) {
+        if fractions.len() != self.cuts[side] {
+            self.trees().for_each(|(tree, patch)| {
+                fractions.iter().for_each(|&at| tree.cut_side(patch, side, at));
+            });
+        }
     }
 
     /// Keeps cells from cutting a side any further.
@@ -110,21 +145,24 @@ impl Cells {
     /// Cuts cells until every one meets the target with the vertices now around it; false where the budget is spent.
     ///
     /// A cut adds vertices to the neighbours' edges, so cells are judged again until nothing changes.
-    pub(crate) fn refine(&mut self, targets: &[Target], judge: &mut Judge, budget: &Budget) -> bool {
+    pub(crate) fn refine(&mut self, targets: &[Target], room: &mut Room, budget: &Budget) -> bool {
+        let Room { judge, before, after, open, parts } = room;
         judge.start();
+        before.clear();
+        open.clear();
+        before.append(&mut self.leaves);
         let mut again = true;
-        let (mut open, mut parts) = (Vec::new(), Vec::new());
         while again {
             again = false;
-            let mut done = Vec::with_capacity(2 * self.leaves.len() + 8);
-            for leaf in std::mem::take(&mut self.leaves) {
+            after.clear();
+            for leaf in before.drain(..) {
+                if self.tree.around(&leaf.cell) as u32 == leaf.seen {
+                    after.push(leaf);
+                    continue;
+                }
                 open.push(leaf);
                 while let Some(mut leaf) = open.pop() {
                     let around = judge.look(&self.tree, &leaf.cell) as u32;
-                    if around == leaf.seen {
-                        done.push(leaf);
-                        continue;
-                    }
                     budget.give(leaf.triangles.len());
                     leaf.triangles.clear();
                     match self.verdict(targets, judge, &leaf.cell) {
@@ -134,29 +172,26 @@ impl Cells {
                                 return false;
                             }
                             (leaf.seen, leaf.error) = (around, error);
-                            done.push(leaf);
+                            after.push(leaf);
                         }
                         Err(how) => {
                             again = true;
                             for (tree, patch) in self.trees() {
                                 parts.clear();
-                                tree.cut(patch, &leaf.cell, how, &mut parts);
+                                tree.cut(patch, &leaf.cell, how, parts);
                             }
                             if !take(&budget.cells, parts.len() - 1) {
                                 return false;
                             }
-                            open.extend(parts.drain(..).rev().map(|cell| Leaf {
-                                cell,
-                                seen: 0,
-                                error: Error::default(),
-                                triangles: Triangles::new(),
-                            }));
+                            open.extend(parts.drain(..).rev().map(Leaf::new));
                         }
                     }
                 }
             }
-            self.leaves = done;
+            std::mem::swap(before, after);
         }
+        self.leaves.reserve_exact(before.len());
+        self.leaves.append(before);
         true
     }
 

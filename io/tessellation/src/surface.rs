@@ -7,11 +7,10 @@ use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
 use crate::assemble::{BorderSide, assemble};
-use crate::cell::Judge;
 use crate::edge::Border;
 use crate::fineness::{Target, over_budget, targets};
 use crate::patch::{Patch, project};
-use crate::refine::{self, Budget, Cells};
+use crate::refine::{self, Budget, Cells, PerState, Room};
 use crate::state::State;
 use crate::topology::{Poles, Topology, poles};
 use crate::weights;
@@ -79,7 +78,7 @@ impl Meshes {
         let mut topology = Topology::new(surface, states.iter().map(|state| &state.patches));
         let [nu, nv] = topology.counts;
         let count = nu * nv;
-        let patches = |k: usize| -> Vec<Patch> {
+        let patches = |k: usize| -> PerState<Patch> {
             states.iter().map(|state| state.patches.get(k / nv, k % nv)).collect()
         };
         let rational = surface.weights().is_some();
@@ -120,27 +119,25 @@ impl Meshes {
         let mut first = true;
         while stale.iter().any(|s| *s) {
             let shared = &topology;
-            let judge = || Judge::new(states.len() > 1);
-            let worked = parallel::map_mut(&mut cells, judge, |judge, k, cells| {
+            let room = || Room::new(states.len() > 1);
+            let worked = parallel::map_mut(&mut cells, room, |room, k, cells| {
                 if !stale[k] {
                     return true;
                 }
                 for side in 0..4 {
                     let edge = shared.edge(k, side);
-                    for &at in &edges[edge] {
-                        cells.cut_side(side, at);
-                    }
+                    cells.cut_side(side, &edges[edge]);
                     if first && shared.is_border(edge) && !cells.poles.0[side] {
                         cells.fix(side);
                     }
                 }
-                cells.refine(&targets, judge, &spent)
+                cells.refine(&targets, room, &spent)
             });
             if worked.contains(&false) {
                 return over(None);
             }
             first = false;
-            merge(&topology, &cells, &mut edges, &mut stale);
+            merge(&topology, &mut cells, &mut edges, &mut stale);
         }
         cells.iter_mut().for_each(Cells::finish);
         let worst = cells.iter().map(Cells::error).fold(Default::default(), refine::Error::max);
@@ -164,7 +161,7 @@ fn borders(states: &[&State<'_>], topology: &Topology, cells: &[Cells]) -> Vec<B
         for side in sides {
             let edge = topology.edge(k, side);
             let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
-            let of = |state: &&State<'_>| Border::new(state.own.get(i, j).side(side));
+            let of = |state: &&State<'_>| Border::new(state.own.get(i, j).side(side).copied().collect());
             borders.push(BorderSide { edge, patch: k, side, states: states.iter().map(of).collect() });
         }
     }
@@ -191,13 +188,16 @@ fn first_cuts(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>]) {
 }
 
 /// Gathers from the patches where each edge is cut; those that lack a cut are stale.
-fn merge(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>], stale: &mut [bool]) {
-    let mut lengths = vec![[0_usize; 4]; cells.len()];
+fn merge(topology: &Topology, cells: &mut [Cells], edges: &mut [Vec<f64>], stale: &mut [bool]) {
     let mut found = Vec::new();
-    for (k, cells) in cells.iter().enumerate() {
-        for side in (0..4).filter(|&side| stale[k] && !cells.poles.0[side]) {
+    for (k, cells) in cells.iter_mut().enumerate().filter(|(k, _)| stale[*k]) {
+        for side in 0..4 {
+            if cells.poles.0[side] {
+                continue;
+            }
             found.clear();
             cells.tree.fractions(side, &mut found);
+            cells.cuts[side] = found.len();
             let edge = &mut edges[topology.edge(k, side)];
             if found != *edge {
                 edge.extend_from_slice(&found);
@@ -206,12 +206,9 @@ fn merge(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>], stale: &m
         }
     }
     for (k, cells) in cells.iter().enumerate() {
-        for side in (0..4).filter(|&side| !cells.poles.0[side]) {
-            lengths[k][side] = cells.tree.cuts(side as u32);
-        }
         // A side has no vertex that its edge has not, so that equal numbers are equal vertices.
-        stale[k] = (0..4)
-            .any(|side| !cells.poles.0[side] && lengths[k][side] != edges[topology.edge(k, side)].len());
+        let lacks = |side: usize| cells.cuts[side] != edges[topology.edge(k, side)].len();
+        stale[k] = (0..4).any(|side| !cells.poles.0[side] && lacks(side));
     }
 }
 
@@ -225,13 +222,13 @@ struct Start {
     cells: Cells,
     /// Where the tolerance is relative, the corners of the box around some points of the patch in each state, which is never
     /// larger than the patch's own.
-    around: Vec<[Vector; 2]>,
+    around: PerState<[Vector; 2]>,
     /// How much the middle bends across its tangent plane in each state, by direction.
-    bends: Vec<[f64; 2]>,
+    bends: PerState<[f64; 2]>,
 }
 
 impl Start {
-    fn new(patches: Vec<Patch>, rational: bool, relative: bool) -> Result<Self> {
+    fn new(patches: PerState<Patch>, rational: bool, relative: bool) -> Result<Self> {
         if let Some(patch) = patches.first().filter(|_| rational) {
             weights::resolved_net(&patch.net, patch.columns)?;
         }

@@ -93,11 +93,12 @@ impl Topology {
         };
         // The sides at the start and at the end of a direction.
         let sides = [[3, 1], [0, 2]];
+        let side = |patch: &Patch, k: usize| patch.side(k).copied().collect::<Vec<_>>();
         let meet = |d: usize, before: usize, after: usize| {
             states.clone().all(|patches| {
                 (0..counts[1 - d]).all(|across| {
                     let (a, b) = (patch(patches, d, before, across), patch(patches, d, after, across));
-                    coincide(&a.side(sides[d][1]), &b.side(sides[d][0]))
+                    coincide(&side(&a, sides[d][1]), &side(&b, sides[d][0]))
                 })
             })
         };
@@ -172,11 +173,11 @@ impl Topology {
 
 /// The sides of a patch that are one point.
 pub(crate) fn poles(patch: &Patch) -> Poles {
-    let one = |net: &[Homogeneous]| {
-        let first = project(&net[0]);
-        net.iter().all(|h| (project(h) - first).norm() <= ONE_POINT)
+    let one = |side: usize| {
+        let mut points = patch.side(side).map(project);
+        points.next().is_some_and(|first| points.all(|p| (p - first).norm() <= ONE_POINT))
     };
-    Poles([0, 1, 2, 3].map(|side| one(&patch.side(side))))
+    Poles([0, 1, 2, 3].map(one))
 }
 
 /// Whether two edges are the same curve run through alike: control points equal, weights proportional.

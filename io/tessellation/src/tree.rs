@@ -193,16 +193,20 @@ impl Tree {
     }
 
     /// The vertices of a side, its direction being that of its parameter, both ends included.
-    pub(crate) fn side(&self, side: usize) -> Vec<u32> {
+    pub(crate) fn side(&self, side: usize, out: &mut Vec<u32>) {
         let ends = self.edges[side].ends;
-        let mut out = Vec::new();
-        self.walk(side as u32, ends[0], &mut out);
+        out.clear();
+        self.walk(side as u32, ends[0], out);
         out.push(ends[1]);
-        out
+    }
+
+    /// The number of vertices around a cell.
+    pub(crate) fn around(&self, cell: &Cell) -> usize {
+        cell.edges.iter().map(|&edge| 1 + self.cuts(edge)).sum()
     }
 
     /// The number of vertices between the ends of an edge.
-    pub(crate) fn cuts(&self, edge: u32) -> usize {
+    fn cuts(&self, edge: u32) -> usize {
         let kids = self.edges[edge as usize].kids;
         if kids == NONE { 0 } else { 1 + self.cuts(kids) + self.cuts(kids + 1) }
     }
