@@ -166,13 +166,14 @@ impl Judge {
 
     /// The cell last taken.
     fn view<'t>(
-        &self,
+        &mut self,
         tree: &Tree,
         cell: &Cell,
         corners: [&'t Vertex; 4],
         [low, high]: [[f64; 2]; 2],
     ) -> View<'t> {
         let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
+        self.forms.arrange();
         let ranges = self.forms.now().across(&crossing(&corners), &corners[0].point);
         let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
         let whole = whole_edge(tree, cell, &corners, low, high);

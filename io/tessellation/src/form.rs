@@ -35,19 +35,20 @@ pub(crate) struct Form {
     /// The box.
     low: [f64; 2],
     high: [f64; 2],
+    /// Whether the coefficients are in the order in which they are asked.
+    arranged: bool,
 }
 
 impl Form {
     /// Takes the box from `low` to `high` of a patch.
     pub(crate) fn set(&mut self, patch: &Patch, low: [f64; 2], high: [f64; 2]) {
         let (p, q) = (patch.rows, patch.columns);
-        self.uu.set(patch.uu(), p.saturating_sub(2), q, low, high);
-        self.uv.set(patch.uv(), p.saturating_sub(1), q.saturating_sub(1), low, high);
-        self.vv.set(patch.vv(), p, q.saturating_sub(2), low, high);
+        self.uu.set(|out| patch.uu(out), p.saturating_sub(2), q, low, high);
+        self.uv.set(|out| patch.uv(out), p.saturating_sub(1), q.saturating_sub(1), low, high);
+        self.vv.set(|out| patch.vv(out), p, q.saturating_sub(2), low, high);
         let weights = patch.net.iter().take(if patch.rational { p * q } else { 0 });
-        self.weights.set(weights.map(|h| [h[3]]), p, q, low, high);
-        (self.low, self.high) = (low, high);
-        self.arrange();
+        self.weights.set(|out| out.extend(weights.map(|h| [h[3]])), p, q, low, high);
+        (self.low, self.high, self.arranged) = (low, high, false);
     }
 
     /// Whether this is the box that it has.
@@ -64,22 +65,33 @@ impl Form {
         (upper.low, upper.high) = (self.low, self.high);
         let middle = 0.5 * (self.low[direction] + self.high[direction]);
         (self.high[direction], upper.low[direction]) = (middle, middle);
-        self.arrange();
-        upper.arrange();
+        (self.arranged, upper.arranged) = (false, false);
     }
 
-    /// Brings the coefficients into the order in which they are asked.
-    fn arrange(&mut self) {
+    /// Brings the coefficients into the order in which they are asked, which nobody does of a cell that is cut because its
+    /// edges are.
+    pub(crate) fn arrange(&mut self) {
+        if self.arranged {
+            return;
+        }
+        self.arranged = true;
         [&mut self.uu, &mut self.uv, &mut self.vv].into_iter().for_each(Net::arrange);
         let least = self.weights.points.iter().map(|w| w[0]).reduce(less).unwrap_or(1.0);
         self.share = 1.0 / (8.0 * least);
     }
 
     /// What the second derivatives of `n·A - c W` can be, for the plane through `point` with this normal, of any length.
+    #[inline]
     pub(crate) fn across(&self, normal: &Vector, point: &Vector) -> Ranges {
-        let plane = plane(normal, point);
+        self.ranges(normal.x, normal.y, normal.z, normal.dot(point), self.share_of(normal))
+    }
+
+    /// Of `n·A - c W`. Numbers one by one are handed over in registers; written as a vector and read as another they would
+    /// have to be waited for.
+    fn ranges(&self, x: f64, y: f64, z: f64, offset: f64, share: f64) -> Ranges {
+        let plane = [x, y, z, offset].map(f64x4::splat);
         let [uu, uv, vv] = [&self.uu, &self.uv, &self.vv].map(|of| of.range(&plane));
-        Ranges { uu, uv, vv, share: self.share_of(normal) }
+        Ranges { uu, uv, vv, share }
     }
 
     /// The largest distance from the plane through `point` with this normal, of any length, along an edge of parameters: of
@@ -90,7 +102,8 @@ impl Form {
             return self.across(normal, point).along(from, to);
         }
         let (second, step) = if v == 0.0 { (&self.uu, u) } else { (&self.vv, v) };
-        second.largest(&plane(normal, point)) * (step * step) * self.share_of(normal)
+        let most = second.largest(normal.x, normal.y, normal.z, normal.dot(point));
+        most * (step * step) * self.share_of(normal)
     }
 
     /// One over eight times the least weight and a normal's length; zero where it has none.
@@ -98,11 +111,6 @@ impl Form {
         let length = normal.norm();
         if length > 0.0 { self.share / length } else { 0.0 }
     }
-}
-
-/// The four numbers of `n·A - c W`, each in all lanes.
-fn plane(normal: &Vector, point: &Vector) -> [f64x4; 4] {
-    [normal.x, normal.y, normal.z, normal.dot(point)].map(f64x4::splat)
 }
 
 /// The Bézier coefficients of a derivative over a box.
@@ -118,7 +126,7 @@ struct Net<const L: usize = 4> {
 impl<const L: usize> Net<L> {
     fn set(
         &mut self,
-        points: impl Iterator<Item = [f64; L]>,
+        points: impl FnOnce(&mut Vec<[f64; L]>),
         rows: usize,
         columns: usize,
         low: [f64; 2],
@@ -126,7 +134,7 @@ impl<const L: usize> Net<L> {
     ) {
         (self.rows, self.columns) = (rows, columns);
         self.points.clear();
-        self.points.extend(points);
+        points(&mut self.points);
         if !self.points.is_empty() {
             restrict(&mut self.points, rows, columns, low, high);
         }
@@ -155,8 +163,9 @@ impl Net {
     }
 
     /// The largest of what `n·A - c W` can be, whatever its sign.
-    fn largest(&self, plane: &[f64x4; 4]) -> f64 {
-        let larger = |most: f64x4, block: &[f64x4; 4]| most.fast_max(values(plane, block).abs());
+    fn largest(&self, x: f64, y: f64, z: f64, offset: f64) -> f64 {
+        let plane = [x, y, z, offset].map(f64x4::splat);
+        let larger = |most: f64x4, block: &[f64x4; 4]| most.fast_max(values(&plane, block).abs());
         let [a, b, c, d] = self.blocks.iter().fold(f64x4::ZERO, larger).to_array();
         more(more(a, b), more(c, d))
     }

@@ -16,6 +16,11 @@ pub(crate) struct Forms {
 }
 
 impl Forms {
+    /// Makes that of the cell last taken ready to be asked.
+    pub(crate) fn arrange(&mut self) {
+        self.now.arrange();
+    }
+
     /// That of the cell last taken.
     pub(crate) fn now(&self) -> &Form {
         &self.now

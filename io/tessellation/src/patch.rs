@@ -59,29 +59,30 @@ impl Patch {
         self.net.get(row * self.columns..).unwrap_or_default()
     }
 
-    /// `A_uu` of degree `(p - 2, q)`, row after row.
-    pub(crate) fn uu(&self) -> impl Iterator<Item = Homogeneous> {
+    /// Adds `A_uu` of degree `(p - 2, q)`, row after row.
+    pub(crate) fn uu(&self, out: &mut impl Extend<Homogeneous>) {
         let [p, _] = self.degrees();
         let along = self.net.iter().zip(self.from_row(1)).zip(self.from_row(2));
-        along.map(move |((a, b), c)| second(p * (p - 1.0), a, b, c))
+        out.extend(along.map(|((a, b), c)| second(p * (p - 1.0), a, b, c)));
     }
 
-    /// `A_uv` of degree `(p - 1, q - 1)`.
-    pub(crate) fn uv(&self) -> impl Iterator<Item = Homogeneous> {
+    /// Adds `A_uv` of degree `(p - 1, q - 1)`.
+    pub(crate) fn uv(&self, out: &mut impl Extend<Homogeneous>) {
         let ([p, q], columns) = (self.degrees(), self.columns);
-        let rows = self.net.chunks_exact(columns).zip(self.from_row(1).chunks_exact(columns));
-        rows.flat_map(move |(row, next)| {
-            row.windows(2)
-                .zip(next.windows(2))
-                .map(move |(a, b)| lanes(|l| p * q * (b[1][l] - b[0][l] - a[1][l] + a[0][l])))
-        })
+        for (row, next) in self.net.chunks_exact(columns).zip(self.from_row(1).chunks_exact(columns)) {
+            let twist = |(a, b): (&[Homogeneous], &[Homogeneous])| {
+                lanes(|l| p * q * (b[1][l] - b[0][l] - a[1][l] + a[0][l]))
+            };
+            out.extend(row.windows(2).zip(next.windows(2)).map(twist));
+        }
     }
 
-    /// `A_vv` of degree `(p, q - 2)`.
-    pub(crate) fn vv(&self) -> impl Iterator<Item = Homogeneous> {
+    /// Adds `A_vv` of degree `(p, q - 2)`.
+    pub(crate) fn vv(&self, out: &mut impl Extend<Homogeneous>) {
         let [_, q] = self.degrees();
-        let rows = self.net.chunks_exact(self.columns);
-        rows.flat_map(move |row| row.windows(3).map(move |h| second(q * (q - 1.0), &h[0], &h[1], &h[2])))
+        for row in self.net.chunks_exact(self.columns) {
+            out.extend(row.windows(3).map(|h| second(q * (q - 1.0), &h[0], &h[1], &h[2])));
+        }
     }
 
     /// The point alone.
@@ -116,17 +117,24 @@ impl Patch {
     }
 
     /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets.
-    #[inline]
     pub(crate) fn second(&self, at: [f64; 2]) -> [Vector; 3] {
         let first = self.homogeneous(at[0], at[1]);
         let (jet, [a, au, av]) = (self.quotient(&first), first);
         let (p, q) = (self.rows, self.columns);
+        let mut net = SmallVec::<[Homogeneous; 16]>::new();
+        self.uu(&mut net);
+        let uu = value(&net, p.saturating_sub(2), q, at);
+        net.clear();
+        self.uv(&mut net);
+        let uv = value(&net, p.saturating_sub(1), q.saturating_sub(1), at);
+        net.clear();
+        self.vv(&mut net);
+        let vv = value(&net, p, q.saturating_sub(2), at);
         let quotient = |h: Homogeneous, terms: Vector| (xyz(&h) - jet.point * h[3] - terms) / a[3];
-        let less = |order: usize, by: usize| order.saturating_sub(by);
         [
-            quotient(value(self.uu(), less(p, 2), q, at), jet.u * (2.0 * au[3])),
-            quotient(value(self.uv(), less(p, 1), less(q, 1), at), jet.v * au[3] + jet.u * av[3]),
-            quotient(value(self.vv(), p, less(q, 2), at), jet.v * (2.0 * av[3])),
+            quotient(uu, jet.u * (2.0 * au[3])),
+            quotient(uv, jet.v * au[3] + jet.u * av[3]),
+            quotient(vv, jet.v * (2.0 * av[3])),
         ]
     }
 
@@ -237,12 +245,7 @@ fn lanes(f: impl Fn(usize) -> f64) -> Homogeneous {
 }
 
 /// The value of a net; zero where it is empty (a second derivative of a straight direction).
-fn value(
-    net: impl Iterator<Item = Homogeneous>,
-    rows: usize,
-    columns: usize,
-    [u, v]: [f64; 2],
-) -> Homogeneous {
+fn value(net: &[Homogeneous], rows: usize, columns: usize, [u, v]: [f64; 2]) -> Homogeneous {
     match rows.max(columns) {
         _ if rows.min(columns) == 0 => [0.0; 4],
         ..=4 => {
@@ -257,9 +260,9 @@ fn value(
 
 /// The value of a net, given the Bernstein polynomials.
 #[inline(always)]
-fn zeroth_order(net: impl Iterator<Item = Homogeneous>, u: &[f64], v: &[f64]) -> Homogeneous {
+fn zeroth_order(net: &[Homogeneous], u: &[f64], v: &[f64]) -> Homogeneous {
     let shares = u.iter().flat_map(|u| v.iter().map(move |v| u * v));
-    net.zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, &h, share))
+    net.iter().zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, h, share))
 }
 
 /// Value and first derivatives of a net, given the Bernstein polynomials and their derivatives.

@@ -59,8 +59,10 @@ pub(crate) struct Cells {
     pub(crate) others: Vec<Tree>,
     leaves: Vec<Leaf>,
     pub(crate) poles: Poles,
-    /// How often each side is cut, as far as that has been counted; not of sides that are one point.
-    pub(crate) cuts: [usize; 4],
+    /// Where the sides were cut when the cells last met the target, side after side; not of those that are one point.
+    fractions: SmallVec<[f64; 12]>,
+    /// Where those of each side end.
+    ends: [usize; 4],
     /// The patch in all states, until its cells are done.
     patches: PerState<Patch>,
 }
@@ -115,7 +117,15 @@ impl Cells {
         let mut trees = patches.iter().map(Tree::new);
         let (tree, cell) = trees.next().unwrap_or_else(|| Tree::new(&Patch::default()));
         let others = trees.map(|(tree, _)| tree).collect();
-        Self { tree, others, leaves: vec![Leaf::new(cell)], poles, cuts: [0; 4], patches }
+        Self {
+            tree,
+            others,
+            leaves: vec![Leaf::new(cell)],
+            poles,
+            fractions: SmallVec::new(),
+            ends: [0; 4],
+            patches,
+        }
     }
 
     /// The patches of all states, which are not needed any more when all cells meet the target.
@@ -128,9 +138,20 @@ impl Cells {
         std::iter::once(&mut self.tree).chain(&mut self.others).zip(&self.patches)
     }
 
+    /// Where a side was cut when the cells last met the target.
+    fn cuts_of(&self, side: usize) -> &[f64] {
+        let start = if side == 0 { 0 } else { self.ends[side - 1] };
+        &self.fractions[start..self.ends[side]]
+    }
+
+    /// The sides, but for those that are one point, and where they were cut when the cells last met the target.
+    pub(crate) fn cuts(&self) -> impl Iterator<Item = (usize, &[f64])> {
+        (0..4).filter(|&side| !self.poles.0[side]).map(|side| (side, self.cuts_of(side)))
+    }
+
     /// Cuts a side so that there are vertices at these dyadic fractions of it, which are all that it has.
     pub(crate) fn cut_side(&mut self, side: usize, fractions: &[f64]) {
-        if fractions.len() != self.cuts[side] {
+        if fractions != self.cuts_of(side) {
             self.trees().for_each(|(tree, patch)| {
                 fractions.iter().for_each(|&at| tree.cut_side(patch, side, at));
             });
@@ -192,6 +213,14 @@ impl Cells {
         }
         self.leaves.reserve_exact(before.len());
         self.leaves.append(before);
+        // While the tree is at hand.
+        self.fractions.clear();
+        for side in 0..4 {
+            if !self.poles.0[side] {
+                self.tree.fractions(side, &mut self.fractions);
+            }
+            self.ends[side] = self.fractions.len();
+        }
         true
     }
 

@@ -137,7 +137,7 @@ impl Meshes {
                 return over(None);
             }
             first = false;
-            merge(&topology, &mut cells, &mut edges, &mut stale);
+            merge(&topology, &cells, &mut edges, &mut stale);
         }
         cells.iter_mut().for_each(Cells::finish);
         let worst = cells.iter().map(Cells::error).fold(Default::default(), refine::Error::max);
@@ -188,27 +188,19 @@ fn first_cuts(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>]) {
 }
 
 /// Gathers from the patches where each edge is cut; those that lack a cut are stale.
-fn merge(topology: &Topology, cells: &mut [Cells], edges: &mut [Vec<f64>], stale: &mut [bool]) {
-    let mut found = Vec::new();
-    for (k, cells) in cells.iter_mut().enumerate().filter(|(k, _)| stale[*k]) {
-        for side in 0..4 {
-            if cells.poles.0[side] {
-                continue;
-            }
-            found.clear();
-            cells.tree.fractions(side, &mut found);
-            cells.cuts[side] = found.len();
+fn merge(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>], stale: &mut [bool]) {
+    for (k, cells) in cells.iter().enumerate().filter(|(k, _)| stale[*k]) {
+        for (side, found) in cells.cuts() {
             let edge = &mut edges[topology.edge(k, side)];
-            if found != *edge {
-                edge.extend_from_slice(&found);
+            if found != edge {
+                edge.extend_from_slice(found);
                 sort(edge);
             }
         }
     }
     for (k, cells) in cells.iter().enumerate() {
         // A side has no vertex that its edge has not, so that equal numbers are equal vertices.
-        let lacks = |side: usize| cells.cuts[side] != edges[topology.edge(k, side)].len();
-        stale[k] = (0..4).any(|side| !cells.poles.0[side] && lacks(side));
+        stale[k] = cells.cuts().any(|(side, found)| found.len() != edges[topology.edge(k, side)].len());
     }
 }
 

@@ -212,15 +212,15 @@ impl Tree {
     }
 
     /// The fractions of a side's inner vertices, ascending.
-    pub(crate) fn fractions(&self, side: usize, out: &mut Vec<f64>) {
+    pub(crate) fn fractions(&self, side: usize, out: &mut impl Extend<f64>) {
         self.inner(side as u32, side % 2, out);
     }
 
-    fn inner(&self, edge: u32, direction: usize, out: &mut Vec<f64>) {
+    fn inner(&self, edge: u32, direction: usize, out: &mut impl Extend<f64>) {
         let kids = self.edges[edge as usize].kids;
         if kids != NONE {
             self.inner(kids, direction, out);
-            out.push(self.vertices[self.edges[kids as usize].ends[1] as usize].at[direction]);
+            out.extend([self.vertices[self.edges[kids as usize].ends[1] as usize].at[direction]]);
             self.inner(kids + 1, direction, out);
         }
     }
