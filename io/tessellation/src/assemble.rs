@@ -97,9 +97,7 @@ pub(crate) struct BorderSide {
 struct Corners {
     points: Vec<u32>,
     normals: Distinct<Vector>,
-    of_normals: Vec<u32>,
     uvs: Distinct<[f64; 2]>,
-    of_uvs: Vec<u32>,
     /// Of the vertices of a patch, but for poles, the two that have been found.
     found: Vec<Option<[u32; 2]>>,
 }
@@ -139,9 +137,7 @@ pub(crate) fn assemble(
     let mut corners = Corners {
         points: Vec::with_capacity(corner_count),
         normals: Distinct::new(count),
-        of_normals: Vec::with_capacity(corner_count),
         uvs: Distinct::new(count),
-        of_uvs: Vec::with_capacity(corner_count),
         found: Vec::new(),
     };
     let poles = poles(cells, &maps);
@@ -201,10 +197,10 @@ impl Corners {
             }
             let vertices = triangle.map(|v| &cells.tree.vertices[v as usize]);
             for (at, number) in [a, b, c].into_iter().enumerate() {
-                self.points.push(number);
                 if let Some([uv, normal]) = self.found[triangle[at] as usize] {
-                    self.of_uvs.push(uv);
-                    self.of_normals.push(normal);
+                    self.points.push(number);
+                    self.uvs.add_corner(uv);
+                    self.normals.add_corner(normal);
                     continue;
                 }
                 let vertex = vertices[at];
@@ -218,17 +214,18 @@ impl Corners {
                     let between = || (next.normal + last.normal).try_normalize(1e-3).unwrap_or_default();
                     normal = poles.get(&number).copied().flatten().unwrap_or_else(between);
                 }
-                let uv = self.uvs.find(number, uv(place), |x, y| x == y);
-                let normal = if normal == Vector::zeros() {
-                    NONE
+                let uv = self.uvs.find(number, uv(place), &self.points, |x, y| x == y);
+                self.uvs.add_corner(uv);
+                if normal == Vector::zeros() {
+                    self.normals.add_corner_without(&self.points);
                 } else {
-                    self.normals.find(number, normal, |x, y| (x - y).norm() <= CREASE)
-                };
-                self.of_uvs.push(uv);
-                self.of_normals.push(normal);
-                if pole.is_none() {
-                    self.found[triangle[at] as usize] = Some([uv, normal]);
+                    let normal = self.normals.find(number, normal, &self.points, same_normal);
+                    self.normals.add_corner(normal);
+                    if pole.is_none() {
+                        self.found[triangle[at] as usize] = Some([uv, normal]);
+                    }
                 }
+                self.points.push(number);
             }
         }
     }
@@ -253,14 +250,14 @@ impl Corners {
         let starts = (0..=self.points.len() / 3).map(|f| 3 * f).collect();
         let others = states.split_off(1);
         let mut mesh = Mesh::from_parts(states.pop().unwrap_or_default(), self.points, starts)?;
-        mesh.normals = self.normals.into_layer(self.of_normals, &kept);
-        mesh.uvs = self.uvs.into_layer(self.of_uvs, &kept);
+        mesh.normals = self.normals.into_layer(&kept);
+        mesh.uvs = self.uvs.into_layer(&kept);
         Ok((mesh, others))
     }
 
     /// Where the surface has no normal, nor a limit: the mean of the faces around, by their angles there.
     fn fill_normals(&mut self, points: &[Point]) {
-        if !self.of_normals.contains(&NONE) {
+        if !self.normals.lacks() {
             return;
         }
         let mut sums = vec![Vector::zeros(); points.len()];
@@ -276,13 +273,14 @@ impl Corners {
                 }
             }
         }
-        for (of, &number) in self.of_normals.iter_mut().zip(&self.points) {
-            if *of == NONE {
-                let normal = sums[number as usize].try_normalize(1e-9).unwrap_or_else(Vector::z);
-                *of = self.normals.find(number, normal, |x, y| (x - y).norm() <= CREASE);
-            }
-        }
+        let mean = |point: u32| sums[point as usize].try_normalize(1e-9).unwrap_or_else(Vector::z);
+        self.normals.fill(&self.points, mean, same_normal);
     }
+}
+
+/// Whether two normals of a point are one.
+fn same_normal(a: &Vector, b: &Vector) -> bool {
+    (a - b).norm() <= CREASE
 }
 
 /// Takes out points that no triangle has; the old numbers of those that stay.

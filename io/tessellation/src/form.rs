@@ -154,11 +154,12 @@ impl Net {
         let block =
             |[a, b, c, d]: &[Homogeneous; 4]| [0, 1, 2, 3].map(|l| f64x4::from([a[l], b[l], c[l], d[l]]));
         let (fours, rest) = self.points.as_chunks();
-        self.blocks.clear();
-        self.blocks.extend(fours.iter().map(block));
-        if let Some(last) = rest.last() {
-            let at = |k: usize| *rest.get(k).unwrap_or(last);
-            self.blocks.push(block(&[at(0), at(1), at(2), at(3)]));
+        self.blocks.resize(self.points.len().div_ceil(4), [f64x4::ZERO; 4]);
+        self.blocks.iter_mut().zip(fours).for_each(|(out, four)| *out = block(four));
+        if let ([.., out], Some(last)) = (&mut self.blocks[..], rest.last()) {
+            let mut four = [*last; 4];
+            four[..rest.len()].copy_from_slice(rest);
+            *out = block(&four);
         }
     }
 

@@ -199,23 +199,23 @@ impl<'a> Patches<'a> {
         let (p, q) = (u.degree(), v.degree());
         let (first, across) = (self.spans[0][i] - p, self.spans[1][j] - q);
         let columns = q + 1;
-        // The control points of these spans, then the patch's along `v`, then along `u` as well.
-        let mut row = [[0.0; 4]; MAX_ORDER];
+        // The patch's control points along `v` in these spans, then along `u` as well.
         let mut strip: SmallVec<[Homogeneous; 16]> = smallvec![[0.0; 4]; (p + 1) * columns];
         for (r, out) in strip.chunks_exact_mut(columns).enumerate() {
             let start = u.vertex(first + r) * v.len();
-            for (c, h) in row[..columns].iter_mut().enumerate() {
-                *h = self.net[start + v.vertex(across + c)];
-            }
-            for (out, shares) in out.iter_mut().zip(&self.rows[1][j]) {
-                *out =
-                    row[..columns].iter().zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, h, *share));
+            for c in 0..columns {
+                let h = self.net[start + v.vertex(across + c)];
+                for (out, shares) in out.iter_mut().zip(&self.rows[1][j]) {
+                    *out = plus(*out, &h, shares[c]);
+                }
             }
         }
         let mut net = vec![[0.0; 4]; (p + 1) * columns];
         for (out, shares) in net.chunks_exact_mut(columns).zip(&self.rows[0][i]) {
-            for (c, out) in out.iter_mut().enumerate() {
-                *out = (0..=p).fold([0.0; 4], |sum, r| plus(sum, &strip[r * columns + c], shares[r]));
+            for (row, &share) in strip.chunks_exact(columns).zip(shares) {
+                for (out, h) in out.iter_mut().zip(row) {
+                    *out = plus(*out, h, share);
+                }
             }
         }
         Patch::new(net, p + 1, columns, self.surface.weights().is_some())

@@ -12,8 +12,8 @@ use crate::tree::{Cell, Tree, Vertex};
 const CHOICES: usize = 64;
 
 /// Where the patch is further (in tolerances) from an edge, no triangle that has it will do: however that one lies, how far
-/// the patch is from the edge counts, across the triangle or within it. What is more than 1 is for the normal, which is that
-/// of the cell.
+/// the patch is from the edge counts, across the triangle or within it. (It is measured across the cell, whose normal is not
+/// quite the triangle's: a cell that barely meets the target may be cut for that.)
 pub(crate) const HOPELESS_EDGE: f64 = 1.0;
 
 /// What a triangle costs that is further from the patch than is of use.
@@ -128,9 +128,10 @@ impl Triangulation {
                 };
                 let rest = self.table[next].worst;
                 if rest < best.worst {
-                    let (worst, plane) = costs.add(rest, self.ahead(j, i, near), limit);
+                    let mut first = Triangle { corners: self.ahead(j, i, near), plane: None };
+                    let worst = costs.add(rest, &mut first, limit);
                     if worst < best.worst {
-                        best = Step { worst, near, plane };
+                        best = Step { worst, near, plane: first.plane };
                     }
                 }
             }
@@ -148,23 +149,24 @@ impl Triangulation {
 
     /// The best way for a cell that has no vertices but its corners: along one of its diagonals.
     fn find_diagonal(&mut self, costs: &Costs<'_>, limit: f64, [a, b, c, d]: [u32; 4]) -> f64 {
-        let ways = [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]];
-        let (mut least, mut best) = (f64::INFINITY, ways[1].map(|corners| (corners, None)));
+        let mut ways = [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]]
+            .map(|way| way.map(|corners| Triangle { corners, plane: None }));
+        let (mut least, mut best) = (f64::INFINITY, 1);
         // The more promising first, so that half of the other will often do; where they are alike it is the first.
         let bends = [[b, d], [a, c]].map(|ends| costs.bend(ends));
         for way in if bends[1] < bends[0] { [1, 0] } else { [0, 1] } {
             let better = |worst: f64, least: f64| worst < least || (worst == least && way == 0);
-            let [one, two] = ways[way];
+            let [one, two] = &mut ways[way];
             let start = if bends[way] > HOPELESS_EDGE * limit { FAR } else { 0.0 };
-            let (rest, second) = costs.add(start, two, limit);
+            let rest = costs.add(start, two, limit);
             if better(rest, least) {
-                let (worst, first) = costs.add(rest, one, limit);
+                let worst = costs.add(rest, one, limit);
                 if better(worst, least) {
-                    (least, best) = (worst, [(one, first), (two, second)]);
+                    (least, best) = (worst, way);
                 }
             }
         }
-        self.triangles.extend(best.map(|(corners, plane)| Triangle { corners, plane }));
+        self.triangles.extend_from_slice(&ways[best]);
         least
     }
 
@@ -246,34 +248,35 @@ impl Costs<'_> {
         self.ranges.along(from, to)
     }
 
-    /// The larger of a cost and that of a triangle; its plane, where that is known.
-    fn add(&self, rest: f64, corners: [u32; 3], limit: f64) -> (f64, Option<Plane>) {
+    /// The larger of a cost and that of a triangle, which gets its plane, if that is to be found.
+    fn add(&self, rest: f64, triangle: &mut Triangle, limit: f64) -> f64 {
         if rest >= FAR {
-            return (rest, None);
+            return rest;
         }
-        let (cost, plane) = self.of(corners.map(|k| &self.vertices[k as usize]), limit);
-        (more(rest, cost), plane)
+        more(rest, self.of(triangle, limit))
     }
 
     /// What is wrong with a triangle: its distance from the patch; among those that hardly differ the length of its longest
-    /// edge; far too much where it is turned over or has no area in parameters. With its plane, if it has one.
-    fn of(&self, corners: [&Vertex; 3], limit: f64) -> (f64, Option<Plane>) {
+    /// edge; far too much where it is turned over or has no area in parameters. It gets its plane, if it has one.
+    fn of(&self, triangle: &mut Triangle, limit: f64) -> f64 {
+        let corners = triangle.corners.map(|k| &self.vertices[k as usize]);
         let ([a, b, c], chord) = (corners, self.target.chord);
         if area(a.at, b.at, c.at) <= 0.0 {
-            return (f64::INFINITY, None);
+            return f64::INFINITY;
         }
         if self.poles.same(corners.map(|v| v.at)) != [false; 3] {
-            return (0.0, None);
+            return 0.0;
         }
         let plane = Plane::of(corners, self.form);
         if plane.error > limit {
-            return (FAR, None);
+            return FAR;
         }
+        triangle.plane = Some(plane);
         let edges = [b.point - a.point, c.point - b.point, a.point - c.point];
         let long = edges.iter().map(Vector::norm_squared).fold(0.0, more).sqrt();
         let turned = corners.iter().any(|v| v.normal.dot(&plane.normal) < 0.0);
         let scale = if turned { 4.0 } else { 1.0 };
-        (scale * more(0.05 * chord, plane.error) + 1e-6 * chord * long, Some(plane))
+        scale * more(0.05 * chord, plane.error) + 1e-6 * chord * long
     }
 }
 
@@ -283,12 +286,19 @@ fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 }
 
 /// A normal of a triangle, of any length; where its corners are in line, one across that line nearest to the surface's.
+#[inline]
 pub(crate) fn normal_of([a, b, c]: [&Vertex; 3]) -> Vector {
     let (s, t) = (b.point - a.point, c.point - a.point);
     let cross = s.cross(&t);
     if cross.norm_squared() > 1e-24 * s.norm_squared() * t.norm_squared() {
         return cross;
     }
+    normal_across([a, b, c], s, t)
+}
+
+/// One across the line of corners that are in line, `s` and `t` from the first to the others.
+#[cold]
+fn normal_across([a, b, c]: [&Vertex; 3], s: Vector, t: Vector) -> Vector {
     let line = if s.norm_squared() > t.norm_squared() { s } else { t };
     let line = line.try_normalize(0.0).unwrap_or_default();
     let mean = a.normal + b.normal + c.normal;
