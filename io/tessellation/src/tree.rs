@@ -206,9 +206,15 @@ impl Tree {
     }
 
     /// The number of vertices between the ends of an edge.
+    #[inline]
     fn cuts(&self, edge: u32) -> usize {
         let kids = self.edges[edge as usize].kids;
-        if kids == NONE { 0 } else { 1 + self.cuts(kids) + self.cuts(kids + 1) }
+        if kids == NONE { 0 } else { self.cuts_within(kids) }
+    }
+
+    /// The same of a cut edge with these halves.
+    fn cuts_within(&self, kids: u32) -> usize {
+        1 + self.cuts(kids) + self.cuts(kids + 1)
     }
 
     /// The fractions of a side's inner vertices, ascending.

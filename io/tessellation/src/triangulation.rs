@@ -16,6 +16,10 @@ const CHOICES: usize = 64;
 /// quite the triangle's: a cell that barely meets the target may be cut for that.)
 pub(crate) const HOPELESS_EDGE: f64 = 1.0;
 
+/// Where the patch is so many times further from a diagonal than the triangles along the other one cost, those along this one,
+/// which are no nearer than it, are not looked at. (What is more than 1 is for the normals, which are not quite the cell's.)
+const WORSE_DIAGONAL: f64 = 1.25;
+
 /// What a triangle costs that is further from the patch than is of use.
 const FAR: f64 = f64::MAX;
 
@@ -157,6 +161,9 @@ impl Triangulation {
         for way in if bends[1] < bends[0] { [1, 0] } else { [0, 1] } {
             let better = |worst: f64, least: f64| worst < least || (worst == least && way == 0);
             let [one, two] = &mut ways[way];
+            if bends[way] > WORSE_DIAGONAL * least {
+                break;
+            }
             let start = if bends[way] > HOPELESS_EDGE * limit { FAR } else { 0.0 };
             let rest = costs.add(start, two, limit);
             if better(rest, least) {
