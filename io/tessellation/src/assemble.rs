@@ -107,11 +107,11 @@ pub(crate) fn assemble(
     surface: &Surface,
     states: &[&State<'_>],
     topology: &mut Topology,
-    cells: &[Cells],
+    cells: Vec<Cells>,
     edges: &[Vec<f64>],
     borders: &[BorderSide],
 ) -> Result<(Mesh, Vec<Vec<Point>>)> {
-    let mut numbers = Numbers::new(topology, cells, edges);
+    let mut numbers = Numbers::new(topology, &cells, edges);
     let mut all = Vec::with_capacity(cells.iter().map(|cells| cells.tree.vertices.len()).sum());
     cells.iter().enumerate().for_each(|(k, cells)| numbers.of(topology, k, cells, &mut all));
     let mut rest = all.as_slice();
@@ -120,7 +120,7 @@ pub(crate) fn assemble(
     let count = numbers.next as usize;
     let mut moved = Vec::with_capacity(states.len());
     for (s, state) in states.iter().enumerate() {
-        let mut points = points(&state.frame, s, cells, &maps, count);
+        let mut points = points(&state.frame, s, &cells, &maps, count);
         for BorderSide { edge, patch, side, states } in borders {
             let (base, border) = (numbers.edges[*edge] as usize, &states[s]);
             for (at, &fraction) in edges[*edge].iter().enumerate() {
@@ -133,19 +133,21 @@ pub(crate) fn assemble(
         moved.push(points);
     }
     let scale = Scale::new(surface, &states[0].patches);
-    let corner_count = 3 * cells.iter().flat_map(Cells::triangles).count();
+    let corner_count = 3 * cells.iter().map(Cells::count).sum::<usize>();
     let mut corners = Corners {
         points: Vec::with_capacity(corner_count),
         normals: Distinct::new(count),
         uvs: Distinct::new(count),
         found: Vec::new(),
     };
-    let poles = poles(cells, &maps);
+    let poles = poles(&cells, &maps);
     for (k, (cells, map)) in cells.iter().zip(&maps).enumerate() {
         let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
         let uv = |at: [f64; 2]| scale.uv(i, j, at);
         corners.add(cells, map, &poles, uv);
     }
+    // What is allocated from here on finds room where they were.
+    drop(cells);
     corners.into_mesh(moved)
 }
 

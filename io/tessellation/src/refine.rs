@@ -63,6 +63,9 @@ pub(crate) struct Cells {
     fractions: SmallVec<[f64; 12]>,
     /// Where those of each side end.
     ends: [usize; 4],
+    /// The largest certified error and the number of triangles then.
+    error: Error,
+    count: usize,
     /// The patch in all states, until its cells are done.
     patches: PerState<Patch>,
 }
@@ -123,6 +126,8 @@ impl Cells {
             leaves: vec![Leaf::new(cell)],
             poles,
             fractions: SmallVec::new(),
+            error: Error::default(),
+            count: 0,
             ends: [0; 4],
             patches,
         }
@@ -213,7 +218,9 @@ impl Cells {
         }
         self.leaves.reserve_exact(before.len());
         self.leaves.append(before);
-        // While the tree is at hand.
+        // While cells and tree are at hand.
+        self.error = self.leaves.iter().map(|leaf| leaf.error).fold(Error::default(), Error::max);
+        self.count = self.leaves.iter().map(|leaf| leaf.triangles.len()).sum();
         self.fractions.clear();
         for side in 0..4 {
             if !self.poles.0[side] {
@@ -246,7 +253,12 @@ impl Cells {
 
     /// The largest certified error.
     pub(crate) fn error(&self) -> Error {
-        self.leaves.iter().map(|leaf| leaf.error).fold(Error::default(), Error::max)
+        self.error
+    }
+
+    /// The number of all triangles.
+    pub(crate) fn count(&self) -> usize {
+        self.count
     }
 
     /// The triangles of all cells.

@@ -147,7 +147,7 @@ impl Meshes {
                 worst.length
             )));
         }
-        let (mesh, others) = assemble(surface, &states, &mut topology, &cells, &edges, &borders)?;
+        let (mesh, others) = assemble(surface, &states, &mut topology, cells, &edges, &borders)?;
         let live = all.iter().map(Option::is_some).collect();
         Ok(Self { mesh, others, live, tolerance, error: worst.length })
     }
