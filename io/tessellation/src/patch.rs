@@ -55,21 +55,21 @@ impl Patch {
     }
 
     /// The control points from a row on.
-    fn from_row(&self, row: usize) -> &[Homogeneous] {
+    fn rows_from(&self, row: usize) -> &[Homogeneous] {
         self.net.get(row * self.columns..).unwrap_or_default()
     }
 
     /// Adds `A_uu` of degree `(p - 2, q)`, row after row.
     pub(crate) fn uu(&self, out: &mut impl Extend<Homogeneous>) {
         let [p, _] = self.degrees();
-        let along = self.net.iter().zip(self.from_row(1)).zip(self.from_row(2));
+        let along = self.net.iter().zip(self.rows_from(1)).zip(self.rows_from(2));
         out.extend(along.map(|((a, b), c)| second(p * (p - 1.0), a, b, c)));
     }
 
     /// Adds `A_uv` of degree `(p - 1, q - 1)`.
     pub(crate) fn uv(&self, out: &mut impl Extend<Homogeneous>) {
         let ([p, q], columns) = (self.degrees(), self.columns);
-        for (row, next) in self.net.chunks_exact(columns).zip(self.from_row(1).chunks_exact(columns)) {
+        for (row, next) in self.net.chunks_exact(columns).zip(self.rows_from(1).chunks_exact(columns)) {
             let twist = |(a, b): (&[Homogeneous], &[Homogeneous])| {
                 lanes(|l| p * q * (b[1][l] - b[0][l] - a[1][l] + a[0][l]))
             };
