@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, FormatDeclaration, Observer, ParameterError, Parameters, ReadOptions, Registry,
-    UnitRule, UpChoice, WriteOptions, Written,
+    UnitRule, UpChoice, WriteOptions, Written, hint,
 };
 use loftsman_kernel::scene::{Unit, Up};
 use serde_json::{Map, Value};
@@ -43,7 +43,8 @@ impl Conversion {
     pub fn from_parameters(fields: &Parameters) -> Result<Self, ParameterError> {
         let mut conversion = Self::default();
         if fields.has("unit") {
-            conversion.unit = Some(fields.choice("unit", &Unit::ALL)?);
+            let text = fields.text("unit")?;
+            conversion.unit = Some(unit(text).map_err(|problem| fields.error("unit", problem))?);
         }
         if fields.has("up") {
             conversion.up = fields.choice("up", &UPS)?;
@@ -111,6 +112,20 @@ fn map(fields: &Parameters) -> Map<String, Value> {
 fn parameters(fields: &Map<String, Value>, path: String) -> Parameters {
     let none = Parameters::empty(path.clone());
     Parameters::new(Value::Object(fields.clone()), path).unwrap_or(none)
+}
+
+/// A unit that is asked for: a name, or a number of metres.
+///
+/// # Errors
+/// With the names that there are.
+pub fn unit(text: &str) -> std::result::Result<Unit, String> {
+    if let Some(unit) = Unit::from_name(text).filter(|unit| *unit != Unit::Unknown) {
+        return Ok(unit);
+    }
+    let known: Vec<&str> = Unit::ALL.iter().map(|(name, _)| *name).collect();
+    let otherwise = || format!("choose one of {}, or a number of metres, as \"0.3 m\"", known.join(", "));
+    let hint = hint(text, known.iter().copied(), otherwise);
+    Err(format!("unknown unit \"{}\"; {hint}", loftsman_kernel::text::clip(text)))
 }
 
 /// The words for the up axis of an output.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::plugin::{CustomShape, Fineness};
-use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
 
 /// The facts about a scene.
@@ -14,6 +14,9 @@ pub struct SceneFacts {
     pub unit: Unit,
     /// The axis that points up.
     pub up: Up,
+    /// The layers: those that are listed, and behind them those that objects only name.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<LayerFacts>,
     /// Each object.
     pub objects: Vec<ObjectFacts>,
     /// The definitions that instances show.
@@ -22,6 +25,24 @@ pub struct SceneFacts {
     /// How many objects are shown, instances and all that they show, where there are definitions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shown: Option<u64>,
+}
+
+/// The facts about a layer.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct LayerFacts {
+    /// Its name.
+    pub name: String,
+    /// Red, green, blue, alpha.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub color: Option<[f64; 4]>,
+    /// Whether it is hidden, be it by a layer above it.
+    #[serde(skip_serializing_if = "is_false")]
+    pub hidden: bool,
+    /// The layer below which it lies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parent: Option<String>,
+    /// How many objects are on it, those of definitions among them.
+    pub objects: usize,
 }
 
 /// The facts about a definition.
@@ -38,6 +59,9 @@ pub struct DefinitionFacts {
 pub struct ObjectFacts {
     /// Its name.
     pub name: String,
+    /// What it is called where it comes from, if others are called so too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
     /// `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"` or `"instance"`; of a
     /// plug-in's shape, the name of its kind.
     #[serde(rename = "type")]
@@ -125,6 +149,7 @@ pub fn describe(scene: &Scene) -> SceneFacts {
             let shape = known.entry(object.geometry_id()).or_insert_with(|| shape(object.geometry()));
             ObjectFacts {
                 name: object.name().to_owned(),
+                label: object.label.clone(),
                 parent: object.parent.clone(),
                 layer: object.layer.clone(),
                 color: object.color,
@@ -141,7 +166,25 @@ pub fn describe(scene: &Scene) -> SceneFacts {
         .collect();
     let objects = all(scene.objects());
     let shown = if definitions.is_empty() { None } else { scene.placed_count().ok() };
-    SceneFacts { unit: scene.unit, up: scene.up, objects, definitions, shown }
+    SceneFacts { unit: scene.unit, up: scene.up, layers: layers(scene), objects, definitions, shown }
+}
+
+fn layers(scene: &Scene) -> Vec<LayerFacts> {
+    let mut counts: HashMap<&str, usize> = HashMap::new();
+    let defined = scene.definitions().iter().flat_map(Definition::objects);
+    for layer in defined.chain(scene.objects()).filter_map(|object| object.layer.as_deref()) {
+        *counts.entry(layer).or_default() += 1;
+    }
+    let hidden = scene.hidden_layers();
+    let all = scene.all_layers();
+    let facts = all.iter().map(|layer| LayerFacts {
+        name: layer.name().to_owned(),
+        color: layer.color,
+        hidden: hidden.contains(layer.name()),
+        parent: layer.parent.clone(),
+        objects: counts.get(layer.name()).copied().unwrap_or_default(),
+    });
+    facts.collect()
 }
 
 /// What is said of a geometry, whoever has it.

@@ -200,18 +200,19 @@ impl Look {
         })
     }
 
-    /// What was asked for and is not drawn of some objects that are shown: combs, beads and alternating segments are of
-    /// curves only.
+    /// What is not drawn: objects on hidden layers, and what was asked for of some objects that are shown, since combs, beads
+    /// and alternating segments are of curves only.
     pub fn unmet(&self, scene: &Scene) -> Vec<String> {
         let panels = self.shown();
         let shown = |name: &str| panels.iter().any(|panel| panel.is_drawing() && panel.shows(name));
+        let hidden = scene.hidden_layers();
         let others: Vec<String> = scene
             .objects()
             .iter()
             .filter(|o| {
                 let passed =
                     matches!(o.geometry(), Geometry::Curve(_) | Geometry::Group | Geometry::Instance(_));
-                !passed && shown(o.name())
+                !passed && shown(o.name()) && !hidden.hides(o)
             })
             .map(|o| format!("\"{}\" ({})", o.name(), o.geometry().kind()))
             .collect();
@@ -223,7 +224,13 @@ impl Look {
             (self.segments, "alternating segments"),
         ];
         let asked = asked.iter().filter(|(asked, _)| *asked && !few.is_empty());
-        asked.map(|(_, what)| format!("{what} are of curves: none for {}{more}", few.join(", "))).collect()
+        let asked = asked.map(|(_, what)| format!("{what} are of curves: none for {}{more}", few.join(", ")));
+        let count = scene.hidden_count();
+        let unseen = (count > 0).then(|| match count {
+            1 => "one object is on a hidden layer: it is not drawn".to_owned(),
+            _ => format!("{count} objects are on hidden layers: they are not drawn"),
+        });
+        asked.chain(unseen).collect()
     }
 
     /// The picture of a scene with this look.

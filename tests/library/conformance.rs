@@ -9,7 +9,7 @@ use loftsman::kernel::error::Error;
 use loftsman::kernel::functional::ShapeNames;
 use loftsman::kernel::mesh::Polyline;
 use loftsman::kernel::plugin::Parameters;
-use loftsman::kernel::scene::{Geometry, Object, Scene};
+use loftsman::kernel::scene::{Geometry, Layer, Object, Scene};
 use loftsman::kernel::shape::Shape;
 use loftsman::kernel::spline::{Curve, Space, Surface};
 use serde_json::{Value, json};
@@ -28,11 +28,27 @@ fn every_format() {
                 clouds.add(object).unwrap();
             }
         }
-        for scene in [clouds, sample_scene(), sample_assembly()] {
+        for scene in [clouds, sample_scene(), sample_assembly(), layered()] {
             let verdict = format_conformance(format.as_ref(), &scene);
             assert!(verdict.passed(), "{}: {verdict}", format.declaration().name);
         }
     }
+}
+
+/// The sample with layers below one another, one of them hidden, colours by layer, and a mesh that is called as another one.
+fn layered() -> Scene {
+    let mut scene = sample_scene();
+    scene.layers.add(Layer { parent: Some("off".into()), ..Layer::new("frames") }).unwrap();
+    scene.layers.add(Layer { visible: false, ..Layer::new("off") }).unwrap();
+    scene.layers.add(Layer { color: Some([0.5, 0.25, 1.0, 1.0]), ..Layer::new("violet") }).unwrap();
+    let mesh = scene.object("mesh").unwrap().renamed("mesh.001").labelled("mesh");
+    scene.add(mesh).unwrap();
+    for name in ["mesh.001", "clamped curve", "patch", "cloud"] {
+        let object = scene.object_mut(name).unwrap();
+        (object.color, object.layer) = (None, Some("violet".into()));
+    }
+    scene.check().unwrap();
+    scene
 }
 
 #[test]

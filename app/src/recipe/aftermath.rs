@@ -75,7 +75,7 @@ impl Beforehand {
         let count = marks.len();
         let fresh = || scene.objects().iter().filter(|object| !self.names.contains(object.name()));
         marks.retain_mut(|mark| {
-            let own = scene.get(&mark.object);
+            let own = scene.find(&mark.object);
             if own.is_some_and(|object| mark.rests(object.geometry())) {
                 return true;
             }

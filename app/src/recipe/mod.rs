@@ -15,6 +15,7 @@ mod parse;
 mod place;
 mod report;
 mod run;
+mod within;
 
 use std::path::{Component, Path, PathBuf};
 
@@ -34,7 +35,12 @@ use loftsman_kernel::plugin::Source;
 pub const FIELDS: &[Field] = &[
     Field::optional("input", "file", "an empty scene", "any readable format; relative to the recipe"),
     Field::optional("output", "file or [file, …]", "[]", "any writable format, .svg and .png for pictures"),
-    Field::optional("step", "[step, …]", "[]", "what to do, in this order; `op` names the operation"),
+    Field::optional(
+        "step",
+        "[step, …]",
+        "[]",
+        "what to do, in this order; `op` names the operation, and `unique = true` edits one instance only",
+    ),
     Field::optional(
         "create_folders",
         "true | false",

@@ -6,12 +6,13 @@ use loftsman_kernel::plugin::{
     Clock, Context, FormatDeclaration, Mark, NoClock, Observer, OperationError, Parameters, Quiet, Registry,
     Source, StepReport, WriteOptions, hint,
 };
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use serde_json::Value;
 
 use super::Recipe;
 use super::aftermath::Beforehand;
 use super::report::{InputReport, OutputReport, RunReport};
+use super::within::{Lifted, UNIQUE};
 use crate::error::{Error, Result};
 use crate::file::output::format_for;
 use crate::file::{Content, Input, Outputs};
@@ -177,9 +178,14 @@ impl<'a> Runner<'a> {
         let steps = self.prepare(recipe)?;
         let mut applied = self.read(recipe)?;
         let context = Context { registry: self.registry, observer: self.observer, clock: self.clock };
-        for (number, (op, parameters)) in steps.iter().enumerate() {
+        for (number, Step { op, parameters, unique }) in steps.iter().enumerate() {
             self.observer.progress(op, number as u64, steps.len() as u64);
             let operation = self.operation(recipe, op, number)?;
+            let locate = |e: loftsman_kernel::plugin::ParameterError| {
+                step_error(recipe, number, op, parameters, e.into())
+            };
+            let mut notes = Vec::new();
+            let lifted = Lifted::lift(&mut applied.scene, parameters, *unique, &mut notes).map_err(locate)?;
             let before = Beforehand::of(&applied.scene);
             let mut report = operation
                 .apply(&mut applied.scene, parameters, &context)
@@ -188,8 +194,13 @@ impl<'a> Runner<'a> {
                 report.op.clone_from(op);
             }
             before.settle(&mut applied.scene, &mut report)?;
+            if applied.scene.unit == Unit::Unknown && (report.area.is_some() || report.volume.is_some()) {
+                let what = "areas and volumes are of the file's numbers; give the recipe a `unit`";
+                report.notes.push(format!("the unit is unknown: {what}"));
+            }
             applied.lost_marks += before.follow(&applied.scene, &mut applied.marks);
             applied.marks.extend(report.marks.iter().cloned());
+            lifted.put_back(&mut applied.scene, parameters, &mut report, notes).map_err(locate)?;
             applied.steps.push(report);
             remember(&mut applied.before, &applied.scene)?;
         }
@@ -197,7 +208,7 @@ impl<'a> Runner<'a> {
     }
 
     /// The operation and the fields of each step, checked as far as their declarations allow.
-    fn prepare(&self, recipe: &Recipe) -> Result<Vec<(String, Parameters)>> {
+    fn prepare(&self, recipe: &Recipe) -> Result<Vec<Step>> {
         let locate = |e: loftsman_kernel::plugin::ParameterError| recipe.error(e.path, e.problem);
         for format in recipe.conversion.write.keys() {
             let known: Vec<&str> = self.registry.formats().iter().map(|f| f.declaration().name).collect();
@@ -212,17 +223,19 @@ impl<'a> Runner<'a> {
             let all = Parameters::new(step.clone(), &path).map_err(locate)?;
             let op = all.text("op").map_err(locate)?.to_owned();
             let fields = self.operation(recipe, &op, number)?.declaration().fields;
-            let mut parameters = all.without(&["op"]);
+            let unique = all.flag(UNIQUE).map_err(locate)?;
+            let mut parameters = all.without(&["op", UNIQUE]);
             if let Some(solver) = self.solver.as_ref().filter(|_| fields.iter().any(|f| f.name == "solver")) {
                 let mut table = step.clone();
                 if let Value::Object(map) = &mut table {
                     map.shift_remove("op");
+                    map.shift_remove(UNIQUE);
                     map.insert("solver".to_owned(), Value::String(solver.clone()));
                 }
                 parameters = Parameters::new(table, &path).map_err(locate)?;
             }
             parameters.check(fields).map_err(locate)?;
-            steps.push((op, parameters));
+            steps.push(Step { op, parameters, unique });
         }
         Ok(steps)
     }
@@ -258,6 +271,13 @@ impl<'a> Runner<'a> {
         let input = Some(InputReport { path, format: format.name, report });
         Ok(Applied { input, format: Some(format), source, ..Applied::new(scene) })
     }
+}
+
+/// A step: its operation, the fields of that, and whether what it edits of a definition is made unique before.
+struct Step {
+    op: String,
+    parameters: Parameters,
+    unique: bool,
 }
 
 /// Keeps the first state of each object in which it was of its present kind.

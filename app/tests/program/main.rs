@@ -10,3 +10,4 @@ mod hostile;
 mod output;
 mod pictures;
 mod recipes;
+mod scenes;

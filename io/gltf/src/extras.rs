@@ -1,5 +1,5 @@
 //! What our reader wants and glTF has no place for: the exact spline or plug-in's shape, the exact transform, the
-//! layer.
+//! layer; and of the whole, the unit, the up axis and the layers.
 //!
 //! It stands in `extras.loftsman` of a node, as a text of JSON (because Blender cannot take lists of lists as custom
 //! properties), and is taken only where it still belongs to the node: the spline where the node's mesh has the vertices
@@ -7,8 +7,9 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Result};
+use loftsman_kernel::named::NamedList;
 use loftsman_kernel::plugin::{CustomShape, Parameters, ReadOptions};
-use loftsman_kernel::scene::{Animation, Geometry};
+use loftsman_kernel::scene::{Animation, Geometry, Layer, check_layers};
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 use nalgebra::Matrix4;
@@ -45,6 +46,9 @@ pub(crate) struct ExtrasFields {
     pub(crate) place: Option<[[f64; 4]; 4]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) layer: Option<String>,
+    /// Whether its colour is that of its layer.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) by_layer: bool,
     /// Whether the weights of the mesh show its first frame, and its points are the shape itself.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(crate) starts_at_first: bool,
@@ -54,6 +58,51 @@ pub(crate) struct ExtrasFields {
     /// The colour of what has no mesh, whose material would show it, or has another material.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) color: Option<[f64; 4]>,
+}
+
+/// A layer in `asset.extras.loftsman`; fields as in the native document.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LayerFields {
+    name: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    color: Option<[f64; 4]>,
+    #[serde(default = "seen", skip_serializing_if = "is_seen")]
+    visible: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    parent: Option<String>,
+}
+
+fn is_seen(visible: &bool) -> bool {
+    *visible
+}
+
+fn seen() -> bool {
+    true
+}
+
+impl LayerFields {
+    /// The layers of a scene. A colour that is not finite, which no JSON has, is none.
+    pub(crate) fn of(layers: &NamedList<Layer>) -> Vec<Self> {
+        let fields = |layer: &Layer| Self {
+            name: layer.name().to_owned(),
+            color: layer.color.filter(|color| color.iter().all(|x| x.is_finite())),
+            visible: layer.visible,
+            parent: layer.parent.clone(),
+        };
+        layers.iter().map(fields).collect()
+    }
+
+    /// The layers that these are.
+    pub(crate) fn make(list: Vec<Self>) -> Result<NamedList<Layer>> {
+        let mut layers = NamedList::default();
+        for Self { name, color, visible, parent } in list {
+            let mut layer = Layer::new(name);
+            (layer.color, layer.visible, layer.parent) = (color, visible, parent);
+            layers.add(layer)?;
+        }
+        check_layers(&layers)?;
+        Ok(layers)
+    }
 }
 
 /// Rows of a matrix.

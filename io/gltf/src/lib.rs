@@ -8,12 +8,16 @@
 //!   through the tessellator of the options: triangles with smooth normals, and line strips. *Clouds* are points.
 //! * *The exact spline* goes along: a node has `extras.loftsman`, a text that holds `curve`, `surface` or `trimmed` as a
 //!   `*.loft.json` document has them, in the scene's own unit and axes, which `asset.extras.loftsman` names; and the
-//!   layer, and the exact transform where the node's parts round it. (A text, because Blender cannot take lists of
+//!   name of the layer, and the exact transform where the node's parts round it. (A text, because Blender cannot take lists of
 //!   lists as custom properties.)
 //! * *Objects that share their geometry* share its vertices, and its mesh where their materials are the same too, unless they
 //!   move or shear. Instances become nodes with nodes of what they show below them, which share it likewise.
 //! * *Names, hierarchy, transforms* become nodes. glTF fixes metres and y up: points and transforms are turned and
 //!   scaled, no node is added. A transform with shear, which glTF forbids, is baked into the points below it.
+//! * *Names* may be equal in glTF: an object with a label goes out by that, and comes back with it.
+//! * *Layers* are listed in `asset.extras.loftsman.layers`, as a document has them. What has its colour by layer gets a
+//!   material of that colour, and a mark by which our reader knows it again. glTF cannot hide a layer without hiding what
+//!   hangs under its nodes: everything goes out, and the report says what other programs will show.
 //! * *Large coordinates*: glTF has single precision. A shape further from its origin than eight times its own size
 //!   is moved to it, and its node back. The report says by how much numbers are rounded.
 //! * *Materials* with their textures and pictures, and one for each colour of objects that have none, `metallicFactor`

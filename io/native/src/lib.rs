@@ -7,7 +7,7 @@
 //!       "curve": { "degree": 1, "knots": [0, 0, 1, 1], "points": [[0, 0, 0], [1, 0, 0]], "weights": [1, 2] } } ] }
 //! ```
 //!
-//! A document has the fields `loftsman` (the version, 1), `unit` (default `"m"`), `up` (default `"z"`), `images` and
+//! A document has the fields `loftsman` (the version, 1), `unit` (default `"m"`), `up` (default `"z"`), `layers`, `images` and
 //! `materials` (optional), `statements`, `definitions` and `connections` (optional), and `objects`. An object has a `name`, exactly one geometry, and may have more:
 //!
 //! | field | value |
@@ -23,7 +23,8 @@
 //! | `same_as` | `object`: the name of an object before it, of the same list, whose geometry it has too; with `definition`, of that definition |
 //! | `color` | `[red, green, blue, alpha]` |
 //! | `materials` | the names of its materials; the faces of a mesh say which, all else has the first |
-//! | `layer` | a text |
+//! | `label` | what it is called where it comes from, where others are called so too |
+//! | `layer` | the name of its layer, whether that is among `layers` or not |
 //! | `statements` | pairs of texts: what other formats say that the document has no field for, word for word |
 //! | `parent` | the name of the object it hangs under |
 //! | `transform` | four rows of four numbers, the last `[0, 0, 0, 1]`: own coordinates to the parent's |
@@ -33,6 +34,12 @@
 //! own. Its objects may be instances of other definitions, but not of one that shows it. Geometry that
 //! objects share is written once, and as `same_as` from then on, where that spares more than 256 points; they share it
 //! again when they are read.
+//!
+//! A `unit` is one of `nm`, `um`, `mm`, `cm`, `dm`, `m`, `km`, `mil`, `in`, `ft`, `us-ft`, `yd`, `mi`, any number of metres
+//! (`"0.3 m"`), or `"unknown"`.
+//!
+//! A layer has a `name`, and may have a `color` (of what is on it and has none), `visible` (`false` hides it and all layers below
+//! it) and a `parent`, the layer below which it lies. A layer of which there is no more to say than its name need not be there.
 //!
 //! A shape whose `kind` no plug-in here knows is kept word for word and written again as it was; the reports say so.
 //!

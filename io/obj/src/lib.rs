@@ -6,7 +6,8 @@
 //! * *Objects.* Each `o` starts a scene object; `split = "group"` makes one of each `g` instead. Names come from `o`,
 //!   else the file (of curves and surfaces also from `g`). The faces and lines of a section are one mesh; lines without
 //!   faces are a polyline a chain, points a cloud (meshes of nothing else where the vertices have colours), each curve
-//!   and surface an object.
+//!   and surface an object. Objects of one name become several with names of their own, and keep it as their label; OBJ
+//!   has no labels, since what has one name is one object to its readers: unique names go out.
 //! * *Faces* of any size, every form of index, also negative. Normals and texture coordinates keep their own indices;
 //!   groups, smoothing groups and materials are kept face by face.
 //! * *Materials* of all libraries that can be found; what a material of the kernel has no place for is kept word for

@@ -326,3 +326,52 @@ fn it_is_a_format() {
     let verdict = format_conformance(&Obj, &sample_scene());
     assert!(verdict.passed(), "{verdict}");
 }
+
+/// Two curves under one name: two objects with one label. OBJ would make one object of them again, so that names go out.
+#[test]
+fn one_name_for_several_is_their_label_and_names_go_out() {
+    let curve = "cstype bspline\ndeg 1\ncurv 0 1 1 2\nparm u 0 0 1 1\nend\n";
+    let text = format!("v 0 0 0\nv 1 0 0\no bolt\n{curve}{curve}{curve}");
+    let scene = read(&Memory::new("part.obj", text));
+    let names: Vec<_> = scene.objects().iter().map(|o| (o.name(), o.label.as_deref())).collect();
+    assert_eq!(names, [("bolt", None), ("bolt.001", Some("bolt")), ("bolt.002", Some("bolt"))]);
+    let (file, report) = write(&scene, &keep());
+    assert!(
+        report.notes.iter().any(|note| note.starts_with("2 label(s) are left out")),
+        "{:?}",
+        report.notes
+    );
+    let back = read(&file);
+    let names: Vec<_> = back.objects().iter().map(|o| (o.name(), o.label.as_deref())).collect();
+    assert_eq!(names, [("bolt", None), ("bolt.001", None), ("bolt.002", None)]);
+    assert_eq!(write(&back, &keep()).0.bytes, file.bytes);
+    // What is called after the file has no name in it.
+    let nameless = read(&Memory::new("part.obj", format!("v 0 0 0\nv 1 0 0\n{curve}{curve}")));
+    assert!(nameless.objects().iter().all(|o| o.label.is_none() && o.name().starts_with("part")));
+}
+
+#[test]
+fn what_obj_cannot_say_of_layers_and_units_is_said() {
+    let mut scene = one("dot", Cloud { points: vec![Point::origin()] });
+    let mut layer = loftsman_kernel::scene::Layer::new("off");
+    (layer.visible, layer.color) = (false, Some([1.0, 0.0, 0.0, 1.0]));
+    scene.layers.add(layer).unwrap();
+    scene.object_mut("dot").unwrap().layer = Some("off".into());
+    let (file, report) = write(&scene, &keep());
+    for words in
+        ["1 layer name(s)", "1 object(s) on hidden layers go out as all others", "1 colour(s) of layers"]
+    {
+        assert!(report.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", report.notes);
+    }
+    let (back, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
+    assert_eq!((back.unit, back.objects().len()), (Unit::Unknown, 1));
+    assert!(report.notes.iter().any(|note| note.contains("no unit: it is unknown")), "{:?}", report.notes);
+    let known = ReadOptions { unit: Some(Unit::Inch), ..ReadOptions::default() };
+    let (known, report) = Obj.read(&file, &known).unwrap();
+    assert!(known.unit == Unit::Inch && !report.notes.iter().any(|note| note.contains("unknown")));
+    // An unknown unit goes out as the one that is asked for, unchanged.
+    let options = WriteOptions { unit: Some(Unit::Millimetre), ..keep() };
+    let (file, report) = write(&back, &options);
+    assert!(String::from_utf8_lossy(&file.bytes).starts_with("# Loftsman; unit mm"));
+    assert!(report.notes.iter().any(|note| note.contains("in mm, as asked for")), "{:?}", report.notes);
+}

@@ -130,8 +130,8 @@ impl Chart {
             let (s, t) = ((x - bounds.low[0]) / w, (y - bounds.low[1]) / h);
             [inner.low[0] + s * wide, inner.high[1] - t.clamp(-0.02, 1.02) * high]
         };
-        let unit = unit.name();
-        self.axes(sheet, &inner, [&horizontal, &vertical], &spot, unit);
+        let (units, unit) = (unit.symbol(), unit.one());
+        self.axes(sheet, &inner, [&horizontal, &vertical], &spot, [&units, &unit]);
         for series in &self.series {
             let body = if series.old { &stage.old[series.body] } else { &stage.new[series.body] };
             let color = color(sheet, body, series.old);
@@ -190,7 +190,7 @@ impl Chart {
         inner: &Rect,
         [horizontal, vertical]: [&[f64]; 2],
         spot: &impl Fn(Spot) -> Spot,
-        unit: &str,
+        [units, unit]: [&str; 2],
     ) {
         let (faint, ink) = (sheet.theme.faint(), sheet.theme.ink());
         let grid = Stroke::plain(faint.mixed(sheet.theme.paper(), 0.6), 0.1);
@@ -227,7 +227,7 @@ impl Chart {
         sheet.put(Layer::Axes, &Stroke::plain(faint, 0.25).path("axis", axis).empty());
         let middle = (inner.low[0] + inner.high[0]) / 2.0;
         let below = match self.against {
-            Against::ArcLength => format!("arc length ({unit})"),
+            Against::ArcLength => format!("arc length ({units})"),
             Against::Parameter => "parameter u".to_owned(),
         };
         out.push_str(&words(middle, inner.high[1] + 7.6, "middle", &below));

@@ -1,5 +1,7 @@
 //! From a picture's wishes to a page: panels in rows and columns, drawings to one scale, title and legend.
 
+use std::borrow::Cow;
+
 use loftsman_kernel::scene::{Geometry, MOST_PLACED, Scene, Unit};
 
 use crate::chart::Chart;
@@ -59,14 +61,28 @@ fn with_contents(panel: &Panel, scene: &Scene, flat: &Scene) -> Panel {
 /// The picture as an SVG document.
 pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     let (unit, up) = (picture.scene.unit, picture.scene.up);
-    let scene = picture.scene.flattened(MOST_PLACED)?;
-    let before = picture.before.map(|scene| scene.flattened(MOST_PLACED)).transpose()?;
+    let scene = picture.scene.seen(MOST_PLACED)?;
+    let before = picture.before.map(|scene| scene.seen(MOST_PLACED)).transpose()?;
     let before = before.as_ref().map(|scene| scene.converted(unit, up)).transpose()?;
+    let (mut scene, mut before, mut marks) = (scene, before, Cow::Borrowed(picture.marks));
+    let hidden = picture.scene.hidden_layers();
+    if !hidden.is_empty() {
+        let is_hidden = |name: &str| scene.get(name).is_some_and(|object| hidden.hides(object));
+        if let Some(before) = &mut before {
+            // What is hidden now was so before, whatever layer it was on.
+            before.to_mut().empty(|object| is_hidden(object.name()))?;
+        }
+        marks.to_mut().retain(|mark| !is_hidden(&mark.object));
+    }
+    for colored in [Some(&mut scene), before.as_mut()].into_iter().flatten() {
+        if colored.colored_layers() > 0 {
+            colored.to_mut().color_by_layer()?;
+        }
+    }
     let only = [Panel::view(picture.view)];
     let panels: &[Panel] = if picture.panels.is_empty() { &only } else { &picture.panels };
     let panels: Vec<Panel> = panels.iter().map(|panel| with_contents(panel, picture.scene, &scene)).collect();
-    let (marks, frames) = (picture.marks, picture.frames);
-    let scenery = Scenery::new(&scene, before.as_deref(), marks, frames, &panels)?;
+    let scenery = Scenery::new(&scene, before.as_deref(), &marks, picture.frames, &panels)?;
     let mut parts = panels
         .iter()
         .map(|panel| Part::new(panel, &scenery, &picture.choices))

@@ -525,3 +525,47 @@ fn a_hundred_thousand_curves_take_ten_times_as_long_as_ten_thousand() {
     // What is quadratic takes a hundred times as long.
     assert!(many < 40.0 * few, "{few} s, {many} s");
 }
+
+#[test]
+fn what_is_on_hidden_layers_is_not_there_at_all() {
+    use loftsman_kernel::scene::Layer;
+    let curve =
+        |x: f64| -> Geometry { Curve::bezier(points(&[[x, 0.0], [x + 1.0, 2.0]], 1.0)).unwrap().into() };
+    let shown = scene([("c", curve(0.0))]);
+    // Far away, so that the extent would tell.
+    let mut both = scene([("c", curve(0.0)), ("far", curve(1e6))]);
+    both.layers.add(Layer { parent: Some("off".into()), ..Layer::new("below") }).unwrap();
+    both.layers.add(Layer { visible: false, ..Layer::new("off") }).unwrap();
+    both.object_mut("far").unwrap().layer = Some("below".into());
+    let far = Point::new(1e6, 0.0, 0.0);
+    let marks = [Mark { object: "far".into(), ..mark(MarkKind::Moved, far, far, None) }];
+    let drawn = |scene: &Scene| Picture::of(scene).to_svg().unwrap();
+    assert_eq!(drawn(&both), drawn(&shown));
+    // Nor as it was before, whatever it was on then.
+    let before = scene([("c", curve(0.0)), ("far", curve(2e6))]);
+    let changed = Picture::of(&both).before(&before).marks(&marks).to_svg().unwrap();
+    assert_eq!(changed, drawn(&shown));
+    let mut seen = both.clone();
+    seen.layers = Default::default();
+    assert_ne!(drawn(&seen), drawn(&shown));
+}
+
+#[test]
+fn an_object_by_layer_is_drawn_as_one_with_the_colour() {
+    use loftsman_kernel::scene::Layer;
+    let mut own = scene([("c", cubic(1.0).into())]);
+    own.object_mut("c").unwrap().color = Some([0.8, 0.1, 0.2, 1.0]);
+    let mut by_layer = scene([("c", cubic(1.0).into())]);
+    by_layer.layers.add(Layer { color: Some([0.8, 0.1, 0.2, 1.0]), ..Layer::new("red") }).unwrap();
+    by_layer.object_mut("c").unwrap().layer = Some("red".into());
+    assert_eq!(Picture::of(&by_layer).to_svg().unwrap(), Picture::of(&own).to_svg().unwrap());
+}
+
+#[test]
+fn lengths_of_unknown_units_are_said_to_be_units() {
+    let mut unknown = scene([("c", cubic(1.0).into())]);
+    unknown.unit = Unit::Unknown;
+    let svg = Picture::of(&unknown).combs(Combs::Automatic).to_svg().unwrap();
+    assert!(svg.contains(" units</text>") && svg.contains("/unit"), "{svg}");
+    assert!(!svg.contains("unknown"), "{svg}");
+}

@@ -6,7 +6,7 @@ use nalgebra::Matrix4;
 
 use super::{Lcg, Verdict};
 use crate::mesh::{Cloud, Mesh, Polyline};
-use crate::plugin::{Fate, Format, Memory, ReadOptions, ShapeKind, WriteOptions, WriteReport};
+use crate::plugin::{Fate, Format, Holds, Memory, ReadOptions, ShapeKind, WriteOptions, WriteReport};
 use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use crate::shape::{Derivative, Location, Shape};
 use crate::spline::trimmed::{ParameterCurve, Region};
@@ -193,17 +193,31 @@ fn round_trip(
     };
     for written in told.objects.iter().filter(|written| written.fate == Fate::Kept) {
         if let Some(before) = scene.get(&written.object) {
-            kept(verdict, before, read.get(&written.object), (scene, &read));
+            kept(verdict, before, read.get(&written.object), (scene, &read), &format.declaration().holds);
         }
     }
     // Once through the format, a scene is what the format can hold: from there on nothing may change.
     match write(&read) {
         Ok((again, _)) => match format.read(&again, options) {
-            Ok((twice, _)) => verdict.check(twice == read, || "a second round trip changes the scene".into()),
+            Ok((twice, _)) => {
+                let same = twice == if format.declaration().holds.labels { read } else { unlabelled(&read) };
+                verdict.check(same, || "a second round trip changes the scene".into());
+            }
             Err(error) => verdict.check(false, || format!("the second writing is not read: {error}")),
         },
         Err(error) => verdict.check(false, || format!("what was read is not written: {error}")),
     }
+}
+
+/// A scene whose objects have names and no labels.
+fn unlabelled(scene: &Scene) -> Scene {
+    let mut plain = scene.clone();
+    for object in scene.objects() {
+        if let Ok(object) = plain.object_mut(object.name()) {
+            object.label = None;
+        }
+    }
+    plain
 }
 
 /// Numbers of a format in single precision are those that went in to this part of the largest.
@@ -214,12 +228,29 @@ const PLACES: usize = 24;
 /// An object that is said to have gone out exactly is there after reading: of the same kind (instances perhaps as groups), with
 /// the same points; of splines those at the same parameters, since the same spline has other knots in other forms. In the unit
 /// and axes of either scene: not every format has these.
-fn kept(verdict: &mut Verdict, before: &Object, after: Option<&Object>, (scene, read): (&Scene, &Scene)) {
+fn kept(
+    verdict: &mut Verdict,
+    before: &Object,
+    after: Option<&Object>,
+    (scene, read): (&Scene, &Scene),
+    holds: &Holds,
+) {
     let name = before.name();
     let Some(after) = after else {
         return verdict
             .check(false, || format!("\"{name}\" is said to be kept, and is not there after reading"));
     };
+    verdict.check(!holds.labels || before.label() == after.label(), || {
+        format!("\"{name}\" is labelled \"{}\", and comes back as \"{}\"", before.label(), after.label())
+    });
+    let of = |object: &Object, scene: &Scene| {
+        let layer = object.layer.clone();
+        let hidden = scene.hidden_layers().hides(object);
+        (layer, hidden, scene.color_of(object).is_some())
+    };
+    verdict.check(!holds.layers || of(before, scene) == of(after, read), || {
+        format!("\"{name}\" comes back on another layer, or one that is hidden or has a colour where it was not so")
+    });
     if matches!(before.geometry(), Geometry::Instance(_)) {
         return;
     }

@@ -66,6 +66,7 @@ impl Objects {
         self.index.remove(name);
         self.index.insert(new.to_owned(), at);
         new.clone_into(&mut self.items[at].name);
+        self.items[at].label = None;
         for object in &mut self.items {
             if object.parent.as_deref() == Some(name) {
                 object.parent = Some(new.to_owned());

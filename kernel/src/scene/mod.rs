@@ -5,10 +5,12 @@ pub mod connection;
 mod definition;
 mod geometry;
 mod joined;
+mod layer;
 mod list;
 mod object;
 mod placed;
 pub mod placement;
+mod within;
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -24,18 +26,22 @@ use crate::spline::{Curve, Surface};
 
 pub use self::definition::Definition;
 pub use self::geometry::Geometry;
+pub use self::layer::{Hidden, Layer, check_layers};
 pub use self::object::Object;
 pub use self::placed::{MOST_PLACED, Path, Placed, Placements};
-pub use crate::unit::{Unit, Up};
+pub use self::within::Within;
+pub use crate::unit::{Length, Unit, Up};
 pub use animation::Animation;
 
 /// Named objects, their unit and their up axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
-    /// The unit of all lengths.
+    /// The unit of all lengths; of a file that does not say it, [unknown](Unit::Unknown).
     pub unit: Unit,
     /// The axis that points up.
     pub up: Up,
+    /// The layers that objects name, as far as there is more to say of them than that ([`all_layers`](Self::all_layers)).
+    pub layers: NamedList<Layer>,
     /// The materials that objects name.
     pub materials: NamedList<Material>,
     /// The pictures that materials' textures name.
@@ -119,7 +125,7 @@ impl Scene {
         self.list.add(object)
     }
 
-    /// Gives an object another name; what hangs under it follows.
+    /// Gives an object another name, which is its label too; what hangs under it follows.
     ///
     /// # Errors
     /// When there is no such object, or the new name is empty or taken.
@@ -236,6 +242,7 @@ impl Scene {
         Self {
             unit: self.unit,
             up: self.up,
+            layers: self.layers.clone(),
             materials: self.materials.clone(),
             images: self.images.clone(),
             statements: self.statements.clone(),
@@ -257,12 +264,14 @@ impl Scene {
     }
 
     /// Checks what objects name: every parent, material and picture exists, meshes pass their own
-    /// [`check`](crate::mesh::Mesh::check), connections are between surfaces, and no object hangs under itself, however far up.
+    /// [`check`](crate::mesh::Mesh::check), connections are between surfaces, and no object hangs under itself, nor a layer
+    /// lies below itself, however far up.
     ///
     /// # Errors
     /// With the names of the objects at fault.
     pub fn check(&self) -> Result<()> {
         self.check_hierarchy()?;
+        check_layers(&self.layers)?;
         self.check_contents()
     }
 

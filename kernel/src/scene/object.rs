@@ -12,10 +12,13 @@ use super::geometry::Geometry;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Object {
     pub(super) name: String,
+    /// What it is called where it comes from, if that is not its name: there others are called so too. Formats in which names
+    /// may be equal write it; recipes and messages use the name.
+    pub label: Option<String>,
     geometry: Arc<Geometry>,
     /// Red, green, blue, alpha, each 0 to 1.
     pub color: Option<[f64; 4]>,
-    /// The layer it is on.
+    /// The layer it is on: one that the scene lists, or any other, which is seen and has no colour.
     pub layer: Option<String>,
     /// The name of the object it hangs under.
     pub parent: Option<String>,
@@ -39,6 +42,7 @@ impl Object {
     pub fn sharing(name: impl Into<String>, geometry: Arc<Geometry>) -> Self {
         Self {
             name: name.into(),
+            label: None,
             geometry,
             color: None,
             layer: None,
@@ -87,10 +91,30 @@ impl Object {
         self.statements.iter().find(|(known, _)| known == heading).map(|(_, text)| text.as_str())
     }
 
-    /// The same object under another name.
+    /// The same object under another name, which is its label too.
     #[must_use]
     pub fn renamed(&self, name: impl Into<String>) -> Self {
-        Self { name: name.into(), ..self.clone() }
+        let name = name.into();
+        let label = self.label.clone().filter(|_| name == self.name);
+        Self { name, label, ..self.clone() }
+    }
+
+    /// The same object, labelled `wanted` where its name had to be another one.
+    #[must_use]
+    pub fn labelled(self, wanted: &str) -> Self {
+        let label = Some(wanted).filter(|wanted| !wanted.is_empty() && *wanted != self.name);
+        Self { label: label.map(str::to_owned), ..self }
+    }
+
+    /// What it is called where names may be equal: its label, or its name.
+    pub fn label(&self) -> &str {
+        self.label.as_deref().unwrap_or(&self.name)
+    }
+
+    /// Whether something of its own beside a colour says how it looks: materials, or the colours of a mesh.
+    pub(super) fn has_look(&self) -> bool {
+        !self.materials.is_empty()
+            || matches!(self.geometry(), Geometry::Mesh(mesh) if !mesh.colors.is_empty())
     }
 
     /// Its name, unique in its scene, never empty there. [`Scene::rename`](super::Scene::rename) changes it.

@@ -9,7 +9,7 @@ use nalgebra::Matrix4;
 
 use super::definition::{Sound, instance, transforms};
 use super::list::{Objects, after};
-use super::{Definition, Geometry, Object, Scene};
+use super::{Definition, Geometry, Hidden, Object, Scene};
 use crate::error::{Error, Result};
 
 /// How many objects formats place at most that have no instances and write what each of them shows.
@@ -90,21 +90,53 @@ pub struct Placed<'a> {
     pub to_world: Option<Matrix4<f64>>,
     /// The instances by which it is shown.
     pub path: Path<'a>,
+    /// What it is on a layer of.
+    layers: Layers<'a>,
+}
+
+/// The layers of a scene, and which of them are hidden.
+#[derive(Clone)]
+struct Layers<'a> {
+    scene: &'a Scene,
+    hidden: Arc<Hidden<'a>>,
+}
+
+impl fmt::Debug for Layers<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.scene.layers.iter()).finish()
+    }
 }
 
 impl Placed<'_> {
-    /// Its colour: its own, or where nothing of its own says how it looks, that of the nearest instance that has one.
+    /// Its colour: its own, or where nothing of its own says how it looks, that of the nearest instance that has one, or else
+    /// that of its layer.
     pub fn color(&self) -> Option<[f64; 4]> {
-        let has_look = !self.object.materials.is_empty()
-            || matches!(self.object.geometry(), Geometry::Mesh(mesh) if !mesh.colors.is_empty());
-        let above = || self.path.inside_out().find_map(|instance| instance.color);
-        self.object.color.or_else(|| if has_look { None } else { above() })
+        let by_layer =
+            || if self.object.has_look() { None } else { self.layers.scene.layer_color(self.layer()) };
+        self.stated_color().or_else(by_layer)
     }
 
-    /// Its layer: its own, or that of the nearest instance that is on one.
+    /// The same, layers aside.
+    fn stated_color(&self) -> Option<[f64; 4]> {
+        let above = || self.path.inside_out().find_map(|instance| instance.color);
+        self.object.color.or_else(|| if self.object.has_look() { None } else { above() })
+    }
+
+    /// Its layer: its own, or that of the nearest instance that is on one. Where its own is seen, but an instance on the way
+    /// is on a hidden layer, which hides all that it shows: that one.
     pub fn layer(&self) -> Option<&str> {
-        let above = || self.path.inside_out().find_map(|instance| instance.layer.as_deref());
-        self.object.layer.as_deref().or_else(above)
+        let above = || self.path.inside_out().filter_map(|instance| instance.layer.as_deref());
+        let hidden = &self.layers.hidden;
+        let own = self.object.layer.as_deref();
+        if hidden.is_empty() || own.is_some_and(|layer| hidden.contains(layer)) {
+            return own.or_else(|| above().next());
+        }
+        above().find(|layer| hidden.contains(layer)).or(own).or_else(|| above().next())
+    }
+
+    /// Whether it is on a hidden layer, or an instance that shows it is.
+    pub fn is_hidden(&self) -> bool {
+        self.layer().is_some_and(|layer| self.layers.hidden.contains(layer))
     }
 }
 
@@ -115,6 +147,7 @@ pub struct Placements<'a> {
     of_scene: Vec<Option<Matrix4<f64>>>,
     of_definitions: HashMap<&'a str, Vec<Option<Matrix4<f64>>>>,
     open: Vec<Level<'a>>,
+    layers: Layers<'a>,
     left: u64,
 }
 
@@ -149,6 +182,7 @@ impl<'a> Iterator for Placements<'a> {
                 object,
                 to_world: after(level.above, own.copied().flatten()),
                 path: level.path.clone(),
+                layers: self.layers.clone(),
             };
             if let Some(definition) = self.scene.shown_by(object) {
                 self.open.push(Level {
@@ -205,6 +239,7 @@ impl Scene {
             of_scene: self.list.transforms(),
             of_definitions: transforms(self),
             open: vec![level],
+            layers: Layers { scene: self, hidden: Arc::new(self.hidden_layers()) },
             left,
         })
     }
@@ -218,7 +253,7 @@ impl Scene {
     /// `instance/object`. Geometry is shared, so that an instance costs no more than its objects' names and transforms. The
     /// scene itself where it has no definitions.
     ///
-    /// Colours and layers are those of [`Placed`]; what is said of a definition is said of each group.
+    /// Colours, as far as layers do not give them, and layers are those of [`Placed`]; what is said of a definition is said of each group.
     ///
     /// # Errors
     /// As for [`placed`](Self::placed); also when names, statements and frames, which are not shared, would take more than
@@ -234,6 +269,7 @@ impl Scene {
         // For each the number of the instance that shows it, and each number by that and the name.
         let mut under: Vec<Option<usize>> = Vec::with_capacity(all.len());
         let mut known: HashMap<(Option<usize>, &str), usize> = HashMap::with_capacity(all.len());
+        let mut labels: Vec<Option<String>> = Vec::with_capacity(all.len());
         let mut way: Vec<usize> = Vec::new();
         let mut spent = 0_u64;
         for (number, placed) in all.iter().enumerate() {
@@ -250,7 +286,10 @@ impl Scene {
                 }
             });
             let of_definition = self.shown_by(placed.object).map_or(0, |d| texts(&d.statements));
-            let taken = (named[number].len() + of_definition) as u64;
+            under.push(shows);
+            let label = label(&all, &under, number);
+            let taken = (named[number].len() + label.as_ref().map_or(0, String::len) + of_definition) as u64;
+            labels.push(label);
             spent = spent.saturating_add(taken).saturating_add(copied(placed.object));
             if spent > limit.saturating_mul(COPIED) {
                 return Err(Error::Invalid(format!(
@@ -260,7 +299,6 @@ impl Scene {
                 )));
             }
             known.insert((shows, name), number);
-            under.push(shows);
             if instance(placed.object).is_some() {
                 way.push(number);
             }
@@ -271,11 +309,14 @@ impl Scene {
             let is_instance = instance(placed.object).is_some();
             let geometry = if is_instance { &group } else { placed.object.shared_geometry() };
             let mut object = placed.object.renamed(named[number].as_str());
+            if let Some(label) = &labels[number] {
+                object = object.labelled(label);
+            }
             object.share_geometry(Arc::clone(geometry));
             if let Some(definition) = self.shown_by(placed.object) {
                 object.statements.extend(definition.statements.iter().cloned());
             }
-            object.color = if is_instance { object.color } else { placed.color() };
+            object.color = if is_instance { object.color } else { placed.stated_color() };
             object.layer = placed.layer().map(str::to_owned);
             let parent =
                 placed.object.parent.as_deref().and_then(|parent| known.get(&(under[number], parent)));
@@ -287,6 +328,19 @@ impl Scene {
         }
         Ok(Cow::Owned(scene))
     }
+}
+
+/// The label in a flat scene, `instance/object` by the labels of both; `None` where neither has one.
+fn label(all: &[Placed<'_>], under: &[Option<usize>], number: usize) -> Option<String> {
+    let own = all[number].object;
+    let above = all[number].path.inside_out().any(|instance| instance.label.is_some());
+    if own.label.is_none() && !above {
+        return None;
+    }
+    let way = std::iter::successors(Some(number), |&at| under[at]);
+    let mut names: Vec<&str> = way.map(|at| all[at].object.label()).collect();
+    names.reverse();
+    Some(names.join("/"))
 }
 
 #[cfg(test)]
@@ -409,6 +463,18 @@ mod tests {
         assert_eq!(head.parent.as_deref(), Some("right/bolt 2"));
         assert_eq!(flat.object("right/bolt 2").unwrap().parent.as_deref(), Some("right/hub"));
         assert_eq!(flat.object("right").unwrap().parent.as_deref(), Some("body"));
+        // Labels go along, with those of the instances.
+        let mut labelled = scene.clone();
+        let wheel = labelled.definition_mut("wheel").unwrap();
+        for name in ["bolt 1", "bolt 2"] {
+            wheel.object_mut(name).unwrap().label = Some("bolt".into());
+        }
+        labelled.object_mut("body").unwrap().label = Some("car".into());
+        let flat = labelled.flattened(100).unwrap();
+        let labels = |name: &str| flat.object(name).unwrap().label();
+        assert_eq!((labels("right/bolt 2/head"), labels("right/bolt 1")), ("right/bolt/head", "right/bolt"));
+        assert_eq!((labels("body"), labels("right/rim")), ("car", "right/rim"));
+        assert_eq!(flat.object("right/rim").unwrap().label, None);
         // A name that is taken already.
         let mut scene = scene;
         scene.add(dot("left/rim")).unwrap();

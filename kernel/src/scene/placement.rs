@@ -139,9 +139,12 @@ pub struct Change {
 }
 
 impl Change {
-    /// From a unit and up axis to another.
+    /// From a unit and up axis to another. Numbers keep their size where one of the units is unknown.
     pub fn between(from: (Unit, Up), to: (Unit, Up)) -> Self {
-        let scale = if from.0 == to.0 { 1.0 } else { from.0.metres() / to.0.metres() };
+        let scale = match (from.0.metres(), to.0.metres()) {
+            (Some(from), Some(to)) if from != to => from / to,
+            _ => 1.0,
+        };
         Self { turn: from.1.turn(to.1), scale }
     }
 
@@ -184,7 +187,8 @@ impl Scene {
         Ok(self.transforms())
     }
 
-    /// The same scene with its numbers in another unit and another axis up: itself where both already hold.
+    /// The same scene with its numbers in another unit and another axis up: itself where both already hold. Where one of the
+    /// units is unknown, numbers keep their size.
     ///
     /// Every point becomes `s R p`; transforms become `M T M⁻¹` with `M = s R`, frames go along, normals turn. Objects
     /// that share a geometry share what it becomes. A shape whose plug-in is not here stays as it is written, and its

@@ -91,8 +91,8 @@ pub(crate) struct ConversionArgs {
     /// Largest angle between neighbouring segments of a tessellation, in degrees [default: 15].
     #[arg(long, value_name = "DEGREES", value_parser = angle)]
     angle: Option<f64>,
-    /// The unit (um, mm, cm, m, km, in, ft, yd, mi): of the input's numbers where its format has none (OBJ, point
-    /// files), else of the output's.
+    /// The unit (nm, um, mm, cm, dm, m, km, mil, in, ft, us-ft, yd, mi, or so many metres: "0.3 m"): of the input's
+    /// numbers where its format has none (OBJ, point files), else of the output's.
     #[arg(long, value_name = "U", value_parser = unit)]
     unit: Option<Unit>,
     /// The unit of the input's numbers, whatever the file says; --unit is the output's then.
@@ -408,7 +408,7 @@ fn table(text: &str) -> Result<Value, String> {
 }
 
 fn unit(text: &str) -> Result<Unit, String> {
-    Unit::from_name(text).ok_or_else(|| choose("unit", text, Unit::ALL.map(|(name, _)| name)))
+    convert::unit(text)
 }
 
 fn up(text: &str) -> Result<UpChoice, String> {

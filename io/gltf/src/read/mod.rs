@@ -16,14 +16,17 @@ mod schema;
 mod shared;
 mod tree;
 
+use loftsman_kernel::named::NamedList;
 use loftsman_kernel::plugin::{Fate, FormatError, FormatErrorKind, Place, ReadOptions, ReadReport, Source};
-use loftsman_kernel::scene::{Scene, Unit, Up};
+use loftsman_kernel::scene::{Layer, Scene, Unit, Up};
 use serde::Deserialize;
+use serde_json::Value;
 
 use buffers::Buffers;
 use file::{Budget, File, clip, parse};
 use schema::Root;
 
+use crate::extras::LayerFields;
 use crate::words::{ASSET_DATA, COPYRIGHT, DATA, EXTRAS, SOURCES};
 
 /// `asset.extras`, as far as they are ours.
@@ -32,11 +35,25 @@ struct AssetExtras {
     loftsman: Noted,
 }
 
-/// The unit and up axis that our writer notes.
+/// The unit and up axis that our writer notes, and the layers.
 #[derive(Debug, Deserialize)]
 struct Noted {
-    unit: Unit,
-    up: Up,
+    unit: Option<Unit>,
+    up: Option<Up>,
+    layers: Option<Value>,
+}
+
+/// The layers that our writer notes; none where they cannot be.
+fn layers(noted: Option<Value>, report: &mut ReadReport) -> NamedList<Layer> {
+    let Some(noted) = noted else { return NamedList::default() };
+    let made = serde_json::from_value(noted)
+        .map_err(|e| e.to_string())
+        .and_then(|list| LayerFields::make(list).map_err(|e| e.to_string()));
+    made.unwrap_or_else(|problem| {
+        report.count(Fate::LeftOut, "layers in asset.extras.loftsman that cannot be");
+        report.notes.push(format!("asset.extras.loftsman.layers: {}", clip(&problem)));
+        NamedList::default()
+    })
 }
 
 /// Reads a file.
@@ -58,7 +75,10 @@ pub(crate) fn read(
     (scene.unit, scene.up) = (Unit::Metre, Up::Y);
     let extras = file.root.asset.as_ref().and_then(|asset| asset.extras);
     let noted = extras.and_then(|extras| serde_json::from_str::<AssetExtras>(extras.get()).ok());
-    let (unit, up) = noted.map_or((scene.unit, scene.up), |n| (n.loftsman.unit, n.loftsman.up));
+    let noted = noted.map(|noted| noted.loftsman);
+    let (unit, up) = noted.as_ref().map_or((None, None), |noted| (noted.unit, noted.up));
+    let (unit, up) = (unit.unwrap_or(scene.unit), up.unwrap_or(scene.up));
+    scene.layers = layers(noted.and_then(|noted| noted.layers), &mut report);
     if let Some(copyright) = file.root.asset.as_ref().and_then(|asset| asset.copyright.clone()) {
         scene.statements.push((COPYRIGHT.to_owned(), copyright));
     }

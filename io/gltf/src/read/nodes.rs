@@ -87,13 +87,18 @@ pub(super) fn read(
         let parent = tree.parent[node];
         object.parent = parent.and_then(|p| names.get(&p).cloned());
         object.transform = reader.transform(node, parent, &part.map, part.own.as_ref());
+        let by_layer = part.own.as_ref().is_some_and(|own| own.by_layer);
         object.layer = part.own.and_then(|own| own.layer);
+        object.label = Some(part.name).filter(|label| *label != name);
         object.animation = part.animation;
         object.statements = part.statements;
-        if let Some(mesh) = part.mesh_name.filter(|mesh| *mesh != name) {
+        if let Some(mesh) = part.mesh_name.filter(|mesh| mesh != object.label()) {
             object.statements.push((MESH_NAME.to_owned(), mesh));
         }
-        (object.color, object.materials) = (part.color, part.materials);
+        object.materials = part.materials;
+        let of_layer =
+            object.layer.as_deref().filter(|_| by_layer).and_then(|layer| scene.layers.get(layer)?.color);
+        object.color = part.color.filter(|color| !of_layer.is_some_and(|layer| is_shade(color, &layer)));
         if let Some((points, slots)) = part.points {
             loose.push((name, points, slots));
         }
@@ -143,6 +148,11 @@ fn finish(
         object.share_geometry(spline.geometry);
     }
     Ok(scene)
+}
+
+/// Whether a colour of a material is that of a layer, to single precision, as other programs pass it on.
+fn is_shade(color: &[f64; 4], layer: &[f64; 4]) -> bool {
+    color.iter().zip(layer).all(|(x, y)| (x - y.clamp(0.0, 1.0)).abs() <= AGREES)
 }
 
 /// An exact spline and its exact frames.

@@ -21,14 +21,14 @@ use loftsman_kernel::placement::Change;
 use loftsman_kernel::plugin::{Cuts, FormatError, Outgoing, Sink, WriteOptions, WriteReport, Written};
 use loftsman_kernel::scene::{Object, Scene, Unit, Up};
 use nalgebra::{Matrix4, Translation3};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use self::animation::Keys;
 use self::bin::{Bin, emit, is_text};
 use self::material::Materials;
 use self::schema::{Asset, Mesh, Node, Root, Scene as SceneNodes};
 use self::shared::{Drawn, Shared};
-use crate::extras::{ExtrasFields, rows};
+use crate::extras::{ExtrasFields, LayerFields, rows};
 use crate::place::Placement;
 use crate::words::{
     ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MESH_DATA, MESH_NAME, PREFIX, SCENE_DATA, SCENE_NAME,
@@ -64,10 +64,15 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         |heading: &str| scene.statement(heading).and_then(|text| serde_json::from_str::<Value>(text).ok());
     let mut notes = notes(scene, rounding / change.scale);
     let mut of_asset = said(ASSET_DATA);
-    if as_usual
-        && !change.is_none()
-        && !with(&mut of_asset, EXTRAS, json!({ "unit": scene.unit, "up": scene.up }))
-    {
+    let mut noted = Map::new();
+    if as_usual && !change.is_none() {
+        noted.insert("unit".to_owned(), json!(scene.unit));
+        noted.insert("up".to_owned(), json!(scene.up));
+    }
+    if !scene.layers.is_empty() {
+        noted.insert("layers".to_owned(), json!(LayerFields::of(&scene.layers)));
+    }
+    if !noted.is_empty() && !with(&mut of_asset, EXTRAS, noted.into()) {
         notes.push("what other programs noted of the asset is left out".to_owned());
     }
     let generator = concat!("Loftsman ", env!("CARGO_PKG_VERSION")).to_owned();
@@ -127,6 +132,10 @@ fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
         shown.flat_map(|m| m.textures.values()).map(|texture| texture.image.as_str()).collect();
     let unused = scene.images.iter().filter(|i| !shown.contains(i.name())).count();
     report.say(unused, "picture(s) that nothing shows are left out");
+    report.say(
+        scene.hidden_count(),
+        "object(s) are on hidden layers: glTF has no such layers, so that other programs show them",
+    );
     let broken = |list: &[(String, String)]| {
         list.iter().filter(|(key, text)| key.starts_with(PREFIX) && !is_ours(key, text)).count()
     };
@@ -206,7 +215,7 @@ impl<'a> Writer<'a, '_> {
         };
         let stretch = above.stretch * placement.scale.amax();
         let mut report = Written::kept(object, "nothing");
-        let mut node = Node { name: object.name().to_owned(), ..Node::default() };
+        let mut node = Node { name: object.label().to_owned(), ..Node::default() };
         node.extras = object.statement(DATA).and_then(|text| serde_json::from_str(text).ok());
         let mut noted = ExtrasFields::default();
         let mut place = rest;
@@ -276,5 +285,6 @@ impl<'a> Writer<'a, '_> {
         if !has_mesh || !object.materials.is_empty() {
             noted.color = object.color.filter(|c| c.iter().all(|x| x.is_finite()));
         }
+        noted.by_layer = has_mesh && object.color.is_none() && self.scene.color_of(object).is_some();
     }
 }

@@ -298,7 +298,7 @@ impl<'a> Writer<'a, '_> {
         for (primitive, &(slot, sets)) in shaped.primitives.iter_mut().zip(&shaped.slots) {
             let named = object.materials.get(slot as usize);
             let found = named.and_then(|name| self.materials.named(name, sets, &mut self.bin));
-            let made_up = || self.materials.color(object.color, shaped.has_colors);
+            let made_up = || self.materials.color(self.scene.color_of(object), shaped.has_colors);
             primitive.material = Some(found.unwrap_or_else(made_up));
         }
         let mut extras =
@@ -335,7 +335,7 @@ impl<'a> Writer<'a, '_> {
             report.change(remark);
         }
         self.meshes.push(schema::Mesh {
-            name: object.statement(MESH_NAME).unwrap_or(object.name()).to_owned(),
+            name: object.statement(MESH_NAME).unwrap_or(object.label()).to_owned(),
             primitives: shaped.primitives,
             weights,
             extras,

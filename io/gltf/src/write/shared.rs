@@ -86,7 +86,7 @@ impl<'a> Writer<'a, '_> {
         let key = MeshKey {
             shape,
             materials: &object.materials,
-            color: object.color.map(|color| color.map(f64::to_bits)),
+            color: self.scene.color_of(object).map(|color| color.map(f64::to_bits)),
             extras: object.statement(MESH_DATA),
         };
         let called = object.statement(MESH_NAME);
@@ -96,7 +96,7 @@ impl<'a> Writer<'a, '_> {
             // A mesh that nobody has named is not called after one of those who show it.
             if let Some(mesh) = self.meshes.get_mut(known.mesh)
                 && !known.stated
-                && mesh.name != object.name()
+                && mesh.name != object.label()
             {
                 mesh.name.clear();
             }
@@ -125,7 +125,7 @@ impl<'a> Writer<'a, '_> {
             let stated = called.is_some();
             self.shared.known.push(Known { mesh: *mesh, frame: *frame, noted, report, stated });
             let (key, _) = by_name;
-            self.shared.meshes.insert((key.clone(), Some(called.unwrap_or(object.name()))), at);
+            self.shared.meshes.insert((key.clone(), Some(called.unwrap_or(object.label()))), at);
             self.shared.meshes.entry((key, None)).or_insert(at);
         }
         Ok(drawn)

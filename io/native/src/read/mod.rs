@@ -2,6 +2,7 @@
 
 mod definition;
 mod geometry;
+mod layer;
 mod lists;
 mod material;
 mod mesh;

@@ -13,6 +13,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess};
 
 use super::definition::{DefinitionsSeed, Earlier, InstanceTable, Into, ObjectsSeed, SameTable};
 use super::geometry::{AnimationTable, CloudTable, CurveTable, GroupTable, PolylineTable, SurfaceTable};
+use super::layer::LayerTable;
 use super::lists::{Count, Fixed, List, Text};
 use super::material::{ImageTable, MaterialTable, NamedSeed, statements};
 use super::mesh::MeshTable;
@@ -27,6 +28,7 @@ pub(super) struct ObjectTable<'s> {
     earlier: Earlier<'s>,
     options: &'s ReadOptions<'s>,
     name: Option<String>,
+    label: Option<String>,
     geometry: Option<(&'static str, Arc<Geometry>)>,
     color: Option<[f64; 4]>,
     materials: Vec<String>,
@@ -44,6 +46,7 @@ impl<'s> ObjectTable<'s> {
             earlier,
             options,
             name: None,
+            label: None,
             geometry: None,
             color: None,
             materials: Vec::new(),
@@ -61,6 +64,7 @@ impl<'de> Table<'de> for ObjectTable<'_> {
     const WHAT: &'static str = "an object";
     const FIELDS: &'static [&'static str] = &[
         "name",
+        "label",
         "curve",
         "surface",
         "trimmed",
@@ -92,6 +96,7 @@ impl<'de> Table<'de> for ObjectTable<'_> {
                 trail.set_object(Some(&clip(&name)));
                 self.name = Some(name);
             }
+            "label" => self.label = Some(map.next_value()?),
             "color" => {
                 self.color = Some(map.next_value_seed(Fixed { trail, what: "[red, green, blue, alpha]" })?);
             }
@@ -139,6 +144,7 @@ impl<'de> Table<'de> for ObjectTable<'_> {
             return Err(trail.refuse_table(format!("animation.frames[{frame}]"), problem));
         }
         let mut object = Object::sharing(name, geometry);
+        object.label = self.label;
         object.color = self.color;
         object.materials = self.materials;
         object.layer = self.layer;
@@ -225,6 +231,7 @@ impl<'de> Table<'de> for DocumentTable<'_> {
         "unit",
         "up",
         "statements",
+        "layers",
         "images",
         "materials",
         "definitions",
@@ -253,8 +260,10 @@ impl<'de> Table<'de> for DocumentTable<'_> {
             }
             "unit" => {
                 let name: String = map.next_value()?;
-                self.scene.unit = Unit::from_name(&name)
-                    .ok_or_else(|| unknown("unit", &name, &Unit::ALL.map(|(name, _)| name), trail))?;
+                self.scene.unit = Unit::from_name(&name).ok_or_else(|| {
+                    let known: Vec<_> = Unit::ALL.iter().map(|(name, _)| *name).collect();
+                    unknown("unit", &name, &[&known, &[Unit::UNKNOWN, "0.3 m"][..]].concat(), trail)
+                })?;
             }
             "up" => {
                 let name: String = map.next_value()?;
@@ -267,6 +276,10 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                 self.connections = map.next_value_seed(List { trail, what, item })?;
             }
             "statements" => self.scene.statements = statements(map, trail)?,
+            "layers" => {
+                let (list, table) = (&mut self.scene.layers, LayerTable::default);
+                map.next_value_seed(NamedSeed { trail, what: "layers", list, table })?;
+            }
             "images" => {
                 let (list, table) = (&mut self.scene.images, ImageTable::default);
                 map.next_value_seed(NamedSeed { trail, what: "images", list, table })?;
@@ -298,6 +311,7 @@ impl<'de> Table<'de> for DocumentTable<'_> {
                 .map_err(|defect| trail.refuse_table(format!("connections[{i}]"), defect.to_string()))?;
         }
         check_hierarchy(self.scene, trail)?;
+        super::layer::check(self.scene, trail)?;
         check_names(self.scene, trail)
     }
 }

@@ -15,6 +15,13 @@ pub(super) fn scene(scene: &Scene) -> Result<(), FormatError> {
             FormatError::whole(format!("the material \"{}\": {problem}", material.name()))
         })?;
     }
+    for layer in scene.layers.iter() {
+        if let Some(color) = &layer.color {
+            finite("its colour", color).map_err(|problem| {
+                FormatError::whole(format!("the layer \"{}\": {problem}", layer.name()))
+            })?;
+        }
+    }
     let defined = scene.definitions().iter().flat_map(|definition| definition.objects());
     let mut checked = HashSet::new();
     for object in defined.chain(scene.objects()) {

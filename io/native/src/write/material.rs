@@ -33,7 +33,8 @@ pub(super) fn write_materials(materials: &NamedList<Material>, out: &mut Layout<
     list("materials", materials, out, material)
 }
 
-fn list<T>(
+/// Writes a field with a list of tables, where there are any.
+pub(super) fn list<T>(
     key: &str,
     things: &NamedList<T>,
     out: &mut Layout<'_>,

@@ -11,8 +11,9 @@ use std::collections::HashMap;
 use std::io;
 
 use loftsman_kernel::material::ImageData;
+use loftsman_kernel::named::NamedList;
 use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport, Written};
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Layer, Object, Scene};
 
 use crate::VERSION;
 use layout::Layout;
@@ -45,10 +46,11 @@ fn write_scene(
     out.key("loftsman")?;
     out.count(VERSION)?;
     out.key("unit")?;
-    out.text(scene.unit.name())?;
+    out.text(&scene.unit.name())?;
     out.key("up")?;
     out.text(scene.up.name())?;
     material::statements(&scene.statements, out)?;
+    write_layers(&scene.layers, out)?;
     material::write_images(&scene.images, out)?;
     material::write_materials(&scene.materials, out)?;
     let mut known = Known::of(scene);
@@ -75,6 +77,27 @@ fn write_scene(
     out.close_table()?;
     out.finish()?;
     Ok(())
+}
+
+/// The layers of which there is more to say than that objects name them.
+fn write_layers(layers: &NamedList<Layer>, out: &mut Layout<'_>) -> io::Result<()> {
+    material::list("layers", layers, out, |layer, out| {
+        out.key("name")?;
+        out.text(layer.name())?;
+        if let Some(color) = &layer.color {
+            out.key("color")?;
+            out.row(color)?;
+        }
+        if !layer.visible {
+            out.key("visible")?;
+            out.flag(false)?;
+        }
+        if let Some(parent) = &layer.parent {
+            out.key("parent")?;
+            out.text(parent)?;
+        }
+        Ok(())
+    })
 }
 
 /// Points that objects have in common are written again with each of them, as people like to read it, until they are more
@@ -139,6 +162,10 @@ fn write_object<'s>(
     out.open_table()?;
     out.key("name")?;
     out.text(object.name())?;
+    if let Some(label) = &object.label {
+        out.key("label")?;
+        out.text(label)?;
+    }
     if let Some(color) = &object.color {
         out.key("color")?;
         out.row(color)?;

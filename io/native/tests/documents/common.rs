@@ -8,7 +8,7 @@ use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::material::{Alpha, Channel, Filter, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::mesh::{Cloud, FaceGroup, Layer, Mesh, NONE, Polyline};
 use loftsman_kernel::plugin::{Format, FormatError, Memory, ReadOptions, ReadReport, WriteOptions};
-use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{self, Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 use loftsman_native::Native;
@@ -28,6 +28,10 @@ pub(crate) fn write(scene: &Scene) -> Vec<u8> {
 pub(crate) fn everything() -> Scene {
     let mut scene = Scene::new();
     (scene.unit, scene.up) = (Unit::Millimetre, Up::Y);
+    let mut frames = scene::Layer::new("frames");
+    (frames.color, frames.parent) = (Some([0.1, 1.0 / 3.0, -0.0, 1.0]), Some("all".into()));
+    scene.layers.add(frames).unwrap();
+    scene.layers.add(scene::Layer { visible: false, ..scene::Layer::new("all") }).unwrap();
     let points =
         |n: usize| (0..n).map(|i| Point::new(0.1 * i as f64, -0.0, 1.0 / (1 + i) as f64)).collect::<Vec<_>>();
     let mut group = Object::new("assembly \"1\"\n", Geometry::Group);
@@ -38,6 +42,7 @@ pub(crate) fn everything() -> Scene {
         Object::new("section", Curve::rational(space, points(4), vec![1.0, 0.7, 2.5, 1e-3]).unwrap().into());
     section.color = Some([0.8, 0.2, 0.1, 1.0]);
     section.layer = Some("frames".into());
+    section.label = Some("section \"1\"".into());
     section.parent = Some("assembly \"1\"\n".into());
     section.animation = Some(Animation { rate: 29.97, frames: vec![points(4), points(4)] });
     scene.add(section).unwrap();
@@ -140,5 +145,6 @@ fn materials(scene: &mut Scene) {
 pub(crate) fn bits(scene: &Scene) -> String {
     let (images, materials) = (scene.images.as_slice(), scene.materials.as_slice());
     let (objects, connections) = (scene.objects(), (scene.connections(), &scene.statements));
-    format!("{:?} {:?} {images:?} {materials:?} {objects:?} {connections:?}", scene.unit, scene.up)
+    let layers = scene.layers.as_slice();
+    format!("{:?} {:?} {layers:?} {images:?} {materials:?} {objects:?} {connections:?}", scene.unit, scene.up)
 }

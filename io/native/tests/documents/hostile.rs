@@ -3,7 +3,7 @@
 use super::common::{everything, read, write};
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh};
 use loftsman_kernel::plugin::{Confidence, Format, Memory, WriteOptions};
-use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::scene::{Object, Scene, Unit};
 use loftsman_kernel::{Point, Vector};
 use loftsman_native::Native;
 use proptest::prelude::*;
@@ -41,6 +41,44 @@ fn wrong_fields_name_the_nearest_right_one() {
     says(&document(r#"{ "loftsman": 2, "objects": [] }"#), &["loftsman", "version 2", "newer program"]);
     says(&document(r#"{ "loftsman": 1, "objects": [] } x"#), &["line 1", "trailing characters"]);
     says(&document("[1, 2]"), &["line 1", "expected a document"]);
+}
+
+#[test]
+fn layers_that_cannot_be_name_the_entry() {
+    let layers = |list: &str| document(&format!(r#"{{ "loftsman": 1, "layers": {list}, "objects": [] }}"#));
+    says(&layers(r#"[{ "color": [1, 0, 0, 1] }]"#), &["layers[0]", "a layer needs the field \"name\""]);
+    says(&layers(r#"[{ "name": "a" }, { "name": "a" }]"#), &["layers[1].name", "two layers are named \"a\""]);
+    says(&layers(r#"[{ "name": "" }]"#), &["layers[0].name", "empty name"]);
+    says(&layers(r#"[{ "name": "a", "colour": 1 }]"#), &["layers[0]", "did you mean \"color\"?"]);
+    says(&layers(r#"[{ "name": "a", "visible": 1 }]"#), &["layers[0].visible"]);
+    says(&layers(r#"[{ "name": "a", "color": [1, 0] }]"#), &["layers[0].color"]);
+    says(
+        &layers(r#"[{ "name": "walls" }, { "name": "a", "parent": "wals" }]"#),
+        &["layers[1].parent", "no layer \"wals\" to lie below; did you mean \"walls\"?"],
+    );
+    says(
+        &layers(r#"[{ "name": "a", "parent": "b" }, { "name": "b", "parent": "a" }]"#),
+        &["layers", "cyclic: \"a\" → \"b\" → \"a\"", "take the parent"],
+    );
+    says(&layers(r#"[{ "name": "a", "parent": "a" }]"#), &["cyclic: \"a\" → \"a\""]);
+    let circle: Vec<String> =
+        (0..500).map(|i| format!(r#"{{ "name": "{i}", "parent": "{}" }}"#, (i + 1) % 500)).collect();
+    says(&layers(&format!("[{}]", circle.join(","))), &["cyclic", "499 more"]);
+}
+
+#[test]
+fn units_are_names_or_metres() {
+    let unit = |name: &str| {
+        read(format!(r#"{{ "loftsman": 1, "unit": "{name}", "objects": [] }}"#))
+            .map(|(scene, report)| (scene.unit, report.notes))
+    };
+    assert_eq!(unit("0.3 m").unwrap(), (Unit::of_metres(0.3).unwrap(), vec![]));
+    assert_eq!(unit("0.0254 m").unwrap().0, Unit::Inch);
+    let (unknown, notes) = unit("unknown").unwrap();
+    assert!(unknown == Unit::Unknown && notes[0].contains("unknown"), "{notes:?}");
+    for name in ["0 m", "-1 m", "1e999 m", "NaN m", ""] {
+        says(&unit(name).unwrap_err().to_string(), &["unknown unit", &format!("\"{name}\"")]);
+    }
 }
 
 #[test]

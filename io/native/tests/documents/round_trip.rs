@@ -3,7 +3,7 @@
 use super::common::{bits, everything, read, write};
 use loftsman_kernel::mesh::{Cloud, Layer, Polyline};
 use loftsman_kernel::plugin::{Confidence, Format, Memory, ReadOptions, UpChoice, WriteOptions};
-use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{self, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use loftsman_native::Native;
@@ -32,6 +32,55 @@ fn old_documents_are_read_as_ever() {
     assert_eq!((mesh.uvs.values()[2], mesh.colors.values()[1][1]), ([0.0, 1.0], 1.0));
     assert!(scene.materials.is_empty() && scene.images.is_empty());
     assert!(mesh.lines().next().is_none() && mesh.materials.is_empty());
+}
+
+/// What a document says of layers, labels and units, as people write it; without them it is as it was.
+#[test]
+fn layers_and_labels_are_written_as_they_are_read() {
+    let text = r#"{
+  "loftsman": 1,
+  "unit": "0.3 m",
+  "up": "z",
+  "layers": [
+    {
+      "name": "bolts",
+      "color": [1, 0, 0, 1],
+      "visible": false,
+      "parent": "steel"
+    },
+    {
+      "name": "steel"
+    }
+  ],
+  "objects": [
+    {
+      "name": "bolt",
+      "layer": "bolts",
+      "group": {}
+    },
+    {
+      "name": "bolt.001",
+      "label": "bolt",
+      "layer": "not listed",
+      "group": {}
+    }
+  ]
+}
+"#;
+    let (scene, report) = read(text).unwrap();
+    assert_eq!((String::from_utf8(write(&scene)).unwrap().as_str(), report.notes.len()), (text, 0));
+    assert_eq!(scene.layers.len(), 2);
+    assert_eq!(scene.all_layers().iter().map(|l| l.name().to_owned()).collect::<Vec<_>>()[2], "not listed");
+    let labels: Vec<_> = scene.objects().iter().map(Object::label).collect();
+    assert_eq!(labels, ["bolt", "bolt"]);
+    let mut renamed = scene.clone();
+    renamed.rename("bolt.001", "screw").unwrap();
+    assert_eq!((renamed.objects()[1].label(), renamed.objects()[1].label.as_deref()), ("screw", None));
+    // Only named, layers are not listed in the document.
+    let old = text.find("  \"layers\"").unwrap()..text.find("  \"objects\"").unwrap();
+    let mut plain = text.to_owned();
+    plain.replace_range(old, "");
+    assert_eq!(String::from_utf8(write(&read(plain.clone()).unwrap().0)).unwrap(), plain);
 }
 
 #[test]
@@ -112,6 +161,47 @@ fn point() -> impl Strategy<Value = Point> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn any_tree_of_layers_and_any_unit_come_back(
+        layers in prop::collection::vec(
+            ("\\PC{1,12}", any::<bool>(), any::<prop::sample::Index>(), any::<bool>(), prop::option::of([number(), number(), number(), number()])),
+            0..12,
+        ),
+        on in prop::collection::vec((any::<prop::sample::Index>(), prop::option::of("\\PC{1,8}")), 0..6),
+        metres in 1e-300..1e300_f64,
+    ) {
+        let mut scene = Scene::new();
+        scene.unit = Unit::of_metres(metres).unwrap();
+        for (number, (name, visible, above, is_below, color)) in layers.iter().enumerate() {
+            let mut layer = scene::Layer::new(scene.layers.unique_name(name));
+            (layer.visible, layer.color) = (*visible, *color);
+            // Below one before it: no circle.
+            if *is_below && number > 0 {
+                layer.parent = Some(scene.layers.as_slice()[above.index(number)].name().to_owned());
+            }
+            scene.layers.add(layer).unwrap();
+        }
+        for (number, (layer, label)) in on.iter().enumerate() {
+            let mut object = Object::new(format!("{number}"), Geometry::Group);
+            object.label.clone_from(label);
+            if !scene.layers.is_empty() {
+                object.layer = Some(scene.layers.as_slice()[layer.index(scene.layers.len())].name().to_owned());
+            }
+            scene.add(object).unwrap();
+        }
+        scene.check().unwrap();
+        let bytes = write(&scene);
+        let (back, _) = read(bytes.clone()).unwrap();
+        prop_assert_eq!(bits(&back), bits(&scene));
+        prop_assert_eq!(write(&back), bytes);
+        // A layer is hidden where one on the way up is.
+        let hidden = scene.hidden_layers();
+        for layer in &scene.layers {
+            let up = std::iter::successors(Some(layer), |l| scene.layers.get(l.parent.as_deref()?));
+            prop_assert_eq!(hidden.contains(layer.name()), up.into_iter().any(|l| !l.visible));
+        }
+    }
 
     #[test]
     fn any_points_come_back_to_the_bit(

@@ -81,10 +81,13 @@ impl Reader {
             }
             section.finish();
             let name = if section.name.is_empty() { stem.to_string() } else { section.name.clone() };
+            let is_named = !section.name.is_empty();
             let named = |e: loftsman_kernel::Error| FormatError::from(e).of(&name);
             let mut add = |wanted: &str, geometry: Geometry, materials: Vec<String>| {
                 let unique = scene.unique_name(wanted);
-                let mut object = Object::new(unique.clone(), geometry);
+                // Named after the file, it has no name in it.
+                let said = if is_named || wanted != name { wanted } else { "" };
+                let mut object = Object::new(unique.clone(), geometry).labelled(said);
                 object.materials = materials;
                 scene.add(object).map(|()| unique).map_err(named)
             };

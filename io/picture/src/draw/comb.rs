@@ -188,7 +188,7 @@ impl Combing {
             let color = color(sheet, body, comb.old);
             let size = stage.projection.size;
             let most = text::number(self.measure.most / size);
-            let unit = unit.name();
+            let unit = unit.one();
             if sheet.layout.is_parallel() {
                 let per = text::number(1.0 / (self.measure.scale * sheet.layout.scale * size));
                 let words = format!("curvature: 1 mm of tooth is {per}/{unit}, the largest {most}/{unit}");

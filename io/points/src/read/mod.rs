@@ -194,11 +194,10 @@ impl Reading {
         if scan.tecplot && !block.gaps.is_empty() || block.kind.is_none() && !block.gaps.is_empty() {
             self.note("blank lines between rows do not separate objects: all rows are one");
         }
-        let name = block.name.take().or_else(|| if several { None } else { self.name.clone() });
-        let name = name.unwrap_or_else(|| stem(file).to_owned());
-        let name = self.scene.unique_name(&name);
+        let said = block.name.take().or_else(|| if several { None } else { self.name.clone() });
+        let name = self.scene.unique_name(said.as_deref().unwrap_or(stem(file)));
         let geometry = self.geometry(block, file, asked);
-        Ok(Object::new(name, geometry))
+        Ok(Object::new(name, geometry).labelled(&said.unwrap_or_default()))
     }
 
     /// Lednicer's two surfaces become one outline; Selig's order is noted.

@@ -56,10 +56,12 @@ pub struct Holds {
     pub tessellated: &'static [&'static str],
     /// Transforms, and which object hangs under which.
     pub hierarchy: bool,
-    /// Names of layers.
+    /// Layers: their names, colours, which are hidden, and which lies below which.
     pub layers: bool,
     /// Colours of objects.
     pub colors: bool,
+    /// Names that objects have in common: their labels.
+    pub labels: bool,
     /// Materials.
     pub materials: bool,
     /// Frames of animations.
@@ -82,6 +84,7 @@ impl Holds {
         hierarchy: false,
         layers: false,
         colors: false,
+        labels: false,
         materials: false,
         animation: false,
         connections: false,
@@ -96,6 +99,7 @@ impl Holds {
         hierarchy: true,
         layers: true,
         colors: true,
+        labels: true,
         materials: true,
         animation: true,
         connections: true,
@@ -136,6 +140,9 @@ impl Holds {
         if self.single_precision && objects(scene).any(|o| !o.geometry().points().is_empty()) {
             lost.push("coordinates are rounded to single precision".to_owned());
         }
+        if let (UnitRule::Fixed(unit), Unit::Unknown) = (self.unit, scene.unit) {
+            lost.push(format!("the unit is unknown: numbers would go out unchanged, in {}", unit.name()));
+        }
         lost.extend(self.lost(scene));
         lost
     }
@@ -154,6 +161,9 @@ impl Holds {
             + scene.materials.iter().map(|m| foreign(&m.statements)).sum::<usize>();
         let materials = if self.materials { 0 } else { scene.materials.iter().count() };
         let connections = if self.connections { 0 } else { scene.connections().len() };
+        let hidden = if self.layers { 0 } else { scene.hidden_count() };
+        // A format without layers may give their colours to the objects.
+        let layer_colors = if self.layers || self.colors { 0 } else { scene.colored_layers() };
         let of_objects = [
             (
                 count(self.hierarchy, |o| o.transform.is_some()),
@@ -166,6 +176,12 @@ impl Holds {
             ),
             (count(self.colors, |o| o.color.is_some()), "colour(s) of objects are left out"),
             (count(self.layers, |o| o.layer.is_some()), "layer name(s) are left out"),
+            (
+                count(self.labels, |o| o.label.is_some()),
+                "label(s) are left out: names must differ in the format",
+            ),
+            (hidden, "object(s) on hidden layers go out as all others: the format cannot hide them"),
+            (layer_colors, "colour(s) of layers are left out"),
             (materials, "material(s) are left out"),
             (connections, "connection(s) of surfaces are left out"),
             (statements, "statement(s) of other formats are left out"),
@@ -190,6 +206,7 @@ impl fmt::Display for Holds {
             (self.hierarchy, "hierarchy"),
             (self.layers, "layers"),
             (self.colors, "colours of objects"),
+            (self.labels, "labels"),
             (self.materials, "materials"),
             (self.animation, "animation"),
             (self.connections, "connections"),

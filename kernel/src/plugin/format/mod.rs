@@ -14,7 +14,7 @@ pub use outgoing::{Cuts, InWorld, Outgoing};
 pub use report::{Fate, ReadReport, WriteReport, Written};
 pub use stream::{Memory, Sink, Source, refuse_utf16, utf8};
 
-use crate::scene::Scene;
+use crate::scene::{Scene, Unit};
 
 /// How sure a format is that a file is one of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -100,6 +100,7 @@ pub trait Format: Send + Sync {
                 FormatErrorKind::Malformed => error.as_kind(FormatErrorKind::Unsupported),
                 _ => error,
             })?;
+            report.notes.extend(outgoing.guess(&declaration.holds));
             report.notes.extend(declaration.holds.lost(outgoing.scene()));
             Ok(report)
         };
@@ -111,7 +112,7 @@ pub trait Format: Send + Sync {
 /// The unit and the axis that are asked for take the place of those that the file states, or does not; the report says so.
 fn note_unit_and_up(rule: UnitRule, options: &ReadOptions<'_>, scene: &mut Scene, report: &mut ReadReport) {
     let stated = if rule == UnitRule::None { report.unit } else { Some(scene.unit) };
-    scene.unit = options.unit.or(stated).unwrap_or_default();
+    scene.unit = options.unit.or(stated).unwrap_or(Unit::Unknown);
     let unit = scene.unit.name();
     match stated.filter(|stated| *stated != scene.unit) {
         Some(stated) => {
@@ -120,8 +121,8 @@ fn note_unit_and_up(rule: UnitRule, options: &ReadOptions<'_>, scene: &mut Scene
                 .notes
                 .push(format!("the unit {unit} is noted instead of the file's {stated}, as asked for"));
         }
-        None if stated.is_none() && options.unit.is_none() => {
-            report.notes.push(format!("the file has no unit: {unit} is assumed"));
+        None if scene.unit == Unit::Unknown => {
+            report.notes.push("the file has no unit: it is unknown until one is named".to_owned());
         }
         None => {}
     }

@@ -4,9 +4,10 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use loftsman::convert::Conversion;
-use loftsman::describe::{Degree, ObjectFacts, SceneFacts, describe};
+use loftsman::describe::{Degree, LayerFacts, ObjectFacts, SceneFacts, describe};
 use loftsman::file::{Content, Input};
 use loftsman::kernel::plugin::{ReadReport, Source};
+use loftsman::kernel::scene::Unit;
 
 use super::convert::format_of;
 use super::report;
@@ -62,12 +63,16 @@ fn text(info: &Info) -> String {
         let shown = scene.shown.filter(|&n| n < u64::MAX).map_or("countless".to_owned(), |n| n.to_string());
         objects += &format!(" · {} · {shown} shown", count(scene.definitions.len(), "definition"));
     }
-    let facts = format!("{} · {} · {up} · {objects}", info.format, scene.unit.name());
+    let unit = if scene.unit == Unit::Unknown { "unknown unit".into() } else { scene.unit.name() };
+    let facts = format!("{} · {unit} · {up} · {objects}", info.format);
     let mut text = format!("{} · {facts}\n", styled(BOLD, &info.file));
     list(&scene.objects, "  ", &mut text);
     for definition in &scene.definitions {
         let _ = writeln!(text, "  {} {}", styled(BOLD, "definition"), definition.name);
         list(&definition.objects, "    ", &mut text);
+    }
+    for layer in &scene.layers {
+        let _ = writeln!(text, "  {} {}  {}", styled(BOLD, "layer"), layer.name, self::layer(layer));
     }
     text += &report::read(&info.report);
     if let Some(Losses { to, losses }) = &info.conversion {
@@ -76,6 +81,16 @@ fn text(info: &Info) -> String {
         losses.iter().for_each(|loss| _ = writeln!(text, "  {loss}"));
     }
     text
+}
+
+fn layer(layer: &LayerFacts) -> String {
+    let mut facts = vec![count(layer.objects, "object")];
+    if layer.hidden {
+        facts.push("hidden".to_owned());
+    }
+    facts.extend(layer.color.map(|color| format!("colour {}", color.map(figure).join(" "))));
+    facts.extend(layer.parent.as_ref().map(|parent| format!("below {parent}")));
+    styled(DIM, &facts.join(" · "))
 }
 
 fn list(objects: &[ObjectFacts], indent: &str, text: &mut String) {
@@ -90,6 +105,7 @@ fn object(object: &ObjectFacts) -> String {
     if object.unknown {
         facts.push("its plug-in is not here".to_owned());
     }
+    facts.extend(object.label.as_ref().map(|label| format!("labelled {label}")));
     facts.extend(object.shows.as_ref().map(|definition| format!("of {definition}")));
     match object.degree {
         Some(Degree::Curve(p)) => facts.push(format!("degree {p}")),
