@@ -38,9 +38,9 @@ fn every_format() {
 /// The sample with layers below one another, one of them hidden, colours by layer, and a mesh that is called as another one.
 fn layered() -> Scene {
     let mut scene = sample_scene();
-    scene.layers.add(Layer { parent: Some("off".into()), ..Layer::new("frames") }).unwrap();
-    scene.layers.add(Layer { visible: false, ..Layer::new("off") }).unwrap();
-    scene.layers.add(Layer { color: Some([0.5, 0.25, 1.0, 1.0]), ..Layer::new("violet") }).unwrap();
+    scene.layers.add(Layer::new("frames").below("off")).unwrap();
+    scene.layers.add(Layer::new("off").hidden()).unwrap();
+    scene.layers.add(Layer::new("violet").colored([0.5, 0.25, 1.0, 1.0])).unwrap();
     let mesh = scene.object("mesh").unwrap().renamed("mesh.001").labelled("mesh");
     scene.add(mesh).unwrap();
     for name in ["mesh.001", "clamped curve", "patch", "cloud"] {

@@ -38,8 +38,8 @@ fn mesh() -> Geometry {
 fn scene(unit: Unit, up: Up) -> Scene {
     let mut scene = Scene::new();
     (scene.unit, scene.up) = (unit, up);
-    scene.layers.add(Layer { color: Some(RED), parent: Some("all".into()), ..Layer::new("bolts") }).unwrap();
-    scene.layers.add(Layer { visible: false, ..Layer::new("all") }).unwrap();
+    scene.layers.add(Layer::new("bolts").colored(RED).below("all")).unwrap();
+    scene.layers.add(Layer::new("all").hidden()).unwrap();
     for (name, layer) in [("by layer", "bolts"), ("own", "bolts"), ("plain", "not listed")] {
         let mut object = Object::new(name, mesh());
         object.layer = Some(layer.into());

@@ -534,8 +534,8 @@ fn what_is_on_hidden_layers_is_not_there_at_all() {
     let shown = scene([("c", curve(0.0))]);
     // Far away, so that the extent would tell.
     let mut both = scene([("c", curve(0.0)), ("far", curve(1e6))]);
-    both.layers.add(Layer { parent: Some("off".into()), ..Layer::new("below") }).unwrap();
-    both.layers.add(Layer { visible: false, ..Layer::new("off") }).unwrap();
+    both.layers.add(Layer::new("below").below("off")).unwrap();
+    both.layers.add(Layer::new("off").hidden()).unwrap();
     both.object_mut("far").unwrap().layer = Some("below".into());
     let far = Point::new(1e6, 0.0, 0.0);
     let marks = [Mark { object: "far".into(), ..mark(MarkKind::Moved, far, far, None) }];
@@ -556,7 +556,7 @@ fn an_object_by_layer_is_drawn_as_one_with_the_colour() {
     let mut own = scene([("c", cubic(1.0).into())]);
     own.object_mut("c").unwrap().color = Some([0.8, 0.1, 0.2, 1.0]);
     let mut by_layer = scene([("c", cubic(1.0).into())]);
-    by_layer.layers.add(Layer { color: Some([0.8, 0.1, 0.2, 1.0]), ..Layer::new("red") }).unwrap();
+    by_layer.layers.add(Layer::new("red").colored([0.8, 0.1, 0.2, 1.0])).unwrap();
     by_layer.object_mut("c").unwrap().layer = Some("red".into());
     assert_eq!(Picture::of(&by_layer).to_svg().unwrap(), Picture::of(&own).to_svg().unwrap());
 }

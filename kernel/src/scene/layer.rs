@@ -24,6 +24,24 @@ impl Layer {
         Self { name: name.into(), color: None, visible: true, parent: None }
     }
 
+    /// The same layer, of this colour.
+    #[must_use]
+    pub fn colored(self, color: [f64; 4]) -> Self {
+        Self { color: Some(color), ..self }
+    }
+
+    /// The same layer, hidden.
+    #[must_use]
+    pub fn hidden(self) -> Self {
+        Self { visible: false, ..self }
+    }
+
+    /// The same layer, below another one.
+    #[must_use]
+    pub fn below(self, parent: impl Into<String>) -> Self {
+        Self { parent: Some(parent.into()), ..self }
+    }
+
     /// Its name, unique among the layers of its scene, never empty there.
     pub fn name(&self) -> &str {
         &self.name

@@ -31,7 +31,7 @@ pub(crate) fn everything() -> Scene {
     let mut frames = scene::Layer::new("frames");
     (frames.color, frames.parent) = (Some([0.1, 1.0 / 3.0, -0.0, 1.0]), Some("all".into()));
     scene.layers.add(frames).unwrap();
-    scene.layers.add(scene::Layer { visible: false, ..scene::Layer::new("all") }).unwrap();
+    scene.layers.add(scene::Layer::new("all").hidden()).unwrap();
     let points =
         |n: usize| (0..n).map(|i| Point::new(0.1 * i as f64, -0.0, 1.0 / (1 + i) as f64)).collect::<Vec<_>>();
     let mut group = Object::new("assembly \"1\"\n", Geometry::Group);
