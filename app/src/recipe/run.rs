@@ -187,7 +187,7 @@ impl<'a> Runner<'a> {
             if report.op.is_empty() {
                 report.op.clone_from(op);
             }
-            before.settle(&mut applied.scene, &mut report)?;
+            before.drop_stale(&mut applied.scene, &mut report)?;
             applied.lost_marks += before.follow(&applied.scene, &mut applied.marks);
             applied.marks.extend(report.marks.iter().cloned());
             applied.steps.push(report);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Numbers;
 use super::assembly::Assembly;
-use super::bound::Bound;
+use super::bound::BoundConstraint;
 use super::conflict::quoted;
 use super::constraint::Constraint;
 use crate::functional::Accuracy;
@@ -400,7 +400,7 @@ fn length(d: &[f64]) -> f64 {
 /// The error for an adjustment out of proportion.
 #[cold]
 pub(crate) fn near_conflict(
-    bound: &[Bound],
+    bound: &[BoundConstraint],
     assembly: &Assembly,
     factored: &mut dyn Factored,
     right: &[f64],
@@ -418,7 +418,7 @@ pub(crate) fn near_conflict(
 /// the largest.
 #[cold]
 pub(crate) fn fighting(
-    bound: &[Bound],
+    bound: &[BoundConstraint],
     assembly: &Assembly,
     factored: &mut dyn Factored,
     right: &[f64],

@@ -10,7 +10,7 @@ use crate::edit::report::Convergence;
 use crate::error::Error;
 use crate::functional::Linearity;
 use crate::problem::assembly::{Assembly, Slot};
-use crate::problem::bound::{Bound, difference};
+use crate::problem::bound::{BoundConstraint, difference};
 use crate::problem::check::Check;
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, equations, gather, has_inequalities, senses};
@@ -181,7 +181,7 @@ fn prepare_system(
 
 impl Prepared {
     /// The right-hand side for the present target of the handle, and the adjustment that the independent rows ask for.
-    pub(super) fn meet(&mut self, bound: &[Bound], handle: Option<&Handle>) {
+    pub(super) fn meet(&mut self, bound: &[BoundConstraint], handle: Option<&Handle>) {
         let Some(handle) = handle else {
             let Self { refinement, assembly, factored, rhs, d, .. } = self;
             refinement.solve(assembly, factored.as_mut(), rhs, d);
