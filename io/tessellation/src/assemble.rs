@@ -26,13 +26,15 @@ struct Numbers {
     corners: Vec<u32>,
     edges: Vec<u32>,
     next: u32,
+    /// Room for the vertices of a side.
+    chain: Vec<u32>,
 }
 
 impl Numbers {
     /// Corners first, then the vertices of each edge.
     fn new(topology: &mut Topology, cells: &[Cells], edges: &[Vec<f64>]) -> Self {
-        let mut numbers =
-            Self { corners: vec![NONE; topology.corner_count()], edges: vec![NONE; edges.len()], next: 0 };
+        let corners = vec![NONE; topology.corner_count()];
+        let mut numbers = Self { corners, edges: vec![NONE; edges.len()], next: 0, chain: Vec::new() };
         for (k, cells) in cells.iter().enumerate() {
             for corner in 0..4 {
                 let root = topology.corner(k, corner);
@@ -52,11 +54,13 @@ impl Numbers {
         numbers
     }
 
-    /// The numbers of all vertices of a patch; those inside it get new ones.
-    fn of(&mut self, topology: &mut Topology, k: usize, cells: &Cells) -> Vec<u32> {
-        let mut out = vec![NONE; cells.tree.vertices.len()];
+    /// Adds the numbers of all vertices of a patch; those inside it get new ones.
+    fn of(&mut self, topology: &mut Topology, k: usize, cells: &Cells, out: &mut Vec<u32>) {
+        let start = out.len();
+        out.resize(start + cells.tree.vertices.len(), NONE);
+        let (out, mut chain) = (&mut out[start..], std::mem::take(&mut self.chain));
         for (side, ends) in ENDS.into_iter().enumerate() {
-            let chain = cells.tree.side(side);
+            cells.tree.side(side, &mut chain);
             let [first, last] = ends.map(|corner| self.corners[topology.corner(k, corner)]);
             let base = self.edges[topology.edge(k, side)];
             let end = chain.len() - 1;
@@ -73,7 +77,7 @@ impl Numbers {
             *number = self.next;
             self.next += 1;
         }
-        out
+        self.chain = chain;
     }
 }
 
@@ -93,9 +97,7 @@ pub(crate) struct BorderSide {
 struct Corners {
     points: Vec<u32>,
     normals: Distinct<Vector>,
-    of_normals: Vec<u32>,
     uvs: Distinct<[f64; 2]>,
-    of_uvs: Vec<u32>,
     /// Of the vertices of a patch, but for poles, the two that have been found.
     found: Vec<Option<[u32; 2]>>,
 }
@@ -105,17 +107,20 @@ pub(crate) fn assemble(
     surface: &Surface,
     states: &[&State<'_>],
     topology: &mut Topology,
-    cells: &[Cells],
+    cells: Vec<Cells>,
     edges: &[Vec<f64>],
     borders: &[BorderSide],
 ) -> Result<(Mesh, Vec<Vec<Point>>)> {
-    let mut numbers = Numbers::new(topology, cells, edges);
-    let maps: Vec<Vec<u32>> =
-        cells.iter().enumerate().map(|(k, cells)| numbers.of(topology, k, cells)).collect();
+    let mut numbers = Numbers::new(topology, &cells, edges);
+    let mut all = Vec::with_capacity(cells.iter().map(|cells| cells.tree.vertices.len()).sum());
+    cells.iter().enumerate().for_each(|(k, cells)| numbers.of(topology, k, cells, &mut all));
+    let mut rest = all.as_slice();
+    let maps = cells.iter().map(|cells| rest.split_off(..cells.tree.vertices.len()).unwrap_or_default());
+    let maps: Vec<&[u32]> = maps.collect();
     let count = numbers.next as usize;
-    let mut all = Vec::with_capacity(states.len());
+    let mut moved = Vec::with_capacity(states.len());
     for (s, state) in states.iter().enumerate() {
-        let mut points = points(&state.frame, s, cells, &maps, count);
+        let mut points = points(&state.frame, s, &cells, &maps, count);
         for BorderSide { edge, patch, side, states } in borders {
             let (base, border) = (numbers.edges[*edge] as usize, &states[s]);
             for (at, &fraction) in edges[*edge].iter().enumerate() {
@@ -125,32 +130,33 @@ pub(crate) fn assemble(
                 points[numbers.corners[topology.corner(*patch, corner)] as usize] = border.point(fraction);
             }
         }
-        all.push(points);
+        moved.push(points);
     }
     let scale = Scale::new(surface, &states[0].patches);
+    let corner_count = 3 * cells.iter().map(Cells::count).sum::<usize>();
     let mut corners = Corners {
-        points: Vec::new(),
+        points: Vec::with_capacity(corner_count),
         normals: Distinct::new(count),
-        of_normals: Vec::new(),
         uvs: Distinct::new(count),
-        of_uvs: Vec::new(),
         found: Vec::new(),
     };
-    let poles = poles(cells, &maps);
+    let poles = poles(&cells, &maps);
     for (k, (cells, map)) in cells.iter().zip(&maps).enumerate() {
         let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
         let uv = |at: [f64; 2]| scale.uv(i, j, at);
         corners.add(cells, map, &poles, uv);
     }
-    corners.into_mesh(all)
+    // What is allocated from here on finds room where they were.
+    drop(cells);
+    corners.into_mesh(moved)
 }
 
 /// The points in the surface's own coordinates; where patches share one, as the first of them has it.
-fn points(frame: &Frame, state: usize, cells: &[Cells], maps: &[Vec<u32>], count: usize) -> Vec<Point> {
+fn points(frame: &Frame, state: usize, cells: &[Cells], maps: &[&[u32]], count: usize) -> Vec<Point> {
     let mut points = vec![Point::from([f64::NAN; 3]); count];
     for (cells, map) in cells.iter().zip(maps) {
         let tree = if state == 0 { &cells.tree } else { &cells.others[state - 1] };
-        for (vertex, &number) in tree.vertices.iter().zip(map) {
+        for (vertex, &number) in tree.vertices.iter().zip(*map) {
             let point = &mut points[number as usize];
             if point.x.is_nan() {
                 *point = frame.centre + vertex.point * frame.size;
@@ -161,10 +167,10 @@ fn points(frame: &Frame, state: usize, cells: &[Cells], maps: &[Vec<u32>], count
 }
 
 /// The normal of every pole at which all that ends there agrees; `None` at the others (the apex of a cone).
-fn poles(cells: &[Cells], maps: &[Vec<u32>]) -> BTreeMap<u32, Option<Vector>> {
+fn poles(cells: &[Cells], maps: &[&[u32]]) -> BTreeMap<u32, Option<Vector>> {
     let mut poles = BTreeMap::new();
     for (cells, map) in cells.iter().zip(maps).filter(|(cells, _)| cells.poles != Poles::default()) {
-        for (vertex, &number) in cells.tree.vertices.iter().zip(map) {
+        for (vertex, &number) in cells.tree.vertices.iter().zip(*map) {
             if cells.poles.key(vertex.at).is_some() {
                 let normal = Some(vertex.normal).filter(|n| *n != Vector::zeros());
                 let known = poles.entry(number).or_insert(normal);
@@ -193,10 +199,10 @@ impl Corners {
             }
             let vertices = triangle.map(|v| &cells.tree.vertices[v as usize]);
             for (at, number) in [a, b, c].into_iter().enumerate() {
-                self.points.push(number);
                 if let Some([uv, normal]) = self.found[triangle[at] as usize] {
-                    self.of_uvs.push(uv);
-                    self.of_normals.push(normal);
+                    self.points.push(number);
+                    self.uvs.add_corner(uv);
+                    self.normals.add_corner(normal);
                     continue;
                 }
                 let vertex = vertices[at];
@@ -210,17 +216,18 @@ impl Corners {
                     let between = || (next.normal + last.normal).try_normalize(1e-3).unwrap_or_default();
                     normal = poles.get(&number).copied().flatten().unwrap_or_else(between);
                 }
-                let uv = self.uvs.find(number, uv(place), |x, y| x == y);
-                let normal = if normal == Vector::zeros() {
-                    NONE
+                let uv = self.uvs.find(number, uv(place), &self.points, |x, y| x == y);
+                self.uvs.add_corner(uv);
+                if normal == Vector::zeros() {
+                    self.normals.add_corner_without(&self.points);
                 } else {
-                    self.normals.find(number, normal, |x, y| (x - y).norm() <= CREASE)
-                };
-                self.of_uvs.push(uv);
-                self.of_normals.push(normal);
-                if pole.is_none() {
-                    self.found[triangle[at] as usize] = Some([uv, normal]);
+                    let normal = self.normals.find(number, normal, &self.points, same_normal);
+                    self.normals.add_corner(normal);
+                    if pole.is_none() {
+                        self.found[triangle[at] as usize] = Some([uv, normal]);
+                    }
                 }
+                self.points.push(number);
             }
         }
     }
@@ -245,14 +252,14 @@ impl Corners {
         let starts = (0..=self.points.len() / 3).map(|f| 3 * f).collect();
         let others = states.split_off(1);
         let mut mesh = Mesh::from_parts(states.pop().unwrap_or_default(), self.points, starts)?;
-        mesh.normals = self.normals.into_layer(self.of_normals, &kept);
-        mesh.uvs = self.uvs.into_layer(self.of_uvs, &kept);
+        mesh.normals = self.normals.into_layer(&kept);
+        mesh.uvs = self.uvs.into_layer(&kept);
         Ok((mesh, others))
     }
 
     /// Where the surface has no normal, nor a limit: the mean of the faces around, by their angles there.
     fn fill_normals(&mut self, points: &[Point]) {
-        if !self.of_normals.contains(&NONE) {
+        if !self.normals.lacks() {
             return;
         }
         let mut sums = vec![Vector::zeros(); points.len()];
@@ -268,13 +275,14 @@ impl Corners {
                 }
             }
         }
-        for (of, &number) in self.of_normals.iter_mut().zip(&self.points) {
-            if *of == NONE {
-                let normal = sums[number as usize].try_normalize(1e-9).unwrap_or_else(Vector::z);
-                *of = self.normals.find(number, normal, |x, y| (x - y).norm() <= CREASE);
-            }
-        }
+        let mean = |point: u32| sums[point as usize].try_normalize(1e-9).unwrap_or_else(Vector::z);
+        self.normals.fill(&self.points, mean, same_normal);
     }
+}
+
+/// Whether two normals of a point are one.
+fn same_normal(a: &Vector, b: &Vector) -> bool {
+    (a - b).norm() <= CREASE
 }
 
 /// Takes out points that no triangle has; the old numbers of those that stay.

@@ -157,6 +157,16 @@ fn mix<const L: usize>(from: [f64; L], to: [f64; L], share: f64) -> [f64; L] {
     std::array::from_fn(|lane| from[lane] + (to[lane] - from[lane]) * share)
 }
 
+/// The lesser of two numbers.
+pub(crate) fn less(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers.
+pub(crate) fn more(a: f64, b: f64) -> f64 {
+    if a < b { b } else { a }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,21 +2,18 @@
 
 use loftsman_kernel::Vector;
 
-use crate::bezier::restrict;
+use crate::bezier::{less, more, restrict};
 use crate::fineness::Target;
 use crate::flat::Chord;
+use crate::form::Ranges;
 use crate::forms::Forms;
 use crate::patch::{Homogeneous, Patch, project, xyz};
 use crate::topology::Poles;
 use crate::tree::{Cell, Cut, Tree, Vertex};
-use crate::triangulation::{Costs, Plane, Triangulation, normal_of};
+use crate::triangulation::{Costs, HOPELESS_EDGE, Plane, Triangulation, normal_of};
 
 /// Where the patch is further (in tolerances) from one of a cell's edges, the cell is cut without a closer look.
 const HOPELESS: f64 = 8.0;
-/// The same of an edge that is not cut, which is an edge of one of its triangles: however that one lies, how far the patch
-/// is from the edge counts, across the triangle or within it. What is more than 1 is for the normal, which is not that of
-/// the edge.
-const HOPELESS_WHOLE: f64 = 1.1;
 /// Cells are not cut beyond this part of a patch: a power of two, far above where fractions cease to be exact.
 const SMALLEST: f64 = 1.0 / (1_u64 << 40) as f64;
 /// Into so many strips a cell along an edge is divided, so that the hulls of their control points are narrow.
@@ -41,9 +38,10 @@ struct View<'t> {
     high: [f64; 2],
     /// Whether it is too small to be cut.
     tiny: bool,
-    /// How far the patch is from its edges' chords and from its diagonals, across the cell.
+    /// The second derivatives across the cell.
+    ranges: Ranges,
+    /// How far the patch is from its edges' chords, across the cell.
     bends: [f64; 4],
-    diagonals: [f64; 2],
     /// The only edge that must stay whole.
     whole: Option<usize>,
 }
@@ -93,8 +91,9 @@ impl Judge {
         cell: &Cell,
     ) -> Verdict {
         let corners = cell.corners.map(|c| &tree.vertices[c as usize]);
-        self.take(patch, &corners);
-        let verdict = self.judge_taken(tree, patch, poles, target, cell, corners);
+        let bounds = bounds(&corners);
+        self.take(patch, bounds);
+        let verdict = self.judge_taken(tree, patch, poles, target, cell, (corners, bounds));
         if let (Verdict::Cut(cut @ (Cut::Even | Cut::Odd)), false) = (&verdict, self.strict) {
             // The first of the halves has the first corner of the edges that are cut.
             let first = usize::from(*cut == Cut::Odd);
@@ -112,7 +111,7 @@ impl Judge {
         poles: &Poles,
         target: &Target,
         cell: &Cell,
-        corners: [&Vertex; 4],
+        (corners, bounds): ([&Vertex; 4], [[f64; 2]; 2]),
     ) -> Verdict {
         // Where both opposite edges are cut, cutting the cell adds no vertex.
         let cut = cell.edges.map(|edge| tree.middle(edge).is_some());
@@ -122,15 +121,14 @@ impl Judge {
         if cut[1] && cut[3] {
             return Verdict::Cut(Cut::Odd);
         }
-        let view = self.view(tree, cell, corners);
+        let view = self.view(tree, cell, corners, bounds);
         // Whichever way such a cell is triangulated, it is far from the target.
-        let far = |k: usize| view.bends[k] > if cut[k] { HOPELESS } else { HOPELESS_WHOLE } * target.chord;
-        let apart = |bend: &f64| *bend > HOPELESS_WHOLE * target.chord;
-        let hopeless = (0..4).any(far) || (cut == [false; 4] && view.diagonals.iter().all(apart));
-        if hopeless && !view.tiny && self.hugging_view(patch, &view, target).is_none() {
+        let far = |k: usize| view.bends[k] > if cut[k] { HOPELESS } else { HOPELESS_EDGE } * target.chord;
+        if (0..4).any(far) && !view.tiny && self.hugging_view(patch, &view, target).is_none() {
             return self.divide(tree, cell, &view, target);
         }
-        let costs = Costs { form: self.forms.now(), vertices: &tree.vertices, poles, target };
+        let costs =
+            Costs { form: self.forms.now(), ranges: view.ranges, vertices: &tree.vertices, poles, target };
         // What could be cut, and is not near enough by its edge alone, need not be triangulated where no way would do.
         if !self.triangulation.choose(&costs, view.whole.is_none() && !view.tiny) {
             return self.divide(tree, cell, &view, target);
@@ -148,15 +146,15 @@ impl Judge {
         cell: &Cell,
     ) -> Verdict {
         let corners = cell.corners.map(|c| &tree.vertices[c as usize]);
-        self.take(patch, &corners);
-        let view = self.view(tree, cell, corners);
+        let bounds = bounds(&corners);
+        self.take(patch, bounds);
+        let view = self.view(tree, cell, corners, bounds);
         self.triangulation.move_on();
         self.settle(tree, patch, poles, target, cell, &view)
     }
 
     /// Takes the form of a cell.
-    fn take(&mut self, patch: &Patch, corners: &[&Vertex; 4]) {
-        let (low, high) = bounds(corners);
+    fn take(&mut self, patch: &Patch, [low, high]: [[f64; 2]; 2]) {
         if self.strict {
             // The patch is another one in each state.
             self.forms.clear();
@@ -167,14 +165,19 @@ impl Judge {
     }
 
     /// The cell last taken.
-    fn view<'t>(&self, tree: &Tree, cell: &Cell, corners: [&'t Vertex; 4]) -> View<'t> {
-        let (low, high) = bounds(&corners);
+    fn view<'t>(
+        &mut self,
+        tree: &Tree,
+        cell: &Cell,
+        corners: [&'t Vertex; 4],
+        [low, high]: [[f64; 2]; 2],
+    ) -> View<'t> {
         let tiny = (0..2).any(|k| high[k] - low[k] < SMALLEST);
+        self.forms.arrange();
         let ranges = self.forms.now().across(&crossing(&corners), &corners[0].point);
         let bends = [0, 1, 2, 3].map(|k| ranges.along(corners[k].at, corners[(k + 1) % 4].at));
-        let diagonals = [0, 1].map(|k| ranges.along(corners[k].at, corners[k + 2].at));
         let whole = whole_edge(tree, cell, &corners, low, high);
-        View { corners, low, high, tiny, bends, diagonals, whole }
+        View { corners, low, high, tiny, ranges, bends, whole }
     }
 
     fn hugging_view(&mut self, patch: &Patch, view: &View<'_>, target: &Target) -> Option<f64> {
@@ -216,7 +219,7 @@ impl Judge {
         let (triangles, form) = (&self.triangulation.triangles, self.forms.now());
         for (index, triangle) in triangles.iter().enumerate() {
             let [a, b, c] = triangle.corners.map(|k| &vertices[k as usize]);
-            let same = [poles.same(a.at, b.at), poles.same(b.at, c.at), poles.same(c.at, a.at)];
+            let same = poles.same([a.at, b.at, c.at]);
             let Plane { normal, error: across } = match same.iter().filter(|s| **s).count() {
                 0 => triangle.plane.unwrap_or_else(|| Plane::of([a, b, c], form)),
                 1 => match self.triangulation.neighbour(vertices, index, poles) {
@@ -230,34 +233,29 @@ impl Judge {
                 return across;
             }
             let turned = [a, b, c].iter().any(|v| v.normal.dot(&normal) <= 0.0 && poles.key(v.at).is_none());
-            let leg = (b.point - a.point).try_normalize(0.0);
-            let along = leg.or_else(|| (c.point - a.point).try_normalize(0.0)).unwrap_or_default();
-            let side = normal.cross(&along);
-            let at = [a.at, b.at, c.at];
-            let error = if turned || self.strict && !self.unfolded(patch, [&along, &side], &a.point) {
-                let more = [along, side].map(|d| form.across(&d, &a.point));
+            let error = if turned || self.strict && !self.unfolded(patch, [a, b, c], &normal) {
+                let along = leg(a, b).or_else(|| leg(a, c)).unwrap_or_default();
+                let more = [along, normal.cross(&along)].map(|d| form.across(&d, &a.point));
                 // Along an edge the interpolation is exact at its ends only: all three directions count in full.
-                let slack = |k: usize| more[k].triangle(at);
+                let slack = |k: usize| more[k].triangle([a.at, b.at, c.at]);
                 Vector::new(across, slack(0), slack(1)).norm()
             } else {
                 let mut within = 0.0_f64;
                 for (k, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
-                    if same[k] {
-                        continue;
-                    }
-                    if let Some(side) = normal.cross(&(to.point - from.point)).try_normalize(0.0) {
-                        within = within.max(form.along(&side, &from.point, from.at, to.at));
+                    if !same[k] {
+                        let side = normal.cross(&(to.point - from.point));
+                        within = more(within, form.along(&side, &from.point, from.at, to.at));
                     }
                 }
-                across.hypot(within)
+                (across * across + within * within).sqrt()
             };
             worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
         }
         worst
     }
 
-    /// Whether the cell, seen along the normal of two axes, nowhere turns over: the Jacobian of `(F / W, G / W)`, which are its
-    /// coordinates along the axes, is
+    /// Whether the cell, seen along the normal of a triangle, nowhere turns over: the Jacobian of `(F / W, G / W)`, which are its
+    /// coordinates along two axes in the triangle's plane, is
     ///
     /// ```text
     /// | F  F_u  F_v |
@@ -266,7 +264,9 @@ impl Judge {
     /// ```
     ///
     /// and all nine lie between the least and the largest of their Bézier coefficients over the cell.
-    fn unfolded(&self, patch: &Patch, axes: [&Vector; 2], origin: &Vector) -> bool {
+    fn unfolded(&self, patch: &Patch, [a, b, c]: [&Vertex; 3], normal: &Vector) -> bool {
+        let along = leg(a, b).or_else(|| leg(a, c)).unwrap_or_default();
+        let (axes, origin) = ([&along, &normal.cross(&along)], &a.point);
         let (rows, columns) = (patch.rows, patch.columns);
         let of = |axis: Option<&Vector>, k: usize| {
             let h = &self.hull[k];
@@ -304,18 +304,19 @@ impl Judge {
     /// longer ones. Where what bends out of the plane is no reason to cut, what bends within it is, and at last what
     /// runs unevenly along the edges.
     fn divide(&self, tree: &Tree, cell: &Cell, view: &View<'_>, target: &Target) -> Verdict {
-        let View { corners, mut bends, diagonals, .. } = *view;
+        let View { corners, ranges, mut bends, .. } = *view;
         let length = |a: usize, b: usize| (corners[a].point - corners[b].point).norm();
         let long = [length(0, 1) + length(2, 3), length(1, 2) + length(3, 0)];
         let most = |bends: &[f64; 4]| bends.iter().copied().fold(0.0, f64::max);
-        let diagonal = diagonals[0].max(diagonals[1]);
+        let diagonal = |a: usize, b: usize| ranges.along(corners[a].at, corners[b].at);
+        let diagonal = diagonal(0, 2).max(diagonal(1, 3));
         let twist = most(&bends) < 0.25 * diagonal;
         if most(&bends).max(diagonal) <= target.chord {
             let normal = crossing(&corners);
             for across in [true, false] {
                 for (k, bend) in bends.iter_mut().enumerate() {
                     let (from, to) = (corners[k], corners[(k + 1) % 4]);
-                    let along = (to.point - from.point).try_normalize(0.0).unwrap_or_default();
+                    let along = leg(from, to).unwrap_or_default();
                     let direction = if across { normal.cross(&along) } else { along };
                     *bend = bend.hypot(self.forms.now().along(&direction, &from.point, from.at, to.at));
                 }
@@ -434,18 +435,27 @@ fn allowed(tree: &Tree, cell: &Cell, wish: Cut) -> Cut {
 }
 
 /// The box of a cell's parameters.
-fn bounds(corners: &[&Vertex; 4]) -> ([f64; 2], [f64; 2]) {
-    let bound =
-        |k: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c.at[k]).fold(corners[0].at[k], pick);
-    ([bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)])
+fn bounds(corners: &[&Vertex; 4]) -> [[f64; 2]; 2] {
+    let bound = |k: usize, pick: fn(f64, f64) -> f64| {
+        let [a, b, c, d] = corners.map(|corner| corner.at[k]);
+        pick(pick(a, b), pick(c, d))
+    };
+    [[bound(0, less), bound(1, less)], [bound(0, more), bound(1, more)]]
 }
 
-/// A normal across both diagonals of a cell.
+/// A normal across both diagonals of a cell, of any length.
 fn crossing(corners: &[&Vertex; 4]) -> Vector {
     let (s, t) = (corners[2].point - corners[0].point, corners[3].point - corners[1].point);
     let cross = s.cross(&t);
-    let clear = 1e-9 * s.norm() * t.norm();
-    cross.try_normalize(clear).unwrap_or_else(|| normal_of([corners[0], corners[1], corners[2]]))
+    if cross.norm_squared() > 1e-18 * s.norm_squared() * t.norm_squared() {
+        return cross;
+    }
+    normal_of([corners[0], corners[1], corners[2]])
+}
+
+/// The direction from a vertex to another.
+fn leg(from: &Vertex, to: &Vertex) -> Option<Vector> {
+    (to.point - from.point).try_normalize(0.0)
 }
 
 /// The angle between unit vectors, right to rounding also where it is small (Kahan).

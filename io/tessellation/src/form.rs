@@ -18,7 +18,7 @@
 use loftsman_kernel::Vector;
 use wide::f64x4;
 
-use crate::bezier::{halve, restrict};
+use crate::bezier::{halve, less, more, restrict};
 use crate::patch::{Homogeneous, Patch};
 
 /// The second derivatives of a patch over a box of it, and its least weight there. Kept from cell to cell: its room
@@ -35,19 +35,20 @@ pub(crate) struct Form {
     /// The box.
     low: [f64; 2],
     high: [f64; 2],
+    /// Whether the coefficients are in the order in which they are asked.
+    arranged: bool,
 }
 
 impl Form {
     /// Takes the box from `low` to `high` of a patch.
     pub(crate) fn set(&mut self, patch: &Patch, low: [f64; 2], high: [f64; 2]) {
         let (p, q) = (patch.rows, patch.columns);
-        self.uu.set(patch.uu.iter().copied(), p.saturating_sub(2), q, low, high);
-        self.uv.set(patch.uv.iter().copied(), p.saturating_sub(1), q.saturating_sub(1), low, high);
-        self.vv.set(patch.vv.iter().copied(), p, q.saturating_sub(2), low, high);
+        self.uu.set(|out| patch.uu(out), p.saturating_sub(2), q, low, high);
+        self.uv.set(|out| patch.uv(out), p.saturating_sub(1), q.saturating_sub(1), low, high);
+        self.vv.set(|out| patch.vv(out), p, q.saturating_sub(2), low, high);
         let weights = patch.net.iter().take(if patch.rational { p * q } else { 0 });
-        self.weights.set(weights.map(|h| [h[3]]), p, q, low, high);
-        (self.low, self.high) = (low, high);
-        self.arrange();
+        self.weights.set(|out| out.extend(weights.map(|h| [h[3]])), p, q, low, high);
+        (self.low, self.high, self.arranged) = (low, high, false);
     }
 
     /// Whether this is the box that it has.
@@ -64,38 +65,52 @@ impl Form {
         (upper.low, upper.high) = (self.low, self.high);
         let middle = 0.5 * (self.low[direction] + self.high[direction]);
         (self.high[direction], upper.low[direction]) = (middle, middle);
-        self.arrange();
-        upper.arrange();
+        (self.arranged, upper.arranged) = (false, false);
     }
 
-    /// Brings the coefficients into the order in which they are asked.
-    fn arrange(&mut self) {
+    /// Brings the coefficients into the order in which they are asked, which nobody does of a cell that is cut because its
+    /// edges are.
+    pub(crate) fn arrange(&mut self) {
+        if self.arranged {
+            return;
+        }
+        self.arranged = true;
         [&mut self.uu, &mut self.uv, &mut self.vv].into_iter().for_each(Net::arrange);
         let least = self.weights.points.iter().map(|w| w[0]).reduce(less).unwrap_or(1.0);
         self.share = 1.0 / (8.0 * least);
     }
 
-    /// What the second derivatives of `n·A - c W` can be, for the plane through `point` with this normal.
+    /// What the second derivatives of `n·A - c W` can be, for the plane through `point` with this normal, of any length.
+    #[inline]
     pub(crate) fn across(&self, normal: &Vector, point: &Vector) -> Ranges {
-        let plane = plane(normal, point);
+        self.ranges(normal.x, normal.y, normal.z, normal.dot(point), self.share_of(normal))
+    }
+
+    /// Of `n·A - c W`. Numbers one by one are handed over in registers; written as a vector and read as another they would
+    /// have to be waited for.
+    fn ranges(&self, x: f64, y: f64, z: f64, offset: f64, share: f64) -> Ranges {
+        let plane = [x, y, z, offset].map(f64x4::splat);
         let [uu, uv, vv] = [&self.uu, &self.uv, &self.vv].map(|of| of.range(&plane));
-        Ranges { uu, uv, vv, share: self.share }
+        Ranges { uu, uv, vv, share }
     }
 
-    /// The largest distance from the plane through `point` with this normal along an edge of parameters: of an edge along
-    /// one of the parameters the second derivatives by that one are all that matters.
+    /// The largest distance from the plane through `point` with this normal, of any length, along an edge of parameters: of
+    /// an edge along one of the parameters the second derivatives by that one are all that matters.
     pub(crate) fn along(&self, normal: &Vector, point: &Vector, from: [f64; 2], to: [f64; 2]) -> f64 {
-        let plane = plane(normal, point);
-        let [u, v] = [from[0] != to[0], from[1] != to[1]];
-        let range = |of: &Net, matters: bool| if matters { of.range(&plane) } else { [0.0; 2] };
-        let (uu, uv, vv) = (range(&self.uu, u), range(&self.uv, u && v), range(&self.vv, v));
-        Ranges { uu, uv, vv, share: self.share }.along(from, to)
+        let [u, v] = [to[0] - from[0], to[1] - from[1]];
+        if u != 0.0 && v != 0.0 {
+            return self.across(normal, point).along(from, to);
+        }
+        let (second, step) = if v == 0.0 { (&self.uu, u) } else { (&self.vv, v) };
+        let most = second.largest(normal.x, normal.y, normal.z, normal.dot(point));
+        most * (step * step) * self.share_of(normal)
     }
-}
 
-/// The four numbers of `n·A - c W`, each in all lanes.
-fn plane(normal: &Vector, point: &Vector) -> [f64x4; 4] {
-    [normal.x, normal.y, normal.z, normal.dot(point)].map(f64x4::splat)
+    /// One over eight times the least weight and a normal's length; zero where it has none.
+    fn share_of(&self, normal: &Vector) -> f64 {
+        let length = normal.norm();
+        if length > 0.0 { self.share / length } else { 0.0 }
+    }
 }
 
 /// The Bézier coefficients of a derivative over a box.
@@ -111,7 +126,7 @@ struct Net<const L: usize = 4> {
 impl<const L: usize> Net<L> {
     fn set(
         &mut self,
-        points: impl Iterator<Item = [f64; L]>,
+        points: impl FnOnce(&mut Vec<[f64; L]>),
         rows: usize,
         columns: usize,
         low: [f64; 2],
@@ -119,7 +134,7 @@ impl<const L: usize> Net<L> {
     ) {
         (self.rows, self.columns) = (rows, columns);
         self.points.clear();
-        self.points.extend(points);
+        points(&mut self.points);
         if !self.points.is_empty() {
             restrict(&mut self.points, rows, columns, low, high);
         }
@@ -136,25 +151,35 @@ impl<const L: usize> Net<L> {
 
 impl Net {
     fn arrange(&mut self) {
-        let block = |part: &[Homogeneous]| {
-            let last = part[part.len() - 1];
-            let at = |k: usize| part.get(k).copied().unwrap_or(last);
-            let [a, b, c, d] = [at(0), at(1), at(2), at(3)];
-            [0, 1, 2, 3].map(|l| f64x4::from([a[l], b[l], c[l], d[l]]))
-        };
-        self.blocks.clear();
-        self.blocks.extend(self.points.chunks(4).map(block));
+        let block =
+            |[a, b, c, d]: &[Homogeneous; 4]| [0, 1, 2, 3].map(|l| f64x4::from([a[l], b[l], c[l], d[l]]));
+        let (fours, rest) = self.points.as_chunks();
+        self.blocks.resize(self.points.len().div_ceil(4), [f64x4::ZERO; 4]);
+        self.blocks.iter_mut().zip(fours).for_each(|(out, four)| *out = block(four));
+        if let ([.., out], Some(last)) = (&mut self.blocks[..], rest.last()) {
+            let mut four = [*last; 4];
+            four[..rest.len()].copy_from_slice(rest);
+            *out = block(&four);
+        }
+    }
+
+    /// The largest of what `n·A - c W` can be, whatever its sign.
+    fn largest(&self, x: f64, y: f64, z: f64, offset: f64) -> f64 {
+        let plane = [x, y, z, offset].map(f64x4::splat);
+        let larger = |most: f64x4, block: &[f64x4; 4]| most.fast_max(values(&plane, block).abs());
+        let [a, b, c, d] = self.blocks.iter().fold(f64x4::ZERO, larger).to_array();
+        more(more(a, b), more(c, d))
     }
 
     /// Middle and half width of what `n·A - c W` can be.
     #[inline]
-    fn range(&self, [x, y, z, offset]: &[f64x4; 4]) -> [f64; 2] {
+    fn range(&self, plane: &[f64x4; 4]) -> [f64; 2] {
         if self.blocks.is_empty() {
             return [0.0; 2];
         }
         let (mut low, mut high) = (f64x4::splat(f64::INFINITY), f64x4::splat(f64::NEG_INFINITY));
-        for [xs, ys, zs, ws] in &self.blocks {
-            let value = *x * *xs + *y * *ys + *z * *zs - *offset * *ws;
+        for block in &self.blocks {
+            let value = values(plane, block);
             // Coefficients are finite: comparisons will do, where `min` would have to look for a NaN.
             low = low.fast_min(value);
             high = high.fast_max(value);
@@ -165,14 +190,9 @@ impl Net {
     }
 }
 
-/// The lesser of two numbers.
-fn less(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The larger of two numbers.
-fn more(a: f64, b: f64) -> f64 {
-    if a < b { b } else { a }
+/// `n·A - c W` at four points.
+fn values([x, y, z, offset]: &[f64x4; 4], [xs, ys, zs, ws]: &[f64x4; 4]) -> f64x4 {
+    *x * *xs + *y * *ys + *z * *zs - *offset * *ws
 }
 
 /// Middles and half widths of the second derivatives of a function over a cell.
@@ -181,7 +201,7 @@ pub(crate) struct Ranges {
     uu: [f64; 2],
     uv: [f64; 2],
     vv: [f64; 2],
-    /// One over eight times the least weight.
+    /// See [`Form::share_of`].
     share: f64,
 }
 
@@ -217,11 +237,11 @@ impl Ranges {
 /// `a (b + c - a) : b (c + a - b) : c (a + b - c)`, their sum `D = 2 (ab + bc + ca) - a² - b² - c²`, and the value
 /// `a b c / (2 D)`.
 fn largest([a, b, c]: [f64; 3]) -> f64 {
-    let edges = a.abs().max(b.abs()).max(c.abs());
+    let edges = more(more(a.abs(), b.abs()), c.abs());
     let shares = [a * (b + c - a), b * (c + a - b), c * (a + b - c)];
     let sum: f64 = shares.iter().sum();
     if sum != 0.0 && shares.iter().all(|s| s * sum > 0.0) {
-        edges.max((4.0 * a * b * c / sum).abs())
+        more(edges, (4.0 * a * b * c / sum).abs())
     } else {
         edges
     }

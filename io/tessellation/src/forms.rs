@@ -5,16 +5,22 @@ use crate::patch::Patch;
 
 /// The form of a cell, and those of the cells that wait. Their room is used again.
 #[derive(Debug, Default)]
+#[expect(clippy::vec_box, reason = "forms change places at every cell, and are large")]
 pub(crate) struct Forms {
-    now: Form,
+    now: Box<Form>,
     /// Whether there is a form in `now`.
     known: bool,
     /// What waits, the next one last.
-    waiting: Vec<Form>,
-    spare: Vec<Form>,
+    waiting: Vec<Box<Form>>,
+    spare: Vec<Box<Form>>,
 }
 
 impl Forms {
+    /// Makes that of the cell last taken ready to be asked.
+    pub(crate) fn arrange(&mut self) {
+        self.now.arrange();
+    }
+
     /// That of the cell last taken.
     pub(crate) fn now(&self) -> &Form {
         &self.now

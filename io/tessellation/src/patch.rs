@@ -3,8 +3,9 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::spline::space::MAX_ORDER;
+use smallvec::{SmallVec, smallvec};
 
-use crate::bezier::extraction;
+use crate::bezier::{extraction, less, more};
 use crate::fineness::Frame;
 
 /// A homogeneous control point `(w x, w y, w z, w)`.
@@ -25,10 +26,6 @@ pub(crate) struct Patch {
     pub(crate) columns: usize,
     pub(crate) rational: bool,
     pub(crate) net: Vec<Homogeneous>,
-    /// `A_uu` of degree `(p - 2, q)`, `A_uv` of degree `(p - 1, q - 1)`, `A_vv` of degree `(p, q - 2)`.
-    pub(crate) uu: Vec<Homogeneous>,
-    pub(crate) uv: Vec<Homogeneous>,
-    pub(crate) vv: Vec<Homogeneous>,
     /// The diagonal of the control points' box.
     pub(crate) size: f64,
 }
@@ -36,34 +33,56 @@ pub(crate) struct Patch {
 impl Patch {
     /// The patch of these control points, with weights scaled so that the largest is about 1.
     pub(crate) fn new(mut net: Vec<Homogeneous>, rows: usize, columns: usize, rational: bool) -> Self {
-        let largest = net.iter().map(|h| h[3]).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = net.iter().map(|h| h[3]).fold(f64::MIN_POSITIVE, more);
         if rational {
             // A power of two, so that nothing is rounded.
             let scale = (-largest.log2().floor()).exp2();
             net.iter_mut().flatten().for_each(|x| *x *= scale);
         }
-        let (p, q) = (rows as f64 - 1.0, columns as f64 - 1.0);
-        let second = |f: f64, a: &Homogeneous, b: &Homogeneous, c: &Homogeneous| {
-            lanes(|l| f * (c[l] - 2.0 * b[l] + a[l]))
-        };
-        let (mut uu, mut uv, mut vv) =
-            (room(rows, columns, 2, 0), room(rows, columns, 1, 1), room(rows, columns, 0, 2));
-        let next = |rows: usize| net.get(rows * columns..).unwrap_or_default();
-        let along_u = net.iter().zip(next(1)).zip(next(2));
-        uu.extend(along_u.map(|((a, b), c)| second(p * (p - 1.0), a, b, c)));
-        for row in net.chunks_exact(columns) {
-            vv.extend(row.windows(3).map(|h| second(q * (q - 1.0), &h[0], &h[1], &h[2])));
+        let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
+        for point in net.iter().map(project) {
+            for k in 0..3 {
+                (low[k], high[k]) = (less(low[k], point[k]), more(high[k], point[k]));
+            }
         }
-        for (row, next) in net.chunks_exact(columns).zip(next(1).chunks_exact(columns)) {
+        let size = (Vector::from(high) - Vector::from(low)).norm();
+        Self { rows, columns, rational, net, size }
+    }
+
+    /// The degrees.
+    fn degrees(&self) -> [f64; 2] {
+        [self.rows, self.columns].map(|order| order as f64 - 1.0)
+    }
+
+    /// The control points from a row on.
+    fn rows_from(&self, row: usize) -> &[Homogeneous] {
+        self.net.get(row * self.columns..).unwrap_or_default()
+    }
+
+    /// Adds `A_uu` of degree `(p - 2, q)`, row after row.
+    pub(crate) fn uu(&self, out: &mut impl Extend<Homogeneous>) {
+        let [p, _] = self.degrees();
+        let along = self.net.iter().zip(self.rows_from(1)).zip(self.rows_from(2));
+        out.extend(along.map(|((a, b), c)| second(p * (p - 1.0), a, b, c)));
+    }
+
+    /// Adds `A_uv` of degree `(p - 1, q - 1)`.
+    pub(crate) fn uv(&self, out: &mut impl Extend<Homogeneous>) {
+        let ([p, q], columns) = (self.degrees(), self.columns);
+        for (row, next) in self.net.chunks_exact(columns).zip(self.rows_from(1).chunks_exact(columns)) {
             let twist = |(a, b): (&[Homogeneous], &[Homogeneous])| {
                 lanes(|l| p * q * (b[1][l] - b[0][l] - a[1][l] + a[0][l]))
             };
-            uv.extend(row.windows(2).zip(next.windows(2)).map(twist));
+            out.extend(row.windows(2).zip(next.windows(2)).map(twist));
         }
-        let points = net.iter().map(project);
-        let (low, high) = points
-            .fold((Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)), |(l, h), p| (l.inf(&p), h.sup(&p)));
-        Self { rows, columns, rational, net, uu, uv, vv, size: (high - low).norm() }
+    }
+
+    /// Adds `A_vv` of degree `(p, q - 2)`.
+    pub(crate) fn vv(&self, out: &mut impl Extend<Homogeneous>) {
+        let [_, q] = self.degrees();
+        for row in self.net.chunks_exact(self.columns) {
+            out.extend(row.windows(3).map(|h| second(q * (q - 1.0), &h[0], &h[1], &h[2])));
+        }
     }
 
     /// The point alone.
@@ -73,12 +92,16 @@ impl Patch {
 
     /// Point and first derivatives. `O(p q)`.
     pub(crate) fn jet(&self, [u, v]: [f64; 2]) -> Jet {
-        let [a, au, av] = self.homogeneous(u, v);
+        self.quotient(&self.homogeneous(u, v))
+    }
+
+    /// Point and first derivatives of the quotient.
+    fn quotient(&self, [a, au, av]: &[Homogeneous; 3]) -> Jet {
         if !self.rational {
-            return Jet { point: xyz(&a), u: xyz(&au), v: xyz(&av) };
+            return Jet { point: xyz(a), u: xyz(au), v: xyz(av) };
         }
-        let point = project(&a);
-        Jet { point, u: (xyz(&au) - point * au[3]) / a[3], v: (xyz(&av) - point * av[3]) / a[3] }
+        let point = project(a);
+        Jet { point, u: (xyz(au) - point * au[3]) / a[3], v: (xyz(av) - point * av[3]) / a[3] }
     }
 
     /// `A`, `A_u`, `A_v`. The usual orders have code of their own.
@@ -95,30 +118,36 @@ impl Patch {
 
     /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets.
     pub(crate) fn second(&self, at: [f64; 2]) -> [Vector; 3] {
-        let jet = self.jet(at);
-        let [a, au, av] = self.homogeneous(at[0], at[1]);
+        let first = self.homogeneous(at[0], at[1]);
+        let (jet, [a, au, av]) = (self.quotient(&first), first);
         let (p, q) = (self.rows, self.columns);
-        let quotient = |net: &[Homogeneous], rows: usize, columns: usize, terms: Vector| {
-            let h = value(net, rows, columns, at);
-            (xyz(&h) - jet.point * h[3] - terms) / a[3]
-        };
+        let mut net = SmallVec::<[Homogeneous; 16]>::new();
+        self.uu(&mut net);
+        let uu = value(&net, p.saturating_sub(2), q, at);
+        net.clear();
+        self.uv(&mut net);
+        let uv = value(&net, p.saturating_sub(1), q.saturating_sub(1), at);
+        net.clear();
+        self.vv(&mut net);
+        let vv = value(&net, p, q.saturating_sub(2), at);
+        let quotient = |h: Homogeneous, terms: Vector| (xyz(&h) - jet.point * h[3] - terms) / a[3];
         [
-            quotient(&self.uu, p.saturating_sub(2), q, jet.u * (2.0 * au[3])),
-            quotient(&self.uv, p.saturating_sub(1), q.saturating_sub(1), jet.v * au[3] + jet.u * av[3]),
-            quotient(&self.vv, p, q.saturating_sub(2), jet.v * (2.0 * av[3])),
+            quotient(uu, jet.u * (2.0 * au[3])),
+            quotient(uv, jet.v * au[3] + jet.u * av[3]),
+            quotient(vv, jet.v * (2.0 * av[3])),
         ]
     }
 
-    /// The four corners' control points in the order of the sides: along `u`, then `v`, counterclockwise.
-    pub(crate) fn side(&self, side: usize) -> Vec<Homogeneous> {
+    /// The control points of a side, in the direction of its parameter.
+    pub(crate) fn side(&self, side: usize) -> impl Iterator<Item = &Homogeneous> + Clone {
         let (p, q) = (self.rows, self.columns);
-        let at = |k: usize| match side {
-            0 => self.net[k * q],
-            1 => self.net[(p - 1) * q + k],
-            2 => self.net[k * q + q - 1],
-            _ => self.net[k],
+        let (start, step, count) = match side {
+            0 => (0, q, p),
+            1 => ((p - 1) * q, 1, q),
+            2 => (q - 1, q, p),
+            _ => (0, 1, q),
         };
-        (0..if side.is_multiple_of(2) { p } else { q }).map(at).collect()
+        self.net[start..].iter().step_by(step).take(count)
     }
 }
 
@@ -170,38 +199,37 @@ impl<'a> Patches<'a> {
         let (p, q) = (u.degree(), v.degree());
         let (first, across) = (self.spans[0][i] - p, self.spans[1][j] - q);
         let columns = q + 1;
-        // The control points of these spans, then the patch's along `v`, then along `u` as well.
-        let mut row = [[0.0; 4]; MAX_ORDER];
-        let mut strip = vec![[0.0; 4]; (p + 1) * columns];
+        // The patch's control points along `v` in these spans, then along `u` as well.
+        let mut strip: SmallVec<[Homogeneous; 16]> = smallvec![[0.0; 4]; (p + 1) * columns];
         for (r, out) in strip.chunks_exact_mut(columns).enumerate() {
             let start = u.vertex(first + r) * v.len();
-            for (c, h) in row[..columns].iter_mut().enumerate() {
-                *h = self.net[start + v.vertex(across + c)];
-            }
-            for (out, shares) in out.iter_mut().zip(&self.rows[1][j]) {
-                row[..columns].iter().zip(shares).for_each(|(h, share)| add(out, h, *share));
+            for c in 0..columns {
+                let h = self.net[start + v.vertex(across + c)];
+                for (out, shares) in out.iter_mut().zip(&self.rows[1][j]) {
+                    *out = plus(*out, &h, shares[c]);
+                }
             }
         }
         let mut net = vec![[0.0; 4]; (p + 1) * columns];
         for (out, shares) in net.chunks_exact_mut(columns).zip(&self.rows[0][i]) {
-            for (row, share) in strip.chunks_exact(columns).zip(shares) {
-                out.iter_mut().zip(row).for_each(|(out, h)| add(out, h, *share));
+            for (row, &share) in strip.chunks_exact(columns).zip(shares) {
+                for (out, h) in out.iter_mut().zip(row) {
+                    *out = plus(*out, h, share);
+                }
             }
         }
         Patch::new(net, p + 1, columns, self.surface.weights().is_some())
     }
 }
 
-/// Room for a net that lacks some rows and columns.
-fn room(rows: usize, columns: usize, less_rows: usize, less_columns: usize) -> Vec<Homogeneous> {
-    Vec::with_capacity(rows.saturating_sub(less_rows) * columns.saturating_sub(less_columns))
+/// A second difference of three control points in line.
+fn second(factor: f64, a: &Homogeneous, b: &Homogeneous, c: &Homogeneous) -> Homogeneous {
+    lanes(|l| factor * (c[l] - 2.0 * b[l] + a[l]))
 }
 
-/// Adds a part of a control point.
-fn add(sum: &mut Homogeneous, h: &Homogeneous, share: f64) {
-    for l in 0..4 {
-        sum[l] += share * h[l];
-    }
+/// A sum and a part of a control point.
+fn plus(sum: Homogeneous, h: &Homogeneous, share: f64) -> Homogeneous {
+    lanes(|l| sum[l] + share * h[l])
 }
 
 pub(crate) fn xyz(h: &Homogeneous) -> Vector {
@@ -217,17 +245,24 @@ fn lanes(f: impl Fn(usize) -> f64) -> Homogeneous {
 }
 
 /// The value of a net; zero where it is empty (a second derivative of a straight direction).
-fn value(net: &[Homogeneous], rows: usize, columns: usize, at: [f64; 2]) -> Homogeneous {
-    if net.is_empty() {
-        return [0.0; 4];
+fn value(net: &[Homogeneous], rows: usize, columns: usize, [u, v]: [f64; 2]) -> Homogeneous {
+    match rows.max(columns) {
+        _ if rows.min(columns) == 0 => [0.0; 4],
+        ..=4 => {
+            zeroth_order(net, &bernstein::<4>(rows, u)[0][..rows], &bernstein::<4>(columns, v)[0][..columns])
+        }
+        _ => {
+            let (u, v) = (bernstein::<MAX_ORDER>(rows, u), bernstein::<MAX_ORDER>(columns, v));
+            zeroth_order(net, &u[0][..rows], &v[0][..columns])
+        }
     }
-    let ([bu, _], [bv, _]) = (bernstein::<MAX_ORDER>(rows, at[0]), bernstein::<MAX_ORDER>(columns, at[1]));
-    let mut sum = [0.0; 4];
-    for (k, h) in net.iter().enumerate() {
-        let b = bu[k / columns] * bv[k % columns];
-        (0..4).for_each(|l| sum[l] += b * h[l]);
-    }
-    sum
+}
+
+/// The value of a net, given the Bernstein polynomials.
+#[inline(always)]
+fn zeroth_order(net: &[Homogeneous], u: &[f64], v: &[f64]) -> Homogeneous {
+    let shares = u.iter().flat_map(|u| v.iter().map(move |v| u * v));
+    net.iter().zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, h, share))
 }
 
 /// Value and first derivatives of a net, given the Bernstein polynomials and their derivatives.

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use smallvec::SmallVec;
+
 use crate::cell::{Judge, Verdict};
 use crate::fineness::Target;
 use crate::patch::Patch;
@@ -16,6 +18,13 @@ struct Leaf {
     seen: u32,
     error: Error,
     triangles: Triangles,
+}
+
+impl Leaf {
+    /// A cell of which nothing is known.
+    fn new(cell: Cell) -> Self {
+        Self { cell, seen: 0, error: Error::default(), triangles: Triangles::new() }
+    }
 }
 
 /// A certified distance in all states.
@@ -36,7 +45,10 @@ impl Error {
 }
 
 /// Two triangles as a rule.
-type Triangles = smallvec::SmallVec<[[u32; 3]; 2]>;
+type Triangles = SmallVec<[[u32; 3]; 2]>;
+
+/// One as a rule.
+pub(crate) type PerState<T> = SmallVec<[T; 1]>;
 
 /// The cells of a patch.
 #[derive(Debug, Clone, Default)]
@@ -47,6 +59,33 @@ pub(crate) struct Cells {
     pub(crate) others: Vec<Tree>,
     leaves: Vec<Leaf>,
     pub(crate) poles: Poles,
+    /// Where the sides were cut when the cells last met the target, side after side; not of those that are one point.
+    fractions: SmallVec<[f64; 12]>,
+    /// Where those of each side end.
+    ends: [usize; 4],
+    /// The largest certified error and the number of triangles then.
+    error: Error,
+    count: usize,
+    /// The patch in all states, until its cells are done.
+    patches: PerState<Patch>,
+}
+
+/// Room to refine in, used again from patch to patch.
+pub(crate) struct Room {
+    judge: Judge,
+    /// The cells before and after a pass over all of them.
+    before: Vec<Leaf>,
+    after: Vec<Leaf>,
+    open: Vec<Leaf>,
+    parts: Vec<Cell>,
+}
+
+impl Room {
+    /// As [`Judge::new`].
+    pub(crate) fn new(strict: bool) -> Self {
+        let (before, after, open, parts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { judge: Judge::new(strict), before, after, open, parts }
+    }
 }
 
 /// Counts the triangles and the cells of all patches; the work ends where there are more than allowed. (Cells are cut
@@ -77,98 +116,126 @@ fn take(left: &AtomicUsize, count: usize) -> bool {
 
 impl Cells {
     /// A patch, in all its states, as one cell.
-    pub(crate) fn new(patches: &[Patch], poles: Poles) -> Self {
+    pub(crate) fn new(patches: PerState<Patch>, poles: Poles) -> Self {
         let mut trees = patches.iter().map(Tree::new);
         let (tree, cell) = trees.next().unwrap_or_else(|| Tree::new(&Patch::default()));
-        let leaf = Leaf { cell, seen: 0, error: Error::default(), triangles: Triangles::new() };
-        Self { tree, others: trees.map(|(tree, _)| tree).collect(), leaves: vec![leaf], poles }
+        let others = trees.map(|(tree, _)| tree).collect();
+        Self {
+            tree,
+            others,
+            leaves: vec![Leaf::new(cell)],
+            poles,
+            fractions: SmallVec::new(),
+            error: Error::default(),
+            count: 0,
+            ends: [0; 4],
+            patches,
+        }
     }
 
-    /// The trees of all states with what each needs.
-    fn trees(&mut self) -> impl Iterator<Item = &mut Tree> {
-        std::iter::once(&mut self.tree).chain(&mut self.others)
+    /// The patches of all states, which are not needed any more when all cells meet the target.
+    pub(crate) fn finish(&mut self) {
+        self.patches = PerState::new();
     }
 
-    /// Cuts a side so that there is a vertex at this dyadic fraction of it.
-    pub(crate) fn cut_side(&mut self, patches: &[Patch], side: usize, at: f64) {
-        self.trees().zip(patches).for_each(|(tree, patch)| tree.cut_side(patch, side, at));
+    /// The trees of all states, with their patches.
+    fn trees(&mut self) -> impl Iterator<Item = (&mut Tree, &Patch)> {
+        std::iter::once(&mut self.tree).chain(&mut self.others).zip(&self.patches)
+    }
+
+    /// Where a side was cut when the cells last met the target.
+    fn cuts_of(&self, side: usize) -> &[f64] {
+        let start = if side == 0 { 0 } else { self.ends[side - 1] };
+        &self.fractions[start..self.ends[side]]
+    }
+
+    /// The sides, but for those that are one point, and where they were cut when the cells last met the target.
+    pub(crate) fn cuts(&self) -> impl Iterator<Item = (usize, &[f64])> {
+        (0..4).filter(|&side| !self.poles.0[side]).map(|side| (side, self.cuts_of(side)))
+    }
+
+    /// Cuts a side so that there are vertices at these dyadic fractions of it, which are all that it has.
+    pub(crate) fn cut_side(&mut self, side: usize, fractions: &[f64]) {
+        if fractions != self.cuts_of(side) {
+            self.trees().for_each(|(tree, patch)| {
+                fractions.iter().for_each(|&at| tree.cut_side(patch, side, at));
+            });
+        }
     }
 
     /// Keeps cells from cutting a side any further.
     pub(crate) fn fix(&mut self, side: usize) {
-        self.trees().for_each(|tree| tree.fix(side));
+        self.trees().for_each(|(tree, _)| tree.fix(side));
     }
 
     /// Cuts cells until every one meets the target with the vertices now around it; false where the budget is spent.
     ///
     /// A cut adds vertices to the neighbours' edges, so cells are judged again until nothing changes.
-    pub(crate) fn refine(
-        &mut self,
-        patches: &[Patch],
-        targets: &[Target],
-        judge: &mut Judge,
-        budget: &Budget,
-    ) -> bool {
+    pub(crate) fn refine(&mut self, targets: &[Target], room: &mut Room, budget: &Budget) -> bool {
+        let Room { judge, before, after, open, parts } = room;
         judge.start();
+        before.clear();
+        open.clear();
+        before.append(&mut self.leaves);
         let mut again = true;
-        let (mut open, mut parts) = (Vec::new(), Vec::new());
         while again {
             again = false;
-            let mut done = Vec::with_capacity(self.leaves.len());
-            for leaf in std::mem::take(&mut self.leaves) {
+            after.clear();
+            for leaf in before.drain(..) {
+                if self.tree.around(&leaf.cell) as u32 == leaf.seen {
+                    after.push(leaf);
+                    continue;
+                }
                 open.push(leaf);
                 while let Some(mut leaf) = open.pop() {
                     let around = judge.look(&self.tree, &leaf.cell) as u32;
-                    if around == leaf.seen {
-                        done.push(leaf);
-                        continue;
-                    }
                     budget.give(leaf.triangles.len());
                     leaf.triangles.clear();
-                    match self.verdict(patches, targets, judge, &leaf.cell) {
+                    match self.verdict(targets, judge, &leaf.cell) {
                         Ok(error) => {
                             leaf.triangles.extend(judge.triangles());
                             if !budget.take(leaf.triangles.len()) {
                                 return false;
                             }
                             (leaf.seen, leaf.error) = (around, error);
-                            done.push(leaf);
+                            after.push(leaf);
                         }
                         Err(how) => {
                             again = true;
-                            for (tree, patch) in self.trees().zip(patches) {
+                            for (tree, patch) in self.trees() {
                                 parts.clear();
-                                tree.cut(patch, &leaf.cell, how, &mut parts);
+                                tree.cut(patch, &leaf.cell, how, parts);
                             }
                             if !take(&budget.cells, parts.len() - 1) {
                                 return false;
                             }
-                            open.extend(parts.drain(..).rev().map(|cell| Leaf {
-                                cell,
-                                seen: 0,
-                                error: Error::default(),
-                                triangles: Triangles::new(),
-                            }));
+                            open.extend(parts.drain(..).rev().map(Leaf::new));
                         }
                     }
                 }
             }
-            self.leaves = done;
+            std::mem::swap(before, after);
+        }
+        self.leaves.reserve_exact(before.len());
+        self.leaves.append(before);
+        // While cells and tree are at hand.
+        self.error = self.leaves.iter().map(|leaf| leaf.error).fold(Error::default(), Error::max);
+        self.count = self.leaves.iter().map(|leaf| leaf.triangles.len()).sum();
+        self.fractions.clear();
+        for side in 0..4 {
+            if !self.poles.0[side] {
+                self.tree.fractions(side, &mut self.fractions);
+            }
+            self.ends[side] = self.fractions.len();
         }
         true
     }
 
     /// The error of a cell whose triangles do in all states, or how it is to be cut.
-    fn verdict(
-        &self,
-        patches: &[Patch],
-        targets: &[Target],
-        judge: &mut Judge,
-        cell: &Cell,
-    ) -> Result<Error, Cut> {
+    fn verdict(&self, targets: &[Target], judge: &mut Judge, cell: &Cell) -> Result<Error, Cut> {
         let mut worst = Error::default();
         let trees = std::iter::once(&self.tree).chain(&self.others);
-        for (k, (tree, (patch, target))) in trees.zip(patches.iter().zip(targets)).enumerate() {
+        for (k, (tree, (patch, target))) in trees.zip(self.patches.iter().zip(targets)).enumerate() {
             let verdict = if k == 0 {
                 judge.judge(tree, patch, &self.poles, target, cell)
             } else {
@@ -186,7 +253,12 @@ impl Cells {
 
     /// The largest certified error.
     pub(crate) fn error(&self) -> Error {
-        self.leaves.iter().map(|leaf| leaf.error).fold(Error::default(), Error::max)
+        self.error
+    }
+
+    /// The number of all triangles.
+    pub(crate) fn count(&self) -> usize {
+        self.count
     }
 
     /// The triangles of all cells.

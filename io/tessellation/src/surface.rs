@@ -2,16 +2,15 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::parallel;
-use loftsman_kernel::plugin::{Fineness, MovingMesh, Tessellated};
+use loftsman_kernel::plugin::{Chord, Fineness, MovingMesh, Tessellated};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
 use crate::assemble::{BorderSide, assemble};
-use crate::cell::Judge;
 use crate::edge::Border;
 use crate::fineness::{Target, over_budget, targets};
 use crate::patch::{Patch, project};
-use crate::refine::{self, Budget, Cells};
+use crate::refine::{self, Budget, Cells, PerState, Room};
 use crate::state::State;
 use crate::topology::{Poles, Topology, poles};
 use crate::weights;
@@ -79,14 +78,15 @@ impl Meshes {
         let mut topology = Topology::new(surface, states.iter().map(|state| &state.patches));
         let [nu, nv] = topology.counts;
         let count = nu * nv;
-        let patches = |k: usize| -> Vec<Patch> {
+        let patches = |k: usize| -> PerState<Patch> {
             states.iter().map(|state| state.patches.get(k / nv, k % nv)).collect()
         };
         let rational = surface.weights().is_some();
-        let starts = parallel::map(count, |k| Start::new(&patches(k), rational));
+        let relative = matches!(fineness.chord, Chord::Relative(_));
+        let starts = parallel::map(count, |k| Start::new(patches(k), rational, relative));
         let starts: Vec<Start> = starts.into_iter().collect::<Result<_>>()?;
         let samples = states.iter().enumerate().map(|(s, state)| {
-            let points = starts.iter().flat_map(|start| start.around[s]);
+            let points = starts.iter().filter_map(|start| start.around.get(s)).flatten();
             (&state.frame, points.map(|p| state.frame.centre + p * state.frame.size).collect())
         });
         let (targets, tolerance) = targets(samples, fineness)?;
@@ -119,22 +119,19 @@ impl Meshes {
         let mut first = true;
         while stale.iter().any(|s| *s) {
             let shared = &topology;
-            let judge = || Judge::new(states.len() > 1);
-            let worked = parallel::map_mut(&mut cells, judge, |judge, k, cells| {
+            let room = || Room::new(states.len() > 1);
+            let worked = parallel::map_mut(&mut cells, room, |room, k, cells| {
                 if !stale[k] {
                     return true;
                 }
-                let patches = patches(k);
                 for side in 0..4 {
                     let edge = shared.edge(k, side);
-                    for &at in &edges[edge] {
-                        cells.cut_side(&patches, side, at);
-                    }
+                    cells.cut_side(side, &edges[edge]);
                     if first && shared.is_border(edge) && !cells.poles.0[side] {
                         cells.fix(side);
                     }
                 }
-                cells.refine(&patches, &targets, judge, &spent)
+                cells.refine(&targets, room, &spent)
             });
             if worked.contains(&false) {
                 return over(None);
@@ -142,6 +139,7 @@ impl Meshes {
             first = false;
             merge(&topology, &cells, &mut edges, &mut stale);
         }
+        cells.iter_mut().for_each(Cells::finish);
         let worst = cells.iter().map(Cells::error).fold(Default::default(), refine::Error::max);
         if worst.share > 1.0 + 1e-9 {
             return Err(Error::Invalid(format!(
@@ -149,7 +147,7 @@ impl Meshes {
                 worst.length
             )));
         }
-        let (mesh, others) = assemble(surface, &states, &mut topology, &cells, &edges, &borders)?;
+        let (mesh, others) = assemble(surface, &states, &mut topology, cells, &edges, &borders)?;
         let live = all.iter().map(Option::is_some).collect();
         Ok(Self { mesh, others, live, tolerance, error: worst.length })
     }
@@ -163,7 +161,7 @@ fn borders(states: &[&State<'_>], topology: &Topology, cells: &[Cells]) -> Vec<B
         for side in sides {
             let edge = topology.edge(k, side);
             let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
-            let of = |state: &&State<'_>| Border::new(state.own.get(i, j).side(side));
+            let of = |state: &&State<'_>| Border::new(state.own.get(i, j).side(side).copied().collect());
             borders.push(BorderSide { edge, patch: k, side, states: states.iter().map(of).collect() });
         }
     }
@@ -191,26 +189,18 @@ fn first_cuts(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>]) {
 
 /// Gathers from the patches where each edge is cut; those that lack a cut are stale.
 fn merge(topology: &Topology, cells: &[Cells], edges: &mut [Vec<f64>], stale: &mut [bool]) {
-    let mut lengths = vec![[0_usize; 4]; cells.len()];
-    let mut found = Vec::new();
-    for (k, cells) in cells.iter().enumerate() {
-        for side in (0..4).filter(|&side| stale[k] && !cells.poles.0[side]) {
-            found.clear();
-            cells.tree.fractions(side, &mut found);
+    for (k, cells) in cells.iter().enumerate().filter(|(k, _)| stale[*k]) {
+        for (side, found) in cells.cuts() {
             let edge = &mut edges[topology.edge(k, side)];
-            if found != *edge {
-                edge.extend_from_slice(&found);
+            if found != edge {
+                edge.extend_from_slice(found);
                 sort(edge);
             }
         }
     }
     for (k, cells) in cells.iter().enumerate() {
-        for side in (0..4).filter(|&side| !cells.poles.0[side]) {
-            lengths[k][side] = cells.tree.cuts(side as u32);
-        }
         // A side has no vertex that its edge has not, so that equal numbers are equal vertices.
-        stale[k] = (0..4)
-            .any(|side| !cells.poles.0[side] && lengths[k][side] != edges[topology.edge(k, side)].len());
+        stale[k] = cells.cuts().any(|(side, found)| found.len() != edges[topology.edge(k, side)].len());
     }
 }
 
@@ -222,23 +212,24 @@ fn sort(fractions: &mut Vec<f64>) {
 /// A patch as one cell, and what decides how fine it must become.
 struct Start {
     cells: Cells,
-    /// The corners of the box around some points of the patch in each state, which is never larger than the patch's own.
-    around: Vec<[Vector; 2]>,
+    /// Where the tolerance is relative, the corners of the box around some points of the patch in each state, which is never
+    /// larger than the patch's own.
+    around: PerState<[Vector; 2]>,
     /// How much the middle bends across its tangent plane in each state, by direction.
-    bends: Vec<[f64; 2]>,
+    bends: PerState<[f64; 2]>,
 }
 
 impl Start {
-    fn new(patches: &[Patch], rational: bool) -> Result<Self> {
+    fn new(patches: PerState<Patch>, rational: bool, relative: bool) -> Result<Self> {
         if let Some(patch) = patches.first().filter(|_| rational) {
             weights::resolved_net(&patch.net, patch.columns)?;
         }
         // A side is one point where it is in all states.
         let in_all = patches.iter().map(poles).reduce(|a, b| Poles([0, 1, 2, 3].map(|k| a.0[k] && b.0[k])));
         Ok(Self {
-            cells: Cells::new(patches, in_all.unwrap_or_default()),
-            around: patches.iter().map(around).collect(),
+            around: patches.iter().filter(|_| relative).map(around).collect(),
             bends: patches.iter().map(bends).collect(),
+            cells: Cells::new(patches, in_all.unwrap_or_default()),
         })
     }
 

@@ -15,9 +15,13 @@ const ONE_POINT: f64 = 1e-12;
 pub(crate) struct Poles(pub(crate) [bool; 4]);
 
 impl Poles {
-    /// Whether two places are the same point of the surface.
-    pub(crate) fn same(&self, a: [f64; 2], b: [f64; 2]) -> bool {
-        self.key(a).is_some_and(|k| Some(k) == self.key(b))
+    /// Which pairs of neighbouring corners of a triangle are the same point of the surface.
+    pub(crate) fn same(&self, [a, b, c]: [[f64; 2]; 3]) -> [bool; 3] {
+        if self.0 == [false; 4] {
+            return [false; 3];
+        }
+        let [a, b, c] = [a, b, c].map(|at| self.key(at));
+        [(a, b), (b, c), (c, a)].map(|(from, to)| from.is_some() && from == to)
     }
 
     /// The collapsed side that a place is on; sides that meet at a corner are one point.
@@ -89,11 +93,12 @@ impl Topology {
         };
         // The sides at the start and at the end of a direction.
         let sides = [[3, 1], [0, 2]];
+        let side = |patch: &Patch, k: usize| patch.side(k).copied().collect::<Vec<_>>();
         let meet = |d: usize, before: usize, after: usize| {
             states.clone().all(|patches| {
                 (0..counts[1 - d]).all(|across| {
                     let (a, b) = (patch(patches, d, before, across), patch(patches, d, after, across));
-                    coincide(&a.side(sides[d][1]), &b.side(sides[d][0]))
+                    coincide(&side(&a, sides[d][1]), &side(&b, sides[d][0]))
                 })
             })
         };
@@ -168,11 +173,11 @@ impl Topology {
 
 /// The sides of a patch that are one point.
 pub(crate) fn poles(patch: &Patch) -> Poles {
-    let one = |net: &[Homogeneous]| {
-        let first = project(&net[0]);
-        net.iter().all(|h| (project(h) - first).norm() <= ONE_POINT)
+    let one = |side: usize| {
+        let mut points = patch.side(side).map(project);
+        points.next().is_some_and(|first| points.all(|p| (p - first).norm() <= ONE_POINT))
     };
-    Poles([0, 1, 2, 3].map(|side| one(&patch.side(side))))
+    Poles([0, 1, 2, 3].map(one))
 }
 
 /// Whether two edges are the same curve run through alike: control points equal, weights proportional.

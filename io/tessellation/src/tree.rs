@@ -59,7 +59,7 @@ impl Tree {
     /// A patch as one cell; its sides run in the direction of their parameters.
     pub(crate) fn new(patch: &Patch) -> (Self, Cell) {
         // Room for what a patch usually comes to.
-        let mut tree = Self { vertices: Vec::with_capacity(16), edges: Vec::with_capacity(32) };
+        let mut tree = Self { vertices: Vec::with_capacity(24), edges: Vec::with_capacity(48) };
         for at in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
             tree.vertex(patch, at);
         }
@@ -193,30 +193,40 @@ impl Tree {
     }
 
     /// The vertices of a side, its direction being that of its parameter, both ends included.
-    pub(crate) fn side(&self, side: usize) -> Vec<u32> {
+    pub(crate) fn side(&self, side: usize, out: &mut Vec<u32>) {
         let ends = self.edges[side].ends;
-        let mut out = Vec::new();
-        self.walk(side as u32, ends[0], &mut out);
+        out.clear();
+        self.walk(side as u32, ends[0], out);
         out.push(ends[1]);
-        out
+    }
+
+    /// The number of vertices around a cell.
+    pub(crate) fn around(&self, cell: &Cell) -> usize {
+        cell.edges.iter().map(|&edge| 1 + self.cuts(edge)).sum()
     }
 
     /// The number of vertices between the ends of an edge.
-    pub(crate) fn cuts(&self, edge: u32) -> usize {
+    #[inline]
+    fn cuts(&self, edge: u32) -> usize {
         let kids = self.edges[edge as usize].kids;
-        if kids == NONE { 0 } else { 1 + self.cuts(kids) + self.cuts(kids + 1) }
+        if kids == NONE { 0 } else { self.cuts_within(kids) }
+    }
+
+    /// The same of a cut edge with these halves.
+    fn cuts_within(&self, kids: u32) -> usize {
+        1 + self.cuts(kids) + self.cuts(kids + 1)
     }
 
     /// The fractions of a side's inner vertices, ascending.
-    pub(crate) fn fractions(&self, side: usize, out: &mut Vec<f64>) {
+    pub(crate) fn fractions(&self, side: usize, out: &mut impl Extend<f64>) {
         self.inner(side as u32, side % 2, out);
     }
 
-    fn inner(&self, edge: u32, direction: usize, out: &mut Vec<f64>) {
+    fn inner(&self, edge: u32, direction: usize, out: &mut impl Extend<f64>) {
         let kids = self.edges[edge as usize].kids;
         if kids != NONE {
             self.inner(kids, direction, out);
-            out.push(self.vertices[self.edges[kids as usize].ends[1] as usize].at[direction]);
+            out.extend([self.vertices[self.edges[kids as usize].ends[1] as usize].at[direction]]);
             self.inner(kids + 1, direction, out);
         }
     }

@@ -2,13 +2,23 @@
 
 use loftsman_kernel::Vector;
 
+use crate::bezier::more;
 use crate::fineness::Target;
-use crate::form::Form;
+use crate::form::{Form, Ranges};
 use crate::topology::Poles;
 use crate::tree::{Cell, Tree, Vertex};
 
 /// Above this many choices the triangles are not chosen by their certified error, but by their edges' lengths.
 const CHOICES: usize = 64;
+
+/// Where the patch is further (in tolerances) from an edge, no triangle that has it will do: however that one lies, how far
+/// the patch is from the edge counts, across the triangle or within it. (It is measured across the cell, whose normal is not
+/// quite the triangle's: a cell that barely meets the target may be cut for that.)
+pub(crate) const HOPELESS_EDGE: f64 = 1.0;
+
+/// Where the patch is so many times further from a diagonal than the triangles along the other one cost, those along this one,
+/// which are no nearer than it, are not looked at. (What is more than 1 is for the normals, which are not quite the cell's.)
+const WORSE_DIAGONAL: f64 = 1.25;
 
 /// What a triangle costs that is further from the patch than is of use.
 const FAR: f64 = f64::MAX;
@@ -16,6 +26,7 @@ const FAR: f64 = f64::MAX;
 /// The plane of a triangle, and how far the patch is from it over the triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plane {
+    /// Of any length.
     pub(crate) normal: Vector,
     pub(crate) error: f64,
 }
@@ -108,6 +119,10 @@ impl Triangulation {
         self.table[n * m - 1].worst = 0.0;
         for at in (0..n * m - 1).rev() {
             let (j, i) = (at / m, at % m);
+            if at > 0 && costs.bend([self.near[j], self.far[i]]) > HOPELESS_EDGE * limit {
+                self.table[at].worst = FAR;
+                continue;
+            }
             let mut best = self.table[at];
             for near in [true, false] {
                 let next = match near {
@@ -117,9 +132,10 @@ impl Triangulation {
                 };
                 let rest = self.table[next].worst;
                 if rest < best.worst {
-                    let (worst, plane) = costs.add(rest, self.ahead(j, i, near), limit);
+                    let mut first = Triangle { corners: self.ahead(j, i, near), plane: None };
+                    let worst = costs.add(rest, &mut first, limit);
                     if worst < best.worst {
-                        best = Step { worst, near, plane };
+                        best = Step { worst, near, plane: first.plane };
                     }
                 }
             }
@@ -137,17 +153,27 @@ impl Triangulation {
 
     /// The best way for a cell that has no vertices but its corners: along one of its diagonals.
     fn find_diagonal(&mut self, costs: &Costs<'_>, limit: f64, [a, b, c, d]: [u32; 4]) -> f64 {
-        let mut least = f64::INFINITY;
-        for corners in [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]] {
-            let (rest, second) = costs.add(0.0, corners[1], limit);
-            let (worst, first) = if rest < least { costs.add(rest, corners[0], limit) } else { (rest, None) };
-            if worst < least || least == f64::INFINITY {
-                least = worst;
-                self.triangles.clear();
-                let triangles = corners.into_iter().zip([first, second]);
-                self.triangles.extend(triangles.map(|(corners, plane)| Triangle { corners, plane }));
+        let mut ways = [[[a, b, d], [b, c, d]], [[a, c, d], [a, b, c]]]
+            .map(|way| way.map(|corners| Triangle { corners, plane: None }));
+        let (mut least, mut best) = (f64::INFINITY, 1);
+        // The more promising first, so that half of the other will often do; where they are alike it is the first.
+        let bends = [[b, d], [a, c]].map(|ends| costs.bend(ends));
+        for way in if bends[1] < bends[0] { [1, 0] } else { [0, 1] } {
+            let better = |worst: f64, least: f64| worst < least || (worst == least && way == 0);
+            let [one, two] = &mut ways[way];
+            if bends[way] > WORSE_DIAGONAL * least {
+                break;
+            }
+            let start = if bends[way] > HOPELESS_EDGE * limit { FAR } else { 0.0 };
+            let rest = costs.add(start, two, limit);
+            if better(rest, least) {
+                let worst = costs.add(rest, one, limit);
+                if better(worst, least) {
+                    (least, best) = (worst, way);
+                }
             }
         }
+        self.triangles.extend_from_slice(&ways[best]);
         least
     }
 
@@ -160,10 +186,7 @@ impl Triangulation {
     pub(crate) fn neighbour(&self, vertices: &[Vertex], index: usize, poles: &Poles) -> Option<Vector> {
         let thin = self.triangles[index].corners;
         let shares = |t: &[u32; 3]| t.iter().filter(|k| thin.contains(k)).count() == 2;
-        let whole = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|k| vertices[k as usize].at);
-            !(poles.same(a, b) || poles.same(b, c) || poles.same(c, a))
-        };
+        let whole = |t: &[u32; 3]| poles.same(t.map(|k| vertices[k as usize].at)) == [false; 3];
         let found = self.triangles.iter().map(|t| t.corners).find(|t| shares(t) && whole(t))?;
         Some(normal_of(found.map(|k| &vertices[k as usize])))
     }
@@ -218,40 +241,49 @@ impl Triangulation {
 /// What triangles of a cell cost.
 pub(crate) struct Costs<'a> {
     pub(crate) form: &'a Form,
+    /// The second derivatives across the cell.
+    pub(crate) ranges: Ranges,
     pub(crate) vertices: &'a [Vertex],
     pub(crate) poles: &'a Poles,
     pub(crate) target: &'a Target,
 }
 
 impl Costs<'_> {
-    /// The larger of a cost and that of a triangle; its plane, where that is known.
-    fn add(&self, rest: f64, corners: [u32; 3], limit: f64) -> (f64, Option<Plane>) {
+    /// How far the patch is from an edge, across the cell.
+    fn bend(&self, ends: [u32; 2]) -> f64 {
+        let [from, to] = ends.map(|k| self.vertices[k as usize].at);
+        self.ranges.along(from, to)
+    }
+
+    /// The larger of a cost and that of a triangle, which gets its plane, if that is to be found.
+    fn add(&self, rest: f64, triangle: &mut Triangle, limit: f64) -> f64 {
         if rest >= FAR {
-            return (rest, None);
+            return rest;
         }
-        let (cost, plane) = self.of(corners.map(|k| &self.vertices[k as usize]), limit);
-        (rest.max(cost), plane)
+        more(rest, self.of(triangle, limit))
     }
 
     /// What is wrong with a triangle: its distance from the patch; among those that hardly differ the length of its longest
-    /// edge; far too much where it is turned over or has no area in parameters. With its plane, if it has one.
-    fn of(&self, corners: [&Vertex; 3], limit: f64) -> (f64, Option<Plane>) {
+    /// edge; far too much where it is turned over or has no area in parameters. It gets its plane, if it has one.
+    fn of(&self, triangle: &mut Triangle, limit: f64) -> f64 {
+        let corners = triangle.corners.map(|k| &self.vertices[k as usize]);
         let ([a, b, c], chord) = (corners, self.target.chord);
         if area(a.at, b.at, c.at) <= 0.0 {
-            return (f64::INFINITY, None);
+            return f64::INFINITY;
         }
-        if self.poles.same(a.at, b.at) || self.poles.same(b.at, c.at) || self.poles.same(c.at, a.at) {
-            return (0.0, None);
+        if self.poles.same(corners.map(|v| v.at)) != [false; 3] {
+            return 0.0;
         }
         let plane = Plane::of(corners, self.form);
         if plane.error > limit {
-            return (FAR, None);
+            return FAR;
         }
+        triangle.plane = Some(plane);
         let edges = [b.point - a.point, c.point - b.point, a.point - c.point];
-        let long = edges.iter().map(Vector::norm_squared).fold(0.0, f64::max).sqrt();
+        let long = edges.iter().map(Vector::norm_squared).fold(0.0, more).sqrt();
         let turned = corners.iter().any(|v| v.normal.dot(&plane.normal) < 0.0);
         let scale = if turned { 4.0 } else { 1.0 };
-        (scale * plane.error.max(0.05 * chord) + 1e-6 * chord * long, Some(plane))
+        scale * more(0.05 * chord, plane.error) + 1e-6 * chord * long
     }
 }
 
@@ -260,14 +292,20 @@ fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The unit normal of a triangle; where its corners are in line, one across that line nearest to the surface's.
+/// A normal of a triangle, of any length; where its corners are in line, one across that line nearest to the surface's.
+#[inline]
 pub(crate) fn normal_of([a, b, c]: [&Vertex; 3]) -> Vector {
     let (s, t) = (b.point - a.point, c.point - a.point);
     let cross = s.cross(&t);
-    let squared = cross.norm_squared();
-    if squared > 1e-24 * s.norm_squared() * t.norm_squared() {
-        return cross / squared.sqrt();
+    if cross.norm_squared() > 1e-24 * s.norm_squared() * t.norm_squared() {
+        return cross;
     }
+    normal_across([a, b, c], s, t)
+}
+
+/// One across the line of corners that are in line, `s` and `t` from the first to the others.
+#[cold]
+fn normal_across([a, b, c]: [&Vertex; 3], s: Vector, t: Vector) -> Vector {
     let line = if s.norm_squared() > t.norm_squared() { s } else { t };
     let line = line.try_normalize(0.0).unwrap_or_default();
     let mean = a.normal + b.normal + c.normal;

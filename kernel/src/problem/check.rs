@@ -2,17 +2,17 @@
 
 use std::collections::BTreeSet;
 
+use super::Numbers;
 use super::assembly::Assembly;
 use super::bound::Bound;
 use super::conflict::quoted;
 use super::constraint::Constraint;
-use super::{Coordinates, Numbers};
-use crate::Point;
 use crate::functional::Accuracy;
 use crate::measure::{Error, PROPORTION, ROUNDING, error_of};
 use crate::solve::{Factored, Sense, SolveError, System, SystemMetric, Whitened};
+use crate::{Point, Vector};
 
-/// What is known of a system's rows at mouse down, and room to check them at every mouse move.
+/// What is known of a system's rows at mouse down, to check them at every mouse move.
 #[derive(Debug)]
 pub(crate) struct Check {
     /// `Σ |coefficient|` of each row.
@@ -21,13 +21,12 @@ pub(crate) struct Check {
     cost: Numbers,
     /// The largest coordinate of the vertices that move.
     pub(crate) reach: f64,
-    /// Where the vertices are, number by number, and the way that they really go, their coordinates being rounded.
-    base: Coordinates,
-    way: Coordinates,
     measure: Measure,
     /// How long the adjustment is without the handle, and what each number of the handle adds by changing by 1.
     still: f64,
     response: Numbers,
+    /// Whether no event can be out of proportion, wherever the handle goes.
+    pub(crate) proportionate: bool,
 }
 
 /// Lengths in a metric.
@@ -75,6 +74,16 @@ impl Measure {
         })
     }
 
+    /// What a change of each row's value by 1 costs, where that is `plain` without a metric; `None` where it does not matter.
+    fn cost<'a>(&'a self, plain: &'a [f64]) -> Option<&'a [f64]> {
+        match self {
+            Self::Harmless => None,
+            Self::Plain => Some(plain),
+            Self::Metric(lengths) => Some(&lengths.cost),
+            Self::Through(cost) => Some(cost),
+        }
+    }
+
     /// The length of an adjustment with so many sides; of none where it does not matter.
     fn length(&mut self, d: &[f64], sides: usize) -> f64 {
         match self {
@@ -83,6 +92,59 @@ impl Measure {
             Self::Metric(lengths) => lengths.metric.squared_length(d, sides).sqrt(),
         }
     }
+}
+
+/// Vertices that an adjustment has moved.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moved<'a> {
+    /// Where they were.
+    pub(crate) base: &'a [Point],
+    /// The way that each really went, its coordinates being rounded.
+    pub(crate) way: &'a [[f64; 3]],
+    /// Whether all of it is finite.
+    pub(crate) finite: bool,
+}
+
+impl<'a> Moved<'a> {
+    /// From `base` by `d`; the way into `way`, which is as long.
+    pub(crate) fn by(base: &'a [Point], d: &[f64], way: &'a mut [[f64; 3]]) -> Self {
+        let mut sum = [0.0; 3];
+        for ((base, d), way) in base.iter().zip(d.as_chunks().0).zip(&mut *way) {
+            (_, *way) = step(base, d, &mut sum);
+        }
+        Self { base, way, finite: is_zero(&sum) }
+    }
+
+    /// The largest coordinate.
+    fn reach(&self) -> f64 {
+        let largest = |(p, way): (&Point, &[f64; 3])| (p.coords + Vector::from(*way)).amax();
+        self.base.iter().zip(self.way).map(largest).fold(0.0, f64::max)
+    }
+}
+
+/// Where a vertex arrives, and the way that it really goes, its coordinates being rounded. Zero times what is not finite is NaN,
+/// and NaN stays in a sum: `sum` remains [zero](is_zero) as long as all is finite.
+#[inline]
+pub(crate) fn step(base: &Point, d: &[f64; 3], sum: &mut [f64; 3]) -> (Point, [f64; 3]) {
+    let p = [base.x + d[0], base.y + d[1], base.z + d[2]];
+    let way = [p[0] - base.x, p[1] - base.y, p[2] - base.z];
+    (0..3).for_each(|k| sum[k] += way[k] * 0.0);
+    (Point::from(p), way)
+}
+
+/// Whether no [step] led to what is not finite.
+#[inline]
+pub(crate) fn is_zero(sum: &[f64; 3]) -> bool {
+    sum[0] + sum[1] + sum[2] == 0.0
+}
+
+/// Why an adjustment is not handed out.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Miss {
+    /// It leads out of the numbers.
+    Overflow,
+    /// It misses this row.
+    Row(usize, Error),
 }
 
 /// An adjustment that is out of proportion.
@@ -97,8 +159,9 @@ pub(crate) struct Excess {
 pub(crate) const NOTABLE: f64 = 1e4;
 
 impl Excess {
+    /// What is not finite overflows, which the rows tell.
     fn of(length: f64, alone: f64, most: f64) -> Option<Self> {
-        (length > most * alone).then(|| Self { length, times: length / alone })
+        (length > most * alone && length < f64::INFINITY).then(|| Self { length, times: length / alone })
     }
 }
 
@@ -139,57 +202,64 @@ impl Check {
         for (row, rough) in rough.iter_mut().enumerate() {
             *rough = rows.row(row).1.iter().map(|v| v.abs()).sum();
         }
-        let mut flat = Coordinates::from_elem(0.0, 3 * base.len());
-        for (flat, p) in flat.as_chunks_mut::<3>().0.iter_mut().zip(base) {
-            *flat = [p.x, p.y, p.z];
-        }
         Ok(Self {
             rough,
             cost: reciprocals(rows),
             reach: base.iter().fold(0.0, |m, p| p.coords.amax().max(m)),
-            base: flat,
-            way: Coordinates::from_elem(0.0, 3 * base.len()),
             measure: Measure::new(system, factored)?,
             still: f64::INFINITY,
             response: Numbers::new(),
+            proportionate: false,
         })
     }
 
     /// Remembers how long the adjustments are that events are made of: so an event need not measure a length that is
-    /// bounded by theirs.
-    pub(crate) fn of_events(&mut self, sides: usize, still: &[f64], response: &[Coordinates]) {
+    /// bounded by theirs. `rows`: those of the handle.
+    pub(crate) fn of_events(
+        &mut self,
+        sides: usize,
+        still: &[f64],
+        response: &[Vec<f64>],
+        rows: impl Iterator<Item = usize>,
+    ) {
         self.still = self.measure.length(still, sides);
         // A response is that of one coordinate: a column of one side.
         self.response = response.iter().map(|r| self.measure.length(r, 1)).collect();
+        self.proportionate = match self.measure.cost(&self.cost) {
+            None => true,
+            Some(cost) => {
+                let most = |row: usize| PROPORTION * cost[row];
+                self.still == 0.0 && self.response.iter().zip(rows).all(|(length, row)| *length <= most(row))
+            }
+        };
     }
 
-    /// The first row that the adjustment `d` misses by more than rounding explains, once the vertices are where it takes
-    /// them, if any: the row, and its error. `right` are the wanted changes, `size` the sizes of the numbers they come from,
-    /// an entry for each row and side. Allocates nothing.
+    /// The first row that vertices miss by more than rounding explains, if any; before that, whether they are anywhere.
+    /// `right` are the wanted changes, `size` the sizes of the numbers they come from, an entry for each row and side.
+    /// Allocates nothing.
     pub(crate) fn missed(
-        &mut self,
+        &self,
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
-        d: &[f64],
-    ) -> Option<(usize, Error)> {
-        for ((way, d), base) in self.way.iter_mut().zip(d).zip(&self.base) {
-            *way = (base + d) - base;
+        moved: &Moved<'_>,
+    ) -> Option<Miss> {
+        if !moved.finite {
+            return Some(Miss::Overflow);
         }
         let all = match system.sides() {
-            3 => self.all_hold::<3>(system, right, size),
-            _ => self.all_hold::<1>(system, right, size),
+            3 => self.all_hold::<3>(system, right, size, moved.way.as_flattened()),
+            _ => self.all_hold::<1>(system, right, size, moved.way.as_flattened()),
         };
-        if all { None } else { self.first_missed(system, senses, (right, size), d) }
+        if all { None } else { self.first_missed(system, senses, (right, size), moved) }
     }
 
     /// Whether all rows hold as equations, at the least size that there is: mostly they do, and the question is settled.
-    fn all_hold<const S: usize>(&self, system: &System, right: &[f64], size: &[f64]) -> bool {
-        let way = self.way.as_chunks::<S>().0;
+    fn all_hold<const S: usize>(&self, system: &System, right: &[f64], size: &[f64], way: &[f64]) -> bool {
+        let way = way.as_chunks::<S>().0;
         let sides = right.as_chunks::<S>().0.iter().zip(size.as_chunks::<S>().0);
         let mut all = true;
-        for (row, ((right, size), rough)) in sides.zip(&self.rough).enumerate() {
-            let (columns, values) = system.rows().row(row);
+        for ((columns, values), ((right, size), rough)) in system.rows().iter().zip(sides.zip(&self.rough)) {
             let mut missing = *right;
             for (&column, value) in columns.iter().zip(values) {
                 let way = &way[column as usize];
@@ -210,16 +280,16 @@ impl Check {
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
-        d: &[f64],
-    ) -> Option<(usize, Error)> {
-        let largest = self.base.iter().zip(d).fold(0.0_f64, |m, (base, d)| m.max((base + d).abs()));
+        moved: &Moved<'_>,
+    ) -> Option<Miss> {
+        let largest = moved.reach();
         let wanted = self.cost.iter().zip(right.chunks_exact(system.sides()));
         let asked = wanted.fold(0.0_f64, |m, (cost, b)| b.iter().fold(m, |m, b| m.max(cost * b.abs())));
         let reach = self.reach + asked;
         let reach = largest.min(PROPORTION * reach).max(reach);
         match system.sides() {
-            3 => self.look::<3>(system, senses, (right, size), reach),
-            _ => self.look::<1>(system, senses, (right, size), reach),
+            3 => self.look::<3>(system, senses, (right, size), moved, reach),
+            _ => self.look::<1>(system, senses, (right, size), moved, reach),
         }
     }
 
@@ -228,9 +298,10 @@ impl Check {
         system: &System,
         senses: impl Fn(usize) -> Sense,
         (right, size): (&[f64], &[f64]),
+        moved: &Moved<'_>,
         reach: f64,
-    ) -> Option<(usize, Error)> {
-        let way = self.way.as_chunks::<S>().0;
+    ) -> Option<Miss> {
+        let way = moved.way.as_flattened().as_chunks::<S>().0;
         let sides = right.as_chunks::<S>().0.iter().zip(size.as_chunks::<S>().0);
         for (row, ((right, size), rough)) in sides.zip(&self.rough).enumerate() {
             let (columns, values) = system.rows().row(row);
@@ -244,7 +315,7 @@ impl Check {
                 let allowed = ROUNDING * (size[s] + right[s].abs() + rough * reach);
                 let found = Error { error, allowed };
                 if !found.holds() {
-                    return Some((row, found));
+                    return Some(Miss::Row(row, found));
                 }
             }
         }
@@ -263,12 +334,7 @@ impl Check {
         d: &[f64],
         handle: impl Iterator<Item = usize>,
     ) -> Option<Excess> {
-        let cost = match &self.measure {
-            Measure::Harmless => return None,
-            Measure::Plain => &self.cost[..],
-            Measure::Metric(lengths) => &lengths.cost[..],
-            Measure::Through(cost) => &cost[..],
-        };
+        let cost = self.measure.cost(&self.cost)?;
         let response = &self.response[..];
         let (mut most, mut least) = (self.still, 0.0);
         for (k, entry) in handle.enumerate() {
@@ -298,12 +364,9 @@ pub(crate) fn excess(
 ) -> Result<Option<Excess>, SolveError> {
     let sides = system.sides();
     let mut measure = Measure::new(system, factored)?;
-    let alone = match &measure {
-        Measure::Harmless => return Ok(None),
-        Measure::Plain => alone(&reciprocals(system.rows()), sides, right),
-        Measure::Metric(lengths) => alone(&lengths.cost, sides, right),
-        Measure::Through(cost) => alone(cost, sides, right),
-    };
+    let plain = if let Measure::Plain = measure { reciprocals(system.rows()) } else { Numbers::new() };
+    let Some(cost) = measure.cost(&plain) else { return Ok(None) };
+    let alone = alone(cost, sides, right);
     Ok(Excess::of(measure.length(d, sides), alone, most))
 }
 

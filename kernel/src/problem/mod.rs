@@ -94,8 +94,6 @@ pub struct Problem {
 
 /// The numbers of a vector, or of a row for x, y and z: kept in place.
 pub(crate) type Numbers = SmallVec<[f64; 3]>;
-/// Coordinates of the vertices that move: of as many as one place of a cubic has, kept in place.
-pub(crate) type Coordinates = SmallVec<[f64; 12]>;
 
 /// The shapes in their boxes, as functionals see them.
 pub(crate) fn view(shapes: &[Box<dyn Shape>]) -> Shapes<'_> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::bound::{Bound, right_hand_side};
-use super::check::{Check, excess, missed_by, near_conflict};
+use super::check::{Check, Miss, Moved, excess, missed_by, near_conflict};
 use super::program::{Solved, senses};
 use super::smooth::is_ours;
 use super::{Assembly, Constraint, EditError, Numbers, Problem, view};
@@ -69,12 +69,16 @@ impl Problem {
             let base: Vec<Point> = full.vertices().map(|vertex| shapes.vertex(vertex)).collect();
             let constraints: Vec<&Constraint> = self.constraints().collect();
             let senses = senses(&full, &constraints);
-            let mut check = Check::new(&full.system, solved.factored.as_ref(), &base)?;
-            if let Some((row, error)) =
-                check.missed(&full.system, |row| senses[row], (&rhs, &size), &solved.d)
-            {
-                let constraint = constraints[full.constraint_of(row)];
-                return Err(missed_by(solved.factored.solver(), constraint, error).into());
+            let check = Check::new(&full.system, solved.factored.as_ref(), &base)?;
+            let mut way = vec![[0.0; 3]; base.len()];
+            let moved = Moved::by(&base, &solved.d, &mut way);
+            match check.missed(&full.system, |row| senses[row], (&rhs, &size), &moved) {
+                None => {}
+                Some(Miss::Overflow) => return Err(overflow()),
+                Some(Miss::Row(row, error)) => {
+                    let constraint = constraints[full.constraint_of(row)];
+                    return Err(missed_by(solved.factored.solver(), constraint, error).into());
+                }
             }
         }
         let diagnosis = solved.factored.diagnosis();

@@ -1,7 +1,8 @@
 //! Dense LU with partial pivoting of the bordered system.
 
+use super::elimination::reduce;
 use super::metric::SystemMetric;
-use super::rank::{Dependency, Diagnosis, Reflections, reduce};
+use super::rank::{Dependency, Diagnosis, Reflections};
 use super::refine::Refinement;
 use super::system::System;
 use super::{Factored, SolveError, Solver};
@@ -74,7 +75,7 @@ impl Solver for DenseLu {
             });
         }
         let whitened = system.whitened()?;
-        let (kept, dependencies) = reduce(system, self.name())?;
+        let (kept, dependencies) = reduce(system);
         let reflections = Reflections::new(
             whitened.as_ref().map_or(rows, |w| &w.rows),
             kept.iter().copied(),

@@ -29,6 +29,7 @@
 mod active_set;
 mod adjoint;
 mod automatic;
+mod elimination;
 mod envelope;
 mod free;
 mod householder_qr;

@@ -96,6 +96,11 @@ impl SparseRows {
         (&self.columns[range.clone()], &self.values[range])
     }
 
+    /// Columns and values of each row.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], &[f64])> {
+        self.starts.windows(2).map(|ends| (&self.columns[ends[0]..ends[1]], &self.values[ends[0]..ends[1]]))
+    }
+
     /// `(column, value)` pairs of a row.
     pub fn iter_row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let (columns, values) = self.row(row);

@@ -1,12 +1,12 @@
 //! Fairing being said, and what comes of it.
 
 use std::fmt;
+use std::sync::Arc;
 
 use loftsman_kernel::edit::{Constraint, Edit, Smoothness};
+use loftsman_kernel::energy::Energy;
 use loftsman_kernel::plugin::ConstraintReport;
 use loftsman_kernel::shape::Shape;
-
-use crate::energy::EnergySum;
 
 /// Says what should be fair, and under which constraints.
 ///
@@ -33,7 +33,7 @@ use crate::energy::EnergySum;
 pub struct Fair<S> {
     pub(crate) shape: S,
     pub(crate) others: Vec<Box<dyn Shape>>,
-    pub(crate) energy: EnergySum,
+    pub(crate) energy: Option<Arc<dyn Energy>>,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) locks: Vec<i64>,
     pub(crate) within: Option<f64>,
@@ -46,7 +46,7 @@ impl<S: Shape + Clone> Fair<S> {
         Self {
             shape: shape.clone(),
             others: Vec::new(),
-            energy: EnergySum::default(),
+            energy: None,
             constraints: Vec::new(),
             locks: Vec::new(),
             within: None,
@@ -61,10 +61,11 @@ impl<S: Shape + Clone> Fair<S> {
         self
     }
 
-    /// What is to be small.
+    /// What is to be small: a [sum of those here](crate::EnergySum), or any other energy that is known by its
+    /// [squares](Energy::squares).
     #[must_use]
-    pub fn energy(mut self, energy: EnergySum) -> Self {
-        self.energy = energy;
+    pub fn energy(mut self, energy: impl Energy + 'static) -> Self {
+        self.energy = Some(Arc::new(energy));
         self
     }
 

@@ -1,6 +1,7 @@
 //! The integrals of an energy as squares: rows at the nodes of every span or cell, exact for polynomials, of as many nodes as are enough
 //! where there are weights.
 
+use loftsman_kernel::energy::Squares;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::shape::{Cell, Derivative, Location, Shape, Splines, cells_of, rows_at};
 use loftsman_kernel::spline::Space;
@@ -8,14 +9,16 @@ use loftsman_kernel::spline::gram::gauss_legendre;
 use loftsman_kernel::spline::space::MAX_ORDER;
 use loftsman_kernel::{Point, Vector};
 
-use crate::squares::Squares;
-
 /// Nodes a span and direction, beyond those for a polynomial, at which the integrals of rational shapes are tried first, and
 /// when to give up.
 const RATIONAL_NODES: usize = 6;
 const RATIONAL_LIMIT: usize = 80;
 
-impl Squares {
+/// Squares that integrals are added to.
+#[derive(Debug, Default)]
+pub(crate) struct Integrals(pub(crate) Squares);
+
+impl Integrals {
     /// The integral of the squared derivatives of an order; of the distance from the shape as it is, relative to an
     /// origin, where there is one.
     pub(crate) fn integrals(
@@ -57,7 +60,7 @@ impl Squares {
                 let each = cells.iter().map(|cell| {
                     let mut trial = Self::default();
                     trial.cell(shape, cell, order, 1.0, None, Some(nodes))?;
-                    Ok(trial.trace())
+                    Ok(trial.0.trace())
                 });
                 each.collect()
             };
@@ -79,8 +82,8 @@ impl Squares {
         near: Option<Point>,
         nodes: Option<usize>,
     ) -> Result<()> {
-        self.open(cell.vertices.iter().copied());
-        let width = self.width();
+        self.0.open(cell.vertices.iter().copied());
+        let width = self.0.width();
         let by_u = if cell.sides.len() < 2 { order..=order } else { 0..=order };
         for k in by_u {
             let derivative = Derivative { u: k, v: order - k };
@@ -118,7 +121,7 @@ impl Squares {
                     let each = spans.iter().enumerate().map(|(at, &span)| {
                         let mut trial = Self::default();
                         trial.curve_span(shape, splines, order, 1.0, None, &line, (at, span))?;
-                        Ok(trial.trace())
+                        Ok(trial.0.trace())
                     });
                     each.collect()
                 };
@@ -144,16 +147,16 @@ impl Squares {
         (at, span): (usize, usize),
     ) -> Result<()> {
         let (space, p) = (splines.u, splines.u.degree());
-        self.open(sorted((0..=p).map(|j| space.vertex(span - p + j))));
+        self.0.open(sorted((0..=p).map(|j| space.vertex(span - p + j))));
         for (k, &(u, w)) in line.nodes(space, span).iter().enumerate() {
             let root = (weight * w).sqrt();
-            let mut row = vec![0.0; self.width()];
+            let mut row = vec![0.0; self.0.width()];
             if splines.weights.is_some() {
                 let stencil = shape.stencil(Location::Curve(u), Derivative { u: order, v: 0 })?;
-                self.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
+                self.0.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
             } else {
                 let terms = line.row(at, k).iter().enumerate();
-                self.place(&mut row, terms.map(|(j, c)| (space.vertex(span - p + j), c * root)));
+                self.0.place(&mut row, terms.map(|(j, c)| (space.vertex(span - p + j), c * root)));
             }
             self.finish(row, near, root, shape, Location::Curve(u))?;
         }
@@ -187,7 +190,7 @@ impl Squares {
                 let trial = |nodes: usize| {
                     let mut trial = Self::default();
                     trial.surface_span(shape, (us, vs, true), order, 1.0, None, &lines(Some(nodes)), pair)?;
-                    Ok(vec![trial.trace()])
+                    Ok(vec![trial.0.trace()])
                 };
                 let ((_, u), (_, v)) = pair;
                 let name = |_| format!("between u = {} and v = {}", ends(us, u), ends(vs, v));
@@ -213,22 +216,22 @@ impl Squares {
         ((i, u_span), (j, v_span)): ((usize, usize), (usize, usize)),
     ) -> Result<()> {
         let vertices = net(us, vs, u_span, v_span);
-        self.open(sorted(vertices.iter().copied()));
+        self.0.open(sorted(vertices.iter().copied()));
         for (k, (along_u, along_v)) in lines.iter().enumerate() {
             let share = weight * binomial(order, k);
             let along = along_v.nodes(vs, v_span);
             for (a, &(u, wu)) in along_u.nodes(us, u_span).iter().enumerate() {
                 for (b, &(v, wv)) in along.iter().enumerate() {
                     let root = (share * wu * wv).sqrt();
-                    let mut row = vec![0.0; self.width()];
+                    let mut row = vec![0.0; self.0.width()];
                     if rational {
                         let by = Derivative { u: k, v: order - k };
                         let stencil = shape.stencil(Location::Surface(u, v), by)?;
-                        self.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
+                        self.0.place(&mut row, stencil.iter().map(|(v, c)| (v, c * root)));
                     } else {
                         let (us, vs) = (along_u.row(i, a), along_v.row(j, b));
                         let products = us.iter().flat_map(|x| vs.iter().map(move |y| x * y * root));
-                        self.place(&mut row, vertices.iter().copied().zip(products));
+                        self.0.place(&mut row, vertices.iter().copied().zip(products));
                     }
                     self.finish(row, near, root, shape, Location::Surface(u, v))?;
                 }
@@ -249,7 +252,7 @@ impl Squares {
             Some(origin) => (shape.value(at, Derivative::POSITION)? - origin.coords) * root,
             None => Vector::zeros(),
         };
-        self.row(row, target);
+        self.0.row(row, target);
         Ok(())
     }
 }

@@ -16,6 +16,7 @@ use crate::active::Row;
 use crate::bounds::{Bound, not_linear, reach};
 use crate::damped::{Damped, NOTHING};
 use crate::fair::{Fair, FairReport, Faired};
+use crate::form::nothing;
 use crate::minimise::{Projection, Search, finite, minimise};
 use crate::null_space::{Motions, NullSpace, motions, notes};
 use crate::precondition::Preconditioner;
@@ -98,7 +99,15 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
     pub(crate) fn new(fair: &'a Fair<S>, solver: Arc<dyn Solver>) -> Result<Self, EditError> {
         let vertices = fair.shape.control_vertices();
         let origin = vertices.first().copied().unwrap_or_else(Point::origin);
-        let squares = Squares::new(fair.shape.as_shape(), &fair.energy, origin)?;
+        let energy = fair.energy.as_ref().ok_or_else(nothing)?;
+        let squares = energy.squares(fair.shape.as_shape(), origin)?.ok_or_else(|| {
+            Error::Invalid(format!(
+                "\"{}\" is known by its matrix alone, and fairing works with squares: let an edit make it least (minimise)",
+                energy.describe()
+            ))
+        })?;
+        squares.check(vertices.len())?;
+        let squares = Squares::from(squares);
         let mut free = vec![true; vertices.len()];
         for &lock in &fair.locks {
             let at = vertex_index(lock, free.len())?;
@@ -377,7 +386,7 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
         let nearest = &stage.nearest;
         let report = FairReport {
-            energy: self.fair.energy.to_string(),
+            energy: self.fair.energy.as_ref().map(|energy| energy.describe()).unwrap_or_default(),
             energy_before,
             energy_after,
             solver: nearest.solver().to_owned(),

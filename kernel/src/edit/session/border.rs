@@ -10,7 +10,6 @@ use super::support::strayed;
 use crate::Point;
 use crate::error::Result;
 use crate::functional::{Equation, Linearity, Shapes, Store, linearize_of};
-use crate::problem::Coordinates;
 use crate::problem::assembly::Assembly;
 use crate::problem::bound::Bound;
 use crate::solve::{Factored, InverseMetric, SolveError};
@@ -47,7 +46,7 @@ pub(super) struct Border {
     /// Whether an event has succeeded since it was prepared.
     pub(super) moved: bool,
     /// The adjustment that is tried next.
-    pub(super) next: Coordinates,
+    pub(super) next: Vec<f64>,
     /// The tangential way that was remembered last.
     way: Vec<f64>,
     /// The size of the coordinates that the shapes started with, as a length over all of them.
@@ -145,7 +144,7 @@ impl Border {
             linear: vec![0.0; width],
             before: vec![0.0; width],
             moved: false,
-            next: Coordinates::from_elem(0.0, width),
+            next: vec![0.0; width],
             way: vec![0.0; width],
             reach,
             multipliers: vec![0.0; m],

@@ -2,10 +2,11 @@
 
 use super::Session;
 use super::event::is_finite;
+use super::prepared::Prepared;
 use super::strategy::Strategy;
 use crate::measure::PROPORTION;
 use crate::problem::EditError;
-use crate::problem::check::{excess, missed_by, near_conflict};
+use crate::problem::check::{Miss, Moved, excess, missed_by, near_conflict};
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, Solved, senses};
 use crate::problem::solution::overflow;
@@ -41,7 +42,7 @@ impl<S: Shape> Session<S> {
         }
         prepared.assembly.decide(solved.tolerance);
         (prepared.factored, prepared.dependencies) = (solved.factored, solved.dependencies);
-        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d.into());
+        (prepared.rhs, prepared.size, prepared.d) = (solved.rhs, solved.size, solved.d);
         prepared.strategy = Strategy::Bounded(bounds);
         self.place();
         Ok(())
@@ -67,11 +68,13 @@ impl<S: Shape> Session<S> {
         }
         let constraints: Vec<&Constraint> = self.problem.constraints().collect();
         let senses = senses(&bounds.full, &constraints);
-        let check = &mut self.prepared.check;
+        let Prepared { check, base, way, .. } = self.prepared.as_mut();
         let right = (&bounds.rhs[..], &bounds.size[..]);
-        match check.missed(&bounds.full.system, |row| senses[row], right, &solved.d) {
+        let moved = Moved::by(base, &solved.d, way);
+        match check.missed(&bounds.full.system, |row| senses[row], right, &moved) {
             None => Ok(solved),
-            Some((row, error)) => {
+            Some(Miss::Overflow) => Err(overflow()),
+            Some(Miss::Row(row, error)) => {
                 let constraint = constraints[bounds.full.constraint_of(row)];
                 Err(missed_by(solved.factored.solver(), constraint, error).into())
             }

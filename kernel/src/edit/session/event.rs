@@ -6,7 +6,7 @@ use super::progress::looks;
 use super::strategy::Strategy;
 use crate::measure::Error;
 use crate::problem::EditError;
-use crate::problem::check::{missed_by, near_conflict};
+use crate::problem::check::{Miss, Moved, missed_by, near_conflict};
 use crate::problem::conflict::{explain, involved};
 use crate::problem::constraint::Constraint;
 use crate::problem::effort::soften;
@@ -48,8 +48,10 @@ impl<S: Shape> Session<S> {
     /// All constraints are linear equations.
     fn linear_event(&mut self) -> Result<(), EditError> {
         while self.solve_linear()? {
-            let Err(error) = self.check_linear() else { break };
+            let finite = self.place();
+            let Err(error) = self.check_rows(finite) else { return Ok(()) };
             std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
+            self.place();
             // What others nearly imply was left out, and is missed by more than rounding: it is not implied.
             if !self.look_closer()? {
                 return Err(error);
@@ -76,7 +78,10 @@ impl<S: Shape> Session<S> {
             // Before it is called a conflict: what is nearly implied is not implied.
             return if self.look_closer()? { self.solve_linear() } else { Err(self.conflict(at).into()) };
         }
-        let checked = self.check_finite().and_then(|()| self.check_proportion());
+        // What is only linear has its rows checked next, which what is not finite does not pass.
+        let linear = matches!(self.prepared.strategy, Strategy::Linear);
+        let finite = if linear { Ok(()) } else { self.check_finite() };
+        let checked = finite.and_then(|()| self.check_proportion());
         if checked.is_err() {
             std::mem::swap(&mut self.prepared.d, &mut self.prepared.other);
         }
@@ -86,6 +91,9 @@ impl<S: Shape> Session<S> {
     /// Whether the adjustment is in proportion to what is asked.
     fn check_proportion(&mut self) -> Result<(), EditError> {
         let Prepared { check, assembly, factored, rhs, size, d, .. } = self.prepared.as_mut();
+        if check.proportionate {
+            return Ok(());
+        }
         let slots = self.handle.as_ref().map(|handle| assembly.slots(handle.at)).unwrap_or_default();
         let entries = slots.iter().map(|slot| assembly.entry(slot));
         match check.excess(assembly.system.sides(), (rhs, size), d, entries) {
@@ -101,10 +109,19 @@ impl<S: Shape> Session<S> {
     /// # Errors
     /// The constraint that is missed, or the constraints that contradict one another.
     pub(super) fn check_linear(&mut self) -> Result<(), EditError> {
-        let Prepared { check, assembly, rhs, size, d, .. } = self.prepared.as_mut();
-        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), d) {
+        let Prepared { base, way, d, .. } = self.prepared.as_mut();
+        let finite = Moved::by(base, d, way).finite;
+        self.check_rows(finite)
+    }
+
+    /// The same where the vertices were just placed, and went `way`.
+    fn check_rows(&self, finite: bool) -> Result<(), EditError> {
+        let Prepared { check, assembly, rhs, size, base, way, .. } = self.prepared.as_ref();
+        let moved = Moved { base, way, finite };
+        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), &moved) {
             None => Ok(()),
-            Some((row, error)) => Err(self.missed(row, error).into()),
+            Some(Miss::Overflow) => Err(overflow()),
+            Some(Miss::Row(row, error)) => Err(self.missed(row, error).into()),
         }
     }
 

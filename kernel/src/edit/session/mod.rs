@@ -27,6 +27,7 @@ use crate::Point;
 use crate::error::{Error, Result};
 use crate::functional::{Linearity, value_of};
 use crate::problem::bound::{Bound, add_companions, loosen};
+use crate::problem::check::{is_zero, step};
 use crate::problem::conflict::quoted;
 use crate::problem::{Asked, Constraint, ConstraintId, EditError, Numbers, Problem, Value, view};
 use crate::shape::{Location, Shape};
@@ -371,24 +372,29 @@ impl<S: Shape> Session<S> {
         Ok(Edited { shapes: self.problem.shapes, report, before, original: self.original, kind: PhantomData })
     }
 
-    /// Base plus adjustment, into the shapes.
-    fn place(&mut self) {
-        let Prepared { d, base, places, .. } = self.prepared.as_ref();
-        let (mut from, last) = (0, self.problem.shapes.len() - 1);
+    /// Base plus adjustment, into the shapes, and the way into `way`; whether all of it is finite.
+    fn place(&mut self) -> bool {
+        let Prepared { d, base, places, way, .. } = self.prepared.as_mut();
+        let (mut places, mut base, mut d) = (&places[..], &base[..], d.as_chunks::<3>().0);
+        let (mut way, mut sum) = (&mut way[..], [0.0; 3]);
+        let last = self.problem.shapes.len() - 1;
         for (index, shape) in self.problem.shapes.iter_mut().enumerate() {
-            let own = || places[from..].partition_point(|&(s, _)| s as usize == index);
-            let until = if index == last { places.len() } else { from + own() };
-            if until == from {
+            let own = if index == last {
+                places.len()
+            } else {
+                places.partition_point(|&(s, _)| s as usize == index)
+            };
+            if own == 0 {
                 continue;
             }
-            let vertices = shape.control_vertices_mut();
-            for ((&(_, vertex), base), d) in
-                places[from..until].iter().zip(&base[from..until]).zip(d[3 * from..3 * until].chunks_exact(3))
-            {
-                vertices[vertex as usize] = Point::new(base.x + d[0], base.y + d[1], base.z + d[2]);
+            let (vertices, here) = (shape.control_vertices_mut(), places[..own].iter());
+            for (((&(_, vertex), base), d), way) in here.zip(base).zip(d).zip(&mut *way) {
+                (vertices[vertex as usize], *way) = step(base, d, &mut sum);
             }
-            from = until;
+            (places, base, d) = (&places[own..], &base[own..], &d[own..]);
+            way = &mut way[own..];
         }
+        is_zero(&sum)
     }
 
     /// The shapes as they were when prepared.

@@ -14,7 +14,7 @@ use crate::problem::bound::{Bound, difference};
 use crate::problem::check::Check;
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, equations, gather, has_inequalities, senses};
-use crate::problem::{Coordinates, EditError, Numbers, Problem};
+use crate::problem::{EditError, Numbers, Problem};
 use crate::solve::{Dependency, Factored, Solver, SystemMetric};
 
 /// What is known for one set of constraints at one state of the shapes.
@@ -26,16 +26,18 @@ pub(super) struct Prepared {
     pub(super) rhs: Numbers,
     pub(super) size: Numbers,
     /// The adjustment of the touched columns, and what it is without the handle.
-    pub(super) d: Coordinates,
-    pub(super) still: Coordinates,
+    pub(super) d: Vec<f64>,
+    pub(super) still: Vec<f64>,
     /// Room for another adjustment: an event that fails gives back the last one.
-    pub(super) other: Coordinates,
+    pub(super) other: Vec<f64>,
     /// The adjustment that each number of the handle asks for by changing by 1.
-    pub(super) response: SmallVec<[Coordinates; 1]>,
+    pub(super) response: SmallVec<[Vec<f64>; 1]>,
     /// Where the touched columns' vertices were.
-    pub(super) base: SmallVec<[Point; 4]>,
+    pub(super) base: Vec<Point>,
+    /// The way that they went from there, when last checked.
+    pub(super) way: Vec<[f64; 3]>,
     /// Shape and vertex of each.
-    pub(super) places: SmallVec<[(u32, u32); 4]>,
+    pub(super) places: Vec<(u32, u32)>,
     pub(super) refinement: Refinement,
     /// Of the rows that events check: all of the bounds' where there are some.
     pub(super) check: Check,
@@ -98,7 +100,7 @@ fn prepare_system(
     let mut factored = solver.factor(&assembly.system)?;
     let sides = assembly.system.sides();
     let count = assembly.vertices().len();
-    let (mut places, mut base) = (SmallVec::with_capacity(count), SmallVec::with_capacity(count));
+    let (mut places, mut base) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut shape = 0;
     let all = shapes.vertex_count();
     for vertex in assembly.vertices() {
@@ -117,21 +119,21 @@ fn prepare_system(
     }
     let whole = bounds.as_ref().map_or(&assembly.system, |bounds| &bounds.full.system);
     let mut check = Check::new(whole, factored.as_ref(), &base)?;
-    let d = Coordinates::from_elem(0.0, 3 * count);
-    let mut still = Coordinates::new();
+    let d = vec![0.0; 3 * count];
+    let mut still = Vec::new();
     let mut response = SmallVec::new();
     if let Some(handle) = handle.filter(|_| bounds.is_none()) {
         for slot in assembly.slots(handle) {
             rhs[assembly.entry(slot)] = 0.0;
         }
-        still = Coordinates::from_slice(&d);
+        still = d.clone();
         let mut refinement = Refinement::of(&assembly);
         // Nothing asked for costs nothing.
         if rhs.iter().any(|b| *b != 0.0) {
             refinement.solve(&assembly, factored.as_mut(), &rhs, &mut still);
         }
         let mut one = Numbers::from_elem(0.0, rhs.len());
-        let mut column = Coordinates::from_slice(&d);
+        let mut column = d.clone();
         for slot in assembly.slots(handle) {
             // With three sides, x, y and z share one column of C.
             if slot.side > 0 {
@@ -140,11 +142,10 @@ fn prepare_system(
             one[assembly.entry(slot)] = 1.0;
             refinement.solve(&assembly, factored.as_mut(), &one, &mut column);
             one[assembly.entry(slot)] = 0.0;
-            let mut own = Coordinates::from_elem(0.0, column.len() / sides);
-            own.iter_mut().zip(column.chunks_exact(sides)).for_each(|(own, column)| *own = column[0]);
-            response.push(own);
+            response.push(column.chunks_exact(sides).map(|column| column[0]).collect());
         }
-        check.of_events(sides, &still, &response);
+        let rows = assembly.slots(handle).iter().filter(|slot| slot.side == 0).map(|slot| slot.row as usize);
+        check.of_events(sides, &still, &response, rows);
     }
     let dependencies = if needs_diagnosis(factored.as_ref(), &assembly) {
         factored.diagnosis().dependencies
@@ -157,11 +158,12 @@ fn prepare_system(
         dependencies,
         rhs,
         size,
-        other: Coordinates::from_slice(&d),
+        other: d.clone(),
         d,
         still,
         response,
         base,
+        way: vec![[0.0; 3]; count],
         places,
         refinement: Refinement::of(&assembly),
         check,
@@ -195,19 +197,17 @@ impl Prepared {
             rhs[at] = change;
             change
         };
-        d.copy_from_slice(still);
-        if assembly.system.sides() == 3 {
-            for (slots, response) in slots.as_chunks::<3>().0.iter().zip(&*response) {
-                let change: [f64; 3] =
-                    std::array::from_fn(|side| change(&slots[side], 3 * slots[side].row as usize + side));
-                for (d, r) in d.as_chunks_mut::<3>().0.iter_mut().zip(response) {
-                    (0..3).for_each(|side| d[side] += change[side] * r);
-                }
-            }
-        } else {
-            for (slot, response) in slots.iter().zip(&*response) {
-                let change = change(slot, slot.row as usize);
-                d.iter_mut().zip(response).for_each(|(d, r)| *d += change * r);
+        if response.is_empty() {
+            d.copy_from_slice(still);
+        }
+        for (k, response) in response.iter().enumerate() {
+            let from = if k == 0 { Some(&still[..]) } else { None };
+            if assembly.system.sides() == 3 {
+                let slots = &slots[3 * k..3 * k + 3];
+                let row = 3 * slots[0].row as usize;
+                respond([0, 1, 2].map(|side| change(&slots[side], row + side)), response, from, d);
+            } else {
+                respond([change(&slots[k], slots[k].row as usize)], response, from, d);
             }
         }
     }
@@ -216,6 +216,24 @@ impl Prepared {
     pub(super) fn disagreement(&self) -> Option<usize> {
         let Self { assembly, rhs, size, d, .. } = self;
         self.dependencies.iter().position(|dependency| !dependency.agrees(&assembly.system, rhs, size, d))
+    }
+}
+
+/// `d = from + change · response` of so many sides; of `d` itself where there is no `from`.
+#[inline]
+fn respond<const S: usize>(change: [f64; S], response: &[f64], from: Option<&[f64]>, d: &mut [f64]) {
+    let d = d.as_chunks_mut::<S>().0;
+    match from.map(|from| from.as_chunks::<S>().0) {
+        Some(from) => {
+            for ((d, from), r) in d.iter_mut().zip(from).zip(response) {
+                *d = std::array::from_fn(|side| from[side] + change[side] * r);
+            }
+        }
+        None => {
+            for (d, r) in d.iter_mut().zip(response) {
+                (0..S).for_each(|side| d[side] += change[side] * r);
+            }
+        }
     }
 }
 
