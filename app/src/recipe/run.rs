@@ -107,7 +107,9 @@ impl<'a> Runner<'a> {
         }
         // Whatever can be refused is refused before the work.
         for file in &files {
-            if !picture::is_picture(file) {
+            if picture::is_picture(file) {
+                picture::check(file)?;
+            } else {
                 format_for(file, self.registry)?;
             }
             outputs.claim(file)?;
@@ -125,8 +127,8 @@ impl<'a> Runner<'a> {
                         .notes
                         .push(format!("{count} mark{plural} left out: later steps took the place away"));
                 }
-                let picture = recipe.look.picture(&applied.scene, Some(&applied.before), &applied.marks);
-                let bytes = picture::encode(file, &picture, recipe.look.pixels)?;
+                let (before, marks) = (Some(&applied.before), &applied.marks);
+                let bytes = picture::draw(file, &recipe.look, &applied.scene, before, marks)?;
                 outputs.add(file, bytes, std::collections::BTreeMap::new())?;
             } else {
                 let output = format_for(file, self.registry)?.declaration().name;
