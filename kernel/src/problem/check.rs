@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use smallvec::SmallVec;
+
 use super::Numbers;
 use super::assembly::Assembly;
 use super::bound::BoundConstraint;
@@ -93,6 +95,9 @@ impl Measure {
         }
     }
 }
+
+/// The adjustment that a number of the handle asks for by changing by 1: of each vertex that moves, or of each of its numbers.
+pub(crate) type Response = SmallVec<[f64; 4]>;
 
 /// Vertices that an adjustment has moved.
 #[derive(Debug, Clone, Copy)]
@@ -219,7 +224,7 @@ impl Check {
         &mut self,
         sides: usize,
         still: &[f64],
-        response: &[Vec<f64>],
+        response: &[Response],
         rows: impl Iterator<Item = usize>,
     ) {
         self.still = self.measure.length(still, sides);
