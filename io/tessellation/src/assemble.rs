@@ -133,7 +133,7 @@ pub(crate) fn assemble(
         moved.push(points);
     }
     let scale = Scale::new(surface, &states[0].patches);
-    let corner_count = 3 * cells.iter().map(Cells::count).sum::<usize>();
+    let corner_count = 3 * cells.iter().map(|cells| cells.triangles().len()).sum::<usize>();
     let mut corners = Corners {
         points: Vec::with_capacity(corner_count),
         normals: Distinct::new(count),

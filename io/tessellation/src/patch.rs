@@ -100,8 +100,8 @@ impl Patch {
         if !self.rational {
             return Jet { point: xyz(a), u: xyz(au), v: xyz(av) };
         }
-        let point = project(a);
-        Jet { point, u: (xyz(au) - point * au[3]) / a[3], v: (xyz(av) - point * av[3]) / a[3] }
+        let (point, share) = (project(a), 1.0 / a[3]);
+        Jet { point, u: (xyz(au) - point * au[3]) * share, v: (xyz(av) - point * av[3]) * share }
     }
 
     /// `A`, `A_u`, `A_v`. The usual orders have code of their own.
