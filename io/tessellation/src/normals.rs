@@ -56,7 +56,7 @@ fn limit(patch: &Patch, at: [f64; 2], jet: &Jet) -> Vector {
             0.0
         }
     });
-    let [uu, uv, vv] = patch.second(at).map(|d| d / size);
+    let [uu, uv, vv] = patch.second(at).1.map(|d| d / size);
     let (u, v) = (jet.u / size, jet.v / size);
     let along = [uu.cross(&v) + u.cross(&uv), uv.cross(&v) + u.cross(&vv)];
     let ways = [along[1] * inward[1], along[0] * inward[0], along[0] * inward[0] + along[1] * inward[1]];
