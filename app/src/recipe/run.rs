@@ -250,7 +250,7 @@ impl<'a> Runner<'a> {
             return Ok(Applied::new(Scene::new()));
         };
         let input = Input::open(recipe.resolve(name)).map_err(|e| match e {
-            Error::File { path, problem } => recipe.error("input", format!("{path}: {problem}")),
+            Error::File { path, problem, .. } => recipe.error("input", format!("{path}: {problem}")),
             other => other,
         })?;
         let Content { scene, report, format } =
