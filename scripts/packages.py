@@ -109,6 +109,9 @@ def crate_problems(package, published):
         if needed.get("path") is None:
             continue
         other = published.get(needed["name"])
+        # Cargo leaves what only tests need, and no version is asked of, out of the package.
+        if other is None and needed["kind"] == "dev" and needed["req"] == "*":
+            continue
         if other is None:
             yield "it needs %s, which is not published" % needed["name"]
         elif needed["req"] != "^" + other["version"]:
@@ -149,12 +152,13 @@ def self_test(published):
         changed[name].update(fields)
         return set(problems(changed)) - clean
     clean, kernel = set(problems(published)), "loftsman-kernel"
-    circular = [{"name": "loftsman", "req": "^" + published["loftsman"]["version"], "path": "/"}]
-    unversioned = [{"name": kernel, "req": "*", "path": "/"}]
+    circular = [{"name": "loftsman", "req": "^" + published["loftsman"]["version"], "path": "/", "kind": None}]
+    private = [{"name": "of-tests-only", "req": "*", "path": "/", "kind": None}]
+    unversioned = [{"name": kernel, "req": "*", "path": "/", "kind": None}]
     for name, fields in ((kernel, {"description": None}), (kernel, {"license": "MIT OR Zlib"}), (kernel, {"readme": None}),
                          (kernel, {"readme": "nowhere.md"}), (kernel, {"keywords": list("abcdef")}), (kernel, {"keywords": ["two words"]}),
                          (kernel, {"categories": ["shipyards"]}), (kernel, {"dependencies": circular}),
-                         ("loftsman", {"dependencies": unversioned})):
+                         ("loftsman", {"dependencies": unversioned}), ("loftsman", {"dependencies": private})):
         assert spoilt(name, **fields), "not found: %s %s" % (name, fields)
     source = "//! ```\n//! let a = 1;\n//! # hidden();\n//! ```\nfn f() {}\n/// ```text\n/// no Rust\n/// ```\n"
     assert list(documented(source)) == ["let a = 1;"], list(documented(source))

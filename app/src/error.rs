@@ -1,5 +1,7 @@
 //! What can go wrong between files, recipes and the kernel.
 
+use std::io::ErrorKind;
+
 use loftsman_kernel::plugin::FormatError;
 
 use crate::recipe_error::RecipeError;
@@ -18,6 +20,8 @@ pub enum Error {
         path: String,
         /// What is wrong and what to do.
         problem: String,
+        /// What the system calls it; [`InvalidInput`](ErrorKind::InvalidInput) where the name or what is asked of it is wrong.
+        kind: ErrorKind,
     },
     /// No format is known for a file.
     #[error("{file}: {problem}")]
@@ -40,18 +44,37 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn file(path: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self::File { path: path.into(), problem: problem.into() }
+        Self::File { path: path.into(), problem: problem.into(), kind: ErrorKind::InvalidInput }
     }
 
     /// The system's error, in words that say what to do.
     pub(crate) fn system(path: impl Into<String>, doing: &str, error: &std::io::Error) -> Self {
-        use std::io::ErrorKind;
         let problem = match error.kind() {
             ErrorKind::NotFound => "there is no such file; check the name and the folder".to_owned(),
             ErrorKind::PermissionDenied => format!("may not be {doing}: permission denied"),
             ErrorKind::StorageFull => format!("cannot be {doing}: the disk is full"),
             _ => format!("cannot be {doing}: {error}"),
         };
-        Self::file(path, problem)
+        Self::File { path: path.into(), problem, kind: error.kind() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_not_there_is_told_from_one_that_is_wrong() {
+        let kind = |path: &str| match crate::read(path).map(|_| ()).unwrap_err() {
+            Error::File { kind, .. } => Some(kind),
+            _ => None,
+        };
+        assert_eq!(kind("no/such/file.obj"), Some(ErrorKind::NotFound));
+        assert_eq!(kind(env!("CARGO_MANIFEST_DIR")), Some(ErrorKind::InvalidInput), "a folder");
+        assert_eq!(
+            kind(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")),
+            None,
+            "of no format that is known"
+        );
     }
 }

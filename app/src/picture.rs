@@ -315,6 +315,28 @@ fn objects(fields: &Parameters) -> std::result::Result<Option<Vec<String>>, Para
     names.collect::<std::result::Result<_, _>>().map(Some)
 }
 
+/// Whether a picture can be written to a file of this name: always, with the feature `picture`.
+///
+/// # Errors
+/// Without the feature.
+pub fn check(_: &Path) -> Result<()> {
+    Ok(())
+}
+
+/// The bytes of the picture of a scene with this look, for a file of this name.
+///
+/// # Errors
+/// As for [`encode`].
+pub fn draw(
+    path: &Path,
+    look: &Look,
+    scene: &Scene,
+    before: Option<&Scene>,
+    marks: &[Mark],
+) -> Result<Vec<u8>> {
+    encode(path, &look.picture(scene, before, marks), look.pixels)
+}
+
 /// The bytes of a picture for a file of this name: PNG of `pixels` across where it ends so, else SVG.
 ///
 /// # Errors

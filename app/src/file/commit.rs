@@ -261,8 +261,9 @@ impl Drop for Undo {
 fn failed(file: &Pending, error: &io::Error) -> Error {
     let shown = file.shown.display().to_string();
     match error.kind() {
-        io::ErrorKind::PermissionDenied => {
-            Error::file(shown, "may not be written: permission denied in its folder")
+        kind @ io::ErrorKind::PermissionDenied => {
+            let problem = "may not be written: permission denied in its folder".into();
+            Error::File { path: shown, problem, kind }
         }
         _ => Error::system(shown, "written", error),
     }

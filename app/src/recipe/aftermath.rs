@@ -36,7 +36,11 @@ impl Beforehand {
     ///
     /// [`Scene::replace`] takes them off and [`Scene::reshape`] takes them along; an operation that changes an object's
     /// geometry in place and forgets its frames is caught here.
-    pub(super) fn settle(&self, scene: &mut Scene, report: &mut StepReport) -> loftsman_kernel::Result<()> {
+    pub(super) fn drop_stale(
+        &self,
+        scene: &mut Scene,
+        report: &mut StepReport,
+    ) -> loftsman_kernel::Result<()> {
         let mut stale = Vec::new();
         for object in scene.objects() {
             let Some(animation) = &object.animation else { continue };

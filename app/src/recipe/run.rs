@@ -108,7 +108,9 @@ impl<'a> Runner<'a> {
         }
         // Whatever can be refused is refused before the work.
         for file in &files {
-            if !picture::is_picture(file) {
+            if picture::is_picture(file) {
+                picture::check(file)?;
+            } else {
                 format_for(file, self.registry)?;
             }
             outputs.claim(file)?;
@@ -126,8 +128,8 @@ impl<'a> Runner<'a> {
                         .notes
                         .push(format!("{count} mark{plural} left out: later steps took the place away"));
                 }
-                let picture = recipe.look.picture(&applied.scene, Some(&applied.before), &applied.marks);
-                let bytes = picture::encode(file, &picture, recipe.look.pixels)?;
+                let (before, marks) = (Some(&applied.before), &applied.marks);
+                let bytes = picture::draw(file, &recipe.look, &applied.scene, before, marks)?;
                 outputs.add(file, bytes, std::collections::BTreeMap::new())?;
             } else {
                 let output = format_for(file, self.registry)?.declaration().name;
@@ -193,7 +195,7 @@ impl<'a> Runner<'a> {
             if report.op.is_empty() {
                 report.op.clone_from(op);
             }
-            before.settle(&mut applied.scene, &mut report)?;
+            before.drop_stale(&mut applied.scene, &mut report)?;
             if applied.scene.unit == Unit::Unknown && (report.area.is_some() || report.volume.is_some()) {
                 let what = "areas and volumes are of the file's numbers; give the recipe a `unit`";
                 report.notes.push(format!("the unit is unknown: {what}"));
@@ -261,7 +263,7 @@ impl<'a> Runner<'a> {
             return Ok(Applied::new(Scene::new()));
         };
         let input = Input::open(recipe.resolve(name)).map_err(|e| match e {
-            Error::File { path, problem } => recipe.error("input", format!("{path}: {problem}")),
+            Error::File { path, problem, .. } => recipe.error("input", format!("{path}: {problem}")),
             other => other,
         })?;
         let Content { scene, report, format } =

@@ -2,7 +2,9 @@
 
 use serde_json::Value;
 
-use crate::bench::Bench;
+use loftsman_tests::bench::Bench;
+
+use crate::LOFTSMAN;
 
 const DRAG: &str = r#"
 input = "wave.loft.json"
@@ -18,7 +20,7 @@ frames = true
 
 /// A folder with the wave and, in `moving.loft.json`, the wave with three frames.
 fn moving() -> Bench {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("drag.toml", DRAG);
     bench.done(&["run", "drag.toml"]);
     bench
@@ -129,7 +131,7 @@ fn applied(bench: &Bench, steps: &str) -> loftsman::recipe::Applied {
 
 #[test]
 fn marks_go_where_their_places_go() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let edit = "[[step]]\nop = 'edit'\nlock = [0]\nconstraints = [{ kind = 'position', at = 1.25, by = [0, 0.4, 0] }]\n";
     let on_curve = |applied: &loftsman::recipe::Applied, name: &str| {
         let curve = applied.scene.curve(name).unwrap();
@@ -184,7 +186,7 @@ fn marks_go_where_their_places_go() {
 
 #[test]
 fn kept_points_of_fair_are_marked_as_those_of_edit() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let asked = "constraints = [{ kind = 'position', at = 1, keep = true }, { kind = 'position', at = 3, by = [0, 0.1, 0] }]";
     let kinds = |op: &str| {
         let applied = applied(&bench, &format!("[[step]]\nop = '{op}'\n{asked}\n"));
@@ -197,7 +199,7 @@ fn kept_points_of_fair_are_marked_as_those_of_edit() {
 
 #[test]
 fn active_bounds_are_told_in_text_by_every_operation() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     for op in ["edit", "fair"] {
         let bound = "{ kind = 'position', at = 1.5, axis = 'y', at_most = -0.5 }";
         let ends = "{ kind = 'position', at = 0, keep = true }, { kind = 'position', at = 5, keep = true }";
@@ -214,7 +216,7 @@ fn active_bounds_are_told_in_text_by_every_operation() {
 
 #[test]
 fn a_best_effort_says_what_it_missed() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let asked = "constraints = [{ kind = 'position', at = 0, by = [0, 1, 0] }, { kind = 'position', at = 2.5, keep = true }]";
     bench.write(
         "b.toml",
@@ -226,7 +228,7 @@ fn a_best_effort_says_what_it_missed() {
 
 #[test]
 fn a_pictures_objects_are_those_of_its_panels() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let steps = "[[step]]\nop = 'copy'\nobject = 'wave'\nto = 'twin'\n";
     let picture = |fields: &str| {
         let head = "input = 'wave.loft.json'\noutput = ['p.svg']\n";

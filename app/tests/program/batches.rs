@@ -1,10 +1,12 @@
 //! Many conversions at once.
 
-use crate::bench::{Bench, WAVE};
+use loftsman_tests::bench::WAVE;
+
+use crate::LOFTSMAN;
 
 #[test]
 fn one_that_fails_does_not_stop_the_rest() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench
         .write("more/b.loft.json", WAVE.replace("wave", "more"))
         .write("broken.loft.json", "{")
@@ -28,7 +30,7 @@ fn one_that_fails_does_not_stop_the_rest() {
 
 #[test]
 fn two_inputs_never_become_one_file() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("more/wave.loft.json", WAVE).write("out/x", "");
     let run =
         bench.run(&["convert", "wave.loft.json", "more/wave.loft.json", "--to", ".obj", "--into", "out"]);

@@ -1,10 +1,10 @@
 //! Files appear whole or not at all, and never where they should not.
 
-use crate::bench::Bench;
+use crate::LOFTSMAN;
 
 #[test]
 fn what_stands_in_the_way_is_said() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("folder/inner.obj", "# inner");
     bench.write("locked.obj", "# old");
     let mut permissions = std::fs::metadata(bench.path("locked.obj")).unwrap().permissions();
@@ -24,7 +24,7 @@ fn what_stands_in_the_way_is_said() {
 
 #[test]
 fn an_existing_output_survives_a_run_that_fails() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("a.obj", "# old");
     let recipe =
         |step: &str| format!("input = 'wave.loft.json'\noutput = ['a.obj', 'b.glb']\n[[step]]\n{step}\n");
@@ -44,7 +44,7 @@ fn an_existing_output_survives_a_run_that_fails() {
 
 #[test]
 fn outputs_of_a_recipe_stay_apart_from_each_other_and_from_the_input() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let run = |outputs: &str, words: &[&str]| {
         bench.write("r.toml", format!("input = 'wave.loft.json'\noutput = {outputs}\n"));
         bench.fails(&["run", "r.toml"], 1, words);
@@ -63,7 +63,7 @@ fn outputs_of_a_recipe_stay_apart_from_each_other_and_from_the_input() {
 #[test]
 fn links_are_followed_and_permissions_kept() {
     use std::os::unix::fs::{PermissionsExt, symlink};
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("real.obj", "# old");
     std::fs::set_permissions(bench.path("real.obj"), PermissionsExt::from_mode(0o640)).unwrap();
     symlink("real.obj", bench.path("link.obj")).unwrap();

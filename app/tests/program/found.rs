@@ -1,6 +1,6 @@
 //! What reviewers found, as they ran it: each once, by the program.
 
-use crate::bench::Bench;
+use crate::LOFTSMAN;
 
 /// Two cubic pieces that do not meet: an inner knot of multiplicity degree + 1.
 const TORN: &str = r#"{"loftsman": 1, "objects": [{"name": "c", "curve": {"degree": 3, "periodic": false,
@@ -9,7 +9,7 @@ const TORN: &str = r#"{"loftsman": 1, "objects": [{"name": "c", "curve": {"degre
 
 #[test]
 fn a_torn_curve_is_drawn_and_converted_in_its_pieces() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     bench.write("c.loft.json", TORN);
     bench.write("r.toml", "input = 'c.loft.json'\noutput = ['r.svg', 'r.png', 'r.glb', 'r.obj']\n");
     bench.done(&["plot", "c.loft.json", "o.svg", "--profile=arc-length", "--beads", "2"]);
@@ -30,7 +30,7 @@ fn a_torn_curve_is_drawn_and_converted_in_its_pieces() {
 
 #[test]
 fn weights_beyond_all_numbers_are_refused_at_once() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     bench.write(
         "x.obj",
         "v 0 0 0\nv 1 1 0\nv 2 0 0 1e308\nv 3 1 0 1e-308\nv 4 0 0\nv 5 1 0\ncstype rat bspline\ndeg 3\n\
@@ -43,7 +43,7 @@ fn weights_beyond_all_numbers_are_refused_at_once() {
 
 #[test]
 fn thousands_of_instances_in_one_place_are_drawn_in_seconds() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let bin = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAA==";
     let list = |one: &dyn Fn(usize) -> String| (0..5000).map(one).collect::<Vec<_>>().join(",");
     bench.write(
@@ -66,7 +66,7 @@ fn thousands_of_instances_in_one_place_are_drawn_in_seconds() {
 
 #[test]
 fn solvers_are_compared_by_what_can_be_compared() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let circle: Vec<String> = (0..8)
         .map(|k| std::f64::consts::TAU * f64::from(k) / 8.0)
         .map(|a| format!("[{:?}, {:?}, 0]", a.cos(), a.sin()))
@@ -100,7 +100,7 @@ fn solvers_are_compared_by_what_can_be_compared() {
 
 #[test]
 fn an_animation_beyond_single_precision_is_refused_and_one_that_bends_bends() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let points = |k: f64| {
         let one = |i: u32| format!("[{i}, {:?}, 0]", 0.2 * k * f64::from(i).sin());
         format!("[{}]", (0..9).map(one).collect::<Vec<_>>().join(", "))
@@ -132,7 +132,7 @@ fn an_animation_beyond_single_precision_is_refused_and_one_that_bends_bends() {
 
 #[test]
 fn curves_as_blender_writes_them_are_read_and_what_was_mended_is_said() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let vertices = "v 0 0 0\nv 1 2 0\nv 3 1 0\nv 4 0 0\n";
     bench.write(
         "beyond.obj",
@@ -154,7 +154,7 @@ fn curves_as_blender_writes_them_are_read_and_what_was_mended_is_said() {
 
 #[test]
 fn options_that_nothing_takes_are_refused_and_combs_of_a_surface_said() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     for (arguments, words) in [
         (["--write", "surface=exact"], ["surface", "did you mean \"surfaces\""]),
         (["--write", "split=none"], ["split", "obj"]),
@@ -203,7 +203,7 @@ fn torn_shapes_go_through_every_format() {
     use loftsman::kernel::plugin::WriteOptions;
     use loftsman::kernel::scene::{Object, Scene};
     use loftsman::kernel::spline::{Curve, Space, Surface};
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let mut seed = 1_u64;
     let mut throw = |sides: usize| {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -1,10 +1,12 @@
 //! Bytes that nobody should send: one clear error, exit status 1, nothing written.
 
-use crate::bench::{Bench, WAVE};
+use loftsman_tests::bench::WAVE;
+
+use crate::LOFTSMAN;
 
 #[test]
 fn one_byte_files_of_every_format() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let known = bench.json(&["plugins"]);
     let mut tried = 0;
     for format in known["formats"].as_array().unwrap().iter().filter(|f| f["reads"] == true) {
@@ -32,7 +34,7 @@ fn one_byte_files_of_every_format() {
 
 #[test]
 fn two_hundred_thousand_brackets() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     for (open, close) in [("[", "]"), ("{\"a\":", "}")] {
         let open = open.repeat(200_000);
         for text in [open.clone(), format!("{open}1{}", close.repeat(200_000))] {
@@ -53,7 +55,7 @@ fn two_hundred_thousand_brackets() {
 
 #[test]
 fn recipes_that_are_not_text() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     bench.write("latin.toml", b"input = 'a.obj'\n# \xe9\n");
     bench.fails(&["run", "latin.toml"], 1, &["latin.toml, line 2, column 3", "UTF-8"]);
     bench.write("blob.json", [0_u8, 159, 146, 150]);
@@ -62,7 +64,7 @@ fn recipes_that_are_not_text() {
 
 #[test]
 fn documents_that_contradict_themselves() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let wave = WAVE.find("{ \"name\"").map(|at| WAVE[at..WAVE.len() - 4].to_owned()).unwrap();
     let cases = [
         (WAVE.replace(&wave, &format!("{wave}, {wave}")), "wave"),
@@ -83,7 +85,7 @@ fn documents_that_contradict_themselves() {
 
 #[test]
 fn a_file_of_which_nothing_can_be_kept_is_an_error() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
     let surface = "bzp 1 2 3 4 1 2 3 4 1 2 3 4 1 2 3 4\n";
     bench.write("old.obj", format!("{points}{surface}")).write("out.glb", "precious");

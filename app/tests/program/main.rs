@@ -1,13 +1,23 @@
-//! The program as a whole: what it prints, how it exits, and what it leaves on the disk.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+//! The program as a whole: what it prints, how it exits, what it leaves on the disk; the examples, the figures and the manual, run.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 mod aftermath;
 mod batches;
-mod bench;
+mod examples;
+mod figures;
 mod files;
 mod found;
+mod golden;
 mod hostile;
+mod manual;
+mod measures;
 mod output;
 mod pictures;
 mod recipes;
 mod scenes;
+mod truncated;
+
+use loftsman_tests::program::Program;
+
+/// The program, as cargo has built it for these tests.
+const LOFTSMAN: Program = Program::at(env!("CARGO_BIN_EXE_loftsman"));

@@ -2,11 +2,13 @@
 
 use std::io::Read;
 
-use crate::bench::{Bench, WAVE};
+use loftsman_tests::bench::WAVE;
+
+use crate::LOFTSMAN;
 
 #[test]
 fn info_says_what_is_in_a_file() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let info = bench.json(&["info", "wave.loft.json"]);
     assert_eq!((info["unit"].as_str(), info["up"].as_str()), (Some("mm"), Some("z")));
     let wave = &info["objects"][0];
@@ -27,7 +29,7 @@ fn info_says_what_is_in_a_file() {
 
 #[test]
 fn info_lists_definitions_and_counts_what_is_shown() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let text = r#"{ "loftsman": 1,
       "definitions": [ { "name": "bolt", "objects": [ { "name": "head", "cloud": { "points": [[0, 0, 0], [1, 2, 4]] } } ] } ],
       "objects": [ { "name": "left", "instance": { "definition": "bolt" } },
@@ -52,7 +54,7 @@ fn info_lists_definitions_and_counts_what_is_shown() {
 
 #[test]
 fn numbers_in_json_read_back_exactly() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let third = 1.0 / 3.0 * 1e-7;
     bench.write("a.loft.json", WAVE.replace("[1, 1, 0]", &format!("[1, {third}, -1e-300]")));
     bench.done(&["convert", "a.loft.json", "b.loft.json"]);
@@ -63,7 +65,7 @@ fn numbers_in_json_read_back_exactly() {
 
 #[test]
 fn the_standard_streams_are_files_too() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let obj = bench.done(&["convert", "wave.loft.json", "-", "--to", "obj"]);
     assert!(obj.contains("o wave"), "{obj}");
     let info = bench.feed(&["info", "-", "--json"], WAVE.as_bytes());
@@ -78,7 +80,7 @@ fn the_standard_streams_are_files_too() {
 
 #[test]
 fn exit_status_2_is_for_the_command_line() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     for arguments in [
         &["frobnicate"][..],
         &["convert"],
@@ -107,7 +109,7 @@ fn exit_status_2_is_for_the_command_line() {
 
 #[test]
 fn plugins_lists_everything_with_its_fields() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let known = bench.json(&["plugins"]);
     for (list, name) in [
         ("formats", "obj"),
@@ -126,7 +128,7 @@ fn plugins_lists_everything_with_its_fields() {
 
 #[test]
 fn a_reader_that_has_seen_enough_is_no_error() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let mut child = bench.command(&["plugins", "--json"]).spawn().unwrap();
     let mut first = [0; 1];
     let mut out = child.stdout.take().unwrap();
@@ -139,7 +141,7 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 
 #[test]
 fn every_shell_gets_completions() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         assert!(bench.done(&["completions", shell]).contains("loftsman"), "{shell}");
     }
@@ -147,7 +149,7 @@ fn every_shell_gets_completions() {
 
 #[test]
 fn points_become_a_curve_and_curves_a_picture() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let rows: String = (0..=60).map(|i| f64::from(i) * 0.1).map(|x| format!("{x} {}\n", x.sin())).collect();
     bench.write("sine.dat", rows);
     let report = bench.json(&["fit", "sine.dat", "sine.loft.json", "--tolerance", "1e-4"]);
@@ -176,7 +178,7 @@ fn points_become_a_curve_and_curves_a_picture() {
 
 #[test]
 fn fit_has_every_option_of_the_operation() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     let known = bench.json(&["plugins"]);
     let operation = known["operations"].as_array().unwrap().iter().find(|o| o["name"] == "fit").unwrap();
     let help = bench.done(&["fit", "--help"]);
@@ -231,7 +233,7 @@ fn fit_has_every_option_of_the_operation() {
 
 #[test]
 fn plot_and_fit_report_to_programs_and_warn_of_what_is_missing() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let plotted = bench.json(&["plot", "wave.loft.json", "wave.svg"]);
     assert_eq!(
         (plotted["input"].as_str(), plotted["output"].as_str()),
@@ -259,7 +261,7 @@ fn plot_and_fit_report_to_programs_and_warn_of_what_is_missing() {
 
 #[test]
 fn fineness_that_nothing_needs_is_told() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let said = "nothing was tessellated, so that the tolerance or angle asked for changes nothing";
     for (option, value) in [("--tolerance", "0.1"), ("--tolerance", "0.1%"), ("--angle", "5")] {
         let text = bench.done(&["convert", "wave.loft.json", "o.loft.json", option, value]);

@@ -1,12 +1,14 @@
 //! Pictures that files name go along with them; `--meshes-only`.
 
-use crate::bench::Bench;
+use loftsman_tests::bench::Bench;
+
+use crate::LOFTSMAN;
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\nnot much of a picture";
 
 /// A square whose material shows the picture `picture`.
 fn square(picture: &str) -> Bench {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     bench.write(
         "in/a.obj",
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl m\nf 1/1 2/2 3/3\n",
@@ -86,7 +88,7 @@ fn embedded_pictures_leave_files_their_names() {
 
 #[test]
 fn many_conversions_at_once_never_take_the_place_of_a_picture() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     std::fs::create_dir(bench.path("out")).unwrap();
     let mut arguments = vec!["convert".to_owned()];
     for k in 0..16 {
@@ -158,7 +160,7 @@ fn pictures_outside_of_the_folder_or_missing_are_said() {
 
 #[test]
 fn meshes_alone_where_asked_for() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("line.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\no face\nf 1 2 3\no line\nl 1 2\n");
     let objects = |bench: &Bench, arguments: &[&str]| {
         bench.done(arguments);

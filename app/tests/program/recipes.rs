@@ -1,6 +1,6 @@
 //! Recipes: what they do, what they report, and what is said when they are wrong.
 
-use crate::bench::Bench;
+use crate::LOFTSMAN;
 
 const EDIT: &str = r#"
 input = "wave.loft.json"
@@ -18,7 +18,7 @@ constraints = [
 
 #[test]
 fn an_edit_reports_what_it_did_and_writes_every_output() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("r.toml", EDIT);
     let report = bench.json(&["run", "r.toml"]);
     let step = &report["steps"][0];
@@ -44,7 +44,7 @@ fn an_edit_reports_what_it_did_and_writes_every_output() {
 
 #[test]
 fn the_same_recipe_in_json_gives_the_same_bytes() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("r.toml", EDIT);
     bench.done(&["run", "r.toml"]);
     let outputs = ["a.loft.json", "a.obj", "a.glb", "a.svg", "a.png"];
@@ -62,7 +62,7 @@ fn the_same_recipe_in_json_gives_the_same_bytes() {
 
 #[test]
 fn a_location_that_floats_comes_to_rest_where_the_change_is_least() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let step = |place: &str| {
         EDIT.replace("at = 2.5, by = [0.0, 0.5, 0.0]", &format!("{place}, to = [3.0, 1.0, 0.0]"))
     };
@@ -91,7 +91,7 @@ fn a_location_that_floats_comes_to_rest_where_the_change_is_least() {
 
 #[test]
 fn the_command_line_replaces_outputs_and_solver() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     bench.write("recipes/r.toml", EDIT.replace("wave.loft.json", "../wave.loft.json"));
     let report = bench.json(&["run", "recipes/r.toml", "-o", "b.obj", "-o", "b.loft.json", "--solver", "lu"]);
     assert_eq!(report["steps"][0]["solver"], "lu");
@@ -100,7 +100,7 @@ fn the_command_line_replaces_outputs_and_solver() {
 
 #[test]
 fn every_solver_agrees() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     // The adjoint is for small systems: six equations it takes, the tangent's two more it leaves to others.
     bench.write("r.toml", EDIT.replace("  { kind = \"tangent\", at = 0, keep = true },\n", ""));
     let before = bench.files();
@@ -118,7 +118,7 @@ fn every_solver_agrees() {
 
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
-    let bench = Bench::with_wave();
+    let bench = LOFTSMAN.bench().with_wave();
     let good = "{ kind = 'position', at = 2.5, by = [0, 1, 0] }";
     let step = |fields: &str| {
         format!(

@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use loftsman_tests::bench::Bench;
+
+use crate::LOFTSMAN;
 
 /// Two wheels of one definition; what is below the layer "hidden" is not seen.
 const CAR: &str = r#"{ "loftsman": 1, "unit": "mm",
@@ -26,7 +28,7 @@ fn push(object: &str, more: &str) -> String {
 }
 
 fn car() -> Bench {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     bench.write("car.loft.json", CAR);
     bench
 }
@@ -140,7 +142,7 @@ fn info_lists_layers_and_labels_and_pictures_leave_out_what_is_hidden() {
 
 #[test]
 fn a_file_without_a_unit_has_an_unknown_one_until_it_is_named() {
-    let bench = Bench::new();
+    let bench = LOFTSMAN.bench();
     bench.write("part.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     assert_eq!(bench.json(&["info", "part.obj"])["unit"], "unknown");
     assert!(bench.done(&["info", "part.obj"]).contains("unknown unit"));

@@ -5,11 +5,11 @@
 //! are linear in the faces, the lengths of lines and the area of the drawing, whatever hides what.
 
 use loftsman_kernel::Vector;
-use resvg::tiny_skia::{IntSize, Pixmap, PremultipliedColorU8};
 
 use crate::error::PictureError;
 use crate::layout::Rect;
 use crate::path::Spot;
+use crate::raster;
 use crate::theme::Color;
 
 /// The side of a cell, in millimetres.
@@ -286,14 +286,10 @@ impl Depth {
             // Colours are premultiplied: cells without a face count as black and clear.
             let [r, g, b] = sum.map(|c| (c / 4) as u8);
             let alpha = (count * 255 / 4) as u8;
-            let pixel = PremultipliedColorU8::from_rgba(r.min(alpha), g.min(alpha), b.min(alpha), alpha);
-            let pixel = pixel.unwrap_or(PremultipliedColorU8::TRANSPARENT);
-            pixels.extend([pixel.red(), pixel.green(), pixel.blue(), pixel.alpha()]);
+            // Rounding must not make them brighter than they are opaque.
+            pixels.extend([r.min(alpha), g.min(alpha), b.min(alpha), alpha]);
         }
-        let failed = || PictureError::Render(format!("no room for {width} × {height} pixels"));
-        let size = IntSize::from_wh(width as u32, height as u32).ok_or_else(failed)?;
-        let image = Pixmap::from_vec(pixels, size).ok_or_else(failed)?;
-        let png = image.encode_png().map_err(|error| PictureError::Render(error.to_string()))?;
+        let png = raster::encode(pixels, [width, height])?;
         let page = |at: [usize; 2]| [0, 1].map(|i| self.low[i] + 2.0 * self.cell * at[i] as f64);
         Ok(Some((png, Rect { low: page(low), high: page(high) })))
     }
@@ -427,7 +423,7 @@ mod tests {
             |_, _, _| BLUE,
         );
         let (png, place) = depth.image().unwrap().unwrap();
-        let image = Pixmap::decode_png(&png).unwrap();
+        let image = tiny_skia::Pixmap::decode_png(&png).unwrap();
         assert!((place.low[0] - 12.0).abs() < 0.2 && place.high[0] >= 14.0);
         let alphas: Vec<u8> = image.pixels().iter().map(|p| p.alpha()).collect();
         assert!(alphas.contains(&255));

@@ -23,7 +23,7 @@
 //! The way through the crate, each step in its own module: `stage` brings scenes into the coordinates of a view
 //! (x right, y up, z towards the viewer, about one unit large); `page` arranges the panels and `layout` finds where
 //! things go in them; the modules of `draw` put one kind of thing each on a `sheet`, `chart` draws profiles; `svg`
-//! writes it all and `png` renders it. Nothing
+//! writes it all and `raster` renders it. Nothing
 //! reads fonts, files or clocks: the same scene gives the same bytes, also on a machine without fonts.
 
 mod chart;
@@ -37,7 +37,7 @@ mod page;
 mod panel;
 mod path;
 mod picture;
-mod png;
+mod raster;
 mod render;
 mod sheet;
 mod stage;

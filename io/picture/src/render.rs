@@ -3,7 +3,7 @@
 use crate::error::PictureError;
 use crate::page;
 use crate::picture::Picture;
-use crate::png;
+use crate::raster;
 
 impl Picture<'_> {
     /// The picture as an SVG document.
@@ -24,6 +24,6 @@ impl Picture<'_> {
     /// # Errors
     /// As for [`to_svg`](Self::to_svg), and when the image would be too large.
     pub fn to_png(&self, width: u32) -> Result<Vec<u8>, PictureError> {
-        png::render(&self.to_svg()?, width)
+        raster::render(&self.to_svg()?, width)
     }
 }

@@ -1,21 +1,26 @@
 //! The font of all pictures, and how wide a text is in it.
 
-use skrifa::instance::{LocationRef, Size};
-use skrifa::{FontRef, MetadataProvider};
+use ttf_parser::Face;
 
 /// DejaVu Sans, reduced to Latin, Greek, Cyrillic and some signs.
-pub(crate) const FONT: &[u8] = include_bytes!("../font/DejaVuSans-subset.ttf");
+const FONT: &[u8] = include_bytes!("../font/DejaVuSans-subset.ttf");
 
 /// The family of [`FONT`], and what a browser may take instead: fonts of the same widths first.
 pub(crate) const FAMILY: &str = "'DejaVu Sans', Verdana, sans-serif";
 
+/// The font of all pictures.
+pub(crate) fn font() -> Option<Face<'static>> {
+    // Ours is whole, as every text in every test shows.
+    Face::parse(FONT, 0).ok()
+}
+
 /// The width of a text in units of the font size. Characters that the font lacks count as an em.
 pub(crate) fn width(text: &str) -> f64 {
-    let Ok(font) = FontRef::new(FONT) else { return text.chars().count() as f64 };
-    let characters = font.charmap();
-    let glyphs = font.glyph_metrics(Size::new(1.0), LocationRef::default());
+    let Some(font) = font() else { return text.chars().count() as f64 };
+    let em = f64::from(font.units_per_em());
     text.chars()
-        .map(|c| characters.map(c).and_then(|glyph| glyphs.advance_width(glyph)).map_or(1.0, f64::from))
+        .map(|c| font.glyph_index(c).and_then(|glyph| font.glyph_hor_advance(glyph)))
+        .map(|advance| advance.map_or(1.0, |units| f64::from(units) / em))
         .sum()
 }
 

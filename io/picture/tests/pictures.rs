@@ -8,7 +8,19 @@ use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Against, Beads, Combs, Panel, Picture, PictureError, Theme, View};
 use proptest::prelude::*;
-use resvg::usvg::{self, roxmltree::Document};
+use roxmltree::Document;
+
+/// The SVG of a picture of which there is a PNG, too: whatever is written, the renderer knows.
+trait Drawn {
+    fn drawn(&self) -> String;
+}
+
+impl Drawn for Picture<'_> {
+    fn drawn(&self) -> String {
+        self.to_png(64).unwrap();
+        self.to_svg().unwrap()
+    }
+}
 
 fn scene(objects: impl IntoIterator<Item = (&'static str, Geometry)>) -> Scene {
     let mut scene = Scene::new();
@@ -33,9 +45,8 @@ fn mark(kind: MarkKind, before: Point, position: Point, vector: Option<Vector>) 
     Mark { object: "c".into(), kind, position, before, vector, label: "position at 0.25".into(), spot: None }
 }
 
-/// Parses with the renderer's own parser, and gives the elements.
+/// Parses the document, and gives the elements.
 fn elements(svg: &str) -> Vec<(String, Vec<(String, String)>)> {
-    usvg::Tree::from_str(svg, &usvg::Options::default()).unwrap();
     Document::parse(svg)
         .unwrap()
         .descendants()
@@ -66,7 +77,7 @@ fn numbers(data: &str) -> Vec<f64> {
 #[test]
 fn a_cubic_is_nine_exact_segments_with_twelve_squares_and_ten_knots() {
     let scene = scene([("c", cubic(1.0).into())]);
-    let svg = Picture::of(&scene).beads(Beads::Knots).to_svg().unwrap();
+    let svg = Picture::of(&scene).beads(Beads::Knots).drawn();
     let [curve] = &of_class(&svg, "curve", "d")[..] else { panic!("one curve") };
     assert_eq!((curve.matches('M').count(), curve.matches('C').count()), (1, 9));
     let [squares] = &of_class(&svg, "control-vertices", "d")[..] else { panic!("one net") };
@@ -92,7 +103,7 @@ fn marks_are_where_they_should_be() {
     scene.add(child).unwrap();
     let (old, new) = (cubic(1.0).point(0.0).unwrap(), cubic(1.0).point(9.0).unwrap());
     let marks = [mark(MarkKind::Moved, old, new, None)];
-    let svg = Picture::of(&scene).marks(&marks).to_svg().unwrap();
+    let svg = Picture::of(&scene).marks(&marks).drawn();
     // From the curve's start to its end, in the page's coordinates, though the object is moved.
     let curve = numbers(&of_class(&svg, "curve", "d")[0]);
     let arrow = numbers(&of_class(&svg, "arrow", "d")[0]);
@@ -112,7 +123,7 @@ fn the_osculating_circle_of_a_circle_is_itself() {
     let curvature = -at.coords.normalize() / 2.0;
     let marks = [mark(MarkKind::Curvature, at, at, Some(curvature))];
     let scene = scene([("c", (&arc).into())]);
-    let svg = Picture::of(&scene).marks(&marks).control_polygons(false).to_svg().unwrap();
+    let svg = Picture::of(&scene).marks(&marks).control_polygons(false).drawn();
     let curve = numbers(&of_class(&svg, "curve", "d")[0]);
     // (2, 0) and (0, 2) give the page's scale and the centre.
     let (start, end) = ([curve[0], curve[1]], [curve[curve.len() - 2], curve[curve.len() - 1]]);
@@ -135,7 +146,7 @@ fn the_size_of_a_scene_changes_its_scale_bar_and_nothing_else() {
         )]);
         let marks = [mark(MarkKind::Moved, Point::origin(), Point::new(5.0 * scale, scale, 0.0), None)];
         let picture = Picture::of(&scene).before(&before).marks(&marks).combs(Combs::Automatic);
-        let svg = picture.to_svg().unwrap();
+        let svg = picture.drawn();
         svg.split("id=\"legend\"").next().unwrap().to_owned()
     };
     let expected = drawing(1.0);
@@ -151,12 +162,12 @@ fn the_size_of_a_scene_changes_its_scale_bar_and_nothing_else() {
 fn what_has_not_changed_is_not_drawn_twice() {
     let now = scene([("c", cubic(1.0).into()), ("d", cubic(2.0).into())]);
     let then = scene([("c", cubic(1.5).into()), ("d", cubic(2.0).into())]);
-    let svg = Picture::of(&now).before(&then).to_svg().unwrap();
+    let svg = Picture::of(&now).before(&then).drawn();
     assert_eq!(of_class(&svg, "curve", "d").len(), 3);
     assert!(svg.contains("c, before") && !svg.contains("d, before"));
     // The same scene in another unit is the same scene.
     let converted = now.converted(Unit::Millimetre, Up::Z).unwrap();
-    let svg = Picture::of(&now).before(&converted).to_svg().unwrap();
+    let svg = Picture::of(&now).before(&converted).drawn();
     assert_eq!(of_class(&svg, "curve", "d").len(), 2);
 }
 
@@ -186,7 +197,7 @@ fn degenerate_scenes_have_pictures() {
         let oblique = [View::Isometric, View::Perspective];
         for view in [View::Automatic, View::Front, View::Top, View::Right].into_iter().chain(oblique) {
             let picture = Picture::of(scene).view(view).combs(Combs::Automatic).beads(Beads::Uniform(3));
-            let svg = picture.before(&scenes[2]).to_svg().unwrap();
+            let svg = picture.before(&scenes[2]).drawn();
             elements(&svg);
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         }
@@ -202,7 +213,7 @@ fn panels_have_one_scale_and_ids_of_their_own() {
         Panel::view(View::Perspective),
         Panel::profile(Against::Parameter).caption("curvature"),
     ];
-    let svg = Picture::of(&scene).combs(Combs::Automatic).panels(panels).to_svg().unwrap();
+    let svg = Picture::of(&scene).combs(Combs::Automatic).panels(panels).drawn();
     let all = elements(&svg);
     let mut ids: Vec<&String> =
         all.iter().flat_map(|(_, list)| list).filter(|a| a.0 == "id").map(|a| &a.1).collect();
@@ -228,7 +239,7 @@ fn the_profile_of_a_circle_is_flat_and_as_long_as_the_circle() {
     let net = points(&[[2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], 1.0);
     let arc = Curve::rational(Space::clamped(2, &[0.0, 1.0]).unwrap(), net, vec![1.0, w, 1.0]).unwrap();
     let scene = scene([("arc", (&arc).into())]);
-    let svg = Picture::of(&scene).panels([Panel::profile(Against::ArcLength)]).to_svg().unwrap();
+    let svg = Picture::of(&scene).panels([Panel::profile(Against::ArcLength)]).drawn();
     let [profile] = &of_class(&svg, "profile", "d")[..] else { panic!("one profile") };
     let d = numbers(profile);
     assert!(d.chunks(2).all(|p| (p[1] - d[1]).abs() < 1e-3), "{d:?}");
@@ -252,19 +263,19 @@ fn frames_of_a_drag_are_dashed_and_the_last_is_the_curve() {
     object.animation = Some(Animation { rate: 24.0, frames });
     let mut scene = Scene::new();
     scene.add(object).unwrap();
-    let svg = Picture::of(&scene).frames(true).to_svg().unwrap();
+    let svg = Picture::of(&scene).frames(true).drawn();
     assert_eq!(of_class(&svg, "frame", "stroke-dasharray").len(), 2);
     assert!(svg.contains(">frame 2<") && !svg.contains(">frame 3<"));
-    assert!(of_class(&Picture::of(&scene).to_svg().unwrap(), "frame", "d").is_empty());
+    assert!(of_class(&Picture::of(&scene).drawn(), "frame", "d").is_empty());
 }
 
 #[test]
 fn segments_alternate_and_vertices_have_arrows() {
     let (now, then) = (scene([("c", cubic(1.0).into())]), scene([("c", cubic(1.1).into())]));
-    let svg = Picture::of(&now).alternate(true).to_svg().unwrap();
+    let svg = Picture::of(&now).alternate(true).drawn();
     let counts: Vec<usize> = of_class(&svg, "curve", "d").iter().map(|d| d.matches('C').count()).collect();
     assert_eq!(counts, [5, 4]);
-    let svg = Picture::of(&now).before(&then).movements(true).to_svg().unwrap();
+    let svg = Picture::of(&now).before(&then).movements(true).drawn();
     // All but the vertex at the origin; and the legend's sample.
     assert_eq!(of_class(&svg, "arrow", "d").len() - 2, 11 + 1);
 }
@@ -290,7 +301,7 @@ fn a_sphere_shows_its_outline_and_the_half_in_front() {
     let axes =
         Polyline { points: [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]].map(Point::from).to_vec(), closed: false };
     let scene = scene([("ball", sphere().into()), ("axis", axes.into())]);
-    let svg = Picture::of(&scene).view(View::Front).control_polygons(false).to_svg().unwrap();
+    let svg = Picture::of(&scene).view(View::Front).control_polygons(false).drawn();
     // The axis gives middle and scale; it is hidden within the ball.
     let seen = chains(&of_class(&svg, "polyline", "d")[0]);
     let hidden = chains(&of_class(&svg, "hidden", "d")[0]);
@@ -314,7 +325,7 @@ fn a_sphere_shows_its_outline_and_the_half_in_front() {
     let before = self::scene([("ball", sphere().into())]);
     let nothing =
         self::scene([("axis", Polyline { points: vec![Point::origin(); 2], closed: false }.into())]);
-    let wires = Picture::of(&nothing).before(&before).view(View::Front).to_svg().unwrap();
+    let wires = Picture::of(&nothing).before(&before).view(View::Front).drawn();
     let wires = chains(&of_class(&wires, "surface", "d")[0]);
     let all: f64 = length(&wires);
     let scale = {
@@ -339,7 +350,7 @@ fn of_a_trimmed_surface_only_what_is_left_is_drawn() {
     let region = Region { outer, holes: Vec::new() };
     let trimmed = Trimmed::new(plane, vec![region], Vec::new(), Vec::new()).unwrap();
     let scene = scene([("panel", Geometry::Trimmed(trimmed))]);
-    let svg = Picture::of(&scene).view(View::Top).control_polygons(false).to_svg().unwrap();
+    let svg = Picture::of(&scene).view(View::Top).control_polygons(false).drawn();
     let border = chains(&of_class(&svg, "border", "d")[0]);
     assert_eq!((border.len(), border[0].len()), (1, 4));
     let (low, high) = (border[0][0], [border[0][1][0], border[0][2][1]]);
@@ -381,8 +392,8 @@ fn options_that_cannot_be_are_refused_with_reasons() {
 fn pictures_have_their_size_and_the_same_bytes_every_time() {
     let scene = scene([("c", cubic(1.0).into())]);
     let picture = Picture::of(&scene).title("Ünïcode <&> \u{1}").combs(Combs::Automatic).theme(Theme::Dark);
-    let (svg, png) = (picture.to_svg().unwrap(), picture.to_png(640).unwrap());
-    assert_eq!(svg, picture.to_svg().unwrap());
+    let (svg, png) = (picture.drawn(), picture.to_png(640).unwrap());
+    assert_eq!(svg, picture.drawn());
     assert_eq!(png, picture.clone().to_png(640).unwrap());
     assert!(svg.contains("Ünïcode &lt;&amp;&gt; \u{fffd}"));
     let size = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
@@ -426,7 +437,7 @@ fn very_many_vertices_points_and_faces_stay_small() {
     ] {
         let scene = scene([("many", geometry)]);
         let picture = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots);
-        let svg = picture.to_svg().unwrap();
+        let svg = picture.drawn();
         assert!(svg.len() < most, "{}", svg.len());
         assert!(svg.contains(" stand for ") || svg.contains("class=\"shading\""));
     }
@@ -440,7 +451,7 @@ proptest! {
         let mut scene = Scene::new();
         scene.add(Object::new(name.clone(), cubic(1.0).into())).unwrap();
         let marks = [Mark { object: name, label: label.clone(), ..mark(MarkKind::Kept, Point::origin(), Point::origin(), None) }];
-        elements(&Picture::of(&scene).marks(&marks).title(label).to_svg().unwrap());
+        elements(&Picture::of(&scene).marks(&marks).title(label).drawn());
     }
 
     #[test]
@@ -459,7 +470,7 @@ proptest! {
         let scene = scene([("c", curve.into())]);
         let panels = [Panel::view(View::Perspective), Panel::profile(Against::ArcLength)];
         let picture = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots).panels(panels);
-        let svg = picture.to_svg().unwrap();
+        let svg = picture.drawn();
         elements(&svg);
         prop_assert!(!svg.contains("NaN") && !svg.contains("inf"));
     }
@@ -482,12 +493,12 @@ fn what_lies_in_one_place_is_drawn_in_seconds_and_what_is_too_much_is_refused() 
         }
         scene
     };
-    let plain = Picture::of(&scene([("pile", (&one).into())])).to_svg().unwrap();
+    let plain = Picture::of(&scene([("pile", (&one).into())])).drawn();
     let shading = |svg: &str| of_class(svg, "shading", "href");
-    let piled = Picture::of(&scene([("pile", (&pile).into())])).to_svg().unwrap();
+    let piled = Picture::of(&scene([("pile", (&pile).into())])).drawn();
     assert_eq!(shading(&piled), shading(&plain));
-    assert!(!of_class(&Picture::of(&shifted(0.0)).to_svg().unwrap(), "border", "d").is_empty());
-    let apart = Picture::of(&shifted(1e-6)).view(View::Isometric).to_svg().unwrap();
+    assert!(!of_class(&Picture::of(&shifted(0.0)).drawn(), "border", "d").is_empty());
+    let apart = Picture::of(&shifted(1e-6)).view(View::Isometric).drawn();
     assert!(apart.contains("drawn in cells of"), "and said");
     // Far more than a page can show.
     let count = 40_000_u32;
@@ -517,7 +528,7 @@ fn a_hundred_thousand_curves_take_ten_times_as_long_as_ten_thousand() {
     let time = |count: u32| {
         let scene = scene(count);
         let start = std::time::Instant::now();
-        let svg = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots).to_svg().unwrap();
+        let svg = Picture::of(&scene).combs(Combs::Automatic).beads(Beads::Knots).drawn();
         assert_eq!(svg.matches("class=\"curve\"").count(), count as usize);
         start.elapsed().as_secs_f64()
     };

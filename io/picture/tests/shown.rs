@@ -7,7 +7,19 @@ use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Panel, Picture, View};
 use nalgebra::Matrix4;
-use resvg::usvg::roxmltree::Document;
+use roxmltree::Document;
+
+/// The SVG of a picture of which there is a PNG, too: whatever is written, the renderer knows.
+trait Drawn {
+    fn drawn(&self) -> String;
+}
+
+impl Drawn for Picture<'_> {
+    fn drawn(&self) -> String {
+        self.to_png(64).unwrap();
+        self.to_svg().unwrap()
+    }
+}
 
 /// A scene of the curve "c".
 fn scene(curve: Curve) -> Scene {
@@ -35,11 +47,11 @@ fn movements_are_drawn_of_a_refined_shape_and_said_to_be_missing_of_another() {
     let knots = [2.5, 2.5, 6.1];
     let now = scene(cubic(1.0).insert_knots(&knots).unwrap());
     let then = scene(cubic(1.1));
-    let svg = Picture::of(&now).before(&then).movements(true).to_svg().unwrap();
+    let svg = Picture::of(&now).before(&then).movements(true).drawn();
     // All but the vertex at the origin; and the legend's sample, and two axes.
     assert_eq!(of_class(&svg, "arrow", "d").len() - 2, 14 + 1);
     let other = scene(cubic(1.1).elevate(1).unwrap());
-    let svg = Picture::of(&now).before(&other).movements(true).to_svg().unwrap();
+    let svg = Picture::of(&now).before(&other).movements(true).drawn();
     assert!(of_class(&svg, "arrow", "d").len() == 2 && svg.contains("c: no arrows"), "{svg}");
 }
 
@@ -53,7 +65,7 @@ fn the_legend_names_what_is_shown_each_in_its_own_colour() {
     }
     // A palette's length apart, and beyond the objects that a legend of all would name.
     let chosen = ["line 02", "line 08", "line 14", "line 26"];
-    let svg = Picture::of(&all).panels([Panel::view(View::Top).objects(chosen)]).to_svg().unwrap();
+    let svg = Picture::of(&all).panels([Panel::view(View::Top).objects(chosen)]).drawn();
     let legend = svg.split("id=\"legend\"").nth(1).unwrap();
     assert!(chosen.iter().all(|name| legend.contains(name)) && !legend.contains("more object"), "{legend}");
     let mut colours = of_class(&svg, "polyline", "stroke");
@@ -63,9 +75,9 @@ fn the_legend_names_what_is_shown_each_in_its_own_colour() {
     // Of more than it names, the others are counted: once, whatever panels there are.
     let nine = (0..9).map(|i| format!("line {i:02}"));
     let panels = [View::Top, View::Front].map(|view| Panel::view(view).objects(nine.clone()));
-    let svg = Picture::of(&all).panels(panels).to_svg().unwrap();
+    let svg = Picture::of(&all).panels(panels).drawn();
     assert_eq!(svg.matches("and 1 more object<").count(), 1, "{svg}");
-    let svg = Picture::of(&all).view(View::Top).to_svg().unwrap();
+    let svg = Picture::of(&all).view(View::Top).drawn();
     assert_eq!(svg.matches("and 22 more objects<").count(), 1, "{svg}");
 }
 
@@ -82,13 +94,12 @@ fn what_instances_show_is_drawn_where_it_is() {
     }
     all.add(Object::new("alone", cubic(0.5).into())).unwrap();
     let flat = all.flattened(100).unwrap().into_owned();
-    let svg = Picture::of(&all).to_svg().unwrap();
-    assert_eq!(svg, Picture::of(&flat).to_svg().unwrap());
+    let svg = Picture::of(&all).drawn();
+    assert_eq!(svg, Picture::of(&flat).drawn());
     assert!(svg.contains("low/c") && svg.contains("high/c"));
     // Who asks for an instance is shown what it shows.
-    let high = Picture::of(&all).panels([Panel::view(View::Top).objects(["high"])]).to_svg().unwrap();
-    let inside =
-        Picture::of(&flat).panels([Panel::view(View::Top).objects(["high", "high/c"])]).to_svg().unwrap();
+    let high = Picture::of(&all).panels([Panel::view(View::Top).objects(["high"])]).drawn();
+    let inside = Picture::of(&flat).panels([Panel::view(View::Top).objects(["high", "high/c"])]).drawn();
     assert_eq!(high, inside);
     assert!(high.contains("high/c") && !high.contains("low/c"), "{high}");
 }

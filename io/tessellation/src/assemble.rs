@@ -133,7 +133,7 @@ pub(crate) fn assemble(
         moved.push(points);
     }
     let scale = Scale::new(surface, &states[0].patches);
-    let corner_count = 3 * cells.iter().map(Cells::count).sum::<usize>();
+    let corner_count = 3 * cells.iter().map(|cells| cells.triangles().len()).sum::<usize>();
     let mut corners = Corners {
         points: Vec::with_capacity(corner_count),
         normals: Distinct::new(count),
@@ -190,8 +190,7 @@ impl Corners {
         poles: &BTreeMap<u32, Option<Vector>>,
         uv: impl Fn([f64; 2]) -> [f64; 2],
     ) {
-        self.found.clear();
-        self.found.resize(cells.tree.vertices.len(), None);
+        self.find_plain(cells, map, &uv);
         for triangle in cells.triangles() {
             let [a, b, c] = triangle.map(|v| map[v as usize]);
             if a == b || b == c || c == a {
@@ -230,6 +229,22 @@ impl Corners {
                 self.points.push(number);
             }
         }
+    }
+
+    /// Finds, of a patch without poles, the values of all vertices that have a normal, so that corners need not ask.
+    fn find_plain(&mut self, cells: &Cells, map: &[u32], uv: impl Fn([f64; 2]) -> [f64; 2]) {
+        self.found.clear();
+        if cells.poles != Poles::default() {
+            self.found.resize(map.len(), None);
+            return;
+        }
+        let Self { points, normals, uvs, found } = self;
+        found.extend(cells.tree.vertices.iter().zip(map).map(|(vertex, &number)| {
+            (vertex.normal != Vector::zeros()).then(|| {
+                let uv = uvs.find(number, uv(vertex.at), points, |x, y| x == y);
+                [uv, normals.find(number, vertex.normal, points, same_normal)]
+            })
+        }));
     }
 
     /// The mesh, its points being those of the first of the states; and the points of the others.

@@ -164,7 +164,8 @@ impl Judge {
         self.forms.take(patch, low, high);
     }
 
-    /// The cell last taken.
+    /// The cell last taken. (It is where it is needed at once: a view is too large to be handed over.)
+    #[inline(always)]
     fn view<'t>(
         &mut self,
         tree: &Tree,
@@ -318,7 +319,8 @@ impl Judge {
                     let (from, to) = (corners[k], corners[(k + 1) % 4]);
                     let along = leg(from, to).unwrap_or_default();
                     let direction = if across { normal.cross(&along) } else { along };
-                    *bend = bend.hypot(self.forms.now().along(&direction, &from.point, from.at, to.at));
+                    let within = self.forms.now().along(&direction, &from.point, from.at, to.at);
+                    *bend = (*bend * *bend + within * within).sqrt();
                 }
                 if most(&bends) > target.chord {
                     break;

@@ -101,7 +101,7 @@ impl Form {
         if u != 0.0 && v != 0.0 {
             return self.across(normal, point).along(from, to);
         }
-        let (second, step) = if v == 0.0 { (&self.uu, u) } else { (&self.vv, v) };
+        let (second, step) = ([&self.uu, &self.vv][usize::from(v != 0.0)], u + v);
         let most = second.largest(normal.x, normal.y, normal.z, normal.dot(point));
         most * (step * step) * self.share_of(normal)
     }

@@ -2,6 +2,7 @@
 
 use loftsman_kernel::Vector;
 
+use crate::bezier::less;
 use crate::patch::{Jet, Patch};
 
 /// Derivatives smaller than this fraction of the patch's size, or an angle between them smaller than this, give no
@@ -14,6 +15,21 @@ const SINGULAR: f64 = 1e-9;
 /// `S_uv × S_v + S_u × S_vv`, along `u` `S_uu × S_v + S_u × S_uv`. At a pole, where all of an edge is one point, it is
 /// the tangent plane's normal.
 pub(crate) fn normal(patch: &Patch, at: [f64; 2], jet: &Jet) -> Vector {
+    let least = SINGULAR * patch.size;
+    let (uu, vv) = (jet.u.norm_squared(), jet.v.norm_squared());
+    let cross = jet.u.cross(&jet.v);
+    let squared = cross.norm_squared();
+    let plain = less(uu, vv) > least * least && squared > SINGULAR * SINGULAR * uu * vv;
+    // Of what is smaller or larger, squares of squares may not be numbers.
+    if plain && (1e-150..1e150).contains(&squared) {
+        return cross * (1.0 / squared.sqrt());
+    }
+    careful(patch, at, jet)
+}
+
+/// As [`normal`], in unit vectors from the start.
+#[cold]
+fn careful(patch: &Patch, at: [f64; 2], jet: &Jet) -> Vector {
     let least = SINGULAR * patch.size;
     let (lu, lv) = (jet.u.norm(), jet.v.norm());
     if lu > least && lv > least {
@@ -40,7 +56,7 @@ fn limit(patch: &Patch, at: [f64; 2], jet: &Jet) -> Vector {
             0.0
         }
     });
-    let [uu, uv, vv] = patch.second(at).map(|d| d / size);
+    let [uu, uv, vv] = patch.second(at).1.map(|d| d / size);
     let (u, v) = (jet.u / size, jet.v / size);
     let along = [uu.cross(&v) + u.cross(&uv), uv.cross(&v) + u.cross(&vv)];
     let ways = [along[1] * inward[1], along[0] * inward[0], along[0] * inward[0] + along[1] * inward[1]];

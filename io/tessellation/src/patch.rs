@@ -100,8 +100,8 @@ impl Patch {
         if !self.rational {
             return Jet { point: xyz(a), u: xyz(au), v: xyz(av) };
         }
-        let point = project(a);
-        Jet { point, u: (xyz(au) - point * au[3]) / a[3], v: (xyz(av) - point * av[3]) / a[3] }
+        let (point, share) = (project(a), 1.0 / a[3]);
+        Jet { point, u: (xyz(au) - point * au[3]) * share, v: (xyz(av) - point * av[3]) * share }
     }
 
     /// `A`, `A_u`, `A_v`. The usual orders have code of their own.
@@ -116,8 +116,8 @@ impl Patch {
         }
     }
 
-    /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets.
-    pub(crate) fn second(&self, at: [f64; 2]) -> [Vector; 3] {
+    /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets, after point and first derivatives.
+    pub(crate) fn second(&self, at: [f64; 2]) -> (Jet, [Vector; 3]) {
         let first = self.homogeneous(at[0], at[1]);
         let (jet, [a, au, av]) = (self.quotient(&first), first);
         let (p, q) = (self.rows, self.columns);
@@ -131,11 +131,12 @@ impl Patch {
         self.vv(&mut net);
         let vv = value(&net, p, q.saturating_sub(2), at);
         let quotient = |h: Homogeneous, terms: Vector| (xyz(&h) - jet.point * h[3] - terms) / a[3];
-        [
+        let second = [
             quotient(uu, jet.u * (2.0 * au[3])),
             quotient(uv, jet.v * au[3] + jet.u * av[3]),
             quotient(vv, jet.v * (2.0 * av[3])),
-        ]
+        ];
+        (jet, second)
     }
 
     /// The control points of a side, in the direction of its parameter.

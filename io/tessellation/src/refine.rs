@@ -17,13 +17,15 @@ struct Leaf {
     /// The number of vertices around it when it was judged.
     seen: u32,
     error: Error,
-    triangles: Triangles,
+    /// Where its triangles start, and how many it has.
+    start: u32,
+    count: u32,
 }
 
 impl Leaf {
     /// A cell of which nothing is known.
     fn new(cell: Cell) -> Self {
-        Self { cell, seen: 0, error: Error::default(), triangles: Triangles::new() }
+        Self { cell, seen: 0, error: Error::default(), start: 0, count: 0 }
     }
 }
 
@@ -44,9 +46,6 @@ impl Error {
     }
 }
 
-/// Two triangles as a rule.
-type Triangles = SmallVec<[[u32; 3]; 2]>;
-
 /// One as a rule.
 pub(crate) type PerState<T> = SmallVec<[T; 1]>;
 
@@ -58,19 +57,21 @@ pub(crate) struct Cells {
     /// Those of further states: cut alike, their vertices lie elsewhere.
     pub(crate) others: Vec<Tree>,
     leaves: Vec<Leaf>,
+    /// The triangles, leaf after leaf.
+    triangles: Vec<[u32; 3]>,
     pub(crate) poles: Poles,
     /// Where the sides were cut when the cells last met the target, side after side; not of those that are one point.
     fractions: SmallVec<[f64; 12]>,
     /// Where those of each side end.
     ends: [usize; 4],
-    /// The largest certified error and the number of triangles then.
+    /// The largest certified error then.
     error: Error,
-    count: usize,
     /// The patch in all states, until its cells are done.
     patches: PerState<Patch>,
 }
 
 /// Room to refine in, used again from patch to patch.
+#[derive(Default)]
 pub(crate) struct Room {
     judge: Judge,
     /// The cells before and after a pass over all of them.
@@ -78,13 +79,14 @@ pub(crate) struct Room {
     after: Vec<Leaf>,
     open: Vec<Leaf>,
     parts: Vec<Cell>,
+    /// Triangles of leaves, and of some that are not any more.
+    triangles: Vec<[u32; 3]>,
 }
 
 impl Room {
     /// As [`Judge::new`].
     pub(crate) fn new(strict: bool) -> Self {
-        let (before, after, open, parts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { judge: Judge::new(strict), before, after, open, parts }
+        Self { judge: Judge::new(strict), ..Self::default() }
     }
 }
 
@@ -124,10 +126,10 @@ impl Cells {
             tree,
             others,
             leaves: vec![Leaf::new(cell)],
+            triangles: Vec::new(),
             poles,
             fractions: SmallVec::new(),
             error: Error::default(),
-            count: 0,
             ends: [0; 4],
             patches,
         }
@@ -172,11 +174,13 @@ impl Cells {
     ///
     /// A cut adds vertices to the neighbours' edges, so cells are judged again until nothing changes.
     pub(crate) fn refine(&mut self, targets: &[Target], room: &mut Room, budget: &Budget) -> bool {
-        let Room { judge, before, after, open, parts } = room;
+        let Room { judge, before, after, open, parts, triangles } = room;
         judge.start();
         before.clear();
         open.clear();
+        triangles.clear();
         before.append(&mut self.leaves);
+        triangles.append(&mut self.triangles);
         let mut again = true;
         while again {
             again = false;
@@ -189,15 +193,22 @@ impl Cells {
                 open.push(leaf);
                 while let Some(mut leaf) = open.pop() {
                     let around = judge.look(&self.tree, &leaf.cell) as u32;
-                    budget.give(leaf.triangles.len());
-                    leaf.triangles.clear();
+                    budget.give(leaf.count as usize);
                     match self.verdict(targets, judge, &leaf.cell) {
                         Ok(error) => {
-                            leaf.triangles.extend(judge.triangles());
-                            if !budget.take(leaf.triangles.len()) {
+                            let start = triangles.len();
+                            triangles.extend(judge.triangles());
+                            let count = triangles.len() - start;
+                            if !budget.take(count) {
                                 return false;
                             }
-                            (leaf.seen, leaf.error) = (around, error);
+                            leaf = Leaf {
+                                seen: around,
+                                error,
+                                start: start as u32,
+                                count: count as u32,
+                                ..leaf
+                            };
                             after.push(leaf);
                         }
                         Err(how) => {
@@ -216,11 +227,9 @@ impl Cells {
             }
             std::mem::swap(before, after);
         }
-        self.leaves.reserve_exact(before.len());
-        self.leaves.append(before);
+        self.keep(before, triangles);
         // While cells and tree are at hand.
         self.error = self.leaves.iter().map(|leaf| leaf.error).fold(Error::default(), Error::max);
-        self.count = self.leaves.iter().map(|leaf| leaf.triangles.len()).sum();
         self.fractions.clear();
         for side in 0..4 {
             if !self.poles.0[side] {
@@ -229,6 +238,18 @@ impl Cells {
             self.ends[side] = self.fractions.len();
         }
         true
+    }
+
+    /// Takes over the leaves with those of the triangles that are theirs.
+    fn keep(&mut self, leaves: &mut Vec<Leaf>, triangles: &[[u32; 3]]) {
+        self.triangles.reserve_exact(leaves.iter().map(|leaf| leaf.count as usize).sum());
+        for leaf in leaves.iter_mut() {
+            let (start, count) = (leaf.start as usize, leaf.count as usize);
+            leaf.start = self.triangles.len() as u32;
+            self.triangles.extend_from_slice(&triangles[start..start + count]);
+        }
+        self.leaves.reserve_exact(leaves.len());
+        self.leaves.append(leaves);
     }
 
     /// The error of a cell whose triangles do in all states, or how it is to be cut.
@@ -256,13 +277,8 @@ impl Cells {
         self.error
     }
 
-    /// The number of all triangles.
-    pub(crate) fn count(&self) -> usize {
-        self.count
-    }
-
     /// The triangles of all cells.
-    pub(crate) fn triangles(&self) -> impl Iterator<Item = &[u32; 3]> {
-        self.leaves.iter().flat_map(|leaf| &leaf.triangles)
+    pub(crate) fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
     }
 }

@@ -249,10 +249,7 @@ fn around(patch: &Patch) -> [Vector; 2] {
 }
 
 fn bends(patch: &Patch) -> [f64; 2] {
-    let middle = [0.5, 0.5];
-    let jet = patch.jet(middle);
-    jet.u.cross(&jet.v).try_normalize(0.0).map_or([0.0; 2], |normal| {
-        let [uu, _, vv] = patch.second(middle);
-        [uu, vv].map(|bend| normal.dot(&bend).abs())
-    })
+    let (jet, [uu, _, vv]) = patch.second([0.5, 0.5]);
+    let normal = jet.u.cross(&jet.v).try_normalize(0.0).unwrap_or_default();
+    [uu, vv].map(|bend| normal.dot(&bend).abs())
 }

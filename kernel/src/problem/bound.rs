@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// A constraint whose functional is bound and whose target is a number.
 #[derive(Debug, Clone)]
-pub(crate) struct Bound {
+pub(crate) struct BoundConstraint {
     pub(crate) id: ConstraintId,
     pub(crate) constraint: Constraint,
     /// The wanted value: all of the functional's numbers, asked or not.
@@ -53,7 +53,7 @@ const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 pub(crate) fn add_companions(
     constraints: &mut Vec<Constraint>,
     handle: Option<&mut Arc<dyn Functional>>,
-    known: &[Bound],
+    known: &[BoundConstraint],
     dragged: Option<usize>,
 ) {
     // All is judged by what was asked, and changed afterwards: mostly there is nothing to change.
@@ -73,7 +73,7 @@ pub(crate) fn add_companions(
     let gives_way = |companion: &dyn Functional, axis: Axis| {
         asked().any(|a| a.is_of(companion, axis) || a.changes && a.functional.supersedes(companion))
     };
-    let mut settle = |at: usize, functional: &Arc<dyn Functional>, with_companions: bool| {
+    let mut consider = |at: usize, functional: &Arc<dyn Functional>, with_companions: bool| {
         let stands_still = |f: &dyn Functional| {
             let kept = |axis| asked().any(|a| !a.changes && a.is_of(f, axis));
             AXES.into_iter().all(|axis| kept(axis) || with_companions && !gives_way(f, axis))
@@ -89,10 +89,10 @@ pub(crate) fn add_companions(
         changed.extend(other.map(|other| (at, other)));
     };
     for (at, constraint) in constraints.iter().enumerate() {
-        settle(at, &constraint.functional, constraint.sense() == Sense::Equal);
+        consider(at, &constraint.functional, constraint.sense() == Sense::Equal);
     }
     if let Some(handle) = &handle {
-        settle(constraints.len(), handle, true);
+        consider(constraints.len(), handle, true);
     }
     let mut added = Vec::new();
     for (companion, beside) in fresh {
@@ -116,7 +116,7 @@ pub(crate) fn add_companions(
 }
 
 /// After something is no longer asked: functionals whose companions no longer stand still become what they are beside that.
-pub(crate) fn loosen(bound: &mut [Bound], dragged: Option<usize>) {
+pub(crate) fn loosen(bound: &mut [BoundConstraint], dragged: Option<usize>) {
     let kept: Vec<(Arc<dyn Functional>, Option<Axis>)> = bound
         .iter()
         .enumerate()
@@ -154,7 +154,7 @@ pub(crate) fn bind(
     mut constraint: Constraint,
     id: ConstraintId,
     known: &mut Numbers,
-) -> Result<Bound, EditError> {
+) -> Result<BoundConstraint, EditError> {
     if let Some(bound) = constraint.functional.bind(shapes)? {
         constraint.functional = bound;
     }
@@ -233,14 +233,14 @@ pub(crate) fn bind(
         return Err(wrong(&format!(": its value would be {bad}; ask for less")));
     }
     constraint.functional.check_target(present, &target)?;
-    Ok(Bound { id, constraint, target })
+    Ok(BoundConstraint { id, constraint, target })
 }
 
 /// Wanted minus present values into `rhs`, the sizes of the numbers they come from into `size`; and for each
 /// constraint its largest error and the size to measure it by.
 pub(crate) fn right_hand_side(
     shapes: &Shapes<'_>,
-    bound: &[Bound],
+    bound: &[BoundConstraint],
     assembly: &Assembly,
     rhs: &mut Numbers,
     size: &mut Numbers,
@@ -253,7 +253,7 @@ pub(crate) fn right_hand_side(
 /// The same, `each` being told of every constraint in turn, where the present values of the first ones are `known`.
 pub(crate) fn difference(
     shapes: &Shapes<'_>,
-    bound: &[Bound],
+    bound: &[BoundConstraint],
     assembly: &Assembly,
     mut known: &[f64],
     (rhs, size): (&mut Numbers, &mut Numbers),

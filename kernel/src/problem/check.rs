@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use smallvec::SmallVec;
+
 use super::Numbers;
 use super::assembly::Assembly;
-use super::bound::Bound;
+use super::bound::BoundConstraint;
 use super::conflict::quoted;
 use super::constraint::Constraint;
 use crate::functional::Accuracy;
@@ -93,6 +95,9 @@ impl Measure {
         }
     }
 }
+
+/// The adjustment that a number of the handle asks for by changing by 1: of each vertex that moves, or of each of its numbers.
+pub(crate) type Response = SmallVec<[f64; 4]>;
 
 /// Vertices that an adjustment has moved.
 #[derive(Debug, Clone, Copy)]
@@ -219,7 +224,7 @@ impl Check {
         &mut self,
         sides: usize,
         still: &[f64],
-        response: &[Vec<f64>],
+        response: &[Response],
         rows: impl Iterator<Item = usize>,
     ) {
         self.still = self.measure.length(still, sides);
@@ -400,7 +405,7 @@ fn length(d: &[f64]) -> f64 {
 /// The error for an adjustment out of proportion.
 #[cold]
 pub(crate) fn near_conflict(
-    bound: &[Bound],
+    bound: &[BoundConstraint],
     assembly: &Assembly,
     factored: &mut dyn Factored,
     right: &[f64],
@@ -418,7 +423,7 @@ pub(crate) fn near_conflict(
 /// the largest.
 #[cold]
 pub(crate) fn fighting(
-    bound: &[Bound],
+    bound: &[BoundConstraint],
     assembly: &Assembly,
     factored: &mut dyn Factored,
     right: &[f64],

@@ -22,7 +22,7 @@ pub(crate) fn explain(problem: &Problem, assembly: &Assembly, dependency: &Depen
     let (constraints, freedom) = (problem.constraints().collect::<Vec<_>>(), &problem.freedom);
     let all = involved(assembly, dependency);
     // Two constraints of one name are told apart by their number.
-    let told = |k: &usize| {
+    let stated = |k: &usize| {
         let name = constraints[*k].describe();
         let twin = all.iter().any(|other| other != k && constraints[*other].describe() == name);
         let name = quoted(&name);
@@ -39,7 +39,7 @@ pub(crate) fn explain(problem: &Problem, assembly: &Assembly, dependency: &Depen
     }
     let labels = all.iter().map(|&k| constraints[k].label()).collect();
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
-    let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
+    let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(stated).collect();
     let still = companions(theirs.iter().map(|&k| constraints[k]));
     // Distinct vertices behind the rows: fewer than the equations means that refinement can help.
     let rows = assembly.system.rows();
@@ -115,14 +115,14 @@ fn advice(ours: &[usize]) -> &'static str {
 pub(crate) fn contradiction(problem: &Problem, assembly: &Assembly, rows: &[usize]) -> SolveError {
     let constraints: Vec<&Constraint> = problem.constraints().collect();
     let all: BTreeSet<usize> = rows.iter().map(|&row| assembly.constraint_of(row)).collect();
-    let told = |k: &usize| {
+    let stated = |k: &usize| {
         let name = constraints[*k].label();
         let twin = all.iter().any(|other| other != k && constraints[*other].label() == name);
         let name = quoted(&name);
         if twin { format!("{name} (constraints[{k}])") } else { name }
     };
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
-    let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(told).collect();
+    let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(stated).collect();
     let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
     let still = companions(theirs.iter().map(|&k| constraints[k]));
     let labels = all.iter().map(|&k| constraints[k].label()).collect();

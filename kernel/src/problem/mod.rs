@@ -49,7 +49,7 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 pub use self::assembly::{Assembly, Parameter};
-use self::bound::{Bound, add_companions, bind};
+use self::bound::{BoundConstraint, add_companions, bind};
 pub use self::constraint::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
 pub use self::error::EditError;
 pub(crate) use self::freedom::Freedom;
@@ -80,7 +80,7 @@ impl ConstraintId {
 #[derive(Debug)]
 pub struct Problem {
     pub(crate) shapes: Vec<Box<dyn Shape>>,
-    pub(crate) bound: Vec<Bound>,
+    pub(crate) bound: Vec<BoundConstraint>,
     pub(crate) freedom: Freedom,
     pub(crate) metric: Metric,
     /// Where the vertices were that the energy alone took to where it is least.
@@ -161,7 +161,7 @@ impl Problem {
     pub(crate) fn bind_all(&mut self, fresh: Vec<Constraint>) -> Result<ConstraintId, EditError> {
         let first = ConstraintId(self.next_id);
         for constraint in fresh {
-            let same = |b: &Bound| {
+            let same = |b: &BoundConstraint| {
                 b.constraint.axis == constraint.axis
                     && b.constraint.functional.same_as(constraint.functional.as_ref())
             };

@@ -1,7 +1,7 @@
 //! The least adjustment under linear rows: equations, and inequalities where there are any.
 
 use super::assembly::Assembly;
-use super::bound::Bound;
+use super::bound::BoundConstraint;
 use super::conflict::{contradiction, explain};
 use super::constraint::Constraint;
 use super::effort::soften;
@@ -36,7 +36,7 @@ pub(crate) struct Solved {
 }
 
 /// Whether some constraints are inequalities.
-pub(crate) fn has_inequalities(bound: &[Bound]) -> bool {
+pub(crate) fn has_inequalities(bound: &[BoundConstraint]) -> bool {
     bound.iter().any(|b| b.constraint.sense() != Sense::Equal)
 }
 

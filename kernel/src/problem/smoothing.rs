@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Freedom;
-use super::bound::{Bound, bind};
+use super::bound::{BoundConstraint, bind};
 use super::constraint::{Constraint, Wanted};
 use super::metric::Metric;
 use super::smooth::{Smooth, SmoothKnot, Watched, find, is_ours, ours};
@@ -39,10 +39,10 @@ impl Smoothing {
     pub(crate) fn renew(
         &mut self,
         boxes: &[Box<dyn Shape>],
-        bound: &mut Vec<Bound>,
+        bound: &mut Vec<BoundConstraint>,
         freedom: &Freedom,
         metric: &Metric,
-    ) -> Result<Option<Vec<Bound>>, EditError> {
+    ) -> Result<Option<Vec<BoundConstraint>>, EditError> {
         let shapes = view(boxes);
         let asked = bound.iter().filter(|b| !is_ours(&b.constraint));
         let asked = asked.map(|b| b.constraint.functional.as_ref());
@@ -87,7 +87,7 @@ impl Problem {
     }
 
     /// Keeps smooth what is smooth *now*. What was asked before, if that has changed.
-    pub(crate) fn renew_smoothness(&mut self) -> Result<Option<Vec<Bound>>, EditError> {
+    pub(crate) fn renew_smoothness(&mut self) -> Result<Option<Vec<BoundConstraint>>, EditError> {
         self.smoothing.renew(&self.shapes, &mut self.bound, &self.freedom, &self.metric)
     }
 }

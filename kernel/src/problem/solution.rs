@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::bound::{Bound, right_hand_side};
+use super::bound::{BoundConstraint, right_hand_side};
 use super::check::{Check, Miss, Moved, excess, missed_by, near_conflict};
 use super::program::{Solved, senses};
 use super::smooth::is_ours;
@@ -127,7 +127,7 @@ impl Solution {
 
 /// The names of constraints of which others imply some rows, and how many equations of what is kept smooth they imply.
 pub(crate) fn redundant(
-    bound: &[Bound],
+    bound: &[BoundConstraint],
     assembly: &Assembly,
     dependencies: &mut dyn Iterator<Item = &Dependency>,
 ) -> (Vec<String>, usize) {

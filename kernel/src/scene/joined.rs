@@ -28,11 +28,11 @@ impl Scene {
     /// When the hierarchy is broken ([`check_hierarchy`](Self::check_hierarchy)).
     pub fn joined_diagonals(&self) -> Result<Vec<Option<f64>>> {
         let world = self.world_transforms()?;
-        let mut nets: Vec<(usize, Net)> = Vec::new();
+        let mut nets: Vec<(usize, Samples)> = Vec::new();
         for (index, (object, map)) in self.objects().iter().zip(&world).enumerate() {
             if let Geometry::Surface(surface) = object.geometry() {
                 let place = |p: Point| map.as_ref().map_or(p, |map| transform_point(map, &p));
-                nets.extend(Net::of(surface, place).map(|net| (index, net)));
+                nets.extend(Samples::of(surface, place).map(|net| (index, net)));
             }
         }
         let mut answer = vec![None; self.objects().len()];
@@ -71,12 +71,12 @@ fn around(a: (Point, Point), b: (Point, Point)) -> (Point, Point) {
 }
 
 /// Points of a surface, evenly in its parameters, row after row, and those of its edges.
-struct Net {
+struct Samples {
     points: Vec<Point>,
     edges: Vec<[Point; SAMPLES]>,
 }
 
-impl Net {
+impl Samples {
     /// `None` where a point is not finite.
     fn of(surface: &Surface, place: impl Fn(Point) -> Point) -> Option<Self> {
         let at = |(a, b): (f64, f64), i: usize| {

@@ -84,7 +84,7 @@ pub(super) fn active_set(program: &Program<'_>) -> Result<Outcome, SolveError> {
     }
     // Many rows: a few good guesses are cheaper than one row at a time, where they arrive.
     if count > MANY
-        && let Some(outcome) = program.settle(&[])
+        && let Some(outcome) = program.pivot(&[])
     {
         return Ok(outcome);
     }

@@ -1,5 +1,7 @@
 //! Dense LU with partial pivoting of the bordered system.
 
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
 use super::elimination::reduce;
 use super::metric::SystemMetric;
 use super::rank::{Dependency, Diagnosis, Reflections};
@@ -43,10 +45,8 @@ struct Core {
     /// The metric was divided by this, `α` put in.
     mean: f64,
     columns: usize,
-    /// The factors, row after row, rows in pivot order.
-    lu: Vec<f64>,
-    pivots: Vec<usize>,
-    work: Vec<f64>,
+    lu: LU<f64, Dyn, Dyn>,
+    work: DVector<f64>,
 }
 
 impl Solver for DenseLu {
@@ -83,19 +83,19 @@ impl Solver for DenseLu {
             self.name(),
         )?;
         let n = unknowns + kept.len();
-        let mut matrix = vec![0.0; n * n];
+        let mut matrix = DMatrix::zeros(n, n);
         // The metric's block: W, or, where its inverse K is what is known, d - K Fᵀλ = 0 instead of W d - Fᵀλ = 0.
         // Rows are scaled to unit length and W by its mean diagonal, so that pivots compare.
         let scale: Vec<f64> = kept.iter().map(|&r| 1.0 / rows.norm(r)).collect();
         let mut transposed = vec![0.0; unknowns * kept.len()];
         for (k, &row) in kept.iter().enumerate() {
             for (column, value) in rows.iter_row(row) {
-                matrix[(unknowns + k) * n + column] = value * scale[k];
+                matrix[(unknowns + k, column)] = value * scale[k];
                 transposed[column * kept.len() + k] = value * scale[k];
             }
         }
         let mut mean = 1.0;
-        let mut block = |i: usize, j: usize, value: f64| matrix[i * n + j] = value;
+        let mut block = |i: usize, j: usize, value: f64| matrix[(i, j)] = value;
         match system.metric() {
             // (What unknowns are measured by was taken out above.)
             SystemMetric::Least | SystemMetric::Through(_) => (0..unknowns).for_each(|i| block(i, i, 1.0)),
@@ -119,10 +119,10 @@ impl Solver for DenseLu {
             kept.binary_search(&row).map_or(1.0, |k| length * scale[k] * mean.sqrt())
         };
         let alpha = reflections.outside().map(part).fold(1.0_f64, f64::min).max(f64::EPSILON);
+        matrix.view_mut((0, 0), (unknowns, unknowns)).iter_mut().for_each(|v| *v *= alpha);
         for column in 0..unknowns {
-            matrix[column * n..column * n + unknowns].iter_mut().for_each(|v| *v *= alpha);
             for k in 0..kept.len() {
-                matrix[column * n + unknowns + k] = transposed[column * kept.len() + k];
+                matrix[(column, unknowns + k)] = transposed[column * kept.len() + k];
             }
         }
         let ill_conditioned = || SolveError::IllConditioned {
@@ -130,16 +130,19 @@ impl Solver for DenseLu {
             condition: reflections.condition(),
             better: "householder-qr",
         };
-        let pivots = eliminate(&mut matrix, n).ok_or_else(ill_conditioned)?;
+        let lu = matrix.lu();
+        let pivots = lu.u();
+        if !pivots.diagonal().iter().all(|pivot| pivot.abs() > 0.0 && pivot.is_finite()) {
+            return Err(ill_conditioned());
+        }
         let mut core = Core {
             sides: system.sides(),
             kept,
             scale,
             mean: mean / alpha,
             columns: unknowns,
-            lu: matrix,
-            pivots,
-            work: vec![0.0; n],
+            lu,
+            work: DVector::zeros(n),
         };
         let mut refinement = None;
         if whitened.is_some() || reflections.weakest() < SUSPECT {
@@ -153,66 +156,23 @@ impl Solver for DenseLu {
     }
 }
 
-/// `P A = L U` in place; the row exchanged with row `k` at step `k`. `None` where a pivot vanishes.
-fn eliminate(a: &mut [f64], n: usize) -> Option<Vec<usize>> {
-    let mut pivots = Vec::with_capacity(n);
-    for k in 0..n {
-        let mut pick = k;
-        for i in k + 1..n {
-            if a[i * n + k].abs() > a[pick * n + k].abs() {
-                pick = i;
-            }
-        }
-        pivots.push(pick);
-        if pick != k {
-            let (upper, lower) = a.split_at_mut(pick * n);
-            upper[k * n..(k + 1) * n].swap_with_slice(&mut lower[..n]);
-        }
-        let pivot = a[k * n + k];
-        if !(pivot.abs() > 0.0 && pivot.is_finite()) {
-            return None;
-        }
-        let (upper, lower) = a.split_at_mut((k + 1) * n);
-        let row = &upper[k * n + k + 1..];
-        for other in lower.chunks_exact_mut(n) {
-            let factor = other[k] / pivot;
-            other[k] = factor;
-            if factor != 0.0 {
-                for (o, r) in other[k + 1..].iter_mut().zip(row) {
-                    *o -= factor * r;
-                }
-            }
-        }
-    }
-    Some(pivots)
-}
-
 impl Core {
     /// Solves for one side; `work` holds `d` and then `-λ` (of scaled rows).
     fn solve_side(&mut self, rhs: &[f64], side: usize) {
-        let n = self.work.len();
-        self.work[..self.columns].fill(0.0);
+        self.work.fill(0.0);
         for (k, &row) in self.kept.iter().enumerate() {
             self.work[self.columns + k] = rhs[row * self.sides + side] * self.scale[k];
         }
-        for (k, &pick) in self.pivots.iter().enumerate() {
-            self.work.swap(k, pick);
-        }
-        for i in 0..n {
-            let sum: f64 = self.lu[i * n..i * n + i].iter().zip(&self.work).map(|(l, x)| l * x).sum();
-            self.work[i] -= sum;
-        }
-        for i in (0..n).rev() {
-            let row = &self.lu[i * n + i..(i + 1) * n];
-            let sum: f64 = row[1..].iter().zip(&self.work[i + 1..]).map(|(u, x)| u * x).sum();
-            self.work[i] = (self.work[i] - sum) / row[0];
+        // (nalgebra's elimination subtracts one from the size.)
+        if !self.work.is_empty() {
+            self.lu.solve_mut(&mut self.work);
         }
     }
 
     fn solve_into(&mut self, rhs: &[f64], d: &mut [f64]) {
         for side in 0..self.sides {
             self.solve_side(rhs, side);
-            for (d, value) in d.chunks_exact_mut(self.sides).zip(&self.work[..self.columns]) {
+            for (d, value) in d.chunks_exact_mut(self.sides).zip(&self.work.as_slice()[..self.columns]) {
                 d[side] = *value;
             }
         }

@@ -24,7 +24,7 @@
 //!
 //! Inequalities make a quadratic program ([`Program`]): which of them are active is found first
 //! ([`Solver::program`]), and the least adjustment is then that of the equations and the active ones. Many are guessed
-//! and put right together ([`Program::settle`]), few or obstinate ones found one by one.
+//! and put right together ([`Program::pivot`]), few or obstinate ones found one by one.
 
 mod active_set;
 mod adjoint;
@@ -38,11 +38,11 @@ mod lu;
 mod map;
 mod metric;
 mod order;
+mod pivoting;
 mod rank;
 mod refine;
 mod saddle;
 mod saddle_point;
-mod settle;
 mod sparse;
 mod symmetric;
 mod system;
@@ -103,7 +103,7 @@ pub trait Solver: Send + Sync {
     }
 
     /// Finds out which inequalities of a quadratic program hold with equality; the least adjustment is then that of the
-    /// equations and these, which [`factor`](Self::factor) solves. The default is [`Program::settle`] for more than some
+    /// equations and these, which [`factor`](Self::factor) solves. The default is [`Program::pivot`] for more than some
     /// dozens of rows; where that does not arrive, and for fewer, the dual active-set method of Goldfarb and Idnani (1983) on
     /// an orthonormal basis of the active rows. A solver with another method of its own overrides it.
     ///

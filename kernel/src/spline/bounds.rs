@@ -32,7 +32,7 @@ impl Curve {
     pub fn bounds(&self) -> (Point, Point) {
         let (space, p) = (self.space(), self.degree());
         let spans: Vec<usize> = space.spans().collect();
-        let net = Net { points: self.points(), weights: self.weights() };
+        let net = Controls { points: self.points(), weights: self.weights() };
         let vertices = |span: usize| (span - p..=span).map(|k| space.vertex(k));
         tight(&net, self.hull_bounds(), |side| {
             let bound =
@@ -60,7 +60,7 @@ impl Surface {
         let (u, v) = (self.u(), self.v());
         let (p, q) = (u.degree(), v.degree());
         let spans: Vec<_> = u.spans().flat_map(|i| v.spans().map(move |j| (i, j))).collect();
-        let net = Net { points: self.points(), weights: self.weights() };
+        let net = Controls { points: self.points(), weights: self.weights() };
         let vertices = |(i, j): (usize, usize)| {
             (i - p..=i).flat_map(move |r| (j - q..=j).map(move |c| u.vertex(r) * v.len() + v.vertex(c)))
         };
@@ -98,14 +98,14 @@ fn around<'a>(points: impl Iterator<Item = &'a Point>) -> (Point, Point) {
     points.fold(nothing, |(low, high): (Point, Point), p| (low.inf(p), high.sup(p)))
 }
 
-struct Net<'a> {
+struct Controls<'a> {
     points: &'a [Point],
     weights: Option<&'a [f64]>,
 }
 
 /// One of six ways out of the box: an axis, and `1` upwards or `-1` downwards.
 struct Side<'a> {
-    net: &'a Net<'a>,
+    net: &'a Controls<'a>,
     axis: usize,
     sign: f64,
     /// Coordinates are measured from here, so that rounding is relative to the shape, not to its distance from 0.
@@ -128,7 +128,7 @@ impl Side<'_> {
 }
 
 /// The tight box within `hull`; `reach` gives the largest coordinate of the shape towards a side.
-fn tight(net: &Net<'_>, hull: (Point, Point), reach: impl Fn(&Side<'_>) -> f64) -> (Point, Point) {
+fn tight(net: &Controls<'_>, hull: (Point, Point), reach: impl Fn(&Side<'_>) -> f64) -> (Point, Point) {
     let (low, high) = hull;
     let extent = (high - low).amax();
     if !extent.is_finite() {

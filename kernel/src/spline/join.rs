@@ -37,7 +37,7 @@ impl Curve {
         let space = joined_space(first.space(), second.space())?;
         let nets = [(first.points(), first.weights()), (second.points(), second.weights())];
         let lengths = [first.space().len(), second.space().len()];
-        let net = Net::join(nets, lengths, 1, 1, tolerance)?;
+        let net = JoinedNet::join(nets, lengths, 1, 1, tolerance)?;
         let continuity = net.continuity(&space, joint, lengths[0], 1, 1);
         Ok(Joined { shape: Self::build(space, net.points, net.weights)?, gap: net.gap, continuity })
     }
@@ -70,7 +70,7 @@ impl Surface {
             Direction::U => (1, edge.len()),
             Direction::V => (edge.len(), 1),
         };
-        let net = Net::join(nets, lengths, outer, inner, tolerance)?;
+        let net = JoinedNet::join(nets, lengths, outer, inner, tolerance)?;
         let continuity = net.continuity(&space, joint, lengths[0], outer, inner);
         let (u, v) = match direction {
             Direction::U => (space, edge),
@@ -119,13 +119,13 @@ fn joined_space(first: &Space, second: &Space) -> Result<Space> {
 }
 
 /// Control vertices of two shapes joined: an array `outer × n × inner`, joined along its middle axis.
-struct Net {
+struct JoinedNet {
     points: Vec<Point>,
     weights: Option<Vec<f64>>,
     gap: f64,
 }
 
-impl Net {
+impl JoinedNet {
     fn join(
         nets: [(&[Point], Option<&[f64]>); 2],
         lengths: [usize; 2],

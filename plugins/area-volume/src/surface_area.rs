@@ -31,7 +31,7 @@ use crate::rule::Basis;
 pub struct SurfaceArea {
     members: Members,
     /// How well the area can be told, where that is not to rounding.
-    told: Option<f64>,
+    inaccuracy: Option<f64>,
     /// The most points at which a look evaluates the surfaces.
     effort: usize,
 }
@@ -499,18 +499,18 @@ impl Functional for SurfaceArea {
     }
 
     fn accuracy(&self) -> Accuracy {
-        self.told.map_or(Accuracy::Rounding, Accuracy::Within)
+        self.inaccuracy.map_or(Accuracy::Rounding, Accuracy::Within)
     }
 
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         let Area { area, error } = self.measure(shapes, None)?;
-        let told = (error > AS_GOOD * area).then_some(error);
+        let inaccuracy = (error > AS_GOOD * area).then_some(error);
         let mut effort = 0;
         for on in &self.members.0 {
             effort +=
                 points(&surface(shapes, on, &self.describe(), "ask for the area inside it, or its length")?);
         }
-        Ok(Some(Arc::new(Self { members: self.members.clone(), told, effort })))
+        Ok(Some(Arc::new(Self { members: self.members.clone(), inaccuracy, effort })))
     }
 }
 

@@ -190,17 +190,18 @@ impl Problem {
 
     /// What a picture of the edit should mark, locations that floated where they came to rest. `after` are in their objects' own
     /// coordinates.
-    pub(crate) fn marks(&self, after: &[&dyn Shape], told: &[ConstraintReport]) -> Vec<Mark> {
+    pub(crate) fn marks(&self, after: &[&dyn Shape], reports: &[ConstraintReport]) -> Vec<Mark> {
         let before = self.own(&self.shapes);
         let on = |(k, c): (usize, &Constraint)| {
-            let rested = told.get(k).and_then(|told| told.rested(c.functional()));
+            let rested = reports.get(k).and_then(|report| report.rested(c.functional()));
             let rested = rested.map(|f| Constraint::new(f, c.wanted().clone()));
             Mark::of(rested.as_ref().unwrap_or(c), &self.names, &before, after)
         };
         let mut marks: Vec<Mark> = self.constraints.iter().enumerate().filter_map(on).collect();
         if let Some(handle) = &self.handle
             && let name = handle.describe()
-            && let rested = told.iter().find(|told| told.name == name).and_then(|told| told.rested(handle))
+            && let rested =
+                reports.iter().find(|report| report.name == name).and_then(|report| report.rested(handle))
             && let Some((shape, at)) = rested.as_ref().unwrap_or(handle).location()
             && let (Some(name), Some(before), Some(after)) =
                 (self.names.get(shape), before.get(shape), after.get(shape))

@@ -162,7 +162,7 @@ impl Search<'_> {
                 self.bounded()?;
             }
         }
-        self.settle()?;
+        self.recompute()?;
         // A row comes and goes a few times at most; the bound is for what rounding might do.
         let mut patience = 20 * self.rows.len() + 100;
         while let Some(row) = self.most_violated() {
@@ -239,7 +239,7 @@ impl Search<'_> {
     }
 
     /// Point and multipliers of the active rows, computed anew; inequalities that pull the wrong way are let go.
-    fn settle(&mut self) -> Result<(), Failure> {
+    fn recompute(&mut self) -> Result<(), Failure> {
         loop {
             let mut y = vec![0.0; self.active.len()];
             self.v.fill(0.0);
@@ -310,7 +310,7 @@ impl Search<'_> {
                 // What the active rows imply but for rounding that they enlarged: whoever hands the point out will judge.
                 _ if missing * self.norm(row) <= NEARLY * self.rows[row].missing(&self.x).1 => {
                     self.passed[row] = true;
-                    return self.settle();
+                    return self.recompute();
                 }
                 _ => return Err(Failure::Contradiction),
             };
@@ -327,7 +327,7 @@ impl Search<'_> {
                 Some(j) => self.release(j),
                 None => {
                     self.activate(row, multiplier);
-                    return self.settle();
+                    return self.recompute();
                 }
             }
         }

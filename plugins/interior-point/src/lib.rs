@@ -51,7 +51,7 @@ impl Solver for InteriorPoint {
     fn program(&self, program: &Program<'_>) -> Result<Outcome, SolveError> {
         match interior(program) {
             Some(Interior::Active(guess)) => {
-                if let Some(outcome) = program.settle(&guess) {
+                if let Some(outcome) = program.pivot(&guess) {
                     return Ok(outcome);
                 }
             }

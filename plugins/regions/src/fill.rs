@@ -75,7 +75,7 @@ pub fn fill(points: &[Point], rings: &[(&str, &[u32])], refinement: &Refinement)
         return Err(RegionError::Number { what: "the smallest angle", value, wanted: "0 to 30 degrees" });
     }
     let plane = Plane::of(points, rings)?;
-    let net = Net::new(points, rings, &plane);
+    let net = Rings::new(points, rings, &plane);
     net.check_repeated()?;
     let mut triangles = net.triangulate()?;
     let inside = even_odd(&triangles);
@@ -115,18 +115,18 @@ fn handle(index: usize) -> FixedVertexHandle {
 }
 
 /// The rings' corners in the plane.
-struct Net<'a> {
+struct Rings<'a> {
     points: &'a [Point],
     rings: &'a [(&'a str, &'a [u32])],
     /// The point, the ring and the place in the plane of each corner, ring after ring.
     corners: Vec<(u32, u32, [f64; 2])>,
 }
 
-impl<'a> Net<'a> {
+impl<'a> Rings<'a> {
     fn new(points: &'a [Point], rings: &'a [(&'a str, &'a [u32])], plane: &Plane) -> Self {
         // The triangulation takes no numbers that underflow when squared; in units of the size these are 0.
-        let settle = |x: f64| if x.abs() < 1e-40 { 0.0 } else { x };
-        let corner = |r: usize, i: u32| (i, r as u32, plane.flatten(&points[i as usize]).map(settle));
+        let underflow = |x: f64| if x.abs() < 1e-40 { 0.0 } else { x };
+        let corner = |r: usize, i: u32| (i, r as u32, plane.flatten(&points[i as usize]).map(underflow));
         let of_ring = |(r, ring): (usize, &(&str, &'a [u32]))| {
             ring.1.iter().map(move |&i| corner(r, i)).collect::<Vec<_>>()
         };

@@ -13,7 +13,7 @@ use crate::functional::{Accuracy, Join, Shapes, Tangent};
 use crate::measure::Measured;
 use crate::problem::EditError;
 use crate::problem::assembly::{Assembly, Slot};
-use crate::problem::bound::Bound;
+use crate::problem::bound::BoundConstraint;
 use crate::problem::check::{NOTABLE, excess, fighting};
 use crate::problem::judge::reach;
 use crate::problem::solution::{overflow, redundant};
@@ -219,13 +219,13 @@ fn multipliers(
 }
 
 /// The largest angle in degrees between two surfaces that are joined along an edge.
-fn crease(shapes: &Shapes<'_>, bound: &Bound) -> Option<f64> {
+fn crease(shapes: &Shapes<'_>, bound: &BoundConstraint) -> Option<f64> {
     let any: &dyn Any = bound.constraint.functional.as_ref();
     any.downcast_ref::<Join>()?.crease(shapes).ok()?.map(f64::to_degrees)
 }
 
 /// A tangent that was asked to be parallel to a direction but came out the other way round.
-fn reversed(shapes: &Shapes<'_>, bound: &Bound) -> Option<String> {
+fn reversed(shapes: &Shapes<'_>, bound: &BoundConstraint) -> Option<String> {
     let any: &dyn Any = bound.constraint.functional.as_ref();
     let tangent = any.downcast_ref::<Tangent>()?;
     let along = tangent.sense(shapes)?;

@@ -11,7 +11,7 @@ use crate::Point;
 use crate::error::Result;
 use crate::functional::{Equation, Linearity, Shapes, Store, linearize_of};
 use crate::problem::assembly::Assembly;
-use crate::problem::bound::Bound;
+use crate::problem::bound::BoundConstraint;
 use crate::solve::{Factored, InverseMetric, SolveError};
 
 /// The most equations that a border may have; more are solved as one system.
@@ -94,8 +94,8 @@ impl Moving {
 }
 
 /// The constraints that go to the border: those that are not linear, where they are few.
-pub(super) fn members(bound: &[Bound]) -> Vec<usize> {
-    let curved = |b: &Bound| b.constraint.functional.linearity() != Linearity::Linear;
+pub(super) fn members(bound: &[BoundConstraint]) -> Vec<usize> {
+    let curved = |b: &BoundConstraint| b.constraint.functional.linearity() != Linearity::Linear;
     let members: Vec<usize> = (0..bound.len()).filter(|&k| curved(&bound[k])).collect();
     let rows: usize = members.iter().map(|&k| bound[k].constraint.functional.equations()).sum();
     if rows > MOST { Vec::new() } else { members }
@@ -105,7 +105,7 @@ impl Border {
     /// The border of an assembly of the linear constraints, not yet linearized. `moving` are global vertices, ascending.
     pub(super) fn new(
         members: Vec<usize>,
-        bound: &[Bound],
+        bound: &[BoundConstraint],
         assembly: &Assembly,
         moving: Vec<usize>,
         base: &[Point],
@@ -154,7 +154,7 @@ impl Border {
 
     /// The same where the columns are all vertices that are reached and may move: others never may, and what is reached later
     /// has strayed.
-    pub(super) fn learn(&mut self, shapes: &Shapes<'_>, bound: &[Bound]) -> Result<()> {
+    pub(super) fn learn(&mut self, shapes: &Shapes<'_>, bound: &[BoundConstraint]) -> Result<()> {
         let result = self.evaluate(shapes, bound);
         if self.strayed.is_empty() {
             return result;
@@ -174,7 +174,7 @@ impl Border {
     ///
     /// # Errors
     /// When something cannot be asked of the shapes as they are, or reaches vertices that it did not when prepared.
-    pub(super) fn evaluate(&mut self, shapes: &Shapes<'_>, bound: &[Bound]) -> Result<()> {
+    pub(super) fn evaluate(&mut self, shapes: &Shapes<'_>, bound: &[BoundConstraint]) -> Result<()> {
         let width = self.raised.len();
         self.here.gradient.fill(0.0);
         let mut row = 0;
@@ -288,7 +288,7 @@ impl Border {
     }
 
     /// `d = d_F + Q μ` with `S μ = wanted - value + G (d₀ - d_F)`, linearized at the base (where `d₀ = 0`).
-    pub(super) fn step_from_base(&mut self, bound: &[Bound], d: &mut [f64]) {
+    pub(super) fn step_from_base(&mut self, bound: &[BoundConstraint], d: &mut [f64]) {
         let (m, width) = (self.rows.len(), self.raised.len());
         for (i, &(k, e)) in self.rows.iter().enumerate() {
             let gradient = &self.base.gradient[i * width..(i + 1) * width];
@@ -303,7 +303,7 @@ impl Border {
     }
 
     /// What row `row` misses of its target, relative to the numbers wanted.
-    pub(super) fn error_of(&self, bound: &[Bound], row: usize) -> f64 {
+    pub(super) fn error_of(&self, bound: &[BoundConstraint], row: usize) -> f64 {
         let (k, e) = self.rows[row];
         let (wanted, value) = (bound[k].target[e], self.here.value[row]);
         let error = (wanted - value).abs();
@@ -312,13 +312,19 @@ impl Border {
     }
 
     /// The largest of these errors, and its row.
-    pub(super) fn error(&self, bound: &[Bound]) -> (f64, usize) {
+    pub(super) fn error(&self, bound: &[BoundConstraint]) -> (f64, usize) {
         let each = (0..self.rows.len()).map(|row| (self.error_of(bound, row), row));
         each.fold((0.0, 0), |worst, own| if own.0 > worst.0 { own } else { worst })
     }
 
     /// The same over the rows that miss their targets by more than a `share` of their terms.
-    pub(super) fn error_above(&self, bound: &[Bound], share: f64, base: &[Point], d: &[f64]) -> (f64, usize) {
+    pub(super) fn error_above(
+        &self,
+        bound: &[BoundConstraint],
+        share: f64,
+        base: &[Point],
+        d: &[f64],
+    ) -> (f64, usize) {
         let (error, worst) = self.error(bound);
         if !self.is_rounding(bound, worst, share, base, d) {
             return (error, worst);
@@ -332,7 +338,7 @@ impl Border {
     /// With [`ITERATED`](crate::measure::ITERATED), nothing that is measured on the answer will say otherwise.
     pub(super) fn is_rounding(
         &self,
-        bound: &[Bound],
+        bound: &[BoundConstraint],
         row: usize,
         share: f64,
         base: &[Point],
@@ -352,7 +358,7 @@ impl Border {
 
     /// The way from the adjustment `d`: what restores the values (along `Q`), and what makes the adjustment less without
     /// changing them to first order; `next` becomes `d + normal + share · tangential`.
-    pub(super) fn step_from_here(&mut self, bound: &[Bound], share: f64, d: &[f64]) -> Step {
+    pub(super) fn step_from_here(&mut self, bound: &[BoundConstraint], share: f64, d: &[f64]) -> Step {
         let (m, width) = (self.rows.len(), self.raised.len());
         let mut normal = [0.0; MOST];
         // What is left of the adjustment beyond the linear one: d_F - d.
@@ -432,7 +438,7 @@ impl Border {
     }
 
     /// Restores the values only: `d ← d + Q S⁻¹ (wanted - value)`.
-    pub(super) fn restore(&mut self, bound: &[Bound], d: &mut [f64]) {
+    pub(super) fn restore(&mut self, bound: &[BoundConstraint], d: &mut [f64]) {
         let (m, width) = (self.rows.len(), self.raised.len());
         for (i, &(k, e)) in self.rows.iter().enumerate() {
             self.right[i] = bound[k].target[e] - self.here.value[i];

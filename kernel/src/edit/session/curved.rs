@@ -89,7 +89,7 @@ impl<S: Shape> Session<S> {
 
     /// Brings the last event's adjustment nearer to the least one than an event does, for good. Where that fails, the shapes
     /// stay as the event left them: all constraints hold there.
-    pub(super) fn settle(&mut self) {
+    pub(super) fn polish(&mut self) {
         let Some(border) = self.prepared.strategy.border_mut().filter(|border| border.moved) else { return };
         if self.alternating.is_some() {
             return;

@@ -15,7 +15,7 @@ use crate::edit::EditError;
 use crate::error::{Error, Result};
 use crate::functional::{Functional, Store, rows_of, value_of};
 use crate::problem::ConstraintId;
-use crate::problem::bound::Bound;
+use crate::problem::bound::BoundConstraint;
 use crate::problem::conflict::quoted;
 use crate::shape::{Derivative, Interval, Location, Shape, grid_or_row};
 use crate::solve::Sense;
@@ -38,9 +38,9 @@ const FEET: usize = 60;
 ///
 /// # Errors
 /// When one says that it floats and cannot move.
-pub(super) fn anchor(bound: &mut [Bound], first: usize) -> Result<Vec<ConstraintId>> {
+pub(super) fn anchor(bound: &mut [BoundConstraint], first: usize) -> Result<Vec<ConstraintId>> {
     let mut floating = Vec::new();
-    for Bound { constraint, id, .. } in &mut bound[first..] {
+    for BoundConstraint { constraint, id, .. } in &mut bound[first..] {
         let functional = &constraint.functional;
         if !functional.floats() {
             continue;
@@ -89,7 +89,7 @@ type Values = SmallVec<[f64; 4]>;
 
 impl<S: Shape> Session<S> {
     /// Where a constraint whose location floated came to rest.
-    pub(super) fn rests_at(&self, bound: &Bound) -> Option<Vec<f64>> {
+    pub(super) fn rests_at(&self, bound: &BoundConstraint) -> Option<Vec<f64>> {
         let floats = self.floating.contains(&bound.id);
         let (_, location) = bound.constraint.functional.location().filter(|_| floats)?;
         Some(match location {
@@ -405,7 +405,7 @@ impl<S: Shape> Session<S> {
 
     /// Wanted minus present numbers of a constraint.
     fn missing(&self, p: &Parameter) -> Result<Vec<f64>> {
-        let Bound { constraint, target, .. } = &self.problem.bound[p.constraint];
+        let BoundConstraint { constraint, target, .. } = &self.problem.bound[p.constraint];
         let mut value = vec![0.0; target.len()];
         value_of(constraint.functional.as_ref(), &self.problem.shapes(), &mut value)?;
         let asked = target.iter().zip(value).enumerate().filter(|(e, _)| constraint.asks(*e));

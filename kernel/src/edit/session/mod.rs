@@ -26,7 +26,7 @@ use super::builder::Edit;
 use crate::Point;
 use crate::error::{Error, Result};
 use crate::functional::{Linearity, value_of};
-use crate::problem::bound::{Bound, add_companions, loosen};
+use crate::problem::bound::{BoundConstraint, add_companions, loosen};
 use crate::problem::check::{is_zero, step};
 use crate::problem::conflict::quoted;
 use crate::problem::{Asked, Constraint, ConstraintId, EditError, Numbers, Problem, Value, view};
@@ -85,7 +85,7 @@ struct Handle {
 
 impl Handle {
     fn new(problem: &Problem, at: usize, slides: bool) -> Result<Self> {
-        let Bound { constraint, target, .. } = &problem.bound[at];
+        let BoundConstraint { constraint, target, .. } = &problem.bound[at];
         let functional = constraint.functional();
         let place = functional.location().filter(|_| functional.is_vector());
         let sliding = match place {
@@ -363,7 +363,7 @@ impl<S: Shape> Session<S> {
     /// When a constraint that an event solved for does not hold to the [accuracy](crate::functional::Accuracy) that it
     /// promises (unless only a best effort was asked for), or a length overflows.
     pub fn commit(mut self) -> Result<Edited<S>, EditError> {
-        self.settle();
+        self.polish();
         let report = self.judged()?;
         let mut before = self.start;
         if let (Some(original), true) = (&self.original, self.pristine) {
@@ -448,7 +448,7 @@ impl<S: Shape> Session<S> {
 
 /// Alternating axes are for constraints that are linear in each of them, and for equations: what one axis makes up for may
 /// break a bound that only another axis could meet again, so that an event would fail though there is a solution.
-fn check_alternating(bound: &[Bound]) -> Result<(), EditError> {
+fn check_alternating(bound: &[BoundConstraint]) -> Result<(), EditError> {
     let with = |linearity| bound.iter().find(|b| b.constraint.functional.linearity() == linearity);
     if let Some(b) = with(Linearity::Nonlinear) {
         return Err(SolveError::Unsupported(format!(

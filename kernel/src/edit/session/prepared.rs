@@ -10,8 +10,8 @@ use crate::edit::report::Convergence;
 use crate::error::Error;
 use crate::functional::Linearity;
 use crate::problem::assembly::{Assembly, Slot};
-use crate::problem::bound::{Bound, difference};
-use crate::problem::check::Check;
+use crate::problem::bound::{BoundConstraint, difference};
+use crate::problem::check::{Check, Response};
 use crate::problem::constraint::Constraint;
 use crate::problem::program::{Bounds, equations, gather, has_inequalities, senses};
 use crate::problem::{EditError, Numbers, Problem};
@@ -27,17 +27,17 @@ pub(super) struct Prepared {
     pub(super) size: Numbers,
     /// The adjustment of the touched columns, and what it is without the handle.
     pub(super) d: Vec<f64>,
-    pub(super) still: Vec<f64>,
+    pub(super) still: SmallVec<[f64; 12]>,
     /// Room for another adjustment: an event that fails gives back the last one.
     pub(super) other: Vec<f64>,
     /// The adjustment that each number of the handle asks for by changing by 1.
-    pub(super) response: SmallVec<[Vec<f64>; 1]>,
+    pub(super) response: SmallVec<[Response; 1]>,
     /// Where the touched columns' vertices were.
-    pub(super) base: Vec<Point>,
+    pub(super) base: SmallVec<[Point; 4]>,
     /// The way that they went from there, when last checked.
-    pub(super) way: Vec<[f64; 3]>,
+    pub(super) way: SmallVec<[[f64; 3]; 4]>,
     /// Shape and vertex of each.
-    pub(super) places: Vec<(u32, u32)>,
+    pub(super) places: SmallVec<[(u32, u32); 4]>,
     pub(super) refinement: Refinement,
     /// Of the rows that events check: all of the bounds' where there are some.
     pub(super) check: Check,
@@ -100,7 +100,7 @@ fn prepare_system(
     let mut factored = solver.factor(&assembly.system)?;
     let sides = assembly.system.sides();
     let count = assembly.vertices().len();
-    let (mut places, mut base) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let (mut places, mut base) = (SmallVec::with_capacity(count), SmallVec::with_capacity(count));
     let mut shape = 0;
     let all = shapes.vertex_count();
     for vertex in assembly.vertices() {
@@ -120,29 +120,28 @@ fn prepare_system(
     let whole = bounds.as_ref().map_or(&assembly.system, |bounds| &bounds.full.system);
     let mut check = Check::new(whole, factored.as_ref(), &base)?;
     let d = vec![0.0; 3 * count];
-    let mut still = Vec::new();
+    let (mut other, mut still) = (d.clone(), SmallVec::new());
     let mut response = SmallVec::new();
     if let Some(handle) = handle.filter(|_| bounds.is_none()) {
         for slot in assembly.slots(handle) {
             rhs[assembly.entry(slot)] = 0.0;
         }
-        still = d.clone();
+        still = SmallVec::from_slice(&d);
         let mut refinement = Refinement::of(&assembly);
         // Nothing asked for costs nothing.
         if rhs.iter().any(|b| *b != 0.0) {
             refinement.solve(&assembly, factored.as_mut(), &rhs, &mut still);
         }
         let mut one = Numbers::from_elem(0.0, rhs.len());
-        let mut column = d.clone();
         for slot in assembly.slots(handle) {
             // With three sides, x, y and z share one column of C.
             if slot.side > 0 {
                 continue;
             }
             one[assembly.entry(slot)] = 1.0;
-            refinement.solve(&assembly, factored.as_mut(), &one, &mut column);
+            refinement.solve(&assembly, factored.as_mut(), &one, &mut other);
             one[assembly.entry(slot)] = 0.0;
-            response.push(column.chunks_exact(sides).map(|column| column[0]).collect());
+            response.push(other.chunks_exact(sides).map(|column| column[0]).collect());
         }
         let rows = assembly.slots(handle).iter().filter(|slot| slot.side == 0).map(|slot| slot.row as usize);
         check.of_events(sides, &still, &response, rows);
@@ -158,12 +157,12 @@ fn prepare_system(
         dependencies,
         rhs,
         size,
-        other: d.clone(),
+        other,
         d,
         still,
         response,
         base,
-        way: vec![[0.0; 3]; count],
+        way: SmallVec::from_elem([0.0; 3], count),
         places,
         refinement: Refinement::of(&assembly),
         check,
@@ -181,7 +180,7 @@ fn prepare_system(
 
 impl Prepared {
     /// The right-hand side for the present target of the handle, and the adjustment that the independent rows ask for.
-    pub(super) fn meet(&mut self, bound: &[Bound], handle: Option<&Handle>) {
+    pub(super) fn meet(&mut self, bound: &[BoundConstraint], handle: Option<&Handle>) {
         let Some(handle) = handle else {
             let Self { refinement, assembly, factored, rhs, d, .. } = self;
             refinement.solve(assembly, factored.as_mut(), rhs, d);

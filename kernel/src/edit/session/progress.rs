@@ -1,6 +1,6 @@
 //! How long an iteration goes on that does not arrive.
 
-use crate::problem::bound::Bound;
+use crate::problem::bound::BoundConstraint;
 
 /// The work that an event may take, in evaluations of shapes, where its constraints say what a look at them
 /// [takes](crate::functional::Functional::effort).
@@ -14,7 +14,7 @@ const SMALL: f64 = 1e-3;
 const PATIENCE: f64 = 0.25;
 
 /// How many looks at its constraints an event may take: no number of them is too much where they are cheap.
-pub(super) fn looks(bound: &[Bound]) -> usize {
+pub(super) fn looks(bound: &[BoundConstraint]) -> usize {
     let effort = bound.iter().map(|b| b.constraint.functional.effort()).fold(0, usize::saturating_add);
     WORK.checked_div(effort).map_or(usize::MAX, |looks| looks.max(LEAST))
 }

@@ -6,7 +6,7 @@ use super::{Handle, Session};
 use crate::error::Result;
 use crate::functional::position;
 use crate::problem::EditError;
-use crate::problem::bound::{Bound, bind};
+use crate::problem::bound::{BoundConstraint, bind};
 use crate::problem::constraint::{Constraint, Wanted};
 use crate::problem::{Numbers, view};
 use crate::shape::Shape;
@@ -19,7 +19,7 @@ impl<S: Shape> Session<S> {
         let cursor = crate::Vector::from_column_slice(&cursor[..3]);
         *u = foot(original.as_ref(), cursor, *u)?;
         let (at, moved) = (*at, position(*u));
-        let Bound { constraint, id, .. } = &self.problem.bound[at];
+        let BoundConstraint { constraint, id, .. } = &self.problem.bound[at];
         let (shape, id) = (constraint.functional.location().map_or(0, |(shape, _)| shape), *id);
         self.restore();
         let constraint = Constraint::new(Arc::new(moved.on(shape)), Wanted::Keep);

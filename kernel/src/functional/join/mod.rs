@@ -111,7 +111,7 @@ pub struct Join {
     second: (On, Place),
     continuity: usize,
     tolerance: Option<f64>,
-    bound: Option<Arc<Bound>>,
+    bound: Option<Arc<Resolved>>,
 }
 
 /// A join of the first shape at a place with shape `other` at its place, with continuity 0, 1 or 2.
@@ -132,7 +132,7 @@ pub fn join(
 
 /// What is fixed when an edit starts.
 #[derive(Debug, PartialEq)]
-enum Bound {
+enum Resolved {
     /// At a location each: those, and the factor of the second shape's derivative of each order.
     Places { first: Location, second: Location, factors: Vec<f64> },
     /// Whole edges.
@@ -173,7 +173,7 @@ impl Join {
     /// When the join cannot be asked of these shapes.
     pub fn crease(&self, shapes: &Shapes<'_>) -> Result<Option<f64>> {
         let bound = self.fixed(shapes)?;
-        if matches!(*bound, Bound::Places { .. }) {
+        if matches!(*bound, Resolved::Places { .. }) {
             return Ok(None);
         }
         let between = self.between(shapes, &bound)?;
@@ -209,7 +209,7 @@ impl Join {
         Err(Error::Invalid(format!("{}: {what}", self.describe())))
     }
 
-    fn fixed(&self, shapes: &Shapes<'_>) -> Result<Arc<Bound>> {
+    fn fixed(&self, shapes: &Shapes<'_>) -> Result<Arc<Resolved>> {
         if let Some(bound) = &self.bound {
             return Ok(Arc::clone(bound));
         }
@@ -229,7 +229,7 @@ impl Join {
                     (self.edge(shapes, &self.first.0, a)?, self.edge(shapes, &self.second.0, b)?);
                 let pair = Pair::new(&first, &second)?;
                 match Conditions::new(&pair, self.continuity, self.tolerance.is_some())? {
-                    Ok(conditions) => Ok(Arc::new(Bound::Edges { track: pair.track(), conditions })),
+                    Ok(conditions) => Ok(Arc::new(Resolved::Edges { track: pair.track(), conditions })),
                     Err(refusal) => self.fail(refusal),
                 }
             }
@@ -242,7 +242,7 @@ impl Join {
         SurfaceEdge::new(shape, edge.index(shape, on)?, self.continuity, &self.describe())
     }
 
-    fn places(&self, shapes: &Shapes<'_>, a: Location, b: Location) -> Result<Bound> {
+    fn places(&self, shapes: &Shapes<'_>, a: Location, b: Location) -> Result<Resolved> {
         if self.tolerance.is_some() {
             return self.fail("a tolerance has a meaning for whole edges only; locations meet exactly");
         }
@@ -267,19 +267,19 @@ impl Join {
             _ => false,
         };
         let factor = |k| if reversed && k % 2 == 1 { -1.0 } else { 1.0 };
-        Ok(Bound::Places { first: a, second: b, factors: (0..=self.continuity).map(factor).collect() })
+        Ok(Resolved::Places { first: a, second: b, factors: (0..=self.continuity).map(factor).collect() })
     }
 
-    fn between(&self, shapes: &Shapes<'_>, bound: &Bound) -> Result<Between> {
+    fn between(&self, shapes: &Shapes<'_>, bound: &Resolved) -> Result<Between> {
         let samples = match bound {
-            Bound::Places { first, second, factors } => {
+            Resolved::Places { first, second, factors } => {
                 vec![Sample {
                     first: (*first, [Derivative::POSITION, 1.into(), 2.into()]),
                     second: (*second, [Derivative::POSITION, 1.into(), 2.into()]),
                     factors: [0, 1, 2].map(|k| factors.get(k).copied().unwrap_or(1.0)),
                 }]
             }
-            Bound::Edges { track, conditions } => {
+            Resolved::Edges { track, conditions } => {
                 let (Place::Along(a), Place::Along(b)) = (self.first.1, self.second.1) else {
                     return self.fail("it is bound to edges and names none");
                 };
@@ -294,8 +294,8 @@ impl Join {
             second: self.second.0.shape,
             continuity: self.continuity,
             step: match bound {
-                Bound::Places { .. } => 1.0,
-                Bound::Edges { conditions, .. } => conditions.step,
+                Resolved::Places { .. } => 1.0,
+                Resolved::Edges { conditions, .. } => conditions.step,
             },
             // Between the places where it is looked at a gap may be larger by so much.
             accuracy: self.tolerance.map_or(Accuracy::Rounding, |t| Accuracy::Within(SHOWN * t)),
@@ -307,7 +307,7 @@ impl Join {
 impl Functional for Join {
     fn equations(&self) -> usize {
         match self.bound.as_deref() {
-            Some(Bound::Edges { conditions, .. }) => 3 * conditions.rows.len(),
+            Some(Resolved::Edges { conditions, .. }) => 3 * conditions.rows.len(),
             _ => 3 * (self.continuity + 1),
         }
     }
@@ -320,19 +320,19 @@ impl Functional for Join {
         let (a, b) = (self.first.0.shape, self.second.0.shape);
         let (first, second) = (shapes.get(a)?, shapes.get(b)?);
         match (&*self.fixed(shapes)?, &self.bound) {
-            (Bound::Places { first: at, second: with, factors }, _) => {
+            (Resolved::Places { first: at, second: with, factors }, _) => {
                 for (k, factor) in factors.iter().enumerate() {
                     let first = first.stencil(*at, k.into())?;
                     let second = second.stencil(*with, k.into())?.scaled(*factor);
                     rows.difference((a, &first), (b, &second));
                 }
             }
-            (Bound::Edges { conditions, .. }, Some(_)) => {
+            (Resolved::Edges { conditions, .. }, Some(_)) => {
                 for (first, second) in &conditions.rows {
                     rows.difference((a, first), (b, second));
                 }
             }
-            (Bound::Edges { .. }, None) => {
+            (Resolved::Edges { .. }, None) => {
                 return self.fail(
                     "how many equations it has is known once it is bound; bind it to the shapes first",
                 );
@@ -379,14 +379,14 @@ impl Functional for Join {
     fn witness(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         let bound = self.fixed(shapes)?;
         match &*bound {
-            Bound::Places { .. } => Ok(None),
-            Bound::Edges { .. } => Ok(Some(Arc::new(self.between(shapes, &bound)?))),
+            Resolved::Places { .. } => Ok(None),
+            Resolved::Edges { .. } => Ok(Some(Arc::new(self.between(shapes, &bound)?))),
         }
     }
 
     fn notes(&self) -> Vec<String> {
         match self.bound.as_deref() {
-            Some(Bound::Edges { conditions, .. }) => {
+            Some(Resolved::Edges { conditions, .. }) => {
                 conditions.note.iter().map(|note| format!("{}: {note}", self.describe())).collect()
             }
             _ => Vec::new(),

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::columns::Columns;
 use super::joint::Joint;
-use super::net::Net;
 use crate::Vector;
 use crate::functional::{On, Shapes};
 use crate::problem::Corner;
@@ -39,7 +39,7 @@ impl Watch {
     /// The places to compare along a joint: one of a curve, on a surface the ends and the middle of a span.
     pub(super) fn along(
         shapes: &Shapes<'_>,
-        net: &Net<'_>,
+        net: &Columns<'_>,
         joint: &Joint,
         span: usize,
         on: &On,

@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use super::net::unrolled;
+use super::columns::unrolled;
 use crate::shape::Side;
 use crate::spline::Space;
 

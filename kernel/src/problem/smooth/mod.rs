@@ -15,9 +15,9 @@
 //! knots have no vertex in common; on a quadratic one all hang together. Who moves everything (fairing) asks for all knots
 //! around vertices that may move.
 
+mod columns;
 mod corner;
 mod joint;
-mod net;
 mod pole;
 mod relation;
 mod row;
@@ -28,9 +28,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use smallvec::SmallVec;
 
+use self::columns::{Columns, nets};
 use self::corner::Watch;
 use self::joint::{Joint, joint_at, joints_near};
-use self::net::{Net, nets};
 use self::pole::Pole;
 use self::relation::{Column, Relation, ends_meet, reach};
 pub(crate) use self::row::Smooth;
@@ -88,13 +88,13 @@ pub(crate) const ADVICE: &str = ", or say smooth = 0 to let corners appear";
 
 /// Whether a net has places where a corner (with level 2, a jump of the curvature) can appear, and whether it closes a seam.
 /// `O(p²)`: whoever has none pays no more.
-fn has_joints(net: &Net<'_>, level: u8) -> (bool, bool) {
+fn has_joints(net: &Columns<'_>, level: u8) -> (bool, bool) {
     let closes = !net.across.is_periodic() && ends_meet(net, 0) && ends_meet(net, net.columns() - 1);
     (closes || net.across.most_repeated() >= least(net, level), closes)
 }
 
 /// The multiplicity from which a knot matters.
-fn least(net: &Net<'_>, level: u8) -> usize {
+fn least(net: &Columns<'_>, level: u8) -> usize {
     let p = net.across.degree();
     if level < 2 { p } else { (p - 1).max(1) }
 }
@@ -116,7 +116,7 @@ pub(crate) fn find<'f>(
     everywhere: bool,
 ) -> Result<Option<Found>> {
     // Mostly an edit is of a curve that has none: it pays for finding that out, and no more.
-    let may_have = |net: &Net<'_>| net.along.is_some() || has_joints(net, level).0;
+    let may_have = |net: &Columns<'_>| net.along.is_some() || has_joints(net, level).0;
     if !(0..shapes.len()).any(|shape| nets(shapes, shape).iter().any(may_have)) {
         return Ok(None);
     }
@@ -182,7 +182,7 @@ pub(crate) fn frozen(curve: &dyn Shape, u: f64, inside: &[usize], level: u8) -> 
 }
 
 /// The poles of a shape, where something is to be kept.
-fn poles<'a>(shapes: &Shapes<'a>, shape: usize, level: u8) -> SmallVec<[(Net<'a>, Pole, bool); 1]> {
+fn poles<'a>(shapes: &Shapes<'a>, shape: usize, level: u8) -> SmallVec<[(Columns<'a>, Pole, bool); 1]> {
     let all = nets(shapes, shape).into_iter().filter(|net| level > 0 && net.along.is_some());
     all.flat_map(|net| Pole::of(&net).into_iter().map(move |pole| (net, pole, false))).collect()
 }
@@ -200,9 +200,9 @@ struct Search<'a> {
     shapes: &'a Shapes<'a>,
     level: u8,
     /// Of each shape the nets that have joints, and whether they close a seam.
-    nets: Vec<SmallVec<[(Net<'a>, bool); 2]>>,
+    nets: Vec<SmallVec<[(Columns<'a>, bool); 2]>>,
     /// Of each shape the poles, each in its net, and whether it has been come across.
-    poles: Vec<SmallVec<[(Net<'a>, Pole, bool); 1]>>,
+    poles: Vec<SmallVec<[(Columns<'a>, Pole, bool); 1]>>,
     cuts: BTreeMap<Line, Cut>,
     columns: BTreeMap<(Line, usize), Column>,
     relations: BTreeMap<(Line, usize), Relation>,
@@ -215,7 +215,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(shapes: &'a Shapes<'a>, level: u8) -> Self {
-        let worth = |shape: usize| -> SmallVec<[(Net<'a>, bool); 2]> {
+        let worth = |shape: usize| -> SmallVec<[(Columns<'a>, bool); 2]> {
             let all = nets(shapes, shape).into_iter().map(|net| (net, has_joints(&net, level)));
             all.filter(|(_, (any, _))| *any).map(|(net, (_, closes))| (net, closes)).collect()
         };
@@ -299,7 +299,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn column(&mut self, net: &Net<'a>, joint: &Joint, line: Line, column: usize) -> &Column {
+    fn column(&mut self, net: &Columns<'a>, joint: &Joint, line: Line, column: usize) -> &Column {
         match self.columns.entry((line, column)) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => new.insert(Column::new(net, joint, column)),
@@ -307,7 +307,7 @@ impl<'a> Search<'a> {
     }
 
     /// What a column's sides have in common: in the first of its spans where all columns agree to more than that they meet.
-    fn relation(&mut self, net: &Net<'a>, joint: &Joint, line: Line, column: usize) -> Relation {
+    fn relation(&mut self, net: &Columns<'a>, joint: &Joint, line: Line, column: usize) -> Relation {
         if self.level == 0 {
             return Relation::default();
         }
@@ -335,7 +335,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    fn watch(&mut self, net: &Net<'a>, joint: &Joint, line: Line, column: usize, on: &On) {
+    fn watch(&mut self, net: &Columns<'a>, joint: &Joint, line: Line, column: usize, on: &On) {
         for span in net.spans(column) {
             if let Entry::Vacant(new) = self.watches.entry((line, span)) {
                 new.insert(Watch::along(self.shapes, net, joint, span, on));

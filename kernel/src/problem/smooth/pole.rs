@@ -9,7 +9,7 @@
 
 use smallvec::SmallVec;
 
-use super::net::Net;
+use super::columns::Columns;
 use super::relation::ULPS;
 use crate::Vector;
 use crate::shape::{SMOOTH, Stencil};
@@ -35,7 +35,7 @@ pub(super) struct Pole {
 
 impl Pole {
     /// The poles at both ends of a net's direction.
-    pub(super) fn of(net: &Net<'_>) -> SmallVec<[Self; 2]> {
+    pub(super) fn of(net: &Columns<'_>) -> SmallVec<[Self; 2]> {
         let (count, (a, b)) = (net.across.len(), net.across.domain());
         if net.along.is_none() || !net.across.is_clamped() || count < 2 || net.columns() < 2 {
             return SmallVec::new();
@@ -44,7 +44,7 @@ impl Pole {
         ends.into_iter().filter_map(|(row, beside, at)| Self::at(net, row, beside, at)).collect()
     }
 
-    fn at(net: &Net<'_>, row: usize, beside: usize, at: f64) -> Option<Self> {
+    fn at(net: &Columns<'_>, row: usize, beside: usize, at: f64) -> Option<Self> {
         let place = net.point(row, 0);
         let way = |i: usize, j: usize| net.point(i, j) - place;
         // Most rows end here, at their second vertex.
@@ -70,7 +70,7 @@ impl Pole {
     }
 
     /// Whether a vertex has a part in it.
-    pub(super) fn has(&self, net: &Net<'_>, vertex: usize) -> bool {
+    pub(super) fn has(&self, net: &Columns<'_>, vertex: usize) -> bool {
         let (i, _) = net.place(vertex);
         i == self.row || self.flat && i == self.beside
     }

@@ -2,8 +2,8 @@
 
 use smallvec::SmallVec;
 
+use super::columns::Columns;
 use super::joint::Joint;
-use super::net::Net;
 use crate::Vector;
 use crate::shape::{SMOOTH, Stencil};
 use crate::spline::curve::row_in;
@@ -36,7 +36,7 @@ pub(super) struct Column {
 }
 
 impl Column {
-    pub(super) fn new(net: &Net<'_>, joint: &Joint, column: usize) -> Self {
+    pub(super) fn new(net: &Columns<'_>, joint: &Joint, column: usize) -> Self {
         let space = net.across;
         let sides = [joint.left, joint.right];
         let weight = |i: usize| net.weight(i, column);
@@ -196,7 +196,7 @@ fn sum(terms: &[(&Stencil, f64)]) -> Stencil {
 }
 
 /// The vertices of a column that the derivatives up to `order` are made of, on either side.
-pub(super) fn reach(net: &Net<'_>, joint: &Joint, order: usize) -> SmallVec<[usize; 16]> {
+pub(super) fn reach(net: &Columns<'_>, joint: &Joint, order: usize) -> SmallVec<[usize; 16]> {
     let mut all: SmallVec<[usize; 16]> = SmallVec::new();
     for (span, u) in [joint.left, joint.right] {
         for k in 0..=order {
@@ -211,7 +211,7 @@ pub(super) fn reach(net: &Net<'_>, joint: &Joint, order: usize) -> SmallVec<[usi
 
 /// Whether a column starts where it ends. Of every open curve that is edited this is asked, so cheaply: of a clamped one
 /// without evaluating anything.
-pub(super) fn ends_meet(net: &Net<'_>, column: usize) -> bool {
+pub(super) fn ends_meet(net: &Columns<'_>, column: usize) -> bool {
     let space = net.across;
     let (p, last) = (space.degree(), space.unrolled_len() - 1);
     let (ends, spans) = if space.is_clamped() {

@@ -31,7 +31,7 @@ impl Curve {
     /// When the slices differ in length or a parameter is outside the domain; `out` then holds some of the points.
     pub fn points_into(&self, us: &[f64], out: &mut [Point]) -> Result<()> {
         same_length(us.len(), out.len())?;
-        in_blocks(us, out, 1, |us, out| self.block(us, 1, out))
+        in_blocks(us, out, 1, |us, out| self.block_of::<1, Point>(us, 1, out))
     }
 
     /// The points and derivatives `C, C', …` at many parameters: `orders` vectors a parameter, one parameter after
@@ -48,12 +48,12 @@ impl Curve {
         in_blocks(us, out, orders, |us, out| self.block(us, orders, out))
     }
 
-    /// One block, in the form that suits the degree.
-    fn block<T: From<[f64; 3]>>(&self, us: &[f64], orders: usize, out: &mut [T]) -> Result<()> {
+    /// One block of derivatives, in the form that suits the degree.
+    fn block(&self, us: &[f64], orders: usize, out: &mut [Vector]) -> Result<()> {
         match orders {
-            1 => self.block_of::<1, T>(us, orders, out),
-            2 => self.block_of::<2, T>(us, orders, out),
-            3 => self.block_of::<3, T>(us, orders, out),
+            1 => self.block_of::<1, Vector>(us, orders, out),
+            2 => self.block_of::<2, Vector>(us, orders, out),
+            3 => self.block_of::<3, Vector>(us, orders, out),
             _ if self.weights().is_some() => {
                 self.in_runs(us, orders, out, Bernstein::<4>::new(self.degree(), orders))
             }

@@ -7,7 +7,7 @@ use loftsman::convert::Conversion;
 use loftsman::file::{Content, Input, Outputs};
 use loftsman::kernel::plugin::{Context, OperationError, Parameters, Source, StepReport, WriteOptions};
 use loftsman::kernel::scene::{Geometry, Scene};
-use loftsman::picture::{self, Picture};
+use loftsman::picture::{self, Look};
 use loftsman::recipe::{InputReport, OutputReport, RunReport};
 use serde_json::{Map, Value};
 
@@ -20,6 +20,7 @@ use crate::progress::Progress;
 pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
     let registry = loftsman::registry();
     super::convert::check_output(&args.out)?;
+    picture::check(&args.out)?;
     let mut outputs = Outputs::new();
     outputs.protect(&args.points);
     outputs.claim(&args.out)?;
@@ -31,8 +32,7 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
     let step = fit(&mut scene, &object, args, &progress)?;
     let mut written = OutputReport { path: args.out.display().to_string(), ..OutputReport::default() };
     if picture::is_picture(&args.out) {
-        let picture = Picture::of(&scene).marks(&step.marks);
-        let bytes = picture::encode(&args.out, &picture, picture::PIXELS)?;
+        let bytes = picture::draw(&args.out, &Look::default(), &scene, None, &step.marks)?;
         outputs.add(&args.out, bytes, BTreeMap::new())?;
     } else {
         let options = WriteOptions { observer: &progress, ..WriteOptions::default() };

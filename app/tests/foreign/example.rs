@@ -2,19 +2,20 @@
 
 use loftsman_tests::curves::curve_from_json;
 use loftsman_tests::oracle::{Oracle, number, object};
-use loftsman_tests::program;
 use serde_json::Value;
 
 use crate::blender_curves::check_drawn;
 
+use crate::LOFTSMAN;
+
 #[test]
 fn blender_shows_the_blade_section() {
     let folder = tempfile::tempdir().unwrap();
-    let recipe = program::repository().join("examples/blade-section/recipe.toml");
+    let recipe = loftsman_tests::repository().join("examples/blade-section/recipe.toml");
     let out = |extension: &str| folder.path().join(format!("section.{extension}"));
     let names = ["loft.json", "obj", "glb"].map(|extension| out(extension).to_string_lossy().into_owned());
     let recipe = recipe.to_string_lossy();
-    program::succeed(folder.path(), &["run", &recipe, "-o", &names[0], "-o", &names[1], "-o", &names[2]]);
+    LOFTSMAN.done(folder.path(), &["run", &recipe, "-o", &names[0], "-o", &names[1], "-o", &names[2]]);
     let document: Value = serde_json::from_slice(&std::fs::read(out("loft.json")).unwrap()).unwrap();
     let curves: Vec<_> =
         document["objects"].as_array().unwrap().iter().filter(|o| o["curve"].is_object()).collect();

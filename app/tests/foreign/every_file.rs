@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use loftsman::kernel::scene::{Geometry, Scene};
 use loftsman::kernel::spline::Trimmed;
 use loftsman_tests::oracle::Oracle;
-use loftsman_tests::program;
 use serde_json::json;
+
+use crate::LOFTSMAN;
 
 /// Files that are refused, with words of the one message that says why: they break their format's rules.
 const REFUSED: [(&str, &str); 3] = [
@@ -18,7 +19,7 @@ const REFUSED: [(&str, &str); 3] = [
 
 /// The files of a folder of the data, by name, with or without those that are refused.
 fn files(folder: &str, refused: bool) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(program::repository().join("tests/data").join(folder)).unwrap();
+    let entries = std::fs::read_dir(loftsman_tests::repository().join("tests/data").join(folder)).unwrap();
     let mut all: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     let is_refused = |name: &str| REFUSED.iter().any(|(file, _)| *file == name);
     all.retain(|path| {
@@ -44,7 +45,7 @@ fn the_validator_finds_nothing_to_say_of_any_file() {
             std::fs::create_dir(&into).unwrap();
             for input in &inputs {
                 let out = into.join(format!("{}.{extension}", input.file_name().unwrap().to_string_lossy()));
-                program::succeed(folder.path(), &["convert", &text(input), &text(&out)]);
+                LOFTSMAN.done(folder.path(), &["convert", &text(input), &text(&out)]);
                 outputs.push(out);
             }
         }
@@ -70,7 +71,7 @@ fn the_validator_finds_nothing_to_say_of_the_tangents_we_make() {
     ];
     let library = "newmtl bumpy\nKd 0.8 0.7 0.6\nnorm bump.png\nnewmtl plain\nKd 0.1 0.2 0.3\n";
     std::fs::write(folder.path().join("a.mtl"), library).unwrap();
-    let picture = program::repository().join("examples/blade-section/section.png");
+    let picture = loftsman_tests::repository().join("examples/blade-section/section.png");
     std::fs::copy(picture, folder.path().join("bump.png")).unwrap();
     let mut outputs = Vec::new();
     for (name, coordinates) in coordinates {
@@ -79,7 +80,7 @@ fn the_validator_finds_nothing_to_say_of_the_tangents_we_make() {
         std::fs::write(folder.path().join(format!("{name}.obj")), source).unwrap();
         for extension in ["glb", "gltf"] {
             let [from, to] = [format!("{name}.obj"), format!("{name}.{extension}")];
-            program::succeed(folder.path(), &["convert", &from, &to]);
+            LOFTSMAN.done(folder.path(), &["convert", &from, &to]);
             outputs.push(folder.path().join(to));
         }
         let written = std::fs::read_to_string(folder.path().join(format!("{name}.gltf"))).unwrap();
@@ -97,11 +98,11 @@ fn files_that_break_the_rules_are_refused_with_one_message() {
     let refused: Vec<PathBuf> = ["gltf", "obj"].iter().flat_map(|group| files(group, true)).collect();
     assert_eq!(refused.len(), REFUSED.len());
     for input in refused {
-        let output = program::run_in(folder.path(), &["convert", &text(&input), "out.glb"]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let run = LOFTSMAN.run(folder.path(), &["convert", &text(&input), "out.glb"]);
+        let said = run.err;
         let name = input.file_name().unwrap().to_string_lossy();
         let words = REFUSED.iter().find(|(file, _)| *file == name).unwrap().1;
-        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert_eq!(run.code, Some(1), "{said}");
         assert!(said.contains(words) && said.trim().lines().count() == 1, "{said}");
         assert!(!folder.path().join("out.glb").exists());
     }
@@ -116,7 +117,7 @@ fn what_gltf_holds_comes_back() {
         let folder = tempfile::tempdir().unwrap();
         for out in ["out.glb", "out.gltf"] {
             let path = folder.path().join(out);
-            program::succeed(folder.path(), &["convert", &text(&input), out]);
+            LOFTSMAN.done(folder.path(), &["convert", &text(&input), out]);
             same(&input, &first, &loftsman::file::read_scene(path).unwrap(), 0.0, false);
         }
     }
@@ -129,7 +130,7 @@ fn what_obj_holds_comes_back() {
     for input in inputs {
         let first = loftsman::file::read_scene(&input).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        program::succeed(
+        LOFTSMAN.done(
             folder.path(),
             &["convert", &text(&input), "out.obj", "--write", "knots=any", "--write", "surfaces=exact"],
         );

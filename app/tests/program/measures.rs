@@ -2,8 +2,9 @@
 //! nothing is written.
 
 use loftsman_tests::curves::document;
-use loftsman_tests::program;
 use serde_json::{Value, json};
+
+use crate::LOFTSMAN;
 
 fn ring(name: &str, points: Value) -> Value {
     let knots: Vec<usize> = (0..=points.as_array().unwrap().len()).collect();
@@ -84,9 +85,9 @@ fn what_encloses_nothing_is_told_with_what_to_do() {
         step.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         let recipe = json!({ "input": "scene.loft.json", "output": ["out.loft.json"], "step": [step] });
         std::fs::write(folder.path().join("recipe.json"), recipe.to_string()).unwrap();
-        let output = program::run_in(folder.path(), &["run", "recipe.json"]);
-        let error = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{step}: {error}");
+        let run = LOFTSMAN.run(folder.path(), &["run", "recipe.json"]);
+        let error = run.err;
+        assert_eq!(run.code, Some(1), "{step}: {error}");
         assert!(error.trim_end().lines().count() == 1 && error.contains("recipe.json"), "one error: {error}");
         for word in words {
             assert!(error.contains(word), "\"{word}\" is not in: {error}");

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use loftsman_tests::oracle::{Oracle, list, number, object, text};
-use loftsman_tests::program;
 use serde_json::{Value, json};
 
 use crate::save;
+
+use crate::LOFTSMAN;
 
 /// What Blender says of an object that must not change: names, counts, areas, boxes, and every layer by its kind.
 const SAME: &[&str] = &[
@@ -49,7 +50,7 @@ fn alike(a: &Value, b: &Value) -> bool {
 #[test]
 fn blender_sees_the_same_meshes_before_and_after() {
     let folder = tempfile::tempdir().unwrap();
-    let data = program::repository().join("tests/data/obj");
+    let data = loftsman_tests::repository().join("tests/data/obj");
     let names = [
         "box_longline",
         "concave_polygon",
@@ -69,7 +70,7 @@ fn blender_sees_the_same_meshes_before_and_after() {
     for name in names {
         let (theirs, ours) = (format!("theirs/{name}.obj"), format!("ours/{name}.obj"));
         std::fs::copy(data.join(format!("{name}.obj")), folder.path().join(&theirs)).unwrap();
-        program::succeed(folder.path(), &["convert", &theirs, &ours]);
+        LOFTSMAN.done(folder.path(), &["convert", &theirs, &ours]);
         files.extend([folder.path().join(theirs), folder.path().join(ours)]);
     }
     let Some(reports) = Oracle::Blender.ask(&files, &[]) else { return };
@@ -98,7 +99,7 @@ fn surfaces_are_seen_as_meshes_and_their_exact_form_disturbs_nobody() {
         json!({ "name": "floor", "mesh": { "points": [[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]], "faces": [[0, 1, 2, 3]] } }),
     ];
     save(folder.path(), "a.loft.json", &json!({ "loftsman": 1, "unit": "m", "up": "z", "objects": objects }));
-    program::succeed(folder.path(), &["convert", "a.loft.json", "a.obj"]);
+    LOFTSMAN.done(folder.path(), &["convert", "a.loft.json", "a.obj"]);
     let file = folder.path().join("a.obj");
     assert!(std::fs::read_to_string(&file).unwrap().contains("\nsurf 0 1 0 2 "));
     let Some(reports) = Oracle::Blender.ask(std::slice::from_ref(&file), &[]) else { return };

@@ -9,7 +9,7 @@ use crate::spline::Space;
 
 /// A shape's control vertices as columns *across* the knots of one direction; a curve is one column.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Net<'a> {
+pub(super) struct Columns<'a> {
     /// The number of the shape in the problem.
     pub(super) shape: usize,
     /// 0 across the knots of `u`, 1 across those of `v`.
@@ -22,7 +22,7 @@ pub(super) struct Net<'a> {
     weights: Option<&'a [f64]>,
 }
 
-impl Net<'_> {
+impl Columns<'_> {
     /// The number of columns.
     pub(super) fn columns(&self) -> usize {
         self.along.map_or(1, Space::len)
@@ -90,14 +90,14 @@ pub(super) fn unrolled(space: &Space, vertex: usize) -> impl Iterator<Item = usi
 
 /// One net for a curve, two for a surface, none for what is no tensor-product spline: where its pieces may part is not known
 /// here.
-pub(super) fn nets<'a>(shapes: &Shapes<'a>, shape: usize) -> SmallVec<[Net<'a>; 2]> {
+pub(super) fn nets<'a>(shapes: &Shapes<'a>, shape: usize) -> SmallVec<[Columns<'a>; 2]> {
     let mut nets = SmallVec::new();
     let Ok(any) = shapes.get(shape) else { return nets };
     let Some(Splines { u, v, weights }) = any.cells().and_then(|cells| cells.splines()) else { return nets };
     let points = any.control_vertices();
-    nets.push(Net { shape, direction: 0, across: u, along: v, points, weights });
+    nets.push(Columns { shape, direction: 0, across: u, along: v, points, weights });
     if let Some(v) = v {
-        nets.push(Net { shape, direction: 1, across: v, along: Some(u), points, weights });
+        nets.push(Columns { shape, direction: 1, across: v, along: Some(u), points, weights });
     }
     nets
 }

@@ -27,7 +27,7 @@ impl Program<'_> {
     ///
     /// A guess costs a factorisation of the bordered matrix within its envelope: `O(m b²)` for `m` columns and rows that reach
     /// over `b` of them. For bounds on curves that is linear, and a few guesses are enough for hundreds of active ones.
-    pub fn settle(&self, guess: &[usize]) -> Option<Outcome> {
+    pub fn pivot(&self, guess: &[usize]) -> Option<Outcome> {
         let count = self.system.rows().len();
         if self.system.sides() != 1
             || self.system.free() > 0

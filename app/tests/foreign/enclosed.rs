@@ -6,10 +6,11 @@ use loftsman_kernel::functional::{Functional, Shapes};
 use loftsman_kernel::spline::{Space, Surface};
 use loftsman_tests::curves::document;
 use loftsman_tests::oracle::{Oracle, list, number, object};
-use loftsman_tests::program;
 use serde_json::json;
 
 use crate::save;
+
+use crate::LOFTSMAN;
 
 /// A wobbly torus: periodic both ways, so that its mesh is closed without any seam.
 fn torus() -> Surface {
@@ -47,7 +48,7 @@ fn volumes_and_surface_areas_of_meshes_come_to_ours() {
         .map(|tolerance| {
             let out = format!("ring-{tolerance}.glb");
             let tolerance = tolerance.to_string();
-            program::succeed(folder.path(), &["convert", "ring.loft.json", &out, "--tolerance", &tolerance]);
+            LOFTSMAN.done(folder.path(), &["convert", "ring.loft.json", &out, "--tolerance", &tolerance]);
             folder.path().join(out)
         })
         .collect();

@@ -2,10 +2,11 @@
 
 use loftsman_tests::curves::{box_json, curve, curve_json, document, tube_json};
 use loftsman_tests::oracle::{Oracle, list, number, object, position, text};
-use loftsman_tests::program;
 use serde_json::{Value, json};
 
 use crate::save;
+
+use crate::LOFTSMAN;
 
 /// One of everything: curves open and closed, surfaces open, closed and rational, a mesh, a cloud, colours.
 fn everything(unit: &str) -> Value {
@@ -36,7 +37,7 @@ fn the_validator_finds_nothing_to_say() {
     for name in ["all", "mesh", "curve", "huge", "cloud", "empty"] {
         for extension in ["glb", "gltf"] {
             let out = format!("{name}.{extension}");
-            program::succeed(folder.path(), &["convert", &format!("{name}.loft.json"), &out]);
+            LOFTSMAN.done(folder.path(), &["convert", &format!("{name}.loft.json"), &out]);
             files.push(folder.path().join(out));
         }
     }
@@ -51,8 +52,8 @@ fn blender_shows_what_the_scene_holds() {
     let folder = tempfile::tempdir().unwrap();
     save(folder.path(), "all.loft.json", &everything("m"));
     save(folder.path(), "small.loft.json", &everything("mm"));
-    program::succeed(folder.path(), &["convert", "all.loft.json", "all.glb"]);
-    program::succeed(folder.path(), &["convert", "small.loft.json", "small.gltf"]);
+    LOFTSMAN.done(folder.path(), &["convert", "all.loft.json", "all.glb"]);
+    LOFTSMAN.done(folder.path(), &["convert", "small.loft.json", "small.gltf"]);
     let files = [folder.path().join("all.glb"), folder.path().join("small.gltf")];
     let Some(reports) = Oracle::Blender.ask(&files, &["--eval"]) else { return };
     for (report, unit) in reports.iter().zip([1.0, 1e-3]) {
@@ -153,7 +154,7 @@ fn blender_shows_materials_layers_hierarchy_and_key_frames() {
     let folder = tempfile::tempdir().unwrap();
     save(folder.path(), "all.loft.json", &painted_and_moving());
     for out in ["all.glb", "all.gltf"] {
-        program::succeed(folder.path(), &["convert", "all.loft.json", out]);
+        LOFTSMAN.done(folder.path(), &["convert", "all.loft.json", out]);
     }
     let files = ["all.glb", "all.gltf"].map(|name| folder.path().join(name));
     if let Some(reports) = Oracle::GltfValidator.ask(&files, &[]) {

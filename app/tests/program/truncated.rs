@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use loftsman_tests::program;
+use crate::LOFTSMAN;
 
 /// Cuts of each file.
 const CUTS: usize = 24;
@@ -24,14 +24,14 @@ fn files(folder: &Path, extensions: &[String], all: &mut Vec<PathBuf>) {
 #[test]
 fn cut_files_of_every_format() {
     let folder = tempfile::tempdir().unwrap();
-    let known = program::json(folder.path(), &["plugins"]);
+    let known = LOFTSMAN.json(folder.path(), &["plugins"]);
     let mut extensions: Vec<String> = Vec::new();
     for format in known["formats"].as_array().unwrap().iter().filter(|f| f["reads"] == true) {
         extensions
             .extend(format["extensions"].as_array().unwrap().iter().map(|e| e.as_str().unwrap().to_owned()));
     }
     let mut sources = Vec::new();
-    files(&program::repository().join("tests/data"), &extensions, &mut sources);
+    files(&loftsman_tests::repository().join("tests/data"), &extensions, &mut sources);
     // Documents of what the other files hold.
     let documents = folder.path().join("documents");
     std::fs::create_dir(&documents).unwrap();
@@ -39,7 +39,7 @@ fn cut_files_of_every_format() {
         for extension in ["loft.json", "glb"] {
             let document = documents.join(format!("{k}.{extension}"));
             let (from, to) = (source.to_string_lossy(), document.to_string_lossy());
-            program::run_in(folder.path(), &["convert", &from, &to]);
+            LOFTSMAN.run(folder.path(), &["convert", &from, &to]);
         }
     }
     files(&documents, &extensions, &mut sources);
@@ -60,11 +60,11 @@ fn cut_files_of_every_format() {
         }
         arguments.extend(["--to", "loft.json", "--into", "out", "--json"].map(str::to_owned));
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let run = program::run_in(work.path(), &arguments);
-        let messages = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert!(matches!(run.status.code(), Some(0 | 1)), "{name}: {}\n{messages}", run.status);
+        let run = LOFTSMAN.run(work.path(), &arguments);
+        let messages = &run.err;
+        assert!(matches!(run.code, Some(0 | 1)), "{name}: {:?}\n{messages}", run.code);
         assert!(!messages.contains("panicked"), "{name}: {messages}");
-        let summary: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&run.out).unwrap();
         let all = summary["files"].as_array().unwrap();
         assert_eq!(all.len(), CUTS, "{name}");
         for (k, file) in all.iter().enumerate() {
@@ -87,7 +87,7 @@ fn cut_files_of_every_format() {
                     assert!(output.exists(), "{input}");
                     // What was written is whole.
                     if k % 12 == 5 {
-                        program::json(work.path(), &["info", &output.to_string_lossy()]);
+                        LOFTSMAN.json(work.path(), &["info", &output.to_string_lossy()]);
                     }
                     kept += 1;
                 }
@@ -95,7 +95,7 @@ fn cut_files_of_every_format() {
         }
         let written = std::fs::read_dir(work.path().join("out")).unwrap().count() as u64;
         assert_eq!(Some(written), summary["converted"].as_u64(), "{name}: nothing else is written");
-        assert_eq!(run.status.code(), Some(i32::from(summary["failed"] != 0)), "{name}");
+        assert_eq!(run.code, Some(i32::from(summary["failed"] != 0)), "{name}");
     }
     assert!(kept > 100 && refused > 100, "{kept} kept, {refused} refused");
 }
@@ -105,12 +105,12 @@ fn a_degree_beyond_all_is_one_error() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("p.csv"), "0,0\n1,1\n2,0\n3,1\n4,0\n").unwrap();
     for degree in ["1000000000", "26", "0"] {
-        let run = program::run_in(folder.path(), &["fit", "p.csv", "out.loft.json", "--degree", degree]);
-        let message = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert_eq!(run.status.code(), Some(1), "{message}");
+        let run = LOFTSMAN.run(folder.path(), &["fit", "p.csv", "out.loft.json", "--degree", degree]);
+        let message = &run.err;
+        assert_eq!(run.code, Some(1), "{message}");
         let said =
             message.contains(&format!("degree {degree} is not supported")) && message.contains("1 to 25");
         assert!(said && message.lines().count() == 1, "{message}");
-        assert!(!folder.path().join("out.loft.json").exists() && run.stdout.is_empty());
+        assert!(!folder.path().join("out.loft.json").exists() && run.out.is_empty());
     }
 }

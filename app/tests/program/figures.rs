@@ -4,7 +4,8 @@
 use loftsman::kernel::scene::Scene;
 use loftsman::kernel::spline::Curve;
 use loftsman::kernel::{Point, Vector};
-use loftsman_tests::program;
+
+use crate::LOFTSMAN;
 
 /// A recipe's scene before and after.
 struct Figure {
@@ -15,12 +16,12 @@ struct Figure {
 impl Figure {
     /// Runs a figure's recipe and holds the picture against the one that is kept.
     fn of(paper: &str, number: usize) -> Self {
-        let folder = program::repository().join("examples/papers").join(paper);
+        let folder = loftsman_tests::repository().join("examples/papers").join(paper);
         let own = folder.join(format!("figure-{number}"));
         let recipe = own.join("recipe.toml");
         let out = tempfile::tempdir().unwrap();
         let recipe_name = recipe.to_string_lossy();
-        program::succeed(out.path(), &["run", &recipe_name, "-o", "figure.svg", "-o", "figure.loft.json"]);
+        LOFTSMAN.done(out.path(), &["run", &recipe_name, "-o", "figure.svg", "-o", "figure.loft.json"]);
         let text = |path: std::path::PathBuf| {
             std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
         };

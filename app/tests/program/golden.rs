@@ -1,11 +1,12 @@
 //! The golden edits once more, as one recipe of three hundred steps: what recipes say is what the library solves.
 
-use loftsman_tests::program;
 use serde_json::{Value, json};
+
+use crate::LOFTSMAN;
 
 #[test]
 fn a_recipe_of_three_hundred_edits_agrees_with_dense_linear_algebra() {
-    let golden: Value = serde_json::from_str(include_str!("../golden/edits.json")).unwrap();
+    let golden: Value = serde_json::from_str(include_str!("../../../tests/golden/edits.json")).unwrap();
     let cases = golden["cases"].as_array().unwrap();
     let name = |number: usize| format!("curve {number}");
     let objects: Vec<Value> = cases
@@ -28,7 +29,7 @@ fn a_recipe_of_three_hundred_edits_agrees_with_dense_linear_algebra() {
     std::fs::write(folder.path().join("in.loft.json"), document.to_string()).unwrap();
     std::fs::write(folder.path().join("recipe.json"), recipe.to_string()).unwrap();
 
-    let report = program::json(folder.path(), &["run", "recipe.json"]);
+    let report = LOFTSMAN.json(folder.path(), &["run", "recipe.json"]);
     let steps = report["steps"].as_array().unwrap();
     assert_eq!(steps.len(), cases.len());
     let out: Value =

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use loftsman::kernel::scene::Geometry;
-use loftsman_tests::program;
 use serde_json::Value;
+
+use crate::LOFTSMAN;
 
 /// Copies a folder's files, without what a user's own runs left in `out`.
 pub(crate) fn copy(from: &Path, to: &Path) {
@@ -22,7 +23,7 @@ pub(crate) fn copy(from: &Path, to: &Path) {
 fn every_example_runs_and_writes_the_same_bytes_again() {
     let folder = tempfile::tempdir().unwrap();
     let examples = folder.path().join("examples");
-    copy(&program::repository().join("examples"), &examples);
+    copy(&loftsman_tests::repository().join("examples"), &examples);
     let mut ran = 0;
     for entry in std::fs::read_dir(&examples).unwrap().map(Result::unwrap) {
         for name in ["recipe.toml", "recipe.json"] {
@@ -31,7 +32,7 @@ fn every_example_runs_and_writes_the_same_bytes_again() {
                 continue;
             }
             let run = || {
-                let report = program::json(folder.path(), &["run", &recipe.to_string_lossy()]);
+                let report = LOFTSMAN.json(folder.path(), &["run", &recipe.to_string_lossy()]);
                 for step in report["steps"].as_array().unwrap() {
                     // In document units: the largest numbers here are second derivatives by parameters over [0, 1], some
                     // thousand times the size of the shapes; their rounding is a thousand times 1e-16.
@@ -60,9 +61,9 @@ fn every_example_runs_and_writes_the_same_bytes_again() {
 fn the_line_through_the_gates_touches_seven_poles() {
     let folder = tempfile::tempdir().unwrap();
     let examples = folder.path().join("examples");
-    copy(&program::repository().join("examples"), &examples);
+    copy(&loftsman_tests::repository().join("examples"), &examples);
     let report =
-        program::json(folder.path(), &["run", &examples.join("gates/recipe.toml").to_string_lossy()]);
+        LOFTSMAN.json(folder.path(), &["run", &examples.join("gates/recipe.toml").to_string_lossy()]);
     let steps = report["steps"].as_array().unwrap();
     let energy = |step: usize| steps[step]["energy"][1].as_f64().unwrap();
     assert!(energy(0) > 0.0 && energy(1) > 2.8 * energy(0), "{} and {}", energy(0), energy(1));

@@ -7,10 +7,11 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use loftsman::kernel::plugin::{Declaration, Field};
-use loftsman_tests::program;
+
+use crate::LOFTSMAN;
 
 fn manual() -> PathBuf {
-    program::repository().join("docs/manual")
+    loftsman_tests::repository().join("docs/manual")
 }
 
 fn pages(folder: &Path) -> Vec<PathBuf> {
@@ -100,7 +101,10 @@ fn its_examples_run_and_print_what_it_says() {
         let name = page.strip_prefix(manual()).unwrap().display().to_string();
         let text = std::fs::read_to_string(&page).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        super::examples::copy(&program::repository().join("examples"), &folder.path().join("examples"));
+        super::examples::copy(
+            &loftsman_tests::repository().join("examples"),
+            &folder.path().join("examples"),
+        );
         super::examples::copy(&manual().join("files"), folder.path());
         for (kind, block) in blocks(&text) {
             let file = block.lines().next().and_then(|line| line.strip_prefix("# "));
@@ -111,12 +115,11 @@ fn its_examples_run_and_print_what_it_says() {
                         let (line, told) = command.split_once('\n').unwrap_or((command, ""));
                         let arguments: Vec<&str> = line.split_whitespace().collect();
                         assert_eq!(arguments.first(), Some(&"loftsman"), "{name}: {line}");
-                        let output = program::run_in(folder.path(), &arguments[1..]);
-                        let printed = [output.stdout, output.stderr].concat();
-                        let printed = String::from_utf8_lossy(&printed);
+                        let run = LOFTSMAN.run(folder.path(), &arguments[1..]);
+                        let printed = run.out + &run.err;
                         let fails = told.starts_with("error:");
-                        if output.status.success() == fails {
-                            wrong.push(format!("{name}: `{line}` ends with {}:\n{printed}", output.status));
+                        if (run.code == Some(0)) == fails {
+                            wrong.push(format!("{name}: `{line}` ends with {:?}:\n{printed}", run.code));
                         } else if let Some(what) = differs(&printed, told) {
                             wrong.push(format!("{name}: `{line}`: {what}:\n{printed}"));
                         }

@@ -14,7 +14,11 @@ mod regions;
 
 use std::path::{Path, PathBuf};
 
+use loftsman_tests::program::Program;
 use serde_json::Value;
+
+/// The program, as cargo has built it for these tests.
+const LOFTSMAN: Program = Program::at(env!("CARGO_BIN_EXE_loftsman"));
 
 /// Writes a native document into a folder.
 fn save(folder: &Path, name: &str, document: &Value) -> PathBuf {

@@ -2,17 +2,18 @@
 
 use loftsman_tests::curves::{box_json, document, tube_json};
 use loftsman_tests::oracle::{Oracle, list, number};
-use loftsman_tests::program;
 use serde_json::json;
 
 use crate::save;
+
+use crate::LOFTSMAN;
 
 #[test]
 fn meshlab_measures_a_box() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = json!({ "name": "keel", "mesh": box_json([0.0; 3], [1.0, 2.0, 3.0]) });
     save(folder.path(), "box.loft.json", &document("m", &[mesh]));
-    program::succeed(folder.path(), &["convert", "box.loft.json", "box.obj"]);
+    LOFTSMAN.done(folder.path(), &["convert", "box.loft.json", "box.obj"]);
     let Some(reports) = Oracle::MeshLab.ask(&[folder.path().join("box.obj")], &[]) else { return };
     let seen = &list(&reports[0], "meshes")[0];
     assert_eq!(number(seen, "vertices"), 8.0);
@@ -31,7 +32,7 @@ fn meshlab_measures_a_tessellated_tube() {
         .map(|tolerance| {
             let out = format!("tube-{tolerance}.obj");
             let tolerance = tolerance.to_string();
-            program::succeed(folder.path(), &["convert", "tube.loft.json", &out, "--tolerance", &tolerance]);
+            LOFTSMAN.done(folder.path(), &["convert", "tube.loft.json", &out, "--tolerance", &tolerance]);
             folder.path().join(out)
         })
         .collect();
@@ -57,7 +58,7 @@ fn meshlab_finds_closed_surfaces_watertight_and_their_areas_right() {
     // Closed by coinciding edges, with poles and without: no welding is needed. Areas are OpenCASCADE's.
     let folder = tempfile::tempdir().unwrap();
     let golden: serde_json::Value =
-        serde_json::from_str(include_str!("../golden/tessellation.json")).unwrap();
+        serde_json::from_str(include_str!("../../../tests/golden/tessellation.json")).unwrap();
     let entries: Vec<_> = list(&golden, "surfaces").iter().filter(|s| s.get("points").is_some()).collect();
     assert_eq!(entries.len(), 4);
     let files: Vec<_> = entries
@@ -77,7 +78,7 @@ fn meshlab_finds_closed_surfaces_watertight_and_their_areas_right() {
             let document = document("m", &[json!({ "name": name, "surface": surface })]);
             save(folder.path(), &format!("{name}.loft.json"), &document);
             let tolerance = number(entry, "tolerance").to_string();
-            program::succeed(
+            LOFTSMAN.done(
                 folder.path(),
                 &["convert", &format!("{name}.loft.json"), &format!("{name}.obj"), "--tolerance", &tolerance],
             );

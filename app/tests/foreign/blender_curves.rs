@@ -3,10 +3,11 @@
 use loftsman_kernel::spline::Curve;
 use loftsman_tests::curves::{FAMILIES, curve, curve_json, document};
 use loftsman_tests::oracle::{Oracle, list, number, object, position};
-use loftsman_tests::program;
 use serde_json::{Value, json};
 
 use crate::{apart, save};
+
+use crate::LOFTSMAN;
 
 /// Blender draws a curve in Bézier form with `resolution` steps a segment, evenly in each segment's parameter, so
 /// that its point `k` is ours at a known parameter.
@@ -47,7 +48,7 @@ fn through_blender(batches: &[Vec<(String, Curve)>]) {
                 batch.iter().map(|(name, c)| json!({ "name": name, "curve": curve_json(c) })).collect();
             let native = format!("{i}.loft.json");
             save(folder.path(), &native, &document("m", &objects));
-            program::succeed(folder.path(), &["convert", &native, &format!("{i}.obj")]);
+            LOFTSMAN.done(folder.path(), &["convert", &native, &format!("{i}.obj")]);
             folder.path().join(format!("{i}.obj"))
         })
         .collect();

@@ -2,10 +2,11 @@
 
 use loftsman_tests::curves::document;
 use loftsman_tests::oracle::{Oracle, list, number};
-use loftsman_tests::program;
 use serde_json::{Value, json};
 
 use crate::save;
+
+use crate::LOFTSMAN;
 
 fn ring(name: &str, radius: f64, height: f64) -> Value {
     let corners: Vec<[f64; 3]> = (0..48)
@@ -35,7 +36,7 @@ fn meshlab_measures_regions_and_solids() {
         let out = format!("{name}.obj");
         let recipe = json!({ "input": "rings.loft.json", "output": [out], "step": all });
         save(folder.path(), &format!("{name}.json"), &recipe);
-        let report = program::succeed(folder.path(), &["run", &format!("{name}.json"), "--json"]);
+        let report = LOFTSMAN.done(folder.path(), &["run", &format!("{name}.json"), "--json"]);
         let report: Value = serde_json::from_str(&report).unwrap();
         reported.push(report["steps"][0].clone());
         files.push(folder.path().join(out));

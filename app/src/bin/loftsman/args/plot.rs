@@ -1,0 +1,125 @@
+//! What `plot` takes.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum, ValueHint};
+use loftsman::picture::{Against, PIXELS, View};
+
+use super::{Json, positive};
+
+#[derive(Debug, Args)]
+pub(crate) struct PlotArgs {
+    /// The file to draw; - for the standard input.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// The picture: .svg or .png.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) out: PathBuf,
+    /// From where the scene is seen; several, with commas, make a sheet of panels, `all` is
+    /// top,perspective,front,right [default: square on where it is planar, else isometric].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "VIEW,…")]
+    pub(crate) view: Vec<Seen>,
+    /// Add a chart of curvature along the curves, against arc length or the parameter.
+    #[arg(long, value_enum, value_name = "AGAINST", num_args = 0..=1, require_equals = true, default_missing_value = "arc-length")]
+    pub(crate) profile: Option<Along>,
+    /// Show the scene of this file too, lighter: how it was before.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) before: Option<PathBuf>,
+    /// Only this object; may be repeated.
+    #[arg(long = "object", value_name = "NAME")]
+    pub(crate) objects: Vec<String>,
+    /// A line above the picture.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) title: Option<String>,
+    /// Show frames of animations, dashed.
+    #[arg(long)]
+    pub(crate) frames: bool,
+    /// Show the segments of curves dark and light in turn.
+    #[arg(long)]
+    pub(crate) segments: bool,
+    /// Show arrows from control vertices before to where they are.
+    #[arg(long, requires = "before")]
+    pub(crate) movements: bool,
+    /// Light on dark.
+    #[arg(long)]
+    pub(crate) dark: bool,
+    /// A tooth of a curvature comb is this times the curvature long [default: as fits].
+    #[arg(long, value_name = "SCALE", value_parser = positive, conflicts_with = "no_combs")]
+    pub(crate) comb_scale: Option<f64>,
+    /// Leave out the curvature combs.
+    #[arg(long)]
+    pub(crate) no_combs: bool,
+    /// This many beads in each knot span, uniform in the parameter, instead of one at each knot.
+    #[arg(long, value_name = "N", conflicts_with = "no_knots")]
+    pub(crate) beads: Option<u16>,
+    /// Leave out the beads at the knots.
+    #[arg(long)]
+    pub(crate) no_knots: bool,
+    /// Leave out the control polygons and nets.
+    #[arg(long)]
+    pub(crate) no_polygons: bool,
+    /// Leave out legend, axes and scale bar.
+    #[arg(long)]
+    pub(crate) no_legend: bool,
+    /// Panels in a row [default: by their number and shape].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) columns: Option<u16>,
+    /// The width of the page in millimetres [default: 180].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(crate) width: Option<f64>,
+    /// The greatest height of a drawing in millimetres [default: two thirds of the width].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(crate) height: Option<f64>,
+    /// The width of a PNG.
+    #[arg(long, value_name = "N", default_value_t = PIXELS)]
+    pub(crate) pixels: u32,
+    #[command(flatten)]
+    pub(crate) json: Json,
+}
+
+/// From where a scene is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Seen {
+    Automatic,
+    Front,
+    Top,
+    Right,
+    Isometric,
+    Perspective,
+    All,
+}
+
+impl Seen {
+    /// The views with their captions.
+    pub(crate) fn views(self) -> Vec<(&'static str, View)> {
+        match self {
+            Self::Automatic => vec![("", View::Automatic)],
+            Self::Front => vec![("front", View::Front)],
+            Self::Top => vec![("top", View::Top)],
+            Self::Right => vec![("right", View::Right)],
+            Self::Isometric => vec![("isometric", View::Isometric)],
+            Self::Perspective => vec![("perspective", View::Perspective)],
+            // As drawings are arranged: above the front is the top, to its right what is seen from there.
+            Self::All => [Self::Top, Self::Perspective, Self::Front, Self::Right]
+                .into_iter()
+                .flat_map(Self::views)
+                .collect(),
+        }
+    }
+}
+
+/// What curvature is drawn against.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Along {
+    ArcLength,
+    Parameter,
+}
+
+impl From<Along> for Against {
+    fn from(along: Along) -> Self {
+        match along {
+            Along::ArcLength => Self::ArcLength,
+            Along::Parameter => Self::Parameter,
+        }
+    }
+}
