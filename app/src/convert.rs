@@ -123,9 +123,12 @@ pub fn unit(text: &str) -> std::result::Result<Unit, String> {
         return Ok(unit);
     }
     let known: Vec<&str> = Unit::ALL.iter().map(|(name, _)| *name).collect();
-    let otherwise = || format!("choose one of {}, or a number of metres, as \"0.3 m\"", known.join(", "));
-    let hint = hint(text, known.iter().copied(), otherwise);
-    Err(format!("unknown unit \"{}\"; {hint}", loftsman_kernel::text::clip(text)))
+    let known = known.join(", ");
+    // Names so short are all near one another: no one of them is meant more than the others.
+    Err(format!(
+        "unknown unit \"{}\"; choose one of {known}, or a number of metres, as \"0.3 m\"",
+        loftsman_kernel::text::clip(text)
+    ))
 }
 
 /// The words for the up axis of an output.

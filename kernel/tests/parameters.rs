@@ -252,3 +252,45 @@ fn what_cannot_be_is_said() {
     let three = System::new(three, (0..6).collect(), 3, SystemMetric::Least).with_free(1);
     assert!(Automatic.factor(&three).map(|_| ()).unwrap_err().to_string().contains("one side"));
 }
+
+fn with_one_free(rows: &[&[f64]]) -> System {
+    let width = rows[0].len();
+    let mut all = SparseRows::new(width);
+    rows.iter().for_each(|row| all.push(row.iter().copied().enumerate()));
+    System::new(all, (0..width).collect(), 1, SystemMetric::Least).with_free(1)
+}
+
+/// What a free column leaves of a row that another one repeats is rounding, not a row; and what is left out is made of rows that are
+/// kept.
+#[test]
+fn proportional_rows_and_many_dependent_ones_keep_their_rank() {
+    let mut dice = Dice(23);
+    for _ in 0..400 {
+        let first = [dice.between(0.1, 1.1), dice.between(0.1, 1.1)];
+        let factor = dice.between(-2.0, 2.0);
+        let second = first.map(|c| c * factor);
+        let system = with_one_free(&[&first, &second]);
+        for solver in solvers() {
+            let mut factored = solver.factor(&system).unwrap();
+            assert_eq!(factored.rank(), 1, "{}: {first:?} x {factor}", solver.name());
+            assert_eq!(factored.diagnosis().dependencies.len(), 1);
+            let mut d = [0.0; 2];
+            factored.solve_into(&[1.0, factor], &mut d);
+            assert!(d[0].abs() < 1e-9 && (d[1] * first[1] - 1.0).abs() < 1e-9, "{}: {d:?}", solver.name());
+        }
+    }
+    let rows: [&[f64]; 4] = [&[1.0, 2.0], &[3.0, 1.0], &[2.0, 5.0], &[1.0, -1.0]];
+    for solver in solvers() {
+        let diagnosis = solver.factor(&with_one_free(&rows)).unwrap().diagnosis();
+        assert_eq!((diagnosis.rank, diagnosis.dependencies.len()), (2, 2), "{}", solver.name());
+        let out: Vec<usize> = diagnosis.dependencies.iter().map(|d| d.row).collect();
+        for dependency in &diagnosis.dependencies {
+            let mut sum = [0.0; 2];
+            for &(row, factor) in &dependency.combination {
+                assert!(!out.contains(&row), "{}: {dependency:?}", solver.name());
+                (0..2).for_each(|k| sum[k] += factor * rows[row][k]);
+            }
+            (0..2).for_each(|k| assert!((sum[k] - rows[dependency.row][k]).abs() < 1e-12, "{dependency:?}"));
+        }
+    }
+}

@@ -95,7 +95,7 @@ fn what_cannot_be_edited_of_a_definition_is_said() {
     let recipe = push("right/rim", "");
     let join = recipe.lines().filter(|l| !l.starts_with("constraints")).collect::<Vec<_>>().join("\n");
     bench.write("r.toml", format!("{join}\n{two}\n"));
-    bench.fails(&["run", "r.toml"], 1, &["\"right/rim\" and \"left/rim\" are one object", "unique = true"]);
+    bench.fails(&["run", "r.toml"], 1, &["\"left/rim\" and \"right/rim\" are one object", "unique = true"]);
     for step in ["op = 'delete'\nobject = 'left/rim'", "op = 'rename'\nobject = 'left/rim'\nto = 'x'"] {
         bench.write(
             "r.toml",

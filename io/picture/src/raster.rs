@@ -86,7 +86,8 @@ impl Canvas {
         // The cast is of a whole number between 1 and 16384; of what is none it gives 0, for which there is no room.
         let image =
             Pixmap::new(width, height as u32).ok_or_else(|| no_room(width as usize, height as usize))?;
-        Ok(Self { image, to_pixels: Transform::from_scale(scale, scale) })
+        // As high as whole pixels are: a last row that the page covers in part would shine through.
+        Ok(Self { image, to_pixels: Transform::from_scale(scale, height / high) })
     }
 
     /// Draws what the page holds.

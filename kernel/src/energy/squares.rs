@@ -134,7 +134,7 @@ impl Squares {
         for block in self.blocks() {
             for (a, &i) in block.vertices.iter().enumerate() {
                 for (b, &j) in block.vertices[..=a].iter().enumerate() {
-                    let width = block.vertices.len();
+                    let width = block.vertices.len().max(1);
                     let sum = block.rows.chunks_exact(width).map(|row| row[a] * row[b]).sum();
                     add(i as usize, j as usize, sum);
                 }
@@ -146,7 +146,7 @@ impl Squares {
     pub fn energy(&self, x: &[Vector]) -> (f64, f64) {
         let (mut energy, mut size) = (0.0, 0.0);
         for block in self.blocks() {
-            for (row, target) in block.rows.chunks_exact(block.vertices.len()).zip(block.targets) {
+            for (row, target) in block.rows.chunks_exact(block.vertices.len().max(1)).zip(block.targets) {
                 let (mut value, mut magnitude) = (-target, target.abs());
                 for (c, &v) in row.iter().zip(block.vertices) {
                     value += x[v as usize] * *c;
@@ -165,7 +165,7 @@ impl Squares {
         let mut local = Vec::with_capacity(64);
         let mut sum: Vec<Vector> = Vec::with_capacity(64);
         for block in self.blocks() {
-            let width = block.vertices.len();
+            let width = block.vertices.len().max(1);
             local.clear();
             local.extend(block.vertices.iter().map(|&v| x[v as usize]));
             sum.clear();

@@ -4,6 +4,7 @@ use super::{EditError, Problem, view};
 use crate::energy::Energy;
 use crate::error::Error;
 use crate::functional::Shapes;
+use crate::measure::PROPORTION;
 use crate::problem::solution::overflow;
 use crate::shape::Shape;
 use crate::solve::{SparseRows, System};
@@ -46,6 +47,20 @@ impl Problem {
         system.inverse_metric()?.apply(&pull, sides, &mut way, &mut work);
         if way.iter().any(|c| !c.is_finite()) {
             return Err(overflow());
+        }
+        // From farther away, rounding alone would miss what is asked.
+        let farthest = way.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+        let reach = (0..shapes.vertex_count()).map(|v| shapes.vertex(v).coords.amax());
+        let targets = self.bound.iter().flat_map(|b| &b.target).map(|t| t.abs());
+        let reach = reach.chain(targets).fold(0.0, f64::max);
+        if reach > 0.0 && farthest > PROPORTION * reach {
+            return Err(Error::Invalid(format!(
+                "the energy \"{}\" alone would take control vertices {farthest:.1e} away, {:.1e} times the size of the shapes: let it pull \
+                 less, or weigh more what holds them",
+                self.metric.describe(),
+                farthest / reach
+            ))
+            .into());
         }
         self.taken = moving.iter().map(|&v| (v, shapes.vertex(v))).collect();
         move_by(&mut self.shapes, &moving, &way);

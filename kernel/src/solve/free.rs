@@ -1,5 +1,7 @@
 //! Unknowns that cost nothing, taken out before any solver: parameters that float without a mass of their own.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::in_metric::MinimumNorm;
@@ -95,17 +97,23 @@ impl Mixing {
         self.mixed.len() - self.columns.len()
     }
 
-    /// The rows without their free columns.
+    /// The rows without their free columns. Of a row of which no more is left than rounding, nothing is.
     fn rows(&self, system: &System) -> SparseRows {
         let (rows, weighed) = (system.rows(), system.weighed());
         let mut all = SparseRows::with_capacity(weighed, self.plain.len() + self.bound(), rows.entries());
         self.plain.iter().for_each(|&row| all.push(rows.iter_row(row)));
         for i in self.columns.len()..self.mixed.len() {
-            let terms = self.mixed.iter().zip(&self.scale).enumerate().flat_map(|(k, (&row, scale))| {
+            let mut terms: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+            for (k, (&row, scale)) in self.mixed.iter().zip(&self.scale).enumerate() {
                 let factor = self.q[(i, k)] * scale;
-                rows.iter_row(row).filter(|(c, _)| *c < weighed).map(move |(c, v)| (c, v * factor))
-            });
-            all.push(terms.collect::<Vec<_>>());
+                for (column, value) in rows.iter_row(row).filter(|(c, _)| *c < weighed) {
+                    let (sum, size) = terms.entry(column).or_default();
+                    (*sum, *size) = (*sum + value * factor, *size + (value * factor).abs());
+                }
+            }
+            let largest = |pick: fn(&(f64, f64)) -> f64| terms.values().map(pick).fold(0.0, f64::max);
+            let something = largest(|t| t.0.abs()) > system.tolerance() * largest(|t| t.1);
+            all.push(terms.iter().filter(|_| something).map(|(&column, &(sum, _))| (column, sum)));
         }
         all
     }
@@ -120,11 +128,18 @@ impl Mixing {
         each.map(|(k, (&row, scale))| (row, self.q[(i, k)] * scale)).collect()
     }
 
-    /// Dependencies among the rows without free columns as dependencies among the given ones. Each leaves out one row: of those
-    /// that were mixed the one that has most part in it and is not left out yet.
+    /// Dependencies among the rows without free columns as dependencies among the given ones. Each leaves out one row: a plain one
+    /// itself, of those that were mixed the one that has most part in it; and it is taken out of the others, so that what is
+    /// left out is made of rows that are kept.
     fn dependencies(&self, inner: &[Dependency], rows: usize) -> Vec<Dependency> {
-        let mut out = vec![false; rows];
-        let mut all = Vec::with_capacity(inner.len());
+        let mut all: Vec<(usize, Vec<f64>)> = Vec::with_capacity(inner.len());
+        let take_out = |from: &mut [f64], (own, sum): (usize, &[f64])| {
+            let share = from[own];
+            if share != 0.0 {
+                from.iter_mut().zip(sum).for_each(|(from, sum)| *from -= share * sum);
+                from[own] = 0.0;
+            }
+        };
         for dependency in inner {
             let mut sum = vec![0.0; rows];
             let mut add = |row: usize, factor: f64| {
@@ -132,26 +147,27 @@ impl Mixing {
             };
             add(dependency.row, 1.0);
             dependency.combination.iter().for_each(|&(row, factor)| add(row, -factor));
+            all.iter().for_each(|(own, other)| take_out(&mut sum, (*own, other)));
+            let part = |row: usize| sum[row].abs() / self.scale_of(row);
+            let most = |best: usize, row: usize| if part(row) > part(best) { row } else { best };
             let own = match self.plain.get(dependency.row) {
                 Some(&row) => row,
-                None => {
-                    let part = |row: usize| sum[row].abs() / self.scale_of(row);
-                    let left = self.mixed.iter().copied().filter(|&row| !out[row]);
-                    left.fold(
-                        self.mixed[0],
-                        |best, row| {
-                            if out[best] || part(row) > part(best) { row } else { best }
-                        },
-                    )
-                }
+                None => self.mixed.iter().copied().fold(self.mixed[0], most),
             };
-            out[own] = true;
-            let others = (0..rows).filter(|&row| row != own && sum[row] != 0.0);
-            let combination = others.map(|row| (row, -sum[row] / sum[own])).collect();
-            all.push(Dependency { row: own, combination });
+            let whole = sum[own];
+            if whole == 0.0 {
+                continue;
+            }
+            sum.iter_mut().for_each(|s| *s /= whole);
+            all.iter_mut().for_each(|(_, other)| take_out(other, (own, &sum)));
+            all.push((own, sum));
         }
-        all.sort_by_key(|dependency| dependency.row);
-        all
+        all.sort_by_key(|(own, _)| *own);
+        let of = |(own, sum): (usize, Vec<f64>)| {
+            let others = sum.iter().enumerate().filter(|&(row, s)| row != own && *s != 0.0);
+            Dependency { row: own, combination: others.map(|(row, s)| (row, -s)).collect() }
+        };
+        all.into_iter().map(of).collect()
     }
 
     fn scale_of(&self, row: usize) -> f64 {

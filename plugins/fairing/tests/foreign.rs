@@ -159,3 +159,60 @@ fn what_has_no_squares_or_wrong_ones_is_told() {
     let edit = Edit::new(&curve).minimise(wild).ask(position(0.5).keep()).solve().map(|_| ()).unwrap_err();
     assert!(edit.to_string().contains("the energy overflows"), "{edit}");
 }
+
+/// Pulls everything so far away that numbers there no longer see what is asked.
+#[derive(Debug)]
+struct Far(f64);
+
+impl Energy for Far {
+    fn describe(&self) -> String {
+        "far".into()
+    }
+
+    fn form(&self, _: &Shapes<'_>, moving: &[usize]) -> Result<SystemMetric> {
+        Ok(SystemMetric::Weights(vec![1.0; moving.len()].into()))
+    }
+
+    fn pull(&self, _: &Shapes<'_>, moving: &[usize]) -> Result<Vec<Vector>> {
+        Ok(vec![Vector::x() * self.0; moving.len()])
+    }
+}
+
+/// Has a block without vertices.
+#[derive(Debug)]
+struct Empty;
+
+impl Energy for Empty {
+    fn describe(&self) -> String {
+        "empty".into()
+    }
+
+    fn squares(&self, shape: &dyn Shape, _: Point) -> Result<Option<Squares>> {
+        let mut squares = Squares::default();
+        squares.open([]);
+        for vertex in 0..shape.control_vertices().len() {
+            squares.open([vertex]);
+            squares.row([1.0], Vector::zeros());
+        }
+        Ok(Some(squares))
+    }
+}
+
+#[test]
+fn a_minimum_out_of_reach_is_refused_and_an_empty_block_is_nothing() {
+    let curve = wavy(&mut Dice(1), 0);
+    let (start, end) = curve.domain();
+    let at = 0.5 * (start + end);
+    let to = Point::new(2.5, 1.0, 0.0);
+    for far in [1e20, 1e18, 1e16, 1e12, 1e9] {
+        let error =
+            Edit::new(&curve).minimise(Far(far)).ask(position(at).to(to)).solve().map(|_| ()).unwrap_err();
+        assert!(error.to_string().contains("times the size of the shapes"), "{error}");
+    }
+    for far in [1.0, 1e3] {
+        let edited = Edit::new(&curve).minimise(Far(far)).ask(position(at).to(to)).solve().unwrap();
+        assert!((edited.shape().point(at).unwrap() - to).norm() < 1e-12 * (1.0 + far));
+    }
+    let edited = Edit::new(&curve).minimise(Empty).ask(position(at).to(to)).solve().unwrap();
+    assert!((edited.shape().point(at).unwrap() - to).norm() < 1e-12);
+}
