@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, FormatDeclaration, Observer, ParameterError, Parameters, ReadOptions, Registry,
-    UnitRule, UpChoice, WriteOptions, Written, hint,
+    UnitRule, UpChoice, WriteOptions, Written,
 };
 use loftsman_kernel::scene::{Unit, Up};
 use serde_json::{Map, Value};
