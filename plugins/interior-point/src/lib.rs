@@ -3,7 +3,7 @@
 //! [`Clarabel`](https://clarabel.org) (Goulart and Chen 2024) walks through the inside of what the inequalities allow, a few dozen
 //! sparse factorisations whatever number of them will be active, and stops some `1e-8` away from the solution. Which
 //! inequalities are active is read off there: where the multiplier outweighs the room that is left. The kernel then
-//! solves with these as equations, exactly, and puts right what was read off wrongly ([`Program::settle`]). Of a contradiction
+//! solves with these as equations, exactly, and puts right what was read off wrongly ([`Program::pivot`]). Of a contradiction
 //! it gives a certificate; the rows in it are reduced to those of which none can be spared.
 //!
 //! So the answer is the exact one whichever way it was found: where the library does not arrive, the kernel's own
