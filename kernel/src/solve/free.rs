@@ -102,6 +102,12 @@ impl Mixing {
         let (rows, weighed) = (system.rows(), system.weighed());
         let mut all = SparseRows::with_capacity(weighed, self.plain.len() + self.bound(), rows.entries());
         self.plain.iter().for_each(|&row| all.push(rows.iter_row(row)));
+        // What the rows of length 1 have beside their free entries: `Q` is known to rounding only, and so is what it makes of this.
+        let entries = self.mixed.iter().zip(&self.scale).flat_map(|(&row, scale)| {
+            let weighed = rows.iter_row(row).filter(|(c, _)| *c < weighed);
+            weighed.map(move |(_, v)| (v * scale).abs())
+        });
+        let rounding = System::FINE * entries.fold(0.0, f64::max);
         for i in self.columns.len()..self.mixed.len() {
             let mut terms: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
             for (k, (&row, scale)) in self.mixed.iter().zip(&self.scale).enumerate() {
@@ -112,7 +118,7 @@ impl Mixing {
                 }
             }
             let largest = |pick: fn(&(f64, f64)) -> f64| terms.values().map(pick).fold(0.0, f64::max);
-            let something = largest(|t| t.0.abs()) > system.tolerance() * largest(|t| t.1);
+            let something = largest(|t| t.0.abs()) > rounding.max(system.tolerance() * largest(|t| t.1));
             all.push(terms.iter().filter(|_| something).map(|(&column, &(sum, _))| (column, sum)));
         }
         all
