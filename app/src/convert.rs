@@ -122,8 +122,7 @@ pub fn unit(text: &str) -> std::result::Result<Unit, String> {
     if let Some(unit) = Unit::from_name(text).filter(|unit| *unit != Unit::Unknown) {
         return Ok(unit);
     }
-    let known: Vec<&str> = Unit::ALL.iter().map(|(name, _)| *name).collect();
-    let known = known.join(", ");
+    let known = Unit::ALL.map(|(name, _)| name).join(", ");
     // Names so short are all near one another: no one of them is meant more than the others.
     Err(format!(
         "unknown unit \"{}\"; choose one of {known}, or a number of metres, as \"0.3 m\"",

@@ -1,4 +1,5 @@
-//! What the whole-program tests share: [`oracle`]s, the [`program`] and a [`bench`](mod@bench) for it, [`curves`] to try, and an [`exact`] evaluator of documents.
+//! What the whole-program tests share: [`oracle`]s, the [`program`] and a [`bench`](mod@bench) for it, [`curves`] to try, and an
+//! [`exact`] evaluator of documents.
 //!
 //! Everything here panics with a message when something is wrong, as tests do; nothing outside `tests/` uses it.
 #![allow(

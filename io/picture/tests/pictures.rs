@@ -1,6 +1,9 @@
 //! Whole pictures: they parse, show what they should where it should be, and have the same bytes every time.
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
 
+mod drawn;
+
+use drawn::Drawn;
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Mark, MarkKind};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
@@ -9,18 +12,6 @@ use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Against, Beads, Combs, Panel, Picture, PictureError, Theme, View};
 use proptest::prelude::*;
 use roxmltree::Document;
-
-/// The SVG of a picture of which there is a PNG, too: whatever is written, the renderer knows.
-trait Drawn {
-    fn drawn(&self) -> String;
-}
-
-impl Drawn for Picture<'_> {
-    fn drawn(&self) -> String {
-        self.to_png(64).unwrap();
-        self.to_svg().unwrap()
-    }
-}
 
 fn scene(objects: impl IntoIterator<Item = (&'static str, Geometry)>) -> Scene {
     let mut scene = Scene::new();

@@ -1,6 +1,9 @@
 //! What pictures show of several objects and of shapes that have changed their knots, and what they say is not shown.
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
 
+mod drawn;
+
+use drawn::Drawn;
 use loftsman_kernel::mesh::Polyline;
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space};
@@ -8,18 +11,6 @@ use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Panel, Picture, View};
 use nalgebra::Matrix4;
 use roxmltree::Document;
-
-/// The SVG of a picture of which there is a PNG, too: whatever is written, the renderer knows.
-trait Drawn {
-    fn drawn(&self) -> String;
-}
-
-impl Drawn for Picture<'_> {
-    fn drawn(&self) -> String {
-        self.to_png(64).unwrap();
-        self.to_svg().unwrap()
-    }
-}
 
 /// A scene of the curve "c".
 fn scene(curve: Curve) -> Scene {

@@ -117,7 +117,7 @@ impl<'a> Moved<'a> {
         for ((base, d), way) in base.iter().zip(d.as_chunks().0).zip(&mut *way) {
             (_, *way) = step(base, d, &mut sum);
         }
-        Self { base, way, finite: is_zero(&sum) }
+        Self { base, way, finite: was_finite(&sum) }
     }
 
     /// The largest coordinate.
@@ -128,7 +128,7 @@ impl<'a> Moved<'a> {
 }
 
 /// Where a vertex arrives, and the way that it really goes, its coordinates being rounded. Zero times what is not finite is NaN,
-/// and NaN stays in a sum: `sum` remains [zero](is_zero) as long as all is finite.
+/// and NaN stays in a sum: `sum` tells afterwards whether all was [finite](was_finite).
 #[inline]
 pub(crate) fn step(base: &Point, d: &[f64; 3], sum: &mut [f64; 3]) -> (Point, [f64; 3]) {
     let p = [base.x + d[0], base.y + d[1], base.z + d[2]];
@@ -137,9 +137,9 @@ pub(crate) fn step(base: &Point, d: &[f64; 3], sum: &mut [f64; 3]) -> (Point, [f
     (Point::from(p), way)
 }
 
-/// Whether no [step] led to what is not finite.
+/// Whether every [step] that added to a sum led to finite numbers.
 #[inline]
-pub(crate) fn is_zero(sum: &[f64; 3]) -> bool {
+pub(crate) fn was_finite(sum: &[f64; 3]) -> bool {
     sum[0] + sum[1] + sum[2] == 0.0
 }
 

@@ -27,7 +27,7 @@ use crate::Point;
 use crate::error::{Error, Result};
 use crate::functional::{Linearity, value_of};
 use crate::problem::bound::{BoundConstraint, add_companions, loosen};
-use crate::problem::check::{is_zero, step};
+use crate::problem::check::{step, was_finite};
 use crate::problem::conflict::quoted;
 use crate::problem::{Asked, Constraint, ConstraintId, EditError, Numbers, Problem, Value, view};
 use crate::shape::{Location, Shape};
@@ -394,7 +394,7 @@ impl<S: Shape> Session<S> {
             (places, base, d) = (&places[own..], &base[own..], &d[own..]);
             way = &mut way[own..];
         }
-        is_zero(&sum)
+        was_finite(&sum)
     }
 
     /// The shapes as they were when prepared.
