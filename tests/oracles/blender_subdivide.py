@@ -18,6 +18,11 @@ How Blender is asked: the modifier SUBSURF of the type CATMULL_CLARK; boundary_s
 edge-and-corner; use_limit_surface where the limit is asked for. Blender keeps a sharpness s as c in 0..1 with s = 10 c^2, in single
 precision: c = sqrt(s / 10), so s comes back within 1e-6; 10 and above is infinite, as in OpenSubdiv. Loose points and loose edges
 are not for this script. With the limit the points are those of the limit surface at the vertices of the refined mesh.
+
+Where it differs from OpenSubdiv on the same cage (found on the cages of tests/golden/opensubdiv.json; the others agree within 1e-6):
+a vertex of two edges, inside or on the boundary, is sharpened by the creases of its two edges; with the limit, an end of an infinitely
+sharp crease is only approximated, to some 1e-5, and an inner smooth vertex of two faces is another point. Two faces with all their
+vertices in common are refused.
 """
 import argparse
 import json
