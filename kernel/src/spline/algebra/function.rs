@@ -146,6 +146,41 @@ impl<T: Coefficient> Function<T> {
         Self::new(integral.space, integral.coefficients)
     }
 
+    /// The antiderivative of a periodic function that is periodic itself, with the value `start` where the period starts: there is
+    /// one where the function's integral over the period is zero. `O(n)`.
+    ///
+    /// # Errors
+    /// When the function is not periodic; when its integral over the period is more than rounding (`1e-9` of what it is made of);
+    /// when the degree is 25, or numbers overflow.
+    pub fn closed_integral(&self, start: T) -> Result<Self> {
+        let (p, n) = (self.space.degree() + 1, self.space.len());
+        if !self.space.is_periodic() {
+            return Err(Error::Invalid(
+                "the integral of a function that is not periodic does not close: take the open one".into(),
+            ));
+        }
+        let space = Space::periodic(p, self.space.knots().to_vec())?;
+        let part = |i: usize| self.at(i) * ((space.flat()[i + 2 * p] - space.flat()[i + p]) / p as f64);
+        let (mut sum, mut lost, mut size) = (T::zero(), T::zero(), 0.0);
+        let mut coefficients = Vec::with_capacity(n);
+        for i in 0..n {
+            let own = part(i);
+            size += own.size();
+            let next = sum + (own - lost);
+            lost = (next - sum) - (own - lost);
+            sum = next;
+            coefficients.push(sum);
+        }
+        if sum.size() > 1e-9 * size {
+            return Err(Error::Invalid(format!(
+                "the integral over a period is {sum:?}, and not zero: an antiderivative does not close"
+            )));
+        }
+        let integral = Self::new(space, coefficients)?;
+        let by = start - integral.value(integral.space.domain().0)?;
+        integral.mapped(|c| c + by)
+    }
+
     /// `∫ f(u) du` over the domain. `O(n p²)`.
     ///
     /// # Errors

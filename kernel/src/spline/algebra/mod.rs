@@ -28,6 +28,9 @@ pub trait Coefficient:
     /// Zero.
     fn zero() -> Self;
 
+    /// Its largest number, without sign.
+    fn size(&self) -> f64;
+
     /// Whether all of its numbers are finite.
     fn is_finite(&self) -> bool;
 }
@@ -35,6 +38,10 @@ pub trait Coefficient:
 impl Coefficient for f64 {
     fn zero() -> Self {
         0.0
+    }
+
+    fn size(&self) -> f64 {
+        self.abs()
     }
 
     fn is_finite(&self) -> bool {
@@ -45,6 +52,10 @@ impl Coefficient for f64 {
 impl<const L: usize> Coefficient for SVector<f64, L> {
     fn zero() -> Self {
         Self::zeros()
+    }
+
+    fn size(&self) -> f64 {
+        self.amax()
     }
 
     fn is_finite(&self) -> bool {

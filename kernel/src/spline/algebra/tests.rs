@@ -205,3 +205,21 @@ fn a_million_knots_are_summed_to_rounding() {
     let (found, exact) = (integral.coefficients().last().copied().unwrap(), 0.1 * (n - 2) as f64);
     assert!((found - exact).abs() < 1e-15 * exact, "{found} {exact}");
 }
+
+/// A periodic function whose integral is zero has a periodic antiderivative; one whose is not has none.
+#[test]
+fn closed_integrals() {
+    for p in 1..=6 {
+        let space = Space::periodic(p, vec![0.0, 0.5, 0.5, 1.3, 2.0, 3.5, 3.9, 5.0])
+            .unwrap_or_else(|_| Space::periodic_uniform(p, 7).unwrap());
+        let f = Function::new(space.clone(), noise(space.len(), p)).unwrap();
+        assert!(f.closed_integral(0.0).unwrap_err().to_string().contains("does not close"));
+        let mean = f.total().unwrap() / space.length();
+        let f = f.mapped(|c| c - mean).unwrap();
+        let (closed, open) = (f.closed_integral(2.0).unwrap(), f.integral(2.0).unwrap());
+        assert!(closed.space().is_periodic());
+        for u in inside(&space, &space) {
+            assert!((closed.value(u).unwrap() - open.value(u).unwrap()).abs() < 1e-13);
+        }
+    }
+}

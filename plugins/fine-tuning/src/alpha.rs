@@ -1,0 +1,86 @@
+//! The scalar function α: its space, its values, where it is positive.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::error::MAX_DEGREE;
+use loftsman_kernel::spline::algebra::Function;
+use loftsman_kernel::spline::{Curve, Space};
+
+use crate::error::{FineTuneError, Result};
+
+/// The derivative of a polynomial curve as a spline function; of a closed one with corners opened at its seam. `O(n)`.
+///
+/// # Errors
+/// When the curve is rational, or torn.
+pub fn derivative(curve: &Curve) -> Result<Function<Vector>> {
+    if curve.weights().is_some() {
+        return Err(FineTuneError::Rational { what: "curve" });
+    }
+    let function = curve.function()?;
+    Ok(function.derivative().or_else(|_| function.opened()?.derivative())?)
+}
+
+/// The space in which α is given by its values alone: that of the derivative, degree `p - 1` on the curve's knots, so that the
+/// tuned curve is as smooth as the curve is (paper 5, §2).
+///
+/// # Errors
+/// As for [`derivative`].
+pub fn alpha_space(curve: &Curve) -> Result<Space> {
+    Ok(derivative(curve)?.space().clone())
+}
+
+/// α with these values in the [space](alpha_space) of a curve's derivative: `n - 1` for an open curve of `n` vertices, `n` for a
+/// periodic one.
+///
+/// # Errors
+/// When there are not as many values; as for [`alpha_space`].
+pub fn alpha_of(curve: &Curve, values: Vec<f64>) -> Result<Function<f64>> {
+    let space = alpha_space(curve)?;
+    if values.len() != space.len() {
+        return Err(FineTuneError::Values {
+            found: values.len(),
+            needed: space.len(),
+            degree: space.degree(),
+        });
+    }
+    Ok(Function::new(space, values)?)
+}
+
+/// Refuses a degree that the tuned curve could not have.
+pub(crate) fn check_degree(derivative: &Space, alpha: &Space) -> Result<()> {
+    let (derivative, alpha) = (derivative.degree(), alpha.degree());
+    if derivative + alpha + 1 > MAX_DEGREE {
+        Err(FineTuneError::Degree { derivative, alpha })
+    } else {
+        Ok(())
+    }
+}
+
+/// Refuses α whose values are not all positive: those are as good as α itself only where they are fine enough, so that what is
+/// refused may touch zero without crossing it.
+pub(crate) fn check_positive(alpha: &Function<f64>) -> Result<()> {
+    let least = alpha.coefficients().iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+    match least {
+        Some((index, value)) if *value <= 0.0 => {
+            let near = alpha.space().greville(index);
+            Err(FineTuneError::NotPositive { value: *value, at: format!("value {index}, near {near}") })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A function on a part of its domain.
+pub(crate) fn restricted(alpha: &Function<f64>, a: f64, b: f64) -> Result<Function<f64>> {
+    if alpha.space().domain() == (a, b) {
+        return Ok(alpha.clone());
+    }
+    if alpha.space().degree() > 0 {
+        return Ok(alpha.convert(&alpha.space().restricting(a, b)?)?);
+    }
+    // Steps: those between the ends and the knots between them.
+    let mut knots = vec![a];
+    knots.extend(alpha.space().breakpoints().into_iter().filter(|t| *t > a && *t < b));
+    knots.push(b);
+    let value = |pair: &[f64]| alpha.value(0.5 * (pair[0] + pair[1]));
+    let values = knots.windows(2).map(value).collect::<Result<Vec<_>, _>>()?;
+    Ok(Function::new(Space::open(0, knots)?, values)?)
+}

@@ -1,0 +1,290 @@
+//! Curves: fine tuning being said, and what comes of it.
+
+use std::fmt;
+use std::sync::Arc;
+
+use loftsman_kernel::edit::{Constraint, Report};
+use loftsman_kernel::solve::{Automatic, Solver};
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::algebra::Function;
+use loftsman_kernel::{Point, Vector};
+
+use crate::alpha::{check_positive, derivative, restricted};
+use crate::ends::matched;
+use crate::error::{FineTuneError, Result};
+use crate::exact::{Asked, solve, tuned_curve};
+use crate::local::{part, put_back};
+use crate::operator::Tuning;
+
+/// What the ends of a tuned curve do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Ends {
+    /// They stay, a closed curve stays closed, and given points are passed, because α is changed for it, as little as it can be
+    /// (in `∫ (Δα)²`): `κ_D = κ/α` holds everywhere, for the α that is reported.
+    #[default]
+    Exact,
+    /// The start stays, the end goes where it goes (paper 5, equation 1).
+    Free,
+    /// Both stay: the whole is turned by the least angle, and scaled (paper 5, §2.1): `κ_D = κ / (α · scale)`.
+    Position,
+    /// The same of the second control points from the ends, the outermost put to where they were.
+    Tangent,
+    /// The same of the third control points.
+    Curvature,
+}
+
+/// Says how a curve should be tuned: `D(t) = C(t₀) + ∫ α C'`, so that `D' = α C'` and `κ_D = κ/α` (paper 5).
+///
+/// ```
+/// use loftsman_fine_tuning::{FineTune, alpha_of};
+/// /// use loftsman_kernel::spline::{Curve, Space};
+///
+/// let points = (0..9).map(|i| Point::new(f64::from(i), f64::from(i * i % 7), 0.0)).collect();
+/// let curve = Curve::new(Space::clamped_uniform(3, 9)?, points)?;
+/// // Half the curvature in the middle; the ends stay.
+/// let alpha = alpha_of(&curve, vec![1.0, 1.0, 1.0, 2.0, 2.0, 1.0, 1.0, 1.0])?;
+/// let tuned = FineTune::new(&curve, alpha).solve()?;
+/// assert_eq!(tuned.curve().degree(), 5);
+/// assert!((tuned.curve().point(6.0)? - curve.point(6.0)?).norm() < 1e-12);
+/// let at = 2.5;
+/// let scaled = curve.derivative(at, 1)? * tuned.alpha().value(at)?;
+/// assert!((tuned.curve().derivative(at, 1)? - scaled).norm() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct FineTune {
+    curve: Curve,
+    alpha: Function<f64>,
+    ends: Ends,
+    range: Option<(f64, f64)>,
+    continuity: Option<u8>,
+    through: Vec<(f64, Point)>,
+    constraints: Vec<Constraint>,
+    solver: Arc<dyn Solver>,
+    any_sign: bool,
+}
+
+/// A tuned curve.
+#[derive(Debug, Clone)]
+pub struct Tuned {
+    curve: Curve,
+    alpha: Function<f64>,
+    report: TuneReport,
+}
+
+/// What a tuning did.
+#[derive(Debug, Clone, Default)]
+pub struct TuneReport {
+    /// How the equations for α were solved, where there were any.
+    pub solved: Option<Report>,
+    /// By what the tuned curve was scaled to keep its ends; 1 where it was not.
+    pub scale: f64,
+    /// `(∫ (Δα)² / ∫ 1)^½`: how far α had to be changed from the one asked for.
+    pub change: f64,
+    /// The smallest and the largest value of α in the end.
+    pub alpha: [f64; 2],
+    /// Anything else worth saying.
+    pub notes: Vec<String>,
+}
+
+impl fmt::Debug for FineTune {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FineTune")
+            .field("curve", &self.curve)
+            .field("alpha", &self.alpha)
+            .finish_non_exhaustive()
+    }
+}
+
+impl FineTune {
+    /// The tuning of a curve by α: a spline function over the curve's domain, or over the range that is tuned.
+    pub fn new(curve: &Curve, alpha: Function<f64>) -> Self {
+        Self {
+            curve: curve.clone(),
+            alpha,
+            ends: Ends::default(),
+            range: None,
+            continuity: None,
+            through: Vec::new(),
+            constraints: Vec::new(),
+            solver: Arc::new(Automatic),
+            any_sign: false,
+        }
+    }
+
+    /// What the ends do.
+    #[must_use]
+    pub fn ends(mut self, ends: Ends) -> Self {
+        self.ends = ends;
+        self
+    }
+
+    /// Tunes the part from `a` to `b` and nothing else: knots are inserted there to full multiplicity, the rest is the same
+    /// curve in a higher degree.
+    #[must_use]
+    pub fn between(mut self, a: f64, b: f64) -> Self {
+        self.range = Some((a, b));
+        self
+    }
+
+    /// How many derivatives the tuned part has in common with the rest where they meet, in the exact mode: 0, 1 (`α = 1` there)
+    /// or 2 (`α' = 0` too). By default 2 for a range, 0 for a whole curve.
+    #[must_use]
+    pub fn continuity(mut self, derivatives: u8) -> Self {
+        self.continuity = Some(derivatives.min(2));
+        self
+    }
+
+    /// A point that the tuned curve passes at a parameter; in the exact mode.
+    #[must_use]
+    pub fn through(mut self, at: f64, point: Point) -> Self {
+        self.through.push((at, point));
+        self
+    }
+
+    /// Anything else that should hold, in the exact mode: of the tuned curve (shape 0), by any functional, also area and other
+    /// nonlinear ones; or of α (shape 1, a [`Scale`](crate::Scale)). What is kept, scaled or changed by is the given curve's.
+    #[must_use]
+    pub fn ask(mut self, constraint: Constraint) -> Self {
+        self.constraints.push(constraint);
+        self
+    }
+
+    /// The solver of these equations.
+    #[must_use]
+    pub fn solver(mut self, solver: impl Solver + 'static) -> Self {
+        self.solver = Arc::new(solver);
+        self
+    }
+
+    /// Lets α be what it is where it is not positive: tangents turn round there.
+    #[must_use]
+    pub fn any_sign(mut self) -> Self {
+        self.any_sign = true;
+        self
+    }
+
+    /// The tuned curve. `O(n)` but for what is asked beyond the ends.
+    ///
+    /// # Errors
+    /// When the curve is rational or torn, the degree would be above 25, α is not positive (and need be), is over another domain,
+    /// the range is none, the ends cannot be kept that way, or what is asked contradicts itself, α or itself not having enough
+    /// freedom.
+    pub fn solve(&self) -> Result<Tuned> {
+        if !self.any_sign {
+            check_positive(&self.alpha)?;
+        }
+        if self.ends != Ends::Exact && !(self.through.is_empty() && self.constraints.is_empty()) {
+            return Err(FineTuneError::Contradiction(
+                "points to pass through and other constraints are met by changing α: that is ends = \"exact\"; with the paper's own \
+                 ends α stays as it is"
+                    .into(),
+            ));
+        }
+        let Some((a, b)) = self.range else {
+            return self.whole(&self.curve, &self.alpha, self.continuity.unwrap_or(0));
+        };
+        if self.ends == Ends::Free {
+            return Err(FineTuneError::Contradiction(
+                "a part with free ends would be torn off the rest: keep them (\"exact\", \"position\", \"tangent\", \"curvature\")"
+                    .into(),
+            ));
+        }
+        let (start, end) = self.curve.domain();
+        if !(a < b && start <= a && b <= end) {
+            return Err(FineTuneError::Range { from: a, to: b, start, end });
+        }
+        let alpha = if self.alpha.space().domain() == (a, b) {
+            self.alpha.clone()
+        } else {
+            restricted(&self.alpha, a, b)?
+        };
+        let given = part(&self.curve, a, b)?;
+        let tuned = self.whole(&given, &alpha, self.continuity.unwrap_or(2))?;
+        Ok(Tuned { curve: put_back(&self.curve, &tuned.curve)?, ..tuned })
+    }
+
+    fn whole(&self, given: &Curve, alpha: &Function<f64>, continuity: u8) -> Result<Tuned> {
+        let derivative = derivative(given)?;
+        let tuning = Arc::new(Tuning::new(&derivative, alpha.space())?);
+        let start = given.point(given.domain().0)?;
+        let free = || tuned_curve(&tuning, alpha.coefficients(), start);
+        let mut report = TuneReport { scale: 1.0, ..TuneReport::default() };
+        let (curve, tuned_alpha) = match self.ends {
+            Ends::Exact => {
+                let asked = Asked {
+                    given,
+                    continuity,
+                    through: &self.through,
+                    constraints: &self.constraints,
+                    solver: Arc::clone(&self.solver),
+                    any_sign: self.any_sign,
+                };
+                let (curve, found, solved) = solve(Arc::clone(&tuning), alpha, &asked)?;
+                report.solved = Some(solved);
+                (closed(curve, given, &derivative, &found)?, found)
+            }
+            Ends::Free => (free()?, alpha.clone()),
+            Ends::Position | Ends::Tangent | Ends::Curvature => {
+                let fixed = match self.ends {
+                    Ends::Position => 1,
+                    Ends::Tangent => 2,
+                    _ => 3,
+                };
+                // The given curve in the tuned one's space: the same integral with α = 1.
+                let same = tuned_curve(&tuning, &vec![1.0; alpha.coefficients().len()], start)?;
+                let (curve, scale) = matched(&free()?, &same, fixed)?;
+                report.scale = scale;
+                (curve, alpha.clone())
+            }
+        };
+        let change = tuned_alpha.plus(-1.0, alpha)?;
+        let (a, b) = alpha.space().domain();
+        report.change = (change.inner(&change)?.max(0.0) / (b - a)).sqrt();
+        let extremes = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
+        report.alpha = tuned_alpha.coefficients().iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes);
+        Ok(Tuned { curve, alpha: tuned_alpha, report })
+    }
+}
+
+/// The tuned curve of a periodic one is made periodic again: in the space of the integral where that has no corners in its
+/// derivative, else by its seam alone.
+fn closed(
+    curve: Curve,
+    given: &Curve,
+    derivative: &Function<Vector>,
+    alpha: &Function<f64>,
+) -> Result<Curve> {
+    if !given.is_periodic() {
+        return Ok(curve);
+    }
+    let integrand = derivative.times(alpha)?;
+    if integrand.space().is_periodic() && integrand.space().degree() > 0 {
+        let start = given.point(given.domain().0)?;
+        return Ok(integrand.closed_integral(start.coords)?.into_curve()?);
+    }
+    let size = curve.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+    Ok(curve.to_periodic(1e-12 * size)?.shape)
+}
+
+impl Tuned {
+    /// The tuned curve: degree `p + q + 1` for α of degree `q`, so `2p - 1` with the [usual α](crate::alpha_space).
+    pub fn curve(&self) -> &Curve {
+        &self.curve
+    }
+
+    /// α as it is in the end; of a range, on the range.
+    pub fn alpha(&self) -> &Function<f64> {
+        &self.alpha
+    }
+
+    /// What was done.
+    pub fn report(&self) -> &TuneReport {
+        &self.report
+    }
+
+    /// The tuned curve itself.
+    pub fn into_curve(self) -> Curve {
+        self.curve
+    }
+}

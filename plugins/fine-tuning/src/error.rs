@@ -1,0 +1,115 @@
+//! What can keep a shape from being tuned: one variant a reason, with the numbers that show it.
+
+use loftsman_kernel::edit::EditError;
+use loftsman_kernel::error::{Error, Figure, MAX_DEGREE};
+use loftsman_kernel::plugin::OperationError;
+
+/// The result of a tuning.
+pub type Result<T, E = FineTuneError> = std::result::Result<T, E>;
+
+/// Why a shape could not be tuned. Every message says what was found and what to do.
+#[non_exhaustive]
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum FineTuneError {
+    /// The shape is rational.
+    #[error(
+        "the derivative of a rational {what} is no spline, so that scaling it gives none: fit a polynomial {what} to it within a \
+         tolerance first"
+    )]
+    Rational {
+        /// A curve or a surface.
+        what: &'static str,
+    },
+    /// The tuned shape would be of a degree that is not there.
+    #[error(
+        "a derivative of degree {derivative} times α of degree {alpha} would give degree {}, above {MAX_DEGREE}: give α a lower \
+         degree",
+        derivative + alpha + 1
+    )]
+    Degree {
+        /// The degree of the derivative.
+        derivative: usize,
+        /// The degree of α.
+        alpha: usize,
+    },
+    /// α has not as many values as its space.
+    #[error(
+        "α has {found} values and needs {needed}: one for each B-spline of degree {degree} on the knots of the derivative; other \
+         knots are given as {{ degree, knots, values }}"
+    )]
+    Values {
+        /// Values found.
+        found: usize,
+        /// Values needed.
+        needed: usize,
+        /// The degree of the derivative.
+        degree: usize,
+    },
+    /// α is not positive.
+    #[error(
+        "α is {} at {at}: where it is not positive, tangents turn round or vanish; allow it only if that is meant", Figure(*.value)
+    )]
+    NotPositive {
+        /// Its value (or coefficient).
+        value: f64,
+        /// Where.
+        at: String,
+    },
+    /// A range that is none, or outside of the domain.
+    #[error("the range [{}, {}] is not within [{}, {}] from a smaller number to a larger one", Figure(*.from), Figure(*.to), Figure(*.start), Figure(*.end))]
+    Range {
+        /// Where it should start.
+        from: f64,
+        /// Where it should end.
+        to: f64,
+        /// Where the domain starts.
+        start: f64,
+        /// Where the domain ends.
+        end: f64,
+    },
+    /// Both ends are one point, so that no rotation and no scale brings them anywhere.
+    #[error(
+        "the {which} of the {whose} curve are one point, so that no rotation and scale can be found that keeps them (paper 5 cannot, \
+         either): use ends = \"exact\""
+    )]
+    Closed {
+        /// Which points.
+        which: &'static str,
+        /// Of the tuned curve or of the one it came from.
+        whose: &'static str,
+    },
+    /// More is asked of the ends than α can give.
+    #[error(
+        "{asked}: these are {equations} independent equations of α, which has {values} values and needs at least {needed}: give it \
+         more knots ({{ degree, knots, values }}), tune a longer range, or ask for less"
+    )]
+    TooFewValues {
+        /// What is asked.
+        asked: String,
+        /// Independent equations.
+        equations: usize,
+        /// Values that α needs.
+        needed: usize,
+        /// Values of α.
+        values: usize,
+    },
+    /// Something that contradicts something else that was asked.
+    #[error("{0}")]
+    Contradiction(String),
+    /// What is asked cannot be met.
+    #[error(transparent)]
+    Edit(#[from] EditError),
+    /// The geometry does not allow it.
+    #[error(transparent)]
+    Geometry(#[from] Error),
+}
+
+impl From<FineTuneError> for OperationError {
+    fn from(error: FineTuneError) -> Self {
+        match error {
+            FineTuneError::Edit(error) => error.into(),
+            FineTuneError::Geometry(error) => error.into(),
+            other => Error::Invalid(other.to_string()).into(),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Ends, points and whatever else is asked, as equations for the values of α.
+
+use std::sync::Arc;
+
+use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
+use loftsman_kernel::functional::{Shapes, derivative, position, value_of, vertex};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::solve::{Solver, Symmetric};
+use loftsman_kernel::spline::algebra::Function;
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
+
+use crate::error::{FineTuneError, Result};
+use crate::operator::Tuning;
+use crate::scale::Scale;
+
+/// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
+const LEAST: f64 = 1e-3;
+
+/// What α has to make true.
+pub(crate) struct Asked<'a> {
+    /// The given curve, or the part of it that is tuned.
+    pub(crate) given: &'a Curve,
+    /// How many derivatives the tuned curve has in common with the given one at its ends.
+    pub(crate) continuity: u8,
+    pub(crate) through: &'a [(f64, Point)],
+    pub(crate) constraints: &'a [Constraint],
+    pub(crate) solver: Arc<dyn Solver>,
+    /// Whether α need not be positive.
+    pub(crate) any_sign: bool,
+}
+
+/// The curve that `α` of a space that the map is from gives, with α nearest to the one asked for that makes true what is asked.
+pub(crate) fn solve(
+    tuning: Arc<Tuning>,
+    alpha: &Function<f64>,
+    asked: &Asked<'_>,
+) -> Result<(Curve, Function<f64>, Report)> {
+    let start = asked.given.point(asked.given.domain().0)?;
+    let tuned = tuned_curve(&tuning, alpha.coefficients(), start)?;
+    let problem = Problem { scale: Scale::new(alpha), tuned, tuning, asked, conditions: asked.conditions()? };
+    problem.check_freedom()?;
+    let needs_bounds = |alpha: &Function<f64>| alpha.coefficients().iter().any(|c| *c <= 0.0);
+    let done = problem.solve(None)?;
+    if asked.any_sign || !needs_bounds(&done.1) {
+        return Ok(done);
+    }
+    let smallest = alpha.coefficients().iter().fold(1.0_f64, |m, c| m.min(*c));
+    Ok(problem.solve(Some(LEAST * smallest))?)
+}
+
+/// `start + ∫ α C'`.
+pub(crate) fn tuned_curve(tuning: &Tuning, alpha: &[f64], start: Point) -> Result<Curve> {
+    let vertices = tuning.vertices(alpha).into_iter().map(|v| start + v).collect();
+    Ok(Curve::new(tuning.space().clone(), vertices)?)
+}
+
+impl Asked<'_> {
+    /// The equations for the ends and the points, and what else is asked with its targets as the given curve has them.
+    fn conditions(&self) -> Result<Vec<Constraint>> {
+        let (a, b) = self.given.domain();
+        let end = if self.given.is_periodic() { a } else { b };
+        let mut all = vec![position(b).to(self.given.point(end)?)];
+        all.extend(self.through.iter().map(|(at, to)| position(*at).to(*to)));
+        if !self.given.is_periodic() {
+            for end in [a, b] {
+                if self.continuity > 0 {
+                    all.push(position(end).on(1).axis(Axis::X).to(1.0));
+                }
+                if self.continuity > 1 {
+                    all.push(derivative(end, 1).on(1).axis(Axis::X).to(0.0));
+                }
+            }
+        }
+        for constraint in self.constraints {
+            all.push(self.as_given(constraint)?);
+        }
+        Ok(all)
+    }
+
+    /// A constraint whose target is a value that the given curve has, changes or multiplies, with that number.
+    fn as_given(&self, constraint: &Constraint) -> Result<Constraint> {
+        let functional = constraint.functional();
+        let present = || -> Result<Vec<f64>> {
+            let mut values = vec![0.0; functional.equations()];
+            let one = Scale::new(&Function::constant(self.given.space().clone(), 1.0)?);
+            let shapes: [&dyn Shape; 2] = [self.given, &one];
+            value_of(functional.as_ref(), &Shapes::new(shapes), &mut values)?;
+            if let Some(axis) = constraint.narrowed() {
+                values = values.get(axis as usize).copied().into_iter().collect();
+            }
+            Ok(values)
+        };
+        let to = match constraint.wanted() {
+            Wanted::Keep => present()?,
+            Wanted::Scale(factor) => present()?.into_iter().map(|v| v * factor).collect(),
+            Wanted::By(Value(by)) => {
+                let each = |(k, v): (usize, f64)| v + by.get(k).or(by.first()).copied().unwrap_or(0.0);
+                present()?.into_iter().enumerate().map(each).collect()
+            }
+            _ => return Ok(constraint.clone()),
+        };
+        let bound = Constraint::new(Arc::clone(functional), Wanted::To(Value(to)));
+        Ok(match constraint.narrowed() {
+            Some(axis) => bound.axis(axis),
+            None => bound,
+        })
+    }
+}
+
+struct Problem<'a> {
+    tuned: Curve,
+    scale: Scale,
+    tuning: Arc<Tuning>,
+    asked: &'a Asked<'a>,
+    conditions: Vec<Constraint>,
+}
+
+impl Problem<'_> {
+    /// The least change of α, `∫ (Δα)²`, that makes the conditions true; with all of its values at least `bound`.
+    fn solve(&self, bound: Option<f64>) -> Result<(Curve, Function<f64>, Report), EditError> {
+        let count = self.tuned.points().len() + self.scale.control_vertices().len();
+        let tuning = Arc::clone(&self.tuning);
+        let unknowns = Unknowns::operator((0..count).collect(), tuning)?
+            .measured(Some(mass(self.scale.function()?.space())?))?;
+        let mut edit =
+            Edit::new(&self.tuned).with(self.scale.boxed()).named(1, "α").through(unknowns).smooth(0);
+        for condition in &self.conditions {
+            edit = edit.ask(condition.clone());
+        }
+        if let Some(bound) = bound {
+            for index in 0..self.scale.control_vertices().len() {
+                edit = edit.ask(vertex(index as i64).on(1).axis(Axis::X).at_least(bound));
+            }
+        }
+        let done = edit.solve_with(Arc::clone(&self.asked.solver))?;
+        let alpha: Vec<f64> = done.shape_at(1)?.control_vertices().iter().map(|p| p.x).collect();
+        let alpha = Function::new(self.scale.function()?.into_parts().0, alpha)?;
+        Ok((done.shape().clone(), alpha, done.report().clone()))
+    }
+
+    /// Refuses ends that leave α no choice: α = 1 meets them, and if no other does, nothing would be tuned.
+    fn check_freedom(&self) -> Result<()> {
+        let values = self.scale.control_vertices().len();
+        let closed = self.asked.given.is_periodic();
+        let through = self.asked.through.len();
+        let slopes = if closed { 0 } else { 2 * usize::from(self.asked.continuity) };
+        let equations = dimensions(self.asked.given) * (1 + through) + slopes;
+        // With a point to pass, α may be what that makes it.
+        let needed = equations + usize::from(through == 0);
+        if needed <= values {
+            return Ok(());
+        }
+        let mut asked = vec![if closed { "a loop that closes" } else { "ends that stay" }.to_owned()];
+        match through {
+            0 => {}
+            1 => asked.push("a point to pass through".into()),
+            more => asked.push(format!("{more} points to pass through")),
+        }
+        match self.asked.continuity {
+            1 if !closed => asked.push("first derivatives that stay at both ends".into()),
+            2 if !closed => asked.push("first and second derivatives that stay at both ends".into()),
+            _ => {}
+        }
+        Err(FineTuneError::TooFewValues { asked: asked.join(", "), equations, needed, values })
+    }
+}
+
+/// The Gram matrix of a space: `∫ α²` of the values of α.
+fn mass(space: &Space) -> Result<Symmetric, EditError> {
+    let rows = space.inner_products(space)?;
+    let below = |i: usize| rows.iter_row(i).filter(move |(j, _)| *j <= i).map(move |(j, w)| (i, j, w));
+    Ok(Symmetric::from_entries(space.len(), (0..space.len()).flat_map(below).collect::<Vec<_>>()))
+}
+
+/// Of how many dimensions a curve is: 1 for a straight one, 2 for a plane one, else 3.
+fn dimensions(curve: &Curve) -> usize {
+    let first = curve.points().first().copied().unwrap_or_default();
+    let mut form = nalgebra::Matrix3::zeros();
+    for p in curve.points() {
+        let way: Vector = p - first;
+        form += way * way.transpose();
+    }
+    let values = form.symmetric_eigenvalues();
+    let largest = values.amax();
+    values.iter().filter(|v| **v > 1e-18 * largest).count()
+}

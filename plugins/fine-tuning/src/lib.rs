@@ -1,0 +1,20 @@
+//! Fine tuning: curves and surfaces deformed by scaling their derivatives (Miura, Cheng and Wang, paper 5).
+//!
+//! `D(t) = C(t₀) + ∫ α C'` has the tangent directions of `C` and its curvature divided by `α`: "make this part's curvature twice
+//! as big" is `α = ½` there. With `α` a spline function `D` is a spline, computed exactly. [`FineTune`] says and does it for a
+//! curve. The ends stay because α's values are the unknowns of linear equations which the kernel's engine solves with the least
+//! change of the α asked for ([`Ends::Exact`], the default), closed curves and any other constraint included, or as in the paper.
+
+mod alpha;
+mod curve;
+mod ends;
+mod error;
+mod exact;
+mod local;
+mod operator;
+mod scale;
+
+pub use alpha::{alpha_of, alpha_space, derivative};
+pub use curve::{Ends, FineTune, TuneReport, Tuned};
+pub use error::{FineTuneError, Result};
+pub use scale::Scale;

@@ -1,0 +1,126 @@
+//! From the values of α to the control vertices of the tuned curve.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::solve::Operator;
+use loftsman_kernel::spline::Space;
+use loftsman_kernel::spline::algebra::Function;
+
+use crate::alpha::check_degree;
+use crate::error::Result;
+
+/// The linear map from the values of α to the control vertices of `∫ α C'`, three coordinates each, and behind them to α's own
+/// vertices as a [shape](crate::Scale): a product that is sparse, and a running sum that would be dense if it were stored.
+/// `O(n)` a time.
+#[derive(Debug)]
+pub(crate) struct Tuning {
+    /// Where the terms of each coefficient of `α C'` start.
+    starts: Vec<u32>,
+    unknowns: Vec<u32>,
+    /// What each coefficient of the integrand has of each unknown, times its share `(t_{i+p+1} - t_i) / (p + 1)` of the integral.
+    terms: Vec<Vector>,
+    count: usize,
+    /// The space of the tuned curve.
+    space: Space,
+}
+
+impl Tuning {
+    /// Of a derivative and a space for α. `O(n p³)`.
+    pub(crate) fn new(derivative: &Function<Vector>, alpha: &Space) -> Result<Self> {
+        check_degree(derivative.space(), alpha)?;
+        let product = derivative.space().product(alpha)?;
+        let rows = product.with_first(derivative)?;
+        // A periodic integrand is opened, for its integral need not close.
+        let own = product.space();
+        let (integrand, rows) = if own.degree() == 0 {
+            (Space::open(0, own.knots().to_vec())?, rows)
+        } else if own.is_periodic() {
+            let opening = own.clamping()?;
+            let row = |k: usize| {
+                let parts = opening.row(k).map(|(i, w)| rows[i].iter().map(move |(j, by)| (*j, by * w)));
+                parts.flatten().collect::<Vec<_>>()
+            };
+            (opening.to().clone(), (0..opening.to().len()).map(row).collect::<Vec<_>>())
+        } else {
+            (own.clone(), rows)
+        };
+        let (p, t) = (integrand.degree(), integrand.flat());
+        let mut knots = Vec::with_capacity(t.len() + 2);
+        knots.extend(t.first());
+        knots.extend(t);
+        knots.extend(t.last());
+        let mut all = Self {
+            starts: vec![0],
+            unknowns: Vec::new(),
+            terms: Vec::new(),
+            count: alpha.len(),
+            space: Space::open(p + 1, knots)?,
+        };
+        for (i, row) in rows.into_iter().enumerate() {
+            let share = (t[i + p + 1] - t[i]) / (p + 1) as f64;
+            for (unknown, by) in row {
+                all.unknowns.push(unknown as u32);
+                all.terms.push(by * share);
+            }
+            all.starts.push(all.terms.len() as u32);
+        }
+        Ok(all)
+    }
+
+    /// The space of the tuned curve: open, clamped.
+    pub(crate) fn space(&self) -> &Space {
+        &self.space
+    }
+
+    fn row(&self, i: usize) -> impl Iterator<Item = (usize, &Vector)> {
+        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
+        self.unknowns[range.clone()].iter().map(|u| *u as usize).zip(&self.terms[range])
+    }
+
+    /// The control vertices of `∫ α C'`, the first of them zero; the running sum is compensated.
+    pub(crate) fn vertices(&self, alpha: &[f64]) -> Vec<Vector> {
+        let (mut sum, mut lost) = (Vector::zeros(), Vector::zeros());
+        let mut all = Vec::with_capacity(self.space.len());
+        all.push(sum);
+        for i in 0..self.starts.len() - 1 {
+            let part = self.row(i).fold(Vector::zeros(), |sum, (j, by)| sum + by * alpha[j]) - lost;
+            let next = sum + part;
+            lost = (next - sum) - part;
+            sum = next;
+            all.push(sum);
+        }
+        all
+    }
+}
+
+impl Operator for Tuning {
+    fn unknowns(&self) -> usize {
+        self.count
+    }
+
+    fn columns(&self) -> usize {
+        3 * (self.space.len() + self.count)
+    }
+
+    fn apply(&self, x: &[f64], d: &mut [f64]) {
+        let (curve, scale) = d.split_at_mut(3 * self.space.len());
+        for (out, v) in curve.chunks_exact_mut(3).zip(self.vertices(x)) {
+            out.copy_from_slice(v.as_slice());
+        }
+        for (out, x) in scale.chunks_exact_mut(3).zip(x) {
+            out.copy_from_slice(&[*x, 0.0, 0.0]);
+        }
+    }
+
+    fn apply_transposed(&self, f: &[f64], x: &mut [f64]) {
+        let (curve, scale) = f.split_at(3 * self.space.len());
+        x.iter_mut().zip(scale.chunks_exact(3)).for_each(|(x, f)| *x = f[0]);
+        let mut behind = Vector::zeros();
+        for i in (0..self.starts.len() - 1).rev() {
+            behind += Vector::new(curve[3 * i + 3], curve[3 * i + 4], curve[3 * i + 5]);
+            if behind == Vector::zeros() {
+                continue;
+            }
+            self.row(i).for_each(|(j, by)| x[j] += by.dot(&behind));
+        }
+    }
+}
