@@ -3,6 +3,8 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use smallvec::SmallVec;
+
 use super::SolveError;
 use super::symmetric::Symmetric;
 use super::system::SparseRows;
@@ -21,6 +23,13 @@ pub trait Operator: Debug + Send + Sync {
 
     /// `x = Bᵀ f`; `x` comes with any content.
     fn apply_transposed(&self, f: &[f64], x: &mut [f64]);
+
+    /// What a column has of each unknown, where that is little: an equation of such columns then costs what they have, and not an
+    /// application of the whole. `None` (the default) where it is much, or not known.
+    fn row(&self, column: usize) -> Option<SmallVec<[(usize, f64); 4]>> {
+        let _ = column;
+        None
+    }
 }
 
 /// How unknowns `x` make the columns of a system, `d = B x`.
@@ -159,6 +168,12 @@ impl Map {
             Self::Operator(operator) => {
                 let (mut f, mut x) = (vec![0.0; operator.columns()], vec![0.0; operator.unknowns()]);
                 for row in 0..rows.len() {
+                    let few = rows.iter_row(row).map(|(c, v)| Some((operator.row(c)?, v)));
+                    if let Some(few) = few.collect::<Option<SmallVec<[_; 4]>>>() {
+                        let terms = few.iter().flat_map(|(own, v)| own.iter().map(move |(j, b)| (*j, v * b)));
+                        mapped.push(terms);
+                        continue;
+                    }
                     f.fill(0.0);
                     rows.iter_row(row).for_each(|(c, v)| f[c] += v);
                     operator.apply_transposed(&f, &mut x);

@@ -9,10 +9,10 @@ use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::{Point, Vector};
 
-use crate::alpha::{check_positive, derivative, restricted};
+use crate::alpha::{check_degree, check_positive, derivative, restricted};
 use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
-use crate::exact::{Asked, solve, tuned_curve};
+use crate::exact::{Asked, solve};
 use crate::local::{part, put_back};
 use crate::operator::Tuning;
 
@@ -37,7 +37,8 @@ pub enum Ends {
 ///
 /// ```
 /// use loftsman_fine_tuning::{FineTune, alpha_of};
-/// /// use loftsman_kernel::spline::{Curve, Space};
+/// use loftsman_kernel::Point;
+/// use loftsman_kernel::spline::{Curve, Space};
 ///
 /// let points = (0..9).map(|i| Point::new(f64::from(i), f64::from(i * i % 7), 0.0)).collect();
 /// let curve = Curve::new(Space::clamped_uniform(3, 9)?, points)?;
@@ -206,9 +207,9 @@ impl FineTune {
 
     fn whole(&self, given: &Curve, alpha: &Function<f64>, continuity: u8) -> Result<Tuned> {
         let derivative = derivative(given)?;
-        let tuning = Arc::new(Tuning::new(&derivative, alpha.space())?);
+        check_degree(derivative.space(), alpha.space())?;
         let start = given.point(given.domain().0)?;
-        let free = || tuned_curve(&tuning, alpha.coefficients(), start);
+        let free = || -> Result<Curve> { Ok(derivative.times(alpha)?.integral(start.coords)?.into_curve()?) };
         let mut report = TuneReport { scale: 1.0, ..TuneReport::default() };
         let (curve, tuned_alpha) = match self.ends {
             Ends::Exact => {
@@ -220,7 +221,8 @@ impl FineTune {
                     solver: Arc::clone(&self.solver),
                     any_sign: self.any_sign,
                 };
-                let (curve, found, solved) = solve(Arc::clone(&tuning), alpha, &asked)?;
+                let (curve, found, solved) =
+                    solve(Arc::new(Tuning::new(&derivative, alpha.space())?), alpha, &asked)?;
                 report.solved = Some(solved);
                 (closed(curve, given, &derivative, &found)?, found)
             }
@@ -232,7 +234,8 @@ impl FineTune {
                     _ => 3,
                 };
                 // The given curve in the tuned one's space: the same integral with α = 1.
-                let same = tuned_curve(&tuning, &vec![1.0; alpha.coefficients().len()], start)?;
+                let one = Function::constant(alpha.space().clone(), 1.0)?;
+                let same = derivative.times(&one)?.integral(start.coords)?.into_curve()?;
                 let (curve, scale) = matched(&free()?, &same, fixed)?;
                 report.scale = scale;
                 (curve, alpha.clone())

@@ -50,7 +50,7 @@ pub(crate) fn solve(
 }
 
 /// `start + ∫ α C'`.
-pub(crate) fn tuned_curve(tuning: &Tuning, alpha: &[f64], start: Point) -> Result<Curve> {
+fn tuned_curve(tuning: &Tuning, alpha: &[f64], start: Point) -> Result<Curve> {
     let vertices = tuning.vertices(alpha).into_iter().map(|v| start + v).collect();
     Ok(Curve::new(tuning.space().clone(), vertices)?)
 }

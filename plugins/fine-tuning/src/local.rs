@@ -16,7 +16,8 @@ pub(crate) fn part(curve: &Curve, a: f64, b: f64) -> Result<Curve> {
 /// all but the two at its ends, which are those of the rest. Of the rest not a bit changes.
 pub(crate) fn put_back(curve: &Curve, tuned: &Curve) -> Result<Curve> {
     let (a, b) = tuned.domain();
-    let raised = curve.elevate(tuned.degree() - curve.degree())?;
+    let raised = if curve.is_periodic() { curve.clone() } else { curve.to_clamped()? };
+    let raised = raised.elevate(tuned.degree() - curve.degree())?;
     let missing = missing(raised.space(), tuned.space());
     let raised = raised.insert_knots(&missing)?;
     let (space, mut points, _) = raised.into_parts();

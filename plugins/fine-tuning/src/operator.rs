@@ -4,6 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::solve::Operator;
 use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::algebra::Function;
+use smallvec::{SmallVec, smallvec};
 
 use crate::alpha::check_degree;
 use crate::error::Result;
@@ -28,20 +29,14 @@ impl Tuning {
     pub(crate) fn new(derivative: &Function<Vector>, alpha: &Space) -> Result<Self> {
         check_degree(derivative.space(), alpha)?;
         let product = derivative.space().product(alpha)?;
-        let rows = product.with_first(derivative)?;
+        let (terms, few) = (product.with_first(derivative), alpha.degree() + 1);
         // A periodic integrand is opened, for its integral need not close.
         let own = product.space();
-        let (integrand, rows) = if own.degree() == 0 {
-            (Space::open(0, own.knots().to_vec())?, rows)
-        } else if own.is_periodic() {
-            let opening = own.clamping()?;
-            let row = |k: usize| {
-                let parts = opening.row(k).map(|(i, w)| rows[i].iter().map(move |(j, by)| (*j, by * w)));
-                parts.flatten().collect::<Vec<_>>()
-            };
-            (opening.to().clone(), (0..opening.to().len()).map(row).collect::<Vec<_>>())
-        } else {
-            (own.clone(), rows)
+        let opening = if own.is_periodic() && own.degree() > 0 { Some(own.clamping()?) } else { None };
+        let integrand = match &opening {
+            Some(opening) => opening.to().clone(),
+            None if own.is_periodic() => Space::open(0, own.knots().to_vec())?,
+            None => own.clone(),
         };
         let (p, t) = (integrand.degree(), integrand.flat());
         let mut knots = Vec::with_capacity(t.len() + 2);
@@ -49,17 +44,24 @@ impl Tuning {
         knots.extend(t);
         knots.extend(t.last());
         let mut all = Self {
-            starts: vec![0],
-            unknowns: Vec::new(),
-            terms: Vec::new(),
+            starts: Vec::with_capacity(integrand.len() + 1),
+            unknowns: Vec::with_capacity(terms.len()),
+            terms: Vec::with_capacity(terms.len()),
             count: alpha.len(),
             space: Space::open(p + 1, knots)?,
         };
-        for (i, row) in rows.into_iter().enumerate() {
+        all.starts.push(0);
+        for i in 0..integrand.len() {
             let share = (t[i + p + 1] - t[i]) / (p + 1) as f64;
-            for (unknown, by) in row {
-                all.unknowns.push(unknown as u32);
-                all.terms.push(by * share);
+            let mut add = |from: usize, w: f64| {
+                for (unknown, by) in &terms[from * few..(from + 1) * few] {
+                    all.unknowns.push(*unknown as u32);
+                    all.terms.push(by * (w * share));
+                }
+            };
+            match &opening {
+                Some(opening) => opening.row(i).for_each(|(from, w)| add(from, w)),
+                None => add(i, 1.0),
             }
             all.starts.push(all.terms.len() as u32);
         }
@@ -109,6 +111,11 @@ impl Operator for Tuning {
         for (out, x) in scale.chunks_exact_mut(3).zip(x) {
             out.copy_from_slice(&[*x, 0.0, 0.0]);
         }
+    }
+
+    fn row(&self, column: usize) -> Option<SmallVec<[(usize, f64); 4]>> {
+        let behind = column.checked_sub(3 * self.space.len())?;
+        Some(if behind % 3 == 0 { smallvec![(behind / 3, 1.0)] } else { SmallVec::new() })
     }
 
     fn apply_transposed(&self, f: &[f64], x: &mut [f64]) {

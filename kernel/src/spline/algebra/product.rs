@@ -188,28 +188,26 @@ impl Product {
         Function::new(self.space.clone(), self.targets.iter().map(coefficient).collect())
     }
 
-    /// The products with one spline `Σ a_i M_i` as a linear map of the other's coefficients: for coefficient `r` of the product
-    /// the vertices of the second space that it depends on, `q + 1` of them, with what it has of each. `O(n (p+1)(q+1)²)`.
-    ///
-    /// # Errors
-    /// When there are not as many coefficients as the first space has functions.
-    pub fn with_first<A: Coefficient>(&self, a: &Function<A>) -> Result<Vec<Vec<(usize, A)>>> {
+    /// The products with one spline `Σ a_i M_i` as a linear map of the other's coefficients: `q + 1` entries for each coefficient
+    /// of the product, one behind the other, each a vertex of the second space and what the coefficient has of it.
+    /// `O(n (p+1)(q+1)²)`.
+    pub fn with_first<A: Coefficient>(&self, a: &Function<A>) -> Vec<(usize, A)> {
         let first = self.first.coefficients(|i| a.at(i));
         let (m, n) = (self.first.order(), self.second.order());
         let mut by = vec![A::zero(); n];
-        let row = |target: &Target| {
+        let mut all = Vec::with_capacity(self.targets.len() * n);
+        for target in &self.targets {
             let piece = target.piece as usize;
             by.fill(A::zero());
             for (s, t, share) in self.pairs(*target) {
                 by[t] = by[t] + first[piece * m + s] * share;
             }
-            let vertices = self.second.vertices(piece).iter().enumerate();
-            let each = vertices.map(|(k, vertex)| {
+            for (k, vertex) in self.second.vertices(piece).iter().enumerate() {
                 let own = by.iter().zip(self.second.row(piece, k));
-                (*vertex as usize, own.fold(A::zero(), |sum, (by, row)| sum + *by * *row))
-            });
-            each.collect()
-        };
-        Ok(self.targets.iter().map(row).collect())
+                let sum = own.fold(A::zero(), |sum, (by, row)| sum + *by * *row);
+                all.push((*vertex as usize, sum));
+            }
+        }
+        all
     }
 }
