@@ -73,6 +73,7 @@ pub use file::{read, read_scene, read_with, write, write_with};
 pub use loftsman_area_volume as area_volume;
 pub use loftsman_editing as editing;
 pub use loftsman_fairing as fairing;
+pub use loftsman_fine_tuning as fine_tuning;
 pub use loftsman_fitting as fitting;
 pub use loftsman_gltf as gltf;
 pub use loftsman_kernel as kernel;

@@ -20,6 +20,7 @@ impl Plugin for BuiltIn {
     fn register(&self, registry: &mut Registry) {
         registry.add(&loftsman_editing::Editing);
         registry.add(&loftsman_fairing::Fairing);
+        registry.add(&loftsman_fine_tuning::FineTuning);
         registry.add(&loftsman_fitting::Fitting);
         registry.add(&loftsman_area_volume::AreaVolume);
         registry.add(&loftsman_regions::Regions);

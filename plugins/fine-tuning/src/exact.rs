@@ -136,7 +136,25 @@ impl Problem<'_> {
         let done = edit.solve_with(Arc::clone(&self.asked.solver))?;
         let alpha: Vec<f64> = done.shape_at(1)?.control_vertices().iter().map(|p| p.x).collect();
         let alpha = Function::new(self.scale.function()?.into_parts().0, alpha)?;
-        Ok((done.shape().clone(), alpha, done.report().clone()))
+        let mut report = done.report().clone();
+        if let Some(bound) = bound {
+            // One a value, and none that anybody asked for: told together.
+            report.constraints.truncate(self.conditions.len());
+            let held: Vec<f64> =
+                alpha.coefficients().iter().copied().filter(|c| *c <= bound * (1.0 + 1e-9)).collect();
+            report.active.retain(|name| !name.contains("vertex"));
+            report.active.push(format!(
+                "{} of {} values of alpha ≥ {bound}",
+                held.len(),
+                alpha.coefficients().len()
+            ));
+            report.notes.push(format!(
+                "without a bound alpha would not be positive: {} of its values are kept at {bound}, where the curvature grows by its \
+                 reciprocal; ask for an alpha nearer to what the ends allow",
+                held.len()
+            ));
+        }
+        Ok((done.shape().clone(), alpha, report))
     }
 
     /// Refuses ends that leave α no choice: α = 1 meets them, and if no other does, nothing would be tuned.

@@ -11,10 +11,24 @@ mod ends;
 mod error;
 mod exact;
 mod local;
+mod operation;
 mod operator;
 mod scale;
 
 pub use alpha::{alpha_of, alpha_space, derivative};
 pub use curve::{Ends, FineTune, TuneReport, Tuned};
 pub use error::{FineTuneError, Result};
+pub use operation::FineTuneOperation;
 pub use scale::Scale;
+
+use loftsman_kernel::plugin::{Plugin, Registry};
+
+/// The plug-in: registers the operation `fine-tune`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FineTuning;
+
+impl Plugin for FineTuning {
+    fn register(&self, registry: &mut Registry) {
+        registry.operation(FineTuneOperation);
+    }
+}

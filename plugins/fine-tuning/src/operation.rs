@@ -1,0 +1,285 @@
+//! `fine-tune`: derivatives scaled, in recipes.
+
+use std::sync::Arc;
+
+use loftsman_kernel::edit::{Ask, Axis, Constraint};
+use loftsman_kernel::error::Error;
+use loftsman_kernel::functional::position;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Mark, MarkKind, Operation, OperationError, ParameterError, Parameters,
+    SceneShapes, StepReport, constraint_from, editable, object_name, put_back,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::{Location, Shape};
+use loftsman_kernel::spline::algebra::Function;
+use loftsman_kernel::spline::{Curve, Space};
+
+use crate::{Ends, FineTune, TuneReport, alpha_of, alpha_space};
+
+/// The operation `fine-tune`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FineTuneOperation;
+
+const FIELDS: [Field; 10] = [
+    Field::optional("object", "text", "the only curve", "the object to tune"),
+    Field::required(
+        "alpha",
+        "number | [value, …] | { degree, knots, values }",
+        "what the derivative is multiplied by, so that curvature is divided by it: values on the derivative's own knots (one less than \
+         an open curve has vertices, as many as a periodic one), or a spline function of its own",
+    ),
+    Field::optional(
+        "ends",
+        "\"exact\" | \"free\" | \"position\" | \"tangent\" | \"curvature\"",
+        "exact",
+        "exact: the ends stay, because alpha is changed for it as little as it can be; free: the start stays; the others turn and scale \
+         the whole (paper 5)",
+    ),
+    Field::optional("range", "[from, to]", "the whole curve", "tune this part only; the rest stays as it is"),
+    Field::optional(
+        "continuity",
+        "0 | 1 | 2",
+        "2 for a range, else 0",
+        "derivatives that stay at the ends; exact ends only",
+    ),
+    Field::optional(
+        "through",
+        "[{ at, to }, …]",
+        "none",
+        "points that the tuned curve passes; exact ends only",
+    ),
+    Field::optional(
+        "alpha_at",
+        "[{ at, to }, …]",
+        "none",
+        "places where alpha has just this value, and the curvature is divided by just this; exact ends only",
+    ),
+    Field::optional(
+        "constraints",
+        "[{ kind, …, to | by | scale | keep | at_least | at_most }, …]",
+        "none",
+        "what else is asked of the tuned curve; exact ends only",
+    ),
+    Field::optional(
+        "any_sign",
+        "true | false",
+        "false",
+        "let alpha be zero or negative, so that tangents turn round",
+    ),
+    Field::optional("solver", "name", "automatic", "the solver; `loftsman plugins` lists them"),
+];
+
+impl Operation for FineTuneOperation {
+    fn declaration(&self) -> Declaration {
+        Declaration {
+            name: "fine-tune",
+            help: "scale the derivative: directions stay, curvature is divided by alpha",
+            fields: &FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let object = object_name(scene, parameters, editable(scene), "curve")?;
+        let Geometry::Curve(curve) = scene.object(&object)?.geometry() else {
+            let kind = scene.object(&object)?.geometry().kind();
+            return Err(parameters
+                .error("object", format!("\"{object}\" is a {kind}: what is tuned is a curve"))
+                .into());
+        };
+        let curve = curve.clone();
+        let range = range(parameters)?;
+        let alpha = alpha(parameters, "alpha", &curve, range)?;
+        let mut tune = FineTune::new(&curve, alpha).ends(ends(parameters)?);
+        if let Some((a, b)) = range {
+            tune = tune.between(a, b);
+        }
+        if parameters.has("continuity") {
+            tune = tune.continuity(continuity(parameters)?);
+        }
+        if parameters.flag("any_sign")? {
+            tune = tune.any_sign();
+        }
+        let mut asked = Vec::new();
+        for place in places(parameters, "through")? {
+            let (at, to) = (place.number("at")?, place.point("to")?);
+            asked.push(position(at).to(to));
+            tune = tune.through(at, to);
+        }
+        for place in places(parameters, "alpha_at")? {
+            tune = tune.ask(position(place.number("at")?).on(1).axis(Axis::X).to(place.number("to")?));
+        }
+        let mut names = SceneShapes::new(scene, &object)?;
+        for table in parameters.tables("constraints")? {
+            let constraint = constraint_from(context.registry, &table, &mut names)?;
+            if names.shapes().len() > 1 {
+                return Err(table
+                    .error(
+                        "",
+                        "what is asked beside fine tuning is asked of the curve alone, not of other objects",
+                    )
+                    .into());
+            }
+            asked.push(constraint.clone());
+            tune = tune.ask(constraint);
+        }
+        let solver = parameters.text_or("solver", "automatic")?;
+        let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
+        let start = context.clock.seconds();
+        let tuned = tune.solver(Arc::clone(solver)).solve()?;
+        let seconds = context.clock.seconds() - start;
+        let report = report(&object, &curve, tuned.curve(), tuned.report(), seconds, &asked);
+        put_back(scene, &object, tuned.curve())?;
+        Ok(report)
+    }
+}
+
+fn report(
+    object: &str,
+    before: &Curve,
+    after: &Curve,
+    tuned: &TuneReport,
+    seconds: f64,
+    asked: &[Constraint],
+) -> StepReport {
+    let [least, most] = tuned.alpha;
+    let mut notes = vec![format!(
+        "alpha {least:.4} to {most:.4}, changed by {:.2e} in the mean; degree {} → {}",
+        tuned.change,
+        before.degree(),
+        after.degree()
+    )];
+    if tuned.scale != 1.0 {
+        notes.push(format!(
+            "scaled by {:.6} to keep the ends: curvature is divided by alpha times that",
+            tuned.scale
+        ));
+    }
+    notes.extend(tuned.notes.iter().cloned());
+    let names = [object.to_owned()];
+    let (was, is): ([Box<dyn Shape>; 1], [&dyn Shape; 1]) = ([before.boxed()], [after]);
+    let mut marks: Vec<Mark> = asked.iter().filter_map(|c| Mark::of(c, &names, &was, &is)).collect();
+    let (a, b) = before.domain();
+    if !before.is_periodic() {
+        let ends = [a, b]
+            .map(|u| Mark::on(object, (MarkKind::Kept, "end".into()), Location::Curve(u), before, after));
+        let kept = |mark: &Mark| mark.position == mark.before || tuned.solved.is_some();
+        marks.extend(ends.into_iter().flatten().filter(kept));
+    }
+    let report = StepReport {
+        op: "fine-tune".into(),
+        object: Some(object.into()),
+        prepare_seconds: Some(seconds),
+        notes,
+        marks,
+        ..StepReport::default()
+    };
+    let Some(solved) = &tuned.solved else { return report };
+    let notes = report.notes.iter().chain(&solved.notes).cloned().collect();
+    StepReport {
+        notes,
+        solver: Some(solved.solver.clone()),
+        equations: Some(solved.equations),
+        rank: Some(solved.rank),
+        redundant: solved.redundant.clone(),
+        residual: Some(solved.residual),
+        condition: Some(solved.condition),
+        iterations: Some(solved.iterations),
+        convergence: solved.convergence,
+        active: solved.active.clone(),
+        constraints: solved.constraints.clone(),
+        ..report
+    }
+}
+
+/// Tables with `at` and `to` and nothing else.
+fn places(parameters: &Parameters, name: &str) -> Result<Vec<Parameters>, ParameterError> {
+    let known = ["at", "to"].map(|name| Field::required(name, "", ""));
+    let tables = parameters.tables(name)?;
+    tables.iter().try_for_each(|table| table.check(&known))?;
+    Ok(tables)
+}
+
+fn range(parameters: &Parameters) -> Result<Option<(f64, f64)>, ParameterError> {
+    if !parameters.has("range") {
+        return Ok(None);
+    }
+    match parameters.numbers("range")?[..] {
+        [from, to] => Ok(Some((from, to))),
+        _ => Err(parameters.error("range", "two parameters [from, to] are needed")),
+    }
+}
+
+fn ends(parameters: &Parameters) -> Result<Ends, ParameterError> {
+    const WORDS: [(&str, Ends); 5] = [
+        ("exact", Ends::Exact),
+        ("free", Ends::Free),
+        ("position", Ends::Position),
+        ("tangent", Ends::Tangent),
+        ("curvature", Ends::Curvature),
+    ];
+    if parameters.has("ends") { parameters.choice("ends", &WORDS) } else { Ok(Ends::default()) }
+}
+
+fn continuity(parameters: &Parameters) -> Result<u8, ParameterError> {
+    match parameters.count("continuity")? {
+        level @ 0..=2 => Ok(level as u8),
+        level => Err(parameters.error("continuity", format!("{level} is not 0, 1 or 2"))),
+    }
+}
+
+/// α as it is given: one number, values on the derivative's own knots, or a spline function over the curve's domain or the range.
+fn alpha(
+    parameters: &Parameters,
+    name: &str,
+    curve: &Curve,
+    range: Option<(f64, f64)>,
+) -> Result<Function<f64>, OperationError> {
+    let wrong = |problem: String| parameters.error(name, problem);
+    match parameters.value(name) {
+        Some(value) if value.is_array() => {
+            let values = parameters.numbers(name)?;
+            alpha_of(curve, values).map_err(|error| wrong(error.to_string()).into())
+        }
+        Some(value) if value.is_object() => {
+            let table = parameters.table(name)?;
+            let known = ["degree", "knots", "values"].map(|name| Field::required(name, "", ""));
+            table.check(&known)?;
+            let (degree, knots, values) =
+                (table.count("degree")?, table.numbers("knots")?, table.numbers("values")?);
+            let given = function(degree, knots, values).map_err(|error| wrong(error.to_string()))?;
+            let (own, whole) = (given.space().domain(), curve.domain());
+            if own != whole && Some(own) != range {
+                let range = range.map_or(String::new(), |(a, b)| format!(" or over the range [{a}, {b}]"));
+                return Err(wrong(format!(
+                    "alpha is over [{}, {}], and needs to be over the curve's domain [{}, {}]{range}",
+                    own.0, own.1, whole.0, whole.1
+                ))
+                .into());
+            }
+            Ok(given)
+        }
+        _ => Ok(Function::constant(alpha_space(curve)?, parameters.number(name)?)?),
+    }
+}
+
+/// A spline function by its degree, knots and values: open, or periodic where there is one knot more than values.
+fn function(degree: usize, knots: Vec<f64>, values: Vec<f64>) -> Result<Function<f64>, Error> {
+    let n = values.len();
+    if knots.len() == n + degree + 1 {
+        return Function::new(Space::open(degree, knots)?, values);
+    }
+    if knots.len() == n + 1 {
+        return Function::new(Space::periodic(degree, knots)?, values);
+    }
+    Err(Error::Invalid(format!(
+        "{} knots and {n} values of degree {degree}: an open function has {} knots, a periodic one {}",
+        knots.len(),
+        n + degree + 1,
+        n + 1
+    )))
+}

@@ -1,0 +1,130 @@
+//! The operation `fine-tune` in recipes.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+use loftsman_area_volume::{AreaVolume, area_of};
+use loftsman_fine_tuning::FineTuning;
+use loftsman_kernel::Point;
+use loftsman_kernel::mesh::Cloud;
+use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::spline::{Curve, Space};
+use serde_json::{Value, json};
+
+fn scene() -> Scene {
+    let wave = (0..14).map(f64::from).map(|x| Point::new(x, (0.7 * x).sin(), 0.0)).collect();
+    let ring = (0..12).map(|i| f64::from(i) / 12.0 * std::f64::consts::TAU);
+    let ring = ring.map(|a| Point::new(3.0 * a.cos(), 2.0 * a.sin() + 0.4 * (2.0 * a).cos(), 0.0)).collect();
+    let mut scene = Scene::new();
+    let wave = Curve::new(Space::clamped_uniform(3, 14).unwrap(), wave).unwrap();
+    let ring = Curve::new(Space::periodic_uniform(3, 12).unwrap(), ring).unwrap();
+    scene.add(Object::new("wave", wave.into())).unwrap();
+    scene.add(Object::new("ring", ring.into())).unwrap();
+    scene.add(Object::new("scan", Geometry::Cloud(Cloud { points: vec![Point::origin()] }))).unwrap();
+    scene
+}
+
+fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
+    let mut registry = Registry::new();
+    registry.add(&FineTuning);
+    registry.add(&AreaVolume);
+    loftsman_kernel::plugin::register_functionals(&mut registry);
+    registry.solver(loftsman_kernel::solve::Automatic);
+    let operation = registry.find_operation("fine-tune", "step[0]").unwrap();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    parameters.check(operation.declaration().fields).map_err(OperationError::from)?;
+    operation.apply(scene, &parameters, &Context::quiet(&registry))
+}
+
+fn fails(fields: Value) -> String {
+    let mut changed = scene();
+    let error = run(&mut changed, fields).unwrap_err().to_string();
+    assert_eq!(changed, scene(), "a failed step leaves the scene alone");
+    error
+}
+
+#[test]
+fn values_numbers_and_functions() {
+    let mut scene = scene();
+    let before = scene.curve("wave").unwrap().clone();
+    let values: Vec<f64> = (0..13).map(|i| 1.0 + 0.5 * f64::from(i % 3)).collect();
+    let report = run(&mut scene, json!({ "object": "wave", "alpha": values })).unwrap();
+    let after = scene.curve("wave").unwrap();
+    assert_eq!(after.degree(), 5);
+    assert!((after.point(11.0).unwrap() - before.point(11.0).unwrap()).norm() < 1e-12);
+    assert!(report.residual.unwrap() < 1e-12 && report.rank == Some(3), "{report:?}");
+    assert!(report.active[0].starts_with("1 of 13 values of alpha") && report.notes.len() == 2, "{report:?}");
+    assert_eq!(report.marks.len(), 3, "the end, and both ends: {:?}", report.marks);
+
+    let mut scene = self::scene();
+    let fields = json!({ "object": "wave", "alpha": 2.0, "ends": "free" });
+    run(&mut scene, fields).unwrap();
+    let after = scene.curve("wave").unwrap();
+    let expected =
+        before.point(0.0).unwrap() + (before.point(7.3).unwrap() - before.point(0.0).unwrap()) * 2.0;
+    assert!((after.point(7.3).unwrap() - expected).norm() < 1e-12);
+
+    let mut scene = self::scene();
+    let alpha =
+        json!({ "degree": 1, "knots": [2, 2, 3, 4, 5, 6, 7, 8, 8], "values": [1, 1, 0.5, 0.5, 1, 1, 1] });
+    let fields = json!({ "object": "wave", "alpha": alpha, "range": [2, 8], "continuity": 1 });
+    run(&mut scene, fields).unwrap();
+    let after = scene.curve("wave").unwrap();
+    assert!((after.point(1.5).unwrap() - before.point(1.5).unwrap()).norm() < 1e-13);
+    assert!((after.derivative(8.0, 1).unwrap() - before.derivative(8.0, 1).unwrap()).norm() < 1e-11);
+    assert!((after.point(5.0).unwrap() - before.point(5.0).unwrap()).norm() > 1e-2);
+}
+
+/// A loop stays closed, its area what it was, and its curvature at one place is divided by just what was asked, all in one step.
+#[test]
+fn area_kept_while_alpha_scales() {
+    let mut scene = scene();
+    let before = scene.curve("ring").unwrap().clone();
+    let values: Vec<f64> = (0..12).map(|i| if i % 4 == 0 { 0.6 } else { 1.0 }).collect();
+    let fields = json!({
+        "object": "ring", "alpha": values, "alpha_at": [{ "at": 4.0, "to": 0.5 }],
+        "constraints": [{ "kind": "area", "normal": [0, 0, 1], "keep": true }],
+    });
+    let report = run(&mut scene, fields).unwrap();
+    let after = scene.curve("ring").unwrap();
+    assert!(after.is_periodic());
+    let (was, is) = (area_of(&before).unwrap(), area_of(after).unwrap());
+    assert!((was - is).abs() < 1e-10 * was, "{was} {is} {report:?}");
+    let curvature = |curve: &Curve| {
+        let (first, second) = (curve.derivative(4.0, 1).unwrap(), curve.derivative(4.0, 2).unwrap());
+        first.cross(&second).norm() / first.norm().powi(3)
+    };
+    assert!((curvature(after) - 2.0 * curvature(&before)).abs() < 1e-9);
+    assert!((after.point(6.0).unwrap() - before.point(6.0).unwrap()).norm() > 1e-3);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    let error = fails(json!({ "object": "wave" }));
+    assert!(error.contains("alpha"), "{error}");
+    let error = fails(json!({ "alpha": 1.0 }));
+    assert!(error.contains("object"), "{error}");
+    let error = fails(json!({ "object": "scan", "alpha": 1.0 }));
+    assert!(error.contains("step[0].object") && error.contains("curve"), "{error}");
+    let error = fails(json!({ "object": "wave", "alpha": [1.0, 1.0] }));
+    assert!(error.contains("step[0].alpha") && error.contains("2 values and needs 13"), "{error}");
+    let error = fails(json!({ "object": "wave", "alpha": 0.0 }));
+    assert!(error.contains("positive"), "{error}");
+    let error =
+        fails(json!({ "object": "wave", "alpha": { "degree": 2, "knots": [0, 1], "values": [1, 1] } }));
+    assert!(error.contains("an open function has 5 knots"), "{error}");
+    let error =
+        fails(json!({ "object": "wave", "alpha": { "degree": 1, "knots": [0, 0, 1, 1], "values": [1, 1] } }));
+    assert!(error.contains("[0, 1]") && error.contains("[0, 11]"), "{error}");
+    let error = fails(json!({ "object": "wave", "alpha": 1.0, "ends": "exactly" }));
+    assert!(error.contains("exact"), "{error}");
+    let error = fails(json!({ "object": "wave", "alpha": 1.0, "continuity": 3 }));
+    assert!(error.contains("0, 1 or 2"), "{error}");
+    let error = fails(json!({ "object": "wave", "alpha": 1.0, "through": [{ "at": 1.0 }] }));
+    assert!(error.contains("to"), "{error}");
+    let error = fails(json!({ "object": "ring", "alpha": 1.1, "ends": "position" }));
+    assert!(error.contains("exact"), "{error}");
+    let error = fails(json!({ "object": "wave", "alpha": 1.1, "constraints": [
+        { "kind": "join", "at": 0.0, "with": { "object": "ring", "at": 0.0 }, "keep": true }] }));
+    assert!(error.contains("curve alone"), "{error}");
+}
