@@ -4,10 +4,14 @@
 //! Clark (1978); both with the creases of DeRose, Kass and Truong (1998), edge children having one less sharpness (OpenSubdiv's
 //! `CREASE_UNIFORM`).
 
+mod limit;
+mod masks;
 mod refine;
 mod refinement;
+mod ring;
 mod rules;
 mod weights;
 
+pub use limit::{LimitFrame, LimitStencils, limit_frames, limit_points, limit_stencils, sectors};
 pub use refine::{refine, refine_times};
 pub use refinement::Refinement;
