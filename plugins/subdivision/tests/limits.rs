@@ -1,5 +1,7 @@
 //! Limits of Catmull-Clark surfaces: against refinement itself, against splines, and by their symmetries.
 
+#![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
+
 mod shapes;
 
 use loftsman_kernel::shape::{Derivative, Location, Shape};
@@ -7,9 +9,9 @@ use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{
-    LimitFrame, limit_frames, limit_points, limit_stencils, refine, refine_times, sectors,
+    limit_frames, limit_points, limit_stencils, refine, refine_times, sectors,
 };
-use loftsman_subdivision::{BoundaryRule, Cage};
+use loftsman_subdivision::{BoundaryRule, Cage, LimitFrame};
 
 /// The faces round a vertex and nothing else, with their creases: what a limit depends on. The vertex keeps its place round which
 /// edges are counted; it is vertex 0.

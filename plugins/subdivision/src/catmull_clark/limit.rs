@@ -1,39 +1,12 @@
 //! Where the vertices of a cage come to lie on the surface, and its tangent planes there.
 
-use loftsman_kernel::shape::Stencil;
 use loftsman_kernel::{Point, Vector, parallel};
 
 use super::masks;
 use super::ring::Ring;
 use crate::cage::{Cage, present};
 use crate::error::{Result, SubdivisionError};
-
-/// The rows of the limit of one vertex, over the vertices of the cage.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LimitStencils {
-    /// The point; its coefficients sum to one.
-    pub position: Stencil,
-    /// Two tangents, the second to the left of the first seen from outside; coefficients sum to zero. Their lengths say nothing.
-    pub tangents: [Stencil; 2],
-}
-
-/// The limit of one vertex.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LimitFrame {
-    /// The point.
-    pub point: Point,
-    /// Two tangents, the second to the left of the first seen from outside. Their lengths say nothing.
-    pub tangents: [Vector; 2],
-}
-
-impl LimitFrame {
-    /// The unit normal, outwards; `None` where the tangents do not span a plane (coincident vertices, a flat corner).
-    pub fn normal(&self) -> Option<Vector> {
-        // By unit vectors, so that nothing under- or overflows.
-        let [a, b] = self.tangents.map(|t| t.try_normalize(0.0));
-        a?.cross(&b?).try_normalize(f64::EPSILON).filter(|n| n.iter().all(|c| c.is_finite()))
-    }
-}
+use crate::frame::{LimitFrame, LimitStencils};
 
 /// The number of sides on which the surface has tangents of its own at a vertex: one where it is smooth, on the boundary and at the end
 /// of a crease; two on a crease; at a corner one for each face. Sector 0 of a crease lies to the left of its first edge (in the order of

@@ -12,6 +12,6 @@ mod ring;
 mod rules;
 mod weights;
 
-pub use limit::{LimitFrame, LimitStencils, limit_frames, limit_points, limit_stencils, sectors};
+pub use limit::{limit_frames, limit_points, limit_stencils, sectors};
 pub use refine::{refine, refine_times};
 pub use refinement::Refinement;

@@ -1,5 +1,6 @@
 //! The cages that the tests are run on.
 #![allow(dead_code, reason = "each test program takes what it needs")]
+#![allow(clippy::unwrap_used, reason = "what cannot be made fails the test")]
 
 use loftsman_kernel::Point;
 use loftsman_subdivision::{BoundaryRule, Cage};
