@@ -190,6 +190,15 @@ pub enum Error {
         /// The kind's name in documents.
         kind: String,
     },
+    /// A location on a face or at a vertex where the shape is one patch or a curve.
+    #[error(
+        "a face or a vertex is a location on a surface of many faces, such as a subdivision surface, and this shape is none: give \
+         {wanted}"
+    )]
+    FaceLocation {
+        /// What is a location here.
+        wanted: &'static str,
+    },
     /// A shape of which nothing can be seen, since all of it is one point, or a surface that is a line.
     #[error("{0}")]
     NoExtent(String),

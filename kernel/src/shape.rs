@@ -76,8 +76,14 @@ pub trait Shape: Any + Debug + Send + Sync {
         self.stencil(at, derivative)
     }
 
-    /// The domain: one interval for a curve, two for a surface.
+    /// The domain: one interval for a curve, two for a surface; of a surface of many faces that of each.
     fn domain(&self) -> Domain;
+
+    /// How many faces it has, where a location needs one ([`Location::Face`]): each with the same domain. `None` (the default) for
+    /// curves, and for surfaces that are one patch.
+    fn faces(&self) -> Option<usize> {
+        None
+    }
 
     /// A copy behind a box, so that shapes of any kind can be kept together.
     fn boxed(&self) -> Box<dyn Shape>;
@@ -186,6 +192,10 @@ impl Shape for Box<dyn Shape> {
 
     fn domain(&self) -> Domain {
         self.as_ref().domain()
+    }
+
+    fn faces(&self) -> Option<usize> {
+        self.as_ref().faces()
     }
 
     fn boxed(&self) -> Box<dyn Shape> {

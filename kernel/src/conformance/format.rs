@@ -286,8 +286,13 @@ pub(super) fn places(shape: &dyn Shape, count: usize) -> Vec<Location> {
     let domain = shape.domain();
     let at =
         |k: usize, j: usize| domain[k].start + (domain[k].end - domain[k].start) * j as f64 / count as f64;
-    match domain.len() {
-        1 => (0..=count).map(|j| Location::Curve(at(0, j))).collect(),
+    match (domain.len(), shape.faces()) {
+        (1, _) => (0..=count).map(|j| Location::Curve(at(0, j))).collect(),
+        (_, Some(faces)) => {
+            let step = faces.div_ceil(count * count).max(1);
+            let some = (0..u32::try_from(faces).unwrap_or(u32::MAX)).step_by(step);
+            some.map(|face| Location::Face(face, at(0, count / 2), at(1, count / 3))).collect()
+        }
         _ => {
             let pairs = (0..=count).flat_map(|i| (0..=count).map(move |j| (i, j)));
             pairs.map(|(i, j)| Location::Surface(at(0, i), at(1, j))).collect()

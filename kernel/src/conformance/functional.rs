@@ -218,6 +218,9 @@ fn moves(
             Location::Curve(u) => Location::Curve(u + step),
             Location::Surface(u, v) if k == 0 => Location::Surface(u + step, v),
             Location::Surface(u, v) => Location::Surface(u, v + step),
+            Location::Face(face, u, v) if k == 0 => Location::Face(face, u + step, v),
+            Location::Face(face, u, v) => Location::Face(face, u, v + step),
+            Location::Vertex(vertex) => Location::Vertex(vertex),
         };
         let (Some(below), Some(above)) = (value_at(by(-step)), value_at(by(step))) else { continue };
         let told = functional.along(&view(shapes), order, &mut along);

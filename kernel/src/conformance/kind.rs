@@ -155,6 +155,9 @@ fn linear(verdict: &mut Verdict, name: &str, shape: &dyn Shape) {
     let open = domain.iter().all(|interval| !interval.periodic);
     let wrong = match domain.len() {
         1 => [Some(Location::Surface(domain[0].start, 0.0)), open.then(|| Location::Curve(beyond(0)))],
+        _ if shape.faces().is_some() => {
+            [Some(Location::Curve(domain[0].start)), open.then(|| Location::Face(0, beyond(0), beyond(1)))]
+        }
         _ => [Some(Location::Curve(domain[0].start)), open.then(|| Location::Surface(beyond(0), beyond(1)))],
     };
     for at in wrong.into_iter().flatten() {

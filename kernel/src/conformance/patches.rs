@@ -144,7 +144,7 @@ impl Cells for Patches {
         let mut vertices: SmallVec<[usize; 16]> = all.map(|(vertex, _)| vertex).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        Some(Cell { sides, rational: false, vertices })
+        Some(Cell { face: None, sides, rational: false, vertices })
     }
 }
 
@@ -163,7 +163,16 @@ impl Edges for Patches {
         .get(index)
         .copied()?;
         let end = if along_u { 2.0 } else { 1.0 };
-        Some(BoundaryEdge { name: name.into(), along_u, start: 0.0, end, periodic: false, fixed, at_end })
+        Some(BoundaryEdge {
+            name: name.into(),
+            face: None,
+            along_u,
+            start: 0.0,
+            end,
+            periodic: false,
+            fixed,
+            at_end,
+        })
     }
 }
 

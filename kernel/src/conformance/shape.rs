@@ -125,7 +125,7 @@ fn stencils(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Optio
         }
         let other = match at {
             Location::Curve(u) => Location::Surface(u, u),
-            Location::Surface(u, _) => Location::Curve(u),
+            _ => Location::Curve(0.5),
         };
         verdict.check(shape.stencil(other, Derivative::POSITION).is_err(), || {
             format!("it takes {other}, which has another number of parameters than it")
@@ -172,6 +172,16 @@ fn differences(
 /// What is outside the domain is refused, where a direction is not closed.
 fn outside(verdict: &mut Verdict, shape: &dyn Shape) {
     let domain = shape.domain();
+    if let Some(faces) = shape.faces() {
+        let u = domain.first().map_or(0.0, |side| 0.5 * side.start + 0.5 * side.end);
+        let beyond = u32::try_from(faces).unwrap_or(u32::MAX);
+        let count = u32::try_from(shape.control_vertices().len()).unwrap_or(u32::MAX);
+        for at in [Location::Surface(u, u), Location::Face(beyond, u, u), Location::Vertex(count)] {
+            verdict.check(shape.stencil(at, Derivative::POSITION).is_err(), || {
+                format!("it has a point at {at}, which is no place of it")
+            });
+        }
+    }
     for (k, side) in domain.iter().enumerate().filter(|(_, side)| !side.periodic) {
         for at in
             [side.start - 0.1 * (side.end - side.start), side.end + 0.1 * (side.end - side.start), f64::NAN]
@@ -179,6 +189,7 @@ fn outside(verdict: &mut Verdict, shape: &dyn Shape) {
             let mut place: Vec<f64> = domain.iter().map(|side| 0.5 * side.start + 0.5 * side.end).collect();
             place[k] = at;
             let location = match place[..] {
+                [u, v, ..] if shape.faces().is_some() => Location::Face(0, u, v),
                 [u, v, ..] => Location::Surface(u, v),
                 _ => Location::Curve(at),
             };
@@ -193,6 +204,7 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
     let all = cells_of(shape, "a check").and_then(|cells| cells.checked(shape));
     let all = verdict.take(all, |e| e.to_string())?;
     let whole: f64 = shape.domain().iter().map(|side| side.end - side.start).product();
+    let whole = whole * shape.faces().unwrap_or(1) as f64;
     let covered: f64 = all.iter().map(Cell::size).sum();
     verdict.check((covered - whole).abs() <= 1e-9 * whole, || {
         format!("its cells have {covered} of parameters, and its domain {whole}")

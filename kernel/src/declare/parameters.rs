@@ -299,6 +299,7 @@ impl Parameters {
             Value::Array(pair) if pair.len() == 2 => {
                 number_of(&pair[0]).zip(number_of(&pair[1])).map(|(u, v)| Location::Surface(u, v))
             }
+            Value::Object(_) => return self.table(name)?.place_on_faces(),
             other => number_of(other).map(Location::Curve),
         };
         location.ok_or_else(|| {
@@ -307,6 +308,36 @@ impl Parameters {
                 format!("{} where a parameter u (or [u, v] on a surface) is needed", short(value)),
             )
         })
+    }
+
+    /// A location of a surface of many faces: `{ vertex = 7 }`, or `{ face = 12, uv = [0.5, 0.5] }`.
+    fn place_on_faces(&self) -> Result<Location> {
+        const FIELDS: &[Field] = &[
+            Field::optional(
+                "vertex",
+                "whole number",
+                "this or face is needed",
+                "a control vertex: where it has most influence",
+            ),
+            Field::optional("face", "whole number", "this or vertex is needed", "a face"),
+            Field::optional("uv", "[u, v]", "[0.5, 0.5]", "the place on the face"),
+        ];
+        self.check(FIELDS)?;
+        let number = |name: &str| {
+            let found = self.count(name)?;
+            u32::try_from(found).map_err(|_| self.error(name, format!("{found} is more than there can be")))
+        };
+        match (self.has("vertex"), self.has("face")) {
+            (true, false) if !self.has("uv") => Ok(Location::Vertex(number("vertex")?)),
+            (false, true) => {
+                let uv = if self.has("uv") { self.numbers("uv")? } else { vec![0.5, 0.5] };
+                let [u, v] = uv[..] else {
+                    return Err(self.error("uv", format!("{} numbers where [u, v] is needed", uv.len())));
+                };
+                Ok(Location::Face(number("face")?, u, v))
+            }
+            _ => Err(self.error("", "a place is { vertex = number }, or { face = number, uv = [u, v] }")),
+        }
     }
 
     /// A list.

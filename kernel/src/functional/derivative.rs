@@ -57,7 +57,7 @@ impl Functional for DerivativeAt {
         let Self { on, at, order } = self;
         match at.location {
             Location::Curve(_) => format!("derivative {} {at}{on}", order.u),
-            Location::Surface(..) => format!("derivative [{}, {}] {at}{on}", order.u, order.v),
+            _ => format!("derivative [{}, {}] {at}{on}", order.u, order.v),
         }
     }
 
@@ -125,20 +125,20 @@ impl DeclaredFunctional for DerivativeAt {
         let order = match (parameters.value("order"), at.location) {
             (None, Location::Curve(_)) => Derivative { u: 1, v: 0 },
             (Some(value), Location::Curve(_)) if !value.is_array() => parameters.count("order")?.into(),
-            (Some(value), Location::Surface(..)) if value.is_array() => {
+            (Some(_), Location::Curve(_)) => {
+                return Err(parameters.error("order", "on a curve the order is one whole number"));
+            }
+            (Some(value), _) if value.is_array() => {
                 let pair = parameters.integers("order")?;
                 match pair[..] {
                     [i, j] if i >= 0 && j >= 0 => Derivative { u: i as usize, v: j as usize },
                     _ => return Err(parameters.error("order", "two counts [i, j] are needed")),
                 }
             }
-            (_, Location::Surface(..)) => {
+            _ => {
                 return Err(
                     parameters.error("order", "on a surface the order is [i, j]: how often by u and by v")
                 );
-            }
-            (Some(_), Location::Curve(_)) => {
-                return Err(parameters.error("order", "on a curve the order is one whole number"));
             }
         };
         Ok(Self { on: On::from_parameters(parameters, names)?, at, order })

@@ -12,13 +12,13 @@ use crate::shape::{Derivative, Location};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Normal {
     on: On,
-    at: [f64; 2],
+    at: Location,
     to: Vector,
 }
 
-/// The surface normal at `(u, v)` parallel to a direction.
-pub fn normal(at: [f64; 2], to: impl Into<Vector>) -> Normal {
-    Normal { on: On::default(), at, to: to.into() }
+/// The surface normal at `(u, v)`, or at a place of a face, parallel to a direction.
+pub fn normal(at: impl Into<Location>, to: impl Into<Vector>) -> Normal {
+    Normal { on: On::default(), at: at.into(), to: to.into() }
 }
 
 impl Normal {
@@ -44,18 +44,18 @@ impl Functional for Normal {
             Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
         })?;
         for order in [Derivative { u: 1, v: 0 }, Derivative { u: 0, v: 1 }] {
-            let stencil = shapes.stencil(self.on.shape, self.at.into(), order)?;
+            let stencil = shapes.stencil(self.on.shape, self.at, order)?;
             rows.equation().along(self.on.shape, &stencil, direction);
         }
         Ok(())
     }
 
     fn describe(&self) -> String {
-        format!("normal at {}{}", Location::from(self.at), self.on)
+        format!("normal at {}{}", self.at, self.on)
     }
 
     fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at.into()))
+        Some((self.on.shape, self.at))
     }
 
     fn is_condition(&self) -> bool {
@@ -71,12 +71,13 @@ impl DeclaredFunctional for Normal {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let Location::Surface(u, v) = parameters.location("at")? else {
+        let at = parameters.location("at")?;
+        if at.parameters() == 1 {
             return Err(parameters.error(
                 "at",
                 "a surface's normal is asked at [u, v]; on a curve, ask for the tangent, or that it be orthogonal",
             ));
-        };
-        Ok(Self { on: On::from_parameters(parameters, names)?, at: [u, v], to: parameters.vector("to")? })
+        }
+        Ok(Self { on: On::from_parameters(parameters, names)?, at, to: parameters.vector("to")? })
     }
 }

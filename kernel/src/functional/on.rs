@@ -65,10 +65,10 @@ impl fmt::Display for On {
 pub(super) fn curve_location(parameters: &Parameters) -> Result<f64, ParameterError> {
     match parameters.location("at")? {
         Location::Curve(u) => Ok(u),
-        Location::Surface(u, v) => Err(parameters.error(
+        at => Err(parameters.error(
             "at",
             format!(
-                "this is asked of a curve, at one parameter, and [{u}, {v}] is a location on a surface; there, ask for a \
+                "this is asked of a curve, at one parameter, and {at} is a location on a surface; there, ask for a \
                  position, a derivative or the normal, or of an isocurve"
             ),
         )),

@@ -36,6 +36,12 @@ impl Problem {
         for (constraint, bound) in self.bound.iter().enumerate() {
             let functional = &bound.constraint.functional;
             let Some((_, location)) = functional.location().filter(|_| functional.floats()) else { continue };
+            if location.is_on_face() {
+                return Err(Error::Invalid(format!(
+                    "{}: a location on a surface of many faces does not float yet: give \"at\"",
+                    functional.describe()
+                )));
+            }
             for axis in 0..location.parameters() {
                 let order = Derivative { u: usize::from(axis == 0), v: usize::from(axis == 1) };
                 let mut along = vec![0.0; functional.equations()];

@@ -21,6 +21,8 @@ pub struct CellSide {
 /// A box of parameters on which a shape is one polynomial in each of them, or one quotient of two.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cell {
+    /// The face that it is on, of a surface of many.
+    pub face: Option<u32>,
     /// One side for a curve; for a surface that in `u`, then that in `v`.
     pub sides: SmallVec<[CellSide; 2]>,
     /// Whether the shape is a quotient of polynomials there: Gauss points are then not exact.
@@ -34,7 +36,10 @@ impl Cell {
     pub fn at(&self, shares: [f64; 2]) -> Location {
         let place = |side: &CellSide, share: f64| side.start + (side.end - side.start) * share;
         match self.sides[..] {
-            [ref u, ref v, ..] => Location::Surface(place(u, shares[0]), place(v, shares[1])),
+            [ref u, ref v, ..] => {
+                let (u, v) = (place(u, shares[0]), place(v, shares[1]));
+                self.face.map_or(Location::Surface(u, v), |face| Location::Face(face, u, v))
+            }
             [ref u] => Location::Curve(place(u, shares[0])),
             [] => Location::Curve(0.0),
         }

@@ -13,6 +13,8 @@ use crate::space::Space;
 pub struct BoundaryEdge {
     /// What recipes and messages call it: `u0`, `u1`, `v0`, `v1` where the domain's four sides are the edges.
     pub name: Cow<'static, str>,
+    /// The face that it bounds, of a surface of many.
+    pub face: Option<u32>,
     /// Whether `u` runs (and `v` is fixed).
     pub along_u: bool,
     /// Where the running parameter starts.
@@ -30,7 +32,8 @@ pub struct BoundaryEdge {
 impl BoundaryEdge {
     /// The place of the edge at `t`.
     pub fn at(&self, t: f64) -> Location {
-        if self.along_u { Location::Surface(t, self.fixed) } else { Location::Surface(self.fixed, t) }
+        let (u, v) = if self.along_u { (t, self.fixed) } else { (self.fixed, t) };
+        self.face.map_or(Location::Surface(u, v), |face| Location::Face(face, u, v))
     }
 
     /// Its two ends: one corner of the surface each, one and the same place where it is periodic.
@@ -150,7 +153,7 @@ pub(crate) fn no_edge(shape: &dyn Shape, index: usize, count: usize) -> Error {
 pub(super) fn cells_at(edge: &BoundaryEdge, cells: &[Cell]) -> Vec<(CellSide, CellSide)> {
     let [run, other] = if edge.along_u { [0, 1] } else { [1, 0] };
     let mut all: SmallVec<[(CellSide, CellSide); 8]> = SmallVec::new();
-    for cell in cells {
+    for cell in cells.iter().filter(|cell| cell.face == edge.face) {
         let (Some(run), Some(other)) = (cell.sides.get(run), cell.sides.get(other)) else { continue };
         let touches = if edge.at_end { other.end == edge.fixed } else { other.start == edge.fixed };
         if touches && run.start < edge.end && run.end > edge.start {

@@ -5,22 +5,32 @@ use std::fmt;
 
 use crate::error::{Error, Result};
 
-/// Where on a shape: `u` on a curve, `(u, v)` on a surface.
+/// Where on a shape: `u` on a curve, `(u, v)` on a surface; on a surface of many faces a face and a place on it, or a vertex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Location {
     /// A parameter of a curve.
     Curve(f64),
     /// A pair of parameters of a surface.
     Surface(f64, f64),
+    /// A face of a surface that has many ([`Shape::faces`](super::Shape::faces)), and a pair of parameters on it.
+    Face(u32, f64, f64),
+    /// Where a control vertex of a surface of many faces has most influence: of a subdivision surface its limit.
+    Vertex(u32),
 }
 
 impl Location {
-    /// The number of parameters: 1 or 2.
+    /// The number of parameters that can be varied: 1 or 2; none at a vertex.
     pub fn parameters(self) -> usize {
         match self {
             Self::Curve(_) => 1,
-            Self::Surface(..) => 2,
+            Self::Surface(..) | Self::Face(..) => 2,
+            Self::Vertex(_) => 0,
         }
+    }
+
+    /// Whether it is a place of a surface of many faces.
+    pub fn is_on_face(self) -> bool {
+        matches!(self, Self::Face(..) | Self::Vertex(_))
     }
 
     /// The parameter on a curve.
@@ -31,6 +41,9 @@ impl Location {
         match self {
             Self::Curve(u) => Ok(u),
             Self::Surface(..) => Err(Error::LocationKind { found: 2, expected: 1 }),
+            Self::Face(..) | Self::Vertex(_) => {
+                Err(Error::FaceLocation { wanted: "one parameter u on a curve" })
+            }
         }
     }
 
@@ -42,6 +55,7 @@ impl Location {
         match self {
             Self::Surface(u, v) => Ok((u, v)),
             Self::Curve(_) => Err(Error::LocationKind { found: 1, expected: 2 }),
+            Self::Face(..) | Self::Vertex(_) => Err(Error::FaceLocation { wanted: "[u, v] on this surface" }),
         }
     }
 }
@@ -69,6 +83,8 @@ impl fmt::Display for Location {
         match self {
             Self::Curve(u) => write!(f, "{u}"),
             Self::Surface(u, v) => write!(f, "[{u}, {v}]"),
+            Self::Face(face, u, v) => write!(f, "[{u}, {v}] of face {face}"),
+            Self::Vertex(vertex) => write!(f, "vertex {vertex}"),
         }
     }
 }

@@ -281,7 +281,12 @@ impl Cells for CatmullRom {
             here.vertices().iter().chain(there.vertices()).copied().chain([index, next]).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        Some(Cell { sides: smallvec![CellSide { start, end, degree: 3 }], rational: false, vertices })
+        Some(Cell {
+            face: None,
+            sides: smallvec![CellSide { start, end, degree: 3 }],
+            rational: false,
+            vertices,
+        })
     }
 }
 

@@ -33,7 +33,7 @@ impl Cells for Curve {
     fn cell(&self, index: usize) -> Option<Cell> {
         let (own, functions) = side(self.space(), index)?;
         let vertices = sorted(functions.map(|k| self.space().vertex(k)));
-        Some(Cell { sides: smallvec![own], rational: self.weights().is_some(), vertices })
+        Some(Cell { face: None, sides: smallvec![own], rational: self.weights().is_some(), vertices })
     }
 
     fn splines(&self) -> Option<Splines<'_>> {
@@ -52,7 +52,7 @@ impl Cells for Surface {
         let (v, functions) = side(self.v(), index % columns)?;
         let vertex = |i: usize, j: usize| self.u().vertex(i) * self.v().len() + self.v().vertex(j);
         let vertices = sorted(rows.flat_map(|i| functions.clone().map(move |j| vertex(i, j))));
-        Some(Cell { sides: smallvec![u, v], rational: self.weights().is_some(), vertices })
+        Some(Cell { face: None, sides: smallvec![u, v], rational: self.weights().is_some(), vertices })
     }
 
     fn splines(&self) -> Option<Splines<'_>> {

@@ -28,6 +28,7 @@ impl Edges for Surface {
         let ((start, end), (low, high)) = (run.domain(), across.domain());
         let fixed = if at_end { high } else { low };
         Some(BoundaryEdge {
+            face: None,
             name: name.into(),
             along_u,
             start,

@@ -1,7 +1,6 @@
 //! The derivative of a polynomial spline as a spline.
 
 use super::{Curve, Space};
-use crate::Point;
 use crate::error::{Error, Result};
 
 impl Space {
@@ -37,21 +36,7 @@ impl Curve {
                     .into(),
             ));
         }
-        let (space, p, points) = (self.space().derived()?, self.degree(), self.points());
-        let n = points.len();
-        // Function i of the derived space takes what function i of a periodic space, or i + 1 of an open one, gives
-        // up to its left neighbour.
-        let difference = |i: usize| {
-            let (left, right, start, end) = if self.is_periodic() {
-                let k = i + p;
-                ((i + n - 1) % n, i, self.space().flat()[k], self.space().flat()[k + p])
-            } else {
-                (i, i + 1, self.space().flat()[i + 1], self.space().flat()[i + 1 + p])
-            };
-            Point::from((points[right] - points[left]) * (p as f64 / (end - start)))
-        };
-        let vertices = (0..space.len()).map(difference).collect();
-        Self::new(space, vertices)
+        self.function()?.derivative()?.into_curve()
     }
 }
 

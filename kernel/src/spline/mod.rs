@@ -1,6 +1,7 @@
 //! Splines: the space of functions a shape is made of, and the shapes.
 //!
 //! * [`space`]: degree and knot vector.
+//! * [`algebra`]: products, integrals and sums of spline functions.
 //! * [`basis`]: B-spline basis functions and their derivatives.
 //! * [`batch`]: evaluation of many points at once.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
@@ -28,6 +29,7 @@
 //! * [`surface`]: tensor-product surfaces of the same kinds.
 //! * [`trimmed`]: surfaces of which loops in the parameter plane bound a part.
 
+pub mod algebra;
 pub mod basis;
 pub mod batch;
 pub mod bezier;

@@ -75,7 +75,7 @@ impl Cells for Coons {
 
     fn cell(&self, index: usize) -> Option<Cell> {
         let sides = [CellSide { start: 0.0, end: 1.0, degree: 3 }; 2].into_iter().collect();
-        (index == 0).then(|| Cell { sides, rational: false, vertices: (0..12).collect() })
+        (index == 0).then(|| Cell { face: None, sides, rational: false, vertices: (0..12).collect() })
     }
 }
 
@@ -88,7 +88,7 @@ impl Edges for Coons {
     fn edge(&self, index: usize) -> Option<BoundaryEdge> {
         let (name, at_end) = (*["u0", "u1", "v0", "v1"].get(index)?, index % 2 == 1);
         let (along_u, fixed, name) = (index > 1, f64::from(u8::from(at_end)), name.into());
-        Some(BoundaryEdge { name, along_u, start: 0.0, end: 1.0, periodic: false, fixed, at_end })
+        Some(BoundaryEdge { name, face: None, along_u, start: 0.0, end: 1.0, periodic: false, fixed, at_end })
     }
 }
 

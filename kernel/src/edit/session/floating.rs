@@ -94,7 +94,8 @@ impl<S: Shape> Session<S> {
         let (_, location) = bound.constraint.functional.location().filter(|_| floats)?;
         Some(match location {
             Location::Curve(u) => vec![u],
-            Location::Surface(u, v) => vec![u, v],
+            Location::Surface(u, v) | Location::Face(_, u, v) => vec![u, v],
+            Location::Vertex(_) => return None,
         })
     }
 
@@ -124,6 +125,12 @@ impl<S: Shape> Session<S> {
                 continue;
             }
             let Some((shape, location)) = bound.constraint.functional.location() else { continue };
+            if location.is_on_face() {
+                return Err(Error::Invalid(format!(
+                    "{}: a location on a surface of many faces does not float yet: give \"at\"",
+                    bound.constraint.describe()
+                )));
+            }
             let shape = self.problem.shapes().get(shape)?;
             let (domain, grid) = (shape.domain(), grid_or_row(shape));
             for (k, interval) in domain.iter().enumerate().take(location.parameters()) {
@@ -146,7 +153,7 @@ impl<S: Shape> Session<S> {
                     u
                 }
             }
-            None => 0.0,
+            _ => 0.0,
         };
         parameters.iter().map(value).collect()
     }

@@ -1,0 +1,215 @@
+//! The exact product of two splines on different knot vectors.
+
+use super::bernstein::{Pieces, bernstein_blossom, mixed, partition};
+use super::{Coefficient, Function};
+use crate::error::{Error, MAX_DEGREE, Result};
+use crate::space::{MAX_ORDER, Space};
+
+/// How splines of two spaces are multiplied: the space that holds all products, and each of its coefficients as a bilinear form
+/// of coefficients of the factors. Made once for many products.
+///
+/// On each piece between neighbouring breakpoints of the two both factors are in Bernstein form,
+/// `c_m = Σ_{s+t=m} C(p,s) C(q,t) / C(p+q,m) · a_s b_t`; a coefficient of the product is the polar form (blossom) of one piece
+/// at the coefficient's knots (Ramshaw 1987): of the longest piece of its support, so that none is extrapolated farther than
+/// about its own length. Exact but for rounding, which extrapolation multiplies by no more than `3^(p+q)`, and does not at all
+/// where, as for the products of fine tuning at simple knots, a coefficient is itself one of a piece's Bernstein coefficients.
+#[derive(Debug, Clone)]
+pub struct Product {
+    space: Space,
+    first: Pieces,
+    second: Pieces,
+    /// `C(p,s) C(q,t) / C(p+q,s+t)`, at `s · (q + 1) + t`.
+    mixed: Vec<f64>,
+    targets: Vec<Target>,
+    /// What the targets have of the Bernstein coefficients of their pieces.
+    shares: Vec<f64>,
+}
+
+/// A coefficient of the product: a combination of Bernstein coefficients `from .. from + count` of a piece.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Target {
+    pub(super) piece: u32,
+    from: u8,
+    count: u8,
+    start: u32,
+}
+
+impl Space {
+    /// The space of all products of a spline of this space and one of another over the same domain: degree `p + q`, the
+    /// breakpoints of both, and at each as smooth as the less smooth factor: a knot of multiplicity `m` in a space of
+    /// degree `p` gets multiplicity `m + q`. Clamped at its ends; periodic where both are and the products have no jumps.
+    ///
+    /// # Errors
+    /// When the domains differ, `p + q` exceeds 25, or two knots are so near that no piece fits between them.
+    pub fn product(&self, other: &Self) -> Result<Product> {
+        let (p, q) = (self.degree(), other.degree());
+        let degree = p + q;
+        if degree > MAX_DEGREE {
+            return Err(Error::Degree { degree });
+        }
+        let partition = partition(self, other)?;
+        let space = product_space(self, other, &partition)?;
+        let mut product = Product {
+            first: Pieces::new(self, &partition),
+            second: Pieces::new(other, &partition),
+            mixed: mixed(p, q),
+            targets: Vec::new(),
+            shares: Vec::new(),
+            space,
+        };
+        product.aim(&partition);
+        Ok(product)
+    }
+}
+
+/// The space of products, with a knot of the multiplicity that they need at each breakpoint of the partition.
+fn product_space(a: &Space, b: &Space, partition: &[f64]) -> Result<Space> {
+    let degree = a.degree() + b.degree();
+    let (Some(&start), Some(&end)) = (partition.first(), partition.last()) else {
+        return Err(Error::TooFewVertices { vertices: 0, degree, needed: degree + 1 });
+    };
+    let mut runs = [Runs::new(a), Runs::new(b)];
+    let mut inner = Vec::with_capacity(partition.len());
+    for &knot in &partition[1..partition.len() - 1] {
+        let [of_a, of_b] = runs.each_mut().map(|runs| runs.at(knot));
+        let needed = |own: usize, other: usize| if own > 0 { own + other } else { 0 };
+        inner.push((knot, needed(of_a, b.degree()).max(needed(of_b, a.degree()))));
+    }
+    // A seam that both close over is a knot like those inside; other ends are clamped, and so are those of products with jumps,
+    // which no periodic space holds.
+    let at_seam = (a.multiplicity(start) + b.degree()).max(b.multiplicity(start) + a.degree());
+    let most = inner.iter().fold(at_seam, |most, (_, times)| most.max(*times));
+    let periodic = a.is_periodic() && b.is_periodic() && most <= degree.max(1);
+    let mut knots = vec![start; if periodic { at_seam } else { degree + 1 }];
+    inner.into_iter().for_each(|(knot, times)| knots.extend(std::iter::repeat_n(knot, times)));
+    knots.extend(std::iter::repeat_n(end, if periodic { 1 } else { degree + 1 }));
+    if periodic { Space::periodic(degree, knots) } else { Space::open(degree, knots) }
+}
+
+/// How often the knots of a space are repeated, asked in ascending order.
+struct Runs<'a>(&'a [f64]);
+
+impl<'a> Runs<'a> {
+    fn new(space: &'a Space) -> Self {
+        Self(space.flat())
+    }
+
+    fn at(&mut self, knot: f64) -> usize {
+        let before = self.0.iter().take_while(|k| **k < knot).count();
+        let run = self.0[before..].iter().take_while(|k| **k == knot).count();
+        self.0 = &self.0[before + run..];
+        run
+    }
+}
+
+impl Product {
+    /// The space that holds the products.
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// Finds for each coefficient the longest piece of its support, and what it has of that piece's Bernstein coefficients.
+    fn aim(&mut self, partition: &[f64]) {
+        let (degree, flat) = (self.space.degree(), self.space.flat());
+        let mut best = vec![(-1.0, 0_u32, 0_u32); self.space.len()];
+        // The pieces between the ends of each support; `low` and `high` go through them once.
+        let (mut low, mut high) = (0, 0);
+        let last = partition.len() - 1;
+        for k in 0..self.space.unrolled_len() {
+            let (from, to) = (flat[k], flat[k + degree + 1]);
+            while low < last && partition[low + 1] <= from {
+                low += 1;
+            }
+            while high < last && partition[high] < to {
+                high += 1;
+            }
+            let best = &mut best[self.space.vertex(k)];
+            for piece in low..high {
+                let length = partition[piece + 1] - partition[piece];
+                if length > best.0 {
+                    *best = (length, piece as u32, k as u32);
+                }
+            }
+        }
+        self.targets.reserve(best.len());
+        self.shares.reserve(best.len());
+        let mut values = [0.0; MAX_ORDER];
+        for (length, piece, k) in best {
+            let (k, x) = (k as usize, partition[piece as usize]);
+            let end = partition[piece as usize + 1];
+            let own = &flat[k + 1..=k + degree];
+            let local = |t: &f64| if *t == end { 1.0 } else { (t - x) / length };
+            bernstein_blossom(own.iter().map(local), &mut values);
+            let from = values[..=degree].iter().position(|v| *v != 0.0).unwrap_or(0);
+            let to = values[..=degree].iter().rposition(|v| *v != 0.0).unwrap_or(0);
+            let start = self.shares.len() as u32;
+            self.shares.extend(&values[from..=to]);
+            self.targets.push(Target { piece, from: from as u8, count: (to + 1 - from) as u8, start });
+        }
+    }
+
+    pub(super) fn factors(&self) -> [&Pieces; 2] {
+        [&self.first, &self.second]
+    }
+
+    pub(super) fn target(&self, index: usize) -> Target {
+        self.targets.get(index).copied().unwrap_or_default()
+    }
+
+    /// What the coefficient is made of: pairs of Bernstein coefficients of its piece, `(s, t, share)`.
+    pub(super) fn pairs(&self, target: Target) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        let (p, q) = (self.first.order() - 1, self.second.order() - 1);
+        let own = &self.shares[target.start as usize..target.start as usize + usize::from(target.count)];
+        own.iter().enumerate().flat_map(move |(m, share)| {
+            let m = m + usize::from(target.from);
+            (m.saturating_sub(q)..=m.min(p)).map(move |s| (s, m - s, share * self.mixed[s * (q + 1) + m - s]))
+        })
+    }
+
+    /// The coefficients of the product of `Σ a_i M_i` and `Σ b_k R_k`, where `multiply` is bilinear: a number times a vector, a
+    /// scalar product, a cross product. `O(n (p+1)(q+1))`.
+    ///
+    /// # Errors
+    /// When there are not as many coefficients as the two spaces have functions.
+    pub fn combine<A: Coefficient, B: Coefficient, C: Coefficient>(
+        &self,
+        a: &Function<A>,
+        b: &Function<B>,
+        multiply: impl Fn(A, B) -> C,
+    ) -> Result<Function<C>> {
+        let first = self.first.coefficients(|i| a.at(i));
+        let second = self.second.coefficients(|i| b.at(i));
+        let (m, n) = (self.first.order(), self.second.order());
+        let coefficient = |target: &Target| {
+            let piece = target.piece as usize;
+            let (a, b) = (&first[piece * m..(piece + 1) * m], &second[piece * n..(piece + 1) * n]);
+            self.pairs(*target).fold(C::zero(), |sum, (s, t, share)| sum + multiply(a[s], b[t]) * share)
+        };
+        Function::new(self.space.clone(), self.targets.iter().map(coefficient).collect())
+    }
+
+    /// The products with one spline `Σ a_i M_i` as a linear map of the other's coefficients: for coefficient `r` of the product
+    /// the vertices of the second space that it depends on, `q + 1` of them, with what it has of each. `O(n (p+1)(q+1)²)`.
+    ///
+    /// # Errors
+    /// When there are not as many coefficients as the first space has functions.
+    pub fn with_first<A: Coefficient>(&self, a: &Function<A>) -> Result<Vec<Vec<(usize, A)>>> {
+        let first = self.first.coefficients(|i| a.at(i));
+        let (m, n) = (self.first.order(), self.second.order());
+        let mut by = vec![A::zero(); n];
+        let row = |target: &Target| {
+            let piece = target.piece as usize;
+            by.fill(A::zero());
+            for (s, t, share) in self.pairs(*target) {
+                by[t] = by[t] + first[piece * m + s] * share;
+            }
+            let vertices = self.second.vertices(piece).iter().enumerate();
+            let each = vertices.map(|(k, vertex)| {
+                let own = by.iter().zip(self.second.row(piece, k));
+                (*vertex as usize, own.fold(A::zero(), |sum, (by, row)| sum + *by * *row))
+            });
+            each.collect()
+        };
+        Ok(self.targets.iter().map(row).collect())
+    }
+}

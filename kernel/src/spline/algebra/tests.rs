@@ -1,0 +1,207 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::Vector;
+use crate::quadrature::gauss_legendre;
+use crate::space::Space;
+use crate::spline::Direction;
+use crate::spline::testing::{any_space, parameters};
+
+/// Coefficients that are no pattern.
+fn noise(n: usize, seed: usize) -> Vec<f64> {
+    (0..n).map(|i| ((i * 37 + seed * 11) % 23) as f64 / 5.0 - 2.0).collect()
+}
+
+fn vectors(n: usize, seed: usize) -> Vec<Vector> {
+    let (x, y, z) = (noise(n, seed), noise(n, seed + 1), noise(n, seed + 5));
+    (0..n).map(|i| Vector::new(x[i], y[i], z[i])).collect()
+}
+
+/// Two spaces over one domain: the second one's knots are brought to the first one's domain; some then coincide.
+fn two_spaces() -> impl Strategy<Value = (Space, Space)> {
+    let degrees = || prop_oneof![8 => 1..=5_usize, 1 => Just(12_usize)];
+    (any_space(degrees()), any_space(degrees()), any::<bool>()).prop_map(|(a, b, same)| {
+        if same {
+            // The same knots, a degree lower: what fine tuning multiplies.
+            let lower = a.derived().unwrap_or_else(|_| a.clone());
+            return (lower, a);
+        }
+        let ((c, d), (e, f)) = (a.domain(), b.domain());
+        let moved = |k: f64| {
+            if k == e {
+                c
+            } else if k == f {
+                d
+            } else {
+                c + (k - e) / (f - e) * (d - c)
+            }
+        };
+        let knots: Vec<f64> = b.knots().iter().map(|k| moved(*k)).collect();
+        let b =
+            if b.is_periodic() { Space::periodic(b.degree(), knots) } else { Space::open(b.degree(), knots) };
+        (a, b.unwrap())
+    })
+}
+
+/// Places inside the pieces of two spaces: at knots either may jump.
+fn inside(a: &Space, b: &Space) -> Vec<f64> {
+    let mut all = bernstein::partition(a, b).unwrap();
+    all.dedup();
+    all.windows(2).flat_map(|w| [0.07, 0.5, 0.93].map(|s| w[0] + s * (w[1] - w[0]))).collect()
+}
+
+proptest! {
+    #[test]
+    fn products_are_products((a, b) in two_spaces(), seed in 0..50_usize) {
+        let f = Function::new(a.clone(), vectors(a.len(), seed)).unwrap();
+        let g = Function::new(b.clone(), noise(b.len(), seed + 3)).unwrap();
+        let found = f.times(&g).unwrap();
+        prop_assert!(a.is_periodic() && b.is_periodic() || !found.space().is_periodic());
+        let digits = 1e-13 * 3.0_f64.powi((a.degree() + b.degree()) as i32 / 2);
+        for u in inside(&a, &b) {
+            let expected = f.value(u).unwrap() * g.value(u).unwrap();
+            let error = (found.value(u).unwrap() - expected).norm();
+            prop_assert!(error < 10.0 * digits, "{} at {} of {:?} {:?}", error, u, a, b);
+        }
+        // Prepared with one factor it is the same.
+        let product = a.product(&b).unwrap();
+        let rows = product.with_first(&f).unwrap();
+        for (row, c) in rows.iter().zip(found.coefficients()) {
+            let sum = row.iter().fold(Vector::zeros(), |sum, (k, by)| sum + by * g.coefficients()[*k]);
+            prop_assert!((sum - c).norm() < 1e2 * digits);
+        }
+    }
+
+    #[test]
+    fn integrals_are_undone_by_derivatives(a in any_space(prop_oneof![8 => 1..=5_usize, 1 => Just(24_usize)]), seed in 0..50_usize) {
+        let f = Function::new(a.clone(), vectors(a.len(), seed)).unwrap();
+        let start = Vector::new(1.0, -2.0, 3.0);
+        let integral = f.integral(start).unwrap();
+        let (begin, end) = integral.space().domain();
+        prop_assert!((integral.value(begin).unwrap() - start).norm() < 1e-11);
+        let total = integral.value(end).unwrap() - start;
+        prop_assert!((total - f.total().unwrap()).norm() < 1e-10, "{total} {:?}", f.total());
+        let (nodes, weights) = gauss_legendre(a.degree() / 2 + 1);
+        let breakpoints = a.breakpoints();
+        let mut sum = Vector::zeros();
+        for w in breakpoints.windows(2) {
+            for (x, weight) in nodes.iter().zip(&weights) {
+                sum += f.value(w[0] + x * (w[1] - w[0])).unwrap() * (*weight * (w[1] - w[0]));
+            }
+            // Short of the knot, where it may jump.
+            let found = integral.value(w[1]).unwrap() - start;
+            prop_assert!((found - sum).norm() < 1e-10, "{found} is not {sum} at {}", w[1]);
+        }
+        // The integral's derivative is the function, where it has no jumps that no space of one degree more derives.
+        if let Ok(back) = integral.derivative() {
+            for u in inside(&a, &a) {
+                prop_assert!((back.value(u).unwrap() - f.value(u).unwrap()).norm() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn inner_products_are_integrals_of_products((a, b) in two_spaces(), seed in 0..50_usize) {
+        let rows = a.inner_products(&b).unwrap();
+        let (x, y) = (noise(a.len(), seed), noise(b.len(), seed + 7));
+        let sum: f64 = (0..a.len()).map(|i| x[i] * rows.iter_row(i).map(|(k, w)| w * y[k]).sum::<f64>()).sum();
+        let f = Function::new(a.clone(), x).unwrap();
+        let g = Function::new(b.clone(), y).unwrap();
+        let inner = f.inner(&g).unwrap();
+        prop_assert!((sum - inner).abs() < 1e-10 * 3.0_f64.powi((a.degree() + b.degree()) as i32 / 2), "{} {}", sum, inner);
+        // Against the constant 1, of degree 0, they are the integrals.
+        let one = Space::open(0, vec![a.domain().0, a.domain().1]).unwrap();
+        let rows = a.inner_products(&one).unwrap();
+        for (i, integral) in a.integrals().into_iter().enumerate() {
+            let sum: f64 = rows.iter_row(i).map(|(_, w)| w).sum();
+            prop_assert!((integral - sum).abs() < 1e-13, "{integral} is not {sum}");
+        }
+    }
+
+    #[test]
+    fn sums_are_sums((a, b) in two_spaces(), seed in 0..50_usize) {
+        let f = Function::new(a.clone(), vectors(a.len(), seed)).unwrap();
+        let g = Function::new(b.clone(), vectors(b.len(), seed + 3)).unwrap();
+        let Ok(sum) = f.plus(-0.5, &g) else {
+            prop_assert!(a.degree() == 0 || b.degree() == 0, "{:?}", f.plus(-0.5, &g));
+            return Ok(());
+        };
+        for u in inside(&a, &b) {
+            let expected = f.value(u).unwrap() - g.value(u).unwrap() * 0.5;
+            prop_assert!((sum.value(u).unwrap() - expected).norm() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn fields_too((a, b) in two_spaces(), (c, d) in two_spaces(), seed in 0..50_usize) {
+        prop_assume!(a.degree() + b.degree() < 8 && c.degree() + d.degree() < 8);
+        let f = Field::new(a.clone(), c.clone(), vectors(a.len() * c.len(), seed)).unwrap();
+        let g = Field::new(b.clone(), d.clone(), noise(b.len() * d.len(), seed)).unwrap();
+        let product = f.times(&g).unwrap();
+        let along = Function::new(d.clone(), noise(d.len(), seed + 1)).unwrap();
+        let partly = f.times_along(Direction::V, &along).unwrap();
+        for u in inside(&a, &b).into_iter().step_by(4) {
+            for v in inside(&c, &d).into_iter().step_by(4) {
+                let own = f.value(u, v).unwrap();
+                let expected = own * g.value(u, v).unwrap();
+                prop_assert!((product.value(u, v).unwrap() - expected).norm() < 1e-9);
+                let expected = own * along.value(v).unwrap();
+                prop_assert!((partly.value(u, v).unwrap() - expected).norm() < 1e-9);
+            }
+        }
+        let twice = product.integral(Direction::U).unwrap().integral(Direction::V).unwrap();
+        let (end, last) = (twice.space(Direction::U).domain().1, twice.space(Direction::V).domain().1);
+        prop_assert!((twice.value(end, last).unwrap() - product.total().unwrap()).norm() < 1e-8);
+    }
+}
+
+/// Intervals of very unlike lengths: each coefficient is taken from the longest piece that it can be.
+#[test]
+fn graded_knots_lose_nothing() {
+    for ratio in [10.0, 1e3, 1e6] {
+        let mut knots = vec![0.0; 4];
+        let mut at = 0.0;
+        for i in 0..12 {
+            at += if i % 3 == 0 { ratio } else { 1.0 };
+            knots.push(at);
+        }
+        knots.extend([at; 3]);
+        let a = Space::open(3, knots).unwrap();
+        let b = a.derived().unwrap();
+        let f = Function::new(a.clone(), noise(a.len(), 1)).unwrap();
+        let g = Function::new(b.clone(), noise(b.len(), 2)).unwrap();
+        let product = f.times(&g).unwrap();
+        for u in parameters(0.0, at).take(32) {
+            let expected = f.value(u).unwrap() * g.value(u).unwrap();
+            assert!((product.value(u).unwrap() - expected).abs() < 1e-13, "{ratio} {u}");
+        }
+        let largest = product.coefficients().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+        assert!(largest < 20.0, "{largest}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let a = Space::clamped_uniform(3, 8).unwrap();
+    let b = Space::clamped_uniform(3, 9).unwrap();
+    assert!(a.product(&b).unwrap_err().to_string().contains("no common domain"));
+    let high = Space::clamped(20, &[0.0, 5.0]).unwrap();
+    assert_eq!(high.product(&high).unwrap_err(), crate::Error::Degree { degree: 40 });
+    assert!(Function::new(a.clone(), vec![1.0; 7]).unwrap_err().to_string().contains("7 coefficients"));
+    let mut bad = vec![1.0; 8];
+    bad[3] = f64::NAN;
+    assert!(Function::new(a.clone(), bad).unwrap_err().to_string().contains("coefficient 3"));
+    let huge = Function::new(a, vec![1e200; 8]).unwrap();
+    assert!(huge.times(&huge).is_err());
+}
+
+/// The largest number of a running sum's errors does not grow with its length.
+#[test]
+fn a_million_knots_are_summed_to_rounding() {
+    let n = 200_000;
+    let space = Space::clamped_uniform(2, n).unwrap();
+    let f = Function::constant(space, 0.1).unwrap();
+    let integral = f.integral(0.0).unwrap();
+    let (found, exact) = (integral.coefficients().last().copied().unwrap(), 0.1 * (n - 2) as f64);
+    assert!((found - exact).abs() < 1e-15 * exact, "{found} {exact}");
+}
