@@ -177,15 +177,10 @@ fn refined_intervals(cage: &Cage, child: &Topology) -> Vec<[f64; 2]> {
     parallel::map(child.edge_count(), |edge| {
         let [a, b] = child.ends(edge);
         // Of each end: whether the edge runs in the direction of the edge that follows its corner, or of the one before.
-        let directions = if old.next(a) == b {
-            [0, 1]
-        } else if old.next(b) == a {
-            [1, 0]
-        } else if old.twin(a) != NONE && old.next(old.twin(a)) == b {
-            [1, 0]
-        } else {
-            [0, 1]
-        };
+        let along = old.next(a) == b;
+        let back = old.next(b) == a;
+        let over = old.twin(a) != NONE && old.next(old.twin(a)) == b;
+        let directions = if !along && (back || over) { [1, 0] } else { [0, 1] };
         [intervals(cage, a)[directions[0]] / 2.0, intervals(cage, b)[directions[1]] / 2.0]
     })
 }

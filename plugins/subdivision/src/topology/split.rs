@@ -38,7 +38,7 @@ impl Topology {
             let (starts, ends) = (4 * one, 4 * self.next(one) + 3);
             let (back_starts, back_ends) =
                 if other == NONE { (NONE, NONE) } else { (4 * other, 4 * self.next(other) + 3) };
-            if k % 2 == 0 { [starts, back_ends] } else { [ends, back_starts] }
+            if k.is_multiple_of(2) { [starts, back_ends] } else { [ends, back_starts] }
         });
         let leaving = parallel::map(vertices + edges + self.face_count(), |k| {
             if k < vertices {
