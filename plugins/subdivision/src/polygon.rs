@@ -4,7 +4,7 @@ mod spline;
 
 use loftsman_kernel::{Point, Vector};
 
-use crate::cage::checked;
+use crate::cage::checked_interval;
 use crate::error::{Result, SubdivisionError};
 
 /// How a polygon is refined.
@@ -65,10 +65,10 @@ impl Polygon {
         Ok(Self { points, closed, scheme, intervals })
     }
 
-    /// The same with knot intervals, 0 or more.
+    /// The same with knot intervals, each 0 or between 1e-100 and 1e100.
     ///
     /// # Errors
-    /// When there are not as many as spans, or one is negative or not finite.
+    /// When there are not as many as spans, or one is neither 0 nor in range.
     pub fn with_intervals(mut self, intervals: Vec<f64>) -> Result<Self> {
         let needed = self.spans().len();
         if intervals.len() != needed {
@@ -79,7 +79,7 @@ impl Polygon {
             return Err(SubdivisionError::Polygon { problem });
         }
         for (k, &interval) in intervals.iter().enumerate() {
-            checked("interval", || format!("span {k}"), interval, f64::MAX, "a finite number, 0 or more")?;
+            checked_interval(|| format!("span {k}"), interval)?;
         }
         self.intervals = Self::padded(self.closed, intervals);
         Ok(self)

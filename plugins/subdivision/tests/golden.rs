@@ -13,7 +13,7 @@ fn cage(value: &Value) -> Cage {
     let rule = match value["boundary"].as_str().unwrap() {
         "edge-only" => BoundaryRule::EdgeOnly,
         "edge-and-corner" => BoundaryRule::EdgeAndCorner,
-        other => panic!("{other}"),
+        other => unreachable!("{other}"),
     };
     let mut cage = Cage::new(points(&value["points"]), &faces).unwrap().with_boundary(rule);
     for crease in value["creases"].as_array().unwrap() {

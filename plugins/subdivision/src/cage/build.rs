@@ -8,9 +8,6 @@ use super::{BoundaryRule, Cage};
 use crate::error::{Result, SubdivisionError};
 use crate::topology::Topology;
 
-const SHARPNESS: &str = "0 (smooth) or more; f64::INFINITY, or 10, for as sharp as can be";
-const INTERVAL: &str = "a finite number, 0 or more";
-
 impl Cage {
     /// The cage of these points and faces; each face lists the indices of its points, counterclockwise from outside. Cost:
     /// linear, but for sorting the edges at each vertex.
@@ -84,7 +81,7 @@ impl Cage {
     pub fn with_crease(mut self, from: usize, to: usize, sharpness: f64) -> Result<Self> {
         let edge = self.edge_between(from, to)?;
         self.creases.resize(self.topology.edge_count(), 0.0);
-        self.creases[edge] = checked("sharpness", || between(from, to), sharpness, f64::INFINITY, SHARPNESS)?;
+        self.creases[edge] = checked_sharpness(|| between(from, to), sharpness)?;
         Ok(self)
     }
 
@@ -95,8 +92,7 @@ impl Cage {
     pub fn with_corner(mut self, vertex: usize, sharpness: f64) -> Result<Self> {
         present("vertex", vertex, self.points.len())?;
         self.corners.resize(self.points.len(), 0.0);
-        self.corners[vertex] =
-            checked("sharpness", || format!("vertex {vertex}"), sharpness, f64::INFINITY, SHARPNESS)?;
+        self.corners[vertex] = checked_sharpness(|| format!("vertex {vertex}"), sharpness)?;
         Ok(self)
     }
 
@@ -111,29 +107,29 @@ impl Cage {
         Ok(self)
     }
 
-    /// The cage with a knot interval (0 or more) on the edge between two vertices, for Catmull-Clark refinement. Edges of which
+    /// The cage with a knot interval (0, or between 1e-100 and 1e100) on the edge between two vertices, for Catmull-Clark refinement. Edges of which
     /// nothing is said have 1.
     ///
     /// # Errors
-    /// When there is no such edge, or the interval is negative or not finite.
+    /// When there is no such edge, or the interval is neither 0 nor between 1e-100 and 1e100.
     pub fn with_interval(mut self, from: usize, to: usize, interval: f64) -> Result<Self> {
         let edge = self.edge_between(from, to)?;
         self.intervals.resize(self.topology.edge_count(), 1.0);
-        self.intervals[edge] = checked("interval", || between(from, to), interval, f64::MAX, INTERVAL)?;
+        self.intervals[edge] = checked_interval(|| between(from, to), interval)?;
         Ok(self)
     }
 
-    /// The cage with a knot interval (0 or more) that the vertex `at` has in the direction of its edge to `towards`, for Doo-Sabin
+    /// The cage with a knot interval (0, or between 1e-100 and 1e100) that the vertex `at` has in the direction of its edge to `towards`, for Doo-Sabin
     /// refinement, where intervals belong to vertices. Those of which nothing is said are 1.
     ///
     /// # Errors
-    /// When there is no such edge, or the interval is negative or not finite.
+    /// When there is no such edge, or the interval is neither 0 nor between 1e-100 and 1e100.
     pub fn with_end_interval(mut self, at: usize, towards: usize, interval: f64) -> Result<Self> {
         let edge = self.edge_between(at, towards)?;
         self.end_intervals.resize(self.topology.edge_count(), [1.0; 2]);
         let end = usize::from(self.topology.ends(edge)[0] as usize != at);
         let place = || format!("vertex {at} towards {towards}");
-        self.end_intervals[edge][end] = checked("interval", place, interval, f64::MAX, INTERVAL)?;
+        self.end_intervals[edge][end] = checked_interval(place, interval)?;
         Ok(self)
     }
 
@@ -151,17 +147,16 @@ pub(crate) fn present(what: &'static str, index: usize, count: usize) -> Result<
     if index < count { Ok(()) } else { Err(SubdivisionError::Missing { what, index, count }) }
 }
 
-/// A number in `[0, most]`.
-pub(crate) fn checked(
-    what: &'static str,
-    place: impl FnOnce() -> String,
-    value: f64,
-    most: f64,
-    needed: &'static str,
-) -> Result<f64> {
-    if (0.0..=most).contains(&value) {
-        Ok(value)
-    } else {
-        Err(SubdivisionError::Value { what, place: place(), value, needed })
-    }
+/// A number in `[0, ∞]`.
+fn checked_sharpness(place: impl FnOnce() -> String, value: f64) -> Result<f64> {
+    let needed = "0 (smooth) or more; f64::INFINITY, or 10, for as sharp as can be";
+    let wrong = |place| SubdivisionError::Value { what: "sharpness", place, value, needed };
+    if value >= 0.0 { Ok(value) } else { Err(wrong(place())) }
+}
+
+/// Nothing, or a number whose products with its like neither vanish nor overflow, not even when it was halved a hundred times.
+pub(crate) fn checked_interval(place: impl FnOnce() -> String, value: f64) -> Result<f64> {
+    let needed = "0, or between 1e-100 and 1e100; only ratios count, so scale all alike";
+    let wrong = |place| SubdivisionError::Value { what: "interval", place, value, needed };
+    if value == 0.0 || (1e-100..=1e100).contains(&value) { Ok(value) } else { Err(wrong(place())) }
 }

@@ -6,6 +6,7 @@
 
 mod limit;
 mod masks;
+mod patch;
 mod refine;
 mod refinement;
 mod ring;
@@ -13,5 +14,6 @@ mod rules;
 mod weights;
 
 pub use limit::{limit_frames, limit_points, limit_stencils, sectors};
+pub use patch::{patch, patch_stencils};
 pub use refine::{refine, refine_times};
 pub use refinement::Refinement;
