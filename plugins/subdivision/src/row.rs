@@ -55,8 +55,4 @@ impl Row {
         self.tidy();
         self.0.into_iter().map(|(vertex, weight)| (vertex as usize, weight)).collect()
     }
-
-    pub(crate) fn apply(&self, points: &[Point]) -> Vector {
-        self.0.iter().fold(Vector::zeros(), |sum, (v, w)| sum + points[*v as usize].coords * *w)
-    }
 }

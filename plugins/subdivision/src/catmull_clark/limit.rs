@@ -4,7 +4,7 @@ use loftsman_kernel::{Point, Vector, parallel};
 
 use super::masks;
 use super::ring::Ring;
-use crate::cage::{Cage, present};
+use crate::cage::{Cage, INFINITELY_SHARP, present};
 use crate::error::{Result, SubdivisionError};
 use crate::frame::{LimitFrame, LimitStencils};
 
@@ -49,6 +49,7 @@ pub fn limit_stencils(cage: &Cage, vertex: usize, sector: usize) -> Result<Limit
 /// When knot intervals differ, for then no limit is known.
 pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
     check_uniform(cage)?;
+    let means = means(cage);
     Ok(parallel::map(cage.points().len(), |vertex| {
         if is_regular(cage, vertex) {
             return smooth_point(cage, vertex);
@@ -56,7 +57,7 @@ pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
         let ring = Ring::new(cage, vertex);
         let (edges, faces) = ring.size();
         let mask = masks::position(ring.limit(), edges, faces);
-        Point::from(ring.row(mask, ring.steps()).apply(cage.points()))
+        Point::from(ring.apply(mask, ring.steps(), &means))
     }))
 }
 
@@ -67,6 +68,7 @@ pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
 /// When knot intervals differ, for then no limit is known.
 pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
     check_uniform(cage)?;
+    let means = means(cage);
     let waves: Vec<[f64; 3]> = (0..USUAL).map(wave).collect();
     Ok(parallel::map(cage.points().len(), |vertex| {
         if is_regular(cage, vertex)
@@ -76,12 +78,25 @@ pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
         }
         let ring = Ring::new(cage, vertex);
         let (limit, steps, (edges, faces)) = (ring.limit(), ring.steps(), ring.size());
-        let apply = |mask| ring.row(mask, steps).apply(cage.points());
+        let apply = |mask| ring.apply(mask, steps, &means);
         LimitFrame {
             point: Point::from(apply(masks::position(limit, edges, faces))),
             tangents: masks::tangents(limit, edges, faces, 0).map(apply),
         }
     }))
+}
+
+/// The means of all faces, where limits need them: nothing of a cage of quads without finite sharpness.
+fn means(cage: &Cage) -> Vec<Point> {
+    let finite = |s: &f64| *s > 0.0 && *s < INFINITELY_SHARP;
+    if cage.topology().is_quads() && !cage.creases.iter().chain(&cage.corners).any(finite) {
+        return Vec::new();
+    }
+    parallel::map(cage.topology().face_count(), |face| {
+        let corners = cage.topology().face(face);
+        let sum = corners.iter().fold(Vector::zeros(), |sum, &v| sum + cage.points()[v as usize].coords);
+        Point::from(sum / corners.len() as f64)
+    })
 }
 
 /// Whether a vertex is smooth and has nothing but quads round it.

@@ -65,19 +65,7 @@ pub(super) fn refined_points(cage: &Cage) -> Vec<Point> {
     let weights = Weights::new(cage);
     let points = cage.points();
     let uniform = !cage.has_intervals();
-    let faces: Vec<Point> = parallel::map(topology.face_count(), |f| {
-        let mut sum = Vector::zeros();
-        if uniform {
-            let corners = topology.face(f);
-            for &v in corners {
-                sum += points[v as usize].coords;
-            }
-            sum /= corners.len() as f64;
-        } else {
-            weights.face(f, |v, w| sum += points[v as usize].coords * w);
-        }
-        Point::from(sum)
-    });
+    let faces = face_points(cage, &weights);
     parallel::map(vertices + edges + faces.len(), |k| {
         if k >= vertices + edges {
             return faces[k - vertices - edges];
@@ -91,6 +79,24 @@ pub(super) fn refined_points(cage: &Cage) -> Vec<Point> {
             weights.vertex(k, &mut sums);
         }
         Point::from(sums.sum)
+    })
+}
+
+/// The new points of all faces.
+pub(super) fn face_points(cage: &Cage, weights: &Weights) -> Vec<Point> {
+    let (topology, points, uniform) = (cage.topology(), cage.points(), !cage.has_intervals());
+    parallel::map(topology.face_count(), |f| {
+        let mut sum = Vector::zeros();
+        if uniform {
+            let corners = topology.face(f);
+            for &v in corners {
+                sum += points[v as usize].coords;
+            }
+            sum /= corners.len() as f64;
+        } else {
+            weights.face(f, |v, w| sum += points[v as usize].coords * w);
+        }
+        Point::from(sum)
     })
 }
 

@@ -4,6 +4,7 @@
 //! as large as its ring. The matrix is never made: a row over the refined ring is taken back to the ring before, in time linear in the
 //! number of faces.
 
+use loftsman_kernel::{Point, Vector};
 use smallvec::SmallVec;
 
 use super::rules::{Kind, VertexRule, kind, vertex_rule};
@@ -169,8 +170,9 @@ impl<'a> Ring<'a> {
         self.sharpness.steps().max(usize::from(!quads))
     }
 
-    /// The row over the vertices of the cage of a mask over the ring refined so often.
-    pub(super) fn row(&self, mut mask: Mask, steps: usize) -> Row {
+    /// The mask over the ring as it is, from one over the ring refined so often. The faces of what comes are points of faces, unless
+    /// nothing was refined.
+    fn back(&self, mut mask: Mask, steps: usize) -> Mask {
         let mut levels = vec![self.sharpness.clone()];
         while levels.len() < steps {
             levels.push(levels[levels.len() - 1].decayed());
@@ -181,12 +183,43 @@ impl<'a> Ring<'a> {
                 mask = mask.across();
             }
         }
+        mask
+    }
+
+    /// The neighbours along the edges, with what a mask has for them.
+    fn neighbours<'b>(&'b self, mask: &'b Mask) -> impl Iterator<Item = (u32, f64)> + 'b {
+        let topology = self.cage.topology();
+        let edges = topology.vertex_edges(self.vertex).zip(&mask.edges);
+        edges.map(|(edge, &weight)| (topology.other_end(edge, self.vertex) as u32, weight))
+    }
+
+    /// The sum of a mask over the ring refined so often, by the means of the faces of the cage (which nobody looks at without
+    /// refinement). Cost: the number of faces here, however large they are.
+    pub(super) fn apply(&self, mask: Mask, steps: usize, faces: &[Point]) -> Vector {
+        let (topology, points) = (self.cage.topology(), self.cage.points());
+        let mask = self.back(mask, steps);
+        let mut sum = points[self.vertex].coords * mask.vertex;
+        for (v, weight) in self.neighbours(&mask) {
+            sum += points[v as usize].coords * weight;
+        }
+        for (&half, &weight) in self.halves.iter().zip(&mask.faces) {
+            sum += weight
+                * if steps == 0 {
+                    points[topology.origin(topology.next(topology.next(half))) as usize].coords
+                } else {
+                    faces[topology.face_of(half) as usize].coords
+                };
+        }
+        sum
+    }
+
+    /// The row over the vertices of the cage of a mask over the ring refined so often.
+    pub(super) fn row(&self, mask: Mask, steps: usize) -> Row {
+        let mask = self.back(mask, steps);
         let topology = self.cage.topology();
         let mut row = Row::default();
         row.add(self.vertex as u32, mask.vertex);
-        for (edge, &weight) in topology.vertex_edges(self.vertex).zip(&mask.edges) {
-            row.add(topology.other_end(edge, self.vertex) as u32, weight);
-        }
+        self.neighbours(&mask).for_each(|(v, weight)| row.add(v, weight));
         for (&half, &weight) in self.halves.iter().zip(&mask.faces) {
             if steps == 0 {
                 row.add(topology.origin(topology.next(topology.next(half))), weight);
