@@ -22,10 +22,16 @@ pub struct LimitFrame {
 }
 
 impl LimitFrame {
-    /// The unit normal, outwards; `None` where the tangents do not span a plane (coincident vertices, a flat corner).
+    /// The unit normal, outwards; `None` where the tangents do not span a plane but by rounding (coincident vertices, a flat corner).
     pub fn normal(&self) -> Option<Vector> {
+        const ROUNDING: f64 = 16.0 * f64::EPSILON;
+        let [a, b] = self.tangents;
+        let (long, short) = (a.norm().max(b.norm()), a.norm().min(b.norm()));
+        if short <= ROUNDING * long {
+            return None;
+        }
         // By unit vectors, so that nothing under- or overflows.
-        let [a, b] = self.tangents.map(|t| t.try_normalize(0.0));
-        a?.cross(&b?).try_normalize(f64::EPSILON).filter(|n| n.iter().all(|c| c.is_finite()))
+        let (a, b) = (a.try_normalize(0.0)?, b.try_normalize(0.0)?);
+        a.cross(&b).try_normalize(ROUNDING).filter(|n| n.iter().all(|c| c.is_finite()))
     }
 }
