@@ -30,7 +30,7 @@ impl LimitFrame {
         if short <= ROUNDING * long {
             return None;
         }
-        // By unit vectors, so that nothing under- or overflows.
+        // By unit vectors, so that what counts is the angle between them.
         let (a, b) = (a.try_normalize(0.0)?, b.try_normalize(0.0)?);
         a.cross(&b).try_normalize(ROUNDING).filter(|n| n.iter().all(|c| c.is_finite()))
     }

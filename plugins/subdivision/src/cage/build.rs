@@ -107,8 +107,8 @@ impl Cage {
         Ok(self)
     }
 
-    /// The cage with a knot interval (0, or between 1e-100 and 1e100) on the edge between two vertices, for Catmull-Clark refinement. Edges of which
-    /// nothing is said have 1.
+    /// The cage with a knot interval (0, or between 1e-100 and 1e100) on the edge between two vertices, for Catmull-Clark
+    /// refinement. Edges of which nothing is said have 1.
     ///
     /// # Errors
     /// When there is no such edge, or the interval is neither 0 nor between 1e-100 and 1e100.
@@ -119,8 +119,8 @@ impl Cage {
         Ok(self)
     }
 
-    /// The cage with a knot interval (0, or between 1e-100 and 1e100) that the vertex `at` has in the direction of its edge to `towards`, for Doo-Sabin
-    /// refinement, where intervals belong to vertices. Those of which nothing is said are 1.
+    /// The cage with a knot interval (0, or between 1e-100 and 1e100) that the vertex `at` has in the direction of its edge to
+    /// `towards`, for Doo-Sabin refinement, where intervals belong to vertices. Those of which nothing is said are 1.
     ///
     /// # Errors
     /// When there is no such edge, or the interval is neither 0 nor between 1e-100 and 1e100.

@@ -4,7 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::ring::{Few, Limit, Mask, Sharpness};
 
-/// Directions of an eigenvector are sought by so many multiplications at most; usual valences need some hundred.
+/// Rows at the end of a crease are sought by so many multiplications at most. Usual valences need some hundred; with hundreds of edges
+/// the tangent along the crease is then right to a few digits only.
 const MOST_STEPS: usize = 4000;
 
 /// The row of the limit position of a vertex with `n` edges: interior `(n², 4, 1) / (n (n + 5))` (Halstead, Kass and DeRose 1993), on a
@@ -178,5 +179,62 @@ fn repeat(mask: &mut Mask, step: impl Fn(&Mask) -> Mask) {
             break;
         }
         last = change;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How far a row is from being an eigenvector: what a refinement adds that is not along it.
+    fn residual(mask: &Mask, sharpness: &Sharpness) -> f64 {
+        let mut next = mask.back(sharpness).across();
+        let dot = |a: &Mask, b: &Mask| {
+            let sum = |a: &Few, b: &Few| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+            a.vertex * b.vertex + sum(&a.edges, &b.edges) + sum(&a.faces, &b.faces)
+        };
+        let along = dot(&next, mask) / dot(mask, mask);
+        next.scale(1.0 / along);
+        next.distance(mask) / dot(mask, mask).sqrt()
+    }
+
+    #[test]
+    fn rows_are_eigenvectors() {
+        for n in (2..13).chain([40, 100]) {
+            let smooth = Sharpness { vertex: 0.0, edges: Few::from_elem(0.0, n) };
+            let mut creased = smooth.clone();
+            let k = n / 2;
+            (creased.edges[1], creased.edges[(1 + k) % n]) = (f64::INFINITY, f64::INFINITY);
+            let mut open = Sharpness { vertex: 0.0, edges: Few::from_elem(0.0, n + 1) };
+            (open.edges[0], open.edges[n]) = (f64::INFINITY, f64::INFINITY);
+            let cases = [
+                (Limit::Smooth, smooth, n, n),
+                (Limit::Crease([1, 1 + k]), creased, n, n),
+                (Limit::Crease([0, n]), open, n + 1, n),
+                (Limit::Dart(1), dart(n, 1), n, n),
+            ];
+            for (limit, sharpness, edges, faces) in cases {
+                if (limit == Limit::Crease([1, 1 + k]) || matches!(limit, Limit::Dart(_))) && n < 3 {
+                    continue;
+                }
+                let off = residual(&position(limit, edges, faces), &sharpness);
+                assert!(off < 2e-15, "{limit:?} of {n}: position {off:e}");
+                for sector in 0..sectors(limit, edges, faces) {
+                    let rows = tangents(limit, edges, faces, sector);
+                    for (which, row) in rows.iter().enumerate() {
+                        assert!(row.sum().abs() < 1e-13, "{limit:?} of {n}");
+                        // Where a crease has one face on a side, what is taken is no eigenvector but what grows along one.
+                        let alone = which == 1 && (faces < edges && n == 1 || n < 4 && faces == edges);
+                        let off = residual(row, &sharpness);
+                        let most = match limit {
+                            Limit::Dart(_) if n > 50 => 1e-6,
+                            Limit::Dart(_) => 1e-9,
+                            _ => 1e-13,
+                        };
+                        assert!(off < most || alone, "{limit:?} of {n}, {sector} {which}: {off:e}");
+                    }
+                }
+            }
+        }
     }
 }
