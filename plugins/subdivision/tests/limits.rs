@@ -9,7 +9,7 @@ use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{
-    limit_frames, limit_points, limit_stencils, refine, refine_times, sectors,
+    all_limit_stencils, limit_frames, limit_points, limit_stencils, refine, refine_times, sectors,
 };
 use loftsman_subdivision::{BoundaryRule, Cage, LimitFrame};
 
@@ -64,8 +64,10 @@ fn positions_are_where_refinement_goes() {
     let mut count = 0;
     for (name, cage) in shapes::all() {
         let limits = limit_points(&cage).unwrap();
+        let rows = all_limit_stencils(&cage).unwrap();
         for v in [0, 1, 4].into_iter().filter(|&v| v < cage.points().len()) {
             let stencils = limit_stencils(&cage, v, 0).unwrap();
+            assert_eq!(stencils, rows[v]);
             let total: f64 = stencils.position.coefficients().iter().sum();
             assert!((total - 1.0).abs() < 4e-15, "{name}, vertex {v}: {total}");
             assert!(

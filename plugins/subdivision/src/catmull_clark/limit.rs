@@ -27,20 +27,35 @@ pub fn sectors(cage: &Cage, vertex: usize) -> Result<usize> {
 /// refined away first. The point is that of Halstead, Kass and DeRose (1993) where nothing is sharp; the tangents are left eigenvectors
 /// of the scheme as it is, so that they are those of the surface also where OpenSubdiv takes masks of another (creases with other than
 /// two faces on a side; ends of creases). Where three eigenvalues are equal (valence 2) or a corner has more than one face, a tangent
-/// plane need not exist. Cost: linear in the size of the ring.
+/// plane need not exist. Cost: linear in the size of the ring; where the cage has knot intervals, in the number of its edges, too.
 ///
 /// # Errors
 /// When there is no such vertex or sector; when knot intervals differ, for then no limit is known.
 pub fn limit_stencils(cage: &Cage, vertex: usize, sector: usize) -> Result<LimitStencils> {
     check_uniform(cage)?;
     present("sector", sector, sectors(cage, vertex)?)?;
+    Ok(rows(cage, vertex, sector))
+}
+
+/// The [rows](limit_stencils) of the limits of all vertices, on creases and at corners in their first sector; in parallel with the
+/// feature `parallel`. Cost: linear in what comes out.
+///
+/// # Errors
+/// When knot intervals differ, for then no limit is known.
+pub fn all_limit_stencils(cage: &Cage) -> Result<Vec<LimitStencils>> {
+    check_uniform(cage)?;
+    Ok(parallel::map(cage.points().len(), |vertex| rows(cage, vertex, 0)))
+}
+
+/// The rows of a vertex that is there, in a sector that is there.
+fn rows(cage: &Cage, vertex: usize, sector: usize) -> LimitStencils {
     let ring = Ring::new(cage, vertex);
     let (steps, limit, (edges, faces)) = (ring.steps(), ring.limit(), ring.size());
     let tangents = masks::tangents(limit, edges, faces, sector);
-    Ok(LimitStencils {
+    LimitStencils {
         position: ring.row(masks::position(limit, edges, faces), steps).into_stencil(),
         tangents: tangents.map(|mask| ring.row(mask, steps).into_stencil()),
-    })
+    }
 }
 
 /// The limits of all vertices. Cost: linear; most quickly where all faces are quads; in parallel with the feature `parallel`.

@@ -13,7 +13,7 @@ mod ring;
 mod rules;
 mod weights;
 
-pub use limit::{limit_frames, limit_points, limit_stencils, sectors};
+pub use limit::{all_limit_stencils, limit_frames, limit_points, limit_stencils, sectors};
 pub use patch::{patch, patch_stencils};
 pub use refine::{refine, refine_times};
 pub use refinement::Refinement;
