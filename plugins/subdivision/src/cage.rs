@@ -87,6 +87,11 @@ impl Cage {
         &self.topology
     }
 
+    /// The same, to be shared with [`from_topology`](Self::from_topology): a cage of other points costs these points.
+    pub fn shared_topology(&self) -> Arc<Topology> {
+        self.topology.clone()
+    }
+
     /// What becomes of the boundary.
     pub fn boundary(&self) -> BoundaryRule {
         self.boundary

@@ -152,7 +152,7 @@ fn by_intervals_a_grid_is_the_spline_with_knots_inserted() {
 #[test]
 fn equal_intervals_are_none() {
     let (cage, _, _) = by_intervals(true);
-    let plain = Cage::from_topology(cage.points().to_vec(), cage.topology().clone().into()).unwrap();
+    let plain = Cage::from_topology(cage.points().to_vec(), cage.shared_topology()).unwrap();
     let (a, b) = (refine_times(&cage, 2).unwrap(), refine_times(&plain, 2).unwrap());
     let apart = |a: &Cage, b: &Cage| {
         a.points().iter().zip(b.points()).fold(0.0, |m: f64, (p, q)| m.max((p - q).norm()))
