@@ -1,0 +1,186 @@
+//! One cage from another.
+
+use std::f64::consts::TAU;
+
+use loftsman_kernel::shape::Stencil;
+use loftsman_kernel::{Point, Vector, parallel};
+
+use crate::cage::{Cage, present};
+use crate::error::Result;
+use crate::row::Row;
+use crate::topology::{NONE, Topology};
+
+/// The cage refined once. Corner `h` of the cage becomes vertex `h`; faces are, in this order, one for each face (with its number),
+/// one for each inner edge in order, one for each inner vertex in order that has more than two edges.
+///
+/// Doo and Sabin (1978): a corner becomes `(n + 5)/(4n)` of itself and `(3 + 2 cos(2π j/n))/(4n)` of the corner `j` places on. With end
+/// intervals, Sederberg, Zheng, Sewell and Sabin (1998, section 3): `(P_i + V)/2 + c_i/(4 T) Σ_j (1 + 2 cos(2π (i-j)/n)) (P_j - P_i)` with
+/// `V = Σ w_i P_i / T`, `w_i` the product of the intervals of the two neighbours towards `P_i`, `T = Σ w_i`, and `c_i` that of its own
+/// two in the face; intervals are halved. Faces whose `T` is zero are refined uniformly. A hole's own face is a hole. Cost: linear.
+///
+/// # Errors
+/// When 32 bits cannot count what would be there.
+pub fn refine(cage: &Cage) -> Result<Cage> {
+    let old = cage.topology();
+    let (mut corners, mut starts): (Vec<u32>, Vec<usize>) =
+        (Vec::with_capacity(4 * old.corner_count()), vec![0]);
+    for face in 0..old.face_count() {
+        corners.extend(old.face_corners(face).map(|h| h as u32));
+        starts.push(corners.len());
+    }
+    for edge in 0..old.edge_count() {
+        let [one, other] = old.halves(edge);
+        if other != NONE {
+            corners.extend([old.next(one), one, old.next(other), other]);
+            starts.push(corners.len());
+        }
+    }
+    for vertex in 0..old.vertex_count() {
+        if !old.is_boundary_vertex(vertex) && old.around(vertex).nth(2).is_some() {
+            corners.extend(old.around(vertex));
+            starts.push(corners.len());
+        }
+    }
+    let points = parallel::map(old.face_count(), |face| of_face(cage, face)).concat();
+    // Made without a check of coordinates: as everywhere, those of a cage near the largest number may overflow.
+    let topology = Topology::new(points.len(), corners, &starts)?;
+    let mut child = Cage::from_topology(vec![Point::origin(); points.len()], topology.into())?;
+    child.points = points;
+    child.boundary = cage.boundary;
+    if cage.holes.contains(&true) {
+        child.holes = cage.holes.clone();
+    }
+    if cage.has_end_intervals() {
+        child.end_intervals = refined_intervals(cage, child.topology());
+    }
+    Ok(child)
+}
+
+/// The cage refined so many times; those between are not kept.
+///
+/// # Errors
+/// As for [`refine`].
+pub fn refine_times(cage: &Cage, times: usize) -> Result<Cage> {
+    let mut finest = cage.clone();
+    for _ in 0..times {
+        finest = refine(&finest)?;
+    }
+    Ok(finest)
+}
+
+/// The vertices of the cage that vertex `corner` of the refined cage is made of, and how much of each. Cost: the size of the face.
+///
+/// # Errors
+/// When there is no such corner.
+pub fn stencil(cage: &Cage, corner: usize) -> Result<Stencil> {
+    let topology = cage.topology();
+    present("corner", corner, topology.corner_count())?;
+    let face = topology.face_of(corner as u32) as usize;
+    let corners = topology.face_corners(face);
+    let n = corners.len();
+    let weights = weights(cage, face);
+    let at = corner - corners.start;
+    let mut row = Row::default();
+    for (j, &vertex) in topology.face(face).iter().enumerate() {
+        let itself = if j == at { 1.0 } else { 0.0 };
+        let wave = 1.0 + 2.0 * (TAU * ((at + n - j) % n) as f64 / n as f64).cos();
+        let middle = weights.as_ref().map_or(1.0 / n as f64, |w| w.middle[j]);
+        row.add(
+            vertex,
+            0.5 * (itself + middle) + share(weights.as_ref(), at, n) * (wave - n as f64 * itself),
+        );
+    }
+    Ok(row.into_stencil())
+}
+
+/// What intervals make of a face.
+struct Weights {
+    /// The weight of each corner in the middle.
+    middle: Vec<f64>,
+    /// How much of the wave each corner has, `c_i / (4 T)`.
+    wave: Vec<f64>,
+}
+
+/// How much of the wave a corner has: `1/(4n)` of a uniform face.
+fn share(weights: Option<&Weights>, corner: usize, n: usize) -> f64 {
+    weights.map_or(0.25 / n as f64, |w| w.wave[corner])
+}
+
+/// The intervals that the vertex of a corner has along the edge that follows, and along the one before.
+fn intervals(cage: &Cage, half: u32) -> [f64; 2] {
+    let topology = cage.topology();
+    let at_start = |half: u32, start: bool| {
+        let edge = topology.edge_of(half) as usize;
+        cage.end_interval(edge)[usize::from((topology.halves(edge)[0] == half) != start)]
+    };
+    [at_start(half, true), at_start(topology.previous(half), false)]
+}
+
+/// The weights of a face by intervals; `None` where it is uniform.
+fn weights(cage: &Cage, face: usize) -> Option<Weights> {
+    if !cage.has_end_intervals() {
+        return None;
+    }
+    let own: Vec<[f64; 2]> = cage.topology().face_corners(face).map(|h| intervals(cage, h as u32)).collect();
+    let n = own.len();
+    let towards = |i: usize| own[(i + n - 1) % n][0] * own[(i + 1) % n][1];
+    let total: f64 = (0..n).map(towards).sum();
+    (total > 0.0).then(|| Weights {
+        middle: (0..n).map(|i| towards(i) / total).collect(),
+        wave: own.iter().map(|[a, b]| a * b / (4.0 * total)).collect(),
+    })
+}
+
+/// The new points of a face's corners. `Σ_j cos(2π (i-j)/n) P_j` is taken apart into a sum of cosines and one of sines, so that the cost
+/// is linear in the size of the face.
+fn of_face(cage: &Cage, face: usize) -> Vec<Point> {
+    let points = cage.points();
+    let vertices = cage.topology().face(face);
+    let n = vertices.len() as f64;
+    let [centre, cosines, sines] = waves(cage, face);
+    let weights = weights(cage, face);
+    let middle = weights.as_ref().map_or(centre, |w| {
+        vertices
+            .iter()
+            .zip(&w.middle)
+            .fold(Vector::zeros(), |sum, (&v, &c)| sum + points[v as usize].coords * c)
+    });
+    let corner = |(i, &v): (usize, &u32)| {
+        let (sin, cos) = (TAU * i as f64 / n).sin_cos();
+        let own = points[v as usize].coords;
+        let wave = (centre - own) * n + (cosines * cos + sines * sin) * 2.0;
+        Point::from((own + middle) * 0.5 + wave * share(weights.as_ref(), i, vertices.len()))
+    };
+    vertices.iter().enumerate().map(corner).collect()
+}
+
+/// The middle of a face, and the sums of its vertices by cosines and sines round it.
+pub(super) fn waves(cage: &Cage, face: usize) -> [Vector; 3] {
+    let vertices = cage.topology().face(face);
+    let n = vertices.len() as f64;
+    let mut sums = [Vector::zeros(); 3];
+    let at = |v: u32| cage.points()[v as usize].coords;
+    sums[0] = vertices.iter().fold(sums[0], |sum, &v| sum + at(v)) / n;
+    for (i, &v) in vertices.iter().enumerate() {
+        let (sin, cos) = (TAU * i as f64 / n).sin_cos();
+        // From the middle, so that nothing is lost far from the origin.
+        let arm = at(v) - sums[0];
+        sums[1] += arm * cos;
+        sums[2] += arm * sin;
+    }
+    sums
+}
+
+/// The end intervals of the refined cage: half those of the vertex that a corner comes from, in the same direction.
+fn refined_intervals(cage: &Cage, child: &Topology) -> Vec<[f64; 2]> {
+    let old = cage.topology();
+    parallel::map(child.edge_count(), |edge| {
+        let [a, b] = child.ends(edge);
+        // Of each end: whether the edge runs in the direction of the edge that follows its corner, or of the one before.
+        let along = old.next(a) == b;
+        let back = old.next(b) == a;
+        let over = old.twin(a) != NONE && old.next(old.twin(a)) == b;
+        let directions = if !along && (back || over) { [1, 0] } else { [0, 1] };
+        [intervals(cage, a)[directions[0]] / 2.0, intervals(cage, b)[directions[1]] / 2.0]
+    })
+}

@@ -1,0 +1,36 @@
+//! Subdivision curves and surfaces.
+//!
+//! A [`Cage`] is a polygon mesh with faces of any size and vertices of any valence; a subdivision scheme refines it again and again, and
+//! what it comes to is a smooth surface. [`catmull_clark`] makes bicubic splines of grids, with boundaries, semi-sharp creases and
+//! corners, and knot intervals; [`doo_sabin`] biquadratic ones. Where the vertices come to lie, and the tangent planes there, is known at
+//! once, in bulk and as rows ([`LimitStencils`]) over the vertices of the cage, of which functionals and constraints are made. A
+//! [`Polygon`] is the same for curves, Chaikin's and cubic ones, and is exactly a spline.
+//!
+//! ```
+//! use loftsman_kernel::Point;
+//! use loftsman_subdivision::{Cage, catmull_clark};
+//!
+//! let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+//! let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+//! let cube = Cage::new((0..8).map(corner).collect(), &faces)?.with_crease(4, 5, 1.5)?;
+//! let fine = catmull_clark::refine_times(&cube, 3)?;
+//! assert_eq!(fine.topology().face_count(), 24 * 16);
+//! let frames = catmull_clark::limit_frames(&fine)?;
+//! assert_eq!(frames.len(), fine.points().len());
+//! # Ok::<(), loftsman_subdivision::SubdivisionError>(())
+//! ```
+
+mod cage;
+pub mod catmull_clark;
+pub mod doo_sabin;
+mod error;
+mod frame;
+mod polygon;
+mod row;
+mod topology;
+
+pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};
+pub use error::{Result, SubdivisionError};
+pub use frame::{LimitFrame, LimitStencils};
+pub use polygon::{Polygon, Scheme};
+pub use topology::{Around, NONE, Topology};

@@ -1,0 +1,85 @@
+//! Every face split into quads round its middle: the topology that Catmull-Clark refinement makes, by arithmetic alone.
+
+use super::build::check_room;
+use super::{NONE, Topology, flat};
+use crate::error::Result;
+use loftsman_kernel::parallel;
+
+impl Topology {
+    /// The topology with a vertex more on each edge and face. With `V` vertices, `E` edges: vertex `v` stays `v`, edge `e` becomes
+    /// vertex `V + e`, face `f` becomes `V + E + f`. Corner `h` becomes face `h`: its vertex, the middle of the edge that follows,
+    /// the middle of the face, the middle of the edge before. Edge `e` becomes `2e` (at its start) and `2e + 1`; edge `2E + h` joins the
+    /// middle of the edge that follows corner `h` to that of the face. Cost: linear; no sorting.
+    ///
+    /// # Errors
+    /// When 32 bits cannot count what would be there.
+    pub fn split(&self) -> Result<Self> {
+        let (vertices, edges, corners) = (self.vertex_count(), self.edge_count(), self.corner_count());
+        check_room("corners of faces", corners.saturating_mul(4))?;
+        check_room("vertices", vertices + edges + self.face_count())?;
+        let (v, e) = (vertices as u32, edges as u32);
+        let child_corners = flat(corners, |h| {
+            [self.origin(h), v + self.edge_of(h), v + e + self.face_of(h), v + self.edge_of(self.previous(h))]
+        });
+        let edge_of = flat(corners, |h| {
+            let before = self.previous(h);
+            let (along, back) = (self.edge_of(h), self.edge_of(before));
+            let at_start = u32::from(self.edges[along as usize][0] != h);
+            let at_end = u32::from(self.edges[back as usize][0] == before);
+            [2 * along + at_start, 2 * e + h, 2 * e + before, 2 * back + at_end]
+        });
+        let child_edges = parallel::map(2 * edges + corners, |k| {
+            let k = k as u32;
+            if k >= 2 * e {
+                let h = k - 2 * e;
+                return [4 * h + 1, 4 * self.next(h) + 2];
+            }
+            let [one, other] = self.edges[k as usize / 2];
+            let (starts, ends) = (4 * one, 4 * self.next(one) + 3);
+            let (back_starts, back_ends) =
+                if other == NONE { (NONE, NONE) } else { (4 * other, 4 * self.next(other) + 3) };
+            if k.is_multiple_of(2) { [starts, back_ends] } else { [ends, back_starts] }
+        });
+        let leaving = parallel::map(vertices + edges + self.face_count(), |k| {
+            if k < vertices {
+                4 * self.leaving[k]
+            } else if k < vertices + edges {
+                4 * self.next(self.edges[k - vertices][0]) + 3
+            } else {
+                4 * self.face_corners(k - vertices - edges).start as u32 + 2
+            }
+        });
+        Ok(Self { corners: child_corners, polygons: None, edge_of, edges: child_edges, leaving })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Topology;
+
+    /// The split agrees with the same faces put together from nothing, but for how edges are numbered.
+    #[test]
+    fn a_split_is_what_its_faces_say() {
+        // A cube with one face missing and one cut in two triangles.
+        let corners = vec![0, 3, 2, 1, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 3, 4, 7];
+        let mut topology = Topology::new(8, corners, &[0, 4, 8, 12, 16, 19, 22]).unwrap();
+        for _ in 0..3 {
+            let split = topology.split().unwrap();
+            let starts: Vec<usize> = (0..=split.face_count()).map(|f| 4 * f).collect();
+            let again = Topology::new(split.vertex_count(), split.corners.clone(), &starts).unwrap();
+            assert_eq!(split.edge_count(), again.edge_count());
+            for h in 0..split.corner_count() as u32 {
+                assert_eq!(split.twin(h), again.twin(h));
+                assert!(split.halves(split.edge_of(h) as usize).contains(&h));
+                assert_eq!(split.face_of(h), h / 4);
+            }
+            for v in 0..split.vertex_count() {
+                assert_eq!(split.origin(split.leaving[v]) as usize, v);
+                assert_eq!(split.is_boundary_vertex(v), again.is_boundary_vertex(v));
+                assert_eq!(split.valence(v), again.valence(v));
+                assert_eq!(split.around(v).count(), again.around(v).count());
+            }
+            topology = split;
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Whatever comes in: an answer or an error, never a panic.
+
+#![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
+
+mod shapes;
+
+use loftsman_kernel::Point;
+use loftsman_subdivision::{BoundaryRule, Cage, Polygon, Scheme, catmull_clark, doo_sabin};
+use proptest::prelude::*;
+
+/// Everything that can be asked of a cage.
+fn ask(cage: &Cage) {
+    let refinement = catmull_clark::Refinement::new(cage.clone(), 2).unwrap();
+    refinement.stencils(2).unwrap();
+    let small = cage.points().iter().all(|p| p.coords.amax() < 1e300);
+    for level in refinement.levels() {
+        assert!(!small || level.points().iter().all(|p| p.iter().all(|c| c.is_finite())));
+        if let (Ok(points), Ok(frames)) =
+            (catmull_clark::limit_points(level), catmull_clark::limit_frames(level))
+        {
+            assert_eq!(points.len(), frames.len());
+            frames.iter().for_each(|f| assert!(f.normal().is_none_or(|n| (n.norm() - 1.0).abs() < 1e-12)));
+            for vertex in 0..points.len() {
+                for sector in 0..catmull_clark::sectors(level, vertex).unwrap() {
+                    catmull_clark::limit_stencils(level, vertex, sector).unwrap();
+                }
+            }
+            for face in 0..level.topology().face_count() {
+                catmull_clark::patch_stencils(level, face).unwrap();
+            }
+        }
+        doo_sabin::refine_times(level, 2).unwrap();
+        let _ = (doo_sabin::limit_frames(level), level.to_mesh());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_faces(faces in prop::collection::vec(prop::collection::vec(0usize..9, 0..6), 0..8)) {
+        let points = (0..8).map(|k| Point::new(shapes::noise(k), shapes::noise(k + 9), shapes::noise(k + 99)));
+        if let Ok(cage) = Cage::new(points.collect(), &faces) {
+            ask(&cage);
+        }
+    }
+
+    #[test]
+    fn some_faces_of_a_solid(
+        which in 0usize..8,
+        kept in prop::collection::vec(any::<bool>(), 40),
+        sharp in prop::collection::vec(prop_oneof![Just(0.0), 0.0..3.0, Just(f64::INFINITY)], 40),
+        intervals in prop::collection::vec(prop_oneof![Just(0.0), 0.0..3.0, Just(1e-100), Just(1e100)], 40),
+        by_intervals in 0usize..4,
+        size in prop_oneof![Just(1.0), Just(1e-300), Just(1e308), Just(0.0)],
+    ) {
+        let whole = match which {
+            0 => shapes::cube(),
+            1 => shapes::tetrahedron(),
+            2 => shapes::double_fan(7, 0.1),
+            3 => shapes::fan(6, 5, true, 0.1),
+            4 => shapes::pillow(5),
+            5 => shapes::grid(3, 4, [true, true], 0.1),
+            6 => shapes::grid(3, 4, [false, false], 0.1),
+            _ => shapes::fan(5, 3, false, 0.1),
+        };
+        // What is left of it, vertices numbered anew.
+        let mut places = vec![usize::MAX; whole.points().len()];
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for face in (0..whole.topology().face_count()).filter(|&f| kept[f % 40]) {
+            faces.push(whole.topology().face(face).iter().map(|&v| {
+                if places[v as usize] == usize::MAX {
+                    places[v as usize] = points.len();
+                    points.push(Point::from(whole.points()[v as usize].coords * size));
+                }
+                places[v as usize]
+            }).collect::<Vec<_>>());
+        }
+        if let Ok(mut cage) = Cage::new(points, &faces) {
+            if kept[0] { cage = cage.with_boundary(BoundaryRule::EdgeOnly); }
+            for edge in 0..cage.topology().edge_count() {
+                let [a, b] = cage.topology().edge(edge).unwrap().map(|v| v as usize);
+                cage = cage.with_crease(a, b, sharp[edge % 40]).unwrap();
+                if by_intervals % 2 == 1 { cage = cage.with_interval(a, b, intervals[edge % 40]).unwrap(); }
+                if by_intervals > 1 { cage = cage.with_end_interval(a, b, intervals[edge % 40]).unwrap(); }
+            }
+            cage = cage.with_corner(0, sharp[39]).unwrap().with_hole(0).unwrap();
+            ask(&cage);
+        }
+    }
+
+    #[test]
+    fn any_polygon(
+        n in 0usize..9,
+        closed: bool,
+        cubic: bool,
+        intervals in prop::collection::vec(prop_oneof![Just(0.0), 0.0..3.0, Just(1e-99), Just(1e99)], 9),
+    ) {
+        let scheme = if cubic { Scheme::Cubic } else { Scheme::Chaikin };
+        let points = (0..n).map(|k| Point::new(shapes::noise(k as u64), 0.0, 1.0)).collect();
+        if let Ok(polygon) = Polygon::new(scheme, points, closed) {
+            let spans = polygon.spans().len();
+            let polygon = polygon.with_intervals(intervals[..spans].to_vec()).unwrap();
+            let fine = polygon.refine_times(3);
+            assert!(fine.limit_points().iter().chain(fine.points()).all(|p| p.iter().all(|c| c.is_finite())));
+            if let Ok(curve) = polygon.to_curve() {
+                Polygon::from_curve(&curve).unwrap();
+            }
+        }
+    }
+}
