@@ -81,6 +81,7 @@ pub use loftsman_native as native;
 pub use loftsman_obj as obj;
 pub use loftsman_points as points;
 pub use loftsman_regions as regions;
+pub use loftsman_subdivision as subdivision;
 pub use loftsman_tessellation as tessellation;
 pub use registry::{BuiltIn, registry};
 

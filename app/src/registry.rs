@@ -24,6 +24,7 @@ impl Plugin for BuiltIn {
         registry.add(&loftsman_fitting::Fitting);
         registry.add(&loftsman_area_volume::AreaVolume);
         registry.add(&loftsman_regions::Regions);
+        registry.add(&loftsman_subdivision::Subdivision);
         #[cfg(feature = "interior-point")]
         registry.add(&loftsman_interior_point::InteriorPoint);
         registry.add(&loftsman_tessellation::Tessellation);

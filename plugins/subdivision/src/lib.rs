@@ -21,10 +21,12 @@
 //! ```
 
 mod cage;
+mod carry;
 pub mod catmull_clark;
 pub mod doo_sabin;
 mod error;
 mod frame;
+mod operation;
 mod polygon;
 mod row;
 mod topology;
@@ -32,5 +34,18 @@ mod topology;
 pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};
 pub use error::{Result, SubdivisionError};
 pub use frame::{LimitFrame, LimitStencils};
+pub use operation::Subdivide;
 pub use polygon::{Polygon, Scheme};
 pub use topology::{Around, NONE, Topology};
+
+use loftsman_kernel::plugin::{Plugin, Registry};
+
+/// The plug-in: registers the operation `subdivide`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Subdivision;
+
+impl Plugin for Subdivision {
+    fn register(&self, registry: &mut Registry) {
+        registry.operation(Subdivide);
+    }
+}

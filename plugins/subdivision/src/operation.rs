@@ -1,0 +1,279 @@
+//! `subdivide`: meshes and polylines refined, in recipes.
+
+use loftsman_kernel::error::Error;
+use loftsman_kernel::mesh::{Layer, Mesh, Polyline};
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
+    object_name,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::{Point, Vector};
+
+use crate::carry::Carried;
+use crate::{BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, catmull_clark, doo_sabin};
+
+/// The operation `subdivide`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Subdivide;
+
+/// More faces than these are refused beforehand: 2 GB of mesh.
+const MOST: f64 = 2e7;
+
+const FIELDS: [Field; 9] = [
+    Field::optional("object", "text", "the only mesh or polyline", "the object to subdivide"),
+    Field::optional(
+        "scheme",
+        "\"catmull-clark\" | \"doo-sabin\" | \"cubic\" | \"chaikin\"",
+        "catmull-clark for meshes, cubic for polylines",
+        "the first two refine meshes, the others polylines",
+    ),
+    Field::optional("levels", "count", "1", "how often it is refined"),
+    Field::optional(
+        "limit",
+        "true | false",
+        "false",
+        "put the vertices where the surface comes to, with its normals; of a polyline the spline itself",
+    ),
+    Field::optional(
+        "creases",
+        "[[vertex, vertex, sharpness], …]",
+        "none",
+        "edges that stay sharp for so many levels, 10 and more for ever; Catmull-Clark only",
+    ),
+    Field::optional(
+        "corners",
+        "[[vertex, sharpness], …]",
+        "none",
+        "vertices that stay sharp for so many levels; Catmull-Clark only",
+    ),
+    Field::optional("holes", "[face, …]", "none", "faces that take part and are not there in the end"),
+    Field::optional(
+        "boundary",
+        "\"edge-and-corner\" | \"edge-only\"",
+        "edge-and-corner",
+        "whether a boundary vertex with one face stays where it is",
+    ),
+    Field::optional(
+        "intervals",
+        "[number, …] | [[vertex, vertex, number], …]",
+        "1 each",
+        "knot intervals: of a polyline one a span, of a mesh those of some edges",
+    ),
+];
+
+impl Operation for Subdivide {
+    fn declaration(&self) -> Declaration {
+        Declaration {
+            name: "subdivide",
+            help: "refine a mesh or a polyline by a subdivision scheme",
+            fields: &FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let fits = |g: &Geometry| matches!(g, Geometry::Mesh(_) | Geometry::Polyline(_));
+        let object = object_name(scene, parameters, fits, "mesh or polyline")?;
+        let levels = parameters.count_or("levels", 1)?;
+        let (geometry, note) = match scene.object(&object)?.geometry() {
+            Geometry::Mesh(mesh) => self::mesh(parameters, mesh, levels)?,
+            Geometry::Polyline(line) => polyline(parameters, line, levels)?,
+            other => {
+                let problem =
+                    format!("\"{object}\" is a {}: what is subdivided is a mesh or a polyline", other.kind());
+                return Err(parameters.error("object", problem).into());
+            }
+        };
+        scene.replace(&object, geometry)?;
+        Ok(StepReport {
+            op: "subdivide".into(),
+            object: Some(object),
+            notes: vec![note],
+            ..StepReport::default()
+        })
+    }
+}
+
+impl From<SubdivisionError> for OperationError {
+    fn from(error: SubdivisionError) -> Self {
+        Error::Invalid(error.to_string()).into()
+    }
+}
+
+fn polyline(
+    parameters: &Parameters,
+    line: &Polyline,
+    levels: usize,
+) -> Result<(Geometry, String), OperationError> {
+    for name in ["creases", "corners", "holes", "boundary"] {
+        if parameters.has(name) {
+            return Err(parameters.error(name, "is for meshes, and this is a polyline").into());
+        }
+    }
+    const WORDS: [(&str, Option<Scheme>); 4] = [
+        ("cubic", Some(Scheme::Cubic)),
+        ("chaikin", Some(Scheme::Chaikin)),
+        ("catmull-clark", None),
+        ("doo-sabin", None),
+    ];
+    let scheme =
+        if parameters.has("scheme") { parameters.choice("scheme", &WORDS)? } else { Some(Scheme::Cubic) };
+    let Some(scheme) = scheme else {
+        let problem = "refines meshes, and this is a polyline: \"cubic\" (of Catmull-Clark) or \"chaikin\" (of Doo-Sabin)";
+        return Err(parameters.error("scheme", problem).into());
+    };
+    let mut polygon = Polygon::new(scheme, line.points.clone(), line.closed)?;
+    if parameters.has("intervals") {
+        polygon = polygon.with_intervals(parameters.numbers("intervals")?)?;
+    }
+    if parameters.flag("limit")? {
+        let curve = polygon.to_curve()?;
+        let note = format!(
+            "what it comes to: a spline of degree {} with {} vertices, exactly",
+            curve.degree(),
+            curve.points().len()
+        );
+        return Ok((curve.into(), note));
+    }
+    check_size(parameters, levels, line.points.len() as f64 * 2.0_f64.powf(levels as f64), "points")?;
+    let fine = polygon.refine_times(levels);
+    let note = format!("{} points → {}", line.points.len(), fine.points().len());
+    Ok((Polyline { points: fine.points().to_vec(), closed: line.closed }.into(), note))
+}
+
+fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry, String), OperationError> {
+    const WORDS: [(&str, Option<bool>); 4] =
+        [("catmull-clark", Some(true)), ("doo-sabin", Some(false)), ("cubic", None), ("chaikin", None)];
+    let scheme = if parameters.has("scheme") { parameters.choice("scheme", &WORDS)? } else { Some(true) };
+    let Some(smooth) = scheme else {
+        let problem = "refines polylines, and this is a mesh: \"catmull-clark\" or \"doo-sabin\"";
+        return Err(parameters.error("scheme", problem).into());
+    };
+    let cage = cage(parameters, mesh)?;
+    let first = mesh.corners().len() as f64;
+    check_size(parameters, levels, first * 4.0_f64.powf(levels as f64 - 1.0), "faces")?;
+    let limit = parameters.flag("limit")?;
+    let (points, faces) = (mesh.points().len(), mesh.face_count());
+    let fine = if smooth {
+        by_catmull_clark(&cage, mesh, levels, limit)?
+    } else {
+        by_doo_sabin(&cage, levels, limit)?
+    };
+    let note = format!(
+        "{points} points and {faces} faces → {} and {}{}",
+        fine.points().len(),
+        fine.face_count(),
+        if limit { ", where the surface comes to" } else { "" }
+    );
+    Ok((fine.into(), note))
+}
+
+/// The faces of a mesh refined, with what belongs to them, holes left out.
+fn by_catmull_clark(cage: &Cage, from: &Mesh, levels: usize, limit: bool) -> Result<Mesh, OperationError> {
+    let mut carried = Carried::new(from);
+    (0..levels).for_each(|_| carried.refine());
+    let fine = catmull_clark::refine_times(cage, levels)?;
+    let kept: Vec<bool> = (0..fine.topology().face_count()).map(|f| !fine.is_hole(f)).collect();
+    let mut mesh = fine.to_mesh()?;
+    carried.give(from, &kept, &mut mesh);
+    if limit {
+        let frames = catmull_clark::limit_frames(&fine)?;
+        put_at(&mut mesh, &frames);
+    }
+    Ok(mesh)
+}
+
+/// The mesh refined; its limit is known in the middles of faces, which become the points of a mesh with a face around each inner
+/// vertex.
+fn by_doo_sabin(cage: &Cage, levels: usize, limit: bool) -> Result<Mesh, OperationError> {
+    let fine = doo_sabin::refine_times(cage, levels)?;
+    if !limit {
+        return Ok(fine.to_mesh()?);
+    }
+    let (frames, topology) = (doo_sabin::limit_frames(&fine)?, fine.topology());
+    let inner = (0..topology.vertex_count()).filter(|v| !topology.is_boundary_vertex(*v));
+    let faces: Vec<Vec<usize>> = inner
+        .map(|v| topology.vertex_faces(v).map(|f| f as usize).collect::<Vec<_>>())
+        .filter(|face| face.len() > 2 && face.iter().all(|f| !fine.is_hole(*f)))
+        .collect();
+    let points = frames.iter().map(|frame| frame.point).collect();
+    let mut mesh = Mesh::new(points, &faces)?;
+    put_at(&mut mesh, &frames);
+    Ok(mesh)
+}
+
+/// Puts a mesh's points to limits; its normals are theirs where all have one.
+fn put_at(mesh: &mut Mesh, frames: &[LimitFrame]) {
+    let points: Vec<Point> = frames.iter().map(|frame| frame.point).collect();
+    mesh.points_mut().copy_from_slice(&points);
+    let normals: Option<Vec<Vector>> = frames.iter().map(LimitFrame::normal).collect();
+    mesh.normals = normals.map_or_else(Layer::none, Layer::per_point);
+}
+
+fn check_size(parameters: &Parameters, levels: usize, count: f64, what: &str) -> Result<(), ParameterError> {
+    if count > MOST {
+        let problem =
+            format!("{levels} levels would make {count:.1e} {what}, and {MOST:.0e} are the most: take fewer");
+        return Err(parameters.error("levels", problem));
+    }
+    Ok(())
+}
+
+/// The mesh as a control cage, with what the fields say of its edges, vertices and faces.
+fn cage(parameters: &Parameters, mesh: &Mesh) -> Result<Cage, OperationError> {
+    const RULES: [(&str, BoundaryRule); 2] =
+        [("edge-and-corner", BoundaryRule::EdgeAndCorner), ("edge-only", BoundaryRule::EdgeOnly)];
+    let mut cage = Cage::from_mesh(mesh)?;
+    if parameters.has("boundary") {
+        cage = cage.with_boundary(parameters.choice("boundary", &RULES)?);
+    }
+    let said = |error: SubdivisionError, name: &str| parameters.error(name, error.to_string());
+    for [from, to, sharpness] in lists(parameters, "creases")? {
+        let (from, to) = (index(parameters, "creases", from)?, index(parameters, "creases", to)?);
+        cage = cage.with_crease(from, to, sharpness).map_err(|error| said(error, "creases"))?;
+    }
+    for [vertex, sharpness] in lists(parameters, "corners")? {
+        let vertex = index(parameters, "corners", vertex)?;
+        cage = cage.with_corner(vertex, sharpness).map_err(|error| said(error, "corners"))?;
+    }
+    for [from, to, interval] in lists(parameters, "intervals")? {
+        let (from, to) = (index(parameters, "intervals", from)?, index(parameters, "intervals", to)?);
+        cage = cage.with_interval(from, to, interval).map_err(|error| said(error, "intervals"))?;
+    }
+    if parameters.has("holes") {
+        for face in parameters.numbers("holes")? {
+            let face = index(parameters, "holes", face)?;
+            cage = cage.with_hole(face).map_err(|error| said(error, "holes"))?;
+        }
+    }
+    Ok(cage)
+}
+
+/// A field of lists of `N` numbers.
+fn lists<const N: usize>(parameters: &Parameters, name: &str) -> Result<Vec<[f64; N]>, ParameterError> {
+    if !parameters.has(name) {
+        return Ok(Vec::new());
+    }
+    let numbers = |(k, list): (usize, &serde_json::Value)| {
+        let all = list
+            .as_array()
+            .and_then(|list| list.iter().map(serde_json::Value::as_f64).collect::<Option<Vec<_>>>());
+        let fits = all.and_then(|all| <[f64; N]>::try_from(all).ok());
+        fits.ok_or_else(|| {
+            parameters.error(&format!("{name}[{k}]"), format!("a list of {N} numbers is needed"))
+        })
+    };
+    parameters.list(name)?.iter().enumerate().map(numbers).collect()
+}
+
+/// A number of a vertex or face.
+fn index(parameters: &Parameters, name: &str, value: f64) -> Result<usize, ParameterError> {
+    if value >= 0.0 && value.fract() == 0.0 && value < 4e9 {
+        return Ok(value as usize);
+    }
+    Err(parameters.error(name, format!("{value} is no number of a vertex or face: these are 0, 1, 2, …")))
+}

@@ -1,0 +1,175 @@
+//! The operation `subdivide` in recipes.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+use loftsman_kernel::Point;
+use loftsman_kernel::mesh::{FaceGroup, Layer, Mesh, Polyline};
+use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_subdivision::Subdivision;
+use serde_json::{Value, json};
+
+const CUBE: [[usize; 4]; 6] =
+    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+
+fn cube() -> Mesh {
+    let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+    Mesh::new((0..8).map(corner).collect(), &CUBE).unwrap()
+}
+
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    scene.add(Object::new("cube", cube().into())).unwrap();
+    let points =
+        [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+    scene.add(Object::new("loop", Polyline { points, closed: true }.into())).unwrap();
+    scene
+}
+
+fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
+    let mut registry = Registry::new();
+    registry.add(&Subdivision);
+    let operation = registry.find_operation("subdivide", "step[0]").unwrap();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    parameters.check(operation.declaration().fields).map_err(OperationError::from)?;
+    operation.apply(scene, &parameters, &Context::quiet(&registry))
+}
+
+fn done(fields: Value) -> Geometry {
+    let mut scene = scene();
+    let name = fields["object"].as_str().unwrap().to_owned();
+    run(&mut scene, fields).unwrap();
+    scene.object(&name).unwrap().geometry().clone()
+}
+
+fn mesh(fields: Value) -> Mesh {
+    match done(fields) {
+        Geometry::Mesh(mesh) => mesh,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Vertices, edges and faces of a closed mesh: their alternating sum is kept.
+fn characteristic(mesh: &Mesh) -> i64 {
+    let edges = mesh.corners().len() / 2;
+    mesh.points().len() as i64 - edges as i64 + mesh.face_count() as i64
+}
+
+#[test]
+fn meshes() {
+    let fine = mesh(json!({ "object": "cube", "levels": 3 }));
+    assert_eq!((fine.points().len(), fine.face_count(), characteristic(&fine)), (386, 384, 2));
+    // A corner of the cube, and where it comes to: (3/8, 1/6, 1/24 each) of the corner, its neighbours and the rest.
+    let first = mesh(json!({ "object": "cube" }));
+    assert!((first.points()[0] - Point::new(2.0, 2.0, 2.0) / 9.0).norm() < 1e-15, "{}", first.points()[0]);
+    let limit = mesh(json!({ "object": "cube", "limit": true }));
+    assert!((limit.points()[0].x - (1.0 / 6.0 + 2.0 / 24.0)).abs() < 1e-15, "{}", limit.points()[0]);
+    assert_eq!(limit.normals.values().len(), limit.points().len());
+    let same = mesh(json!({ "object": "cube", "levels": 4, "limit": true }));
+    assert!((same.points()[0] - limit.points()[0]).norm() < 1e-15, "the limit is one at every level");
+    // All edges sharp: the cube itself, in quads.
+    let edges: Vec<Value> = CUBE
+        .iter()
+        .flat_map(|f| (0..4).map(|k| (f[k], f[(k + 1) % 4])))
+        .filter(|(a, b)| a < b)
+        .map(|(a, b)| json!([a, b, 10]))
+        .collect();
+    let sharp = mesh(json!({ "object": "cube", "levels": 3, "limit": true, "creases": edges }));
+    let on =
+        |p: &Point| p.iter().any(|c| *c == 0.0 || *c == 1.0) && p.iter().all(|c| (0.0..=1.0).contains(c));
+    assert!(sharp.points().iter().all(on));
+    let hole = mesh(json!({ "object": "cube", "holes": [1], "levels": 2 }));
+    assert_eq!(hole.face_count(), 80);
+    let doo = mesh(json!({ "object": "cube", "scheme": "doo-sabin", "levels": 2 }));
+    assert_eq!(characteristic(&doo), 2);
+    let doo = mesh(json!({ "object": "cube", "scheme": "doo-sabin", "levels": 2, "limit": true }));
+    assert_eq!(characteristic(&doo), 2);
+}
+
+/// Materials, groups and texture coordinates go on to the faces that come of a face.
+#[test]
+fn what_belongs_to_faces_goes_on() {
+    let mut cube = cube();
+    cube.materials = vec![0, 1, 2, 0, 1, 2];
+    cube.smoothing = vec![1; 6];
+    cube.groups.push(FaceGroup { name: "top".into(), faces: vec![1, 4] });
+    let corners = (0..24).map(|c| c % 4).collect();
+    cube.uvs = Layer::per_corner(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], corners);
+    let mut scene = Scene::new();
+    scene.add(Object::new("cube", cube.into())).unwrap();
+    run(&mut scene, json!({ "levels": 2, "holes": [0] })).unwrap();
+    let Geometry::Mesh(fine) = scene.object("cube").unwrap().geometry() else { panic!("a mesh") };
+    assert_eq!(fine.materials, [1, 2, 0, 1, 2].iter().flat_map(|m| [*m; 16]).collect::<Vec<u32>>());
+    assert_eq!(fine.groups[0].faces, (0..16).chain(48..64).collect::<Vec<u32>>());
+    assert_eq!((fine.smoothing.len(), fine.corners().len()), (80, 320));
+    // Each quad of the square of texture coordinates is a sixteenth of it.
+    let at = fine.uvs.corners().unwrap();
+    for face in at.chunks(4) {
+        let uv: Vec<[f64; 2]> = face.iter().map(|k| fine.uvs.values()[*k as usize]).collect();
+        let area: f64 =
+            (0..4).map(|k| uv[k][0] * uv[(k + 1) % 4][1] - uv[(k + 1) % 4][0] * uv[k][1]).sum::<f64>() / 2.0;
+        assert!((area - 1.0 / 16.0).abs() < 1e-15, "{uv:?}");
+    }
+}
+
+#[test]
+fn polylines() {
+    let Geometry::Polyline(line) = done(json!({ "object": "loop", "scheme": "chaikin" })) else {
+        panic!("a polyline")
+    };
+    assert_eq!((line.points.len(), line.closed), (8, true));
+    let Geometry::Curve(curve) = done(json!({ "object": "loop", "limit": true })) else { panic!("a curve") };
+    assert_eq!((curve.degree(), curve.is_periodic()), (3, true));
+    let Geometry::Polyline(line) = done(json!({ "object": "loop", "levels": 9 })) else {
+        panic!("a polyline")
+    };
+    let (a, b) = curve.domain();
+    // Some point of the spline is near every point of the polygon that it comes of.
+    for p in line.points.iter().step_by(37) {
+        let near = (0..=4000).map(|i| curve.point(a + (b - a) * f64::from(i) / 4000.0).unwrap());
+        let least = near.map(|q| (q - p).norm()).fold(f64::INFINITY, f64::min);
+        assert!(least < 2e-3, "{least}");
+    }
+    let Geometry::Curve(curve) =
+        done(json!({ "object": "loop", "scheme": "chaikin", "limit": true, "intervals": [1, 2, 1, 3] }))
+    else {
+        panic!("a curve")
+    };
+    assert_eq!(curve.degree(), 2);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    let fails = |fields: Value| {
+        let mut changed = scene();
+        let error = run(&mut changed, fields).unwrap_err().to_string();
+        assert_eq!(changed, scene(), "a failed step leaves the scene alone");
+        error
+    };
+    for (fields, words) in [
+        (json!({ "levels": 1 }), "object"),
+        (json!({ "object": "cube", "scheme": "cubic" }), "polylines"),
+        (json!({ "object": "loop", "scheme": "doo-sabin" }), "meshes"),
+        (json!({ "object": "cube", "levels": 40 }), "take fewer"),
+        (json!({ "object": "loop", "levels": 60 }), "take fewer"),
+        (json!({ "object": "cube", "creases": [[0, 7, 1]] }), "creases"),
+        (json!({ "object": "cube", "creases": [[0, 1]] }), "creases[0]"),
+        (json!({ "object": "cube", "creases": [[0, 1, -2]] }), "between vertices 0 and 1"),
+        (json!({ "object": "cube", "corners": [[9, 1]] }), "9"),
+        (json!({ "object": "cube", "corners": [[0.5, 1]] }), "0.5"),
+        (json!({ "object": "cube", "holes": [6] }), "6"),
+        (json!({ "object": "loop", "creases": [[0, 1, 1]] }), "for meshes"),
+        (json!({ "object": "loop", "intervals": [1, 2] }), "interval"),
+        (json!({ "object": "cube", "boundary": "sharp" }), "edge-only"),
+    ] {
+        let error = fails(fields.clone());
+        assert!(error.contains(words), "{fields}: {error}");
+    }
+    // Three faces at an edge.
+    let mut scene = Scene::new();
+    let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+    let fan = Mesh::new(points.map(Point::from).to_vec(), &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
+    scene.add(Object::new("fan", fan.into())).unwrap();
+    let error = run(&mut scene, json!({})).unwrap_err().to_string();
+    assert!(error.contains("edge between vertices 0 and 1"), "{error}");
+}
