@@ -49,6 +49,12 @@ pub fn check(path: &Path) -> Result<()> {
 ///
 /// # Errors
 /// Always.
-pub fn draw(path: &Path, _: &Look, _: &Scene, _: Option<&Scene>, _: &[Mark]) -> Result<Vec<u8>> {
+pub fn draw(
+    path: &Path,
+    _: &Look,
+    _: &Scene,
+    _: Option<&Scene>,
+    _: &[Mark],
+) -> Result<(Vec<u8>, Vec<String>)> {
     Err(Error::file(path.display().to_string(), ABSENT))
 }

@@ -323,7 +323,7 @@ pub fn check(_: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The bytes of the picture of a scene with this look, for a file of this name.
+/// The bytes of the picture of a scene with this look, for a file of this name, and what of it could not be drawn.
 ///
 /// # Errors
 /// As for [`encode`].
@@ -333,17 +333,22 @@ pub fn draw(
     scene: &Scene,
     before: Option<&Scene>,
     marks: &[Mark],
-) -> Result<Vec<u8>> {
+) -> Result<(Vec<u8>, Vec<String>)> {
     encode(path, &look.picture(scene, before, marks), look.pixels)
 }
 
-/// The bytes of a picture for a file of this name: PNG of `pixels` across where it ends so, else SVG.
+/// The bytes of a picture for a file of this name: PNG of `pixels` across where it ends so, else SVG; and what of it could not
+/// be drawn.
 ///
 /// # Errors
 /// When the scene cannot be drawn: its hierarchy is cyclic, or the picture has no reasonable size.
-pub fn encode(path: &Path, picture: &Picture<'_>, pixels: u32) -> Result<Vec<u8>> {
-    let bytes = if is_png(path) { picture.to_png(pixels) } else { picture.to_svg().map(String::into_bytes) };
-    bytes.map_err(|e| Error::file(path.display().to_string(), e.to_string()))
+pub fn encode(path: &Path, picture: &Picture<'_>, pixels: u32) -> Result<(Vec<u8>, Vec<String>)> {
+    let made = if is_png(path) {
+        picture.to_png_noted(pixels)
+    } else {
+        picture.to_svg().map(|svg| (svg.into_bytes(), Vec::new()))
+    };
+    made.map_err(|e| Error::file(path.display().to_string(), e.to_string()))
 }
 
 #[cfg(test)]

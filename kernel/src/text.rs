@@ -2,6 +2,12 @@
 
 use std::io::{self, Write};
 
+/// A noun behind its article: `"a curve"`, `"an instance"`.
+pub fn a(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {noun}")
+}
+
 /// The start of a text, on one line and printable: what a file says may be a megabyte long.
 ///
 /// ```
@@ -126,6 +132,11 @@ mod tests {
         ] {
             assert!(!has(other), "{other}");
         }
+    }
+
+    #[test]
+    fn nouns_have_their_article() {
+        assert_eq!([a("curve"), a("instance")], ["a curve", "an instance"]);
     }
 
     #[test]

@@ -6,10 +6,11 @@
 #[allow(dead_code, reason = "part of it is for other tests")]
 mod dice;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use dice::Dice;
-use loftsman_kernel::edit::{Ask, Axis, Edit, Metric};
+use loftsman_kernel::edit::{Ask, Axis, Edit, Metric, Unknowns};
 use loftsman_kernel::functional::{near, position};
 use loftsman_kernel::problem::{Assembly, Problem};
 use loftsman_kernel::shape::Shape;
@@ -244,6 +245,22 @@ fn what_cannot_be_is_said() {
     for weight in [-1.0, f64::NAN, f64::INFINITY] {
         assert!(problem.assemble_floating(weight).unwrap_err().to_string().contains("weight"));
     }
+    // Unknowns other than vertices have no weight to stand beside, and need none where parameters have none.
+    let tied = Edit::new(&curve)
+        .through(Unknowns::tied(curve.control_vertices().len(), &[]).unwrap())
+        .ask(position(near(at(&curve, 0.3))).by([0.1, 0.2, 0.0]))
+        .problem()
+        .unwrap();
+    assert!(tied.assemble_floating(1.0).unwrap_err().to_string().contains("give it the weight 0"));
+    let plain = Edit::new(&curve).ask(position(near(at(&curve, 0.3))).by([0.1, 0.2, 0.0])).problem().unwrap();
+    let [tied, plain] = [tied, plain].map(|problem| {
+        let assembly = problem.assemble_floating(0.0).unwrap();
+        let rhs = problem.misfit(&assembly, &problem.shapes()).unwrap();
+        let (d, ..) = solve(&assembly, &Automatic, &rhs).unwrap();
+        assembly.system().touched().iter().copied().zip(d).collect::<BTreeMap<_, _>>()
+    });
+    let way = |of: &BTreeMap<usize, f64>, column: usize| of.get(&column).copied().unwrap_or(0.0);
+    assert!(tied.keys().all(|&c| (way(&plain, c) - way(&tied, c)).abs() < 1e-9), "{plain:?}\n{tied:?}");
     let three = SparseRows::per_axis(&{
         let mut rows = SparseRows::new(2);
         rows.push([(0, 1.0), (1, 1.0)]);

@@ -433,7 +433,11 @@ fn what_goes_through_a_map_agrees_or_contradicts_as_everything_else() {
         };
         let least = weigh(&w);
         let map = Map::Sparse(Arc::new(map));
-        let metric = SystemMetric::Through(Arc::new(Through { map: map.clone(), measure: measure.clone() }));
+        let metric = SystemMetric::Through(Arc::new(Through {
+            map: map.clone(),
+            measure: measure.clone(),
+            is_own: true,
+        }));
         let mut rows = SparseRows::new(width);
         list.iter().for_each(|row| rows.push(row.iter().copied()));
         let system = System::new(rows, (0..width).collect(), 1, metric);

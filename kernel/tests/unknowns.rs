@@ -451,7 +451,29 @@ fn what_cannot_be_is_said() {
     // Two unknowns that do the same cannot be told apart by what they move.
     let mut same = SparseRows::new(2);
     (0..18).for_each(|_| same.push([(0, 1.0), (1, 1.0)]));
-    assert!(solve(Unknowns::sparse((0..6).collect(), same).unwrap(), Metric::Least).contains("unknown"));
+    let same = Unknowns::sparse((0..6).collect(), same).unwrap();
+    let problem = solve(same.clone(), Metric::Least);
+    assert!(
+        problem.contains("moves nothing that others do not") && problem.contains("measured(None)"),
+        "{problem}"
+    );
+    // Measured themselves they can.
+    let ask = || position(0.5).by([1.0, 1.0, 1.0]);
+    assert!(Edit::new(&curve).through(same.measured(None).unwrap()).ask(ask()).solve().is_ok());
+    let one = |c: f64| {
+        let mut rows = SparseRows::new(1);
+        (0..18).for_each(|_| rows.push([(0, c)]));
+        Unknowns::sparse((0..6).collect(), rows).unwrap()
+    };
+    assert!(solve(one(1e200), Metric::Least).contains("beyond what numbers hold"));
+    let by = |m: f64| one(1.0).measured(Some(Symmetric::from_entries(1, [(0, 0, m)])));
+    assert!(text(by(f64::NAN)).contains("row 0 of the matrix"));
+    let problem = solve(by(-1.0).unwrap(), Metric::Least);
+    assert!(problem.contains("not positive definite") && problem.contains("measured(None)"), "{problem}");
+    let few = Unknowns::tied(5, &[Tie::together(4, 0)]).unwrap();
+    assert!(
+        solve(few, Metric::Least).contains("5 control vertices are tied, but the shapes of the edit have 6")
+    );
     let within =
         Edit::new(&curve).through(through(&curve)).within(0.2, 0.8).ask(position(0.5).by([0.0, 1.0, 0.0]));
     assert!(within.solve().map(|_| ()).unwrap_err().to_string().contains("leave one of the two out"));

@@ -8,5 +8,6 @@ mod edits;
 mod formats;
 mod instances;
 mod joined;
+mod losses;
 mod walk;
 mod work;

@@ -71,6 +71,7 @@ fn eight_times_the_input_is_about_eight_times_the_work() {
                         if output == "svg" {
                             return encode(&path, &Look::default().picture(scene, None, &[]), 400)
                                 .unwrap()
+                                .0
                                 .len();
                         }
                         loftsman::write(scene, &path).unwrap();

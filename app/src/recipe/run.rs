@@ -129,15 +129,17 @@ impl<'a> Runner<'a> {
                         .push(format!("{count} mark{plural} left out: later steps took the place away"));
                 }
                 let (before, marks) = (Some(&applied.before), &applied.marks);
-                let bytes = picture::draw(file, &recipe.look, &applied.scene, before, marks)?;
+                let (bytes, undrawn) = picture::draw(file, &recipe.look, &applied.scene, before, marks)?;
+                report.notes.extend(undrawn);
                 outputs.add(file, bytes, std::collections::BTreeMap::new())?;
             } else {
                 let output = format_for(file, self.registry)?.declaration().name;
                 let asked = recipe.conversion.write_options(applied.format.as_ref(), output);
                 let pictures = applied.source.as_ref().map(|source| source as &dyn Source);
                 let options = WriteOptions { observer: self.observer, pictures, ..asked };
-                let written = outputs.scene(&applied.scene, file, &options, self.registry)?;
-                (report.objects, report.notes) = (written.objects, written.notes);
+                let mut written = outputs.scene(&applied.scene, file, &options, self.registry)?;
+                report.objects = std::mem::take(&mut written.objects);
+                report.notes = written.told();
             }
             reports.push(report);
         }

@@ -4,6 +4,7 @@
 mod aftermath;
 mod batches;
 mod examples;
+mod faults;
 mod figures;
 mod files;
 mod found;

@@ -147,7 +147,7 @@ fn a_file_without_a_unit_has_an_unknown_one_until_it_is_named() {
     assert_eq!(bench.json(&["info", "part.obj"])["unit"], "unknown");
     assert!(bench.done(&["info", "part.obj"]).contains("unknown unit"));
     let losses = bench.json(&["info", "part.obj", "--to", "glb"])["conversion"]["losses"].to_string();
-    assert!(losses.contains("the unit is unknown"), "{losses}");
+    assert!(losses.contains("unit of the scene is unknown"), "{losses}");
     let said = bench.json(&["convert", "part.obj", "part.glb"]);
     assert!(said["notes"].to_string().contains("unit of the scene is unknown"), "{said}");
     let said = bench.json(&["convert", "part.obj", "part.glb", "--unit", "mm"]);

@@ -62,8 +62,8 @@ mod words;
 mod write;
 
 use loftsman_kernel::plugin::{
-    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, Outgoing, ReadOptions, ReadReport,
-    Sink, Source, UnitRule, WriteReport,
+    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, MeshPart, Outgoing, Parameters,
+    ReadOptions, ReadReport, Sink, Source, UnitRule, WriteReport,
 };
 use loftsman_kernel::scene::{Scene, Unit, Up};
 use loftsman_kernel::text;
@@ -95,13 +95,33 @@ impl Format for Gltf {
                 unit: UnitRule::Fixed(Unit::Metre),
                 up: Some(Up::Y),
                 exact: &["group", "mesh", "polyline", "cloud"],
-                tessellated: &["curve", "surface", "trimmed", "shape"],
+                tessellated: &["curve", "surface", "shape"],
+                carried: &["curve", "surface", "trimmed", "shape"],
+                // Colours that differ at a point are there with the points that are doubled.
+                meshes: &[
+                    MeshPart::CornerColors,
+                    MeshPart::Tangents,
+                    MeshPart::FurtherUvs,
+                    MeshPart::BareLines,
+                ],
+                hides: false,
+                unused: false,
                 connections: false,
                 statements: &[words::PREFIX],
                 single_precision: true,
                 ..Holds::EVERYTHING
             },
         }
+    }
+
+    fn holds(&self, own: &Parameters) -> Result<Holds, FormatError> {
+        let holds = self.declaration().holds;
+        Ok(if own.flag("meshes-only")? {
+            let splines = &["surface", "shape"];
+            Holds { exact: &["group", "mesh"], tessellated: splines, carried: splines, ..holds }
+        } else {
+            holds
+        })
     }
 
     /// The magic number of GLB, or a JSON object with the key `"asset"`.

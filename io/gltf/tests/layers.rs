@@ -56,8 +56,8 @@ fn layers_and_what_has_its_colour_from_them_come_back() {
     {
         let scene = scene(unit, up);
         let (file, report) = write(&scene);
-        let note = report.notes.iter().find(|note| note.contains("hidden layers"));
-        assert!(note.is_some_and(|note| note.starts_with("2 object(s)")), "{:?}", report.notes);
+        let note = report.losses.iter().find(|note| note.contains("hidden layers"));
+        assert!(note.is_some_and(|note| note.starts_with("2 object(s)")), "{:?}", report.losses);
         // Others see the colour of the layer.
         let json = json_of(&file);
         let shown = &json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"];
@@ -168,12 +168,12 @@ fn numbers_of_an_unknown_unit_become_metres_and_that_is_said() {
         let mut unknown = scene(Unit::Unknown, up);
         unknown.object_mut("plain").unwrap().transform = Some(Matrix4::new_translation(&Vector::x()));
         let (file, report) = write(&unknown);
-        let said = report.notes.iter().filter(|note| note.contains("unit of the scene is unknown"));
-        assert_eq!(said.count(), 1, "{:?}", report.notes);
+        let said = report.losses.iter().filter(|note| note.contains("unit of the scene is unknown"));
+        assert_eq!(said.count(), 1, "{:?}", report.losses);
         let mut metres = unknown.clone();
         metres.unit = Unit::Metre;
         let (same, report) = write(&metres);
-        assert!(same.bytes == file.bytes && !report.notes.iter().any(|note| note.contains("unknown")));
+        assert!(same.bytes == file.bytes && !report.losses.iter().any(|note| note.contains("unknown")));
         assert_eq!(read(&file).0.unit, Unit::Metre);
     }
 }

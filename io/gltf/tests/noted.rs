@@ -19,7 +19,7 @@ fn read(file: &Memory) -> (Scene, ReadReport) {
 fn write_with(scene: &Scene, name: &str, options: &WriteOptions<'_>) -> (Memory, Vec<String>) {
     let mut file = Memory::new(name, "");
     let report = Gltf.write(scene, &mut file, options).unwrap();
-    (file, report.notes)
+    (file, report.told())
 }
 
 fn write(scene: &Scene) -> Memory {

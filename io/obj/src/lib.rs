@@ -28,8 +28,8 @@ mod text;
 mod write;
 
 use loftsman_kernel::plugin::{
-    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, Outgoing, ReadOptions, ReadReport,
-    Sink, Source, WriteReport,
+    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, MeshPart, Outgoing, Parameters,
+    ReadOptions, ReadReport, Sink, Source, WriteReport,
 };
 use loftsman_kernel::scene::{Scene, Up};
 
@@ -73,13 +73,18 @@ impl Format for Obj {
             holds: Holds {
                 up: Some(Up::Y),
                 exact: &["curve", "surface", "trimmed", "mesh", "polyline", "cloud"],
-                tessellated: &["shape"],
+                tessellated: &["surface", "shape"],
+                meshes: &[MeshPart::Polygons, MeshPart::Corners, MeshPart::Groups, MeshPart::Smoothing],
                 materials: true,
                 connections: true,
                 statements: &["mtl "],
                 ..Holds::NOTHING
             },
         }
+    }
+
+    fn holds(&self, own: &Parameters) -> Result<Holds, FormatError> {
+        write::holds(self.declaration().holds, own)
     }
 
     fn confidence(&self, head: &[u8]) -> Confidence {

@@ -18,7 +18,7 @@ fn read(text: &str) -> (Scene, ReadReport) {
 fn write(scene: &Scene) -> (Memory, Vec<String>) {
     let mut file = Memory::new("part.obj", "");
     let report = Obj.write(scene, &mut file, &WriteOptions::default()).unwrap();
-    (file, report.notes)
+    (file, report.told())
 }
 
 /// How many of what was left out for a reason that has these words.

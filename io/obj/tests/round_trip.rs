@@ -135,7 +135,7 @@ fn up_unit_and_transforms_are_in_the_numbers_and_the_report_says_so() {
     assert_eq!(back.up, Up::Y);
     let p = back.object("p").unwrap().geometry().points()[0];
     assert!((p - Point::new(0.002, 0.003, -0.002)).norm() < 1e-18);
-    let notes = report.notes.join("; ");
+    let notes = report.losses.join("; ");
     assert!(notes.contains("baked") && notes.contains("hierarchy") && notes.contains("colour"));
 }
 
@@ -337,9 +337,9 @@ fn one_name_for_several_is_their_label_and_names_go_out() {
     assert_eq!(names, [("bolt", None), ("bolt.001", Some("bolt")), ("bolt.002", Some("bolt"))]);
     let (file, report) = write(&scene, &keep());
     assert!(
-        report.notes.iter().any(|note| note.starts_with("2 label(s) are left out")),
+        report.losses.iter().any(|note| note.starts_with("2 label(s) are left out")),
         "{:?}",
-        report.notes
+        report.losses
     );
     let back = read(&file);
     let names: Vec<_> = back.objects().iter().map(|o| (o.name(), o.label.as_deref())).collect();
@@ -358,14 +358,17 @@ fn what_obj_cannot_say_of_layers_and_units_is_said() {
     scene.layers.add(layer).unwrap();
     scene.object_mut("dot").unwrap().layer = Some("off".into());
     let (file, report) = write(&scene, &keep());
-    for words in
-        ["1 layer name(s)", "1 object(s) on hidden layers go out as all others", "1 colour(s) of layers"]
-    {
-        assert!(report.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", report.notes);
+    for words in [
+        "1 layer name(s)",
+        "1 object(s) are on hidden layers and go out as all others",
+        "1 colour(s) of layers",
+    ] {
+        assert!(report.losses.iter().any(|note| note.contains(words)), "{words}: {:?}", report.losses);
     }
     let (back, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
     assert_eq!((back.unit, back.objects().len()), (Unit::Unknown, 1));
-    assert!(report.notes.iter().any(|note| note.contains("no unit: it is unknown")), "{:?}", report.notes);
+    // That it is unknown is no news to who reads it.
+    assert!(!report.notes.iter().any(|note| note.contains("unit")), "{:?}", report.notes);
     let known = ReadOptions { unit: Some(Unit::Inch), ..ReadOptions::default() };
     let (known, report) = Obj.read(&file, &known).unwrap();
     assert!(known.unit == Unit::Inch && !report.notes.iter().any(|note| note.contains("unknown")));
@@ -373,5 +376,5 @@ fn what_obj_cannot_say_of_layers_and_units_is_said() {
     let options = WriteOptions { unit: Some(Unit::Millimetre), ..keep() };
     let (file, report) = write(&back, &options);
     assert!(String::from_utf8_lossy(&file.bytes).starts_with("# Loftsman; unit mm"));
-    assert!(report.notes.iter().any(|note| note.contains("in mm, as asked for")), "{:?}", report.notes);
+    assert!(report.losses.iter().any(|note| note.contains("in mm, as asked for")), "{:?}", report.losses);
 }

@@ -1,5 +1,7 @@
 //! Why a picture could not be made.
 
+use loftsman_kernel::error::Figure;
+
 /// What is wrong with a scene or a request for a picture.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -16,7 +18,7 @@ pub enum PictureError {
         object: String,
     },
     /// A page or an image of a size that cannot be.
-    #[error("a picture cannot be {value} {unit} {what}: choose from {least} to {most}")]
+    #[error("a picture cannot be {} {unit} {what}: choose from {least} to {most}", Figure(*.value))]
     Size {
         /// `"wide"` or `"high"`.
         what: &'static str,

@@ -50,5 +50,6 @@ pub use choices::{Beads, Combs};
 pub use error::PictureError;
 pub use panel::{Against, Panel};
 pub use picture::Picture;
+pub use raster::WIDEST;
 pub use theme::Theme;
 pub use view::View;

@@ -1,5 +1,6 @@
 //! What a picture shows and how: the builder.
 
+use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::Scene;
 
@@ -200,7 +201,7 @@ impl<'a> Picture<'a> {
         {
             return Err(PictureError::Option {
                 what: "a comb scale of",
-                found: scale.to_string(),
+                found: Figure(scale).to_string(),
                 needed: "a positive finite number",
             });
         }

@@ -9,6 +9,8 @@ mod outline;
 mod reader;
 mod style;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use tiny_skia::{
@@ -19,14 +21,15 @@ use crate::error::PictureError;
 use reader::{Reader, Tag, Token};
 use style::Style;
 
-/// The widest image, in pixels.
-const WIDEST: u32 = 16_384;
+/// The widest and highest PNG image, in pixels.
+pub const WIDEST: u32 = 16_384;
 
-/// Renders a drawing of ours `width` pixels wide, as a PNG image.
+/// Renders a drawing of ours `width` pixels wide, as a PNG image; and the texts that have letters which the font lacks, each
+/// with these.
 ///
 /// # Errors
 /// When the image would be larger than 16384 pixels, and when the drawing is none of ours.
-pub(crate) fn render(svg: &str, width: u32) -> Result<Vec<u8>, PictureError> {
+pub(crate) fn render(svg: &str, width: u32) -> Result<(Vec<u8>, Lacking), PictureError> {
     if width == 0 || width > WIDEST {
         return Err(too_large("wide", f64::from(width)));
     }
@@ -38,7 +41,7 @@ pub(crate) fn render(svg: &str, width: u32) -> Result<Vec<u8>, PictureError> {
     let mut canvas = Canvas::new(&page, width)?;
     let style = Style::default().with(&page).map_err(PictureError::Render)?;
     canvas.draw(tokens, style).map_err(PictureError::Render)?;
-    png(&canvas.image)
+    Ok((png(&canvas.image)?, canvas.lacking))
 }
 
 /// Premultiplied pixels (red, green, blue, opacity) as a PNG image.
@@ -63,10 +66,14 @@ fn too_large(what: &'static str, value: f64) -> PictureError {
     PictureError::Size { what, unit: "pixels", value, least: 1.0, most: f64::from(WIDEST) }
 }
 
+/// Texts of a drawing with the letters in them that the font lacks, which are drawn as boxes.
+pub(crate) type Lacking = BTreeMap<String, BTreeSet<char>>;
+
 /// An image, and the map from the page's millimetres to its pixels.
 struct Canvas {
     image: Pixmap,
     to_pixels: Transform,
+    lacking: Lacking,
 }
 
 /// An element that is open.
@@ -87,7 +94,8 @@ impl Canvas {
         let image =
             Pixmap::new(width, height as u32).ok_or_else(|| no_room(width as usize, height as usize))?;
         // As high as whole pixels are: a last row that the page covers in part would shine through.
-        Ok(Self { image, to_pixels: Transform::from_scale(scale, height / high) })
+        let to_pixels = Transform::from_scale(scale, height / high);
+        Ok(Self { image, to_pixels, lacking: Lacking::new() })
     }
 
     /// Draws what the page holds.
@@ -150,6 +158,10 @@ impl Canvas {
             Some(turned) => self.to_pixels.pre_concat(style::turned(turned)?),
             None => self.to_pixels,
         };
+        let lacking = letters::lacking(words);
+        if !lacking.is_empty() {
+            self.lacking.insert(words.trim().to_owned(), lacking);
+        }
         let at = [tag.number_or("x", 0.0)?, tag.number_or("y", 0.0)?];
         if let Some(path) = letters::outline(words, at, style.size, style.anchor) {
             self.path(&path, style, to_pixels);

@@ -1,5 +1,7 @@
 //! A picture as a file's bytes.
 
+use std::collections::BTreeSet;
+
 use crate::error::PictureError;
 use crate::page;
 use crate::picture::Picture;
@@ -24,6 +26,23 @@ impl Picture<'_> {
     /// # Errors
     /// As for [`to_svg`](Self::to_svg), and when the image would be too large.
     pub fn to_png(&self, width: u32) -> Result<Vec<u8>, PictureError> {
-        raster::render(&self.to_svg()?, width)
+        Ok(self.to_png_noted(width)?.0)
+    }
+
+    /// The picture as [`to_png`](Self::to_png) makes it, and a note for each text with letters that its font lacks: these are
+    /// drawn as boxes. An SVG leaves them to the fonts of who shows it.
+    ///
+    /// # Errors
+    /// As for [`to_png`](Self::to_png).
+    pub fn to_png_noted(&self, width: u32) -> Result<(Vec<u8>, Vec<String>), PictureError> {
+        let (png, lacking) = raster::render(&self.to_svg()?, width)?;
+        let note = |(words, letters): (String, BTreeSet<char>)| {
+            let letters: Vec<String> = letters.iter().map(|letter| format!("{letter:?}")).collect();
+            format!(
+                "the text {words:?} has letters that the font of PNG pictures lacks, drawn as boxes: {}; an SVG shows them",
+                letters.join(", ")
+            )
+        };
+        Ok((png, lacking.into_iter().map(note).collect()))
     }
 }

@@ -208,7 +208,9 @@ impl Caption {
     ) {
         if shown * 4 < all * 3 {
             let name = text::clipped(object, 30);
-            self.note(format!("{name}: {shown} {glyphs} stand for {all} {things}"));
+            let (glyphs, verb) =
+                if shown == 1 { (glyphs.trim_end_matches('s'), "stands") } else { (glyphs, "stand") };
+            self.note(format!("{name}: {shown} {glyphs} {verb} for {all} {things}"));
         }
     }
 }

@@ -37,7 +37,7 @@ impl Format for Points {
             writes: true,
             plain: true,
             options: OPTIONS,
-            holds: Holds { exact: &["polyline", "cloud"], ..Holds::NOTHING },
+            holds: Holds { exact: &["polyline", "cloud"], refuses_nothing: true, ..Holds::NOTHING },
         }
     }
 

@@ -210,7 +210,7 @@ fn through(m: usize, random: &mut Lcg) -> (SystemMetric, DMatrix<f64>) {
         _ => None,
     };
     let map = Map::Sparse(Arc::new(map));
-    (SystemMetric::Through(Arc::new(Through { map, measure })), dense * half)
+    (SystemMetric::Through(Arc::new(Through { map, measure, is_own: true })), dense * half)
 }
 
 /// A metric of a kind, and its inverse densely.

@@ -9,6 +9,7 @@ use crate::declare::{ParameterError, Parameters};
 use crate::error::{Error, Result};
 use crate::shape::{Shape, check_shape};
 use crate::tessellator::Fineness;
+use crate::text::a;
 
 /// A shape of a plug-in, together with its kind: whoever holds it can write, tessellate and draw it. Where the plug-in
 /// is not here, what a document says of the shape, word for word.
@@ -131,7 +132,7 @@ impl CustomShape {
         let vertices = shape.control_vertices_mut();
         if vertices.len() != points.len() {
             let (found, expected) = (points.len(), vertices.len());
-            return Err(Error::Invalid(format!("{found} points for a {} of {expected}", self.kind())));
+            return Err(Error::Invalid(format!("{found} points for {} of {expected}", a(self.kind()))));
         }
         vertices.copy_from_slice(points);
         self.with_shape(shape)

@@ -92,6 +92,37 @@ impl Mesh {
         Ok(ByPoint { mesh: Cow::Owned(mesh), doubled, filled })
     }
 
+    /// Whether corners at one point differ in a layer, so that [`by_point`](Self::by_point) doubles points.
+    pub(crate) fn differs_at_points(&self) -> bool {
+        let layers =
+            [self.normals.corners(), self.tangents.corners(), self.uvs.corners(), self.colors.corners()];
+        let by_corner =
+            layers.iter().any(Option::is_some) || self.more_uvs.iter().any(|l| l.corners().is_some());
+        by_corner && self.any_at_points(|a, b, point| !self.alike(a, b, point))
+    }
+
+    /// Whether corners at one point that have a colour have different ones.
+    pub(crate) fn colors_differ_at_points(&self) -> bool {
+        let differ = |a, b, point| match (self.colors.at(a, point), self.colors.at(b, point)) {
+            (Some(a), Some(b)) => a != b,
+            _ => false,
+        };
+        self.colors.corners().is_some() && self.any_at_points(differ)
+    }
+
+    /// Whether something holds of the first corner at a point and another one there.
+    fn any_at_points(&self, holds: impl Fn(usize, usize, u32) -> bool) -> bool {
+        let mut first = vec![usize::MAX; self.points.len()];
+        self.corners.iter().enumerate().any(|(corner, &point)| match first.get_mut(point as usize) {
+            Some(seen) if *seen == usize::MAX => {
+                *seen = corner;
+                false
+            }
+            Some(seen) => holds(*seen, corner, point),
+            None => false,
+        })
+    }
+
     /// Whether two corners at one point have the same values in every layer.
     fn alike(&self, a: usize, b: usize, point: u32) -> bool {
         fn same<T: PartialEq>(layer: &Layer<T>, a: usize, b: usize, point: u32) -> bool {

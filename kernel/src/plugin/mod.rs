@@ -21,8 +21,8 @@ pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
 pub use format::{
     Confidence, Cuts, Fate, Format, FormatDeclaration, FormatError, FormatErrorKind, Holds, InWorld, Limits,
-    Memory, Outgoing, Place, ReadOptions, ReadReport, Sink, Source, UnitRule, UpChoice, WriteOptions,
-    WriteReport, Written, refuse_utf16, utf8,
+    Memory, MeshPart, Outgoing, Place, ReadOptions, ReadReport, Sink, Source, UnitRule, UpChoice,
+    WriteOptions, WriteReport, Written, refuse_utf16, utf8,
 };
 pub use frames::Frames;
 pub use functionals::register_functionals;

@@ -84,8 +84,8 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
             .map(Shape::boxed)
             .map_err(|e| Error::Invalid(format!("\"{object}\" cannot be edited: {e}"))),
         other => Err(Error::Invalid(format!(
-            "\"{object}\" is a {}, not a curve or surface: fit one to it first",
-            other.kind()
+            "\"{object}\" is {}, not a curve or surface: fit one to it first",
+            crate::text::a(other.kind())
         ))),
     }
 }

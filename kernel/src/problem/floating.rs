@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::assembly::Parameter;
 use super::{Assembly, Problem, view};
-use crate::error::{Error, Result};
+use crate::error::{Error, Figure, Result};
 use crate::shape::Derivative;
 use crate::solve::{SparseRows, Symmetric, System, SystemMetric};
 
@@ -19,11 +19,12 @@ impl Problem {
     ///
     /// # Errors
     /// When something cannot be asked of the shapes as they are, a functional does not know how it changes along its location, or
-    /// the weight is negative; when unknowns other than vertices are moved.
+    /// the weight is negative or not finite; when it is positive and unknowns other than vertices are moved.
     pub fn assemble_floating(&self, weight: f64) -> Result<Assembly> {
         if !(weight >= 0.0 && weight.is_finite()) {
             return Err(Error::Invalid(format!(
-                "a parameter that floats cannot have the weight {weight}: give 0, or a positive number"
+                "a parameter that floats cannot have the weight {}: give 0, or a positive number",
+                Figure(weight)
             )));
         }
         let shapes = view(&self.shapes);

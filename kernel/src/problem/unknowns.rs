@@ -40,6 +40,8 @@ pub struct Unknowns {
     alike: bool,
     map: Map,
     measured: Measured,
+    /// How many vertices all shapes have together, where that is known.
+    of: Option<usize>,
     /// `BᵀB`.
     gram: OnceLock<Arc<Symmetric>>,
 }
@@ -76,7 +78,8 @@ impl Unknowns {
     /// The `count` control vertices of all shapes, some of which follow others. `O(n)` for ties that follow few others.
     ///
     /// # Errors
-    /// When a vertex that is not there is tied, one is tied twice, or they follow one another in a circle.
+    /// When a vertex that is not there is tied, one is tied twice, or they follow one another in a circle. An edit whose shapes
+    /// have another number of vertices is refused when it is prepared.
     pub fn tied(count: usize, ties: &[Tie]) -> Result<Self> {
         let mut follows: Vec<Option<(usize, Matrix3<f64>)>> = vec![None; count];
         for tie in ties {
@@ -138,7 +141,8 @@ impl Unknowns {
                 rows.push(of.filter(|(_, c)| *c != 0.0));
             }
         }
-        Ok(Self::new((0..count).collect(), alike, Map::Sparse(Arc::new(rows))))
+        let tied = Self::new((0..count).collect(), alike, Map::Sparse(Arc::new(rows)));
+        Ok(Self { of: Some(count), ..tied })
     }
 
     /// What of each unknown each coordinate of some vertices has: `rows` are those of `B`, three a vertex, over the unknowns.
@@ -182,19 +186,25 @@ impl Unknowns {
 
     fn new(vertices: Vec<usize>, alike: bool, map: Map) -> Self {
         let vertices = Arc::new(vertices);
-        Self { vertices, alike, map, measured: Measured::Vertices, gram: OnceLock::new() }
+        Self { vertices, alike, map, measured: Measured::Vertices, of: None, gram: OnceLock::new() }
     }
 
     /// Makes the unknowns' own change least, not that of the vertices: `‖x‖²`, or `xᵀMx` with a symmetric positive definite `M`
-    /// (the Gram matrix of the functions whose coefficients they are).
+    /// (the Gram matrix of the functions whose coefficients they are). With `None`, `B` may have columns that depend on one
+    /// another.
     ///
     /// # Errors
-    /// When the matrix is not as large as there are unknowns.
+    /// When the matrix is not as large as there are unknowns, or a number in it is not finite.
     pub fn measured(mut self, by: Option<Symmetric>) -> Result<Self> {
         let count = self.count();
         let own = if self.alike { count / 3 } else { count };
         if let Some(found) = by.as_ref().map(Symmetric::size).filter(|size| *size != own) {
             return Err(Error::Invalid(format!("a matrix of size {found} cannot measure {own} unknowns")));
+        }
+        if let Some(row) = by.as_ref().and_then(Symmetric::first_not_finite) {
+            return Err(Error::Invalid(format!(
+                "row {row} of the matrix that measures the unknowns has a number that is not finite: every one must be"
+            )));
         }
         self.measured = Measured::Themselves(by.map(Arc::new));
         Ok(self)
@@ -222,6 +232,12 @@ impl Unknowns {
         shapes: &Shapes<'_>,
         per_axis: bool,
     ) -> Result<SystemMetric> {
+        let there = shapes.vertex_count();
+        if let Some(count) = self.of.filter(|count| *count != there) {
+            return Err(Error::Invalid(format!(
+                "{count} control vertices are tied, but the shapes of the edit have {there} together: count all of them"
+            )));
+        }
         let spread = self.alike && per_axis;
         let of_vertices = |form: SystemMetric| if per_axis { form.per_axis() } else { form };
         let map = match &self.map {
@@ -257,7 +273,8 @@ impl Unknowns {
                 }
             },
         };
-        Ok(SystemMetric::Through(Arc::new(Through { map, measure })))
+        let is_own = matches!(self.measured, Measured::Themselves(_));
+        Ok(SystemMetric::Through(Arc::new(Through { map, measure, is_own })))
     }
 }
 

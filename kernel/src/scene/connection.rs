@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::scene::{Geometry, Scene};
 use crate::spline::trimmed::ParameterCurve;
+use crate::text::a;
 
 /// One side of a connection: a curve on a surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +41,10 @@ impl Connection {
                 Some(Geometry::Surface(_) | Geometry::Trimmed(_)) => {}
                 Some(other) => {
                     let kind = other.kind();
-                    return Err(Error::Invalid(format!("a connection names \"{name}\", which is a {kind}")));
+                    return Err(Error::Invalid(format!(
+                        "a connection names \"{name}\", which is {}",
+                        a(kind)
+                    )));
                 }
                 None => {
                     return Err(Error::Invalid(format!(

@@ -23,6 +23,7 @@ use crate::material::{Image, Material};
 use crate::named::{Named, NamedList};
 use crate::scene::connection::Connection;
 use crate::spline::{Curve, Surface};
+use crate::text::a;
 
 pub use self::definition::Definition;
 pub use self::geometry::Geometry;
@@ -102,7 +103,7 @@ impl Scene {
     pub fn curve(&self, name: &str) -> Result<&Curve> {
         match self.object(name)?.geometry() {
             Geometry::Curve(curve) => Ok(curve),
-            other => Err(Error::Invalid(format!("\"{name}\" is a {}, not a curve", other.kind()))),
+            other => Err(Error::Invalid(format!("\"{name}\" is {}, not a curve", a(other.kind())))),
         }
     }
 
@@ -113,7 +114,7 @@ impl Scene {
     pub fn surface(&self, name: &str) -> Result<&Surface> {
         match self.object(name)?.geometry() {
             Geometry::Surface(surface) => Ok(surface),
-            other => Err(Error::Invalid(format!("\"{name}\" is a {}, not a surface", other.kind()))),
+            other => Err(Error::Invalid(format!("\"{name}\" is {}, not a surface", a(other.kind())))),
         }
     }
 

@@ -59,8 +59,8 @@ impl Geometry {
     pub fn with_points(&self, points: Vec<Point>) -> Result<Self> {
         let (found, expected) = (points.len(), self.points().len());
         if found != expected {
-            let kind = self.kind();
-            return Err(Error::Invalid(format!("{found} points for a {kind} of {expected}")));
+            let kind = crate::text::a(self.kind());
+            return Err(Error::Invalid(format!("{found} points for {kind} of {expected}")));
         }
         Ok(match self {
             Self::Group => Self::Group,

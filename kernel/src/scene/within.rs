@@ -140,9 +140,9 @@ impl Scene {
         let list = self.list_of(Some(&within.definition))?;
         let object = list.object(&within.object)?;
         if matches!(object.geometry(), Geometry::Group | Geometry::Instance(_)) {
-            let kind = object.geometry().kind();
+            let kind = crate::text::a(object.geometry().kind());
             return Err(Error::Invalid(format!(
-                "\"{}\" is a {kind} of the definition \"{}\", not a shape",
+                "\"{}\" is {kind} of the definition \"{}\", not a shape",
                 within.path, within.definition
             )));
         }

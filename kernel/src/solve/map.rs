@@ -48,6 +48,8 @@ pub struct Through {
     pub map: Map,
     /// `M`, symmetric positive definite over the unknowns; the identity where there is none.
     pub measure: Option<Arc<Symmetric>>,
+    /// Whether `M` measures the unknowns themselves; else it is made of `B` and the metric of what they move.
+    pub is_own: bool,
 }
 
 /// A map and its transpose should be one: these many roundings apart at most, of the terms that the products are made of.

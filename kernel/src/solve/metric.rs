@@ -86,8 +86,9 @@ impl System {
                 let (rows, measure) = match &through.measure {
                     None => (Arc::new(rows), None),
                     Some(matrix) => {
-                        let Whitened { rows, back } =
-                            self.triangular(&rows, matrix, false).map_err(|error| idle(matrix, error))?;
+                        let Whitened { rows, back } = self
+                            .triangular(&rows, matrix, false)
+                            .map_err(|error| unmeasured(through, matrix, error))?;
                         (rows, Some(Box::new(back)))
                     }
                 };
@@ -176,16 +177,30 @@ impl System {
     }
 }
 
-/// The error for unknowns that cannot be measured.
+/// The error for unknowns that cannot be measured, by its cause.
 #[cold]
-fn idle(measure: &Symmetric, error: SolveError) -> SolveError {
-    match (error, factor_symmetric(measure)) {
-        (SolveError::Metric { .. }, Err(unknown)) => SolveError::Unsupported(format!(
-            "unknown {unknown} of {} moves nothing that others do not move as well, or what measures it is not positive: leave it out",
-            measure.size()
-        )),
-        (error, _) => error,
-    }
+fn unmeasured(through: &Through, measure: &Symmetric, error: SolveError) -> SolveError {
+    let (SolveError::Metric { .. }, Err(unknown)) = (&error, factor_symmetric(measure)) else { return error };
+    let count = measure.size();
+    SolveError::Unsupported(match (measure.first_not_finite(), through.is_own) {
+        (Some(unknown), true) => {
+            format!(
+                "row {unknown} of the matrix that measures the {count} unknowns has a number that is not finite"
+            )
+        }
+        (Some(unknown), false) => format!(
+            "how far unknown {unknown} of {count} moves the control vertices is beyond what numbers hold: give the unknowns in \
+             other units, so that the products of what they do stay finite"
+        ),
+        (None, true) => format!(
+            "the matrix that measures the {count} unknowns is not positive definite (at unknown {unknown}): every change of them \
+             must cost something; `measured(None)` takes ‖x‖² instead"
+        ),
+        (None, false) => format!(
+            "unknown {unknown} of {count} moves nothing that others do not move as well: leave it out, or measure the unknowns \
+             themselves with `measured(None)`"
+        ),
+    })
 }
 
 /// `W⁻¹` of a system's metric, ready to be applied.
@@ -225,7 +240,9 @@ impl System {
             SystemMetric::Through(through) => {
                 let measure = Box::new(match &through.measure {
                     None => InverseMetric::Same,
-                    Some(matrix) => self.solving(matrix).map_err(|error| idle(matrix, error))?,
+                    Some(matrix) => {
+                        self.solving(matrix).map_err(|error| unmeasured(through, matrix, error))?
+                    }
                 });
                 let room = std::array::from_fn(|_| vec![0.0; through.map.unknowns() * self.sides()]);
                 Ok(InverseMetric::Through { through: Arc::clone(through), measure, room })

@@ -49,6 +49,11 @@ impl Symmetric {
         self.starts.len().saturating_sub(1)
     }
 
+    /// The first row with a number that is not finite.
+    pub fn first_not_finite(&self) -> Option<usize> {
+        (0..self.size()).find(|&i| self.row(i).any(|(_, value)| !value.is_finite()))
+    }
+
     /// `(column, value)` pairs of a row, ascending.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[i]..self.starts[i + 1];

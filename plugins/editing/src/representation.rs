@@ -8,6 +8,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::Direction;
+use loftsman_kernel::text::a;
 
 use crate::problem::OBJECT;
 
@@ -40,7 +41,7 @@ pub(crate) fn not_a_spline(name: &str, geometry: &Geometry) -> Error {
                  \"edit\" and \"drag\" move it"
             )
         }
-        other => format!("\"{name}\" is a {}, not a curve or surface", other.kind()),
+        other => format!("\"{name}\" is {}, not a curve or surface", a(other.kind())),
     })
 }
 
@@ -144,7 +145,7 @@ impl Operation for Untrim {
         let loops = trimmed.loops().count();
         scene.reshape(&name, |geometry| match geometry {
             Geometry::Trimmed(trimmed) => Ok(Geometry::from(trimmed.surface())),
-            other => Err(Error::Invalid(format!("\"{name}\" is a {}, no trimmed surface", other.kind()))),
+            other => Err(Error::Invalid(format!("\"{name}\" is {}, no trimmed surface", a(other.kind())))),
         })?;
         let plural = if loops == 1 { "" } else { "s" };
         Ok(done("untrim", name, format!("{loops} loop{plural} taken away")))

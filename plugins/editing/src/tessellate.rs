@@ -6,6 +6,7 @@ use loftsman_kernel::plugin::{
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::text::a;
 
 /// The operation `tessellate`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -88,7 +89,7 @@ impl Operation for Tessellate {
                 return Err(Error::Invalid(problem).into());
             }
             other => {
-                return Err(Error::Invalid(format!("\"{name}\" is a {} already", other.kind())).into());
+                return Err(Error::Invalid(format!("\"{name}\" is {} already", a(other.kind()))).into());
             }
         };
         scene.replace(&name, pieces)?;

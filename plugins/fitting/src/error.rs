@@ -61,7 +61,8 @@ pub enum FitError {
     },
     /// A parameter that is not finite, leaves the domain, or decreases (or stands still where it must not).
     #[error(
-        "parameter {index} is {value}: parameters must be finite, increase, and stay within [{start}, {end}]"
+        "parameter {index} is {}: parameters must be finite, increase, and stay within [{}, {}]",
+        Figure(*.value), Figure(*.start), Figure(*.end)
     )]
     Parameter {
         /// Its index.
@@ -74,7 +75,7 @@ pub enum FitError {
         end: f64,
     },
     /// Weights that do not fit or are not positive.
-    #[error("weight {index} is {value}: give one positive, finite weight a point")]
+    #[error("weight {index} is {}: give one positive, finite weight a point", Figure(*.value))]
     Weight {
         /// Its index (or how many there are, where the count is wrong).
         index: usize,
@@ -83,7 +84,8 @@ pub enum FitError {
     },
     /// The data do not reach one of the basis functions (the Schoenberg–Whitney conditions fail).
     #[error(
-        "no data determine control vertex {vertex}, which acts between {start} and {end}: remove the knot {knot}, give more points there, or ask for regularization"
+        "no data determine control vertex {vertex}, which acts between {} and {}: remove the knot {}, give more points there, or ask for regularization",
+        Figure(*.start), Figure(*.end), Figure(*.knot)
     )]
     NoData {
         /// The vertex.

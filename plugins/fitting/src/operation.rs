@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use loftsman_kernel::edit::Constraint;
+use loftsman_kernel::error::MAX_DEGREE;
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
     ConstraintReport, Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters,
@@ -136,9 +137,9 @@ impl Operation for FitPoints {
             Geometry::Cloud(cloud) => (cloud.points.as_slice(), false),
             Geometry::Mesh(mesh) => (mesh.points(), false),
             other => {
-                let kind = other.kind();
+                let kind = loftsman_kernel::text::a(other.kind());
                 return Err(Error::Invalid(format!(
-                    "\"{name}\" is a {kind}: points are fitted, so give a polyline, a cloud or a mesh"
+                    "\"{name}\" is {kind}: points are fitted, so give a polyline, a cloud or a mesh"
                 ))
                 .into());
             }
@@ -196,7 +197,11 @@ fn corner(points: &[Point], closed: bool) -> Option<String> {
 }
 
 fn degree_of(parameters: &Parameters) -> Result<usize, ParameterError> {
-    parameters.count_or("degree", 3)
+    let degree = parameters.count_or("degree", 3)?;
+    if (1..=MAX_DEGREE).contains(&degree) {
+        return Ok(degree);
+    }
+    Err(parameters.error("degree", format!("is from 1 to {MAX_DEGREE}, not {degree}")))
 }
 
 fn parametrization(parameters: &Parameters) -> Result<Parametrization, ParameterError> {
@@ -312,6 +317,19 @@ fn fit_of(
         return Err(parameters.error("merge", problem).into());
     }
     let mut fit = Fit::new(degree_of(parameters)?, target_of(parameters)?);
+    if let Target::Vertices(vertices) | Target::AtMost { vertices, .. } = fit.target {
+        let least = if closed { 2 } else { fit.degree + 1 };
+        if vertices < least {
+            let shape = if closed {
+                "a closed curve".to_owned()
+            } else {
+                format!("a curve of degree {}", fit.degree)
+            };
+            return Err(parameters
+                .error("vertices", format!("{shape} has {least} or more, not {vertices}"))
+                .into());
+        }
+    }
     fit.closed = closed;
     fit.parameters = parametrization(parameters)?;
     fit.corrections = parameters.count_or("corrections", fit.corrections)?;

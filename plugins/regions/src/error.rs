@@ -1,7 +1,9 @@
 //! What can be wrong with a region.
 
 use loftsman_kernel::Error;
+use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::OperationError;
+use loftsman_kernel::text::a;
 
 /// The result of working with regions.
 pub type Result<T, E = RegionError> = std::result::Result<T, E>;
@@ -11,7 +13,7 @@ pub type Result<T, E = RegionError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegionError {
     /// An object that bounds nothing.
-    #[error("\"{object}\" is a {kind}: a region is bounded by closed curves or polylines")]
+    #[error("\"{object}\" is {}: a region is bounded by closed curves or polylines", a(.kind))]
     Kind {
         /// The object.
         object: String,
@@ -101,7 +103,7 @@ pub enum RegionError {
         most: f64,
     },
     /// A number that makes no sense.
-    #[error("{what} is {value}: {wanted}")]
+    #[error("{what} is {}: {wanted}", Figure(*.value))]
     Number {
         /// What it is.
         what: &'static str,

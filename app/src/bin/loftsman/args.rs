@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use loftsman::convert::{self, Conversion, UPS};
 use loftsman::kernel::plugin::{Chord, Fineness, Format, FormatDeclaration, UpChoice, nearest};
 use loftsman::kernel::scene::{Unit, Up};
@@ -25,6 +25,15 @@ const MESHES_ONLY: &str = "meshes-only";
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// The command line. A number below 0 behind an option is its value, and refused in that option's words where it cannot be.
+pub(crate) fn command() -> clap::Command {
+    let negative = |arg: clap::Arg| {
+        let is_option = arg.get_action().takes_values() && !arg.is_positional();
+        if is_option { arg.allow_negative_numbers(true) } else { arg }
+    };
+    Arguments::command().mut_subcommands(|command| command.mut_args(negative))
 }
 
 #[derive(Debug, Subcommand)]
@@ -123,7 +132,7 @@ impl ConversionArgs {
     /// What is asked of a conversion to a format.
     ///
     /// # Errors
-    /// When meshes alone are asked for, which the format cannot leave to itself.
+    /// When meshes alone are asked for, which the format cannot leave to itself, and for an option that it does not have.
     pub(crate) fn conversion(&self, output: &dyn Format) -> Result<Conversion, Usage> {
         let usual = Fineness::default();
         let mut write: Map<String, Value> = self.write.iter().cloned().collect();
@@ -138,6 +147,7 @@ impl ConversionArgs {
             }
             write.insert(MESHES_ONLY.to_owned(), Value::Bool(true));
         }
+        check_options("--write", &output.declaration(), &write)?;
         Ok(Conversion {
             unit: self.unit,
             from_unit: self.from_unit,
@@ -162,6 +172,9 @@ pub(crate) struct InfoArgs {
     /// Say what a conversion to the format of this extension would lose.
     #[arg(long, value_name = "EXT")]
     pub(crate) to: Option<String>,
+    /// An option of that format. May be repeated.
+    #[arg(long, value_name = "OPTION=VALUE", value_parser = option, requires = "to")]
+    pub(crate) write: Vec<(String, Value)>,
     #[command(flatten)]
     pub(crate) json: Json,
 }
@@ -260,6 +273,34 @@ pub(crate) struct Json {
     pub(crate) wanted: bool,
 }
 
+/// Refuses options that a format does not have on its way out.
+///
+/// # Errors
+/// For the first of them, with the format that has it, or the names that there are.
+pub(crate) fn check_options(
+    flag: &str,
+    format: &FormatDeclaration,
+    options: &Map<String, Value>,
+) -> Result<(), Usage> {
+    let known = |d: &FormatDeclaration| -> Vec<&str> {
+        let reads = flag == "--read";
+        let fields: Vec<_> =
+            if reads { d.reading_options().collect() } else { d.writing_options().collect() };
+        fields.iter().map(|field| field.name).collect()
+    };
+    let Some(wrong) = options.keys().find(|name| !known(format).contains(&name.as_str())) else {
+        return Ok(());
+    };
+    let all = loftsman::registry().formats().iter().map(|format| format.declaration());
+    let others: Vec<&str> = all.filter(|d| known(d).contains(&wrong.as_str())).map(|d| d.name).collect();
+    let there = match (others.as_slice(), known(format).as_slice()) {
+        ([], []) => format!("{} has no options on this way", format.name),
+        ([], names) => format!("{} has {}", format.name, names.join(", ")),
+        (others, _) => format!("it is one of {}", others.join(", ")),
+    };
+    Err(Usage(format!("{flag} {wrong}: {} has no such option; {there}", format.name)))
+}
+
 /// An option's name and value; the value is a number, true or false where it reads so, else a text.
 fn option(text: &str) -> Result<(String, Value), String> {
     let (name, value) = text.split_once('=').ok_or("write it as OPTION=VALUE")?;
@@ -328,10 +369,8 @@ fn angle(text: &str) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     #[test]
     fn the_command_line_is_consistent() {
-        super::Arguments::command().debug_assert();
+        super::command().debug_assert();
     }
 }

@@ -1,6 +1,7 @@
 //! The two containers: JSON as a text, and GLB, which holds the JSON and the bytes of the first buffer.
 
-use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Place, utf8};
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Place, refuse_utf16, utf8};
+use loftsman_kernel::text::unmarked;
 
 /// A file taken apart.
 pub(super) struct Parts<'a> {
@@ -23,12 +24,14 @@ pub(super) fn parts(bytes: &[u8]) -> Result<Parts<'_>, FormatError> {
     if bytes.starts_with(MAGIC) {
         return glb(bytes);
     }
-    let json = text(bytes, 0)?;
-    if !json.trim_start().starts_with('{') {
-        let problem =
-            "this is neither a GLB, which starts with the letters glTF, nor a glTF text, which starts with {";
+    refuse_utf16(bytes, 0)?;
+    let start = unmarked(bytes).trim_ascii_start();
+    if !start.is_empty() && !start.starts_with(b"{") {
+        let problem = "this is neither a GLB, which starts with the letters glTF, nor a glTF text, which starts with {: get the \
+                       file again, or name it for what it is";
         return Err(FormatError::new(Place::Byte(0), problem));
     }
+    let json = text(bytes, 0)?;
     Ok(Parts { json, binary: None, notes: Vec::new(), unknown_chunks: 0 })
 }
 

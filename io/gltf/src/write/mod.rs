@@ -14,9 +14,7 @@ mod shared;
 mod tangent;
 
 use std::borrow::Cow;
-use std::collections::HashSet;
 
-use loftsman_kernel::named::Named;
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::plugin::{Cuts, FormatError, Outgoing, Sink, WriteOptions, WriteReport, Written};
 use loftsman_kernel::scene::{Object, Scene, Unit, Up};
@@ -95,7 +93,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     for (name, bytes) in pictures {
         sink.picture(&name, &bytes)?;
     }
-    Ok(WriteReport { objects: report, notes })
+    Ok(WriteReport { objects: report, notes, ..WriteReport::default() })
 }
 
 /// Adds a field to what other programs noted; `false` where that is no table, and gave way.
@@ -121,21 +119,9 @@ fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
     let mut report = WriteReport::default();
     if rounding > 0.0 {
         report.notes.push(format!(
-            "glTF has single precision: coordinates are rounded by at most {rounding:.1e} {unit}"
+            "coordinates are rounded by at most {rounding:.1e} {unit}: glTF has single precision"
         ));
     }
-    let used: HashSet<&str> = scene.objects().iter().flat_map(|o| &o.materials).map(String::as_str).collect();
-    let unused = scene.materials.iter().filter(|m| !used.contains(m.name())).count();
-    report.say(unused, "material(s) that no object has are left out");
-    let shown = scene.materials.iter().filter(|m| used.contains(m.name()));
-    let shown: HashSet<&str> =
-        shown.flat_map(|m| m.textures.values()).map(|texture| texture.image.as_str()).collect();
-    let unused = scene.images.iter().filter(|i| !shown.contains(i.name())).count();
-    report.say(unused, "picture(s) that nothing shows are left out");
-    report.say(
-        scene.hidden_count(),
-        "object(s) are on hidden layers: glTF has no such layers, so that other programs show them",
-    );
     let broken = |list: &[(String, String)]| {
         list.iter().filter(|(key, text)| key.starts_with(PREFIX) && !is_ours(key, text)).count()
     };

@@ -9,6 +9,7 @@ use loftsman_kernel::plugin::{
     Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Written,
 };
 use loftsman_kernel::scene::{Animation, Geometry, Object};
+use loftsman_kernel::text::a;
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
 use serde_json::{Value, json};
@@ -273,7 +274,7 @@ impl<'a> Writer<'a, '_> {
                     Geometry::Polyline(_) => "a line needs two points".to_owned(),
                     Geometry::Cloud(_) => "it has no points".to_owned(),
                     other => {
-                        format!("a {} cannot be tessellated yet: convert it to a mesh first", other.kind())
+                        format!("{} cannot be tessellated yet: convert it to a mesh first", a(other.kind()))
                     }
                 };
                 return nothing(report, reason);

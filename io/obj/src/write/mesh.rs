@@ -111,16 +111,12 @@ impl<W: Write> Writer<'_, W> {
         }
         let mut colors = vec![NONE; mesh.points().len()];
         let values = mesh.colors.values();
-        let mut differ = false;
         for (corner, &p) in mesh.corners().iter().enumerate() {
-            let (slot, index) = (&mut colors[p as usize], mesh.colors.index(corner, p));
+            let slot = &mut colors[p as usize];
             if *slot == NONE {
-                *slot = index;
-            } else if index != NONE && *slot != index {
-                differ |= values[*slot as usize] != values[index as usize];
+                *slot = mesh.colors.index(corner, p);
             }
         }
-        self.notes.colors_by_face += usize::from(differ);
         if mesh.colors.corners().is_none() {
             (0..).zip(&mut colors).for_each(|(p, slot)| *slot = p);
         }

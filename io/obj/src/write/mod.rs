@@ -14,8 +14,8 @@ use std::io::{BufWriter, Write};
 use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, FormatError, InWorld, Outgoing, Sink, Tessellated, Tessellator, WriteReport,
-    Written,
+    Chord, Fate, Fineness, FormatError, Holds, InWorld, Outgoing, ParameterError, Parameters, Sink,
+    Tessellated, Tessellator, WriteReport, Written,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::Surface;
@@ -39,13 +39,30 @@ enum Surfaces {
     Mesh,
 }
 
+fn choices(own: &Parameters) -> Result<(Knots, Surfaces), ParameterError> {
+    let knots = [("bezier", Knots::Bezier), ("any", Knots::Any)];
+    let surfaces = [("both", Surfaces::Both), ("exact", Surfaces::Exact), ("mesh", Surfaces::Mesh)];
+    let knots = own.choice_or("knots", &knots, Knots::Bezier)?;
+    Ok((knots, own.choice_or("surfaces", &surfaces, Surfaces::Both)?))
+}
+
+/// What files hold that are written with these options, where those written without hold `usual`.
+pub(crate) fn holds(usual: Holds, own: &Parameters) -> Result<Holds, FormatError> {
+    let (knots, surfaces) = choices(own)?;
+    let holds = Holds { knots: knots == Knots::Any, ..usual };
+    Ok(match surfaces {
+        Surfaces::Both => holds,
+        Surfaces::Exact => Holds { tessellated: &["shape"], ..holds },
+        Surfaces::Mesh => {
+            Holds { exact: &["curve", "mesh", "polyline", "cloud"], connections: false, ..holds }
+        }
+    })
+}
+
 /// Writes a scene.
 pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
     let options = outgoing.options;
-    let knots = [("bezier", Knots::Bezier), ("any", Knots::Any)];
-    let knots = options.own.choice_or("knots", &knots, Knots::Bezier)?;
-    let surfaces = [("both", Surfaces::Both), ("exact", Surfaces::Exact), ("mesh", Surfaces::Mesh)];
-    let surfaces = options.own.choice_or("surfaces", &surfaces, Surfaces::Both)?;
+    let (knots, surfaces) = choices(&options.own)?;
     let placed = outgoing.converted()?;
     let cuts = outgoing.cuts(&placed)?;
     let scale = outgoing.scale();
@@ -98,8 +115,6 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
 struct Notes {
     /// Meshes that got a normal for each face.
     given_normals: usize,
-    /// Meshes of which colours differ between the faces at a point.
-    colors_by_face: usize,
     /// Group names in which a blank became a low line.
     group_names: usize,
     connections_left_out: usize,
@@ -111,22 +126,16 @@ fn notes(scene: &Scene, told: &Notes, report: &mut WriteReport) {
         told.given_normals,
         "mesh(es) without normals got one for each face: where a file has any, Blender smooths those without",
     );
-    report.say(
-        told.colors_by_face,
-        "mesh(es) have colours that differ between the faces at a point: one of them went out",
-    );
     report.say(told.group_names, "group name(s) had blanks, which OBJ does not allow");
     report.say(
         told.connections_left_out,
         "connection(s) are left out: their surfaces were not written exactly",
     );
-    let count = |has: &dyn Fn(&Object) -> bool| scene.objects().iter().filter(|o| has(o)).count();
-    let tangents = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if !mesh.tangents.is_empty());
-    report.say(count(&tangents), "mesh(es) have tangents, which are left out");
-    let more = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if !mesh.more_uvs.is_empty());
-    report.say(count(&more), "mesh(es) have further texture coordinates, which are left out");
     let cloud = |o: &Object| matches!(o.geometry(), Geometry::Cloud(_));
-    report.say(count(&cloud), "cloud(s) are point statements (p), which Blender passes over");
+    report.say(
+        scene.objects().iter().filter(|o| cloud(o)).count(),
+        "cloud(s) are point statements (p), which Blender passes over",
+    );
 }
 
 /// How many of each were written: indices count through the file.

@@ -1,5 +1,7 @@
 //! Texts as outlines of the letters of the one font.
 
+use std::collections::BTreeSet;
+
 use tiny_skia::{Path, PathBuilder};
 use ttf_parser::{GlyphId, OutlineBuilder};
 
@@ -28,6 +30,12 @@ pub(super) fn outline(words: &str, [x, y]: [f32; 2], size: f32, anchor: f32) -> 
         pen.origin[0] += advance(glyph);
     }
     pen.path.finish()
+}
+
+/// The letters of a text that the font lacks.
+pub(super) fn lacking(words: &str) -> BTreeSet<char> {
+    let Some(font) = text::font() else { return BTreeSet::new() };
+    words.chars().filter(|&letter| letter != ' ' && font.glyph_index(letter).is_none()).collect()
 }
 
 /// Draws letters, whose y goes up, onto the page, whose y goes down.

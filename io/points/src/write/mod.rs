@@ -3,9 +3,11 @@
 use std::io::{self, BufWriter, Write};
 
 use loftsman_kernel::Point;
+use loftsman_kernel::error::Figure;
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport, Written};
 use loftsman_kernel::scene::{Geometry, Object};
+use loftsman_kernel::text::a;
 use loftsman_kernel::text::number;
 use nalgebra::Matrix4;
 
@@ -42,20 +44,18 @@ pub(crate) fn file(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Write
         };
         let rows = Rows { object, kind, place: place.as_ref() };
         if let Some((i, p)) = rows.points().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
-            let problem =
-                format!("point {i} is ({}, {}, {}): every coordinate must be finite", p.x, p.y, p.z);
+            let problem = format!(
+                "point {i} is ({}, {}, {}): every coordinate must be finite",
+                Figure(p.x),
+                Figure(p.y),
+                Figure(p.z)
+            );
             return Err(FormatError::whole(problem).of(object.name()));
         }
         let by = if place.is_some() { ", placed by its transforms" } else { "" };
         let form = format!("{} of {} points{by}", object.geometry().kind(), object.geometry().points().len());
         report.objects.push(Written::kept(object, form));
         out.push(rows);
-    }
-    if out.is_empty() {
-        return Err(FormatError::whole(
-            "there is no cloud and no polyline in the scene, and a point file holds nothing else: tessellate \
-             curves first, or choose another format",
-        ));
     }
     if out.len() > 1 && !comments {
         return Err(FormatError::whole(
@@ -82,7 +82,7 @@ fn kind_of(object: &Object) -> Option<Kind> {
 fn reason(kind: &str) -> String {
     match kind {
         "group" => "a group has no points of its own".to_owned(),
-        kind => format!("a point file holds clouds and polylines, not a {kind}: tessellate it first"),
+        kind => format!("a point file holds clouds and polylines, not {}: tessellate it first", a(kind)),
     }
 }
 

@@ -66,7 +66,7 @@ fn what_has_no_place_is_left_out_and_told() {
     let mesh = Mesh::new(vec![Point::origin(); 3], &[[0, 1, 2]]).unwrap();
     scene.add(Object::new("mesh", mesh.into())).unwrap();
     let error = write(&scene, "a.xyz", &WriteOptions::default()).unwrap_err();
-    assert!(error.problem.contains("no cloud and no polyline"));
+    assert!(error.problem.contains("no polyline and no cloud"));
     let mut dust = Object::new("dust", Cloud { points: vec![Point::new(1.0, 2.0, 3.0)] }.into());
     dust.parent = Some("group".into());
     dust.color = Some([1.0; 4]);
@@ -78,7 +78,7 @@ fn what_has_no_place_is_left_out_and_told() {
     let fates: Vec<_> = report.objects.iter().map(|o| (o.object.as_str(), o.fate)).collect();
     assert_eq!(fates, [("group", Fate::LeftOut), ("mesh", Fate::LeftOut), ("dust", Fate::Kept)]);
     assert!(report.objects[1].reason.as_ref().unwrap().contains("not a mesh"));
-    assert!(report.notes.iter().any(|note| note.contains("colour")), "{report:?}");
+    assert!(report.losses.iter().any(|note| note.contains("colour")), "{report:?}");
     scene.replace("dust", Cloud { points: vec![Point::new(f64::NAN, 0.0, 0.0)] }).unwrap();
     let error = write(&scene, "a.xyz", &options).unwrap_err();
     assert!(error.to_string().contains("\"dust\""), "{error}");

@@ -1,11 +1,10 @@
 //! What a format declares: its name and options, and what its files say and hold.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
 use super::error::FormatError;
 use crate::declare::{Field, Parameters};
-use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
+use crate::scene::{Geometry, Unit, Up};
 
 /// What a format is called, which way it goes, and what it holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -41,6 +40,60 @@ pub enum UnitRule {
     None,
 }
 
+/// What a mesh may have beside points, triangles and a normal, texture coordinates and a colour at each point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshPart {
+    /// Faces of more than three corners.
+    Polygons,
+    /// Normals, tangents and texture coordinates that differ between the faces at a point.
+    Corners,
+    /// Colours that do.
+    CornerColors,
+    /// Tangents.
+    Tangents,
+    /// Texture coordinates beside the first ones.
+    FurtherUvs,
+    /// Named groups of faces.
+    Groups,
+    /// Smoothing groups.
+    Smoothing,
+    /// Lines without faces.
+    BareLines,
+    /// Points without faces and lines.
+    BarePoints,
+}
+
+impl MeshPart {
+    /// All of them.
+    pub const ALL: &'static [Self] = &[
+        Self::Polygons,
+        Self::Corners,
+        Self::CornerColors,
+        Self::Tangents,
+        Self::FurtherUvs,
+        Self::Groups,
+        Self::Smoothing,
+        Self::BareLines,
+        Self::BarePoints,
+    ];
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Polygons => "polygons",
+            Self::Corners => "values by corner",
+            Self::CornerColors => "colours by corner",
+            Self::Tangents => "tangents",
+            Self::FurtherUvs => "further texture coordinates",
+            Self::Groups => "groups",
+            Self::Smoothing => "smoothing groups",
+            Self::BareLines => "meshes of lines",
+            Self::BarePoints => "meshes of points",
+        }
+    }
+}
+
 /// What the files of a format say and hold. What they do not is converted, shown one by one, baked in, cut into triangles or left
 /// out on the way out, and the report says so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -52,18 +105,28 @@ pub struct Holds {
     /// The kinds of geometry that go out exactly, by their names in documents (`"curve"`, `"mesh"`, `"group"`, `"instance"`, …; shapes
     /// of plug-ins are `"shape"`).
     pub exact: &'static [&'static str],
-    /// The kinds that go out as segments or triangles.
+    /// The kinds that go out as segments or triangles; those that go out exactly as well do both.
     pub tessellated: &'static [&'static str],
+    /// The kinds that go along exactly beside that, or alone, for Loftsman to read: other programs see nothing of them.
+    pub carried: &'static [&'static str],
+    /// What meshes keep.
+    pub meshes: &'static [MeshPart],
+    /// Whether curves keep their knots; else they go out in Bézier form.
+    pub knots: bool,
     /// Transforms, and which object hangs under which.
     pub hierarchy: bool,
     /// Layers: their names, colours, which are hidden, and which lies below which.
     pub layers: bool,
+    /// Whether other programs hide what is on hidden layers.
+    pub hides: bool,
     /// Colours of objects.
     pub colors: bool,
     /// Names that objects have in common: their labels.
     pub labels: bool,
     /// Materials.
     pub materials: bool,
+    /// Materials, pictures and definitions that nothing uses.
+    pub unused: bool,
     /// Frames of animations.
     pub animation: bool,
     /// Which edges of surfaces are said to be one.
@@ -72,6 +135,8 @@ pub struct Holds {
     pub statements: &'static [&'static str],
     /// Whether numbers are rounded to single precision.
     pub single_precision: bool,
+    /// Whether a scene of which no object would go out is refused.
+    pub refuses_nothing: bool,
 }
 
 impl Holds {
@@ -81,26 +146,36 @@ impl Holds {
         up: None,
         exact: &[],
         tessellated: &[],
+        carried: &[],
+        meshes: &[],
+        knots: false,
         hierarchy: false,
         layers: false,
+        hides: false,
         colors: false,
         labels: false,
         materials: false,
+        unused: false,
         animation: false,
         connections: false,
         statements: &[],
         single_precision: false,
+        refuses_nothing: false,
     };
 
     /// Everything that a scene can be.
     pub const EVERYTHING: Self = Self {
         unit: UnitRule::Stated,
         exact: &["group", "instance", "curve", "surface", "trimmed", "mesh", "polyline", "cloud", "shape"],
+        meshes: MeshPart::ALL,
+        knots: true,
         hierarchy: true,
         layers: true,
+        hides: true,
         colors: true,
         labels: true,
         materials: true,
+        unused: true,
         animation: true,
         connections: true,
         statements: &[""],
@@ -117,81 +192,14 @@ impl Holds {
         self.tessellated.contains(&kind(geometry))
     }
 
+    /// Whether a geometry goes along for Loftsman alone.
+    pub(super) fn carries(&self, geometry: &Geometry) -> bool {
+        self.carried.contains(&kind(geometry))
+    }
+
     /// Whether there are instances.
     pub(super) fn instances(&self) -> bool {
         self.exact.contains(&"instance")
-    }
-
-    /// What would be lost of a scene, a line for each kind of thing: what a conversion to the format would leave out, or change.
-    pub fn losses(&self, scene: &Scene) -> Vec<String> {
-        let mut kinds: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-        for object in objects(scene) {
-            let geometry = object.geometry();
-            let fate = match geometry {
-                _ if self.exactly(geometry) => continue,
-                _ if self.tessellates(geometry) => "becomes segments or triangles",
-                Geometry::Instance(_) => "is written object by object",
-                _ => "is left out",
-            };
-            *kinds.entry((geometry.kind(), fate)).or_default() += 1;
-        }
-        let mut lost: Vec<String> =
-            kinds.into_iter().map(|((kind, fate), count)| format!("{kind} {fate} ({count})")).collect();
-        if self.single_precision && objects(scene).any(|o| !o.geometry().points().is_empty()) {
-            lost.push("coordinates are rounded to single precision".to_owned());
-        }
-        if let (UnitRule::Fixed(unit), Unit::Unknown) = (self.unit, scene.unit) {
-            lost.push(format!("the unit is unknown: numbers would go out unchanged, in {}", unit.name()));
-        }
-        lost.extend(self.lost(scene));
-        lost
-    }
-
-    /// What is lost beside the shapes of objects: a line for each thing that a scene has and the format has not.
-    pub(super) fn lost(&self, scene: &Scene) -> Vec<String> {
-        let count = |kept: bool, has: fn(&Object) -> bool| {
-            if kept { 0 } else { objects(scene).filter(|object| has(object)).count() }
-        };
-        let foreign = |list: &[(String, String)]| {
-            let kept = |key: &str| self.statements.iter().any(|start| key.starts_with(start));
-            list.iter().filter(|(key, _)| !kept(key)).count()
-        };
-        let statements = foreign(&scene.statements)
-            + objects(scene).map(|o| foreign(&o.statements)).sum::<usize>()
-            + scene.materials.iter().map(|m| foreign(&m.statements)).sum::<usize>();
-        let materials = if self.materials { 0 } else { scene.materials.iter().count() };
-        let connections = if self.connections { 0 } else { scene.connections().len() };
-        let hidden = if self.layers { 0 } else { scene.hidden_count() };
-        // A format without layers may give their colours to the objects.
-        let layer_colors = if self.layers || self.colors { 0 } else { scene.colored_layers() };
-        let of_objects = [
-            (
-                count(self.hierarchy, |o| o.transform.is_some()),
-                "transform(s) are baked in: the format has none",
-            ),
-            (count(self.hierarchy, |o| o.parent.is_some()), "object(s) lose their place in the hierarchy"),
-            (
-                count(self.animation, |o| o.animation.is_some()),
-                "animation(s) are left out: the frame that the object is in goes out",
-            ),
-            (count(self.colors, |o| o.color.is_some()), "colour(s) of objects are left out"),
-            (count(self.layers, |o| o.layer.is_some()), "layer name(s) are left out"),
-            (
-                count(self.labels, |o| o.label.is_some()),
-                "label(s) are left out: names must differ in the format",
-            ),
-            (hidden, "object(s) on hidden layers go out as all others: the format cannot hide them"),
-            (layer_colors, "colour(s) of layers are left out"),
-            (materials, "material(s) are left out"),
-            (connections, "connection(s) of surfaces are left out"),
-            (statements, "statement(s) of other formats are left out"),
-        ];
-        let some = of_objects.into_iter().filter(|(count, _)| *count > 0);
-        let mut lost: Vec<String> = some.map(|(count, what)| format!("{count} {what}")).collect();
-        if self.unit == UnitRule::None {
-            lost.push("the file has no unit: a reader must know it".to_owned());
-        }
-        lost
     }
 }
 
@@ -202,6 +210,9 @@ impl fmt::Display for Holds {
         if !self.tessellated.is_empty() {
             write!(f, "; {} as segments or triangles", self.tessellated.join(", "))?;
         }
+        if !self.carried.is_empty() {
+            write!(f, "; {} exactly for Loftsman to read", self.carried.join(", "))?;
+        }
         let all = [
             (self.hierarchy, "hierarchy"),
             (self.layers, "layers"),
@@ -210,8 +221,13 @@ impl fmt::Display for Holds {
             (self.materials, "materials"),
             (self.animation, "animation"),
             (self.connections, "connections"),
+            (self.knots || !self.exact.contains(&"curve"), "knots of curves"),
         ];
-        let without: Vec<&str> = all.iter().filter(|(has, _)| !has).map(|(_, what)| *what).collect();
+        let mut without: Vec<&str> = all.iter().filter(|(has, _)| !has).map(|(_, what)| *what).collect();
+        if self.exact.contains(&"mesh") {
+            let parts = MeshPart::ALL.iter().filter(|part| !self.meshes.contains(part));
+            without.extend(parts.map(|part| part.name()));
+        }
         if !without.is_empty() {
             write!(f, "; no {}", without.join(", "))?;
         }
@@ -228,11 +244,6 @@ impl fmt::Display for Holds {
         }
         Ok(())
     }
-}
-
-/// The objects of a scene, those of its definitions first.
-fn objects(scene: &Scene) -> impl Iterator<Item = &Object> {
-    scene.definitions().iter().flat_map(Definition::objects).chain(scene.objects())
 }
 
 /// The name of a kind of geometry in declarations.

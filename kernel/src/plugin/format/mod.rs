@@ -2,18 +2,20 @@
 
 mod declaration;
 mod error;
+mod losses;
 mod options;
 mod outgoing;
 mod report;
 mod stream;
 
-pub use declaration::{FormatDeclaration, Holds, UnitRule};
+pub use declaration::{FormatDeclaration, Holds, MeshPart, UnitRule};
 pub use error::{FormatError, FormatErrorKind, Place};
 pub use options::{Limits, ReadOptions, UpChoice, WriteOptions};
 pub use outgoing::{Cuts, InWorld, Outgoing};
 pub use report::{Fate, ReadReport, WriteReport, Written};
 pub use stream::{Memory, Sink, Source, refuse_utf16, utf8};
 
+use crate::declare::Parameters;
 use crate::scene::{Scene, Unit};
 
 /// How sure a format is that a file is one of its own.
@@ -33,6 +35,31 @@ pub enum Confidence {
 pub trait Format: Send + Sync {
     /// Its name, extensions and options, and what it holds.
     fn declaration(&self) -> FormatDeclaration;
+
+    /// What its files hold that are written with these options of its own: what it declares, unless one of them changes that.
+    ///
+    /// # Errors
+    /// When an option's value cannot be.
+    fn holds(&self, own: &Parameters) -> Result<Holds, FormatError> {
+        let _ = own;
+        Ok(self.declaration().holds)
+    }
+
+    /// What would be lost of a scene that is written with these options, a line for each kind of thing: the same as
+    /// [`WriteReport::losses`] once it is written.
+    ///
+    /// # Errors
+    /// When an option is unknown or its value cannot be, and where the format refuses the scene because nothing of it would
+    /// go out.
+    fn losses(&self, scene: &Scene, options: &WriteOptions<'_>) -> Result<Vec<String>, FormatError> {
+        let declaration = self.declaration();
+        declaration.check(&options.own, declaration.writing_options())?;
+        let holds = self.holds(&options.own)?;
+        match holds.refusal(scene) {
+            Some(problem) => Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported)),
+            None => Ok(holds.losses(scene, options)),
+        }
+    }
 
     /// How sure it is of the first bytes of a file (up to 4096 of them).
     fn confidence(&self, head: &[u8]) -> Confidence {
@@ -93,15 +120,15 @@ pub trait Format: Send + Sync {
     ) -> Result<WriteReport, FormatError> {
         let mut work = || {
             let declaration = self.declaration();
-            declaration.check(&options.own, declaration.writing_options())?;
+            scene.check()?;
+            let losses = self.losses(scene, options)?;
             let outgoing = Outgoing::new(scene, &declaration.holds, options)?;
             let mut report = self.encode(&outgoing, sink).map_err(|error| match error.kind {
                 // A scene that is sound: what is wrong with it is that the format cannot hold it.
                 FormatErrorKind::Malformed => error.as_kind(FormatErrorKind::Unsupported),
                 _ => error,
             })?;
-            report.notes.extend(outgoing.guess(&declaration.holds));
-            report.notes.extend(declaration.holds.lost(outgoing.scene()));
+            report.losses = losses;
             Ok(report)
         };
         let result = work();
@@ -114,17 +141,10 @@ fn note_unit_and_up(rule: UnitRule, options: &ReadOptions<'_>, scene: &mut Scene
     let stated = if rule == UnitRule::None { report.unit } else { Some(scene.unit) };
     scene.unit = options.unit.or(stated).unwrap_or(Unit::Unknown);
     let unit = scene.unit.name();
-    match stated.filter(|stated| *stated != scene.unit) {
-        Some(stated) => {
-            let stated = stated.name();
-            report
-                .notes
-                .push(format!("the unit {unit} is noted instead of the file's {stated}, as asked for"));
-        }
-        None if scene.unit == Unit::Unknown => {
-            report.notes.push("the file has no unit: it is unknown until one is named".to_owned());
-        }
-        None => {}
+    // That a unit is unknown is said where it matters: by who writes it as another, and who measures.
+    if let Some(stated) = stated.filter(|stated| *stated != scene.unit) {
+        let stated = stated.name();
+        report.notes.push(format!("the unit {unit} is noted instead of the file's {stated}, as asked for"));
     }
     if let Some(up) = options.up.filter(|up| *up != scene.up) {
         report

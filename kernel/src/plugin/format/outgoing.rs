@@ -22,8 +22,6 @@ pub struct Outgoing<'a> {
     pub unit: Unit,
     /// The axis that points up in the file.
     pub up: Up,
-    /// Whether the scene's unit is unknown, and its numbers were taken for the file's.
-    guessed: bool,
 }
 
 impl<'a> Outgoing<'a> {
@@ -32,7 +30,6 @@ impl<'a> Outgoing<'a> {
         holds: &Holds,
         options: &'a WriteOptions<'a>,
     ) -> Result<Self, FormatError> {
-        scene.check()?;
         let usual = match holds.unit {
             UnitRule::Fixed(unit) => unit,
             UnitRule::Stated | UnitRule::None => scene.unit,
@@ -48,25 +45,11 @@ impl<'a> Outgoing<'a> {
             scene.to_mut().color_by_layer()?;
         }
         let unit = options.unit.unwrap_or(usual);
-        let guessed = scene.unit == Unit::Unknown && unit != Unit::Unknown;
-        if guessed {
+        if scene.unit == Unit::Unknown && unit != Unit::Unknown {
             // From here on its numbers are of that unit.
             scene.to_mut().unit = unit;
         }
-        Ok(Self { scene, options, unit, up, guessed })
-    }
-
-    /// What to say where the unit of the scene is unknown, and its numbers went out as those of the file's unit.
-    pub(super) fn guess(&self, holds: &Holds) -> Option<String> {
-        let unit = self.unit.name();
-        let whose =
-            if matches!(holds.unit, UnitRule::Fixed(_)) { "as the format has it" } else { "as asked for" };
-        self.guessed.then(|| {
-            format!(
-                "the unit of the scene is unknown: its numbers went out unchanged, in {unit}, {whose}; name the unit of the \
-                 input if it is another"
-            )
-        })
+        Ok(Self { scene, options, unit, up })
     }
 
     /// The scene in its own unit and axes; where the format has no instances, with groups of what they show.

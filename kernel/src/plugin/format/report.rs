@@ -118,11 +118,19 @@ impl Written {
 pub struct WriteReport {
     /// Every object of the scene.
     pub objects: Vec<Written>,
+    /// What the format does not hold of the scene, a line for each kind of thing, as [`Format::losses`](super::Format::losses)
+    /// tells beforehand.
+    pub losses: Vec<String>,
     /// Anything else worth saying.
     pub notes: Vec<String>,
 }
 
 impl WriteReport {
+    /// All that is to be said beside the objects: what was lost, then the notes.
+    pub fn told(self) -> Vec<String> {
+        [self.losses, self.notes].concat()
+    }
+
     /// Notes how many there are of something, where there are any.
     pub fn say(&mut self, count: usize, what: &str) {
         if count > 0 {

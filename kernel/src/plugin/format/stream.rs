@@ -140,9 +140,15 @@ pub fn utf8(bytes: &[u8], start: usize) -> Result<&str, FormatError> {
         let good = &text[..error.valid_up_to()];
         let line = 1 + good.iter().filter(|&&b| b == b'\n').count();
         let byte = start + bytes.len() - text.len() + good.len();
-        let problem = format!(
-            "byte {byte} is not UTF-8: this is no text, or one in another encoding; save it as UTF-8"
-        );
+        let problem = match error.error_len() {
+            // Nothing is wrong but that a letter's last bytes are missing.
+            None => format!(
+                "it ends in the middle of a letter, at byte {byte}: it was cut off, or is in another encoding than UTF-8"
+            ),
+            Some(_) => {
+                format!("byte {byte} is not UTF-8: this is no text, or one in another encoding; save it as UTF-8")
+            }
+        };
         FormatError::new(Place::Line(line), problem)
     })
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, ValueHint};
-use loftsman::picture::{Against, PIXELS, View};
+use loftsman::picture::{Against, PIXELS, View, WIDEST};
 
 use super::{Json, positive};
 
@@ -71,7 +71,7 @@ pub(crate) struct PlotArgs {
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub(crate) height: Option<f64>,
     /// The width of a PNG.
-    #[arg(long, value_name = "N", default_value_t = PIXELS)]
+    #[arg(long, value_name = "N", default_value_t = PIXELS, value_parser = clap::value_parser!(u32).range(1..=i64::from(WIDEST)))]
     pub(crate) pixels: u32,
     #[command(flatten)]
     pub(crate) json: Json,

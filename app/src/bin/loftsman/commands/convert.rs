@@ -6,11 +6,13 @@ use std::sync::Arc;
 
 use loftsman::convert::Conversion;
 use loftsman::file::{Content, Input, Outputs, output};
-use loftsman::kernel::plugin::{Fate, Format, Observer, ReadReport, Source, WriteOptions, Written};
+use loftsman::kernel::plugin::{
+    Fate, Format, FormatErrorKind, Observer, ReadReport, Source, WriteOptions, Written,
+};
 
 use super::report;
 use crate::Usage;
-use crate::args::ConvertArgs;
+use crate::args::{ConvertArgs, check_options};
 use crate::console::{self, BOLD, bytes, styled};
 use crate::progress::Progress;
 
@@ -135,12 +137,15 @@ fn encode(
     observer: &dyn Observer,
 ) -> anyhow::Result<(loftsman::kernel::plugin::Memory, Converted)> {
     let registry = loftsman::registry();
-    let Content { scene, report, format: from } = conversion.read(input, observer, registry)?;
+    check_options("--read", &input.format(registry)?.declaration(), &conversion.read)?;
+    let Content { scene, report, format: from } =
+        conversion.read(input, observer, registry).map_err(usage)?;
     let asked = conversion.write_options(Some(&from), format.declaration().name);
     let options = WriteOptions { observer, pictures: Some(input), ..asked };
-    let (memory, written) = output::encode(&scene, name, format, &options, registry)?;
-    let mut notes = written.notes;
-    notes.extend(conversion.idle_fineness(&written.objects));
+    let (memory, mut written) = output::encode(&scene, name, format, &options, registry).map_err(usage)?;
+    let objects = std::mem::take(&mut written.objects);
+    let mut notes = written.told();
+    notes.extend(conversion.idle_fineness(&objects));
     let converted = Converted {
         input: Source::name(input).to_owned(),
         format: from.name,
@@ -148,10 +153,18 @@ fn encode(
         bytes: memory.bytes.len() as u64,
         siblings: Vec::new(),
         report,
-        objects: written.objects,
+        objects,
         notes,
     };
     Ok((memory, converted))
+}
+
+/// A value that an option of a format cannot have is a fault of the command line.
+fn usage(error: loftsman::Error) -> anyhow::Error {
+    match &error {
+        loftsman::Error::Format(e) if e.kind == FormatErrorKind::Option => Usage(error.to_string()).into(),
+        _ => error.into(),
+    }
 }
 
 /// The format to write: `to`, or what the output's name says.

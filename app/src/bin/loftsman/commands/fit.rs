@@ -32,12 +32,14 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
     let step = fit(&mut scene, &object, args, &progress)?;
     let mut written = OutputReport { path: args.out.display().to_string(), ..OutputReport::default() };
     if picture::is_picture(&args.out) {
-        let bytes = picture::draw(&args.out, &Look::default(), &scene, None, &step.marks)?;
+        let (bytes, undrawn) = picture::draw(&args.out, &Look::default(), &scene, None, &step.marks)?;
+        written.notes = undrawn;
         outputs.add(&args.out, bytes, BTreeMap::new())?;
     } else {
         let options = WriteOptions { observer: &progress, ..WriteOptions::default() };
-        let report = outputs.scene(&scene, &args.out, &options, registry)?;
-        (written.objects, written.notes) = (report.objects, report.notes);
+        let mut report = outputs.scene(&scene, &args.out, &options, registry)?;
+        written.objects = std::mem::take(&mut report.objects);
+        written.notes = report.told();
     }
     for produced in outputs.commit()? {
         written.notes.extend(produced.note());

@@ -1,17 +1,19 @@
 //! `info FILE [--to EXT] [--json]`
 
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 use std::process::ExitCode;
 
 use loftsman::convert::Conversion;
 use loftsman::describe::{Degree, LayerFacts, ObjectFacts, SceneFacts, describe};
 use loftsman::file::{Content, Input};
-use loftsman::kernel::plugin::{ReadReport, Source};
-use loftsman::kernel::scene::Unit;
+use loftsman::kernel::plugin::{Format, ReadReport, Source, WriteOptions};
+use loftsman::kernel::scene::{Scene, Unit};
+use serde_json::{Map, Value};
 
 use super::convert::format_of;
 use super::report;
-use crate::args::InfoArgs;
+use crate::args::{InfoArgs, check_options};
 use crate::console::{self, BOLD, DIM, count, figure, styled};
 use crate::progress::Progress;
 
@@ -32,10 +34,31 @@ struct Info {
 struct Losses {
     to: &'static str,
     losses: Vec<String>,
+    /// Why the format refuses the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<String>,
+}
+
+impl Losses {
+    fn of(scene: &Scene, format: &dyn Format, options: &Map<String, Value>) -> Self {
+        let to = format.declaration().name;
+        let conversion =
+            Conversion { write: BTreeMap::from([(to.to_owned(), options.clone())]), ..Conversion::default() };
+        let tessellator = loftsman::registry().tessellator();
+        let options = WriteOptions { tessellator, ..conversion.write_options(None, to) };
+        match format.losses(scene, &options) {
+            Ok(losses) => Self { to, losses, refused: None },
+            Err(error) => Self { to, losses: Vec::new(), refused: Some(error.problem) },
+        }
+    }
 }
 
 pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
-    let to = args.to.as_deref().map(format_of).transpose()?.map(|format| format.declaration());
+    let to = args.to.as_deref().map(format_of).transpose()?;
+    let options: Map<String, Value> = args.write.iter().cloned().collect();
+    if let Some(format) = &to {
+        check_options("--write", &format.declaration(), &options)?;
+    }
     let input = Input::open(&args.file)?;
     let Content { scene, report, format } =
         Conversion::default().read(&input, &Progress::start(), loftsman::registry())?;
@@ -43,7 +66,7 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
         file: Source::name(&input).to_owned(),
         bytes: input.bytes().len(),
         format: format.name,
-        conversion: to.map(|to| Losses { to: to.name, losses: to.holds.losses(&scene) }),
+        conversion: to.map(|to| Losses::of(&scene, to.as_ref(), &options)),
         scene: describe(&scene),
         report,
     };
@@ -75,7 +98,9 @@ fn text(info: &Info) -> String {
         let _ = writeln!(text, "  {} {}  {}", styled(BOLD, "layer"), layer.name, self::layer(layer));
     }
     text += &report::read(&info.report);
-    if let Some(Losses { to, losses }) = &info.conversion {
+    if let Some(Losses { to, refused: Some(problem), .. }) = &info.conversion {
+        let _ = writeln!(text, "a conversion to {to} is refused: {problem}");
+    } else if let Some(Losses { to, losses, .. }) = &info.conversion {
         let kept = if losses.is_empty() { "everything" } else { "everything but this:" };
         let _ = writeln!(text, "a conversion to {to} keeps {kept}");
         losses.iter().for_each(|loss| _ = writeln!(text, "  {loss}"));
@@ -93,9 +118,26 @@ fn layer(layer: &LayerFacts) -> String {
     styled(DIM, &facts.join(" · "))
 }
 
+/// More instances of one definition than this are one line.
+const FEW: usize = 8;
+
+/// A line for each object; many instances of one definition are one line, where the first of them would be.
 fn list(objects: &[ObjectFacts], indent: &str, text: &mut String) {
-    let width = objects.iter().map(|o| o.name.chars().count()).max().unwrap_or(0).min(32);
+    let mut instances: HashMap<&str, usize> = HashMap::new();
+    for definition in objects.iter().filter_map(|o| o.shows.as_deref()) {
+        *instances.entry(definition).or_default() += 1;
+    }
+    instances.retain(|_, number| *number > FEW);
+    let alone = |o: &&ObjectFacts| o.shows.as_deref().is_none_or(|of| !instances.contains_key(of));
+    let width = objects.iter().filter(alone).map(|o| o.name.chars().count()).max().unwrap_or(0).min(32);
+    let mut summed: HashSet<&str> = HashSet::new();
     for object in objects {
+        if let Some((of, number)) = object.shows.as_deref().and_then(|of| instances.get_key_value(of)) {
+            if summed.insert(of) {
+                let _ = writeln!(text, "{indent}{number} instances of {of}");
+            }
+            continue;
+        }
         let _ = writeln!(text, "{indent}{:width$}  {:8}  {}", object.name, object.kind, self::object(object));
     }
 }

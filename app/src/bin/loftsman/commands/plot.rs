@@ -36,8 +36,10 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     let before = args.before.as_ref().map(|file| open(file, &mut outputs, &progress)).transpose()?;
     outputs.claim(&args.out)?;
     let picture = look.picture(&scene, before.as_ref().map(|(_, before)| &before.scene), &[]);
-    outputs.add(&args.out, picture::encode(&args.out, &picture, look.pixels)?, BTreeMap::new())?;
+    let (image, undrawn) = picture::encode(&args.out, &picture, look.pixels)?;
+    outputs.add(&args.out, image, BTreeMap::new())?;
     drop(progress);
+    undrawn.iter().for_each(|note| console::warning(note));
     // What is drawn without being asked for need not be missed.
     let asked = Look {
         combs: if args.comb_scale.is_some() { look.combs } else { Combs::Off },
