@@ -167,7 +167,8 @@ fn report(
     if !before.is_periodic() {
         let ends = [a, b]
             .map(|u| Mark::on(object, (MarkKind::Kept, "end".into()), Location::Curve(u), before, after));
-        let kept = |mark: &Mark| mark.position == mark.before || tuned.solved.is_some();
+        let size = before.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        let kept = |mark: &Mark| (mark.position - mark.before).norm() <= 1e-9 * size;
         marks.extend(ends.into_iter().flatten().filter(kept));
     }
     let report = StepReport {
