@@ -380,7 +380,8 @@ mod miura {
         let [before, after] = figure.curves(name);
         let at = (0..50).map(|i| 0.05 + 0.1 * f64::from(i)).filter(|u| curvature(before, *u) > 1e-3);
         let length = |c: &Curve, u: f64| c.derivative(u, 1).unwrap().norm();
-        at.map(|u| [length(after, u) / length(before, u), curvature(after, u) / curvature(before, u)]).collect()
+        at.map(|u| [length(after, u) / length(before, u), curvature(after, u) / curvature(before, u)])
+            .collect()
     }
 
     fn near(a: Point, b: Point) -> bool {
@@ -392,8 +393,14 @@ mod miura {
         let figure = figure(2);
         for name in ["a", "b"] {
             let factors = factors(&figure, name);
-            assert!(factors.iter().all(|[length, curvature]| (length * curvature - 1.0).abs() < 1e-9), "{name}");
-            assert!(factors.windows(2).all(|pair| pair[1][0] < pair[0][0]), "{name}: the derivative shrinks along the curve");
+            assert!(
+                factors.iter().all(|[length, curvature]| (length * curvature - 1.0).abs() < 1e-9),
+                "{name}"
+            );
+            assert!(
+                factors.windows(2).all(|pair| pair[1][0] < pair[0][0]),
+                "{name}: the derivative shrinks along the curve"
+            );
         }
         let [[before, after], [_, both]] = ["a", "b"].map(|name| figure.curves(name));
         assert!(near(ends(after)[0], ends(before)[0]) && !near(ends(after)[1], ends(before)[1]));
@@ -413,7 +420,9 @@ mod miura {
         for number in [3, 4] {
             let figure = figure(number);
             let [before, same] = figure.curves("a");
-            assert!((0..=50).all(|i| near(point(before, 0.1 * f64::from(i)), point(same, 0.1 * f64::from(i)))));
+            assert!(
+                (0..=50).all(|i| near(point(before, 0.1 * f64::from(i)), point(same, 0.1 * f64::from(i))))
+            );
             let turns = |name: &str| {
                 let factors = factors(&figure, name);
                 factors.windows(3).filter(|w| (w[1][0] - w[0][0]) * (w[2][0] - w[1][0]) < 0.0).count()

@@ -14,12 +14,14 @@ mod local;
 mod operation;
 mod operator;
 mod scale;
+mod springs;
 
 pub use alpha::{alpha_of, alpha_space, derivative};
 pub use curve::{Ends, FineTune, TuneReport, Tuned};
 pub use error::{FineTuneError, Result};
 pub use operation::FineTuneOperation;
 pub use scale::Scale;
+pub use springs::{Springs, Sprung};
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 

@@ -5,28 +5,30 @@ use std::sync::Arc;
 use loftsman_kernel::edit::{Ask, Axis, Constraint};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::position;
+use loftsman_kernel::mesh::Layer;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, MarkKind, Operation, OperationError, ParameterError, Parameters,
     SceneShapes, StepReport, constraint_from, editable, object_name, put_back,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::shape::{Location, Shape};
+use loftsman_kernel::shape::{Location, Shape, vertex_index};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
 
-use crate::{Ends, FineTune, TuneReport, alpha_of, alpha_space};
+use crate::{Ends, FineTune, Springs, TuneReport, alpha_of, alpha_space};
 
 /// The operation `fine-tune`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FineTuneOperation;
 
-const FIELDS: [Field; 10] = [
+const FIELDS: [Field; 11] = [
     Field::optional("object", "text", "the only curve", "the object to tune"),
     Field::required(
         "alpha",
-        "number | [value, …] | { degree, knots, values }",
+        "number | [value, …] | { degree, knots, values } | [{ edge = [vertex, vertex], value }, …]",
         "what the derivative is multiplied by, so that curvature is divided by it: values on the derivative's own knots (one less than \
-         an open curve has vertices, as many as a periodic one), or a spline function of its own",
+         an open curve has vertices, as many as a periodic one), or a spline function of its own; of a mesh or a polyline what its edges \
+         are multiplied by, 1 where nothing is said",
     ),
     Field::optional(
         "ends",
@@ -61,6 +63,12 @@ const FIELDS: [Field; 10] = [
         "what else is asked of the tuned curve; exact ends only",
     ),
     Field::optional(
+        "lock",
+        "[index, …]",
+        "the first of each piece",
+        "vertices that stay; of meshes and polylines only",
+    ),
+    Field::optional(
         "any_sign",
         "true | false",
         "false",
@@ -85,13 +93,22 @@ impl Operation for FineTuneOperation {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         let object = object_name(scene, parameters, editable(scene), "curve")?;
-        let Geometry::Curve(curve) = scene.object(&object)?.geometry() else {
-            let kind = scene.object(&object)?.geometry().kind();
-            return Err(parameters
-                .error("object", format!("\"{object}\" is a {kind}: what is tuned is a curve"))
-                .into());
+        let curve = match scene.object(&object)?.geometry() {
+            Geometry::Curve(curve) => curve.clone(),
+            Geometry::Mesh(_) | Geometry::Polyline(_) => return sprung(scene, parameters, &object),
+            other => {
+                let kind = other.kind();
+                let problem = format!(
+                    "\"{object}\" is a {kind}: what is tuned is a curve, or the edges of a mesh or a polyline"
+                );
+                return Err(parameters.error("object", problem).into());
+            }
         };
-        let curve = curve.clone();
+        if parameters.has("lock") {
+            return Err(parameters
+                .error("lock", "is for meshes and polylines; a curve keeps its ends")
+                .into());
+        }
         let range = range(parameters)?;
         let alpha = alpha(parameters, "alpha", &curve, range)?;
         let mut tune = FineTune::new(&curve, alpha).ends(ends(parameters)?);
@@ -136,6 +153,64 @@ impl Operation for FineTuneOperation {
         put_back(scene, &object, tuned.curve())?;
         Ok(report)
     }
+}
+
+/// The edges of a mesh or a polyline scaled, and springs between its vertices.
+fn sprung(scene: &mut Scene, parameters: &Parameters, object: &str) -> Result<StepReport, OperationError> {
+    const CURVES: [&str; 7] = ["ends", "range", "continuity", "through", "alpha_at", "constraints", "solver"];
+    if let Some(name) = CURVES.into_iter().find(|name| parameters.has(name)) {
+        return Err(parameters
+            .error(name, "is for curves: the edges of a mesh or a polyline are springs")
+            .into());
+    }
+    let mut geometry = scene.object(object)?.geometry().clone();
+    let (mut springs, count) = match &geometry {
+        Geometry::Mesh(mesh) => (Springs::of_mesh(mesh), mesh.points().len()),
+        Geometry::Polyline(line) => (Springs::of_polygon(line.points.len(), line.closed), line.points.len()),
+        _ => return Ok(StepReport::default()),
+    };
+    match parameters.value("alpha") {
+        Some(value) if value.is_array() => {
+            let known = ["edge", "value"].map(|name| Field::required(name, "", ""));
+            for table in parameters.tables("alpha")? {
+                table.check(&known)?;
+                let [a, b] = table.integers("edge")?[..] else {
+                    return Err(table.error("edge", "two vertices [i, j] are needed").into());
+                };
+                let (a, b) = (vertex_index(a, count)?, vertex_index(b, count)?);
+                springs
+                    .scale([a, b], table.number("value")?)
+                    .map_err(|e| table.error("edge", e.to_string()))?;
+            }
+        }
+        _ => springs.scale_all(parameters.number("alpha")?),
+    }
+    for index in if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() } {
+        springs.pin(vertex_index(index, count)?)?;
+    }
+    if parameters.flag("any_sign")? {
+        springs.any_sign();
+    }
+    let sprung = springs.solve(geometry.points())?;
+    match &mut geometry {
+        Geometry::Mesh(mesh) => {
+            mesh.points_mut().copy_from_slice(&sprung.points);
+            mesh.normals = Layer::none();
+            mesh.tangents = Layer::none();
+        }
+        Geometry::Polyline(line) => line.points = sprung.points,
+        _ => {}
+    }
+    scene.replace(object, geometry)?;
+    let strain = sprung.strain;
+    Ok(StepReport {
+        op: "fine-tune".into(),
+        object: Some(object.into()),
+        notes: vec![format!(
+            "springs: the edges differ by {strain:.2e} of their lengths from what they are to be"
+        )],
+        ..StepReport::default()
+    })
 }
 
 fn report(

@@ -4,11 +4,11 @@
 
 use loftsman_area_volume::{AreaVolume, area_of};
 use loftsman_fine_tuning::FineTuning;
-use loftsman_kernel::Point;
-use loftsman_kernel::mesh::Cloud;
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
 use serde_json::{Value, json};
 
 fn scene() -> Scene {
@@ -127,4 +127,32 @@ fn what_is_wrong_is_said_with_its_place() {
     let error = fails(json!({ "object": "wave", "alpha": 1.1, "constraints": [
         { "kind": "join", "at": 0.0, "with": { "object": "ring", "at": 0.0 }, "keep": true }] }));
     assert!(error.contains("curve alone"), "{error}");
+}
+
+/// The edges of a polyline and of a mesh are springs.
+#[test]
+fn springs_in_recipes() {
+    let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0));
+    let line = Polyline { points: points.to_vec(), closed: true };
+    let square = Mesh::new(points.to_vec(), &[[0, 1, 2, 3]]).unwrap();
+    let mut scene = Scene::new();
+    scene.add(Object::new("line", line.into())).unwrap();
+    scene.add(Object::new("square", square.into())).unwrap();
+    for object in ["line", "square"] {
+        let fields = json!({ "object": object, "alpha": [{ "edge": [1, 0], "value": 2.0 }], "lock": [-1] });
+        let report = run(&mut scene, fields).unwrap();
+        assert!(report.notes[0].starts_with("springs: the edges differ by"), "{report:?}");
+        let after = scene.object(object).unwrap().geometry().points();
+        assert!((after[1] - after[0] - Vector::new(1.75, 0.0, 0.0)).norm() < 1e-14);
+        assert_eq!(after[3], points[3]);
+    }
+    let mut fails = |fields: Value| run(&mut scene, fields).unwrap_err().to_string();
+    let error = fails(json!({ "object": "square", "alpha": [{ "edge": [0, 2], "value": 2.0 }] }));
+    assert!(error.contains("step[0].alpha[0].edge") && error.contains("no edge"), "{error}");
+    let error = fails(json!({ "object": "square", "alpha": 2.0, "ends": "free" }));
+    assert!(error.contains("for curves"), "{error}");
+    let error = fails(json!({ "object": "square", "alpha": -2.0 }));
+    assert!(error.contains("-2"), "{error}");
+    let error = fails(json!({ "object": "square", "alpha": 2.0, "lock": [9] }));
+    assert!(error.contains('9'), "{error}");
 }
