@@ -15,6 +15,8 @@ use serde_json::Value;
 pub enum Oracle {
     /// Blender 5.0 without a window.
     Blender,
+    /// Blender's modifier "Subdivision Surface" on a cage.
+    BlenderSubdivision,
     /// MeshLab.
     MeshLab,
     /// The Khronos glTF validator.
@@ -26,6 +28,7 @@ impl Oracle {
     fn parts(self) -> (&'static str, &'static str) {
         match self {
             Self::Blender => ("blender/bin/python", "blender_report.py"),
+            Self::BlenderSubdivision => ("blender/bin/python", "blender_subdivide.py"),
             Self::MeshLab => ("python/bin/python", "meshlab_report.py"),
             Self::GltfValidator => ("node/node_modules/gltf-validator", "gltf_validate.mjs"),
         }

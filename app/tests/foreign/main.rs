@@ -11,6 +11,7 @@ mod gltf;
 mod meshes;
 mod obj;
 mod regions;
+mod subdivision;
 
 use std::path::{Path, PathBuf};
 

@@ -9,19 +9,13 @@ use nalgebra::Rotation3;
 
 fn ring(n: usize, size: f64) -> Vec<Point> {
     let at = |i: usize| std::f64::consts::TAU * i as f64 / n as f64;
-    (0..n)
-        .map(|i| Point::new(3.0 * at(i).cos(), 2.0 * at(i).sin(), (5.0 * at(i)).sin()) * size)
-        .map(Point::from)
-        .collect()
+    (0..n).map(|i| Point::new(3.0 * at(i).cos(), 2.0 * at(i).sin(), (5.0 * at(i)).sin()) * size).collect()
 }
 
 /// A grid of quads, bent.
 fn grid(n: usize, size: f64) -> Mesh {
     let points = (0..n * n).map(|k| ((k / n) as f64, (k % n) as f64));
-    let points = points
-        .map(|(x, y)| Point::new(x, y, (0.4 * x).sin() * (0.3 * y).cos()) * size)
-        .map(Point::from)
-        .collect();
+    let points = points.map(|(x, y)| Point::new(x, y, (0.4 * x).sin() * (0.3 * y).cos()) * size).collect();
     let faces: Vec<[usize; 4]> = (0..(n - 1) * (n - 1))
         .map(|k| (k / (n - 1)) * n + k % (n - 1))
         .map(|a| [a, a + n, a + n + 1, a + 1])
