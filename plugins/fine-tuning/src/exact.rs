@@ -15,7 +15,7 @@ use crate::operator::Tuning;
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
-const LEAST: f64 = 1e-3;
+pub(crate) const LEAST: f64 = 1e-3;
 
 /// What α has to make true.
 pub(crate) struct Asked<'a> {
