@@ -13,7 +13,9 @@ use crate::alpha::{check_degree, check_positive, derivative, restricted};
 use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
+use crate::lift::Alpha;
 use crate::local::{part, put_back};
+use crate::measure::change;
 use crate::operator::Tuning;
 
 /// What the ends of a tuned curve do.
@@ -241,9 +243,7 @@ impl FineTune {
                 (curve, alpha.clone())
             }
         };
-        let change = tuned_alpha.plus(-1.0, alpha)?;
-        let (a, b) = alpha.space().domain();
-        report.change = (change.inner(&change)?.max(0.0) / (b - a)).sqrt();
+        report.change = change(&Alpha::Line(alpha.clone()), &Alpha::Line(tuned_alpha.clone()))?;
         let extremes = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
         report.alpha = tuned_alpha.coefficients().iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes);
         Ok(Tuned { curve, alpha: tuned_alpha, report })

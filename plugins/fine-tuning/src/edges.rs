@@ -5,15 +5,16 @@ use std::sync::Arc;
 use loftsman_kernel::edit::{Ask, Axis, Edit, Report, Unknowns};
 use loftsman_kernel::functional::vertex;
 use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Stencil};
-use loftsman_kernel::solve::{Solver, SparseRows, Symmetric};
+use loftsman_kernel::solve::{Solver, SparseRows};
+use loftsman_kernel::spline::Direction;
 use loftsman_kernel::spline::algebra::{Field, Function};
-use loftsman_kernel::spline::{Direction, Space};
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
 use crate::exact::LEAST;
 use crate::lift::Alpha;
 use crate::lines::derivative_u;
+use crate::measure::mass;
 
 /// How the edges are to stay.
 pub(crate) struct Edges<'a> {
@@ -187,25 +188,6 @@ impl Problem<'_> {
         self.free.iter().zip(found.control_vertices()).for_each(|(k, p)| values[*k] = p.x);
         Ok((values, done.report().clone()))
     }
-}
-
-/// `∫∫ α²` of the values of α.
-pub(crate) fn mass(alpha: &Alpha) -> Result<Symmetric> {
-    let own = |space: &Space| -> Result<Vec<(usize, usize, f64)>> {
-        let rows = space.inner_products(space)?;
-        Ok((0..space.len())
-            .flat_map(|i| rows.iter_row(i).map(move |(j, w)| (i, j, w)).collect::<Vec<_>>())
-            .collect())
-    };
-    let along = own(alpha.along())?;
-    let across = match alpha {
-        Alpha::Line(_) => vec![(0, 0, 1.0)],
-        Alpha::Net(net) => own(net.space(Direction::V))?,
-    };
-    let n = alpha.columns();
-    let each =
-        along.iter().flat_map(|(i, j, a)| across.iter().map(move |(k, l, b)| (i * n + k, j * n + l, a * b)));
-    Ok(Symmetric::from_entries(alpha.values().len(), each.filter(|(row, column, _)| column <= row)))
 }
 
 /// Numbers as a shape of control vertices and nothing else.

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
 use loftsman_kernel::functional::{Shapes, derivative, position, value_of, vertex};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::{Solver, Symmetric};
+use loftsman_kernel::solve::Solver;
+use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
-use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
+use crate::measure::gram;
 use crate::operator::Tuning;
 use crate::scale::Scale;
 
@@ -122,7 +123,7 @@ impl Problem<'_> {
         let count = self.tuned.points().len() + self.scale.control_vertices().len();
         let tuning = Arc::clone(&self.tuning);
         let unknowns = Unknowns::operator((0..count).collect(), tuning)?
-            .measured(Some(mass(self.scale.function()?.space())?))?;
+            .measured(Some(gram(self.scale.function()?.space())?))?;
         let mut edit =
             Edit::new(&self.tuned).with(self.scale.boxed()).named(1, "α").through(unknowns).smooth(0);
         for condition in &self.conditions {
@@ -164,13 +165,6 @@ impl Problem<'_> {
         }
         Err(FineTuneError::TooFewValues { asked: asked.join(", "), equations, needed, values })
     }
-}
-
-/// The Gram matrix of a space: `∫ α²` of the values of α.
-fn mass(space: &Space) -> Result<Symmetric, EditError> {
-    let rows = space.inner_products(space)?;
-    let below = |i: usize| rows.iter_row(i).filter(move |(j, _)| *j <= i).map(move |(j, w)| (i, j, w));
-    Ok(Symmetric::from_entries(space.len(), (0..space.len()).flat_map(below).collect::<Vec<_>>()))
 }
 
 /// Of how many dimensions a curve is: 1 for a straight one, 2 for a plane one, else 3.

@@ -17,12 +17,14 @@ mod fit;
 mod lift;
 mod lines;
 mod local;
+mod measure;
 mod operator;
 mod patch;
 mod scale;
 mod scaling;
 mod similar;
 mod surface;
+mod tune;
 
 pub use alpha::{alpha_of, alpha_space, derivative};
 pub use curve::{Ends, FineTune, TuneReport, Tuned};

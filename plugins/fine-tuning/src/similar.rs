@@ -35,7 +35,8 @@ pub(crate) fn matched(
     let similarity = Similarity::nearest(&from, &to);
     let off = from.iter().zip(&to).fold(0.0_f64, |m, (a, b)| m.max((similarity.apply(a) - b).norm()));
     let extent = size(given).max(size(tuned));
-    if !(off <= 1e-9 * extent) {
+    // Written so that NaN fails too.
+    if off.is_nan() || off > 1e-9 * extent {
         return Err(FineTuneError::Contradiction(format!(
             "the {name}-lines of the surface want different rotations and scales to keep their ends: the nearest that is one for all \
              of them misses by {off:.1e}. Use ends = \"exact\" with α(u, v), which changes α for each of them"

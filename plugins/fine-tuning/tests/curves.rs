@@ -31,7 +31,7 @@ fn any_curve(seed: u64) -> Curve {
     (0..9).for_each(|_| {
         random.next();
     });
-    let degree = if seed % 23 == 0 { 13 } else { 1 + random.below(7) };
+    let degree = if seed.is_multiple_of(23) { 13 } else { 1 + random.below(7) };
     let kind = random.below(3);
     let mut knots = Vec::new();
     let mut at = 0.0;
@@ -456,7 +456,7 @@ fn closed_curves() {
 /// A point is passed, and one coordinate of another kept, while α scales: fine tuning and constraints in one step.
 #[test]
 fn constraints_beside() {
-    let points = (0..14).map(|i| f64::from(i)).map(|x| Point::new(x, (0.7 * x).sin(), 0.0)).collect();
+    let points = (0..14).map(f64::from).map(|x| Point::new(x, (0.7 * x).sin(), 0.0)).collect();
     let curve = Curve::new(Space::clamped_uniform(3, 14).unwrap(), points).unwrap();
     let alpha = any_alpha(&curve, 5);
     let to = curve.point(3.3).unwrap() + Vector::new(0.1, -0.05, 0.0);
