@@ -82,7 +82,7 @@ fn refined(surface: Surface, direction: Direction, part: &Space, partly: bool) -
         let wanted = if partly && (t == a || t == b) { degree } else { part.multiplicity(t) };
         let open_end = !space.is_periodic() && (t == ends.0 || t == ends.1);
         // Around a period both ends are one knot.
-        let again = !partly && space.is_periodic() && t == ends.1;
+        let again = space.is_periodic() && t == ends.1 && (!partly || a == ends.0);
         let times = if open_end || again { 0 } else { wanted.saturating_sub(space.multiplicity(t)) };
         std::iter::repeat_n(t, times)
     };

@@ -1,9 +1,9 @@
 //! Parts of surfaces: outside not a bit moves, and on the border it is as smooth as asked.
 
-use loftsman_fine_tuning::{FineTuneSurface, Scaling};
+use loftsman_fine_tuning::{Ends, FineTuneSurface, Scaling};
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::Direction::{U, V};
-use loftsman_kernel::spline::algebra::Field;
+use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::spline::{Space, Surface};
 
 use crate::family::*;
@@ -127,4 +127,79 @@ fn a_strip_of_a_closed_surface() {
         }
     }
     assert!(distance(&tube, own) > 1e-4);
+}
+
+/// Bands across one direction only: by α(u) where all lines are of one kind, by α(u, v) with free ends, and around a whole period.
+#[test]
+fn bands() {
+    let (u, v) = (Space::clamped_uniform(3, 12).unwrap(), Space::clamped_uniform(2, 5).unwrap());
+    let at = |i: u32, j: u32| Point::new(f64::from(i), f64::from(i).sin(), f64::from(j * j));
+    let points = (0..12).flat_map(|i| (0..5).map(move |j| at(i, j))).collect();
+    let extruded = Surface::new(u, v, points).unwrap();
+    let breakpoints: Vec<f64> = (0..=20).map(|i| 1.5 + f64::from(i) / 4.0).collect();
+    let space = Space::clamped(2, &breakpoints).unwrap();
+    let values = (0..space.len()).map(|k| 1.0 + 0.4 * (k as f64).cos()).collect();
+    let alpha = Function::new(space, values).unwrap();
+    let tuned = FineTuneSurface::new(&extruded, Scaling::u(alpha)).between(U, 1.5, 6.5).solve().unwrap();
+    assert_eq!(tuned.surface().v(), extruded.v());
+    let whole = raised(&extruded, tuned.surface());
+    for (u, v) in [(0.3, 0.1), (1.4, 2.9), (6.6, 1.0), (8.9, 3.0)] {
+        assert_eq!(whole.point(u, v).unwrap(), tuned.surface().point(u, v).unwrap());
+    }
+    assert!(distance(&extruded, tuned.surface()) > 1e-3);
+
+    let mut random = Lcg::new(11);
+    for case in 0..30 {
+        let surface = any_surface(case);
+        let (v0, v1) = surface.v().domain();
+        let (a, b) = (v0 + 0.2 * (v1 - v0), v0 + 0.7 * (v1 - v0));
+        let part = surface.between(V, a, b).unwrap();
+        let alpha = any_net(&part, [4, 8], [2, 2], &mut random);
+        let tuning =
+            FineTuneSurface::new(&surface, Scaling::along(U, alpha)).between(V, a, b).ends(Ends::Free);
+        if surface.u().is_periodic() {
+            // Free ends open it, and the rest is closed.
+            assert!(tuning.solve().is_err(), "{case}");
+            continue;
+        }
+        let tuned = tuning.solve().unwrap();
+        let (own, (u0, u1)) = (tuned.surface(), surface.u().domain());
+        for s in [0.0, 0.13, 0.5, 0.77, 1.0] {
+            let u = u0 + s * (u1 - u0);
+            for t in [0.0, 0.1, 0.2, 0.7, 0.8, 0.9] {
+                let v = v0 + t * (v1 - v0);
+                let off = (own.point(u, v).unwrap() - surface.point(u, v).unwrap()).norm();
+                assert!(off <= 1e-12 * size(&surface), "{case} {u} {v} {off:e}");
+            }
+        }
+        assert!(distance(own, &surface) > 1e-4 * size(&surface), "{case}");
+    }
+}
+
+/// A region that is all of a period, said as one: closed, and at the seam as smooth as asked.
+#[test]
+fn a_whole_period() {
+    let mut done = 0;
+    for case in 0..60 {
+        let (surface, mut random) = (any_surface(case), Lcg::new(case + 300));
+        let (start, end) = surface.u().domain();
+        if !surface.u().is_periodic() || surface.u().multiplicity(start) > 1 || surface.u().degree() < 3 {
+            continue;
+        }
+        let part = surface.between(U, start, end).unwrap();
+        let alpha = any_net(&part, [40, 3], [2, 1], &mut random);
+        let tuned =
+            FineTuneSurface::new(&surface, Scaling::along(U, alpha)).between(U, start, end).solve().unwrap();
+        let own = tuned.surface();
+        assert!(own.u().is_periodic());
+        for v in inside(own.v()) {
+            for order in 0..3 {
+                let of = |s: &Surface| s.derivative(start, v, order, 0).unwrap();
+                let off = (of(own) - of(&surface)).norm();
+                assert!(off <= [1e-12, 1e-9, 1e-6][order] * size(&surface), "{case} {order} {off:e}");
+            }
+        }
+        done += 1;
+    }
+    assert!(done >= 3, "{done}");
 }
