@@ -13,9 +13,7 @@ use crate::alpha::{check_degree, check_positive, derivative, restricted};
 use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
-use crate::lift::Alpha;
 use crate::local::{part, put_back};
-use crate::measure::change;
 use crate::operator::Tuning;
 
 /// What the ends of a tuned curve do.
@@ -223,10 +221,9 @@ impl FineTune {
                     solver: Arc::clone(&self.solver),
                     any_sign: self.any_sign,
                 };
-                let (curve, found, solved) =
-                    solve(Arc::new(Tuning::new(&derivative, alpha.space())?), alpha, &asked)?;
-                report.solved = Some(solved);
-                (closed(curve, given, &derivative, &found)?, found)
+                let found = solve(Arc::new(Tuning::new(&derivative, alpha.space())?), alpha, &asked)?;
+                (report.solved, report.change) = (Some(found.report), found.change);
+                (closed(found.curve, given, &derivative, &found.alpha)?, found.alpha)
             }
             Ends::Free => (free()?, alpha.clone()),
             Ends::Position | Ends::Tangent | Ends::Curvature => {
@@ -243,7 +240,6 @@ impl FineTune {
                 (curve, alpha.clone())
             }
         };
-        report.change = change(&Alpha::Line(alpha.clone()), &Alpha::Line(tuned_alpha.clone()))?;
         let extremes = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
         report.alpha = tuned_alpha.coefficients().iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes);
         Ok(Tuned { curve, alpha: tuned_alpha, report })

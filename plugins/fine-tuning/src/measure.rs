@@ -34,13 +34,21 @@ pub(crate) fn mass(alpha: &Alpha) -> Result<Symmetric> {
 
 /// `(mean (Δα)²)^½` over the domain, of two in one space but for their ends, which may be clamped.
 pub(crate) fn change(first: &Alpha, second: &Alpha) -> Result<f64> {
+    if first.values() == second.values() {
+        return Ok(0.0);
+    }
     let clamped = |alpha: &Alpha| alpha.clone().clamped(true, true);
     let (first, second) = (clamped(first)?, clamped(second)?);
-    let way: Vec<f64> = second.values().iter().zip(first.values()).map(|(b, a)| b - a).collect();
-    let mass = mass(&first)?;
+    let across = if let Alpha::Net(net) = &first { net.space(Direction::V).length() } else { 1.0 };
+    let measure = first.along().length() * across;
+    Ok(mean(&mass(&first)?, first.values(), second.values(), measure))
+}
+
+/// `((y - x)ᵀ M (y - x) / measure)^½`.
+pub(crate) fn mean(mass: &Symmetric, x: &[f64], y: &[f64], measure: f64) -> f64 {
+    let way: Vec<f64> = y.iter().zip(x).map(|(y, x)| y - x).collect();
     let mut image = vec![0.0; way.len()];
     mass.multiply(&way, 1, &mut image);
     let square: f64 = way.iter().zip(&image).map(|(a, b)| a * b).sum();
-    let across = if let Alpha::Net(net) = &first { net.space(Direction::V).length() } else { 1.0 };
-    Ok((square.max(0.0) / (first.along().length() * across)).sqrt())
+    (square.max(0.0) / measure).sqrt()
 }
