@@ -187,3 +187,24 @@ fn turned_planes() {
         assert!(flat.fold(0.0_f64, |m, z| m.max(z.abs())) <= 1e-12 * size(&plane), "{case}");
     }
 }
+
+/// One direction exact, the other free: edges across the first stay on their lines of the surface that is scaled along the other.
+#[test]
+fn ends_of_each_direction() {
+    let mut random = Lcg::new(17);
+    let (u, v) = (Space::clamped_uniform(2, 6).unwrap(), Space::clamped_uniform(3, 6).unwrap());
+    let at = |i: u32, j: u32| Point::new(f64::from(i * i), f64::from(j), f64::from(j * j % 5));
+    let points = (0..6).flat_map(|i| (0..6).map(move |j| at(i, j))).collect();
+    let surface = Surface::new(u, v, points).unwrap();
+    let (alpha, beta) = (any_line(&surface, U, &mut random), any_line(&surface, V, &mut random));
+    let both = FineTuneSurface::new(&surface, Scaling::u_and_v(alpha, beta.clone()));
+    let tuned = both.ends_along(V, Ends::Free).solve().unwrap();
+    assert!(tuned.report().solved[0].is_some() && tuned.report().solved[1].is_none());
+    let across = free(&surface, Scaling::v(beta));
+    for v in inside(surface.v()) {
+        for u in [surface.u().domain().0, surface.u().domain().1] {
+            let off = tuned.surface().point(u, v).unwrap() - across.point(u, v).unwrap();
+            assert!(off.norm() <= 1e-12 * size(&surface));
+        }
+    }
+}

@@ -152,3 +152,22 @@ fn least_squares_are_least() {
     }
     assert!(done >= 12, "{done}");
 }
+
+/// Another β than α, where both together are the derivatives of a surface: a plane net stretched along its two axes.
+#[test]
+fn least_squares_of_two_scales() {
+    let (u, v) = (Space::clamped_uniform(3, 7).unwrap(), Space::periodic_uniform(2, 6).unwrap());
+    let at = |i: u32, j: u32| Point::new(f64::from(i * i), f64::from(j * 5 % 6), 0.0);
+    let points = (0..7).flat_map(|i| (0..6).map(move |j| at(i, j))).collect();
+    let surface = Surface::new(u, v, points).unwrap();
+    let [u, v] = surface_alpha_spaces(&surface).unwrap();
+    let scaling = Scaling::Both { u: net([&u, &v], |_, _| 2.0), v: net([&u, &v], |_, _| 0.5) };
+    let tuned = FineTuneSurface::new(&surface, scaling).ends(Ends::Free).solve().unwrap();
+    let start = surface.point(0.0, 0.0).unwrap();
+    for (u, v) in places(&surface) {
+        let way = surface.point(u, v).unwrap() - start;
+        let expected = start + Vector::new(2.0 * way.x, 0.5 * way.y, 0.0);
+        assert!((tuned.surface().point(u, v).unwrap() - expected).norm() <= 1e-11 * size(&surface));
+    }
+    assert!(tuned.report().residual.unwrap() <= 1e-12);
+}
