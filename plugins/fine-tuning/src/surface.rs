@@ -149,7 +149,8 @@ impl FineTuneSurface {
         self
     }
 
-    /// The tuned surface. `O(n)` for α of one parameter and free ends.
+    /// The tuned surface. `O(n)` for free ends; exact ones solve `e` equations for `m` values of α, at most `O(m e²)`; both
+    /// derivatives at once factor a matrix of the tuned surface's vertices in a band of some of its rows.
     ///
     /// # Errors
     /// When the surface is rational or torn, a degree would be above 25, α is not positive (and need be), jumps across its
