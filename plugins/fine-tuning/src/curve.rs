@@ -221,10 +221,9 @@ impl FineTune {
                     solver: Arc::clone(&self.solver),
                     any_sign: self.any_sign,
                 };
-                let (curve, found, solved) =
-                    solve(Arc::new(Tuning::new(&derivative, alpha.space())?), alpha, &asked)?;
-                report.solved = Some(solved);
-                (closed(curve, given, &derivative, &found)?, found)
+                let found = solve(Arc::new(Tuning::new(&derivative, alpha.space())?), alpha, &asked)?;
+                (report.solved, report.change) = (Some(found.report), found.change);
+                (closed(found.curve, given, &derivative, &found.alpha)?, found.alpha)
             }
             Ends::Free => (free()?, alpha.clone()),
             Ends::Position | Ends::Tangent | Ends::Curvature => {
@@ -241,9 +240,6 @@ impl FineTune {
                 (curve, alpha.clone())
             }
         };
-        let change = tuned_alpha.plus(-1.0, alpha)?;
-        let (a, b) = alpha.space().domain();
-        report.change = (change.inner(&change)?.max(0.0) / (b - a)).sqrt();
         let extremes = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
         report.alpha = tuned_alpha.coefficients().iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes);
         Ok(Tuned { curve, alpha: tuned_alpha, report })

@@ -93,6 +93,25 @@ pub enum FineTuneError {
         /// Values of α.
         values: usize,
     },
+    /// Edges of a surface that stay with α = 1 only.
+    #[error(
+        "that both edges across {along} stay takes {equations} independent equations of α{}, which has {values} free values, so that \
+         only α = 1 keeps them: {} or let the ends be \"free\"", if *.net { "(u, v)" } else { "" },
+        if *.net { "give α more values along that direction (more than three times as many in each span as the surface's degree across \
+         plus 1)," } else { "scale by an α(u, v) with more values along that direction," }
+    )]
+    Edges {
+        /// The direction that is scaled.
+        along: &'static str,
+        /// The direction along the edges.
+        across: &'static str,
+        /// Whether α is a function of both parameters.
+        net: bool,
+        /// Independent equations.
+        equations: usize,
+        /// Values of α that may change.
+        values: usize,
+    },
     /// Something that contradicts something else that was asked.
     #[error("{0}")]
     Contradiction(String),

@@ -6,16 +6,17 @@ use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unkn
 use loftsman_kernel::functional::{Shapes, derivative, position, value_of, vertex};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{Solver, Symmetric};
+use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
-use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
+use crate::measure::{gram, mean};
 use crate::operator::Tuning;
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
-const LEAST: f64 = 1e-3;
+pub(crate) const LEAST: f64 = 1e-3;
 
 /// What α has to make true.
 pub(crate) struct Asked<'a> {
@@ -30,23 +31,37 @@ pub(crate) struct Asked<'a> {
     pub(crate) any_sign: bool,
 }
 
+/// What was found.
+pub(crate) struct Found {
+    pub(crate) curve: Curve,
+    pub(crate) alpha: Function<f64>,
+    pub(crate) report: Report,
+    /// `(mean (Δα)²)^½`.
+    pub(crate) change: f64,
+}
+
 /// The curve that `α` of a space that the map is from gives, with α nearest to the one asked for that makes true what is asked.
-pub(crate) fn solve(
-    tuning: Arc<Tuning>,
-    alpha: &Function<f64>,
-    asked: &Asked<'_>,
-) -> Result<(Curve, Function<f64>, Report)> {
+pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_>) -> Result<Found> {
     let start = asked.given.point(asked.given.domain().0)?;
     let tuned = tuned_curve(&tuning, alpha.coefficients(), start)?;
-    let problem = Problem { scale: Scale::new(alpha), tuned, tuning, asked, conditions: asked.conditions()? };
+    let problem = Problem {
+        scale: Scale::new(alpha),
+        gram: gram(alpha.space())?,
+        tuned,
+        tuning,
+        asked,
+        conditions: asked.conditions()?,
+    };
     problem.check_freedom()?;
     let needs_bounds = |alpha: &Function<f64>| alpha.coefficients().iter().any(|c| *c <= 0.0);
-    let done = problem.solve(None)?;
-    if asked.any_sign || !needs_bounds(&done.1) {
-        return Ok(done);
+    let mut done = problem.solve(None)?;
+    if !asked.any_sign && needs_bounds(&done.1) {
+        let smallest = alpha.coefficients().iter().fold(1.0_f64, |m, c| m.min(*c));
+        done = problem.solve(Some(LEAST * smallest))?;
     }
-    let smallest = alpha.coefficients().iter().fold(1.0_f64, |m, c| m.min(*c));
-    Ok(problem.solve(Some(LEAST * smallest))?)
+    let (curve, found, report) = done;
+    let change = mean(&problem.gram, alpha.coefficients(), found.coefficients(), alpha.space().length());
+    Ok(Found { curve, alpha: found, report, change })
 }
 
 /// `start + ∫ α C'`.
@@ -111,6 +126,8 @@ impl Asked<'_> {
 struct Problem<'a> {
     tuned: Curve,
     scale: Scale,
+    /// `∫ α²` of the values of α.
+    gram: Symmetric,
     tuning: Arc<Tuning>,
     asked: &'a Asked<'a>,
     conditions: Vec<Constraint>,
@@ -121,8 +138,7 @@ impl Problem<'_> {
     fn solve(&self, bound: Option<f64>) -> Result<(Curve, Function<f64>, Report), EditError> {
         let count = self.tuned.points().len() + self.scale.control_vertices().len();
         let tuning = Arc::clone(&self.tuning);
-        let unknowns = Unknowns::operator((0..count).collect(), tuning)?
-            .measured(Some(mass(self.scale.function()?.space())?))?;
+        let unknowns = Unknowns::operator((0..count).collect(), tuning)?.measured(Some(self.gram.clone()))?;
         let mut edit =
             Edit::new(&self.tuned).with(self.scale.boxed()).named(1, "α").through(unknowns).smooth(0);
         for condition in &self.conditions {
@@ -182,13 +198,6 @@ impl Problem<'_> {
         }
         Err(FineTuneError::TooFewValues { asked: asked.join(", "), equations, needed, values })
     }
-}
-
-/// The Gram matrix of a space: `∫ α²` of the values of α.
-fn mass(space: &Space) -> Result<Symmetric, EditError> {
-    let rows = space.inner_products(space)?;
-    let below = |i: usize| rows.iter_row(i).filter(move |(j, _)| *j <= i).map(move |(j, w)| (i, j, w));
-    Ok(Symmetric::from_entries(space.len(), (0..space.len()).flat_map(below).collect::<Vec<_>>()))
 }
 
 /// Of how many dimensions a curve is: 1 for a straight one, 2 for a plane one, else 3.

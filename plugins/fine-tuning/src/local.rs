@@ -43,7 +43,9 @@ fn missing(space: &Space, part: &Space) -> Vec<f64> {
     let wanted = |t: f64| if t == a || t == b { degree } else { part.multiplicity(t) };
     let lacking = |t: f64| {
         let open_end = !space.is_periodic() && (t == ends.0 || t == ends.1);
-        let times = if open_end { 0 } else { wanted(t).saturating_sub(space.multiplicity(t)) };
+        // Around a period both ends are one knot.
+        let again = space.is_periodic() && (a, t) == ends;
+        let times = if open_end || again { 0 } else { wanted(t).saturating_sub(space.multiplicity(t)) };
         std::iter::repeat_n(t, times)
     };
     part.breakpoints().into_iter().flat_map(lacking).collect()

@@ -1,5 +1,7 @@
 //! `fine-tune`: derivatives scaled, in recipes.
 
+mod surface;
+
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint};
@@ -13,7 +15,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
 use loftsman_kernel::spline::algebra::Function;
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 
 use crate::{Ends, FineTune, Springs, TuneReport, alpha_of, alpha_space};
 
@@ -21,14 +23,33 @@ use crate::{Ends, FineTune, Springs, TuneReport, alpha_of, alpha_space};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FineTuneOperation;
 
-const FIELDS: [Field; 11] = [
-    Field::optional("object", "text", "the only curve", "the object to tune"),
-    Field::required(
+const FIELDS: [Field; 14] = [
+    Field::optional("object", "text", "the only curve or surface", "the object to tune"),
+    Field::optional(
         "alpha",
         "number | [value, …] | { degree, knots, values } | [{ edge = [vertex, vertex], value }, …]",
+        "needed, but for surfaces with alpha_u or alpha_v",
         "what the derivative is multiplied by, so that curvature is divided by it: values on the derivative's own knots (one less than \
          an open curve has vertices, as many as a periodic one), or a spline function of its own; of a mesh or a polyline what its edges \
          are multiplied by, 1 where nothing is said",
+    ),
+    Field::optional(
+        "alpha_u",
+        "number | [value, …] | { degree, knots, values }",
+        "1",
+        "what a surface's derivative along u is multiplied by, a function of u",
+    ),
+    Field::optional(
+        "alpha_v",
+        "the same",
+        "1",
+        "what its derivative along v is multiplied by, a function of v",
+    ),
+    Field::optional(
+        "direction",
+        "\"u\" | \"v\" | \"both\"",
+        "needed where alpha is of a surface",
+        "alpha is then a number or rows of values, for this direction's derivative or, in least squares, for both",
     ),
     Field::optional(
         "ends",
@@ -37,7 +58,12 @@ const FIELDS: [Field; 11] = [
         "exact: the ends stay, because alpha is changed for it as little as it can be; free: the start stays; the others turn and scale \
          the whole (paper 5)",
     ),
-    Field::optional("range", "[from, to]", "the whole curve", "tune this part only; the rest stays as it is"),
+    Field::optional(
+        "range",
+        "[from, to] | [[from, to], [from, to]]",
+        "the whole",
+        "tune this part only; the rest stays as it is",
+    ),
     Field::optional(
         "continuity",
         "0 | 1 | 2",
@@ -92,18 +118,27 @@ impl Operation for FineTuneOperation {
         parameters: &Parameters,
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
-        let object = object_name(scene, parameters, editable(scene), "curve")?;
+        let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
         let curve = match scene.object(&object)?.geometry() {
             Geometry::Curve(curve) => curve.clone(),
             Geometry::Mesh(_) | Geometry::Polyline(_) => return sprung(scene, parameters, &object),
+            Geometry::Surface(surface) => {
+                let surface = surface.clone();
+                return of_surface(scene, parameters, context, &object, &surface);
+            }
             other => {
                 let kind = other.kind();
                 let problem = format!(
-                    "\"{object}\" is a {kind}: what is tuned is a curve, or the edges of a mesh or a polyline"
+                    "\"{object}\" is a {kind}: what is tuned is a curve, a surface, or the edges of a mesh or a polyline"
                 );
                 return Err(parameters.error("object", problem).into());
             }
         };
+        for name in ["alpha_u", "alpha_v", "direction"] {
+            if parameters.has(name) {
+                return Err(parameters.error(name, "is for surfaces: a curve has one alpha").into());
+            }
+        }
         if parameters.has("lock") {
             return Err(parameters
                 .error("lock", "is for meshes and polylines; a curve keeps its ends")
@@ -155,9 +190,42 @@ impl Operation for FineTuneOperation {
     }
 }
 
+/// A surface's derivatives scaled.
+fn of_surface(
+    scene: &mut Scene,
+    parameters: &Parameters,
+    context: &Context<'_>,
+    object: &str,
+    given: &Surface,
+) -> Result<StepReport, OperationError> {
+    let solver = parameters.text_or("solver", "automatic")?;
+    let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
+    let start = context.clock.seconds();
+    let (tuned, report) = surface::tuned(parameters, given, Arc::clone(solver))?;
+    let seconds = context.clock.seconds() - start;
+    put_back(scene, object, &tuned)?;
+    Ok(StepReport {
+        op: "fine-tune".into(),
+        object: Some(object.into()),
+        prepare_seconds: Some(seconds),
+        ..report
+    })
+}
+
 /// The edges of a mesh or a polyline scaled, and springs between its vertices.
 fn sprung(scene: &mut Scene, parameters: &Parameters, object: &str) -> Result<StepReport, OperationError> {
-    const CURVES: [&str; 7] = ["ends", "range", "continuity", "through", "alpha_at", "constraints", "solver"];
+    const CURVES: [&str; 10] = [
+        "alpha_u",
+        "alpha_v",
+        "direction",
+        "ends",
+        "range",
+        "continuity",
+        "through",
+        "alpha_at",
+        "constraints",
+        "solver",
+    ];
     if let Some(name) = CURVES.into_iter().find(|name| parameters.has(name)) {
         return Err(parameters
             .error(name, "is for curves: the edges of a mesh or a polyline are springs")
@@ -323,11 +391,7 @@ fn alpha(
         }
         Some(value) if value.is_object() => {
             let table = parameters.table(name)?;
-            let known = ["degree", "knots", "values"].map(|name| Field::required(name, "", ""));
-            table.check(&known)?;
-            let (degree, knots, values) =
-                (table.count("degree")?, table.numbers("knots")?, table.numbers("values")?);
-            let given = function(degree, knots, values).map_err(|error| wrong(error.to_string()))?;
+            let given = function(&table).map_err(|error| wrong(error.to_string()))?;
             let (own, whole) = (given.space().domain(), curve.domain());
             if own != whole && Some(own) != range {
                 let range = range.map_or(String::new(), |(a, b)| format!(" or over the range [{a}, {b}]"));
@@ -344,18 +408,22 @@ fn alpha(
 }
 
 /// A spline function by its degree, knots and values: open, or periodic where there is one knot more than values.
-fn function(degree: usize, knots: Vec<f64>, values: Vec<f64>) -> Result<Function<f64>, Error> {
+fn function(table: &Parameters) -> Result<Function<f64>, OperationError> {
+    let known = ["degree", "knots", "values"].map(|name| Field::required(name, "", ""));
+    table.check(&known)?;
+    let (degree, knots, values) = (table.count("degree")?, table.numbers("knots")?, table.numbers("values")?);
     let n = values.len();
     if knots.len() == n + degree + 1 {
-        return Function::new(Space::open(degree, knots)?, values);
+        return Ok(Function::new(Space::open(degree, knots)?, values)?);
     }
     if knots.len() == n + 1 {
-        return Function::new(Space::periodic(degree, knots)?, values);
+        return Ok(Function::new(Space::periodic(degree, knots)?, values)?);
     }
     Err(Error::Invalid(format!(
         "{} knots and {n} values of degree {degree}: an open function has {} knots, a periodic one {}",
         knots.len(),
         n + degree + 1,
         n + 1
-    )))
+    ))
+    .into())
 }

@@ -78,19 +78,24 @@ impl Tuning {
         self.unknowns[range.clone()].iter().map(|u| *u as usize).zip(&self.terms[range])
     }
 
-    /// The control vertices of `∫ α C'`, the first of them zero; the running sum is compensated.
+    /// The control vertices of `∫ α C'`, the first of them zero.
     pub(crate) fn vertices(&self, alpha: &[f64]) -> Vec<Vector> {
-        let (mut sum, mut lost) = (Vector::zeros(), Vector::zeros());
         let mut all = Vec::with_capacity(self.space.len());
-        all.push(sum);
+        self.each_vertex(alpha, |v| all.push(v));
+        all
+    }
+
+    /// The same, one after another; the running sum is compensated.
+    fn each_vertex(&self, alpha: &[f64], mut put: impl FnMut(Vector)) {
+        let (mut sum, mut lost) = (Vector::zeros(), Vector::zeros());
+        put(sum);
         for i in 0..self.starts.len() - 1 {
             let part = self.row(i).fold(Vector::zeros(), |sum, (j, by)| sum + by * alpha[j]) - lost;
             let next = sum + part;
             lost = (next - sum) - part;
             sum = next;
-            all.push(sum);
+            put(sum);
         }
-        all
     }
 }
 
@@ -105,9 +110,12 @@ impl Operator for Tuning {
 
     fn apply(&self, x: &[f64], d: &mut [f64]) {
         let (curve, scale) = d.split_at_mut(3 * self.space.len());
-        for (out, v) in curve.chunks_exact_mut(3).zip(self.vertices(x)) {
-            out.copy_from_slice(v.as_slice());
-        }
+        let mut places = curve.chunks_exact_mut(3);
+        self.each_vertex(x, |v| {
+            if let Some(out) = places.next() {
+                out.copy_from_slice(v.as_slice());
+            }
+        });
         for (out, x) in scale.chunks_exact_mut(3).zip(x) {
             out.copy_from_slice(&[*x, 0.0, 0.0]);
         }

@@ -510,3 +510,32 @@ fn what_cannot_be_is_refused_in_words() {
     let error = text(FineTune::new(&curve, alpha).through(3.0, Point::new(500.0, 0.0, 0.0)).solve());
     assert!(error.contains("position at 3"), "{error}");
 }
+
+/// A range that is all of a period, said as one.
+#[test]
+fn a_whole_period() {
+    let ring = (0..12).map(|i| f64::from(i) / 12.0 * std::f64::consts::TAU);
+    let points = ring.map(|a| Point::new(3.0 * a.cos(), 2.0 * a.sin(), 0.0)).collect();
+    let curve = Curve::new(Space::periodic_uniform(3, 12).unwrap(), points).unwrap();
+    let space = Space::clamped_uniform(2, 14).unwrap();
+    let alpha = Function::new(space, (0..14).map(|i| 0.7 + 0.1 * f64::from(i % 5)).collect()).unwrap();
+    let tuned = FineTune::new(&curve, alpha).between(0.0, 12.0).solve().unwrap();
+    assert!(tuned.curve().is_periodic());
+    for order in 0..3 {
+        let off = tuned.curve().derivative(0.0, order).unwrap() - curve.derivative(0.0, order).unwrap();
+        assert!(off.norm() < 1e-9, "{order}: {off}");
+    }
+    assert!((tuned.curve().point(5.0).unwrap() - curve.point(5.0).unwrap()).norm() > 1e-3);
+}
+
+/// α of any degree that the tuned curve can have is measured.
+#[test]
+fn alpha_of_a_high_degree() {
+    let points = (0..6).map(|i| Point::new(f64::from(i), f64::from(i * i % 5), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(2, 6).unwrap(), points).unwrap();
+    let space = Space::clamped(20, &[0.0, 4.0]).unwrap();
+    let alpha = Function::new(space, (0..21).map(|i| 1.0 + 0.02 * f64::from(i)).collect()).unwrap();
+    let tuned = FineTune::new(&curve, alpha).solve().unwrap();
+    assert_eq!(tuned.curve().degree(), 22);
+    assert!((tuned.curve().point(4.0).unwrap() - curve.point(4.0).unwrap()).norm() < 1e-9);
+}

@@ -3,11 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
 use loftsman_area_volume::{AreaVolume, area_of};
-use loftsman_fine_tuning::FineTuning;
+use loftsman_fine_tuning::{FineTuning, surface_alpha_spaces};
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::algebra::Function;
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use serde_json::{Value, json};
 
@@ -155,4 +156,50 @@ fn springs_in_recipes() {
     assert!(error.contains("-2"), "{error}");
     let error = fails(json!({ "object": "square", "alpha": 2.0, "lock": [9] }));
     assert!(error.contains('9'), "{error}");
+}
+
+/// Surfaces: along one direction or both, parts, and what is missing is said.
+#[test]
+fn surfaces_in_recipes() {
+    let space = Space::clamped_uniform(2, 6).unwrap();
+    let at = |k: usize| ((k / 6) as f64, (k % 6) as f64);
+    let points = (0..36).map(at).map(|(x, y)| Point::new(x, y, (0.6 * x).sin() + 0.1 * y * y)).collect();
+    let sheet = Surface::new(space.clone(), space, points).unwrap();
+    let mut scene = Scene::new();
+    scene.add(Object::new("sheet", sheet.clone().into())).unwrap();
+    let one = scene.clone();
+    let report = run(&mut scene, json!({ "alpha_u": [1, 2, 1, 1, 1], "ends": "free" })).unwrap();
+    assert!(report.notes[0].contains("2 × 2 → 3 × 2"), "{report:?}");
+    let after = scene.surface("sheet").unwrap();
+    let alpha =
+        Function::new(surface_alpha_spaces(&sheet).unwrap()[0].clone(), vec![1.0, 2.0, 1.0, 1.0, 1.0])
+            .unwrap();
+    for (u, v) in [(0.3, 0.4), (1.7, 3.1), (3.9, 2.2)] {
+        let expected = sheet.derivative(u, v, 1, 0).unwrap() * alpha.value(u).unwrap();
+        assert!((after.derivative(u, v, 1, 0).unwrap() - expected).norm() < 1e-12);
+    }
+    let mut scene = one.clone();
+    run(&mut scene, json!({ "alpha": 0.5, "direction": "both", "ends": "free" })).unwrap();
+    let after = scene.surface("sheet").unwrap();
+    let (start, p, q) =
+        (sheet.point(0.0, 0.0).unwrap(), sheet.point(2.2, 3.3).unwrap(), after.point(2.2, 3.3).unwrap());
+    assert!((start + (p - start) * 0.5 - q).norm() < 1e-10);
+    let fails = |fields: Value| {
+        let mut scene = one.clone();
+        let error = run(&mut scene, fields).unwrap_err().to_string();
+        assert_eq!(scene, one);
+        error
+    };
+    for (fields, words) in [
+        (json!({}), "alpha_u"),
+        (json!({ "alpha": 0.5 }), "direction"),
+        (json!({ "alpha": [[1, 2]], "direction": "u" }), "step[0].alpha[0]"),
+        (json!({ "alpha_u": [1, 2] }), "2 values where the derivative's own knots have 5"),
+        (json!({ "alpha_u": 2, "direction": "u" }), "stands beside"),
+        (json!({ "alpha_u": 2, "lock": [0] }), "not for surfaces"),
+        (json!({ "alpha_u": 2, "range": [1, 2] }), "[[u0, u1], [v0, v1]]"),
+    ] {
+        let error = fails(fields.clone());
+        assert!(error.contains(words), "{fields}: {error}");
+    }
 }

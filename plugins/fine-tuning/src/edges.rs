@@ -1,0 +1,219 @@
+//! Edges that stay, as equations for the net of α: `∫ (α - 1) S_u du = 0` for all `v`.
+
+use std::sync::Arc;
+
+use loftsman_kernel::edit::{Ask, Axis, Edit, Report, Unknowns};
+use loftsman_kernel::functional::vertex;
+use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Stencil};
+use loftsman_kernel::solve::{Solver, SparseRows};
+use loftsman_kernel::spline::Direction;
+use loftsman_kernel::spline::algebra::{Field, Function};
+use loftsman_kernel::{Point, Vector};
+
+use crate::error::{FineTuneError, Result};
+use crate::exact::LEAST;
+use crate::lift::Alpha;
+use crate::lines::derivative_u;
+use crate::measure::mass;
+
+/// How the edges are to stay.
+pub(crate) struct Edges<'a> {
+    /// So many rows of α at either end along `u` are 1: for derivatives that stay at the edges.
+    pub(crate) rows: usize,
+    /// So many columns at either side along `v` are 1: for sides that stay.
+    pub(crate) columns: usize,
+    pub(crate) solver: &'a Arc<dyn Solver>,
+    pub(crate) any_sign: bool,
+    pub(crate) names: [&'static str; 2],
+}
+
+/// Some of the numbers `∫ N_k(u) R_l(v) S_u du` as functions of `v`: an equation for each coordinate of each coefficient.
+struct Equations {
+    /// What each coefficient, a vector, has of each value of α.
+    rows: Vec<Vec<(usize, Vector)>>,
+}
+
+impl Edges<'_> {
+    /// α nearest to the one asked for, in `∫∫ (Δα)²`, with which the edge `u = u₁` stays (that at `u₀` stays by itself). Values
+    /// that continuity sets to 1 are set first; the least change is that of the others. Nothing is solved where nothing need be.
+    ///
+    /// # Errors
+    /// When no α but 1 does it, or none that is positive.
+    pub(crate) fn solve(&self, given: &Field<Vector>, alpha: &Alpha) -> Result<(Alpha, Option<Report>)> {
+        let alpha = alpha.clone().clamped(self.rows > 0, self.columns > 0)?;
+        let (height, width) = (alpha.along().len(), alpha.columns());
+        let edge = |k: usize, count: usize, of: usize| k < count || k + count >= of;
+        let fixed = |k: usize| edge(k / width, self.rows, height) || edge(k % width, self.columns, width);
+        let free: Vec<usize> = (0..height * width).filter(|k| !fixed(*k)).collect();
+        let mut start = alpha.values().to_vec();
+        (0..start.len()).filter(|k| fixed(*k)).for_each(|k| start[k] = 1.0);
+        let equations = Equations::new(given, &alpha)?;
+        if equations.hold(&start) {
+            return Ok((alpha.with(start)?, None));
+        }
+        let refused = |equations: usize| FineTuneError::Edges {
+            along: self.names[0],
+            across: self.names[1],
+            net: width > 1,
+            equations,
+            values: free.len(),
+        };
+        if free.is_empty() {
+            return Err(refused(0));
+        }
+        let problem =
+            Problem { equations: &equations, start: &start, free: &free, alpha: &alpha, edges: self };
+        let (mut values, mut report) = problem.solve(None)?;
+        if report.rank >= free.len() {
+            return Err(refused(report.rank));
+        }
+        if !self.any_sign && values.iter().any(|c| *c <= 0.0) {
+            let smallest = alpha.values().iter().fold(1.0_f64, |m, c| m.min(*c));
+            (values, report) = problem.solve(Some(LEAST * smallest))?;
+        }
+        Ok((alpha.with(values)?, Some(report)))
+    }
+}
+
+impl Equations {
+    /// `O(n)` for α of one parameter; for a net as many products as it has rows.
+    fn new(given: &Field<Vector>, alpha: &Alpha) -> Result<Self> {
+        let derivative = derivative_u(given)?;
+        let (u, v) = (derivative.space(Direction::U), derivative.space(Direction::V));
+        let inner = alpha.along().inner_products(u)?;
+        // ∫ N_k S_u du as a function of v, for each k.
+        let moments = (0..alpha.along().len()).map(|k| {
+            let mut own = vec![Vector::zeros(); v.len()];
+            for (i, w) in inner.iter_row(k) {
+                let row = &derivative.coefficients()[i * v.len()..(i + 1) * v.len()];
+                own.iter_mut().zip(row).for_each(|(own, c)| *own += c * w);
+            }
+            own
+        });
+        let mut rows;
+        match alpha {
+            Alpha::Line(_) => {
+                rows = vec![Vec::new(); v.len()];
+                for (k, own) in moments.enumerate() {
+                    rows.iter_mut().zip(own).for_each(|(row, by)| row.push((k, by)));
+                }
+            }
+            Alpha::Net(net) => {
+                let across = net.space(Direction::V);
+                let product = v.product(across)?;
+                let few = across.degree() + 1;
+                rows = vec![Vec::new(); product.space().len()];
+                for (k, own) in moments.enumerate() {
+                    let terms = product.with_first(&Function::new(v.clone(), own)?);
+                    for (row, terms) in rows.iter_mut().zip(terms.chunks_exact(few)) {
+                        row.extend(terms.iter().map(|(l, by)| (k * across.len() + l, *by)));
+                    }
+                }
+            }
+        }
+        Ok(Self { rows })
+    }
+
+    /// How far the edge is off, and the size of the numbers that this comes from.
+    fn off(&self, row: &[(usize, Vector)], alpha: &[f64]) -> (Vector, f64) {
+        row.iter().fold((Vector::zeros(), 0.0), |(sum, size), (k, by)| {
+            (sum + by * (alpha[*k] - 1.0), size + by.amax() * alpha[*k].abs().max(1.0))
+        })
+    }
+
+    fn hold(&self, alpha: &[f64]) -> bool {
+        let all = self.rows.iter().map(|row| self.off(row, alpha));
+        let (off, size) =
+            all.fold((0.0_f64, 0.0_f64), |(off, size), (o, s)| (off.max(o.amax()), size.max(s)));
+        off <= 1e-14 * size
+    }
+}
+
+struct Problem<'a> {
+    equations: &'a Equations,
+    start: &'a [f64],
+    free: &'a [usize],
+    alpha: &'a Alpha,
+    edges: &'a Edges<'a>,
+}
+
+impl Problem<'_> {
+    fn solve(&self, bound: Option<f64>) -> Result<(Vec<f64>, Report)> {
+        let mut number = vec![None; self.start.len()];
+        self.free.iter().enumerate().for_each(|(x, k)| number[*k] = Some(x));
+        let count = self.equations.rows.len();
+        let mut map = SparseRows::new(self.free.len());
+        let (mut gaps, mut norms) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for row in &self.equations.rows {
+            let free = || row.iter().filter_map(|(k, by)| number[*k].map(|x| (x, by)));
+            for axis in 0..3 {
+                map.push(free().map(|(x, by)| (x, by[axis])));
+            }
+            norms
+                .push(free().fold(Vector::zeros(), |sum, (_, by)| sum + by.component_mul(by)).map(f64::sqrt));
+            gaps.push(Point::from(self.equations.off(row, self.start).0));
+        }
+        for x in 0..self.free.len() {
+            map.push([(x, 1.0)]);
+            map.push([]);
+            map.push([]);
+        }
+        let vertices = self.free.iter().map(|k| Point::new(self.start[*k], 0.0, 0.0)).collect();
+        let unknowns = Unknowns::sparse((0..count + self.free.len()).collect(), map)?
+            .measured(Some(mass(self.alpha)?.select(self.free)))?;
+        let [along, _] = self.edges.names;
+        let mut edit = Edit::of(Points(gaps))
+            .with(Box::new(Points(vertices)))
+            .named(0, format!("the edge at the end of {along}"))
+            .named(1, "α")
+            .through(unknowns)
+            .smooth(0);
+        // Rows that are rounding beside the others (flat, or of a pole) ask nothing.
+        let largest = norms.iter().fold(0.0_f64, |m, n| m.max(n.amax()));
+        for (c, norm) in norms.iter().enumerate() {
+            for (k, axis) in [Axis::X, Axis::Y, Axis::Z].into_iter().enumerate() {
+                if norm[k] > 1e-13 * largest {
+                    edit = edit.ask(vertex(c as i64).axis(axis).to(0.0));
+                }
+            }
+        }
+        if let Some(bound) = bound {
+            for x in 0..self.free.len() {
+                edit = edit.ask(vertex(x as i64).on(1).axis(Axis::X).at_least(bound));
+            }
+        }
+        let done = edit.solve_with(Arc::clone(self.edges.solver))?;
+        let mut values = self.start.to_vec();
+        let found = done.shape_at(1)?;
+        self.free.iter().zip(found.control_vertices()).for_each(|(k, p)| values[*k] = p.x);
+        Ok((values, done.report().clone()))
+    }
+}
+
+/// Numbers as a shape of control vertices and nothing else.
+#[derive(Debug, Clone)]
+struct Points(Vec<Point>);
+
+impl Shape for Points {
+    fn control_vertices(&self) -> &[Point] {
+        &self.0
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        &mut self.0
+    }
+
+    fn stencil(&self, _: Location, _: Derivative) -> loftsman_kernel::error::Result<Stencil> {
+        Err(loftsman_kernel::Error::Invalid(
+            "numbers by themselves have no locations: ask of their vertices".into(),
+        ))
+    }
+
+    fn domain(&self) -> Domain {
+        std::iter::once(Interval { start: 0.0, end: 1.0, periodic: false }).collect()
+    }
+
+    fn boxed(&self) -> Box<dyn Shape> {
+        Box::new(self.clone())
+    }
+}

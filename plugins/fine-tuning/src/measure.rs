@@ -1,0 +1,54 @@
+//! How large α is, and a change of it: `∫ α²`, `∫∫ α²`.
+
+use loftsman_kernel::error::Result as Geometry;
+use loftsman_kernel::solve::Symmetric;
+use loftsman_kernel::spline::{Direction, Space};
+
+use crate::error::Result;
+use crate::lift::Alpha;
+
+/// The Gram matrix of a space: `∫ α²` of the values of α.
+pub(crate) fn gram(space: &Space) -> Geometry<Symmetric> {
+    let rows = space.inner_products(space)?;
+    let below = |i: usize| rows.iter_row(i).filter(move |(j, _)| *j <= i).map(move |(j, w)| (i, j, w));
+    Ok(Symmetric::from_entries(space.len(), (0..space.len()).flat_map(below)))
+}
+
+/// `∫∫ α²` of the values of α.
+pub(crate) fn mass(alpha: &Alpha) -> Result<Symmetric> {
+    let along = gram(alpha.along())?;
+    let Alpha::Net(net) = alpha else { return Ok(along) };
+    let across = gram(net.space(Direction::V))?;
+    let n = across.size();
+    let mut entries = Vec::new();
+    for i in 0..along.size() {
+        for (j, a) in along.row(i).filter(|(j, _)| *j <= i) {
+            for k in 0..n {
+                let lower = across.row(k).map(|(l, b)| (i * n + k, j * n + l, a * b));
+                entries.extend(lower.filter(|(row, column, _)| column <= row));
+            }
+        }
+    }
+    Ok(Symmetric::from_entries(along.size() * n, entries))
+}
+
+/// `(mean (Δα)²)^½` over the domain, of two in one space but for their ends, which may be clamped.
+pub(crate) fn change(first: &Alpha, second: &Alpha) -> Result<f64> {
+    if first.values() == second.values() {
+        return Ok(0.0);
+    }
+    let clamped = |alpha: &Alpha| alpha.clone().clamped(true, true);
+    let (first, second) = (clamped(first)?, clamped(second)?);
+    let across = if let Alpha::Net(net) = &first { net.space(Direction::V).length() } else { 1.0 };
+    let measure = first.along().length() * across;
+    Ok(mean(&mass(&first)?, first.values(), second.values(), measure))
+}
+
+/// `((y - x)ᵀ M (y - x) / measure)^½`.
+pub(crate) fn mean(mass: &Symmetric, x: &[f64], y: &[f64], measure: f64) -> f64 {
+    let way: Vec<f64> = y.iter().zip(x).map(|(y, x)| y - x).collect();
+    let mut image = vec![0.0; way.len()];
+    mass.multiply(&way, 1, &mut image);
+    let square: f64 = way.iter().zip(&image).map(|(a, b)| a * b).sum();
+    (square.max(0.0) / measure).sqrt()
+}
