@@ -98,6 +98,8 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "fill" => json!({ "objects": ["square"], "size": 0.5 }),
         "extrude" => json!({ "objects": ["square"], "by": [0, 0, 2], "surfaces": true }),
         "loft" => json!({ "sections": ["square", "lid"], "surface": true }),
+        "fine-tune" => json!({ "object": curve, "alpha": 1.3, "ends": "free" }),
+        "subdivide" => json!({ "object": "square", "levels": 2 }),
         "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }

@@ -333,6 +333,43 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("fair", "smooth", json!({ "object": "kinked", "lock": [0, -1] }), json!(0), json!(1));
     add("fair", "solver", none(), json!("householder-qr"), json!("sparse"));
     let fit = || json!({ "object": "spiral", "vertices": null, "tolerance": 0.05, "degree": 3 });
+    let ring = |more: Value| {
+        let mut base = json!({ "object": "round", "ends": null });
+        more.as_object().unwrap().iter().for_each(|(name, value)| base[name] = value.clone());
+        base
+    };
+    add("fine-tune", "object", none(), json!("clamped curve"), json!("round"));
+    add("fine-tune", "alpha", none(), json!(1.5 + n()), json!(0.5 * n()));
+    for name in ["alpha_u", "alpha_v"] {
+        add(
+            "fine-tune",
+            name,
+            json!({ "object": "patch", "alpha": null }),
+            json!(1.5 + n()),
+            json!(0.5 * n()),
+        );
+    }
+    add("fine-tune", "direction", json!({ "object": "patch" }), json!("u"), json!("v"));
+    add("fine-tune", "ends", none(), json!("free"), json!("position"));
+    add("fine-tune", "range", ring(json!({ "continuity": 0 })), json!([1, 8]), json!([2, 8.5]));
+    add("fine-tune", "continuity", ring(json!({ "range": [0.5, 8.5] })), json!(0), json!(1));
+    add("fine-tune", "through", ring(json!({})), null(), json!([{ "at": 2, "to": [0.93, 0.01, 0] }]));
+    add("fine-tune", "alpha_at", ring(json!({})), null(), json!([{ "at": 2, "to": 1.1 }]));
+    let nudge = json!([{ "kind": "position", "at": 3, "by": [0.01, 0, 0] }]);
+    add("fine-tune", "constraints", ring(json!({})), null(), nudge);
+    add("fine-tune", "lock", json!({ "object": "square", "ends": null }), json!([0]), json!([2]));
+    add("fine-tune", "any_sign", json!({ "alpha": -1.0 }), json!(false), json!(true));
+    add("fine-tune", "solver", ring(json!({ "range": [0.5, 8.5] })), json!("householder-qr"), json!("lu"));
+    add("subdivide", "object", none(), json!("square"), json!("open"));
+    add("subdivide", "scheme", none(), json!("cubic"), json!("chaikin"));
+    add("subdivide", "levels", none(), json!(1), json!(3));
+    add("subdivide", "limit", none(), json!(false), json!(true));
+    add("subdivide", "intervals", none(), null(), json!([1, 2, 1, 3]));
+    let sheet = || json!({ "object": "sheet" });
+    add("subdivide", "creases", sheet(), null(), json!([[1, 4, 0.5 + n()]]));
+    add("subdivide", "corners", sheet(), null(), json!([[4, 0.5 + n()]]));
+    add("subdivide", "holes", sheet(), null(), json!([1]));
+    add("subdivide", "boundary", sheet(), json!("edge-only"), json!("edge-and-corner"));
     add("fit", "object", none(), json!("chain"), json!("spiral"));
     add("fit", "degree", fit(), json!(2), json!(4));
     add("fit", "tolerance", fit(), json!(0.3), json!(0.001 * n()));
@@ -443,6 +480,9 @@ fn furnished() -> tempfile::TempDir {
     // Two Bézier pieces that meet smoothly.
     let kinked = json!({ "degree": 3, "periodic": false, "knots": [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2],
         "points": [[0, 0, 0], [1, 2, 0], [2, 2, 0], [3, 1, 0], [4, 0, 0], [5, 1, 0], [6, 3, 0]] });
+    let net: Vec<_> = (0..9).map(|k| json!([k / 3, k % 3, k % 2])).collect();
+    let faces = [0, 1, 3, 4].map(|a| [a, a + 3, a + 4, a + 1]);
+    let sheet = json!({ "points": net, "faces": faces });
     let arc: Vec<_> = (0..12)
         .map(|i| {
             let (sin, cos) = (0.5 * f64::from(i)).sin_cos();
@@ -457,6 +497,7 @@ fn furnished() -> tempfile::TempDir {
         ("spiral", "cloud", json!({ "points": spiral })),
         ("stammer", "polyline", json!({ "points": stammer })),
         ("open", "polyline", json!({ "points": arc })),
+        ("sheet", "mesh", sheet),
     ] {
         document["objects"].as_array_mut().unwrap().push(json!({ "name": name, kind: what }));
     }

@@ -739,13 +739,61 @@ fn untrim(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+fn fine_tune(walk: &mut Walk<'_>) -> Outcome {
+    let curve = walk.curve(0);
+    let alpha = walk.between(0.3, 2.5);
+    let tuned = walk.run(&[("c", "curve", &curve)], "fine-tune", json!({ "alpha": alpha, "ends": "free" }));
+    if curve.get("weights").is_some() {
+        let refused = tuned.unwrap_err();
+        assert!(refused.contains("rational"), "{refused}");
+        return Ok(());
+    }
+    // A constant scales the curve about its start.
+    let after = tuned?;
+    let after = &object(&after, "c")["curve"];
+    let start = curve_point(&curve, Direction::new(&curve).domain().0);
+    for u in walk.parameters(&curve, 6) {
+        let [x, y, z] = curve_point(&curve, u);
+        let wanted = [0, 1, 2].map(|k| start[k] + alpha * ([x, y, z][k] - start[k]));
+        let error = apart(curve_point(after, u), wanted);
+        assert!(error <= 1e-10 * size_of(&curve), "{error:e} at {u} of {curve}");
+    }
+    Ok(())
+}
+
+fn subdivide(walk: &mut Walk<'_>) -> Outcome {
+    let (n, closed) = (3 + walk.up_to(9), walk.flip());
+    let points: Vec<Value> = (0..n).map(|_| walk.point(10.0)).collect();
+    let line = json!({ "points": points, "closed": closed });
+    let fields = json!({ "scheme": "chaikin", "levels": 1 });
+    let after = walk.run(&[("l", "polyline", &line)], "subdivide", fields)?;
+    let after: Vec<Vec<f64>> =
+        object(&after, "l")["polyline"]["points"].as_array().unwrap().iter().map(numbers).collect();
+    // Corners are cut at a quarter of each edge; an open line keeps its ends.
+    let points: Vec<Vec<f64>> = points.iter().map(numbers).collect();
+    let edges = if closed { n } else { n - 1 };
+    for edge in usize::from(!closed)..edges - usize::from(!closed) {
+        let (a, b) = (&points[edge], &points[(edge + 1) % n]);
+        for share in [0.25, 0.75] {
+            let cut = [0, 1, 2].map(|k| a[k] + share * (b[k] - a[k]));
+            let near = after.iter().map(|p| apart(cut, [p[0], p[1], p[2]])).fold(f64::INFINITY, f64::min);
+            assert!(near < 1e-13 * 10.0, "{near} at {share} of edge {edge} of {line}");
+        }
+    }
+    if !closed {
+        assert_eq!((after.first(), after.last()), (points.first(), points.last()));
+    }
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 18] = [
+const STEPS: [(&str, Step, u32); 20] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
+    ("fine-tune", fine_tune, 0),
     ("fit", fit, 3),
     ("refine", refine, 3),
     ("elevate", elevate, 0),
@@ -756,6 +804,7 @@ const STEPS: [(&str, Step, u32); 18] = [
     ("fill", fill, 0),
     ("extrude", extrude, 0),
     ("loft", loft, 3),
+    ("subdivide", subdivide, 0),
     ("tessellate", tessellate, 0),
     ("copy", |w| scene_keeping(w, "copy", &json!({ "object": "c", "to": ["d"] }), &["c", "s", "d"]), 0),
     ("delete", |w| scene_keeping(w, "delete", &json!({ "object": "s" }), &["c"]), 0),
