@@ -138,7 +138,7 @@ fn what_is_wrong_is_said() {
         (json!({ "object": "ring", "tolerence": 1.0 }), "did you mean \"tolerance\"?"),
         (json!({ "object": "ring", "tolerance": -1.0 }), "give a positive length"),
         (json!({ "object": "ring", "tolerance": 1.0, "relative_tolerance": 1.0 }), "give one of them"),
-        (json!({ "object": "ring", "degree": 1_000_000_000 }), "degree from 1 to 25"),
+        (json!({ "object": "ring", "degree": 1_000_000_000 }), "degree: is from 1 to 25"),
         (json!({ "object": "ring", "vertices": 1_000_000 }), "cannot be fitted: choose from 3"),
         (json!({ "object": "ring", "tolerance": 1e-12, "vertices": 5 }), "is not met"),
         (json!({ "object": "ring", "parameters": "cord" }), "did you mean \"chord\"?"),
