@@ -27,10 +27,12 @@ mod error;
 mod frame;
 mod polygon;
 mod row;
+mod surface;
 mod topology;
 
 pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};
 pub use error::{Result, SubdivisionError};
 pub use frame::{LimitFrame, LimitStencils};
 pub use polygon::{Polygon, Scheme};
+pub use surface::{Subdivision, SubdivisionSurface};
 pub use topology::{Around, NONE, Topology};
