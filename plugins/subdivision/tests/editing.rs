@@ -7,8 +7,10 @@ mod shapes;
 use loftsman_area_volume::{surface_area, volume, volume_of};
 use loftsman_fairing::{Fair, bend};
 use loftsman_kernel::edit::{Ask, Edit, Metric};
-use loftsman_kernel::functional::{Functional, Shapes, normal, position};
+use loftsman_kernel::functional::{Functional, Shapes, normal, position, symmetry};
 use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::space::Space;
+use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{limit_points, refine, refine_times};
 use loftsman_subdivision::{Cage, SubdivisionSurface};
@@ -21,6 +23,10 @@ fn area_of(surface: &dyn Shape) -> f64 {
 
 fn at(surface: &dyn Shape, vertex: u32, by: [usize; 2]) -> Vector {
     surface.value(Location::Vertex(vertex), Derivative::from(by)).unwrap()
+}
+
+fn value(surface: &dyn Shape, at: Location, by: [usize; 2]) -> Vector {
+    surface.value(at, Derivative::from(by)).unwrap()
 }
 
 /// Area and volume of the triangles between limits after so many levels.
@@ -142,4 +148,98 @@ fn dragging_costs_what_is_touched() {
     println!("{:.2} µs an event", start.elapsed().as_secs_f64() * 1e6 / f64::from(count));
     let end = from + Vector::z() * f64::from(count - 1) * 1e-4;
     assert!((at(session.shape(), 5000, [0, 0]) - end.coords).norm() < 1e-12);
+}
+
+/// A torus as a cage and as the kernel's periodic bicubic surface.
+#[test]
+fn a_grid_is_the_kernels_spline() {
+    let (rows, columns) = (8, 6);
+    let torus = |k: usize| {
+        let [a, b] = [(k / columns, rows), (k % columns, columns)]
+            .map(|(i, n)| std::f64::consts::TAU * i as f64 / n as f64);
+        let r = 3.0 + b.cos();
+        Point::new(r * a.cos(), r * a.sin(), b.sin())
+    };
+    let points: Vec<Point> = (0..rows * columns).map(torus).collect();
+    let mut cage = shapes::grid(rows, columns, [true, true], 0.0);
+    cage.points_mut().copy_from_slice(&points);
+    let surface = SubdivisionSurface::new(cage).unwrap();
+    let spaces = [rows, columns].map(|n| Space::periodic_uniform(3, n).unwrap());
+    let [u, v] = spaces;
+    let spline = Surface::new(u, v, points).unwrap();
+    let (a, b) = (area_of(&surface), area_of(&spline));
+    assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
+    let (a, b) = (volume_of(&surface).unwrap(), volume_of(&spline).unwrap());
+    assert!((a.abs() / b.abs() - 1.0).abs() < 1e-12, "{a} {b}");
+    for by in [[0, 0], [1, 0], [1, 1], [0, 2]] {
+        let a = value(&surface, Location::Face(0, 0.3, 0.8), by);
+        // Vertex (0, 0) has most influence at some knot: it is found among them.
+        let near = (0..rows * columns).map(|k| {
+            let at = Location::Surface((k / columns) as f64 + 0.3, (k % columns) as f64 + 0.8);
+            (value(&spline, at, by) - a).norm()
+        });
+        assert!(near.fold(f64::INFINITY, f64::min) < 1e-12);
+    }
+    let energy = |before: f64, l: f64| before / l;
+    let [a, b] = [
+        Fair::new(&surface)
+            .energy(bend())
+            .ask(position(Location::Vertex(0)).keep())
+            .solve()
+            .unwrap()
+            .report()
+            .energy_before,
+        Fair::new(&spline)
+            .energy(bend())
+            .ask(position([0.0, 0.0]).keep())
+            .solve()
+            .unwrap()
+            .report()
+            .energy_before,
+    ];
+    println!("energies {} {}", energy(a, 1.0), energy(b, 1.0));
+}
+
+#[test]
+fn symmetry_holds_beside_a_move() {
+    let surface = SubdivisionSurface::new(refine(&shapes::cube()).unwrap()).unwrap();
+    let wanted = at(&surface, 7, [0, 0]) + Vector::new(0.1, 0.0, 0.2);
+    let edited = Edit::new(&surface)
+        .ask(position(Location::Vertex(7)).to(Point::from(wanted)))
+        .ask(symmetry(Vector::x(), Point::new(0.5, 0.5, 0.5)).hold())
+        .solve()
+        .unwrap();
+    let after = edited.shape();
+    let mirrored = Vector::new(1.0 - wanted.x, wanted.y, wanted.z);
+    assert!((at(after, 7, [0, 0]) - wanted).norm() < 1e-12);
+    assert!((at(after, 6, [0, 0]) - mirrored).norm() < 1e-12);
+}
+
+/// What a row costs, on regular faces and on others, and all cells of a large cage.
+#[test]
+fn rows_cost_what_is_near() {
+    let grid = SubdivisionSurface::new(shapes::grid(101, 101, [false, false], 0.1)).unwrap();
+    let fan = SubdivisionSurface::new(refine(&shapes::double_fan(7, 0.1)).unwrap()).unwrap();
+    for (name, surface, span) in [("regular", &grid, 0.9), ("round a vertex of 7", &fan, 1e-3)] {
+        let start = std::time::Instant::now();
+        let (count, faces) = (4000, surface.faces().unwrap() as u32);
+        for k in 0..count {
+            let place = Location::Face(k * 7 % faces, 0.05 + span * 0.3, 0.01 + span * 0.5);
+            surface.stencil(place, Derivative::POSITION).unwrap();
+        }
+        println!("{name}: {:.2} µs a row elsewhere", start.elapsed().as_secs_f64() * 1e6 / f64::from(count));
+        let start = std::time::Instant::now();
+        for k in 0..count {
+            let place = Location::Face(0, 0.6 + 1e-5 * f64::from(k), 0.6);
+            surface.stencil(place, Derivative::POSITION).unwrap();
+        }
+        println!(
+            "{name}: {:.2} µs a row in one piece",
+            start.elapsed().as_secs_f64() * 1e6 / f64::from(count)
+        );
+        let start = std::time::Instant::now();
+        let cells = surface.cells().unwrap();
+        let all = cells.iter().count();
+        println!("{name}: {:.2} µs a cell, of {all}", start.elapsed().as_secs_f64() * 1e6 / all as f64);
+    }
 }

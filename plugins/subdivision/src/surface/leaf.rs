@@ -13,6 +13,9 @@ use crate::error::Result;
 use crate::row::Row;
 use crate::topology::NONE;
 
+/// Neighbourhoods of more vertices than these are not kept on the way, so that they do not fill the memory.
+const KEPT: usize = 256;
+
 /// A bicubic piece: the vertices of the cage that it depends on, and how each counts in its net.
 #[derive(Debug)]
 pub(super) struct Leaf {
@@ -143,32 +146,42 @@ impl Path {
             self.leaf = Some(Arc::clone(&leaf));
             return Ok(Some(leaf));
         }
+        let mut parent: Option<Arc<Local>> = None;
         for level in 0..=most {
             let quadrant = Quadrant::holding(level, u, v);
             let at = level as usize;
-            if self.levels.get(at).is_none_or(|(known, _)| *known != quadrant) {
-                self.levels.truncate(at);
-                let local = match self.levels.last() {
-                    None => root(cage, layout, self.face)?,
-                    Some((_, parent)) => {
-                        let corner = match (quadrant.i % 2, quadrant.j % 2) {
-                            (0, 0) => 0,
-                            (1, 0) => 1,
-                            (1, _) => 2,
-                            _ => 3,
-                        };
-                        parent.refined(corner, (4 - corner) % 4)?
+            let known = self.levels.get(at).filter(|(known, _)| *known == quadrant);
+            let local = match (known, parent) {
+                (Some((_, local)), _) => Arc::clone(local),
+                (None, parent) => {
+                    self.levels.truncate(at);
+                    let local = match parent {
+                        None => root(cage, layout, self.face)?,
+                        Some(parent) => {
+                            let corner = match (quadrant.i % 2, quadrant.j % 2) {
+                                (0, 0) => 0,
+                                (1, 0) => 1,
+                                (1, _) => 2,
+                                _ => 3,
+                            };
+                            parent.refined(corner, (4 - corner) % 4)?
+                        }
+                    };
+                    let local = Arc::new(local);
+                    if local.width() <= KEPT {
+                        self.levels.push((quadrant, Arc::clone(&local)));
                     }
-                };
-                self.levels.push((quadrant, Arc::new(local)));
-            }
+                    local
+                }
+            };
             if pattern.is_regular(quadrant)
-                && let Some((vertices, columns)) = self.levels[at].1.net()
+                && let Some((vertices, columns)) = local.net()
             {
                 let leaf = Arc::new(Leaf { quadrant, vertices, columns });
                 self.leaf = Some(Arc::clone(&leaf));
                 return Ok(Some(leaf));
             }
+            parent = Some(local);
         }
         Ok(None)
     }

@@ -73,6 +73,11 @@ impl Local {
         Ok(Self { cage: small, base: Arc::clone(&self.base), rows })
     }
 
+    /// The number of vertices of the whole cage that rows are over.
+    pub(super) fn width(&self) -> usize {
+        self.base.len()
+    }
+
     fn row(&self, vertex: usize) -> &[f64] {
         let width = self.base.len();
         &self.rows[vertex * width..(vertex + 1) * width]
@@ -104,7 +109,7 @@ impl Local {
         let vertex = topology.face(0)[corner] as usize;
         let place = topology.around(vertex).position(|h| h as usize == half).unwrap_or(0);
         let sides = sectors(&self.cage, vertex)?;
-        let (lasting, _): (Vec<usize>, ()) = (self.lasting(vertex), ());
+        let lasting = self.lasting(vertex);
         let is_corner = lasting.len() > 2 || self.cage.vertex_sharpness(vertex) >= crate::INFINITELY_SHARP;
         let sector = match lasting[..] {
             [a, b] if !is_corner => usize::from(sides > 1 && !(a..b).contains(&place)),

@@ -69,10 +69,11 @@ impl SubdivisionSurface {
     /// The same with cells down to a depth from 1 to 24, 8 for [`new`](Self::new): the number of levels round an extraordinary vertex
     /// that integrals are taken over.
     ///
-    /// What remains has `4^-depth` of the parameters of each face there. Of the area it has about `λ^(2 depth)`, where `λ` is 0.41 for
-    /// valence 3, 0.55 for 5, 0.58 for 6 and less than 0.66 for any; a tenth of a hundredth (valence 6) of the area of the face at the
-    /// depth of 6, and `1e-6` of it at 13. The energy of second derivatives by `u` and `v` is finite for valence 3 only: with 5 edges it
-    /// grows by `4 λ²`, 1.21, for every level, so that this depth is a part of what such an energy is.
+    /// What is left out has `4^-depth` of the parameters of each face there. Its share of the face's area goes down by `λ²` a level, where
+    /// the sub-dominant eigenvalue `λ` is 0.41 for valence 3, 0.55 for 5, 0.58 for 6 and less than 0.66 for any: at depth 8 some `1e-6`,
+    /// `1e-4`, `2e-4` of it. So are volumes. The energy of second derivatives by `u` and `v` is finite only where all valences are 3 and
+    /// 4: with 5 edges what a level adds grows by `4 λ²`, 1.21, from one to the next, so that the depth is a part of what such an
+    /// energy is.
     ///
     /// # Errors
     /// As for [`new`](Self::new); when the depth is another.
