@@ -7,10 +7,9 @@ use loftsman_kernel::shape::{Derivative, Stencil};
 use super::layout::Layout;
 use super::local::Local;
 use super::pattern::Quadrant;
-use super::regular;
+use super::regular::{self, Row};
 use crate::cage::Cage;
 use crate::error::Result;
-use crate::row::Row;
 use crate::topology::NONE;
 
 /// Neighbourhoods of more vertices than these are not kept on the way, so that they do not fill the memory.
@@ -36,12 +35,12 @@ impl Leaf {
     /// A whole face, from the rows of its net over the vertices of the cage.
     fn of_net(net: &[Row; 16]) -> Self {
         let mut vertices: Vec<usize> =
-            net.iter().flat_map(|row| row.0.iter().map(|&(v, _)| v as usize)).collect();
+            net.iter().flat_map(|row| row.iter().map(|&(v, _)| v as usize)).collect();
         vertices.sort_unstable();
         vertices.dedup();
         let mut columns = vec![[0.0; 16]; vertices.len()];
         for (place, row) in net.iter().enumerate() {
-            for &(v, c) in &row.0 {
+            for &(v, c) in row {
                 if let Ok(at) = vertices.binary_search(&(v as usize)) {
                     columns[at][place] += c;
                 }

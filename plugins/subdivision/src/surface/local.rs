@@ -89,7 +89,7 @@ impl Local {
         let net = regular::net(&self.cage, 0)?;
         let mut columns = vec![[0.0; 16]; self.base.len()];
         for (place, row) in net.iter().enumerate() {
-            for &(v, weight) in &row.0 {
+            for &(v, weight) in row {
                 columns
                     .iter_mut()
                     .zip(self.row(v as usize))

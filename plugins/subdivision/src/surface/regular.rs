@@ -1,8 +1,12 @@
 //! The bicubic net of a face where nothing is extraordinary, infinitely sharp creases taken as boundaries.
 
+use smallvec::{SmallVec, smallvec};
+
 use crate::cage::{Cage, INFINITELY_SHARP};
-use crate::row::Row;
 use crate::topology::Topology;
+
+/// Coefficients of vertices of the cage: four at most, those of a corner mirrored twice.
+pub(super) type Row = SmallVec<[(u32, f64); 4]>;
 
 /// The places of a face's corners in the net of 4 × 4, and from each the steps along the edge that follows and along the one before.
 const PLACES: [([isize; 2], [isize; 2], [isize; 2]); 4] = [
@@ -57,8 +61,8 @@ fn corner(cage: &Cage, half: u32) -> Option<[Row; 4]> {
     let quad = |h: u32| topology.face_corners(topology.face_of(h) as usize).len() == 4;
     let sharp = |h: u32| cage.sharpness(topology.edge_of(h) as usize) >= INFINITELY_SHARP;
     let (along, before) = (end(topology, half), topology.origin(topology.previous(half)));
-    let at = |v: u32| Row(vec![(v, 1.0)]);
-    let mirrored = |point: u32, inside: u32| Row(vec![(point, 2.0), (inside, -1.0)]);
+    let at = |v: u32| -> Row { smallvec![(v, 1.0)] };
+    let mirrored = |point: u32, inside: u32| -> Row { smallvec![(point, 2.0), (inside, -1.0)] };
     match (lasting, is_corner, sharp(half), sharp(topology.previous(half))) {
         (0, false, ..) => {
             if edges != 4 || !topology.around(v as usize).all(quad) {
@@ -85,7 +89,8 @@ fn corner(cage: &Cage, half: u32) -> Option<[Row; 4]> {
             Some([at(v), mirrored(v, along), at(far), mirrored(far, across(topology, right))])
         }
         (_, true, true, true) => {
-            let diagonal = Row(vec![(v, 4.0), (along, -2.0), (before, -2.0), (across(topology, half), 1.0)]);
+            let diagonal: Row =
+                smallvec![(v, 4.0), (along, -2.0), (before, -2.0), (across(topology, half), 1.0)];
             Some([at(v), mirrored(v, along), mirrored(v, before), diagonal])
         }
         _ => None,
