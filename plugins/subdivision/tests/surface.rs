@@ -193,3 +193,17 @@ fn far_too_many_neighbours_are_refused() {
     assert!(error.contains("face 0"), "{error}");
     assert!(surface.value(Location::Vertex(0), Derivative::POSITION).is_ok());
 }
+
+/// What was asked before does not show, not in a bit.
+#[test]
+fn what_was_asked_before_does_not_matter() {
+    let cage = shapes::double_fan(5, 0.1).with_crease(0, 2, 2.5).unwrap();
+    let asked = SubdivisionSurface::new(cage.clone()).unwrap();
+    for k in 0..200_u64 {
+        let [u, v] = [k, k + 1000].map(|seed| (16.0 * (0.5 + 0.5 * shapes::noise(seed))).floor() / 16.0);
+        let at = Location::Face((k % 7) as u32 / 2, u, v);
+        let fresh = SubdivisionSurface::new(cage.clone()).unwrap();
+        let by = Derivative::POSITION;
+        assert_eq!(asked.stencil(at, by).unwrap(), fresh.stencil(at, by).unwrap(), "{at}");
+    }
+}

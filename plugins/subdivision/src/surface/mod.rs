@@ -50,6 +50,25 @@ const LEVELS: u32 = 40;
 /// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: half a microsecond or so where the
 /// face is regular, some microseconds for each level where it is not; the last neighbourhood is kept, so that many places in one piece
 /// cost a few hundred operations each.
+///
+/// # Example
+///
+/// ```
+/// use loftsman_kernel::Point;
+/// use loftsman_kernel::edit::{Ask, Edit};
+/// use loftsman_kernel::functional::position;
+/// use loftsman_kernel::shape::{Derivative, Location, Shape};
+/// use loftsman_subdivision::{Cage, SubdivisionSurface};
+///
+/// let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+/// let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+/// let cube = SubdivisionSurface::new(Cage::new((0..8).map(corner).collect(), &faces)?)?;
+/// let wanted = Point::new(0.9, 0.9, 0.9);
+/// let edited = Edit::new(&cube).ask(position(Location::Vertex(7)).to(wanted)).solve()?;
+/// let there = edited.shape().value(Location::Vertex(7), Derivative::POSITION)?;
+/// assert!((there - wanted.coords).norm() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct SubdivisionSurface {
     cage: Cage,
