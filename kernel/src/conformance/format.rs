@@ -290,8 +290,16 @@ pub(super) fn places(shape: &dyn Shape, count: usize) -> Vec<Location> {
         (1, _) => (0..=count).map(|j| Location::Curve(at(0, j))).collect(),
         (_, Some(faces)) => {
             let step = faces.div_ceil(count * count).max(1);
+            // Of few faces several places each.
+            let each = ((count as f64 / (faces.max(1) as f64).sqrt()) as usize).clamp(2, count.max(2));
+            let share = |k: usize, j: usize| {
+                domain[k].start + (domain[k].end - domain[k].start) * j as f64 / each as f64
+            };
             let some = (0..u32::try_from(faces).unwrap_or(u32::MAX)).step_by(step);
-            some.map(|face| Location::Face(face, at(0, count / 2), at(1, count / 3))).collect()
+            let pairs = (0..=each).flat_map(|i| (0..=each).map(move |j| (i, j)));
+            some.flat_map(|face| pairs.clone().map(move |(i, j)| (face, i, j)))
+                .map(|(face, i, j)| Location::Face(face, share(0, i), share(1, j)))
+                .collect()
         }
         _ => {
             let pairs = (0..=count).flat_map(|i| (0..=count).map(move |j| (i, j)));

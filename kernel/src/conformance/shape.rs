@@ -11,12 +11,15 @@ use crate::spline::space::{MAX_ORDER, Space};
 /// Cells, edges and vertices that are looked at, at most: some of many.
 const SOME: usize = 48;
 
+/// So much of its parameters the cells of a surface of many faces may leave out.
+const LEFT_OUT: f64 = 1e-3;
+
 /// Whether a shape is one, and everything that it says of itself true.
 ///
 /// * *Stencils*: vertices that there are, ascending, finite coefficients; those of a position sum to 1, those of a derivative to 0;
 ///   derivatives agree with differences of those of one order less; what is outside the domain, or has another number of
 ///   parameters, is refused.
-/// * *Cells* cover the domain once; each names all vertices that its points depend on, and no others; where it is not rational its
+/// * *Cells* cover the domain (of a surface of many faces that of each, but for a thousandth) once; each names all vertices that its points depend on, and no others; where it is not rational its
 ///   functions are polynomials of its degree.
 /// * *Edges*: stencils along them are those of their strips.
 /// * *Neighbours* are mutual; a grid has as many places as there are vertices.
@@ -206,15 +209,18 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
     let whole: f64 = shape.domain().iter().map(|side| side.end - side.start).product();
     let whole = whole * shape.faces().unwrap_or(1) as f64;
     let covered: f64 = all.iter().map(Cell::size).sum();
-    verdict.check((covered - whole).abs() <= 1e-9 * whole, || {
+    // A surface of many faces may leave out what lies round vertices where it has infinitely many.
+    let left_out = if shape.faces().is_some() { LEFT_OUT } else { 1e-9 };
+    verdict.check(covered - whole <= 1e-9 * whole && whole - covered <= left_out * whole, || {
         format!("its cells have {covered} of parameters, and its domain {whole}")
     });
     for _ in 0..SOME {
         let place: Vec<f64> =
             shape.domain().iter().map(|side| side.start + (side.end - side.start) * share(random)).collect();
-        let holds = |cell: &&Cell| cell.sides.iter().zip(&place).all(|(s, x)| (s.start..s.end).contains(x));
-        let count = all.iter().filter(holds).count();
-        verdict.check(count == 1, || format!("{place:?} is in {count} of its cells"));
+        let face = shape.faces().map(|count| random.below(count.max(1)) as u32);
+        let inside = |cell: &Cell| cell.sides.iter().zip(&place).all(|(s, x)| (s.start..s.end).contains(x));
+        let count = all.iter().filter(|cell| cell.face == face && inside(cell)).count();
+        verdict.check(count == 1, || format!("{place:?} of face {face:?} is in {count} of its cells"));
     }
     for cell in some(all) {
         let stencil = shape.stencil(cell.at([share(random), share(random)]), Derivative::POSITION);

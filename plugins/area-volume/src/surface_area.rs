@@ -155,8 +155,17 @@ struct Measure<'s> {
 #[derive(Clone, Copy)]
 struct Part {
     spans: [usize; 2],
+    /// The face that it is on, of a surface of many.
+    face: Option<u32>,
     u: (f64, f64),
     v: (f64, f64),
+}
+
+impl Part {
+    /// A place of it.
+    fn at(&self, u: f64, v: f64) -> Location {
+        self.face.map_or(Location::Surface(u, v), |face| Location::Face(face, u, v))
+    }
 }
 
 impl<'s> Measure<'s> {
@@ -170,13 +179,19 @@ impl<'s> Measure<'s> {
                 let ends = |flat: &[f64], span: usize| (flat[span], flat[span + 1]);
                 for i in u.spans() {
                     let each = v.spans().map(|j| (j, ends(v.flat(), j)));
-                    cells.extend(each.map(|(j, v)| Part { spans: [i, j], u: ends(u.flat(), i), v }));
+                    cells.extend(each.map(|(j, v)| Part {
+                        spans: [i, j],
+                        face: None,
+                        u: ends(u.flat(), i),
+                        v,
+                    }));
                 }
             }
             None => {
                 for cell in surface.cells.checked(surface.shape)? {
                     let [u, v] = cell.sides[..] else { continue };
-                    cells.push(Part { spans: [0; 2], u: (u.start, u.end), v: (v.start, v.end) });
+                    let (u, v) = ((u.start, u.end), (v.start, v.end));
+                    cells.push(Part { spans: [0; 2], face: cell.face, u, v });
                 }
             }
         }
@@ -202,7 +217,7 @@ impl<'s> Measure<'s> {
         let mut sum = Sum::default();
         for (x, [wx, ux @ ..]) in &along_u.0 {
             for (y, [wy, vy @ ..]) in &along_v.0 {
-                let at = Location::Surface(part.u.0 + length_u * x, part.v.0 + length_v * y);
+                let at = part.at(part.u.0 + length_u * x, part.v.0 + length_v * y);
                 let row = |by: [usize; 2]| self.shape.stencil(at, by.into());
                 let (by_u, by_v) = (row([1, 0])?, row([0, 1])?);
                 let (su, sv) = (by_u.apply(self.points), by_v.apply(self.points));

@@ -29,6 +29,7 @@ mod frame;
 mod operation;
 mod polygon;
 mod row;
+mod surface;
 mod topology;
 
 pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};
@@ -36,6 +37,7 @@ pub use error::{Result, SubdivisionError};
 pub use frame::{LimitFrame, LimitStencils};
 pub use operation::Subdivide;
 pub use polygon::{Polygon, Scheme};
+pub use surface::{Subdivision, SubdivisionSurface};
 pub use topology::{Around, NONE, Topology};
 
 use loftsman_kernel::plugin::{Plugin, Registry};

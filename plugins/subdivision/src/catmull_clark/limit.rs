@@ -178,7 +178,7 @@ fn smooth_frame(cage: &Cage, vertex: usize, waves: &[[f64; 3]]) -> Option<LimitF
 }
 
 /// Whether the scheme is uniform: no knot intervals, or all the same.
-pub(super) fn check_uniform(cage: &Cage) -> Result<()> {
+pub(crate) fn check_uniform(cage: &Cage) -> Result<()> {
     let Some(&first) = cage.intervals.first() else { return Ok(()) };
     let Some(edge) = cage.intervals.iter().position(|&d| d != first) else { return Ok(()) };
     let [from, to] = cage.topology.ends(edge).map(|v| v as usize);

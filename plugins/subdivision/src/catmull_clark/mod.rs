@@ -11,8 +11,9 @@ mod refine;
 mod refinement;
 mod ring;
 mod rules;
-mod weights;
+pub(crate) mod weights;
 
+pub(crate) use limit::check_uniform;
 pub use limit::{all_limit_stencils, limit_frames, limit_points, limit_stencils, sectors};
 pub use patch::{patch, patch_stencils};
 pub use refine::{refine, refine_times};

@@ -25,6 +25,28 @@ impl Topology {
         Ok(topology)
     }
 
+    /// The topology of some faces of one that is whole: vertices on its rim may have lost faces, so that round these alone
+    /// [`around`](Self::around) need not reach all. Nothing is checked but what pairing finds.
+    ///
+    /// # Errors
+    /// When an edge has three faces, or two that run it the same way.
+    pub(crate) fn part(vertices: usize, corners: Vec<u32>, starts: &[usize]) -> Result<Self> {
+        let (starts, face_of) = polygons(corners.len(), starts);
+        let quads = starts.iter().enumerate().all(|(f, &s)| s as usize == 4 * f);
+        let polygons = (!quads).then_some(Polygons { starts, face_of });
+        let mut topology =
+            Self { corners, polygons, edge_of: Vec::new(), edges: Vec::new(), leaving: Vec::new() };
+        topology.find_edges(vertices)?;
+        topology.leaving = vec![NONE; vertices];
+        for h in 0..topology.corners.len() as u32 {
+            let v = topology.corners[h as usize] as usize;
+            if topology.leaving[v] == NONE || topology.twin(h) == NONE {
+                topology.leaving[v] = h;
+            }
+        }
+        Ok(topology)
+    }
+
     /// Pairs the half-edges: those with the same smaller vertex are brought together by counting, and sorted by the other.
     fn find_edges(&mut self, vertices: usize) -> Result<()> {
         let count = self.corners.len() as u32;

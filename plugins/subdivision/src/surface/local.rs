@@ -1,0 +1,259 @@
+//! A face with the faces round it, refined where a place is: as rows over the vertices of the whole cage.
+
+use std::sync::Arc;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::shape::Stencil;
+
+use super::regular;
+use crate::cage::{BoundaryRule, Cage, decayed};
+use crate::catmull_clark::{limit_stencils, sectors, weights::Weights};
+use crate::error::{Result, SubdivisionError};
+use crate::frame::LimitStencils;
+use crate::row::Sum;
+use crate::topology::Topology;
+
+/// Vertices round one face, at most: rows over them are kept densely, so that this many take 32 MB.
+pub(super) const MOST: usize = 2048;
+
+/// A face, number 0 of a small cage, with all faces that share a vertex with it, and what each vertex is made of.
+#[derive(Debug)]
+pub(super) struct Local {
+    cage: Cage,
+    /// The vertices of the whole cage that rows are over, ascending.
+    base: Arc<[u32]>,
+    /// One row after another, each as long as `base`.
+    rows: Vec<f64>,
+}
+
+impl Local {
+    /// The face of a cage as it is.
+    ///
+    /// # Errors
+    /// When there are too many vertices round it.
+    pub(super) fn new(cage: &Cage, face: usize) -> Result<Self> {
+        let part = Part::new(cage.topology(), face, 0)?;
+        let width = part.kept.len();
+        let mut rows = vec![0.0; width * width];
+        rows.iter_mut().step_by(width + 1).for_each(|c| *c = 1.0);
+        let small = part.cage(cage.topology(), |e| cage.crease(e), |v| cage.corner(v), cage.boundary())?;
+        Ok(Self { cage: small, base: part.kept.into(), rows })
+    }
+
+    /// The refined face at a corner, with what is round it; its first corner is number `start` of corner, edge that follows, middle,
+    /// edge before. Cost: the number of vertices round it times the length of a row.
+    pub(super) fn refined(&self, corner: usize, start: usize) -> Result<Self> {
+        let (cage, width) = (&self.cage, self.base.len());
+        let topology = cage.topology();
+        let split = topology.split()?;
+        let part = Part::new(&split, topology.face_corners(0).start + corner, start)?;
+        let (vertices, edges) = (topology.vertex_count(), topology.edge_count());
+        let mut faces = vec![0.0; topology.face_count() * width];
+        for (face, row) in faces.chunks_exact_mut(width).enumerate() {
+            let corners = topology.face(face);
+            let share = 1.0 / corners.len() as f64;
+            corners.iter().for_each(|&v| add(row, self.row(v as usize), share));
+        }
+        let weights = Weights::new(cage);
+        let mut rows = vec![0.0; part.kept.len() * width];
+        for (&child, row) in part.kept.iter().zip(rows.chunks_exact_mut(width)) {
+            let child = child as usize;
+            let mut sum = Dense { vertices: &self.rows, faces: &faces, row };
+            if child < vertices {
+                weights.vertex(child, &mut sum);
+            } else if child < vertices + edges {
+                weights.edge(child - vertices, &mut sum);
+            } else {
+                sum.face((child - vertices - edges) as u32, 1.0);
+            }
+        }
+        let crease = |e: usize| if e < 2 * edges { decayed(cage.crease(e / 2)) } else { 0.0 };
+        let sharp = |v: usize| if v < vertices { decayed(cage.corner(v)) } else { 0.0 };
+        let small = part.cage(&split, crease, sharp, cage.boundary())?;
+        Ok(Self { cage: small, base: Arc::clone(&self.base), rows })
+    }
+
+    /// The number of vertices of the whole cage that rows are over.
+    pub(super) fn width(&self) -> usize {
+        self.base.len()
+    }
+
+    fn row(&self, vertex: usize) -> &[f64] {
+        let width = self.base.len();
+        &self.rows[vertex * width..(vertex + 1) * width]
+    }
+
+    /// The vertices of the whole cage that a point of the face depends on, ascending, and for each the 16 numbers by which it counts in
+    /// the vertices of the bicubic net; `None` where the face is not regular.
+    pub(super) fn net(&self) -> Option<(Vec<usize>, Vec<[f64; 16]>)> {
+        let net = regular::net(&self.cage, 0)?;
+        let mut columns = vec![[0.0; 16]; self.base.len()];
+        for (place, row) in net.iter().enumerate() {
+            for &(v, weight) in row {
+                columns
+                    .iter_mut()
+                    .zip(self.row(v as usize))
+                    .for_each(|(column, c)| column[place] += weight * c);
+            }
+        }
+        let all = self.base.iter().zip(columns).filter(|(_, column)| column.iter().any(|&c| c != 0.0));
+        Some(all.map(|(&v, column)| (v as usize, column)).unzip())
+    }
+
+    /// The limit of a corner of the face: its point, and its tangents along `u` and `v` of the face, in the face's sector.
+    ///
+    /// At a smooth vertex and at a corner these are along the face's edges; elsewhere they span the tangent plane.
+    pub(super) fn limit(&self, corner: usize) -> Result<LimitStencils> {
+        let topology = self.cage.topology();
+        let half = topology.face_corners(0).start + corner;
+        let vertex = topology.face(0)[corner] as usize;
+        let place = topology.around(vertex).position(|h| h as usize == half).unwrap_or(0);
+        let sides = sectors(&self.cage, vertex)?;
+        let lasting = self.lasting(vertex);
+        let is_corner = lasting.len() > 2 || self.cage.vertex_sharpness(vertex) >= crate::INFINITELY_SHARP;
+        let sector = match lasting[..] {
+            [a, b] if !is_corner => usize::from(sides > 1 && !(a..b).contains(&place)),
+            _ => {
+                if sides > 1 {
+                    place
+                } else {
+                    0
+                }
+            }
+        };
+        let limit = limit_stencils(&self.cage, vertex, sector)?;
+        let [a, b] = limit.tangents.map(|t| self.back(&t));
+        let position = self.back(&limit.position);
+        let [along, before] = if lasting.is_empty() && !is_corner {
+            // The first wave is along edge 0; the others are turned from it.
+            let n = topology.around(vertex).count() as f64;
+            [place, place + 1].map(|k| {
+                let (sin, cos) = (std::f64::consts::TAU * k as f64 / n).sin_cos();
+                mixed(&a, cos, &b, sin)
+            })
+        } else {
+            [a, b]
+        };
+        let tangents = match corner {
+            0 => [along, before],
+            1 => [before.scaled(-1.0), along],
+            2 => [along.scaled(-1.0), before.scaled(-1.0)],
+            _ => [before, along.scaled(-1.0)],
+        };
+        Ok(LimitStencils { position, tangents })
+    }
+
+    /// The places of the infinitely sharp edges round a vertex.
+    fn lasting(&self, vertex: usize) -> Vec<usize> {
+        let edges = self.cage.topology().vertex_edges(vertex).enumerate();
+        edges
+            .filter(|(_, e)| self.cage.sharpness(*e as usize) >= crate::INFINITELY_SHARP)
+            .map(|(k, _)| k)
+            .collect()
+    }
+
+    /// A row over the small cage as one over the whole.
+    fn back(&self, stencil: &Stencil) -> Stencil {
+        let mut sum = vec![0.0; self.base.len()];
+        stencil.iter().for_each(|(v, c)| add(&mut sum, self.row(v), c));
+        self.base.iter().zip(sum).filter(|(_, c)| *c != 0.0).map(|(&v, c)| (v as usize, c)).collect()
+    }
+}
+
+fn mixed(a: &Stencil, x: f64, b: &Stencil, y: f64) -> Stencil {
+    a.iter().map(|(v, c)| (v, c * x)).chain(b.iter().map(|(v, c)| (v, c * y))).collect()
+}
+
+/// `sum += by row`.
+fn add(sum: &mut [f64], row: &[f64], by: f64) {
+    sum.iter_mut().zip(row).for_each(|(s, c)| *s += by * c);
+}
+
+/// A sum of rows.
+struct Dense<'a> {
+    vertices: &'a [f64],
+    faces: &'a [f64],
+    row: &'a mut [f64],
+}
+
+impl Sum for Dense<'_> {
+    fn vertex(&mut self, vertex: u32, weight: f64) {
+        let width = self.row.len();
+        add(self.row, &self.vertices[vertex as usize * width..], weight);
+    }
+
+    fn face(&mut self, face: u32, weight: f64) {
+        let width = self.row.len();
+        add(self.row, &self.faces[face as usize * width..], weight);
+    }
+}
+
+/// Which faces and vertices are round a face.
+struct Part {
+    /// Corners of the whole, face after face, the face itself first.
+    halves: Vec<u32>,
+    starts: Vec<usize>,
+    /// The vertices of the whole that are kept, ascending.
+    kept: Vec<u32>,
+}
+
+impl Part {
+    fn new(topology: &Topology, face: usize, start: usize) -> Result<Self> {
+        let corners = topology.face_corners(face);
+        let mut around: Vec<u32> = Vec::new();
+        for h in corners.clone() {
+            around.extend(topology.vertex_faces(topology.origin(h as u32) as usize));
+        }
+        around.sort_unstable();
+        around.dedup();
+        around.retain(|&f| f as usize != face);
+        let size = corners.len();
+        let mut halves: Vec<u32> =
+            (0..size).map(|k| (corners.start + (start + k) % size.max(1)) as u32).collect();
+        let mut starts = vec![0, size];
+        for f in around {
+            halves.extend(topology.face_corners(f as usize).map(|h| h as u32));
+            starts.push(halves.len());
+        }
+        let mut kept: Vec<u32> = halves.iter().map(|&h| topology.origin(h)).collect();
+        kept.sort_unstable();
+        kept.dedup();
+        if kept.len() > MOST {
+            let problem = format!(
+                "has {} vertices in the faces round it, and at most {MOST} can be looked at: refine the cage, or divide its largest \
+                 faces and fans",
+                kept.len()
+            );
+            return Err(SubdivisionError::Face { face, problem });
+        }
+        Ok(Self { halves, starts, kept })
+    }
+
+    /// The small cage, with the sharpness that the whole has.
+    fn cage(
+        &self,
+        whole: &Topology,
+        crease: impl Fn(usize) -> f64,
+        corner: impl Fn(usize) -> f64,
+        boundary: BoundaryRule,
+    ) -> Result<Cage> {
+        let place = |v: u32| self.kept.binary_search(&v).unwrap_or_default() as u32;
+        let corners = self.halves.iter().map(|&h| place(whole.origin(h))).collect();
+        let topology = Topology::part(self.kept.len(), corners, &self.starts)?;
+        let points = vec![Point::origin(); self.kept.len()];
+        let mut cage = Cage::from_topology(points, Arc::new(topology))?.with_boundary(boundary);
+        for (k, &h) in self.halves.iter().enumerate() {
+            let sharpness = crease(whole.edge_of(h) as usize);
+            if sharpness > 0.0 {
+                cage.creases.resize(cage.topology.edge_count(), 0.0);
+                let edge = cage.topology.edge_of(k as u32) as usize;
+                cage.creases[edge] = sharpness;
+            }
+        }
+        let corners: Vec<f64> = self.kept.iter().map(|&v| corner(v as usize)).collect();
+        if corners.iter().any(|&s| s > 0.0) {
+            cage.corners = corners;
+        }
+        Ok(cage)
+    }
+}

@@ -1,0 +1,159 @@
+//! Which quadrants of a face are bicubic: known from what its corners and edges are, without refining anything.
+
+use crate::cage::{Cage, INFINITELY_SHARP};
+
+/// What a corner of a face is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) struct Corner {
+    /// Levels until nothing is sharp to a finite degree and all faces are quads.
+    pub(super) steps: u8,
+    /// Whether the surface is no bicubic spline round it even then.
+    pub(super) extraordinary: bool,
+}
+
+/// What the corners of a face are, and how many levels each edge, from a corner to the next, is sharp to a finite degree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) struct Pattern {
+    pub(super) corners: [Corner; 4],
+    pub(super) edges: [u8; 4],
+}
+
+/// A quadrant: `[i, i + 1] × [j, j + 1]` of `2^-level`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Quadrant {
+    pub(super) level: u32,
+    pub(super) i: u64,
+    pub(super) j: u64,
+}
+
+impl Quadrant {
+    pub(super) const WHOLE: Self = Self { level: 0, i: 0, j: 0 };
+
+    /// The quadrant of a level that holds a place: at a border the one to its right.
+    pub(super) fn holding(level: u32, u: f64, v: f64) -> Self {
+        let count = (1u64 << level.min(52)) as f64;
+        let index = |x: f64| (x * count).floor().clamp(0.0, count - 1.0) as u64;
+        Self { level, i: index(u), j: index(v) }
+    }
+
+    /// Its four parts, the corner of each being that of the whole with the same number.
+    fn parts(self) -> [Self; 4] {
+        let level = self.level + 1;
+        [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(a, b)| Self { level, i: 2 * self.i + a, j: 2 * self.j + b })
+    }
+}
+
+impl Pattern {
+    /// That of a quad of a cage.
+    pub(super) fn of_quad(cage: &Cage, face: usize) -> Self {
+        let mut pattern = Self::default();
+        let halves = cage.topology().face_corners(face);
+        for ((half, corner), edge) in halves.zip(&mut pattern.corners).zip(&mut pattern.edges) {
+            *corner = Corner::new(cage, half as u32);
+            *edge = levels(cage.sharpness(cage.topology().edge_of(half as u32) as usize));
+        }
+        pattern
+    }
+
+    /// That of the part of a face, not a quad, at one of its corners, after a refinement.
+    pub(super) fn of_part(cage: &Cage, half: u32) -> Self {
+        let topology = cage.topology();
+        let edge = |h: u32| levels(cage.sharpness(topology.edge_of(h) as usize)).saturating_sub(1);
+        let (next, before) = (edge(half), edge(topology.previous(half)));
+        let own = Corner::new(cage, half);
+        let own = Corner { steps: own.steps.saturating_sub(1), ..own };
+        let on_edge = |steps: u8| Corner { steps, extraordinary: false };
+        let middle = Corner { steps: 0, extraordinary: true };
+        Self { corners: [own, on_edge(next), middle, on_edge(before)], edges: [next, 0, 0, before] }
+    }
+
+    /// Whether the surface is bicubic on a quadrant.
+    pub(super) fn is_regular(&self, quadrant: Quadrant) -> bool {
+        let Quadrant { level, i, j } = quadrant;
+        let last = 1u64 << level.min(60);
+        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].into_iter().all(|(a, b)| {
+            let corner = match (a == 0, a == last, b == 0, b == last) {
+                (true, _, true, _) => self.corners[0],
+                (_, true, true, _) => self.corners[1],
+                (_, true, _, true) => self.corners[2],
+                (true, _, _, true) => self.corners[3],
+                (_, _, true, _) => self.on(0),
+                (_, true, _, _) => self.on(1),
+                (_, _, _, true) => self.on(2),
+                (true, _, _, _) => self.on(3),
+                _ => Corner::default(),
+            };
+            !corner.extraordinary && level >= u32::from(corner.steps)
+        })
+    }
+
+    fn on(&self, edge: usize) -> Corner {
+        Corner { steps: self.edges[edge], extraordinary: false }
+    }
+
+    /// The levels until only extraordinary vertices are left.
+    pub(super) fn steps(&self) -> u32 {
+        let corners = self.corners.iter().map(|c| c.steps);
+        u32::from(corners.chain(self.edges).max().unwrap_or(0))
+    }
+
+    /// The largest quadrants that are bicubic, level after level, down to `depth` levels below those that are sharp.
+    pub(super) fn quadrants(&self, depth: u32) -> Vec<Quadrant> {
+        let last = self.steps() + depth;
+        let (mut all, mut rest) = (Vec::new(), vec![Quadrant::WHOLE]);
+        while let Some(first) = rest.first().copied() {
+            let mut next = Vec::new();
+            for quadrant in rest {
+                if self.is_regular(quadrant) {
+                    all.push(quadrant);
+                } else if first.level < last {
+                    next.extend(quadrant.parts());
+                }
+            }
+            rest = next;
+        }
+        all
+    }
+}
+
+impl Corner {
+    /// What the vertex of a corner is, seen from its face. Cost: its valence.
+    fn new(cage: &Cage, half: u32) -> Self {
+        let topology = cage.topology();
+        let vertex = topology.origin(half) as usize;
+        let own = cage.vertex_sharpness(vertex);
+        let (mut steps, mut lasting) = (levels(own), 0);
+        for edge in topology.vertex_edges(vertex) {
+            let sharpness = cage.sharpness(edge as usize);
+            lasting += usize::from(sharpness >= INFINITELY_SHARP);
+            steps = steps.max(levels(sharpness));
+        }
+        let quad = |h: u32| topology.face_corners(topology.face_of(h) as usize).len() == 4;
+        let mut faces = 0;
+        for h in topology.around(vertex) {
+            faces += 1;
+            if !quad(h) {
+                steps = steps.max(1);
+            }
+        }
+        let is_corner = own >= INFINITELY_SHARP || lasting > 2;
+        let sharp = |h: u32| cage.sharpness(topology.edge_of(h) as usize) >= INFINITELY_SHARP;
+        let (on_right, on_left) = (sharp(half), sharp(topology.previous(half)));
+        let extraordinary = match (lasting, is_corner) {
+            (0, false) => faces != 4,
+            (2, false) if on_right && !on_left => {
+                let left = topology.twin(topology.previous(half));
+                !sharp(topology.previous(left))
+            }
+            (2, false) if on_left && !on_right => !sharp(topology.next(topology.twin(half))),
+            (_, true) => !(on_right && on_left),
+            _ => true,
+        };
+        Self { steps, extraordinary }
+    }
+}
+
+/// The number of refinements until a finite sharpness is gone.
+fn levels(sharpness: f64) -> u8 {
+    if sharpness >= INFINITELY_SHARP { 0 } else { sharpness.max(0.0).ceil() as u8 }
+}

@@ -1,0 +1,244 @@
+//! The limit surface edited, dragged, faired and measured.
+
+#![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
+
+mod shapes;
+
+use loftsman_area_volume::{surface_area, volume, volume_of};
+use loftsman_fairing::{Fair, bend};
+use loftsman_kernel::edit::{Ask, Edit, Metric};
+use loftsman_kernel::functional::{Functional, Shapes, normal, position, symmetry};
+use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::space::Space;
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::{Point, Vector};
+use loftsman_subdivision::catmull_clark::{limit_points, refine, refine_times};
+use loftsman_subdivision::{Cage, SubdivisionSurface};
+
+fn area_of(surface: &dyn Shape) -> f64 {
+    let mut out = [0.0];
+    surface_area().value(&Shapes::one(surface), &mut out).unwrap();
+    out[0]
+}
+
+fn at(surface: &dyn Shape, vertex: u32, by: [usize; 2]) -> Vector {
+    surface.value(Location::Vertex(vertex), Derivative::from(by)).unwrap()
+}
+
+fn value(surface: &dyn Shape, at: Location, by: [usize; 2]) -> Vector {
+    surface.value(at, Derivative::from(by)).unwrap()
+}
+
+/// Area and volume of the triangles between limits after so many levels.
+fn by_triangles(cage: &Cage, levels: usize) -> (f64, f64) {
+    let fine = refine_times(cage, levels).unwrap();
+    let points = limit_points(&fine).unwrap();
+    let (mut area, mut volume) = (0.0, 0.0);
+    for face in 0..fine.topology().face_count() {
+        let p: Vec<Vector> = fine.topology().face(face).iter().map(|&v| points[v as usize].coords).collect();
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+            area += 0.5 * (p[b] - p[a]).cross(&(p[c] - p[a])).norm();
+            volume += p[a].dot(&p[b].cross(&p[c])) / 6.0;
+        }
+    }
+    (area, volume)
+}
+
+#[test]
+fn area_and_volume_are_those_of_the_limit() {
+    for (name, cage) in [
+        ("cube", shapes::cube()),
+        ("tetrahedron", shapes::tetrahedron()),
+        ("double fan of 5", shapes::double_fan(5, 0.1)),
+        ("creased cube", shapes::cube().with_crease(4, 5, 1.5).unwrap()),
+    ] {
+        // Triangles err by the square of their size: two levels give the limit.
+        let ((a, v), (b, w)) = (by_triangles(&cage, 5), by_triangles(&cage, 6));
+        let (area, volume) = (b + (b - a) / 3.0, w + (w - v) / 3.0);
+        let surface = SubdivisionSurface::new(cage).unwrap();
+        let own = (area_of(&surface), volume_of(&surface).unwrap());
+        let off = ((own.0 / area - 1.0).abs(), (own.1 / volume - 1.0).abs());
+        println!("{name}: area {} off {:.1e}, volume {} off {:.1e}", own.0, off.0, own.1, off.1);
+        assert!(off.0 < 1e-3 && off.1 < 1e-3, "{name}: {own:?} {area} {volume}");
+    }
+}
+
+#[test]
+fn a_limit_is_moved_with_its_normal_and_the_volume_kept() {
+    let surface = SubdivisionSurface::new(refine(&shapes::cube()).unwrap()).unwrap();
+    let before = at(&surface, 7, [0, 0]);
+    let wanted = Point::from(before + Vector::new(0.05, -0.02, 0.03));
+    let facing = |s: &SubdivisionSurface| at(s, 7, [1, 0]).cross(&at(s, 7, [0, 1])).normalize();
+    let was = volume_of(&surface).unwrap();
+    let edited = Edit::new(&surface)
+        .ask(position(Location::Vertex(7)).to(wanted))
+        .ask(normal(Location::Vertex(7), facing(&surface)).hold())
+        .ask(volume().keep())
+        .solve()
+        .unwrap();
+    let after = edited.shape();
+    assert!((at(after, 7, [0, 0]) - wanted.coords).norm() < 1e-12);
+    assert!((facing(after) - facing(&surface)).norm() < 1e-12);
+    assert!((volume_of(after).unwrap() / was - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn falloff_moves_what_is_near() {
+    let surface = SubdivisionSurface::new(shapes::grid(9, 9, [false, false], 0.0)).unwrap();
+    let edited = Edit::new(&surface)
+        .metric(Metric::Falloff(3.0))
+        .ask(position(Location::Vertex(40)).by(Vector::z()))
+        .solve()
+        .unwrap();
+    let after = edited.shape();
+    assert!((at(after, 40, [0, 0]) - at(&surface, 40, [0, 0]) - Vector::z()).norm() < 1e-12);
+    let lift = |v: usize| (after.control_vertices()[v] - surface.control_vertices()[v]).norm();
+    assert!(lift(40) > lift(41) && lift(41) >= lift(42) && lift(0) < 1e-12);
+}
+
+/// OpenSubdiv's issue 1202: points interpolated by limits, fairly.
+#[test]
+fn fair_interpolation() {
+    let surface = SubdivisionSurface::new(refine(&shapes::cube()).unwrap()).unwrap();
+    let wanted: Vec<(u32, Point)> = [0, 3, 5, 7, 9, 14, 21]
+        .into_iter()
+        .map(|v| (v, Point::from(at(&surface, v, [0, 0]) * (1.2 + 0.2 * shapes::noise(u64::from(v))))))
+        .collect();
+    let fair = wanted.iter().fold(Fair::new(&surface).energy(bend()), |fair, &(v, p)| {
+        fair.ask(position(Location::Vertex(v)).to(p))
+    });
+    let fair = fair.solve().unwrap();
+    let least = wanted
+        .iter()
+        .fold(Edit::new(&surface), |edit, &(v, p)| edit.ask(position(Location::Vertex(v)).to(p)))
+        .solve()
+        .unwrap();
+    for s in [fair.shape(), least.shape()] {
+        for (v, p) in &wanted {
+            assert!((at(s, *v, [0, 0]) - p.coords).norm() < 1e-10);
+        }
+    }
+    let energy = |s: &SubdivisionSurface| {
+        Fair::new(s)
+            .energy(bend())
+            .ask(position(Location::Vertex(0)).keep())
+            .solve()
+            .unwrap()
+            .report()
+            .energy_before
+    };
+    let (a, b) = (energy(fair.shape()), energy(least.shape()));
+    println!("energy {a} fair, {b} least");
+    assert!(a < 0.9 * b, "{a} {b}");
+}
+
+#[test]
+fn dragging_costs_what_is_touched() {
+    let surface = SubdivisionSurface::new(shapes::grid(101, 101, [false, false], 0.1)).unwrap();
+    let mut session = Edit::new(&surface)
+        .handle(position(Location::Vertex(5000)))
+        .prepare(loftsman_kernel::solve::Adjoint)
+        .unwrap();
+    let from = Point::from(at(&surface, 5000, [0, 0]));
+    let start = std::time::Instant::now();
+    let count = 10_000;
+    for k in 0..count {
+        session.to_point(from + Vector::z() * f64::from(k) * 1e-4).unwrap();
+    }
+    println!("{:.2} µs an event", start.elapsed().as_secs_f64() * 1e6 / f64::from(count));
+    let end = from + Vector::z() * f64::from(count - 1) * 1e-4;
+    assert!((at(session.shape(), 5000, [0, 0]) - end.coords).norm() < 1e-12);
+}
+
+/// A torus as a cage and as the kernel's periodic bicubic surface.
+#[test]
+fn a_grid_is_the_kernels_spline() {
+    let (rows, columns) = (8, 6);
+    let torus = |k: usize| {
+        let [a, b] = [(k / columns, rows), (k % columns, columns)]
+            .map(|(i, n)| std::f64::consts::TAU * i as f64 / n as f64);
+        let r = 3.0 + b.cos();
+        Point::new(r * a.cos(), r * a.sin(), b.sin())
+    };
+    let points: Vec<Point> = (0..rows * columns).map(torus).collect();
+    let mut cage = shapes::grid(rows, columns, [true, true], 0.0);
+    cage.points_mut().copy_from_slice(&points);
+    let surface = SubdivisionSurface::new(cage).unwrap();
+    let spaces = [rows, columns].map(|n| Space::periodic_uniform(3, n).unwrap());
+    let [u, v] = spaces;
+    let spline = Surface::new(u, v, points).unwrap();
+    let (a, b) = (area_of(&surface), area_of(&spline));
+    assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
+    let (a, b) = (volume_of(&surface).unwrap(), volume_of(&spline).unwrap());
+    assert!((a.abs() / b.abs() - 1.0).abs() < 1e-12, "{a} {b}");
+    for by in [[0, 0], [1, 0], [1, 1], [0, 2]] {
+        let a = value(&surface, Location::Face(0, 0.3, 0.8), by);
+        // Vertex (0, 0) has most influence at some knot: it is found among them.
+        let near = (0..rows * columns).map(|k| {
+            let at = Location::Surface((k / columns) as f64 + 0.3, (k % columns) as f64 + 0.8);
+            (value(&spline, at, by) - a).norm()
+        });
+        assert!(near.fold(f64::INFINITY, f64::min) < 1e-12);
+    }
+    let [a, b] = [
+        Fair::new(&surface)
+            .energy(bend())
+            .ask(position(Location::Vertex(0)).keep())
+            .solve()
+            .unwrap()
+            .report()
+            .energy_before,
+        Fair::new(&spline)
+            .energy(bend())
+            .ask(position([0.0, 0.0]).keep())
+            .solve()
+            .unwrap()
+            .report()
+            .energy_before,
+    ];
+    assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+}
+
+#[test]
+fn symmetry_holds_beside_a_move() {
+    let surface = SubdivisionSurface::new(refine(&shapes::cube()).unwrap()).unwrap();
+    let wanted = at(&surface, 7, [0, 0]) + Vector::new(0.1, 0.0, 0.2);
+    let edited = Edit::new(&surface)
+        .ask(position(Location::Vertex(7)).to(Point::from(wanted)))
+        .ask(symmetry(Vector::x(), Point::new(0.5, 0.5, 0.5)).hold())
+        .solve()
+        .unwrap();
+    let after = edited.shape();
+    let mirrored = Vector::new(1.0 - wanted.x, wanted.y, wanted.z);
+    assert!((at(after, 7, [0, 0]) - wanted).norm() < 1e-12);
+    assert!((at(after, 6, [0, 0]) - mirrored).norm() < 1e-12);
+}
+
+/// What a row costs, on regular faces and on others, and all cells of a large cage.
+#[test]
+fn rows_cost_what_is_near() {
+    let grid = SubdivisionSurface::new(shapes::grid(101, 101, [false, false], 0.1)).unwrap();
+    let fan = SubdivisionSurface::new(refine(&shapes::double_fan(7, 0.1)).unwrap()).unwrap();
+    for (name, surface, span) in [("regular", &grid, 0.9), ("round a vertex of 7", &fan, 1e-3)] {
+        let start = std::time::Instant::now();
+        let (count, faces) = (4000, surface.faces().unwrap() as u32);
+        for k in 0..count {
+            let place = Location::Face(k * 7 % faces, 0.05 + span * 0.3, 0.01 + span * 0.5);
+            surface.stencil(place, Derivative::POSITION).unwrap();
+        }
+        println!("{name}: {:.2} µs a row elsewhere", start.elapsed().as_secs_f64() * 1e6 / f64::from(count));
+        let start = std::time::Instant::now();
+        for k in 0..count {
+            let place = Location::Face(0, 0.6 + 1e-5 * f64::from(k), 0.6);
+            surface.stencil(place, Derivative::POSITION).unwrap();
+        }
+        println!(
+            "{name}: {:.2} µs a row in one piece",
+            start.elapsed().as_secs_f64() * 1e6 / f64::from(count)
+        );
+        let start = std::time::Instant::now();
+        let cells = surface.cells().unwrap();
+        let all = cells.iter().count();
+        println!("{name}: {:.2} µs a cell, of {all}", start.elapsed().as_secs_f64() * 1e6 / all as f64);
+    }
+}

@@ -1,0 +1,82 @@
+//! The kind of shape "subdivision": what it writes it reads, its triangles are near.
+
+#![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
+
+mod shapes;
+
+use std::sync::Arc;
+
+use loftsman_kernel::conformance::kind_conformance;
+use loftsman_kernel::plugin::{
+    Chord, DeclaredShape, Drawn, Fineness, KindOf, Parameters, Plugin, Registry, ShapeKind, Splines,
+};
+use loftsman_kernel::shape::Shape;
+use loftsman_subdivision::{BoundaryRule, Subdivision, SubdivisionSurface};
+
+#[test]
+fn it_is_a_kind() {
+    let cube = shapes::cube().with_crease(0, 1, 2.5).unwrap().with_crease(1, 3, f64::INFINITY).unwrap();
+    let cages = [
+        cube.with_corner(7, 1.25).unwrap().with_hole(4).unwrap(),
+        shapes::grid(3, 4, [false, false], 0.2),
+        shapes::fan(3, 5, true, 0.1).with_boundary(BoundaryRule::EdgeOnly),
+    ];
+    let samples: Vec<Box<dyn Shape>> = cages
+        .into_iter()
+        .map(|cage| Box::new(SubdivisionSurface::new(cage).unwrap()) as Box<dyn Shape>)
+        .collect();
+    let kind: Arc<dyn ShapeKind> = Arc::new(KindOf::<SubdivisionSurface>::default());
+    let verdict = kind_conformance(&kind, &samples);
+    assert!(verdict.passed(), "{}", verdict.to_string().chars().take(3000).collect::<String>());
+}
+
+#[test]
+fn fields_come_back_to_the_last_bit() {
+    for (name, cage) in shapes::all() {
+        let surface = SubdivisionSurface::with_depth(cage, 5).unwrap();
+        let fields = surface.fields();
+        let text = serde_json::Value::Object(fields.clone().into_map()).to_string();
+        let read = Parameters::new(serde_json::from_str(&text).unwrap(), "shape").unwrap();
+        let again = SubdivisionSurface::from_parameters(&read).unwrap();
+        assert_eq!(again.fields().into_map(), fields.into_map(), "{name}");
+        let bits = |s: &SubdivisionSurface| -> Vec<u64> {
+            s.control_vertices().iter().flat_map(|p| [p.x, p.y, p.z]).map(f64::to_bits).collect()
+        };
+        assert_eq!(bits(&surface), bits(&again), "{name}");
+    }
+}
+
+#[test]
+fn what_is_wrong_has_its_place() {
+    let good = SubdivisionSurface::new(shapes::cube()).unwrap().fields();
+    for (field, value, words) in [
+        ("creases", serde_json::json!([[0, 1, 1.0], [0, 7, 1.0]]), "creases[1]: there is no edge"),
+        ("creases", serde_json::json!([[0, 1, -1.0]]), "creases[0]"),
+        ("corners", serde_json::json!([[99, 1.0]]), "corners[0]"),
+        ("corners", serde_json::json!([[1]]), "corners[0]"),
+        ("faces", serde_json::json!([[0, 1, "a"]]), "faces[0]"),
+        ("holes", serde_json::json!([77]), "holes"),
+        ("depth", serde_json::json!(25), "depth"),
+        ("scheme", serde_json::json!("loop"), "scheme"),
+        ("boundary", serde_json::json!("none"), "boundary"),
+    ] {
+        let error =
+            SubdivisionSurface::from_parameters(&good.clone().with(field, value)).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn it_is_registered() {
+    let mut registry = Registry::new();
+    Subdivision.register(&mut registry);
+    let torus = SubdivisionSurface::new(shapes::grid(5, 6, [true, true], 0.2)).unwrap();
+    let Some(Splines::Surfaces(patches)) = torus.splines() else { panic!("a torus is all splines") };
+    assert_eq!(patches.len(), 30);
+    assert!(SubdivisionSurface::new(shapes::cube()).unwrap().splines().is_none());
+    let fine = Fineness { chord: Chord::Relative(1e-4), ..Fineness::default() };
+    let faceted = SubdivisionSurface::tessellate(&[&torus], &fine).unwrap();
+    assert!(!faceted.certified && faceted.error <= faceted.tolerance);
+    let Drawn::Mesh(mesh) = &faceted.drawn else { panic!("it is a surface") };
+    assert_eq!(mesh.normals.values().len(), mesh.points().len());
+}
