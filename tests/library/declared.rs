@@ -366,6 +366,7 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("subdivide", "limit", none(), json!(false), json!(true));
     add("subdivide", "intervals", none(), null(), json!([1, 2, 1, 3]));
     let sheet = || json!({ "object": "sheet" });
+    add("subdivide", "surface", json!({ "object": "sheet", "levels": null }), json!(false), json!(true));
     add("subdivide", "creases", sheet(), null(), json!([[1, 4, 0.5 + n()]]));
     add("subdivide", "corners", sheet(), null(), json!([[4, 0.5 + n()]]));
     add("subdivide", "holes", sheet(), null(), json!([1]));

@@ -37,17 +37,18 @@ pub use error::{Result, SubdivisionError};
 pub use frame::{LimitFrame, LimitStencils};
 pub use operation::Subdivide;
 pub use polygon::{Polygon, Scheme};
-pub use surface::{Subdivision, SubdivisionSurface};
+pub use surface::SubdivisionSurface;
 pub use topology::{Around, NONE, Topology};
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
-/// The plug-in: registers the operation `subdivide`.
+/// The plug-in: registers the operation `subdivide` and the kind of shape `subdivision`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Subdivision;
 
 impl Plugin for Subdivision {
     fn register(&self, registry: &mut Registry) {
         registry.operation(Subdivide);
+        registry.shape::<SubdivisionSurface>();
     }
 }

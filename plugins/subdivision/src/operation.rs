@@ -10,7 +10,10 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::{Point, Vector};
 
 use crate::carry::Carried;
-use crate::{BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, catmull_clark, doo_sabin};
+use crate::{
+    BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface, catmull_clark,
+    doo_sabin,
+};
 
 /// The operation `subdivide`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -19,7 +22,7 @@ pub struct Subdivide;
 /// More faces than these are refused beforehand: 2 GB of mesh.
 const MOST: f64 = 2e7;
 
-const FIELDS: [Field; 9] = [
+const FIELDS: [Field; 10] = [
     Field::optional("object", "text", "the only mesh or polyline", "the object to subdivide"),
     Field::optional(
         "scheme",
@@ -33,6 +36,12 @@ const FIELDS: [Field; 9] = [
         "true | false",
         "false",
         "put the vertices where the surface comes to, with its normals; of a polyline the spline itself",
+    ),
+    Field::optional(
+        "surface",
+        "true | false",
+        "false",
+        "make the mesh the control cage of its limit surface, which is then edited like any shape; Catmull-Clark only",
     ),
     Field::optional(
         "creases",
@@ -109,7 +118,7 @@ fn polyline(
     line: &Polyline,
     levels: usize,
 ) -> Result<(Geometry, String), OperationError> {
-    for name in ["creases", "corners", "holes", "boundary"] {
+    for name in ["surface", "creases", "corners", "holes", "boundary"] {
         if parameters.has(name) {
             return Err(parameters.error(name, "is for meshes, and this is a polyline").into());
         }
@@ -154,6 +163,25 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         return Err(parameters.error("scheme", problem).into());
     };
     let cage = cage(parameters, mesh)?;
+    if parameters.flag("surface")? {
+        if let Some(name) = ["levels", "limit"].into_iter().find(|name| parameters.has(name)) {
+            return Err(parameters
+                .error(name, "stands beside surface = true: the cage stays as it is")
+                .into());
+        }
+        if !smooth {
+            return Err(parameters
+                .error("scheme", "has no limit surface as a shape: use \"catmull-clark\"")
+                .into());
+        }
+        let surface = SubdivisionSurface::new(cage)?;
+        let note = format!(
+            "{} points and {} faces are the cage of a surface now",
+            mesh.points().len(),
+            mesh.face_count()
+        );
+        return Ok((surface.into(), note));
+    }
     let first = mesh.corners().len() as f64;
     check_size(parameters, levels, first * 4.0_f64.powf(levels as f64 - 1.0), "faces")?;
     let limit = parameters.flag("limit")?;

@@ -6,6 +6,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::mesh::{FaceGroup, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_subdivision::Subdivision;
 use serde_json::{Value, json};
 
@@ -78,6 +79,11 @@ fn meshes() {
     let at = |c: &f64| c.abs() < 1e-14 || (c - 1.0).abs() < 1e-14;
     let off = |p: &&Point| !p.iter().any(at) || p.iter().any(|c| !at(c) && !(0.0..=1.0).contains(c));
     assert_eq!(sharp.points().iter().find(off), None);
+    let Geometry::Custom(surface) = done(json!({ "object": "cube", "surface": true })) else {
+        panic!("a shape")
+    };
+    let at = |v: u32| surface.shape().unwrap().value(Location::Vertex(v), Derivative::POSITION).unwrap();
+    assert!((at(0) - limit.points()[0].coords).norm() < 1e-15, "the same limit");
     let hole = mesh(json!({ "object": "cube", "holes": [1], "levels": 2 }));
     assert_eq!(hole.face_count(), 80);
     let doo = mesh(json!({ "object": "cube", "scheme": "doo-sabin", "levels": 2 }));

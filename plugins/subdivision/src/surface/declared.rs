@@ -2,8 +2,7 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::plugin::{
-    Declaration, DeclaredShape, Faceted, Field, Fineness, ParameterError, Parameters, Plugin, Registry,
-    Splines,
+    Declaration, DeclaredShape, Faceted, Field, Fineness, ParameterError, Parameters, Splines,
 };
 use serde_json::Value;
 
@@ -151,14 +150,4 @@ fn rows<const N: usize>(fields: &Parameters, name: &str) -> Result<Vec<Sharp<N>>
         Ok((place.clone(), found, sharpness))
     };
     fields.list(name)?.iter().enumerate().map(row).collect()
-}
-
-/// Registers the kind of shape `subdivision`.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Subdivision;
-
-impl Plugin for Subdivision {
-    fn register(&self, registry: &mut Registry) {
-        registry.shape::<SubdivisionSurface>();
-    }
 }

@@ -23,7 +23,7 @@ use crate::cage::{Cage, present};
 use crate::catmull_clark::limit_stencils;
 use crate::error::{Result, SubdivisionError};
 use crate::topology::NONE;
-pub use declared::Subdivision;
+
 use layout::Layout;
 
 /// Levels below the last on which anything is sharp to a finite degree, down to which there are cells.
