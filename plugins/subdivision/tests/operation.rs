@@ -1,6 +1,6 @@
 //! The operation `subdivide` in recipes.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail the test")]
 
 use loftsman_kernel::Point;
 use loftsman_kernel::mesh::{FaceGroup, Layer, Mesh, Polyline};
