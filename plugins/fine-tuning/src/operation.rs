@@ -235,7 +235,10 @@ fn sprung(scene: &mut Scene, parameters: &Parameters, object: &str) -> Result<St
     let (mut springs, count) = match &geometry {
         Geometry::Mesh(mesh) => (Springs::of_mesh(mesh), mesh.points().len()),
         Geometry::Polyline(line) => (Springs::of_polygon(line.points.len(), line.closed), line.points.len()),
-        _ => return Ok(StepReport::default()),
+        other => {
+            let problem = format!("\"{object}\" is a {}: it has no edges to tune", other.kind());
+            return Err(parameters.error("object", problem).into());
+        }
     };
     match parameters.value("alpha") {
         Some(value) if value.is_array() => {

@@ -238,7 +238,7 @@ impl<T: Coefficient> Function<T> {
     /// The same function over a clamped open space: of a periodic one, one period; what it has on its domain.
     ///
     /// # Errors
-    /// When the degree is 25 and numbers overflow.
+    /// When numbers overflow.
     pub fn opened(&self) -> Result<Self> {
         if self.space.degree() > 0 {
             return self.convert(&self.space.clamping()?);

@@ -264,9 +264,9 @@ impl Shape for SubdivisionSurface {
                 let limit = limit_stencils(&self.cage, vertex as usize, 0).map_err(refused)?;
                 of_limit(limit, by, || format!("vertex {vertex}"))
             }
-            Location::Curve(_) => Err(Error::LocationKind { found: 1, expected: 2 }),
-            Location::Surface(..) => Err(Error::Invalid(format!(
-                "{at} is a place on one patch, and a subdivision surface has many: name its face as well, or a vertex"
+            Location::Curve(_) | Location::Surface(..) => Err(Error::Invalid(format!(
+                "{at} is no place of a subdivision surface, which has many faces: give {{ face = number, uv = [u, v] }} or {{ vertex = number \
+                 }}"
             ))),
         }
     }
