@@ -314,6 +314,14 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
         json!(5.0 + n()),
         json!(60.0 + n()),
     );
+    add("tessellate", "colors", json!({ "object": "round" }), json!("mean"), json!("gaussian"));
+    add(
+        "tessellate",
+        "range",
+        json!({ "object": "round", "colors": "mean" }),
+        json!([-n(), n()]),
+        json!([0, 10.0 + n()]),
+    );
     add("copy", "object", none(), json!("rational"), json!("cloud"));
     add("copy", "to", none(), json!("once"), json!(["twice", "thrice"]));
     add("delete", "object", none(), json!("mesh"), json!("cloud"));

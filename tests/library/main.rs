@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 mod allocations;
+mod colors;
 mod conformance;
 mod declared;
 mod edits;

@@ -106,6 +106,11 @@ impl Theme {
         let share = if self == Self::Light { 0.45 + 0.45 * light } else { 0.82 - 0.45 * light };
         color.mixed(self.paper(), share)
     }
+
+    /// A face that has colours of its own, which stay what they are where it faces the light.
+    pub(crate) fn painted(self, color: Color, light: f64) -> Color {
+        color.mixed(Color([0; 3]), 0.35 * (1.0 - light.clamp(0.0, 1.0)))
+    }
 }
 
 #[cfg(test)]

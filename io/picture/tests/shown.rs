@@ -4,7 +4,7 @@
 mod drawn;
 
 use drawn::Drawn;
-use loftsman_kernel::mesh::Polyline;
+use loftsman_kernel::mesh::{Layer, Mesh, Polyline};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
@@ -93,4 +93,36 @@ fn what_instances_show_is_drawn_where_it_is() {
     let inside = Picture::of(&flat).panels([Panel::view(View::Top).objects(["high", "high/c"])]).drawn();
     assert_eq!(high, inside);
     assert!(high.contains("high/c") && !high.contains("low/c"), "{high}");
+}
+
+/// The colours of a mesh's points are those of the picture, darkened by a tenth where its faces are turned away from the light by 45
+/// degrees; without them a mesh has its object's.
+#[test]
+fn meshes_have_the_colours_of_their_points() {
+    let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0));
+    let plain = Mesh::new(points.to_vec(), &[[0, 1, 2, 3]]).unwrap();
+    let mut colored = plain.clone();
+    // Linear red on the left, linear blue on the right.
+    let (red, blue) = ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]);
+    colored.colors = Layer::per_point(vec![red, blue, blue, red]);
+    let picture = |mesh: &Mesh| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("m", mesh.clone().into())).unwrap();
+        let bytes = Picture::of(&scene).panels([Panel::view(View::Top)]).to_png(300).unwrap();
+        tiny_skia::Pixmap::decode_png(&bytes).unwrap()
+    };
+    let image = picture(&colored);
+    let rgb = |x: u32| image.pixel(x, 60).map(|p| [p.red(), p.green(), p.blue()]).unwrap();
+    let row: Vec<[u8; 3]> =
+        (0..image.width()).map(rgb).filter(|p| p[1] < 20 && p[0].max(p[2]) > 80).collect();
+    assert!(row.len() > 40, "{}", row.len());
+    let lit = 255.0 * (1.0 - 0.35 * 0.3);
+    for (k, [red, _, blue]) in row.iter().enumerate() {
+        let share = k as f64 / (row.len() - 1) as f64;
+        assert!((f64::from(*red) - lit * (1.0 - share)).abs() < 8.0, "{k}: {red} {blue}");
+        assert!((f64::from(*blue) - lit * share).abs() < 8.0, "{k}: {red} {blue}");
+    }
+    let image = picture(&plain);
+    let all = image.pixels().iter();
+    assert!(!all.into_iter().any(|p| p.green() < 20 && p.red().max(p.blue()) > 80 && p.alpha() == 255));
 }

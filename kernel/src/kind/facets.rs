@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Polyline};
+use crate::shape::Location;
 use crate::{Point, Vector};
 
 /// What a shape is drawn as.
@@ -48,6 +49,8 @@ pub struct Faceted {
     pub error: f64,
     /// Whether that is a bound. If not, it is the largest that was found in many places.
     pub certified: bool,
+    /// Where on the shape each point is; empty where that is not known.
+    pub places: Vec<Location>,
 }
 
 impl Faceted {
@@ -58,6 +61,9 @@ impl Faceted {
             |problem: &str| Err(Error::Invalid(format!("a tessellation that its plug-in made {problem}")));
         if self.states.len() != states || self.states.iter().any(|points| points.len() != count) {
             return wrong("does not have the same points in each state");
+        }
+        if !self.places.is_empty() && self.places.len() != count {
+            return wrong("does not have a place for each point");
         }
         if !self
             .states

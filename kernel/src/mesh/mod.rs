@@ -1,6 +1,7 @@
 //! Polygon meshes (faces of any size), polylines and point clouds.
 
 mod by_point;
+pub mod color;
 mod layer;
 
 pub use by_point::ByPoint;

@@ -5,6 +5,7 @@ use super::batch::unit_cross;
 use super::{Curve, Surface};
 use crate::Vector;
 use crate::error::Result;
+use crate::shape::{Derivative, Location, Shape};
 
 /// What a curve does at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +79,41 @@ impl Normal {
             Self::Regular(n) | Self::Limit(n) => Some(n),
             Self::None => None,
         }
+    }
+}
+
+impl SurfaceCurvature {
+    /// Of any shape of two parameters at a place on it: the same from first and second derivatives; `None` where it has no tangent plane
+    /// (`S_u × S_v` vanishes) or the shape has no second derivatives. Cost: five rows of the shape.
+    ///
+    /// # Errors
+    /// When the shape has no such place.
+    pub fn of(shape: &dyn Shape, at: Location) -> Result<Option<Self>> {
+        shape.stencil(at, Derivative::POSITION)?;
+        let by = [(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].map(|(u, v)| Derivative { u, v });
+        let mut jet = [Vector::zeros(); 5];
+        for (value, by) in jet.iter_mut().zip(by) {
+            let Ok(found) = shape.value(at, by) else { return Ok(None) };
+            *value = found;
+        }
+        Ok(unit_cross(&jet[0], &jet[1]).map(|normal| Self::with_normal(normal, jet)))
+    }
+
+    /// From the unit normal and `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv`, the first two of which are independent.
+    fn with_normal(normal: Vector, [su, sv, suu, suv, svv]: [Vector; 5]) -> Self {
+        let first = [su.dot(&su), su.dot(&sv), sv.dot(&sv)];
+        let second = [suu.dot(&normal), suv.dot(&normal), svv.dot(&normal)];
+        // In an orthonormal basis of the tangent plane the shape operator is a symmetric matrix, whose eigenvalues
+        // do not suffer from H² - K losing all its digits at umbilics. x = S_u/|S_u|, S_v = c x + s y.
+        let (e, s) = (su.norm(), su.cross(&sv).norm() / su.norm());
+        let c = su.dot(&sv) / e;
+        let xx = second[0] / e / e;
+        let xy = (second[1] / e - c * xx) / s;
+        let yy = (second[2] / s - 2.0 * c * xy - c * c * xx / s) / s;
+        let (mean, radius) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+        let principal = [mean + radius, mean - radius];
+        let gaussian = xx * yy - xy * xy;
+        Self { normal, first, second, principal, gaussian, mean }
     }
 }
 
@@ -169,19 +205,7 @@ impl Surface {
         self.derivatives_into(u, v, [2, 2], &mut jet)?;
         let [_, sv, svv, su, suv, _, suu, ..] = jet;
         let Normal::Regular(normal) = self.normal_from((u, v), su, sv, suv) else { return Ok(None) };
-        let first = [su.dot(&su), su.dot(&sv), sv.dot(&sv)];
-        let second = [suu.dot(&normal), suv.dot(&normal), svv.dot(&normal)];
-        // In an orthonormal basis of the tangent plane the shape operator is a symmetric matrix, whose eigenvalues
-        // do not suffer from H² - K losing all its digits at umbilics. x = S_u/|S_u|, S_v = c x + s y.
-        let (e, s) = (su.norm(), su.cross(&sv).norm() / su.norm());
-        let c = su.dot(&sv) / e;
-        let xx = second[0] / e / e;
-        let xy = (second[1] / e - c * xx) / s;
-        let yy = (second[2] / s - 2.0 * c * xy - c * c * xx / s) / s;
-        let (mean, radius) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
-        let principal = [mean + radius, mean - radius];
-        let gaussian = xx * yy - xy * xy;
-        Ok(Some(SurfaceCurvature { normal, first, second, principal, gaussian, mean }))
+        Ok(Some(SurfaceCurvature::with_normal(normal, [su, sv, suu, suv, svv])))
     }
 }
 
@@ -229,6 +253,22 @@ mod tests {
             }
         }
         Surface::rational(space(), space(), points, weights).unwrap()
+    }
+
+    /// Through the interface of shapes it is the same.
+    #[test]
+    fn a_shape_has_the_curvature_of_its_surface() {
+        for radius in [1e-9, 1.0, 1e9] {
+            let sphere = octant(radius);
+            for (u, v) in [(0.0, 0.0), (0.3, 0.2), (0.9, 0.8)] {
+                let one = sphere.curvature(u, v).unwrap().unwrap();
+                let other = SurfaceCurvature::of(&sphere, Location::Surface(u, v)).unwrap().unwrap();
+                assert!((one.mean - other.mean).abs() * radius < 1e-12, "{} {}", one.mean, other.mean);
+                assert!((one.gaussian - other.gaussian).abs() * radius * radius < 1e-12);
+            }
+            assert!(SurfaceCurvature::of(&sphere, Location::Surface(0.5, 1.5)).is_err());
+            assert_eq!(SurfaceCurvature::of(&sphere, Location::Surface(0.5, 1.0)).unwrap(), None);
+        }
     }
 
     #[test]

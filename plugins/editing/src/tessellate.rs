@@ -1,5 +1,7 @@
 //! `tessellate`: a spline becomes segments or triangles.
 
+mod colors;
+
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Chord, Context, Declaration, Drawn, Field, Fineness, Operation, OperationError, Parameters, StepReport,
@@ -23,6 +25,18 @@ impl Operation for Tessellate {
                 "largest distance from the shape",
             ),
             Field::optional("angle", "degrees", "15", "largest angle between neighbouring pieces"),
+            Field::optional(
+                "colors",
+                "mean | gaussian | maximum | minimum",
+                "none",
+                "the surface's curvature as colours of the mesh's points, blue to white to vermilion",
+            ),
+            Field::optional(
+                "range",
+                "[low, high]",
+                "0 in the middle",
+                "the curvatures that are blue and vermilion",
+            ),
         ];
         Declaration {
             name: "tessellate",
@@ -57,6 +71,12 @@ impl Operation for Tessellate {
                 fineness.chord = Chord::Absolute(fraction * size / stretch);
             }
         }
+        let paint = colors::Paint::new(p)?;
+        if paint.is_some() && matches!(scene.object(&name)?.geometry(), Geometry::Curve(_)) {
+            return Err(p
+                .error("colors", "a curve has none: a picture draws its curvature as a comb")
+                .into());
+        }
         let tessellator = || {
             let missing = || Error::Invalid("no tessellator is registered".into());
             context.registry.tessellator().ok_or_else(missing)
@@ -68,19 +88,37 @@ impl Operation for Tessellate {
                 (line.into(), note)
             }
             Geometry::Surface(surface) => {
-                let mesh = tessellator()?.surface(surface, &fineness)?;
-                let note = format!("{} triangles", mesh.triangle_count());
+                let mut mesh = tessellator()?.surface(surface, &fineness)?;
+                let mut note = format!("{} triangles", mesh.triangle_count());
+                if let Some(paint) = paint {
+                    let values = colors::of_surface(surface, &mesh, paint.measure)?;
+                    note += &paint.put(&mut mesh, values);
+                }
                 (mesh.into(), note)
             }
             Geometry::Custom(custom) => {
                 let named = |e: Error| Error::Invalid(format!("\"{name}\" cannot be tessellated: {e}"));
-                let faceted = custom.tessellate(&fineness).map_err(named)?;
+                let mut faceted = custom.tessellate(&fineness).map_err(named)?;
                 let count = match &faceted.drawn {
                     Drawn::Line(line) => format!("{} points", line.points.len()),
                     Drawn::Mesh(mesh) => format!("{} triangles", mesh.triangle_count()),
                 };
                 let said = faceted.remark(1.0).map(|remark| format!("; {remark}")).unwrap_or_default();
-                (faceted.drawn.into(), count + &said)
+                let mut note = count + &said;
+                if let Some(paint) = paint {
+                    let values = colors::of_shape(custom.shape()?, &faceted.places, paint.measure);
+                    match (&mut faceted.drawn, values) {
+                        (Drawn::Mesh(mesh), Some(values)) => note += &paint.put(mesh, values?),
+                        _ => {
+                            let problem = format!(
+                                "the {} \"{name}\" does not say where on it the points of its mesh are: leave the colours out",
+                                custom.kind()
+                            );
+                            return Err(p.error("colors", problem).into());
+                        }
+                    }
+                }
+                (faceted.drawn.into(), note)
             }
             Geometry::Trimmed(_) => {
                 let problem = format!(

@@ -10,7 +10,7 @@ use loftsman_kernel::conformance::kind_conformance;
 use loftsman_kernel::plugin::{
     Chord, DeclaredShape, Drawn, Fineness, KindOf, Parameters, Plugin, Registry, ShapeKind, Splines,
 };
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Derivative, Shape};
 use loftsman_subdivision::{BoundaryRule, Subdivision, SubdivisionSurface};
 
 #[test]
@@ -79,4 +79,28 @@ fn it_is_registered() {
     assert!(!faceted.certified && faceted.error <= faceted.tolerance);
     let Drawn::Mesh(mesh) = &faceted.drawn else { panic!("it is a surface") };
     assert_eq!(mesh.normals.values().len(), mesh.points().len());
+}
+
+/// Points of a mesh are where it says that they are on the surface.
+#[test]
+fn points_of_a_tessellation_know_their_places() {
+    let fine = Fineness { chord: Chord::Relative(2e-2), angle: 1.0 };
+    let mut count = 0;
+    for (name, cage) in shapes::all() {
+        let surface = SubdivisionSurface::new(cage).unwrap();
+        let Ok(faceted) = SubdivisionSurface::tessellate(&[&surface], &fine) else { continue };
+        count += 1;
+        let points = faceted.drawn.points();
+        assert_eq!(points.len(), faceted.places.len(), "{name}");
+        let Drawn::Mesh(mesh) = &faceted.drawn else { panic!("it is a surface") };
+        let mut used = mesh.corners().to_vec();
+        used.sort_unstable();
+        used.dedup();
+        for k in used.into_iter().map(|k| k as usize) {
+            let there = surface.value(faceted.places[k], Derivative::POSITION).unwrap();
+            let off = (points[k].coords - there).norm();
+            assert!(off < 1e-12, "{name}: point {k} at {} is {off:e} away", faceted.places[k]);
+        }
+    }
+    assert!(count > 40, "{count}");
 }

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use loftsman_kernel::mesh::NONE;
+use loftsman_kernel::mesh::color::from_srgb;
 use loftsman_kernel::{Point, Vector};
 
 use super::statement::{DISPLAY, Known, OBSOLETE, known};
@@ -277,7 +278,7 @@ impl<'a> Parser<'a, '_> {
         if count >= 6 {
             self.out.colors.resize(at, NO_COLOR);
             let alpha = if count == 7 { n[6] } else { 1.0 };
-            let color = [linear(n[3]), linear(n[4]), linear(n[5]), alpha];
+            let color = [from_srgb(n[3]), from_srgb(n[4]), from_srgb(n[5]), alpha];
             if let Some(k) = color.iter().position(|c| !c.is_finite()) {
                 return Err(format!(
                     "the vertex colour {:e} is beyond all measure: colours lie between 0 and 1",
@@ -434,11 +435,6 @@ impl<'a> Parser<'a, '_> {
         }
         Ok(textured)
     }
-}
-
-/// An sRGB value as a linear one (IEC 61966-2-1).
-pub(crate) fn linear(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 #[cfg(test)]

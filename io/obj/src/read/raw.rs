@@ -1,5 +1,6 @@
 //! The numbered lists of a file: vertices, texture coordinates, normals, parameter vertices.
 
+use loftsman_kernel::mesh::color::from_srgb;
 use loftsman_kernel::{Point, Vector};
 
 use super::part::{Counts, Parsed, Slots};
@@ -109,7 +110,7 @@ impl Raw {
                     )
                 })?;
                 let [_, rgb @ ..] = value.to_be_bytes();
-                let [r, g, b] = rgb.map(|byte| super::part::linear(f64::from(byte) / 255.0));
+                let [r, g, b] = rgb.map(|byte| from_srgb(f64::from(byte) / 255.0));
                 self.block.push([r, g, b, 1.0]);
             }
         }

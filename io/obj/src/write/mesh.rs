@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::io::Write;
 
+use loftsman_kernel::mesh::color::to_srgb;
 use loftsman_kernel::mesh::{Mesh, NONE};
 use loftsman_kernel::plugin::FormatError;
 
@@ -123,7 +124,8 @@ impl<W: Write> Writer<'_, W> {
         let first = self.written.points + 1;
         for (p, &color) in mesh.points().iter().zip(&colors) {
             let color = values.get(color as usize);
-            let shown = color.map(|&[r, g, b, alpha]| ([r, g, b].map(print::srgb), alpha));
+            // Vertex colours of OBJ files are taken for sRGB.
+            let shown = color.map(|&[r, g, b, alpha]| ([r, g, b].map(to_srgb), alpha));
             let alpha = shown.map(|(_, alpha)| alpha).filter(|alpha| *alpha != 1.0);
             let rgb = shown.into_iter().flat_map(|(rgb, _)| rgb);
             self.statement("v", p.iter().copied().chain(rgb).chain(alpha))?;

@@ -65,11 +65,6 @@ pub(crate) fn group(name: &str) -> String {
     }
 }
 
-/// A linear colour value as sRGB (IEC 61966-2-1), which is what vertex colours of OBJ files are taken for.
-pub(crate) fn srgb(value: f64) -> f64 {
-    if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

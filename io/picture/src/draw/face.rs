@@ -116,9 +116,9 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
                     lines.chains.push((Weight::Border, edge));
                 }
             }
-            Form::Mesh { points, corners, starts, normals } => {
+            Form::Mesh { points, corners, starts, normals, colors } => {
                 let mesh = (points.as_slice(), corners.as_slice(), starts.as_slice());
-                of_mesh(mesh, normals, sheet, lens, (&mut depth, &mut copies), &tones, &mut lines);
+                of_mesh(mesh, (normals, colors), sheet, lens, (&mut depth, &mut copies), &tones, &mut lines);
             }
             _ => continue,
         }
@@ -242,9 +242,22 @@ fn tones(theme: Theme, base: Color) -> Vec<Color> {
 /// The tone of a place with a normal (of any length): light comes from above the viewer's left shoulder, and both sides
 /// are alike.
 fn tone(tones: &[Color], normal: &Vector) -> Color {
+    tones[((light(normal) * LEVELS as f64).round() as usize).min(tones.len() - 1)]
+}
+
+/// From 0, edge on, to 1.
+fn light(normal: &Vector) -> f64 {
     let light = normal.dot(&Vector::new(-0.45, 0.55, 0.7)).abs() / normal.norm();
-    let level = if light.is_finite() { (light * LEVELS as f64).round() as usize } else { 0 };
-    tones[level.min(tones.len() - 1)]
+    if light.is_finite() { light.min(1.0) } else { 0.0 }
+}
+
+/// The colour between those of three corners.
+fn between([a, b, c]: [Color; 3], v: f64, w: f64) -> Color {
+    let mix = |k: usize| {
+        let [a, b, c] = [a, b, c].map(|color| f64::from(color.0[k]));
+        (a + (b - a) * v + (c - a) * w).round().clamp(0.0, 255.0) as u8
+    };
+    Color([mix(0), mix(1), mix(2)])
 }
 
 /// A surface, or what a mask leaves of it: cells as pairs of triangles with normals at their corners, isoparametric lines, borders and
@@ -468,11 +481,11 @@ fn merged(points: &[Vector]) -> Vec<u32> {
 /// A mesh: faces that are smooth where their corners have normals, else flat; borders, outlines and creases, and all other edges where they are not too many to see.
 #[allow(
     clippy::too_many_arguments,
-    reason = "the mesh and its normals, three to read from, three to write to"
+    reason = "the mesh and its layers, three to read from, three to write to"
 )]
 fn of_mesh(
     (points, corners, starts): (&[Vector], &[u32], &[usize]),
-    by_corner: &[Vector],
+    (by_corner, colors): (&[Vector], &[Color]),
     sheet: &Sheet,
     lens: Lens,
     (depth, copies): (&mut Depth, &mut Copies),
@@ -494,11 +507,18 @@ fn of_mesh(
             by_corner.get(range[0]..range[1]).filter(|given| given.iter().all(|n| *n != Vector::zeros()));
         let is_new = copies.is_new(&flat);
         any |= is_new;
-        match given {
+        let colors = colors.get(range[0]..range[1]);
+        let there = |[a, b, c]: [usize; 3], v: f64, w: f64| match given {
+            Some(n) => n[a] + (n[b] - n[a]) * v + (n[c] - n[a]) * w,
+            None => normal,
+        };
+        match (colors, given) {
             _ if !is_new => {}
-            Some(n) => depth
-                .face(&flat, |[a, b, c], v, w| tone(tones, &(n[a] + (n[b] - n[a]) * v + (n[c] - n[a]) * w))),
-            None => {
+            (Some(colors), _) => depth.face(&flat, |at, v, w| {
+                sheet.theme.painted(between(at.map(|k| colors[k]), v, w), light(&there(at, v, w)))
+            }),
+            (None, Some(_)) => depth.face(&flat, |at, v, w| tone(tones, &there(at, v, w))),
+            (None, None) => {
                 let tone = tone(tones, &normal);
                 depth.face(&flat, |_, _, _| tone);
             }

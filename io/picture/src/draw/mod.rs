@@ -114,9 +114,12 @@ pub(crate) fn draw(
     Ok(())
 }
 
-/// The colour of a body.
+/// The colour of a body; that of none where its points have colours of their own.
 pub(crate) fn color(sheet: &Sheet, body: &Body<'_>, old: bool) -> Color {
-    let color = sheet.theme.object(body.index, body.object.color);
+    let color = match &body.form {
+        Form::Mesh { colors, .. } if !colors.is_empty() => sheet.theme.faint(),
+        _ => sheet.theme.object(body.index, body.object.color),
+    };
     if old { sheet.theme.old(color) } else { color }
 }
 

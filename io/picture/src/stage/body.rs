@@ -1,5 +1,7 @@
 //! An object on the stage.
 
+use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::mesh::color::to_srgb;
 use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fineness, Splines};
 use loftsman_kernel::scene::{Geometry, Object};
 use loftsman_kernel::shape::{Grid, grid_or_row};
@@ -10,6 +12,7 @@ use nalgebra::Vector4;
 use super::piece::Piece;
 use super::trim::Trim;
 use crate::error::PictureError;
+use crate::theme::Color;
 
 /// An object in stage coordinates.
 #[derive(Debug)]
@@ -57,8 +60,14 @@ pub(crate) enum Form {
     Surface { surface: Box<Surface>, net: Vec<Vector>, grid: Grid, trim: Option<Trim> },
     /// A polyline.
     Polyline { points: Vec<Vector>, closed: bool },
-    /// A mesh: points, corners, face starts, and normals by corner where it has any (of any length).
-    Mesh { points: Vec<Vector>, corners: Vec<u32>, starts: Vec<usize>, normals: Vec<Vector> },
+    /// A mesh: points, corners, face starts, and by corner, where it has any, normals (of any length) and colours.
+    Mesh {
+        points: Vec<Vector>,
+        corners: Vec<u32>,
+        starts: Vec<usize>,
+        normals: Vec<Vector>,
+        colors: Vec<Color>,
+    },
     /// Loose points.
     Cloud(Vec<Vector>),
 }
@@ -82,7 +91,8 @@ impl Form {
                     |(corner, &point)| mesh.normals.at(corner, point).map_or_else(Vector::zeros, &normal);
                 let given = !mesh.normals.values().is_empty();
                 let normals = if given { corners.iter().enumerate().map(of).collect() } else { Vec::new() };
-                Self::Mesh { points, corners, starts: mesh.starts().to_vec(), normals }
+                let colors = colors(mesh);
+                Self::Mesh { points, corners, starts: mesh.starts().to_vec(), normals, colors }
             }
             Geometry::Polyline(line) => Self::Polyline { points, closed: line.closed },
             Geometry::Cloud(_) => Self::Cloud(points),
@@ -180,13 +190,29 @@ impl Form {
                 closed == other_closed && near(points, others)
             }
             (
-                Self::Mesh { points, corners, starts, .. },
-                Self::Mesh { points: others, corners: other_corners, starts: other_starts, .. },
-            ) => corners == other_corners && starts == other_starts && near(points, others),
+                Self::Mesh { points, corners, starts, colors, .. },
+                Self::Mesh {
+                    points: others,
+                    corners: other_corners,
+                    starts: other_starts,
+                    colors: other_colors,
+                    ..
+                },
+            ) => {
+                (corners, starts, colors) == (other_corners, other_starts, other_colors)
+                    && near(points, others)
+            }
             (Self::Cloud(points), Self::Cloud(others)) => near(points, others),
             _ => false,
         }
     }
+}
+
+/// The colours of a mesh by corner; none where it has none, or not everywhere.
+fn colors(mesh: &Mesh) -> Vec<Color> {
+    let byte = |linear: f64| (to_srgb(linear.clamp(0.0, 1.0)) * 255.0).round() as u8;
+    let of = |(corner, &point)| mesh.colors.at(corner, point).map(|&[r, g, b, _]| Color([r, g, b].map(byte)));
+    mesh.corners().iter().enumerate().map(of).collect::<Option<_>>().unwrap_or_default()
 }
 
 /// The Bézier pieces of a curve whose control vertices are replaced by `points`, one a non-empty knot span.

@@ -4,6 +4,7 @@ use super::{HALVED, HALVED_FOR_ANGLE, MOST, Sampler, from_segment, leaps};
 use crate::error::Result;
 use crate::kind::facets::{Drawn, Faceted};
 use crate::mesh::Polyline;
+use crate::shape::Location;
 
 /// The segments, from one end of the domain to the other.
 pub(super) fn sampled(sampler: &Sampler<'_>) -> Result<Faceted> {
@@ -36,7 +37,15 @@ pub(super) fn sampled(sampler: &Sampler<'_>) -> Result<Faceted> {
     let points = |state: usize| places.iter().map(|&u| sampler.on_line(state, u)).collect::<Result<Vec<_>>>();
     let states = (0..sampler.states.len()).map(points).collect::<Result<Vec<_>>>()?;
     let line = Polyline { points: states.first().cloned().unwrap_or_default(), closed };
-    Ok(Faceted { drawn: Drawn::Line(line), states, tolerance: sampler.tolerance, error, certified: false })
+    let places = places.iter().map(|&u| Location::Curve(sampler.parameter(0, u))).collect();
+    Ok(Faceted {
+        drawn: Drawn::Line(line),
+        states,
+        tolerance: sampler.tolerance,
+        error,
+        certified: false,
+        places,
+    })
 }
 
 /// How far the shape is from the segment over a piece, whether that is too far in any state, and whether it turns too

@@ -4,6 +4,7 @@ use super::{HALVED, HALVED_FOR_ANGLE, MOST, Sampler, from_segment, leaps};
 use crate::error::Result;
 use crate::kind::facets::{Drawn, Faceted, normals};
 use crate::mesh::{Layer, Mesh};
+use crate::shape::Location;
 use crate::{Error, Point};
 
 /// Points of a side that are nearer than this, relative to their coordinates, are one: rounding.
@@ -221,5 +222,17 @@ fn mesh(sampler: &Sampler<'_>, us: &Pieces, vs: &Pieces, error: f64) -> Result<F
         let place = |&k: &usize| [at(us, k / v_lines), at(vs, k % v_lines)];
         mesh.uvs = Layer::per_point(kept.iter().map(place).collect());
     }
-    Ok(Faceted { drawn: Drawn::Mesh(mesh), states, tolerance: sampler.tolerance, error, certified: false })
+    let place = |&k: &usize| {
+        let [u, v] = [at(us, k / v_lines), at(vs, k % v_lines)];
+        Location::Surface(sampler.parameter(0, u), sampler.parameter(1, v))
+    };
+    let places = kept.iter().map(place).collect();
+    Ok(Faceted {
+        drawn: Drawn::Mesh(mesh),
+        states,
+        tolerance: sampler.tolerance,
+        error,
+        certified: false,
+        places,
+    })
 }

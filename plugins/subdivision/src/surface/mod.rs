@@ -7,6 +7,7 @@ mod layout;
 mod leaf;
 mod local;
 mod pattern;
+mod places;
 mod regular;
 mod tessellate;
 

@@ -5,6 +5,7 @@ use loftsman_kernel::mesh::{Layer, Mesh};
 use loftsman_kernel::plugin::{Chord, Drawn, Faceted, Fineness};
 use loftsman_kernel::{Point, Vector};
 
+use super::places::Places;
 use super::{SubdivisionSurface, refused};
 use crate::cage::Cage;
 use crate::catmull_clark::{Refinement, limit_frames, limit_points};
@@ -63,6 +64,7 @@ pub(super) fn tessellate(states: &[&SubdivisionSurface], fineness: &Fineness) ->
         })
         .collect();
     let mut since_chord = 0;
+    let mut places = Places::new(first);
     loop {
         let topology = cages[0].topology();
         let count = topology.vertex_count() + topology.edge_count() + topology.face_count();
@@ -81,8 +83,10 @@ pub(super) fn tessellate(states: &[&SubdivisionSurface], fineness: &Fineness) ->
             let tolerance = chords.iter().copied().fold(0.0, f64::max);
             let error = errors.iter().copied().fold(0.0, f64::max);
             let drawn = Drawn::Mesh(mesh(&cages[0], &limits[0])?);
-            return Ok(Faceted { drawn, states: limits, tolerance, error, certified: false });
+            let places = places.of_vertices(&cages[0]);
+            return Ok(Faceted { drawn, states: limits, tolerance, error, certified: false, places });
         }
+        places = places.refined(topology);
         (cages, limits) = (next, finer);
     }
 }
