@@ -234,8 +234,13 @@ impl Block {
             let norm = rows.norm(row);
             let reciprocal = if norm > 0.0 { 1.0 / norm } else { 1.0 };
             let (mut low, mut high) = (m, 0);
+            let mut next = 0;
             for (column, value) in rows.iter_row(row) {
-                let at = columns.binary_search(&(column as u32)).unwrap_or(0);
+                let column = column as u32;
+                // Most often the one after the last.
+                let is_next = columns.get(next) == Some(&column);
+                let at = if is_next { next } else { columns.binary_search(&column).unwrap_or(0) };
+                next = at + 1;
                 // Divide rather than multiply: the reciprocal of a subnormal overflows.
                 work[i * m + at] += if norm > 0.0 { value / norm } else { 0.0 };
                 (low, high) = (low.min(at), high.max(at + 1));

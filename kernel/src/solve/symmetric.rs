@@ -10,36 +10,55 @@ pub struct Symmetric {
 
 impl Symmetric {
     /// From entries `(i, j, value)` of an `n × n` matrix; give each off-diagonal pair once, it is mirrored.
-    /// Entries at the same place are added, those outside the matrix left out. `O(m log m)` in the entries.
+    /// Entries at the same place are added, those outside the matrix left out. `O(n + m log k)` for `m` entries, `k` of them in a row.
     pub fn from_entries(n: usize, entries: impl IntoIterator<Item = (usize, usize, f64)>) -> Self {
-        let mut all: Vec<(u32, u32, f64)> = Vec::new();
-        for (i, j, value) in entries {
-            if i >= n || j >= n {
-                continue;
-            }
-            all.push((i as u32, j as u32, value));
-            if i != j {
-                all.push((j as u32, i as u32, value));
-            }
-        }
-        // Stable, so that equal places are added in the order given, whatever the machine.
-        all.sort_by_key(|&(i, j, _)| (i, j));
-        let mut matrix = Self { starts: vec![0; n + 1], ..Self::default() };
-        let mut previous = None;
-        for (i, j, value) in all {
-            if previous == Some((i, j)) {
-                if let Some(last) = matrix.values.last_mut() {
-                    *last += value;
-                }
-            } else {
-                matrix.columns.push(j);
-                matrix.values.push(value);
-                matrix.starts[i as usize + 1] += 1;
-            }
-            previous = Some((i, j));
+        let given: Vec<(u32, u32, f64)> = entries
+            .into_iter()
+            .filter(|&(i, j, _)| i < n && j < n)
+            .map(|(i, j, value)| (i as u32, j as u32, value))
+            .collect();
+        // By row, in the order given.
+        let mut ends = vec![0; n + 1];
+        for &(i, j, _) in &given {
+            ends[i as usize + 1] += 1;
+            ends[j as usize + 1] += usize::from(i != j);
         }
         for i in 0..n {
-            matrix.starts[i + 1] += matrix.starts[i];
+            ends[i + 1] += ends[i];
+        }
+        let mut all = vec![(0_u32, 0.0); ends[n]];
+        let mut put = |row: u32, column: u32, value: f64| {
+            // What was the row's start becomes its end.
+            let at = &mut ends[row as usize];
+            all[*at] = (column, value);
+            *at += 1;
+        };
+        for (i, j, value) in given {
+            put(i, j, value);
+            if i != j {
+                put(j, i, value);
+            }
+        }
+        let mut matrix = Self { starts: Vec::with_capacity(n + 1), ..Self::default() };
+        matrix.starts.push(0);
+        let mut start = 0;
+        for &end in &ends[..n] {
+            let row = &mut all[start..end];
+            // Stable, so that equal places are added in the order given, whatever the machine.
+            row.sort_by_key(|&(column, _)| column);
+            let mut previous = None;
+            for &(column, value) in row.iter() {
+                match matrix.values.last_mut() {
+                    Some(last) if previous == Some(column) => *last += value,
+                    _ => {
+                        matrix.columns.push(column);
+                        matrix.values.push(value);
+                    }
+                }
+                previous = Some(column);
+            }
+            matrix.starts.push(matrix.values.len());
+            start = end;
         }
         matrix
     }

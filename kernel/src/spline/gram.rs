@@ -14,11 +14,12 @@ impl Space {
             return Vec::new();
         }
         let (nodes, weights) = gauss_legendre(p + 1 - order);
-        let mut entries = Vec::new();
+        let mut entries = Vec::with_capacity(self.len() * (p + 1) * (p + 2) / 2);
         let mut row = [0.0; MAX_ORDER];
+        let mut block = [[0.0; MAX_ORDER]; MAX_ORDER];
         for span in self.spans() {
             let (a, b) = (self.flat()[span], self.flat()[span + 1]);
-            let mut block = [[0.0; MAX_ORDER]; MAX_ORDER];
+            block[..=p].iter_mut().for_each(|row| row[..=p].fill(0.0));
             for (x, w) in nodes.iter().zip(&weights) {
                 self.basis_into(span, a + (b - a) * x, order, &mut row);
                 for i in 0..=p {

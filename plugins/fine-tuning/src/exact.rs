@@ -46,7 +46,7 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
     let tuned = tuned_curve(&tuning, alpha.coefficients(), start)?;
     let problem = Problem {
         scale: Scale::new(alpha),
-        gram: gram(alpha.space())?,
+        gram: gram(alpha.space()),
         tuned,
         tuning,
         asked,

@@ -1,6 +1,5 @@
 //! How large α is, and a change of it: `∫ α²`, `∫∫ α²`.
 
-use loftsman_kernel::error::Result as Geometry;
 use loftsman_kernel::solve::Symmetric;
 use loftsman_kernel::spline::{Direction, Space};
 
@@ -8,17 +7,15 @@ use crate::error::Result;
 use crate::lift::Alpha;
 
 /// The Gram matrix of a space: `∫ α²` of the values of α.
-pub(crate) fn gram(space: &Space) -> Geometry<Symmetric> {
-    let rows = space.inner_products(space)?;
-    let below = |i: usize| rows.iter_row(i).filter(move |(j, _)| *j <= i).map(move |(j, w)| (i, j, w));
-    Ok(Symmetric::from_entries(space.len(), (0..space.len()).flat_map(below)))
+pub(crate) fn gram(space: &Space) -> Symmetric {
+    Symmetric::from_entries(space.len(), space.gram(0))
 }
 
 /// `∫∫ α²` of the values of α.
 pub(crate) fn mass(alpha: &Alpha) -> Result<Symmetric> {
-    let along = gram(alpha.along())?;
+    let along = gram(alpha.along());
     let Alpha::Net(net) = alpha else { return Ok(along) };
-    let across = gram(net.space(Direction::V))?;
+    let across = gram(net.space(Direction::V));
     let n = across.size();
     let mut entries = Vec::new();
     for i in 0..along.size() {

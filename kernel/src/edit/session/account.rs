@@ -82,13 +82,7 @@ impl<S: Shape> Session<S> {
                 report.active.push(name);
             }
         }
-        let mut adjustment = 0.0_f64;
-        for &(shape, vertex, before) in &self.start {
-            let now = self.problem.shapes[shape as usize].control_vertices()[vertex as usize];
-            // Step by step, since squares overflow far below where lengths do.
-            adjustment = (now - before).iter().fold(adjustment, |length, d| length.hypot(*d));
-        }
-        report.adjustment = adjustment;
+        report.adjustment = self.adjustment();
         report.constraints.reserve_exact(self.problem.bound.len());
         for ((bound, measured), multipliers) in self.problem.bound.iter().zip(measured).zip(multipliers) {
             let nan = Measured { error: f64::NAN, ..Measured::default() };
@@ -137,6 +131,28 @@ impl<S: Shape> Session<S> {
             }
         }
         report
+    }
+
+    /// How far all vertices have moved: `(Σ‖dᵢ‖²)^½`.
+    fn adjustment(&self) -> f64 {
+        let moves = || {
+            self.start.iter().flat_map(|&(shape, vertex, before)| {
+                let now = self.problem.shapes[shape as usize].control_vertices()[vertex as usize];
+                <[f64; 3]>::from(now - before)
+            })
+        };
+        let squares: f64 = moves().map(|d| d * d).sum();
+        if squares.is_nan() || (squares > 1e-280 && squares < f64::INFINITY) {
+            return squares.sqrt();
+        }
+        // Squares overflow and vanish far before lengths do.
+        let largest = moves().fold(0.0_f64, |most, d| most.max(d.abs()));
+        let part = |d: f64| (d / largest) * (d / largest);
+        if largest > 0.0 && largest.is_finite() {
+            largest * moves().map(part).sum::<f64>().sqrt()
+        } else {
+            largest
+        }
     }
 
     /// What is worth saying of an adjustment that is long beside what its linear equations ask one by one: no near conflict
