@@ -118,7 +118,7 @@ pub fn object_name(
         (Some(only), None) => Ok(only.to_owned()),
         (None, _) => Err(parameters.error("", format!("the scene has no {what}"))),
         (Some(a), Some(b)) => {
-            Err(parameters.error("", format!("say which object: \"{a}\", \"{b}\", … are all {what}s")))
+            Err(parameters.error("", format!("say which object: \"{a}\", \"{b}\", … are each a {what}")))
         }
     }
 }

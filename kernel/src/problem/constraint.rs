@@ -92,18 +92,27 @@ pub struct Constraint {
     pub(crate) axis: Option<Axis>,
     /// Beside what it stands still, where nobody asked for it.
     pub(crate) companion: Option<String>,
+    /// What whoever asked calls it, where that is not what the functional is.
+    pub(crate) called: Option<Arc<str>>,
 }
 
 impl Constraint {
     /// A functional and what is wanted of it.
     pub fn new(functional: Arc<dyn Functional>, wanted: Wanted) -> Self {
-        Self { functional, wanted, axis: None, companion: None }
+        Self { functional, wanted, axis: None, companion: None, called: None }
     }
 
     /// Narrows a vector's constraint to one axis: the others stay free.
     #[must_use]
     pub fn axis(mut self, axis: Axis) -> Self {
         self.axis = Some(axis);
+        self
+    }
+
+    /// Gives it a name of its own in reports and messages, for whoever asks for something else than it says: `"the end"`.
+    #[must_use]
+    pub fn called(mut self, name: &str) -> Self {
+        self.called = Some(name.into());
         self
     }
 
@@ -122,8 +131,11 @@ impl Constraint {
         self.axis
     }
 
-    /// What it is, for people: `position at 0.25`, `x of position at 0.25`.
+    /// What it is, for people: `position at 0.25`, `x of position at 0.25`, or what it is [called](Self::called).
     pub fn describe(&self) -> String {
+        if let Some(called) = &self.called {
+            return called.to_string();
+        }
         let name = self.functional.describe();
         match self.axis {
             None => name,
@@ -146,6 +158,9 @@ impl Constraint {
 
     /// What [`describe`](Self::describe) says, made when it is read.
     pub(crate) fn name(&self) -> Name {
+        if let Some(called) = &self.called {
+            return String::from(&**called).into();
+        }
         Name::of(&self.functional, self.axis.map(Axis::letter))
     }
 

@@ -1,21 +1,20 @@
 //! The scalar function α: its space, its values, where it is positive.
 
-use loftsman_kernel::Vector;
+use std::borrow::Cow;
+
 use loftsman_kernel::error::MAX_DEGREE;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
 
 /// The derivative of a polynomial curve as a spline function; of a closed one with corners opened at its seam. `O(n)`.
 ///
 /// # Errors
-/// When the curve is rational, or torn.
+/// When the curve is rational (weights that are all the same are none), or torn.
 pub fn derivative(curve: &Curve) -> Result<Function<Vector>> {
-    if curve.weights().is_some() {
-        return Err(FineTuneError::Rational { what: "curve" });
-    }
-    let function = curve.function()?;
+    let function = polynomial(curve)?.function()?;
     Ok(function.derivative().or_else(|_| function.opened()?.derivative())?)
 }
 
@@ -43,6 +42,43 @@ pub fn alpha_of(curve: &Curve, values: Vec<f64>) -> Result<Function<f64>> {
         });
     }
     Ok(Function::new(space, values)?)
+}
+
+/// The curve itself, or without its weights where all are the same.
+///
+/// # Errors
+/// When the curve is rational.
+pub(crate) fn polynomial(curve: &Curve) -> Result<Cow<'_, Curve>> {
+    match curve.weights() {
+        None => Ok(Cow::Borrowed(curve)),
+        Some(weights) if same(weights) => {
+            Ok(Cow::Owned(Curve::new(curve.space().clone(), curve.points().to_vec())?))
+        }
+        Some(_) => Err(FineTuneError::Rational { what: "curve" }),
+    }
+}
+
+/// Whether weights are all one number, so that nothing is rational.
+pub(crate) fn same(weights: &[f64]) -> bool {
+    weights.iter().all(|w| *w == weights[0])
+}
+
+/// α over a curve that is not closed: one whose values all count on its domain, none of them beyond its ends.
+pub(crate) fn clamped(alpha: &Function<f64>) -> Result<Function<f64>> {
+    let space = alpha.space();
+    if space.is_clamped() && !space.is_periodic() { Ok(alpha.clone()) } else { Ok(alpha.opened()?) }
+}
+
+/// The smallest and the largest value on the domain, found as the sides of a box are, to `1e-12` of the size of the coefficients.
+pub(crate) fn extremes(alpha: &Function<f64>) -> Result<[f64; 2]> {
+    let values = alpha.coefficients();
+    if alpha.space().degree() == 0 {
+        let most = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
+        return Ok(values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], most));
+    }
+    let points = values.iter().map(|c| Point::new(*c, 0.0, 0.0)).collect();
+    let (low, high) = Curve::new(alpha.space().clone(), points)?.bounds();
+    Ok([low.x, high.x])
 }
 
 /// Refuses a degree that the tuned curve could not have.

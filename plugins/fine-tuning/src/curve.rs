@@ -9,7 +9,7 @@ use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::{Point, Vector};
 
-use crate::alpha::{check_degree, check_positive, derivative, restricted};
+use crate::alpha::{check_degree, check_positive, clamped, derivative, extremes, polynomial, restricted};
 use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
@@ -63,6 +63,7 @@ pub struct FineTune {
     constraints: Vec<Constraint>,
     solver: Arc<dyn Solver>,
     any_sign: bool,
+    forced: bool,
 }
 
 /// A tuned curve.
@@ -110,6 +111,7 @@ impl FineTune {
             constraints: Vec::new(),
             solver: Arc::new(Automatic),
             any_sign: false,
+            forced: false,
         }
     }
 
@@ -165,6 +167,13 @@ impl FineTune {
         self
     }
 
+    /// Takes the answer also where what is asked nearly contradicts itself, so that α changes by far more than each alone would take.
+    #[must_use]
+    pub fn force(mut self) -> Self {
+        self.forced = true;
+        self
+    }
+
     /// The tuned curve. `O(n)` but for what is asked beyond the ends.
     ///
     /// # Errors
@@ -182,7 +191,19 @@ impl FineTune {
                     .into(),
             ));
         }
+        if self.ends != Ends::Exact && self.continuity.is_some() {
+            return Err(FineTuneError::Contradiction(
+                "derivatives stay at the ends because α is 1 there, which is ends = \"exact\"; \"tangent\" and \"curvature\" keep them \
+                 by their control points"
+                    .into(),
+            ));
+        }
         let Some((a, b)) = self.range else {
+            if self.curve.is_periodic() && self.continuity.is_some() {
+                return Err(FineTuneError::Contradiction(
+                    "a closed curve has no ends at which derivatives could stay: continuity is for a range of it".into(),
+                ));
+            }
             return self.whole(&self.curve, &self.alpha, self.continuity.unwrap_or(0));
         };
         if self.ends == Ends::Free {
@@ -201,12 +222,16 @@ impl FineTune {
             restricted(&self.alpha, a, b)?
         };
         let given = part(&self.curve, a, b)?;
-        let tuned = self.whole(&given, &alpha, self.continuity.unwrap_or(2))?;
+        let mut tuned = self.whole(&given, &alpha, self.continuity.unwrap_or(2))?;
+        tuned.report.notes.extend(corners(&given, &tuned.curve)?);
         Ok(Tuned { curve: put_back(&self.curve, &tuned.curve)?, ..tuned })
     }
 
     fn whole(&self, given: &Curve, alpha: &Function<f64>, continuity: u8) -> Result<Tuned> {
+        let given = &*polynomial(given)?;
         let derivative = derivative(given)?;
+        let exact = self.ends == Ends::Exact && !given.is_periodic();
+        let alpha = &if exact { clamped(alpha)? } else { alpha.clone() };
         check_degree(derivative.space(), alpha.space())?;
         let start = given.point(given.domain().0)?;
         let free = || -> Result<Curve> { Ok(derivative.times(alpha)?.integral(start.coords)?.into_curve()?) };
@@ -220,6 +245,7 @@ impl FineTune {
                     constraints: &self.constraints,
                     solver: Arc::clone(&self.solver),
                     any_sign: self.any_sign,
+                    forced: self.forced,
                 };
                 let found = solve(Arc::new(Tuning::new(&derivative, alpha.space())?), alpha, &asked)?;
                 (report.solved, report.change) = (Some(found.report), found.change);
@@ -240,10 +266,25 @@ impl FineTune {
                 (curve, alpha.clone())
             }
         };
-        let extremes = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
-        report.alpha = tuned_alpha.coefficients().iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes);
+        report.alpha = extremes(&tuned_alpha)?;
         Ok(Tuned { curve, alpha: tuned_alpha, report })
     }
+}
+
+/// What there is to say of corners where a tuned part meets the rest, which is as the given part is.
+fn corners(given: &Curve, tuned: &Curve) -> Result<Vec<String>> {
+    let (a, b) = given.domain();
+    let mut notes = Vec::new();
+    for at in [a, b] {
+        let (before, after) = (given.derivative(at, 1)?, tuned.derivative(at, 1)?);
+        let angle = before.cross(&after).norm().atan2(before.dot(&after)).to_degrees();
+        if angle > 1e-6 {
+            notes.push(format!(
+                "a corner of {angle:.3}° where the part meets the rest, at {at}: ends = \"tangent\" or \"exact\" leave none"
+            ));
+        }
+    }
+    Ok(notes)
 }
 
 /// The tuned curve of a periodic one is made periodic again: in the space of the integral where that has no corners in its

@@ -15,6 +15,7 @@ use crate::exact::LEAST;
 use crate::lift::Alpha;
 use crate::lines::derivative_u;
 use crate::measure::mass;
+use crate::surface::Pin;
 
 /// How the edges are to stay.
 pub(crate) struct Edges<'a> {
@@ -22,6 +23,8 @@ pub(crate) struct Edges<'a> {
     pub(crate) rows: usize,
     /// So many columns at either side along `v` are 1: for sides that stay.
     pub(crate) columns: usize,
+    /// Values that α has somewhere.
+    pub(crate) pins: Vec<&'a Pin>,
     pub(crate) solver: &'a Arc<dyn Solver>,
     pub(crate) any_sign: bool,
     pub(crate) names: [&'static str; 2],
@@ -31,6 +34,8 @@ pub(crate) struct Edges<'a> {
 struct Equations {
     /// What each coefficient, a vector, has of each value of α.
     rows: Vec<Vec<(usize, Vector)>>,
+    /// α's values somewhere: what each has of each value of α, and what it is to be.
+    pins: Vec<(Vec<(usize, f64)>, f64)>,
 }
 
 impl Edges<'_> {
@@ -47,10 +52,10 @@ impl Edges<'_> {
         let free: Vec<usize> = (0..height * width).filter(|k| !fixed(*k)).collect();
         let mut start = alpha.values().to_vec();
         (0..start.len()).filter(|k| fixed(*k)).for_each(|k| start[k] = 1.0);
-        let equations = Equations::new(given, &alpha)?;
-        if equations.hold(&start) {
-            return Ok((alpha.with(start)?, None));
-        }
+        let pins = self.pins.iter().map(|pin| Ok((alpha.row(self.facing(pin))?, pin.value)));
+        let equations = Equations { pins: pins.collect::<Result<_>>()?, ..Equations::new(given, &alpha)? };
+        let is_one = |values: &[f64]| values.iter().all(|c| (c - 1.0).abs() <= 1e-9);
+        let nothing = |values: &[f64]| self.pins.is_empty() && is_one(values) && !is_one(alpha.values());
         let refused = |equations: usize| FineTuneError::Edges {
             along: self.names[0],
             across: self.names[1],
@@ -58,20 +63,37 @@ impl Edges<'_> {
             equations,
             values: free.len(),
         };
+        if equations.hold(&start) {
+            return if nothing(&start) { Err(refused(0)) } else { Ok((alpha.with(start)?, None)) };
+        }
         if free.is_empty() {
             return Err(refused(0));
         }
         let problem =
             Problem { equations: &equations, start: &start, free: &free, alpha: &alpha, edges: self };
         let (mut values, mut report) = problem.solve(None)?;
-        if report.rank >= free.len() {
+        if nothing(&values) {
             return Err(refused(report.rank));
         }
-        if !self.any_sign && values.iter().any(|c| *c <= 0.0) {
-            let smallest = alpha.values().iter().fold(1.0_f64, |m, c| m.min(*c));
-            (values, report) = problem.solve(Some(LEAST * smallest))?;
+        if !self.any_sign && alpha.with(values.clone())?.extremes()?[0] <= 0.0 {
+            let bound = LEAST * alpha.extremes()?[0].clamp(0.0, 1.0);
+            (values, report) = problem.solve(Some(bound))?;
+            let held = free.iter().filter(|k| values[**k] <= bound * (1.0 + 1e-9)).count();
+            report.active = vec![format!("{held} of {} values of alpha ≥ {bound:.1e}", values.len())];
+            report.notes.push(format!(
+                "without a bound alpha would not be positive: {held} of its values are kept at {bound:.1e}, where the curvature grows by its \
+                 reciprocal; ask for an alpha nearer to what the edges allow"
+            ));
         }
         Ok((alpha.with(values)?, Some(report)))
+    }
+
+    /// A place, the direction that is scaled first.
+    fn facing(&self, pin: &Pin) -> (f64, f64) {
+        match pin.direction {
+            Direction::U => pin.at,
+            Direction::V => (pin.at.1, pin.at.0),
+        }
     }
 }
 
@@ -111,7 +133,7 @@ impl Equations {
                 }
             }
         }
-        Ok(Self { rows })
+        Ok(Self { rows, pins: Vec::new() })
     }
 
     /// How far the edge is off, and the size of the numbers that this comes from.
@@ -125,8 +147,16 @@ impl Equations {
         let all = self.rows.iter().map(|row| self.off(row, alpha));
         let (off, size) =
             all.fold((0.0_f64, 0.0_f64), |(off, size), (o, s)| (off.max(o.amax()), size.max(s)));
-        off <= 1e-14 * size
+        let held = |(row, to): &(Vec<(usize, f64)>, f64)| {
+            pin_off(row, alpha, *to).abs() <= 1e-14 * to.abs().max(1.0)
+        };
+        off <= 1e-14 * size && self.pins.iter().all(held)
     }
+}
+
+/// How far α is from what it is to be somewhere.
+fn pin_off(row: &[(usize, f64)], alpha: &[f64], to: f64) -> f64 {
+    row.iter().map(|(k, by)| by * alpha[*k]).sum::<f64>() - to
 }
 
 struct Problem<'a> {
@@ -153,13 +183,20 @@ impl Problem<'_> {
                 .push(free().fold(Vector::zeros(), |sum, (_, by)| sum + by.component_mul(by)).map(f64::sqrt));
             gaps.push(Point::from(self.equations.off(row, self.start).0));
         }
+        for (row, to) in &self.equations.pins {
+            map.push(row.iter().filter_map(|(k, by)| number[*k].map(|x| (x, *by))));
+            map.push([]);
+            map.push([]);
+            gaps.push(Point::new(pin_off(row, self.start, *to), 0.0, 0.0));
+        }
+        let asked = gaps.len();
         for x in 0..self.free.len() {
             map.push([(x, 1.0)]);
             map.push([]);
             map.push([]);
         }
         let vertices = self.free.iter().map(|k| Point::new(self.start[*k], 0.0, 0.0)).collect();
-        let unknowns = Unknowns::sparse((0..count + self.free.len()).collect(), map)?
+        let unknowns = Unknowns::sparse((0..asked + self.free.len()).collect(), map)?
             .measured(Some(mass(self.alpha)?.select(self.free)))?;
         let [along, _] = self.edges.names;
         let mut edit = Edit::of(Points(gaps))
@@ -177,9 +214,14 @@ impl Problem<'_> {
                 }
             }
         }
+        for k in 0..self.equations.pins.len() {
+            let pin = vertex((count + k) as i64).axis(Axis::X).to(0.0);
+            edit = edit.ask(pin.called(&format!("alpha_at[{k}]")));
+        }
         if let Some(bound) = bound {
-            for x in 0..self.free.len() {
-                edit = edit.ask(vertex(x as i64).on(1).axis(Axis::X).at_least(bound));
+            for (x, k) in self.free.iter().enumerate() {
+                let value = vertex(x as i64).on(1).axis(Axis::X).at_least(bound);
+                edit = edit.ask(value.called(&format!("value {k} of alpha")));
             }
         }
         let done = edit.solve_with(Arc::clone(self.edges.solver))?;

@@ -2,9 +2,10 @@
 
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
-use nalgebra::{Rotation3, Unit};
+use nalgebra::Rotation3;
 
 use crate::error::{FineTuneError, Result};
+use crate::turn::least_turn;
 
 /// A similarity: `x ↦ to + scale · R (x - from)`.
 #[derive(Debug, Clone, Copy)]
@@ -26,14 +27,7 @@ impl Similarity {
                 return Err(FineTuneError::Closed { which, whose });
             }
         }
-        let turn = Rotation3::rotation_between(&from, &to).unwrap_or_else(|| {
-            // Opposite: half a turn, in the plane z = 0 where that holds both, else about any axis across.
-            let across =
-                if from.z.abs() <= 1e-12 * from.norm() { Vector::z() } else { from.cross(&Vector::x()) };
-            let across = if across.norm() > 0.0 { across } else { from.cross(&Vector::y()) };
-            Rotation3::from_axis_angle(&Unit::new_normalize(across), std::f64::consts::PI)
-        });
-        Ok(Self { from: a, to: c, turn, scale: to.norm() / from.norm() })
+        Ok(Self { from: a, to: c, turn: least_turn(&from, &to), scale: to.norm() / from.norm() })
     }
 
     fn apply(&self, p: &Point) -> Point {
@@ -51,6 +45,10 @@ pub(crate) fn matched(tuned: &Curve, given: &Curve, fixed: usize) -> Result<(Cur
         return Err(FineTuneError::Contradiction(format!(
             "{n} control vertices of the tuned curve are too few to keep {fixed} at either end: insert knots first, or keep less"
         )));
+    }
+    let size = wanted.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+    if (wanted[0] - wanted[n - 1]).norm() <= 1e-12 * size {
+        return Err(FineTuneError::Closed { which: "ends", whose: "given" });
     }
     const WHICH: [&str; 3] =
         ["ends", "second control points from the ends", "third control points from the ends"];

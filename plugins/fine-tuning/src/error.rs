@@ -47,13 +47,24 @@ pub enum FineTuneError {
     },
     /// α is not positive.
     #[error(
-        "α is {} at {at}: where it is not positive, tangents turn round or vanish; allow it only if that is meant", Figure(*.value)
+        "α is {} at {at}: where it is not positive, tangents turn round or vanish; say any_sign where that is meant", Figure(*.value)
     )]
     NotPositive {
         /// Its value (or coefficient).
         value: f64,
         /// Where.
         at: String,
+    },
+    /// What is asked is met by no α with positive values.
+    #[error(
+        "what is asked takes an α that is not positive (the nearest one runs from {} to {}), and none with positive values does it: ask for \
+         less, give α more knots, or say any_sign where tangents may turn round", Figure(*.least), Figure(*.most)
+    )]
+    NoPositive {
+        /// The smallest value of the nearest α.
+        least: f64,
+        /// Its largest value.
+        most: f64,
     },
     /// A range that is none, or outside of the domain.
     #[error("the range [{}, {}] is not within [{}, {}] from a smaller number to a larger one", Figure(*.from), Figure(*.to), Figure(*.start), Figure(*.end))]
@@ -95,10 +106,10 @@ pub enum FineTuneError {
     },
     /// Edges of a surface that stay with α = 1 only.
     #[error(
-        "that both edges across {along} stay takes {equations} independent equations of α{}, which has {values} free values, so that \
-         only α = 1 keeps them: {} or let the ends be \"free\"", if *.net { "(u, v)" } else { "" },
-        if *.net { "give α more values along that direction (more than three times as many in each span as the surface's degree across \
-         plus 1)," } else { "scale by an α(u, v) with more values along that direction," }
+        "that both edges across {along} stay takes {equations} independent equations of α{}, which has {values} values that may change, so \
+         that only α = 1 keeps them: {}, ask for less continuity, or tune more of the surface", if *.net { "(u, v)" } else { "" },
+        if *.net { "give α more values along that direction ({ degree, knots, values }; more than three times as many in each span as the \
+         surface's degree across plus 1)" } else { "scale by an α(u, v) with more values along that direction" }
     )]
     Edges {
         /// The direction that is scaled.

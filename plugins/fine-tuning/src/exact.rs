@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
-use loftsman_kernel::functional::{Shapes, derivative, position, value_of, vertex};
+use loftsman_kernel::functional::{Linearity, Shapes, derivative, position, value_of, vertex};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{Solver, Symmetric};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::{Point, Vector};
 
+use crate::alpha::extremes;
 use crate::error::{FineTuneError, Result};
 use crate::measure::{gram, mean};
 use crate::operator::Tuning;
@@ -29,6 +30,8 @@ pub(crate) struct Asked<'a> {
     pub(crate) solver: Arc<dyn Solver>,
     /// Whether α need not be positive.
     pub(crate) any_sign: bool,
+    /// Whether the answer is taken where what is asked nearly contradicts itself.
+    pub(crate) forced: bool,
 }
 
 /// What was found.
@@ -42,26 +45,37 @@ pub(crate) struct Found {
 
 /// The curve that `α` of a space that the map is from gives, with α nearest to the one asked for that makes true what is asked.
 pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_>) -> Result<Found> {
-    let start = asked.given.point(asked.given.domain().0)?;
-    let tuned = tuned_curve(&tuning, alpha.coefficients(), start)?;
-    let problem = Problem {
-        scale: Scale::new(alpha),
-        gram: gram(alpha.space()),
-        tuned,
-        tuning,
-        asked,
-        conditions: asked.conditions()?,
-    };
-    problem.check_freedom()?;
-    let needs_bounds = |alpha: &Function<f64>| alpha.coefficients().iter().any(|c| *c <= 0.0);
-    let mut done = problem.solve(None)?;
-    if !asked.any_sign && needs_bounds(&done.1) {
-        let smallest = alpha.coefficients().iter().fold(1.0_f64, |m, c| m.min(*c));
-        done = problem.solve(Some(LEAST * smallest))?;
+    let mut problem = Problem::new(tuning, alpha, asked)?;
+    let is_linear = |c: &Constraint| c.functional().linearity() == Linearity::Linear;
+    if !problem.conditions.iter().all(is_linear) {
+        // The point of α's space nearest to the one asked for that meets what is linear, first: distances from there to all others that do
+        // are those from the α asked for, less a constant (Pythagoras), so that the answer is the same, and what is asked of a closed
+        // curve is asked of a closed one.
+        let all = problem.conditions.clone();
+        problem.conditions.retain(is_linear);
+        let (_, near, _) = problem.solve(None).map_err(|error| problem.too_few(error))?;
+        problem = Problem { conditions: all, ..Problem::new(problem.tuning, &near, asked)? };
+    }
+    let mut done = problem.solve(None).map_err(|error| problem.too_few(error))?;
+    let (first, last) = (extremes(alpha)?, extremes(&done.1)?);
+    if asked.through.is_empty() && asked.constraints.is_empty() && is_one(last) && !is_one(first) {
+        return Err(problem.no_freedom(done.2.rank));
+    }
+    if !asked.any_sign && last[0] <= 0.0 {
+        let bounded = problem.solve(Some(LEAST * first[0].clamp(0.0, 1.0)));
+        done = bounded.map_err(|error| match error {
+            EditError::Solve(_) => FineTuneError::NoPositive { least: last[0], most: last[1] },
+            other => other.into(),
+        })?;
     }
     let (curve, found, report) = done;
     let change = mean(&problem.gram, alpha.coefficients(), found.coefficients(), alpha.space().length());
     Ok(Found { curve, alpha: found, report, change })
+}
+
+/// Whether nothing is scaled.
+fn is_one([least, most]: [f64; 2]) -> bool {
+    (least - 1.0).abs() <= 1e-9 && (most - 1.0).abs() <= 1e-9
 }
 
 /// `start + ∫ α C'`.
@@ -75,15 +89,18 @@ impl Asked<'_> {
     fn conditions(&self) -> Result<Vec<Constraint>> {
         let (a, b) = self.given.domain();
         let end = if self.given.is_periodic() { a } else { b };
-        let mut all = vec![position(b).to(self.given.point(end)?)];
-        all.extend(self.through.iter().map(|(at, to)| position(*at).to(*to)));
+        let name = if self.given.is_periodic() { "closing".to_owned() } else { format!("the end at {b}") };
+        let mut all = vec![position(b).to(self.given.point(end)?).called(&name)];
+        let through = self.through.iter().enumerate();
+        all.extend(through.map(|(k, (at, to))| position(*at).to(*to).called(&format!("through[{k}]"))));
         if !self.given.is_periodic() {
             for end in [a, b] {
+                let of = |order: &str| format!("the {order} derivative at {end} (continuity)");
                 if self.continuity > 0 {
-                    all.push(position(end).on(1).axis(Axis::X).to(1.0));
+                    all.push(position(end).on(1).axis(Axis::X).to(1.0).called(&of("first")));
                 }
                 if self.continuity > 1 {
-                    all.push(derivative(end, 1).on(1).axis(Axis::X).to(0.0));
+                    all.push(derivative(end, 1).on(1).axis(Axis::X).to(0.0).called(&of("second")));
                 }
             }
         }
@@ -115,7 +132,8 @@ impl Asked<'_> {
             }
             _ => return Ok(constraint.clone()),
         };
-        let bound = Constraint::new(Arc::clone(functional), Wanted::To(Value(to)));
+        let bound =
+            Constraint::new(Arc::clone(functional), Wanted::To(Value(to))).called(&constraint.describe());
         Ok(match constraint.narrowed() {
             Some(axis) => bound.axis(axis),
             None => bound,
@@ -133,7 +151,20 @@ struct Problem<'a> {
     conditions: Vec<Constraint>,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// From α's values as they are to start with.
+    fn new(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &'a Asked<'a>) -> Result<Self> {
+        let start = asked.given.point(asked.given.domain().0)?;
+        Ok(Self {
+            scale: Scale::new(alpha),
+            gram: gram(alpha.space()),
+            tuned: tuned_curve(&tuning, alpha.coefficients(), start)?,
+            tuning,
+            asked,
+            conditions: asked.conditions()?,
+        })
+    }
+
     /// The least change of α, `∫ (Δα)²`, that makes the conditions true; with all of its values at least `bound`.
     fn solve(&self, bound: Option<f64>) -> Result<(Curve, Function<f64>, Report), EditError> {
         let count = self.tuned.points().len() + self.scale.control_vertices().len();
@@ -141,12 +172,16 @@ impl Problem<'_> {
         let unknowns = Unknowns::operator((0..count).collect(), tuning)?.measured(Some(self.gram.clone()))?;
         let mut edit =
             Edit::new(&self.tuned).with(self.scale.boxed()).named(1, "α").through(unknowns).smooth(0);
+        if self.asked.forced {
+            edit = edit.force();
+        }
         for condition in &self.conditions {
             edit = edit.ask(condition.clone());
         }
         if let Some(bound) = bound {
             for index in 0..self.scale.control_vertices().len() {
-                edit = edit.ask(vertex(index as i64).on(1).axis(Axis::X).at_least(bound));
+                let value = vertex(index as i64).on(1).axis(Axis::X).at_least(bound);
+                edit = edit.ask(value.called(&format!("value {index} of alpha")));
             }
         }
         let done = edit.solve_with(Arc::clone(&self.asked.solver))?;
@@ -158,7 +193,7 @@ impl Problem<'_> {
             report.constraints.truncate(self.conditions.len());
             let held: Vec<f64> =
                 alpha.coefficients().iter().copied().filter(|c| *c <= bound * (1.0 + 1e-9)).collect();
-            report.active.retain(|name| !name.contains("vertex"));
+            report.active.retain(|name| !(name.starts_with("value ") && name.contains(" of alpha ≥")));
             report.active.push(format!(
                 "{} of {} values of alpha ≥ {bound}",
                 held.len(),
@@ -173,20 +208,33 @@ impl Problem<'_> {
         Ok((done.shape().clone(), alpha, report))
     }
 
-    /// Refuses ends that leave α no choice: α = 1 meets them, and if no other does, nothing would be tuned.
-    fn check_freedom(&self) -> Result<()> {
+    /// Ends that leave α no choice: α = 1 meets them, and no other does, so that nothing would be tuned.
+    fn no_freedom(&self, rank: usize) -> FineTuneError {
         let values = self.scale.control_vertices().len();
-        let closed = self.asked.given.is_periodic();
-        let through = self.asked.through.len();
-        let slopes = if closed { 0 } else { 2 * usize::from(self.asked.continuity) };
-        let equations = dimensions(self.asked.given) * (1 + through) + slopes;
-        // With a point to pass, α may be what that makes it.
-        let needed = equations + usize::from(through == 0);
-        if needed <= values {
-            return Ok(());
+        let equations = self.equations().max(rank);
+        FineTuneError::TooFewValues { asked: self.what(), equations, needed: equations + 1, values }
+    }
+
+    /// What an error comes from, where α has fewer values than there are equations.
+    fn too_few(&self, error: EditError) -> FineTuneError {
+        let (values, equations) = (self.scale.control_vertices().len(), self.equations());
+        if equations <= values || !matches!(error, EditError::Solve(_)) {
+            return error.into();
         }
+        FineTuneError::TooFewValues { asked: self.what(), equations, needed: equations, values }
+    }
+
+    /// How many equations there are as a rule.
+    fn equations(&self) -> usize {
+        let slopes = if self.asked.given.is_periodic() { 0 } else { 2 * usize::from(self.asked.continuity) };
+        dimensions(self.asked.given) * (1 + self.asked.through.len()) + slopes
+    }
+
+    /// What is asked of the ends and between them, for people.
+    fn what(&self) -> String {
+        let closed = self.asked.given.is_periodic();
         let mut asked = vec![if closed { "a loop that closes" } else { "ends that stay" }.to_owned()];
-        match through {
+        match self.asked.through.len() {
             0 => {}
             1 => asked.push("a point to pass through".into()),
             more => asked.push(format!("{more} points to pass through")),
@@ -196,7 +244,7 @@ impl Problem<'_> {
             2 if !closed => asked.push("first and second derivatives that stay at both ends".into()),
             _ => {}
         }
-        Err(FineTuneError::TooFewValues { asked: asked.join(", "), equations, needed, values })
+        asked.join(", ")
     }
 }
 

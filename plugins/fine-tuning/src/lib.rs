@@ -27,6 +27,7 @@ mod similar;
 mod springs;
 mod surface;
 mod tune;
+mod turn;
 
 pub use alpha::{alpha_of, alpha_space, derivative};
 pub use curve::{Ends, FineTune, TuneReport, Tuned};

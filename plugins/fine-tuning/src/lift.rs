@@ -1,10 +1,10 @@
 //! `T S = S(u₀, v) + ∫ α S_u du`: one direction of a surface scaled.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::spline::algebra::{Field, Function};
-use loftsman_kernel::spline::{Direction, Space};
+use loftsman_kernel::spline::{Direction, Space, Surface};
+use loftsman_kernel::{Point, Vector};
 
-use crate::alpha::check_degree;
+use crate::alpha::{check_degree, extremes};
 use crate::error::{FineTuneError, Result};
 use crate::lines::{along_u, closed_u, derivative_u, size, start_row, turned};
 
@@ -36,6 +36,45 @@ impl Alpha {
             Self::Line(line) => line.coefficients(),
             Self::Net(net) => net.coefficients(),
         }
+    }
+
+    /// The smallest and the largest value, as [`extremes`] finds them; of steps those of the values.
+    pub(crate) fn extremes(&self) -> Result<[f64; 2]> {
+        match self {
+            Self::Line(line) => extremes(line),
+            Self::Net(net) => {
+                let (u, v) = (net.space(Direction::U), net.space(Direction::V));
+                if u.degree() == 0 || v.degree() == 0 {
+                    let most = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
+                    return Ok(net.coefficients().iter().fold([f64::INFINITY, f64::NEG_INFINITY], most));
+                }
+                let points = net.coefficients().iter().map(|c| Point::new(*c, 0.0, 0.0)).collect();
+                let (low, high) = Surface::new(u.clone(), v.clone(), points)?.bounds();
+                Ok([low.x, high.x])
+            }
+        }
+    }
+
+    /// What the function has of each of its values at a place.
+    ///
+    /// # Errors
+    /// When the place is outside.
+    pub(crate) fn row(&self, (u, v): (f64, f64)) -> Result<Vec<(usize, f64)>> {
+        let of = |space: &Space, at: f64| -> Result<Vec<(usize, f64)>> {
+            let at = space.locate(at)?;
+            let (p, span) = (space.degree(), space.span(at));
+            let mut row = vec![0.0; p + 1];
+            space.basis_into(span, at, 0, &mut row);
+            Ok(row.into_iter().enumerate().map(|(i, c)| (space.vertex(span - p + i), c)).collect())
+        };
+        let along = of(self.along(), u)?;
+        let Self::Net(net) = self else { return Ok(along) };
+        let (space, across) = (net.space(Direction::V), of(net.space(Direction::V), v)?);
+        let row = |(i, a): &(usize, f64)| {
+            let (i, a) = (*i, *a);
+            across.iter().map(move |(j, b)| (i * space.len() + j, a * b))
+        };
+        Ok(along.iter().flat_map(row).collect())
     }
 
     /// The same space, other values.

@@ -2,22 +2,21 @@
 
 use loftsman_kernel::spline::{Curve, Space};
 
+use crate::alpha::polynomial;
 use crate::error::{FineTuneError, Result};
 
 /// The part from `a` to `b`.
 pub(crate) fn part(curve: &Curve, a: f64, b: f64) -> Result<Curve> {
-    if curve.weights().is_some() {
-        return Err(FineTuneError::Rational { what: "curve" });
-    }
-    Ok(curve.between(a, b)?)
+    Ok(polynomial(curve)?.between(a, b)?)
 }
 
 /// The curve in the degree and with the knots of a tuned part of it, and that part's control vertices in the place of its own:
 /// all but the two at its ends, which are those of the rest. Of the rest not a bit changes.
 pub(crate) fn put_back(curve: &Curve, tuned: &Curve) -> Result<Curve> {
     let (a, b) = tuned.domain();
-    let raised = if curve.is_periodic() { curve.clone() } else { curve.to_clamped()? };
-    let raised = raised.elevate(tuned.degree() - curve.degree())?;
+    let curve = polynomial(curve)?;
+    let raised = if curve.is_periodic() { curve.into_owned() } else { curve.to_clamped()? };
+    let raised = raised.elevate(tuned.degree() - raised.degree())?;
     let missing = missing(raised.space(), tuned.space());
     let raised = raised.insert_knots(&missing)?;
     let (space, mut points, _) = raised.into_parts();

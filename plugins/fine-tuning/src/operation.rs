@@ -2,10 +2,11 @@
 
 mod surface;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint};
-use loftsman_kernel::error::Error;
+use loftsman_kernel::error::{Figure, MAX_DEGREE};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::mesh::Layer;
 use loftsman_kernel::plugin::{
@@ -23,15 +24,16 @@ use crate::{Ends, FineTune, Springs, TuneReport, alpha_of, alpha_space};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FineTuneOperation;
 
-const FIELDS: [Field; 14] = [
+const FIELDS: [Field; 15] = [
     Field::optional("object", "text", "the only curve or surface", "the object to tune"),
     Field::optional(
         "alpha",
         "number | [value, …] | { degree, knots, values } | [{ edge = [vertex, vertex], value }, …]",
         "needed, but for surfaces with alpha_u or alpha_v",
         "what the derivative is multiplied by, so that curvature is divided by it: values on the derivative's own knots (one less than \
-         an open curve has vertices, as many as a periodic one), or a spline function of its own; of a mesh or a polyline what its edges \
-         are multiplied by, 1 where nothing is said",
+         an open curve has vertices; as many as a periodic one with simple knots), or a spline function of its own, over the curve's domain \
+         or the range; of a surface rows of values, or { degree = [p, q], knots = [[…], […]], values }; of a mesh or a polyline what its \
+         edges are multiplied by, 1 where nothing is said",
     ),
     Field::optional(
         "alpha_u",
@@ -56,7 +58,7 @@ const FIELDS: [Field; 14] = [
         "\"exact\" | \"free\" | \"position\" | \"tangent\" | \"curvature\"",
         "exact",
         "exact: the ends stay, because alpha is changed for it as little as it can be; free: the start stays; the others turn and scale \
-         the whole (paper 5)",
+         the whole, and put the outermost one, two or three control vertices at either end back to where they were",
     ),
     Field::optional(
         "range",
@@ -80,7 +82,7 @@ const FIELDS: [Field; 14] = [
         "alpha_at",
         "[{ at, to }, …]",
         "none",
-        "places where alpha has just this value, and the curvature is divided by just this; exact ends only",
+        "places where alpha has just this value, and the curvature is divided by just this; of a surface at = [u, v]; exact ends only",
     ),
     Field::optional(
         "constraints",
@@ -100,7 +102,18 @@ const FIELDS: [Field; 14] = [
         "false",
         "let alpha be zero or negative, so that tangents turn round",
     ),
-    Field::optional("solver", "name", "automatic", "the solver; `loftsman plugins` lists them"),
+    Field::optional(
+        "force",
+        "true | false",
+        "false",
+        "take the answer also where what is asked nearly contradicts itself, so that alpha changes by far more than each alone would take",
+    ),
+    Field::optional(
+        "solver",
+        "name",
+        "automatic",
+        "the solver; `loftsman plugins` lists them; exact ends only",
+    ),
 ];
 
 impl Operation for FineTuneOperation {
@@ -118,7 +131,7 @@ impl Operation for FineTuneOperation {
         parameters: &Parameters,
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
-        let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
+        let object = tuned_object(scene, parameters)?;
         let curve = match scene.object(&object)?.geometry() {
             Geometry::Curve(curve) => curve.clone(),
             Geometry::Mesh(_) | Geometry::Polyline(_) => return sprung(scene, parameters, &object),
@@ -144,9 +157,10 @@ impl Operation for FineTuneOperation {
                 .error("lock", "is for meshes and polylines; a curve keeps its ends")
                 .into());
         }
-        let range = range(parameters)?;
-        let alpha = alpha(parameters, "alpha", &curve, range)?;
-        let mut tune = FineTune::new(&curve, alpha).ends(ends(parameters)?);
+        let (range, ends) = (range(parameters)?, ends(parameters)?);
+        check_solved(parameters, ends)?;
+        let alpha = alpha(parameters, "alpha", &curve, range, ends)?;
+        let mut tune = FineTune::new(&curve, alpha).ends(ends);
         if let Some((a, b)) = range {
             tune = tune.between(a, b);
         }
@@ -156,18 +170,24 @@ impl Operation for FineTuneOperation {
         if parameters.flag("any_sign")? {
             tune = tune.any_sign();
         }
+        if parameters.flag("force")? {
+            tune = tune.force();
+        }
         let mut asked = Vec::new();
         for place in places(parameters, "through")? {
             let (at, to) = (place.number("at")?, place.point("to")?);
             asked.push(position(at).to(to));
             tune = tune.through(at, to);
         }
-        for place in places(parameters, "alpha_at")? {
-            tune = tune.ask(position(place.number("at")?).on(1).axis(Axis::X).to(place.number("to")?));
+        for (k, place) in places(parameters, "alpha_at")?.iter().enumerate() {
+            let value = position(place.number("at")?).on(1).axis(Axis::X).to(place.number("to")?);
+            tune = tune.ask(value.called(&format!("alpha_at[{k}]")));
         }
         let mut names = SceneShapes::new(scene, &object)?;
-        for table in parameters.tables("constraints")? {
-            let constraint = constraint_from(context.registry, &table, &mut names)?;
+        for (k, table) in parameters.tables("constraints")?.iter().enumerate() {
+            let constraint = constraint_from(context.registry, table, &mut names)?;
+            let constraint =
+                constraint.clone().called(&format!("{} (constraints[{k}])", constraint.describe()));
             if names.shapes().len() > 1 {
                 return Err(table
                     .error(
@@ -184,7 +204,7 @@ impl Operation for FineTuneOperation {
         let start = context.clock.seconds();
         let tuned = tune.solver(Arc::clone(solver)).solve()?;
         let seconds = context.clock.seconds() - start;
-        let report = report(&object, &curve, tuned.curve(), tuned.report(), seconds, &asked);
+        let report = report(&object, &curve, tuned.curve(), tuned.report(), seconds, (ends, &asked));
         put_back(scene, &object, tuned.curve())?;
         Ok(report)
     }
@@ -214,7 +234,7 @@ fn of_surface(
 
 /// The edges of a mesh or a polyline scaled, and springs between its vertices.
 fn sprung(scene: &mut Scene, parameters: &Parameters, object: &str) -> Result<StepReport, OperationError> {
-    const CURVES: [&str; 10] = [
+    const CURVES: [&str; 11] = [
         "alpha_u",
         "alpha_v",
         "direction",
@@ -224,11 +244,12 @@ fn sprung(scene: &mut Scene, parameters: &Parameters, object: &str) -> Result<St
         "through",
         "alpha_at",
         "constraints",
+        "force",
         "solver",
     ];
     if let Some(name) = CURVES.into_iter().find(|name| parameters.has(name)) {
         return Err(parameters
-            .error(name, "is for curves: the edges of a mesh or a polyline are springs")
+            .error(name, "is for curves and surfaces: the edges of a mesh or a polyline are springs")
             .into());
     }
     let mut geometry = scene.object(object)?.geometry().clone();
@@ -242,13 +263,19 @@ fn sprung(scene: &mut Scene, parameters: &Parameters, object: &str) -> Result<St
     };
     match parameters.value("alpha") {
         Some(value) if value.is_array() => {
-            let known = ["edge", "value"].map(|name| Field::required(name, "", ""));
+            const KNOWN: [Field; 2] =
+                [Field::required("edge", "[vertex, vertex]", ""), Field::required("value", "number", "")];
+            let mut seen = BTreeSet::new();
             for table in parameters.tables("alpha")? {
-                table.check(&known)?;
+                table.check(&KNOWN)?;
                 let [a, b] = table.integers("edge")?[..] else {
                     return Err(table.error("edge", "two vertices [i, j] are needed").into());
                 };
                 let (a, b) = (vertex_index(a, count)?, vertex_index(b, count)?);
+                if !seen.insert([a.min(b), a.max(b)]) {
+                    let problem = format!("the edge between {a} and {b} is named before: give it one value");
+                    return Err(table.error("edge", problem).into());
+                }
                 springs
                     .scale([a, b], table.number("value")?)
                     .map_err(|e| table.error("edge", e.to_string()))?;
@@ -290,19 +317,25 @@ fn report(
     after: &Curve,
     tuned: &TuneReport,
     seconds: f64,
-    asked: &[Constraint],
+    (ends, asked): (Ends, &[Constraint]),
 ) -> StepReport {
     let [least, most] = tuned.alpha;
     let mut notes = vec![format!(
-        "alpha {least:.4} to {most:.4}, changed by {:.2e} in the mean; degree {} → {}",
+        "alpha {} to {}, changed by {:.2e} in the mean; degree {} → {}",
+        short(least),
+        short(most),
         tuned.change,
         before.degree(),
         after.degree()
     )];
     if tuned.scale != 1.0 {
         notes.push(format!(
-            "scaled by {:.6} to keep the ends: curvature is divided by alpha times that",
-            tuned.scale
+            "scaled by {} to keep the ends: curvature is divided by alpha times that{}",
+            short(tuned.scale),
+            match ends {
+                Ends::Tangent | Ends::Curvature => ", but near the ends, which are bent back",
+                _ => "",
+            }
         ));
     }
     notes.extend(tuned.notes.iter().cloned());
@@ -343,11 +376,37 @@ fn report(
     }
 }
 
+/// What a step tunes where it does not say: the only curve or surface, or where there is none the only mesh or polyline.
+fn tuned_object(scene: &Scene, parameters: &Parameters) -> Result<String, ParameterError> {
+    let spline = editable(scene);
+    if scene.objects().iter().any(|object| spline(object.geometry())) {
+        return object_name(scene, parameters, spline, "curve or surface");
+    }
+    let fits = |g: &Geometry| matches!(g, Geometry::Mesh(_) | Geometry::Polyline(_));
+    object_name(scene, parameters, fits, "curve, surface, mesh or polyline")
+}
+
+/// Refuses what is said of a solution where nothing is solved.
+fn check_solved(parameters: &Parameters, ends: Ends) -> Result<(), ParameterError> {
+    match ["solver", "force"].into_iter().find(|name| parameters.has(name)) {
+        Some(name) if ends != Ends::Exact => {
+            Err(parameters.error(name, "nothing is solved with these ends: it is for ends = \"exact\""))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A number to five digits.
+fn short(x: f64) -> Figure {
+    Figure(format!("{x:.4e}").parse().unwrap_or(x))
+}
+
 /// Tables with `at` and `to` and nothing else.
 fn places(parameters: &Parameters, name: &str) -> Result<Vec<Parameters>, ParameterError> {
-    let known = ["at", "to"].map(|name| Field::required(name, "", ""));
+    const KNOWN: [Field; 2] =
+        [Field::required("at", "a place", ""), Field::required("to", "what is there", "")];
     let tables = parameters.tables(name)?;
-    tables.iter().try_for_each(|table| table.check(&known))?;
+    tables.iter().try_for_each(|table| table.check(&KNOWN))?;
     Ok(tables)
 }
 
@@ -385,6 +444,7 @@ fn alpha(
     name: &str,
     curve: &Curve,
     range: Option<(f64, f64)>,
+    ends: Ends,
 ) -> Result<Function<f64>, OperationError> {
     let wrong = |problem: String| parameters.error(name, problem);
     match parameters.value(name) {
@@ -394,7 +454,7 @@ fn alpha(
         }
         Some(value) if value.is_object() => {
             let table = parameters.table(name)?;
-            let given = function(&table).map_err(|error| wrong(error.to_string()))?;
+            let given = function(&table)?;
             let (own, whole) = (given.space().domain(), curve.domain());
             if own != whole && Some(own) != range {
                 let range = range.map_or(String::new(), |(a, b)| format!(" or over the range [{a}, {b}]"));
@@ -406,27 +466,55 @@ fn alpha(
             }
             Ok(given)
         }
-        _ => Ok(Function::constant(alpha_space(curve)?, parameters.number(name)?)?),
+        _ => Ok(Function::constant(number_space(curve, ends)?, parameters.number(name)?)?),
     }
+}
+
+/// The space of α that is given as a number: where it has to change, that of the derivative, in a lower degree if the tuned curve's
+/// would be too high; else the constants.
+fn number_space(curve: &Curve, ends: Ends) -> Result<Space, OperationError> {
+    let space = alpha_space(curve)?;
+    let (a, b) = space.domain();
+    if ends != Ends::Exact {
+        return Ok(Space::open(0, vec![a, b])?);
+    }
+    let most = MAX_DEGREE - 1 - space.degree().min(MAX_DEGREE - 1);
+    if space.degree() <= most {
+        return Ok(space);
+    }
+    Ok(if space.is_periodic() {
+        Space::periodic(most, space.breakpoints())?
+    } else {
+        Space::clamped(most, &space.breakpoints())?
+    })
 }
 
 /// A spline function by its degree, knots and values: open, or periodic where there is one knot more than values.
 fn function(table: &Parameters) -> Result<Function<f64>, OperationError> {
-    let known = ["degree", "knots", "values"].map(|name| Field::required(name, "", ""));
-    table.check(&known)?;
+    const KNOWN: [Field; 3] = [
+        Field::required("degree", "number", ""),
+        Field::required("knots", "[knot, …]", ""),
+        Field::required("values", "[value, …]", ""),
+    ];
+    table.check(&KNOWN)?;
     let (degree, knots, values) = (table.count("degree")?, table.numbers("knots")?, table.numbers("values")?);
-    let n = values.len();
-    if knots.len() == n + degree + 1 {
-        return Ok(Function::new(Space::open(degree, knots)?, values)?);
-    }
-    if knots.len() == n + 1 {
-        return Ok(Function::new(Space::periodic(degree, knots)?, values)?);
-    }
-    Err(Error::Invalid(format!(
-        "{} knots and {n} values of degree {degree}: an open function has {} knots, a periodic one {}",
-        knots.len(),
-        n + degree + 1,
-        n + 1
-    ))
-    .into())
+    let space = space(degree, knots, values.len()).map_err(|problem| table.error("knots", problem))?;
+    Function::new(space, values).map_err(|error| table.error("values", error.to_string()).into())
+}
+
+/// The space of so many values: open, or periodic where there is one knot more than values.
+fn space(degree: usize, knots: Vec<f64>, values: usize) -> Result<Space, String> {
+    let found = knots.len();
+    let space = if found == values + degree + 1 {
+        Space::open(degree, knots)
+    } else if found == values + 1 {
+        Space::periodic(degree, knots)
+    } else {
+        return Err(format!(
+            "{found} knots and {values} values of degree {degree}: an open function has {} knots, a periodic one {}",
+            values + degree + 1,
+            values + 1
+        ));
+    };
+    space.map_err(|error| error.to_string())
 }

@@ -3,7 +3,7 @@
 use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::spline::{Direction, Space, Surface};
 
-use crate::alpha::{check_positive, restricted};
+use crate::alpha::{check_positive, restricted, same};
 use crate::error::{FineTuneError, Result};
 use crate::lift::Alpha;
 use crate::lines::{along, derivative_u, facing, index, name, turned};
@@ -170,10 +170,13 @@ impl Scaling {
 /// # Errors
 /// When the surface is rational, or torn.
 pub fn surface_alpha_spaces(surface: &Surface) -> Result<[Space; 2]> {
-    if surface.weights().is_some() {
-        return Err(FineTuneError::Rational { what: "surface" });
-    }
-    let given = surface.function()?;
+    let given = match surface.weights() {
+        None => surface.function()?,
+        Some(weights) if same(weights) => {
+            Surface::new(surface.u().clone(), surface.v().clone(), surface.points().to_vec())?.function()?
+        }
+        Some(_) => return Err(FineTuneError::Rational { what: "surface" }),
+    };
     let of = |field: Field<_>| -> Result<Space> { Ok(derivative_u(&field)?.space(Direction::U).clone()) };
     Ok([of(given.clone())?, of(turned(&given)?)?])
 }

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Rotation3, SVD};
 
 use crate::error::{FineTuneError, Result};
 use crate::lines::size;
+use crate::turn::least_turn;
 
 /// The tuned surface with `fixed` rows at either end along `u` as the given one (in the same space) has them, the rest brought
 /// there by the similarity that takes the innermost two of these rows to where they should be. Of a curve there always is one; of
@@ -77,7 +78,7 @@ impl Similarity {
         let values = svd.singular_values;
         let (turn, trace) = if values[1] <= 1e-14 * values[0] {
             let (p, q) = pairs().max_by(|a, b| a.0.norm().total_cmp(&b.0.norm())).unwrap_or_default();
-            (Rotation3::rotation_between(&p, &q).unwrap_or_else(Rotation3::identity), values[0])
+            (least_turn(&p, &q), values[0])
         } else {
             let sign = (left.determinant() * right.determinant()).signum();
             let flip = Matrix3::from_diagonal(&Vector::new(1.0, 1.0, sign));

@@ -7,6 +7,7 @@ use loftsman_kernel::edit::Report;
 use loftsman_kernel::solve::{Automatic, Solver};
 use loftsman_kernel::spline::{Direction, Surface};
 
+use crate::alpha::same;
 use crate::curve::Ends;
 use crate::error::{FineTuneError, Result};
 use crate::lines::{across, index, name};
@@ -52,8 +53,17 @@ pub struct FineTuneSurface {
     pub(crate) ends: [Ends; 2],
     pub(crate) region: Region,
     continuity: Option<u8>,
+    pub(crate) pinned: Vec<Pin>,
     pub(crate) solver: Arc<dyn Solver>,
     pub(crate) any_sign: bool,
+}
+
+/// A value that α of a direction has at a place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pin {
+    pub(crate) direction: Direction,
+    pub(crate) at: (f64, f64),
+    pub(crate) value: f64,
 }
 
 /// A tuned surface.
@@ -93,12 +103,20 @@ impl fmt::Debug for FineTuneSurface {
 impl FineTuneSurface {
     /// The tuning of a surface by spline functions over its domain, or over the region that is tuned.
     pub fn new(surface: &Surface, scaling: Scaling) -> Self {
+        // Weights that are all the same are none.
+        let polynomial = match surface.weights() {
+            Some(weights) if same(weights) => {
+                Surface::new(surface.u().clone(), surface.v().clone(), surface.points().to_vec()).ok()
+            }
+            _ => None,
+        };
         Self {
-            surface: surface.clone(),
+            surface: polynomial.unwrap_or_else(|| surface.clone()),
             scaling,
             ends: [Ends::default(); 2],
             region: [None; 2],
             continuity: None,
+            pinned: Vec::new(),
             solver: Arc::new(Automatic),
             any_sign: false,
         }
@@ -135,6 +153,14 @@ impl FineTuneSurface {
         self
     }
 
+    /// Holds α of a direction at a value in a place `(u, v)`, with [`Ends::Exact`]: the derivative is multiplied by just this there. Of an
+    /// α of one parameter the other number does not matter.
+    #[must_use]
+    pub fn alpha_at(mut self, direction: Direction, at: (f64, f64), value: f64) -> Self {
+        self.pinned.push(Pin { direction, at, value });
+        self
+    }
+
     /// The solver of the equations for α.
     #[must_use]
     pub fn solver(mut self, solver: impl Solver + 'static) -> Self {
@@ -158,6 +184,18 @@ impl FineTuneSurface {
     pub fn solve(&self) -> Result<TunedSurface> {
         if self.surface.weights().is_some() {
             return Err(FineTuneError::Rational { what: "surface" });
+        }
+        for pin in &self.pinned {
+            let exact = self.ends[index(pin.direction)] == Ends::Exact;
+            if !exact
+                || matches!(self.scaling, Scaling::Both { .. })
+                || self.scaling.of(pin.direction)?.is_none()
+            {
+                return Err(FineTuneError::Contradiction(format!(
+                    "α along {} can be held at a value where it is one direction's and changed for it, with ends = \"exact\"",
+                    name(pin.direction)
+                )));
+            }
         }
         if !self.any_sign {
             self.scaling.check_positive()?;

@@ -50,9 +50,7 @@ impl FineTuneSurface {
         for direction in [Direction::U, Direction::V] {
             let (Some(first), Some(found)) = (asked.of(direction)?, scaling.of(direction)?) else { continue };
             report.change[index(direction)] = change(&first, &found)?;
-            let extremes = |m: [f64; 2], c: &f64| [m[0].min(*c), m[1].max(*c)];
-            report.alpha[index(direction)] =
-                found.values().iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes);
+            report.alpha[index(direction)] = found.extremes()?;
         }
         Ok(TunedSurface { surface: field.into_surface()?, scaling, report })
     }
@@ -80,11 +78,13 @@ impl FineTuneSurface {
         let edges = Edges {
             rows: if ends { level } else { 0 },
             columns,
+            pins: self.pinned.iter().filter(|pin| pin.direction == direction).collect(),
             solver: &self.solver,
             any_sign: self.any_sign,
             names: [name(direction), name(across(direction))],
         };
         let (alpha, solved) = edges.solve(given, &alpha)?;
+        report.notes.extend(solved.iter().flat_map(|solved| solved.notes.iter().cloned()));
         report.solved[index(direction)] = solved;
         Ok(alpha)
     }

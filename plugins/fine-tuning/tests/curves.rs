@@ -500,15 +500,20 @@ fn what_cannot_be_is_refused_in_words() {
     let error =
         text(FineTune::new(&curve, alpha.clone()).ends(Ends::Free).through(1.0, Point::origin()).solve());
     assert!(error.contains("exact"), "{error}");
-    let rational = Curve::rational(space, points, vec![1.0; 9]).unwrap();
+    let weights = (0..9).map(|k| 1.0 + f64::from(k % 3)).collect();
+    let rational = Curve::rational(space.clone(), points.clone(), weights).unwrap();
     let error = text(FineTune::new(&rational, alpha.clone()).solve());
     assert!(error.contains("rational"), "{error}");
+    // Weights that are all the same are none.
+    let plain = Curve::rational(space, points, vec![2.5; 9]).unwrap();
+    let tuned = FineTune::new(&plain, alpha.clone()).solve().unwrap();
+    assert_eq!(tuned.curve(), FineTune::new(&curve, alpha.clone()).solve().unwrap().curve());
     let far = Function::constant(Space::clamped(2, &[0.0, 1.0]).unwrap(), 1.0).unwrap();
     let error = text(FineTune::new(&curve, far).solve());
     assert!(error.contains("[0, 1]"), "{error}");
     // A point out of reach: α would have to be negative.
     let error = text(FineTune::new(&curve, alpha).through(3.0, Point::new(500.0, 0.0, 0.0)).solve());
-    assert!(error.contains("position at 3"), "{error}");
+    assert!(error.contains("takes an α that is not positive") && error.contains("any_sign"), "{error}");
 }
 
 /// A range that is all of a period, said as one.

@@ -99,6 +99,58 @@ fn area_kept_while_alpha_scales() {
     assert!((after.point(6.0).unwrap() - before.point(6.0).unwrap()).norm() > 1e-3);
 }
 
+/// A number has no degree, a scene with one polyline one object, and a surface's α tables.
+#[test]
+fn what_needs_no_saying() {
+    let mut scene = Scene::new();
+    let points = (0..20).map(|i| Point::new(f64::from(i), f64::from(i * i % 5), 0.0)).collect();
+    let high = Curve::new(Space::clamped_uniform(16, 20).unwrap(), points).unwrap();
+    scene.add(Object::new("high", high.clone().into())).unwrap();
+    run(&mut scene, json!({ "alpha": 2.0, "ends": "free" })).unwrap();
+    let tuned = scene.curve("high").unwrap().clone();
+    assert_eq!((tuned.degree(), tuned.points().len()), (16, 20));
+    let off = tuned.point(3.0).unwrap()
+        - (high.point(0.0).unwrap() + (high.point(3.0).unwrap() - high.point(0.0).unwrap()) * 2.0);
+    assert!(off.norm() < 1e-10, "{off}");
+    scene.replace("high", high.into()).unwrap();
+    let report = run(&mut scene, json!({ "alpha": 2.0 })).unwrap();
+    assert!(scene.curve("high").unwrap().degree() <= 25 && report.residual.unwrap() < 1e-12);
+
+    let mut scene = Scene::new();
+    let line = Polyline {
+        points: vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(1.0, 2.0, 0.0)],
+        closed: false,
+    };
+    scene.add(Object::new("line", line.into())).unwrap();
+    run(&mut scene, json!({ "alpha": [{ "edge": [1, 2], "value": 1.5 }] })).unwrap();
+    assert!(
+        (scene.object("line").unwrap().geometry().points()[2] - Point::new(1.0, 3.0, 0.0)).norm() < 1e-12
+    );
+    let twice = json!({ "alpha": [{ "edge": [1, 2], "value": 1.5 }, { "edge": [2, 1], "value": 2 }] });
+    let error = run(&mut scene, twice).unwrap_err().to_string();
+    assert!(error.contains("step[0].alpha[1].edge") && error.contains("named before"), "{error}");
+
+    let mut scene = Scene::new();
+    let at = |k: i32| Point::new(f64::from(k / 5), f64::from(k % 5), f64::from(k * k % 7));
+    let space = |n| Space::clamped_uniform(3, n).unwrap();
+    let surface = Surface::new(space(7), space(5), (0..35).map(at).collect()).unwrap();
+    scene.add(Object::new("sheet", surface.clone().into())).unwrap();
+    let rows: Vec<Value> = (0..24).map(|_| json!([1, 1, 1])).collect();
+    let knots: Vec<f64> =
+        [0.0; 2].into_iter().chain((0..=22).map(|k| f64::from(k) * 4.0 / 22.0)).chain([4.0; 2]).collect();
+    let table = json!({ "degree": [2, 2], "knots": [knots, [0, 0, 0, 2, 2, 2]], "values": rows });
+    run(
+        &mut scene,
+        json!({ "alpha": table, "direction": "u", "alpha_at": [{ "at": [1.7, 0.6], "to": 0.5 }] }),
+    )
+    .unwrap();
+    let Geometry::Surface(tuned) = scene.object("sheet").unwrap().geometry() else {
+        unreachable!("a surface")
+    };
+    let wanted = surface.derivative(1.7, 0.6, 1, 0).unwrap() * 0.5;
+    assert!((tuned.derivative(1.7, 0.6, 1, 0).unwrap() - wanted).norm() < 1e-11);
+}
+
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     let error = fails(json!({ "object": "wave" }));

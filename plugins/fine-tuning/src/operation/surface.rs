@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{OperationError, ParameterError, Parameters, StepReport};
+use loftsman_kernel::plugin::{Field, OperationError, ParameterError, Parameters, StepReport};
 use loftsman_kernel::solve::Solver;
 use loftsman_kernel::spline::algebra::{Field as Net, Function};
 use loftsman_kernel::spline::{Direction, Surface};
 
-use super::{continuity, ends, function};
+use super::{check_solved, continuity, ends, function, places, short, space};
 use crate::{FineTuneSurface, Scaling, SurfaceReport, surface_alpha_of, surface_alpha_spaces};
 
 /// The tuned surface, and what is told of it.
@@ -16,12 +16,29 @@ pub(super) fn tuned(
     surface: &Surface,
     solver: Arc<dyn Solver>,
 ) -> Result<(Surface, StepReport), OperationError> {
-    const CURVES: [&str; 4] = ["through", "alpha_at", "constraints", "lock"];
+    const CURVES: [&str; 3] = ["through", "constraints", "lock"];
     if let Some(name) = CURVES.into_iter().find(|name| parameters.has(name)) {
         return Err(parameters.error(name, "is not for surfaces").into());
     }
-    let mut tune =
-        FineTuneSurface::new(surface, scaling(parameters, surface)?).ends(ends(parameters)?).solver(solver);
+    let ends = ends(parameters)?;
+    check_solved(parameters, ends)?;
+    let scaling = scaling(parameters, surface)?;
+    let mut tune = FineTuneSurface::new(surface, scaling.clone()).ends(ends).solver(solver);
+    for place in places(parameters, "alpha_at")? {
+        let direction = match &scaling {
+            Scaling::Directional { u: Some(_), v: None } => Direction::U,
+            Scaling::Directional { u: None, v: Some(_) } => Direction::V,
+            Scaling::Along { direction, .. } => *direction,
+            _ => {
+                let problem = "is for an alpha of one direction, which can be changed to have a value somewhere: tune one after the other";
+                return Err(parameters.error("alpha_at", problem).into());
+            }
+        };
+        let [u, v] = place.numbers("at")?[..] else {
+            return Err(place.error("at", "a place [u, v] on the surface is needed").into());
+        };
+        tune = tune.alpha_at(direction, (u, v), place.number("to")?);
+    }
     for (direction, (a, b)) in region(parameters)? {
         tune = tune.between(direction, a, b);
     }
@@ -49,11 +66,13 @@ fn report(before: &Surface, after: &Surface, tuned: &SurfaceReport) -> StepRepor
         if least != 1.0 || most != 1.0 {
             let change = tuned.change[k];
             notes.push(format!(
-                "alpha along {name} {least:.4} to {most:.4}, changed by {change:.2e} in the mean"
+                "alpha along {name} {} to {}, changed by {change:.2e} in the mean",
+                short(least),
+                short(most)
             ));
         }
         if tuned.scale[k] != 1.0 {
-            notes.push(format!("scaled by {:.6} to keep its ends along {name}", tuned.scale[k]));
+            notes.push(format!("scaled by {} to keep its ends along {name}", short(tuned.scale[k])));
         }
     }
     notes.extend(
@@ -98,9 +117,7 @@ fn scaling(parameters: &Parameters, surface: &Surface) -> Result<Scaling, Operat
                 }
                 Some(Function::new(space.clone(), values)?)
             }
-            Some(value) if value.is_object() => {
-                Some(function(&parameters.table(name)?).map_err(|error| wrong(error.to_string()))?)
-            }
+            Some(value) if value.is_object() => Some(function(&parameters.table(name)?)?),
             Some(_) => Some(Function::constant(space.clone(), parameters.number(name)?)?),
         })
     };
@@ -128,12 +145,15 @@ fn scaling(parameters: &Parameters, surface: &Surface) -> Result<Scaling, Operat
     })
 }
 
-/// α(u, v): one number, or rows of values along `u`, each along `v`, on the derivatives' own knots.
+/// α(u, v): one number, rows of values along `u`, each along `v`, on the derivatives' own knots, or a spline function of two parameters.
 fn net(
     parameters: &Parameters,
     surface: &Surface,
     [u, v]: [&loftsman_kernel::spline::Space; 2],
 ) -> Result<Net<f64>, OperationError> {
+    if parameters.value("alpha").is_some_and(|value| value.is_object()) {
+        return net_function(&parameters.table("alpha")?);
+    }
     let Some(rows) = parameters.value("alpha").and_then(|value| value.as_array()) else {
         let value = parameters.number("alpha")?;
         return Ok(Net::new(u.clone(), v.clone(), vec![value; u.len() * v.len()])?);
@@ -153,6 +173,37 @@ fn net(
         }
     }
     surface_alpha_of(surface, values).map_err(|error| parameters.error("alpha", error.to_string()).into())
+}
+
+/// A spline function of two parameters by its degrees, knots and rows of values.
+fn net_function(table: &Parameters) -> Result<Net<f64>, OperationError> {
+    const KNOWN: [Field; 3] = [
+        Field::required("degree", "[p, q]", ""),
+        Field::required("knots", "[[knot, …], [knot, …]]", ""),
+        Field::required("values", "[[value, …], …]", ""),
+    ];
+    table.check(&KNOWN)?;
+    let lists = |name: &str| -> Result<Vec<Vec<f64>>, ParameterError> {
+        let all = table.list(name)?.iter().map(|row| row.as_array()?.iter().map(|x| x.as_f64()).collect());
+        all.collect::<Option<_>>().ok_or_else(|| table.error(name, "lists of numbers are needed"))
+    };
+    let &[p, q] = &table.integers("degree")?[..] else {
+        return Err(table.error("degree", "two degrees [p, q] are needed").into());
+    };
+    let [p, q] = [p, q].map(|degree| usize::try_from(degree).unwrap_or(usize::MAX));
+    let rows = lists("values")?;
+    let columns = rows.first().map_or(0, Vec::len);
+    if let Some(k) = rows.iter().position(|row| row.len() != columns) {
+        let problem = format!("row {k} has {} values, and the first {columns}", rows[k].len());
+        return Err(table.error("values", problem).into());
+    }
+    let Ok([of_u, of_v]) = <[Vec<f64>; 2]>::try_from(lists("knots")?) else {
+        return Err(table.error("knots", "those along u and those along v are needed").into());
+    };
+    let of =
+        |degree, knots, count| space(degree, knots, count).map_err(|problem| table.error("knots", problem));
+    let (u, v) = (of(p, of_u, rows.len())?, of(q, of_v, columns)?);
+    Net::new(u, v, rows.concat()).map_err(|error| table.error("values", error.to_string()).into())
 }
 
 /// The part of one direction that is tuned.

@@ -23,7 +23,13 @@ fn what_cannot_be_is_refused_in_words() {
     assert!(error.contains("α is -0.5 at value [2, 3]"), "{error}");
     let allowed = FineTuneSurface::new(&surface, Scaling::along(U, negative)).any_sign().ends(Ends::Free);
     assert!(allowed.solve().is_ok());
-    let rational = Surface::rational(u.clone(), v.clone(), surface.points().to_vec(), vec![1.0; 42]).unwrap();
+    let rational = Surface::rational(
+        u.clone(),
+        v.clone(),
+        surface.points().to_vec(),
+        (0..42).map(|k| 1.0 + f64::from(k % 3)).collect(),
+    )
+    .unwrap();
     let error = text(FineTuneSurface::new(&rational, Scaling::u(line.clone())).solve());
     assert!(error.contains("rational surface"), "{error}");
     let far = Function::constant(Space::clamped(2, &[0.0, 1.0]).unwrap(), 2.0).unwrap();

@@ -1,0 +1,223 @@
+//! Where tuning was wrong once: closed curves whose area is kept, values of α beyond the ends, turns of no angle, parts that cannot change.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+use loftsman_area_volume::{area, area_of};
+use loftsman_fine_tuning::{
+    Ends, FineTune, FineTuneError, FineTuneSurface, Scaling, alpha_of, alpha_space, surface_alpha_of,
+    surface_alpha_spaces,
+};
+use loftsman_kernel::edit::Ask;
+use loftsman_kernel::spline::algebra::{Field, Function};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+
+/// Numbers in [0, 1), always the same.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+fn ring(degree: usize, n: usize, size: f64, random: &mut Random) -> Curve {
+    let mut knots = vec![0.0];
+    (0..n).for_each(|k| knots.push(knots[k] + 0.4 + random.next()));
+    let point = |i: usize, random: &mut Random| {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+        let r = size * (0.8 + 0.4 * random.next());
+        Point::new(3.0 * r * cos, 2.0 * r * sin, 0.0)
+    };
+    let points = (0..n).map(|i| point(i, random)).collect();
+    Curve::new(Space::periodic(degree, knots).unwrap(), points).unwrap()
+}
+
+/// Curves without any symmetry, whose first guess does not close.
+#[test]
+fn area_is_kept_of_curves_that_alpha_opens() {
+    let (mut refused, mut done) = (0, 0);
+    for case in 0..120 {
+        let random = &mut Random(case);
+        let (degree, n) = (2 + (case as usize) % 4, 9 + (case as usize) % 7);
+        let size = [1.0, 1e-9, 1e9][case as usize % 3];
+        let curve = ring(degree, n, size, random);
+        let values = (0..alpha_space(&curve).unwrap().len()).map(|_| 0.8 + 0.4 * random.next()).collect();
+        let alpha = alpha_of(&curve, values).unwrap();
+        let tune = FineTune::new(&curve, alpha.clone()).ask(area().keep());
+        let Ok(tuned) = tune.solve() else {
+            refused += 1;
+            continue;
+        };
+        done += 1;
+        let (was, is) = (area_of(&curve).unwrap(), area_of(tuned.curve()).unwrap());
+        assert!((was - is).abs() < 1e-9 * was.abs(), "{case}: {was} {is}");
+        assert!(tuned.curve().is_periodic());
+        for u in [0.1, 0.37, 0.81] {
+            let u = u * curve.domain().1;
+            let wanted = curve.derivative(u, 1).unwrap() * tuned.alpha().value(u).unwrap();
+            let off = (tuned.curve().derivative(u, 1).unwrap() - wanted).norm();
+            assert!(off < 1e-10 * size * 10.0, "{case}: {off:e}");
+        }
+        // Nothing nearer was passed by: what is asked less one thing is at most as far.
+        let less = FineTune::new(&curve, alpha).solve().unwrap().report().change;
+        assert!(tuned.report().change >= less * (1.0 - 1e-9), "{case}: {} {less}", tuned.report().change);
+    }
+    assert!(done > 100 && refused <= 6, "{done} done, {refused} refused");
+}
+
+/// Knots beyond the ends of a curve leave α values that nothing on the domain depends on.
+#[test]
+fn knots_at_the_ends_of_floating_curves_do_no_harm() {
+    for degree in 2..=6 {
+        let n = degree + 6;
+        let mut random = Random(degree as u64);
+        let points = (0..n).map(|i| Point::new(i as f64, 2.0 * random.next(), random.next())).collect();
+        let curve = Curve::new(Space::floating_uniform(degree, n).unwrap(), points).unwrap();
+        let (a, b) = curve.domain();
+        for at in [a, b] {
+            let refined = curve.insert_knots(&[at]).unwrap();
+            let values = (0..alpha_space(&refined).unwrap().len()).map(|k| 1.0 + 0.3 * (k % 3) as f64);
+            let alpha = alpha_of(&refined, values.collect()).unwrap();
+            let tuned = FineTune::new(&refined, alpha.clone()).solve().unwrap();
+            let off = (tuned.curve().point(b).unwrap() - curve.point(b).unwrap()).norm();
+            assert!(off < 1e-12 * n as f64, "{degree}: {off:e}");
+            // α is positive where it is, whatever its values beyond the ends would be.
+            let [least, most] = tuned.report().alpha;
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for k in 0..=400 {
+                let value = tuned.alpha().value(a + (b - a) * f64::from(k) / 400.0).unwrap();
+                (low, high) = (low.min(value), high.max(value));
+            }
+            assert!(least <= low && low < least + 1e-3 && high <= most && most < high + 1e-3);
+        }
+    }
+}
+
+/// A number scales the whole, which the paper's ends undo to the last digits: the turn is none.
+#[test]
+fn a_number_between_kept_ends_is_the_same_curve() {
+    for case in 0..300 {
+        let random = &mut Random(1000 + case);
+        let size = [1.0, 1e-9, 1e9][case as usize % 3];
+        let points = (0..9).map(|_| Point::new(random.next(), random.next(), random.next()) * size).collect();
+        let curve = Curve::new(Space::clamped_uniform(3, 9).unwrap(), points).unwrap();
+        let alpha = Function::constant(alpha_space(&curve).unwrap(), 3.0).unwrap();
+        let tuned = FineTune::new(&curve, alpha).ends(Ends::Position).solve().unwrap();
+        for k in 0..=20 {
+            let u = 6.0 * f64::from(k) / 20.0;
+            let off = (tuned.curve().point(u).unwrap() - curve.point(u).unwrap()).norm();
+            assert!(off < 1e-13 * size * 10.0, "{case}: {off:e}");
+        }
+    }
+}
+
+#[test]
+fn closed_curves_have_no_ends_for_the_papers_ways() {
+    let curve = ring(3, 12, 1.0, &mut Random(5));
+    let alpha = alpha_of(&curve, (0..12).map(|k| if k < 4 { 0.5 } else { 1.0 }).collect()).unwrap();
+    for ends in [Ends::Position, Ends::Tangent, Ends::Curvature] {
+        for curve in [curve.clone(), curve.to_clamped().unwrap()] {
+            let alpha = if curve.is_periodic() { alpha.clone() } else { alpha.opened().unwrap() };
+            let error = FineTune::new(&curve, alpha).ends(ends).solve().unwrap_err();
+            assert!(matches!(error, FineTuneError::Closed { .. }), "{ends:?}: {error}");
+        }
+    }
+    let error = FineTune::new(&curve, alpha).continuity(1).solve().unwrap_err().to_string();
+    assert!(error.contains("no ends"), "{error}");
+}
+
+#[test]
+fn corners_that_a_part_leaves_are_said() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.8 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let values = (0..11).map(|k| 1.0 + 0.2 * f64::from(k % 4)).collect();
+    let tune = FineTune::new(&curve, alpha_of(&curve, values).unwrap()).between(2.2, 6.4);
+    let tuned = tune.clone().ends(Ends::Position).solve().unwrap();
+    let corner = |at: f64| {
+        let [before, after] = [-1e-7, 1e-7].map(|by| tuned.curve().derivative(at + by, 1).unwrap());
+        before.angle(&after).to_degrees()
+    };
+    for at in [2.2, 6.4] {
+        let angle = format!("{:.2}", corner(at));
+        let notes = &tuned.report().notes;
+        assert!(corner(at) > 0.1 && notes.iter().any(|n| n.contains(&angle)), "{angle} {notes:?}");
+    }
+    for ends in [Ends::Tangent, Ends::Exact] {
+        assert!(
+            tune.clone().ends(ends).solve().unwrap().report().notes.iter().all(|n| !n.contains("corner"))
+        );
+    }
+}
+
+fn patch() -> Surface {
+    let mut random = Random(77);
+    let at = |i: usize, j: usize, random: &mut Random| Point::new(i as f64, j as f64, 2.0 * random.next());
+    let points =
+        (0..9).flat_map(|i| (0..6).map(move |j| (i, j))).map(|(i, j)| at(i, j, &mut random)).collect();
+    Surface::new(Space::clamped_uniform(3, 9).unwrap(), Space::clamped_uniform(2, 6).unwrap(), points)
+        .unwrap()
+}
+
+/// A part whose borders leave α no choice is refused, and never written as it was.
+#[test]
+fn a_part_that_cannot_change_is_refused() {
+    let surface = patch();
+    let (mut refused, mut changed) = (0, 0);
+    for case in 0..40 {
+        let random = &mut Random(500 + case);
+        let (u, v) = (0.2 + 2.0 * random.next(), 0.2 + 1.0 * random.next());
+        let (up, vp) = (u + 0.5 + 3.0 * random.next(), v + 0.5 + 1.5 * random.next());
+        let [along, across] = surface_alpha_spaces(&surface).unwrap();
+        let alpha = surface_alpha_of(&surface, vec![0.8; along.len() * across.len()]).unwrap();
+        let tune = FineTuneSurface::new(&surface, Scaling::along(Direction::U, alpha))
+            .between(Direction::U, u, up)
+            .between(Direction::V, v, vp);
+        match tune.solve() {
+            Err(error) => {
+                refused += 1;
+                assert!(error.to_string().contains("only α = 1 keeps them"), "{error}");
+            }
+            Ok(tuned) => {
+                let (mut most, mid) = (0.0_f64, 0.5 * (v + vp));
+                for k in 1..20 {
+                    let at = u + (up - u) * f64::from(k) / 20.0;
+                    let off = tuned.surface().point(at, mid).unwrap() - surface.point(at, mid).unwrap();
+                    most = most.max(off.norm());
+                }
+                changed += 1;
+                assert!(most > 1e-6, "{case}: a region of which nothing changed: {most:e}");
+            }
+        }
+    }
+    assert!(refused > 5 && refused + changed == 40, "{refused} {changed}");
+}
+
+/// The curvature at a place made twice as big, both edges kept.
+#[test]
+fn a_surface_has_the_alpha_that_was_asked_at_a_place() {
+    let surface = patch();
+    let along = Space::clamped(2, &(0..=30).map(|k| 0.2 * f64::from(k)).collect::<Vec<_>>()).unwrap();
+    let across = Space::clamped(1, &[0.0, 1.0, 2.0, 3.0, 4.0]).unwrap();
+    let count = along.len() * across.len();
+    let alpha = Field::new(along, across, vec![1.0; count]).unwrap();
+    let (u, v) = (3.1, 1.7);
+    let tune = FineTuneSurface::new(&surface, Scaling::along(Direction::U, alpha)).alpha_at(
+        Direction::U,
+        (u, v),
+        0.5,
+    );
+    let tuned = tune.solve().unwrap();
+    let wanted = surface.derivative(u, v, 1, 0).unwrap() * 0.5;
+    assert!((tuned.surface().derivative(u, v, 1, 0).unwrap() - wanted).norm() < 1e-11);
+    for k in 0..=10 {
+        let v = 0.4 * f64::from(k);
+        for end in [0.0, 6.0] {
+            let off: Vector = tuned.surface().point(end, v).unwrap() - surface.point(end, v).unwrap();
+            assert!(off.norm() < 1e-12, "{off:?}");
+        }
+    }
+    let error = tune.ends(Ends::Free).solve().unwrap_err().to_string();
+    assert!(error.contains("ends = \"exact\""), "{error}");
+}
