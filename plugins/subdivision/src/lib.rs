@@ -27,6 +27,7 @@ pub mod doo_sabin;
 mod error;
 mod frame;
 mod operation;
+mod part;
 mod polygon;
 mod row;
 mod surface;

@@ -42,7 +42,7 @@ pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
 }
 
 /// Whether the scheme is uniform: no intervals, or all the same.
-fn check_uniform(cage: &Cage) -> Result<()> {
+pub(super) fn check_uniform(cage: &Cage) -> Result<()> {
     let Some(&[first, _]) = cage.end_intervals.first() else { return Ok(()) };
     let Some(edge) = cage.end_intervals.iter().position(|&ends| ends != [first; 2]) else { return Ok(()) };
     let [from, to] = cage.topology.ends(edge).map(|v| v as usize);

@@ -22,6 +22,23 @@ use crate::topology::{NONE, Topology};
 /// When 32 bits cannot count what would be there.
 pub fn refine(cage: &Cage) -> Result<Cage> {
     let old = cage.topology();
+    let points = parallel::map(old.face_count(), |face| of_face(cage, face)).concat();
+    // Made without a check of coordinates: as everywhere, those of a cage near the largest number may overflow.
+    let topology = dual(old)?;
+    let mut child = Cage::from_topology(vec![Point::origin(); points.len()], topology.into())?;
+    child.points = points;
+    child.boundary = cage.boundary;
+    if cage.holes.contains(&true) {
+        child.holes = cage.holes.clone();
+    }
+    if cage.has_end_intervals() {
+        child.end_intervals = refined_intervals(cage, child.topology());
+    }
+    Ok(child)
+}
+
+/// A vertex for each corner, and a face for each face, inner edge and inner vertex of more than two edges.
+pub(super) fn dual(old: &Topology) -> Result<Topology> {
     let (mut corners, mut starts): (Vec<u32>, Vec<usize>) =
         (Vec::with_capacity(4 * old.corner_count()), vec![0]);
     for face in 0..old.face_count() {
@@ -41,19 +58,7 @@ pub fn refine(cage: &Cage) -> Result<Cage> {
             starts.push(corners.len());
         }
     }
-    let points = parallel::map(old.face_count(), |face| of_face(cage, face)).concat();
-    // Made without a check of coordinates: as everywhere, those of a cage near the largest number may overflow.
-    let topology = Topology::new(points.len(), corners, &starts)?;
-    let mut child = Cage::from_topology(vec![Point::origin(); points.len()], topology.into())?;
-    child.points = points;
-    child.boundary = cage.boundary;
-    if cage.holes.contains(&true) {
-        child.holes = cage.holes.clone();
-    }
-    if cage.has_end_intervals() {
-        child.end_intervals = refined_intervals(cage, child.topology());
-    }
-    Ok(child)
+    Topology::new(old.corner_count(), corners, &starts)
 }
 
 /// The cage refined so many times; those between are not kept.
