@@ -24,6 +24,7 @@ mod cage;
 mod carry;
 pub mod catmull_clark;
 pub mod doo_sabin;
+mod eigen;
 mod error;
 mod frame;
 mod operation;
@@ -32,6 +33,7 @@ mod polygon;
 mod row;
 mod surface;
 mod topology;
+mod weld;
 
 pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};
 pub use error::{Result, SubdivisionError};

@@ -119,7 +119,7 @@ fn uneven(cage: &Cage, spread: f64, zeros: u64) -> Cage {
 #[test]
 fn limits_are_where_refinement_goes() {
     let mut count = 0;
-    for (name, cage) in shapes::all().into_iter().step_by(3) {
+    for (name, cage) in shapes::all().into_iter().step_by(7) {
         for (spread, zeros) in [(3.0, 0), (30.0, 0), (2.0, 3)] {
             let cage = uneven(&cage, spread, zeros);
             let points = limit_points(&cage).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -132,14 +132,18 @@ fn limits_are_where_refinement_goes() {
                     "{context}: {:e}",
                     (points[v] - finer[v]).norm()
                 );
-                // What is left goes down by a factor a level, which no one knows: after 40 levels it is the square of that after 20.
-                let [some, more] = [20, 40].map(|k| (explicit(&cage, v, k).points()[0] - points[v]).norm());
-                assert!(some < 0.1 && more < 100.0 * some * some + 4e-14, "{context}: {some:e} {more:e}");
+                // What is left goes down by the same factor a level once the largest eigenvalue leads.
+                let [some, less, least] =
+                    [20, 30, 40].map(|k| (explicit(&cage, v, k).points()[0] - points[v]).norm());
+                assert!(
+                    some < 0.1 && (least < 1.5 * less * less / some || least < 4e-14),
+                    "{context}: {some:e} {less:e} {least:e}"
+                );
                 count += 1;
             }
         }
     }
-    assert!(count > 300, "{count}");
+    assert!(count > 150, "{count}");
 }
 
 #[test]

@@ -1,14 +1,8 @@
-//! Left eigenvectors of the matrix that refines the ring of a vertex.
+//! The tangents at a vertex, from the matrices that refine its ring.
 
-use super::levels::{Levels, Matrix, times};
+use super::levels::Levels;
+use crate::eigen::{Matrix, PLANE, invariant, normalise, orthonormalise, times, without};
 use crate::row::Row;
-
-/// Multiplications after which a vertex is said to come to no point, or to have no tangent plane.
-const MOST: usize = 20_000;
-/// What changes by no more than this is looked on as found, and multiplied as often again: the error is then its square.
-const NEARLY: f64 = 4e-15;
-/// The part of a second tangent beside the first below which there is none but by rounding.
-const PLANE: f64 = 1e-12;
 
 /// The part of a ring on which the surface has tangents of its own.
 pub(super) struct Sector {
@@ -51,27 +45,6 @@ impl Sector {
     }
 }
 
-/// The row of the limit: what `e M^k` comes to for the row `e` of the vertex itself.
-pub(super) fn position(matrix: &Matrix) -> Option<Vec<f64>> {
-    let mut row = vec![0.0; matrix.len()];
-    row[0] = 1.0;
-    let mut found = None;
-    for step in 0..MOST {
-        let mut next = times(&row, matrix);
-        let total: f64 = next.iter().sum();
-        next.iter_mut().for_each(|c| *c /= total);
-        let change = row.iter().zip(&next).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        row = next;
-        if found.is_none() && change <= NEARLY {
-            found = Some(2 * step);
-        }
-        if found.is_some_and(|last| step >= last) {
-            return Some(row);
-        }
-    }
-    None
-}
-
 /// The rows of two tangents, over the cage, the second to the left of the first: the left invariant plane of the two largest
 /// eigenvalues below one. `None` where there is none.
 pub(super) fn tangents(levels: &Levels, position: &[f64], sector: &Sector) -> Option<[Row; 2]> {
@@ -82,7 +55,7 @@ pub(super) fn tangents(levels: &Levels, position: &[f64], sector: &Sector) -> Op
     } else {
         let small = restricted(levels.last(), &places);
         let own: Vec<f64> = places.iter().map(|&k| position[k]).collect();
-        let rows = invariant(&small, &own, sector)?;
+        let rows = invariant(&small, &own, start(small.len(), sector), |columns| area(columns, sector))?;
         rows.map(|row| {
             let mut all = vec![0.0; position.len()];
             places.iter().zip(row).for_each(|(&k, c)| all[k] = c);
@@ -125,34 +98,13 @@ fn restricted(matrix: &Matrix, places: &[usize]) -> Matrix {
     places.iter().map(row).collect()
 }
 
-/// Two orthonormal rows whose plane stays under multiplication, turned like the ring.
-fn invariant(matrix: &Matrix, position: &[f64], sector: &Sector) -> Option<[Vec<f64>; 2]> {
-    let mut rows = settle(start(matrix.len(), sector), |row| without(times(row, matrix), position))?;
-    let columns = settle(rows.clone(), |column| {
-        let image = matrix.iter().map(|row| row.iter().map(|&(k, c)| c * column[k as usize]).sum());
-        let image: Vec<f64> = image.collect();
-        let mean: f64 = image.iter().zip(position).map(|(a, b)| a * b).sum();
-        image.iter().map(|c| c - mean).collect()
-    })?;
-    // The ring as it comes to look, in the coordinates that the rows measure.
-    let by = |a: usize, b: usize| dot(&rows[a], &columns[b]);
-    let determinant = by(0, 0) * by(1, 1) - by(0, 1) * by(1, 0);
+/// What the ends of the edges enclose.
+fn area(columns: &[Vec<f64>; 2], sector: &Sector) -> f64 {
     let at = |k: usize| [0, 1].map(|c| columns[c][k] - columns[c][0]);
     let count = sector.edges.len();
     let turns = if sector.closed { count } else { count - 1 };
-    let area: f64 = (0..turns)
-        .map(|k| (at(1 + k), at(1 + (k + 1) % count)))
-        .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
-        .sum();
-    // Coordinates are the columns times the inverse of `by`, whose determinant turns the area.
-    let turned = area * determinant;
-    if turned == 0.0 || !turned.is_finite() {
-        return None;
-    }
-    if turned < 0.0 {
-        rows[1].iter_mut().for_each(|c| *c = -*c);
-    }
-    Some(rows)
+    let pairs = (0..turns).map(|k| (at(1 + k), at(1 + (k + 1) % count)));
+    pairs.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum()
 }
 
 /// A plane to start from: cosines and sines round the vertex, or along and across a sector.
@@ -175,66 +127,4 @@ fn start(size: usize, sector: &Sector) -> [Vec<f64>; 2] {
         rows[1] = vec![-2.0, 1.0, 1.0];
     }
     rows
-}
-
-/// Multiplies a plane until it stays.
-fn settle(mut plane: [Vec<f64>; 2], image: impl Fn(&[f64]) -> Vec<f64>) -> Option<[Vec<f64>; 2]> {
-    orthonormalise(&mut plane).then_some(())?;
-    let mut found = None;
-    for step in 0..MOST {
-        let mut next = [image(&plane[0]), image(&plane[1])];
-        orthonormalise(&mut next).then_some(())?;
-        let change = next.iter().fold(0.0, |most: f64, row| {
-            let (a, b) = (dot(row, &plane[0]), dot(row, &plane[1]));
-            let off = |k: usize| (row[k] - a * plane[0][k] - b * plane[1][k]).abs();
-            (0..row.len()).map(off).fold(most, f64::max)
-        });
-        plane = next;
-        if found.is_none() && change <= NEARLY {
-            found = Some(2 * step);
-        }
-        if found.is_some_and(|last| step >= last) {
-            return Some(plane);
-        }
-    }
-    None
-}
-
-/// What of a row sums to zero.
-fn without(mut row: Vec<f64>, constant: &[f64]) -> Vec<f64> {
-    let total: f64 = row.iter().sum();
-    row.iter_mut().zip(constant).for_each(|(c, p)| *c -= total * p);
-    row
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Makes it a unit vector; what was its length.
-fn normalise(row: &mut [f64]) -> f64 {
-    let size = row.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-    if size > 0.0 {
-        row.iter_mut().for_each(|c| *c /= size);
-        let length = dot(row, row).sqrt();
-        row.iter_mut().for_each(|c| *c /= length);
-        return size * length;
-    }
-    0.0
-}
-
-/// Makes two rows orthonormal without turning them over; false where they are one direction but for rounding.
-fn orthonormalise([a, b]: &mut [Vec<f64>; 2]) -> bool {
-    if normalise(a) == 0.0 || normalise(b) == 0.0 {
-        return false;
-    }
-    let along = dot(a, b);
-    b.iter_mut().zip(a.iter()).for_each(|(b, a)| *b -= along * a);
-    if normalise(b) <= PLANE {
-        return false;
-    }
-    // Once more, for what rounding left of the first.
-    let along = dot(a, b);
-    b.iter_mut().zip(a.iter()).for_each(|(b, a)| *b -= along * a);
-    normalise(b) > 0.0
 }

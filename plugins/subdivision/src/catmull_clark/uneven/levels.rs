@@ -3,6 +3,7 @@
 use crate::cage::{Cage, decayed};
 use crate::catmull_clark::refine::refined_intervals;
 use crate::catmull_clark::weights::{Rows, Weights};
+use crate::eigen::{Matrix, times};
 use crate::error::{Result, SubdivisionError};
 use crate::part::{Part, Said};
 use crate::row::Row;
@@ -10,11 +11,8 @@ use crate::row::Row;
 /// Intervals across come nearer to those along an edge by half each level: after so many they are the same to rounding.
 const MOST: usize = 80;
 
-/// A matrix by its rows, over the ring of a vertex: the vertex itself, its neighbours along edges, the vertices across its faces, all
+/// The matrices that refine the ring of a vertex: the vertex itself, its neighbours along edges, the vertices across its faces, all
 /// counterclockwise.
-pub(super) type Matrix = Vec<Vec<(u32, f64)>>;
-
-/// The matrices that refine the ring of a vertex.
 pub(super) struct Levels {
     /// The ring of level 1 over the vertices of the cage.
     first: Vec<Row>,
@@ -81,15 +79,6 @@ impl Levels {
         sum.tidy();
         sum
     }
-}
-
-/// A row times a matrix.
-pub(super) fn times(row: &[f64], matrix: &Matrix) -> Vec<f64> {
-    let mut product = vec![0.0; row.len()];
-    for (weight, of) in row.iter().zip(matrix) {
-        of.iter().for_each(|&(k, c)| product[k as usize] += weight * c);
-    }
-    product
 }
 
 /// Whether two matrices are the same to rounding.

@@ -14,6 +14,7 @@ use super::limit;
 use super::ring::{Limit, Ring};
 use super::weights::Weights;
 use crate::cage::Cage;
+use crate::eigen::position as position_row;
 use crate::error::{Result, SubdivisionError};
 use crate::row::Row;
 use eigen::Sector;
@@ -30,7 +31,7 @@ pub(super) fn position(weights: &Weights<'_>, vertex: usize) -> Result<Row> {
         grid::Neighbourhood::Grid(grid) => Ok(grid.position()),
         grid::Neighbourhood::Other => {
             let levels = Levels::new(weights.cage, vertex)?;
-            let position = eigen::position(levels.last()).ok_or_else(|| wanders(vertex))?;
+            let position = position_row(levels.last()).ok_or_else(|| wanders(vertex))?;
             Ok(affine(levels.back(&position)))
         }
     }
@@ -50,7 +51,7 @@ pub(super) fn frame(weights: &Weights<'_>, vertex: usize, sector: usize) -> Resu
         grid::Neighbourhood::Grid(grid) => Ok((grid.position(), grid.tangents())),
         grid::Neighbourhood::Other => {
             let levels = Levels::new(cage, vertex)?;
-            let position = eigen::position(levels.last()).ok_or_else(|| wanders(vertex))?;
+            let position = position_row(levels.last()).ok_or_else(|| wanders(vertex))?;
             let part = sector_of(cage, vertex, sector);
             let tangents = eigen::tangents(&levels, &position, &part);
             Ok((affine(levels.back(&position)), tangents))
