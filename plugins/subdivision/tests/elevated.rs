@@ -9,9 +9,9 @@ use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::{Point, Vector};
-use loftsman_subdivision::Cage;
 use loftsman_subdivision::catmull_clark::{limit_frames, limit_points, refine_times};
 use loftsman_subdivision::doo_sabin::{self, FineTune, elevated};
+use loftsman_subdivision::{Cage, LimitFrame};
 
 /// The biquadratic surface of an open grid.
 fn spline(cage: &Cage, rows: usize, columns: usize) -> Surface {
@@ -124,6 +124,59 @@ fn one_changes_nothing_a_constant_scales_and_motions_commute() {
         }
         assert!((tuned.strain - other.strain).abs() < 1e-12 && (one_pin || tuned.strain > 1e-3), "{name}");
     }
+}
+
+/// Tuned forms have a tangent plane in the middle of each inner face, the same from all sides, and so have their zero edges one point.
+#[test]
+fn tuned_forms_are_smooth_in_the_middle_of_faces() {
+    let mut count = 0;
+    for (name, cage) in shapes::all() {
+        let topology = cage.topology();
+        let mut tune = FineTune::new(cage.clone());
+        for edge in 0..topology.edge_count() {
+            let [a, b] = topology.edge(edge).unwrap().map(|v| v as usize);
+            tune.scale([a, b], 0.7 + 0.1 * ((edge * 5) % 7) as f64).unwrap();
+        }
+        let frames = limit_frames(&tune.solve().unwrap().cage).unwrap();
+        for face in 0..topology.face_count() {
+            let inner =
+                |v: &u32| !topology.is_boundary_vertex(*v as usize) && topology.valence(*v as usize) > 2;
+            if !topology.face(face).iter().all(inner) {
+                continue;
+            }
+            let own: Vec<&LimitFrame> = topology.face_corners(face).map(|h| &frames[h]).collect();
+            for pair in own.windows(2) {
+                assert!((pair[0].point - pair[1].point).norm() < 1e-14, "{name}, face {face}");
+                let [a, b] = [pair[0].normal().unwrap(), pair[1].normal().unwrap()];
+                assert!((a - b).norm() < 1e-6, "{name}, face {face}: {a} {b}");
+                count += 1;
+            }
+        }
+    }
+    // A prism of seven sides: its ends have seven corners.
+    let n = 7;
+    let at = |k: usize| {
+        let t = std::f64::consts::TAU * (k % n) as f64 / n as f64;
+        Point::new(
+            t.cos(),
+            t.sin() + 0.1 * shapes::noise(k as u64),
+            (k / n) as f64 + 0.2 * shapes::noise(k as u64 + 40),
+        )
+    };
+    let mut faces = vec![(0..n).rev().collect::<Vec<_>>(), (n..2 * n).collect()];
+    faces.extend((0..n).map(|a| vec![a, (a + 1) % n, n + (a + 1) % n, n + a]));
+    let prism = Cage::new((0..2 * n).map(at).collect(), &faces).unwrap();
+    let mut tune = FineTune::new(prism.clone());
+    (0..n).for_each(|a| tune.scale([a, (a + 1) % n], 0.6 + 0.15 * a as f64).unwrap());
+    let frames = limit_frames(&tune.solve().unwrap().cage).unwrap();
+    for face in 0..2 {
+        let own: Vec<&LimitFrame> = prism.topology().face_corners(face).map(|h| &frames[h]).collect();
+        for pair in own.windows(2) {
+            assert!((pair[0].point - pair[1].point).norm() < 1e-14);
+            assert!((pair[0].normal().unwrap() - pair[1].normal().unwrap()).norm() < 1e-7, "{face}");
+        }
+    }
+    assert!(count > 100, "{count}");
 }
 
 /// α at the inner knots as a spline function along `u` of the surface.

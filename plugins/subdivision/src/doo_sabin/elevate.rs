@@ -45,24 +45,48 @@ pub fn elevated(cage: &Cage) -> Result<Cage> {
     Ok(child)
 }
 
-/// The new points of a face's corners.
-fn of_face(cage: &Cage, face: usize) -> Vec<Point> {
-    let topology = cage.topology();
-    let vertices = topology.face(face);
-    let count = vertices.len();
-    let n = count as f64;
+/// What of a face its corners keep when it becomes bicubic: its middle, so much of its first waves and so much of what alternates.
+struct Shares {
+    wave: f64,
+    alternating: f64,
+}
+
+/// The corners of a face with no more than these shares of it.
+fn corners(cage: &Cage, face: usize, shares: &Shares) -> Vec<Vector> {
+    let vertices = cage.topology().face(face);
+    let n = vertices.len() as f64;
     let [centre, cosines, sines] = waves(cage, face);
     let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
     let mut alternating = Vector::zeros();
-    if count.is_multiple_of(2) {
+    if vertices.len().is_multiple_of(2) {
         let arm = |(i, &v): (usize, &u32)| (cage.points()[v as usize].coords - centre) * sign(i);
         alternating = vertices.iter().enumerate().map(arm).sum::<Vector>() / n;
     }
-    let inner = |i: usize| {
+    let corner = |i: usize| {
         let (sin, cos) = (TAU * i as f64 / n).sin_cos();
         let wave = (cosines * cos + sines * sin) * (2.0 / n);
-        centre + wave * (2.0 / 3.0) + alternating * (sign(i) * 4.0 / 9.0)
+        centre + wave * shares.wave + alternating * (sign(i) * shares.alternating)
     };
+    (0..vertices.len()).map(corner).collect()
+}
+
+/// Takes out of a face of an elevated cage what keeps the surface from having a tangent plane in its middle: nothing but of faces of five
+/// corners and more.
+pub(super) fn settle(cage: &mut Cage, face: usize) {
+    let vertices = cage.topology().face(face).to_vec();
+    if vertices.len() > 4 {
+        let settled = corners(cage, face, &Shares { wave: 1.0, alternating: 1.0 });
+        vertices.iter().zip(settled).for_each(|(&v, p)| cage.points[v as usize] = Point::from(p));
+    }
+}
+
+/// The new points of a face's corners.
+fn of_face(cage: &Cage, face: usize) -> Vec<Point> {
+    let topology = cage.topology();
+    let all = corners(cage, face, &Shares { wave: 2.0 / 3.0, alternating: 4.0 / 9.0 });
+    let count = all.len();
+    let centre = all.iter().sum::<Vector>() / count as f64;
+    let inner = |i: usize| all[i];
     let first = topology.face_corners(face).start;
     let corner = |i: usize| {
         let half = (first + i) as u32;

@@ -3,7 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::solve::{EnvelopeCholesky, Symmetric};
 
-use super::elevate::{elevated, ends};
+use super::elevate::{elevated, ends, settle};
 use crate::cage::{Cage, between, present};
 use crate::error::{Result, SubdivisionError};
 use crate::topology::{NONE, Topology};
@@ -20,10 +20,12 @@ use crate::topology::{NONE, Topology};
 /// These need not close up. Springs reconcile them, `min Σ |X_b - X_a - w_ab|²`, with a vertex of each piece that hangs together staying
 /// where it is: one sparse symmetric system, factored once for x, y and z.
 ///
+/// Faces of five corners and more then lose what would leave no tangent plane in their middle (unless one of their vertices is pinned).
+///
 /// *What holds.* α = 1 everywhere gives the elevated cage, α = c that cage scaled about what stays. Rigid motions commute with it. Where
-/// the wanted edges close up, the result is the tensor-product surface `∫ α S_u`: a grid of which only the lines of one direction are scaled
-/// and the edges across are [left out](Self::leave_out) is so for any α constant along these edges or not; a grid that is a sum of two
-/// polygons, for any α of one direction's lines and β of the other's.
+/// the wanted edges close up, the result is the tensor-product surface `∫ α S_u`, to rounding: on a grid of which the edges of one direction
+/// have an α for each knot line and those of the other are [left out](Self::leave_out); and on a grid that is a sum of two polygons, with an α
+/// for each knot line of either direction. Elsewhere it is the compromise above, and [`Tuned::strain`] says how far it is from what was asked.
 ///
 /// ```
 /// use loftsman_kernel::Point;
@@ -101,8 +103,8 @@ impl FineTune {
         self.cage.topology().edge_between(from, to).ok_or(SubdivisionError::NoEdge { from, to })
     }
 
-    /// A vertex of the cage whose elevated vertices, one for each of its faces, stay where they are. Pieces without one keep the first of
-    /// theirs.
+    /// A vertex of the cage whose elevated vertices, one for each of its faces, stay where they are. Pieces without one hold on to the first
+    /// of theirs.
     ///
     /// # Errors
     /// When there is no such vertex.
@@ -127,6 +129,7 @@ impl FineTune {
         let springs = self.springs(&cage);
         let moved = self.displacements(&cage, &springs)?;
         cage.points.iter_mut().zip(&moved).for_each(|(p, d)| *p += d);
+        self.settle_faces(&mut cage);
         if let Some(vertex) = cage.points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
             let problem =
                 "is moved beyond what numbers hold: scale the cage down, or give α smaller values".to_owned();
@@ -139,6 +142,15 @@ impl FineTune {
             size += wanted.norm_squared();
         }
         Ok(Tuned { cage, strain: if size > 0.0 { (off / size).sqrt() } else { 0.0 } })
+    }
+
+    /// In faces of five corners and more none of which is pinned.
+    fn settle_faces(&self, cage: &mut Cage) {
+        let topology = self.cage.topology();
+        let free = |v: &u32| !topology.is_boundary_vertex(*v as usize) && !self.pins.contains(&(*v as usize));
+        for face in (0..topology.face_count()).filter(|&f| topology.face(f).iter().all(free)) {
+            settle(cage, face);
+        }
     }
 
     fn check(&self) -> Result<()> {
