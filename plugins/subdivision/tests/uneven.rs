@@ -132,11 +132,12 @@ fn limits_are_where_refinement_goes() {
                     "{context}: {:e}",
                     (points[v] - finer[v]).norm()
                 );
-                // What is left goes down by the same factor a level once the largest eigenvalue leads.
+                // What is left goes down by the same factor a level once the largest eigenvalue leads, to rounding: slowly (0.98) where
+                // intervals differ by a thousand.
                 let [some, less, least] =
                     [20, 30, 40].map(|k| (explicit(&cage, v, k).points()[0] - points[v]).norm());
                 assert!(
-                    some < 0.1 && (least < 1.5 * less * less / some || least < 4e-14),
+                    least < 4e-14 || least < 0.9 * less && least < 1.5 * less * less / some,
                     "{context}: {some:e} {less:e} {least:e}"
                 );
                 count += 1;
