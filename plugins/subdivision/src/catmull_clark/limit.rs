@@ -111,7 +111,8 @@ pub(super) fn even_position(cage: &Cage, vertex: usize) -> Row {
     ring.row(masks::position(ring.limit(), edges, faces), ring.steps())
 }
 
-/// The limits of all vertices. Cost: linear; most quickly where all faces are quads; in parallel with the feature `parallel`.
+/// The limits of all vertices. Cost: linear; most quickly where all faces are quads; in parallel with the feature `parallel`; with unequal
+/// intervals that of [`limit_stencils`] for each vertex that is none of a grid.
 ///
 /// # Errors
 /// When knot intervals leave a vertex without a limit, as for [`limit_stencils`].
@@ -134,7 +135,8 @@ pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
 }
 
 /// The limits of all vertices with their tangents, on creases and at corners those of the first [sector](sectors); tangents are zero
-/// where knot intervals leave no tangent plane. Cost: linear, in parallel with the feature `parallel`.
+/// where knot intervals leave no tangent plane. Cost: linear, in parallel with the feature `parallel`; with unequal intervals that of
+/// [`limit_stencils`] for each vertex that is none of a grid.
 ///
 /// # Errors
 /// As for [`limit_points`].
