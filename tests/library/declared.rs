@@ -378,6 +378,13 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("subdivide", "creases", sheet(), null(), json!([[1, 4, 0.5 + n()]]));
     add("subdivide", "corners", sheet(), null(), json!([[4, 0.5 + n()]]));
     add("subdivide", "holes", sheet(), null(), json!([1]));
+    let tuned = |more: Value| {
+        let mut base = json!({ "object": "sheet", "scheme": "doo-sabin" });
+        more.as_object().unwrap().iter().for_each(|(name, value)| base[name] = value.clone());
+        base
+    };
+    add("subdivide", "alpha", tuned(json!({})), json!(1.5 + n()), json!(0.5 * n()));
+    add("subdivide", "lock", tuned(json!({ "alpha": 1.5 })), json!([0]), json!([5]));
     add("subdivide", "boundary", sheet(), json!("edge-only"), json!("edge-and-corner"));
     add("fit", "object", none(), json!("chain"), json!("spiral"));
     add("fit", "degree", fit(), json!(2), json!(4));

@@ -1,7 +1,8 @@
 //! The figures of the papers: the recipes in `examples/papers` make the pictures that are kept beside them, and what
 //! the papers say of each figure is true of the document.
 
-use loftsman::kernel::scene::Scene;
+use loftsman::kernel::mesh::Mesh;
+use loftsman::kernel::scene::{Geometry, Scene};
 use loftsman::kernel::spline::Curve;
 use loftsman::kernel::{Point, Vector};
 
@@ -386,6 +387,25 @@ mod miura {
 
     fn near(a: Point, b: Point) -> bool {
         (a - b).norm() < 1e-12
+    }
+
+    /// A form whose stem is tuned: as many quads, as smooth, its foot where it was, and longer by what the springs leave of 1.7.
+    #[test]
+    fn figure_1_a_form_becomes_another() {
+        let figure = figure(1);
+        let [a, b] = ["a", "b"].map(|name| match figure.after.object(name).unwrap().geometry() {
+            Geometry::Mesh(mesh) => mesh.clone(),
+            other => panic!("{other:?}"),
+        });
+        let height = |mesh: &Mesh| {
+            let z = || mesh.points().iter().map(|p| p.z);
+            [z().fold(f64::MAX, f64::min), z().fold(f64::MIN, f64::max)]
+        };
+        assert!(!a.normals.is_empty() && !b.normals.is_empty());
+        let [[low, high], [other_low, other_high]] = [height(&a), height(&b)];
+        assert!((low - other_low).abs() < 0.05, "{low} {other_low}");
+        let stem = 2.0 * 0.7;
+        assert!((other_high - high - stem).abs() < 0.2 * stem, "{high} {other_high}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 mod build;
 
-pub(crate) use build::{checked_interval, present};
+pub(crate) use build::{between, checked_interval, present};
 
 use std::sync::Arc;
 

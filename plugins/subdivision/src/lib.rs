@@ -24,13 +24,16 @@ mod cage;
 mod carry;
 pub mod catmull_clark;
 pub mod doo_sabin;
+mod eigen;
 mod error;
 mod frame;
 mod operation;
+mod part;
 mod polygon;
 mod row;
 mod surface;
 mod topology;
+mod weld;
 
 pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};
 pub use error::{Result, SubdivisionError};

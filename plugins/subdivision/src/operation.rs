@@ -10,6 +10,7 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::{Point, Vector};
 
 use crate::carry::Carried;
+use crate::weld::welded;
 use crate::{
     BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface, catmull_clark,
     doo_sabin,
@@ -22,7 +23,7 @@ pub struct Subdivide;
 /// More faces than these are refused beforehand: 2 GB of mesh.
 const MOST: f64 = 2e7;
 
-const FIELDS: [Field; 10] = [
+const FIELDS: [Field; 12] = [
     Field::optional("object", "text", "the only mesh or polyline", "the object to subdivide"),
     Field::optional(
         "scheme",
@@ -67,6 +68,19 @@ const FIELDS: [Field; 10] = [
         "[number, …] | [[vertex, vertex, number], …]",
         "1 each",
         "knot intervals: of a polyline one a span, of a mesh those of some edges",
+    ),
+    Field::optional(
+        "alpha",
+        "number | [{ edge = [vertex, vertex], value }, …]",
+        "not tuned",
+        "fine tuning: what the surface's derivative is multiplied by where it crosses each edge's knot line, 1 where nothing is said; the \
+         form becomes one of Catmull-Clark by knot intervals, which is refined then; Doo-Sabin only",
+    ),
+    Field::optional(
+        "lock",
+        "[vertex, …]",
+        "the first of each piece",
+        "vertices whose part of a tuned form stays; with alpha only",
     ),
 ];
 
@@ -118,7 +132,7 @@ fn polyline(
     line: &Polyline,
     levels: usize,
 ) -> Result<(Geometry, String), OperationError> {
-    for name in ["surface", "creases", "corners", "holes", "boundary"] {
+    for name in ["surface", "creases", "corners", "holes", "boundary", "alpha", "lock"] {
         if parameters.has(name) {
             return Err(parameters.error(name, "is for meshes, and this is a polyline").into());
         }
@@ -163,6 +177,14 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         return Err(parameters.error("scheme", problem).into());
     };
     let cage = cage(parameters, mesh)?;
+    if let Some(name) = ["alpha", "lock"].into_iter().find(|name| smooth && parameters.has(name)) {
+        return Err(parameters
+            .error(name, "is for scheme = \"doo-sabin\", whose knot lines it scales")
+            .into());
+    }
+    if parameters.has("lock") && !parameters.has("alpha") {
+        return Err(parameters.error("lock", "is for alpha: nothing else moves a vertex").into());
+    }
     if parameters.flag("surface")? {
         if let Some(name) = ["levels", "limit"].into_iter().find(|name| parameters.has(name)) {
             return Err(parameters
@@ -186,13 +208,20 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
     check_size(parameters, levels, first * 4.0_f64.powf(levels as f64 - 1.0), "faces")?;
     let limit = parameters.flag("limit")?;
     let (points, faces) = (mesh.points().len(), mesh.face_count());
+    let mut strain = String::new();
     let fine = if smooth {
         by_catmull_clark(&cage, mesh, levels, limit)?
+    } else if parameters.has("alpha") {
+        check_size(parameters, levels, first * 4.0_f64.powf(levels as f64), "faces")?;
+        let tuned = tuned(parameters, cage)?;
+        strain = format!("; edges differ by {:.2e} of their lengths from what they are to be", tuned.strain);
+        let fine = catmull_clark::refine_times(&tuned.cage, levels)?;
+        if limit { welded(&fine, &catmull_clark::limit_frames(&fine)?)? } else { fine.to_mesh()? }
     } else {
         by_doo_sabin(&cage, levels, limit)?
     };
     let note = format!(
-        "{points} points and {faces} faces → {} and {}{}",
+        "{points} points and {faces} faces → {} and {}{}{strain}",
         fine.points().len(),
         fine.face_count(),
         if limit { ", where the surface comes to" } else { "" }
@@ -213,6 +242,30 @@ fn by_catmull_clark(cage: &Cage, from: &Mesh, levels: usize, limit: bool) -> Res
         put_at(&mut mesh, &frames);
     }
     Ok(mesh)
+}
+
+/// A Doo-Sabin form whose derivatives are scaled.
+fn tuned(parameters: &Parameters, cage: Cage) -> Result<doo_sabin::Tuned, OperationError> {
+    let mut tune = doo_sabin::FineTune::new(cage);
+    match parameters.value("alpha") {
+        Some(value) if value.is_array() => {
+            let known = ["edge", "value"].map(|name| Field::required(name, "", ""));
+            for table in parameters.tables("alpha")? {
+                table.check(&known)?;
+                let [a, b] = table.numbers("edge")?[..] else {
+                    return Err(table.error("edge", "two vertices [i, j] are needed").into());
+                };
+                let edge = [index(&table, "edge", a)?, index(&table, "edge", b)?];
+                tune.scale(edge, table.number("value")?).map_err(|e| table.error("edge", e.to_string()))?;
+            }
+        }
+        _ => tune.scale_all(parameters.number("alpha")?),
+    }
+    for vertex in if parameters.has("lock") { parameters.numbers("lock")? } else { Vec::new() } {
+        let vertex = index(parameters, "lock", vertex)?;
+        tune.pin(vertex).map_err(|e| parameters.error("lock", e.to_string()))?;
+    }
+    Ok(tune.solve()?)
 }
 
 /// The mesh refined; its limit is known in the middles of faces, which become the points of a mesh with a face around each inner

@@ -176,6 +176,38 @@ impl Polygon {
         start.lerp(&end, part(d + 2.0 * before, d + 2.0 * after))
     }
 
+    /// The cubic polygon of Chaikin's curve: the same curve, each knot doubled, so that intervals are those of the vertices with zeros
+    /// between them. With the point `K` of the curve on each edge a vertex `P` becomes `(K₋ + 2 P)/3` and `(2 P + K₊)/3`; an open one ends
+    /// in its own ends. Cost: linear.
+    ///
+    /// # Errors
+    /// When the polygon is cubic already.
+    pub fn elevated(&self) -> Result<Self> {
+        if self.scheme == Scheme::Cubic {
+            let problem = "is cubic already: what is elevated is Chaikin's".to_owned();
+            return Err(SubdivisionError::Polygon { problem });
+        }
+        let on_edge = |k: usize, away: isize| {
+            let (a, b) = (self.interval(k, away), self.interval(k, away + 1));
+            self.vertex(k, away).lerp(&self.vertex(k, away + 1), part(a, b))
+        };
+        let (mut points, mut intervals) = (Vec::new(), Vec::new());
+        let n = self.points.len();
+        for k in 0..n {
+            let own = self.vertex(k, 0);
+            if !self.closed && (k == 0 || k + 1 == n) {
+                points.push(Point::from(own));
+                continue;
+            }
+            points.extend([on_edge(k, -1), on_edge(k, 0)].map(|knot| Point::from((knot + own * 2.0) / 3.0)));
+            intervals.extend([self.interval(k, 0), 0.0]);
+        }
+        if !self.closed {
+            intervals.pop();
+        }
+        Self::new(Scheme::Cubic, points, self.closed)?.with_intervals(intervals)
+    }
+
     /// The polygon refined so many times.
     #[must_use]
     pub fn refine_times(&self, times: usize) -> Self {

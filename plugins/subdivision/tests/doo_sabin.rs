@@ -5,10 +5,11 @@
 mod shapes;
 
 use loftsman_kernel::Point;
+use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::{Direction, Surface};
-use loftsman_subdivision::Cage;
 use loftsman_subdivision::doo_sabin::{limit_frames, limit_stencils, refine, refine_times, stencil};
+use loftsman_subdivision::{Cage, LimitFrame};
 
 #[test]
 fn corners_become_what_doo_and_sabin_say() {
@@ -146,7 +147,18 @@ fn by_intervals_a_grid_is_the_spline_with_knots_inserted() {
         let near = twice.points().iter().map(|p| (p - point).norm()).fold(f64::MAX, f64::min);
         assert!(near < 1e-14, "{near:e}");
     }
-    assert!(limit_frames(&cage).unwrap_err().to_string().contains("intervals"));
+    // The limits of faces are where knots cross, and their planes.
+    let at = |space: &Space, i: usize| space.knots()[(i + 2) % space.len()];
+    for (face, frame) in limit_frames(&cage).unwrap().iter().enumerate() {
+        let (u, v) = (at(spline.u(), face / columns), at(spline.v(), face % columns));
+        assert!((frame.point - spline.point(u, v).unwrap()).norm() < 1e-14, "{face}");
+        let [a, b] = [(1, 0), (0, 1)]
+            .map(|by| spline.value(Location::Surface(u, v), Derivative { u: by.0, v: by.1 }).unwrap());
+        let normal = LimitFrame { tangents: [a, b], ..*frame }.normal().unwrap();
+        assert!((frame.normal().unwrap() - normal).norm() < 1e-13, "{face}");
+        let rows = limit_stencils(&cage, face).unwrap();
+        assert!((rows.position.apply(cage.points()) - frame.point.coords).norm() < 1e-14);
+    }
 }
 
 #[test]

@@ -13,8 +13,16 @@ fn ask(cage: &Cage) {
     let refinement = catmull_clark::Refinement::new(cage.clone(), 2).unwrap();
     refinement.stencils(2).unwrap();
     let small = cage.points().iter().all(|p| p.coords.amax() < 1e300);
-    for level in refinement.levels() {
+    for (depth, level) in refinement.levels().iter().enumerate() {
         assert!(!small || level.points().iter().all(|p| p.iter().all(|c| c.is_finite())));
+        doo_sabin::refine_times(level, 2).unwrap();
+        let _ = (doo_sabin::limit_frames(level), level.to_mesh());
+        if level.has_intervals() {
+            if depth == 0 {
+                ask_uneven(level, small);
+            }
+            continue;
+        }
         if let (Ok(points), Ok(frames)) =
             (catmull_clark::limit_points(level), catmull_clark::limit_frames(level))
         {
@@ -29,8 +37,29 @@ fn ask(cage: &Cage) {
                 catmull_clark::patch_stencils(level, face).unwrap();
             }
         }
-        doo_sabin::refine_times(level, 2).unwrap();
-        let _ = (doo_sabin::limit_frames(level), level.to_mesh());
+    }
+}
+
+/// What can be asked of one with intervals: limits are there and affine, or a vertex is named.
+fn ask_uneven(cage: &Cage, small: bool) {
+    let named = |error: String| assert!(error.starts_with("vertex "), "{error}");
+    match catmull_clark::limit_frames(cage) {
+        Ok(frames) => {
+            for frame in frames.iter().filter(|_| small) {
+                assert!(frame.point.iter().all(|c| c.is_finite()));
+                assert!(frame.normal().is_none_or(|n| (n.norm() - 1.0).abs() < 1e-12));
+            }
+        }
+        Err(error) => named(error.to_string()),
+    }
+    for vertex in 0..cage.points().len() {
+        match catmull_clark::limit_stencils(cage, vertex, 0) {
+            Ok(rows) => {
+                let sum: f64 = rows.position.coefficients().iter().sum();
+                assert!((sum - 1.0).abs() < 1e-12, "{sum}");
+            }
+            Err(error) => named(error.to_string()),
+        }
     }
 }
 

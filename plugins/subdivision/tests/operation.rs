@@ -144,6 +144,35 @@ fn polylines() {
     assert_eq!(curve.degree(), 2);
 }
 
+/// A Doo-Sabin form tuned: with α = 1 its own surface, one point for the corners of each face, all faces with area; with another the same
+/// scaled.
+#[test]
+fn a_form_tuned() {
+    let form = |more: Value| {
+        let mut fields = json!({ "object": "cube", "scheme": "doo-sabin", "limit": true, "levels": 2 });
+        more.as_object().unwrap().iter().for_each(|(name, value)| fields[name] = value.clone());
+        mesh(fields)
+    };
+    let same = form(json!({ "alpha": 1 }));
+    assert_eq!(characteristic(&same), 2);
+    // A vertex of the cube has three corners, and each of these four quads a level: no other face is left.
+    assert_eq!(same.face_count(), 8 * 3 * 4);
+    assert!((0..same.face_count()).all(|f| same.face_normal(f).is_some()));
+    assert!(!same.normals.is_empty());
+    for middle in [[0.5, 0.5, 0.0], [0.5, 1.0, 0.5], [1.0, 0.5, 0.5]] {
+        let near = same.points().iter().map(|p| (p - Point::from(middle)).norm()).fold(f64::MAX, f64::min);
+        assert!(near < 1e-15, "{near:e}");
+    }
+    let large = form(json!({ "alpha": 2 }));
+    let [a, b] = [&same, &large].map(|m| m.points()[1] - m.points()[0]);
+    assert!((b - a * 2.0).norm() < 1e-14);
+    let longer = form(json!({ "alpha": [{ "edge": [4, 5], "value": 1.8 }], "lock": [0] }));
+    let wide = |m: &Mesh| m.points().iter().map(|p| p.x).fold(f64::MIN, f64::max);
+    assert!(longer.face_count() == same.face_count() && wide(&longer) > wide(&same) + 0.02);
+    let control = mesh(json!({ "object": "cube", "scheme": "doo-sabin", "levels": 0, "alpha": 1 }));
+    assert_eq!((control.points().len(), control.face_count()), (24, 26));
+}
+
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     let fails = |fields: Value| {
@@ -167,6 +196,16 @@ fn what_is_wrong_is_said_with_its_place() {
         (json!({ "object": "loop", "creases": [[0, 1, 1]] }), "for meshes"),
         (json!({ "object": "loop", "intervals": [1, 2] }), "interval"),
         (json!({ "object": "cube", "boundary": "sharp" }), "edge-only"),
+        (json!({ "object": "cube", "alpha": 2 }), "doo-sabin"),
+        (json!({ "object": "loop", "alpha": 2 }), "for meshes"),
+        (json!({ "object": "cube", "scheme": "doo-sabin", "lock": [0] }), "alpha"),
+        (json!({ "object": "cube", "scheme": "doo-sabin", "alpha": 0 }), "α"),
+        (json!({ "object": "cube", "scheme": "doo-sabin", "alpha": 2, "lock": [8] }), "8"),
+        (
+            json!({ "object": "cube", "scheme": "doo-sabin", "alpha": [{ "edge": [0, 7], "value": 2 }] }),
+            "alpha[0]",
+        ),
+        (json!({ "object": "cube", "scheme": "doo-sabin", "alpha": 2, "levels": 40 }), "take fewer"),
     ] {
         let error = fails(fields.clone());
         assert!(error.contains(words), "{fields}: {error}");

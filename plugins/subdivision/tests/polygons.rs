@@ -138,3 +138,41 @@ fn what_is_wrong_is_named() {
     says(five.clone().with_intervals(vec![1.0, -1.0]), "span 1 is -1");
     assert!(five.with_intervals(vec![0.0; 2]).unwrap().to_curve().is_err());
 }
+
+/// Chaikin's curve as a cubic one: the same at every parameter, by intervals `h, 0, h, 0, …`.
+#[test]
+fn chaikin_s_curve_elevated_is_the_same_curve() {
+    let mut count = 0;
+    for polygon in all() {
+        if polygon.scheme() == Scheme::Cubic {
+            assert!(polygon.elevated().unwrap_err().to_string().contains("cubic already"));
+            continue;
+        }
+        let cubic = polygon.elevated().unwrap();
+        assert_eq!(cubic.is_closed(), polygon.is_closed());
+        let inner = polygon.spans().iter().filter(|d| **d > 0.0).count();
+        assert!(cubic.spans().iter().filter(|d| **d > 0.0).count() == inner);
+        if polygon.spans().contains(&0.0) {
+            continue;
+        }
+        let (one, other) = (polygon.to_curve().unwrap(), cubic.to_curve().unwrap());
+        let (a, b) = one.domain();
+        for i in 0..=60 {
+            let u = a + (b - a) * f64::from(i) / 60.0;
+            let off = (one.point(u).unwrap() - other.point(u).unwrap()).norm();
+            assert!(off <= 4e-15 * size(&polygon), "{u}: {off:e}");
+        }
+        count += 1;
+    }
+    assert!(count > 60, "{count}");
+    // Uniform: (Q₋ + 5 Q)/6 and (5 Q + Q₊)/6.
+    let points: Vec<Point> =
+        (0..5).map(|k| Point::new(shapes::noise(k), shapes::noise(k + 9), k as f64)).collect();
+    let cubic = Polygon::new(Scheme::Chaikin, points.clone(), true).unwrap().elevated().unwrap();
+    for k in 0..5 {
+        let [before, own, after] = [k + 4, k, k + 1].map(|k| points[k % 5].coords);
+        assert!((cubic.points()[2 * k].coords - (before + own * 5.0) / 6.0).norm() < 1e-15);
+        assert!((cubic.points()[2 * k + 1].coords - (own * 5.0 + after) / 6.0).norm() < 1e-15);
+        assert_eq!(cubic.spans()[2 * k..2 * k + 2], [1.0, 0.0]);
+    }
+}

@@ -138,7 +138,8 @@ impl Cage {
     }
 }
 
-fn between(from: usize, to: usize) -> String {
+/// An edge, for messages.
+pub(crate) fn between(from: usize, to: usize) -> String {
     format!("the edge between vertices {from} and {to}")
 }
 

@@ -2,11 +2,16 @@
 
 use loftsman_kernel::{Point, Vector, parallel};
 
+use loftsman_kernel::shape::Stencil;
+
 use super::masks;
 use super::ring::Ring;
+use super::uneven::{self, Local};
+use super::weights::Weights;
 use crate::cage::{Cage, INFINITELY_SHARP, present};
 use crate::error::{Result, SubdivisionError};
 use crate::frame::{LimitFrame, LimitStencils};
+use crate::row::Row;
 
 /// The number of sides on which the surface has tangents of its own at a vertex: one where it is smooth, on the boundary and at the end
 /// of a crease; two on a crease; at a corner one for each face. Sector 0 of a crease lies to the left of its first edge (in the order of
@@ -27,43 +32,96 @@ pub fn sectors(cage: &Cage, vertex: usize) -> Result<usize> {
 /// refined away first. The point is that of Halstead, Kass and DeRose (1993) where nothing is sharp; the tangents are left eigenvectors
 /// of the scheme as it is, so that they are those of the surface also where OpenSubdiv takes masks of another (creases with other than
 /// two faces on a side; ends of creases). Where three eigenvalues are equal (valence 2) or a corner has more than one face, a tangent
-/// plane need not exist. Cost: linear in the size of the ring; where the cage has knot intervals, in the number of its edges, too.
+/// plane need not exist.
+///
+/// By knot intervals: where the vertex is one of a grid (four quads whose opposite edges agree) the point and the tangents of the
+/// bicubic spline with these knots, in closed form, multiple knots included (at a triple one, where the spline has a crease, the tangents
+/// on the vertex's side). Elsewhere the neighbourhood is refined until its weights
+/// stay the same to rounding, which takes at most some fifty levels, and the eigenvectors of what they come to are taken back through
+/// these. Their error is that of rounding, where eigenvalues lie apart.
+///
+/// Cost: linear in the size of the ring; with unequal intervals that for each level, some milliseconds.
 ///
 /// # Errors
-/// When there is no such vertex or sector; when knot intervals differ, for then no limit is known.
+/// When there is no such vertex or sector; when knot intervals leave the vertex without a limit (eigenvalues that meet those of the
+/// point) or without a tangent plane: where all intervals on a line through it are zero, the surface has a corner or a crease.
 pub fn limit_stencils(cage: &Cage, vertex: usize, sector: usize) -> Result<LimitStencils> {
-    check_uniform(cage)?;
     present("sector", sector, sectors(cage, vertex)?)?;
-    Ok(rows(cage, vertex, sector))
+    if is_uniform(cage) {
+        return Ok(rows(cage, vertex, sector));
+    }
+    let local = Local::new(cage, vertex)?;
+    let rows = uneven_rows(&Weights::new(&local.cage), local.vertex, sector);
+    let rows = rows.map_err(|error| renamed(error, vertex))?;
+    let back = |s: Stencil| -> Stencil { s.iter().map(|(v, c)| (local.names[v] as usize, c)).collect() };
+    Ok(LimitStencils { position: back(rows.position), tangents: rows.tangents.map(back) })
 }
 
 /// The [rows](limit_stencils) of the limits of all vertices, on creases and at corners in their first sector; in parallel with the
 /// feature `parallel`. Cost: linear in what comes out.
 ///
 /// # Errors
-/// When knot intervals differ, for then no limit is known.
+/// As for [`limit_stencils`].
 pub fn all_limit_stencils(cage: &Cage) -> Result<Vec<LimitStencils>> {
-    check_uniform(cage)?;
-    Ok(parallel::map(cage.points().len(), |vertex| rows(cage, vertex, 0)))
+    let count = cage.points().len();
+    if is_uniform(cage) {
+        return Ok(parallel::map(count, |vertex| rows(cage, vertex, 0)));
+    }
+    let weights = Weights::new(cage);
+    parallel::map(count, |vertex| uneven_rows(&weights, vertex, 0)).into_iter().collect()
 }
 
-/// The rows of a vertex that is there, in a sector that is there.
-fn rows(cage: &Cage, vertex: usize, sector: usize) -> LimitStencils {
-    let ring = Ring::new(cage, vertex);
-    let (steps, limit, (edges, faces)) = (ring.steps(), ring.limit(), ring.size());
-    let tangents = masks::tangents(limit, edges, faces, sector);
-    LimitStencils {
-        position: ring.row(masks::position(limit, edges, faces), steps).into_stencil(),
-        tangents: tangents.map(|mask| ring.row(mask, steps).into_stencil()),
+/// The rows of a vertex that is there, in a sector that is there, by intervals.
+fn uneven_rows(weights: &Weights<'_>, vertex: usize, sector: usize) -> Result<LimitStencils> {
+    let (position, tangents) = uneven::frame(weights, vertex, sector)?;
+    let tangents = tangents.ok_or_else(|| {
+        let problem = "has a limit by its knot intervals, and no tangent plane there: ask for its point alone (`limit_points`), or give \
+                       its edges intervals above zero and nearer to each other";
+        SubdivisionError::Vertex { vertex, problem: problem.to_owned() }
+    })?;
+    Ok(LimitStencils { position: position.into_stencil(), tangents: tangents.map(Row::into_stencil) })
+}
+
+/// An error of a vertex, by its number in the whole.
+fn renamed(error: SubdivisionError, vertex: usize) -> SubdivisionError {
+    match error {
+        SubdivisionError::Vertex { problem, .. } => SubdivisionError::Vertex { vertex, problem },
+        other => other,
     }
 }
 
-/// The limits of all vertices. Cost: linear; most quickly where all faces are quads; in parallel with the feature `parallel`.
+/// The rows of a vertex that is there, in a sector that is there, of a uniform cage.
+fn rows(cage: &Cage, vertex: usize, sector: usize) -> LimitStencils {
+    let (position, tangents) = even_rows(cage, vertex, sector);
+    LimitStencils { position: position.into_stencil(), tangents: tangents.map(Row::into_stencil) }
+}
+
+/// The same as rows, whatever the intervals are.
+pub(super) fn even_rows(cage: &Cage, vertex: usize, sector: usize) -> (Row, [Row; 2]) {
+    let ring = Ring::new(cage, vertex);
+    let (steps, limit, (edges, faces)) = (ring.steps(), ring.limit(), ring.size());
+    let tangents = masks::tangents(limit, edges, faces, sector);
+    (ring.row(masks::position(limit, edges, faces), steps), tangents.map(|mask| ring.row(mask, steps)))
+}
+
+/// The row of the point alone.
+pub(super) fn even_position(cage: &Cage, vertex: usize) -> Row {
+    let ring = Ring::new(cage, vertex);
+    let (edges, faces) = ring.size();
+    ring.row(masks::position(ring.limit(), edges, faces), ring.steps())
+}
+
+/// The limits of all vertices. Cost: linear; most quickly where all faces are quads; in parallel with the feature `parallel`; with unequal
+/// intervals that of [`limit_stencils`] for each vertex that is none of a grid.
 ///
 /// # Errors
-/// When knot intervals differ, for then no limit is known.
+/// When knot intervals leave a vertex without a limit, as for [`limit_stencils`].
 pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
-    check_uniform(cage)?;
+    if !is_uniform(cage) {
+        let weights = Weights::new(cage);
+        let point = |vertex| Ok(Point::from(applied(&uneven::position(&weights, vertex)?, cage)));
+        return parallel::map(cage.points().len(), point).into_iter().collect();
+    }
     let means = means(cage);
     Ok(parallel::map(cage.points().len(), |vertex| {
         if is_regular(cage, vertex) {
@@ -76,13 +134,22 @@ pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
     }))
 }
 
-/// The limits of all vertices with their tangents, on creases and at corners those of the first [sector](sectors). Cost: linear, in
-/// parallel with the feature `parallel`.
+/// The limits of all vertices with their tangents, on creases and at corners those of the first [sector](sectors); tangents are zero
+/// where knot intervals leave no tangent plane. Cost: linear, in parallel with the feature `parallel`; with unequal intervals that of
+/// [`limit_stencils`] for each vertex that is none of a grid.
 ///
 /// # Errors
-/// When knot intervals differ, for then no limit is known.
+/// As for [`limit_points`].
 pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
-    check_uniform(cage)?;
+    if !is_uniform(cage) {
+        let weights = Weights::new(cage);
+        let frame = |vertex| {
+            let (position, tangents) = uneven::frame(&weights, vertex, 0)?;
+            let tangents = tangents.map_or([Vector::zeros(); 2], |rows| rows.map(|row| applied(&row, cage)));
+            Ok(LimitFrame { point: Point::from(applied(&position, cage)), tangents })
+        };
+        return parallel::map(cage.points().len(), frame).into_iter().collect();
+    }
     let means = means(cage);
     let waves: Vec<[f64; 3]> = (0..USUAL).map(wave).collect();
     Ok(parallel::map(cage.points().len(), |vertex| {
@@ -99,6 +166,11 @@ pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
             tangents: masks::tangents(limit, edges, faces, 0).map(apply),
         }
     }))
+}
+
+/// A row applied to the points of a cage.
+fn applied(row: &Row, cage: &Cage) -> Vector {
+    row.0.iter().fold(Vector::zeros(), |sum, &(v, c)| sum + cage.points[v as usize].coords * c)
 }
 
 /// The means of all faces, where limits need them: nothing of a cage of quads without finite sharpness.
@@ -177,13 +249,19 @@ fn smooth_frame(cage: &Cage, vertex: usize, waves: &[[f64; 3]]) -> Option<LimitF
     Some(LimitFrame { point: centre + (near * 4.0 + far) / (count * (count + 5.0)), tangents })
 }
 
+/// Whether there are no knot intervals, or all are the same and positive.
+fn is_uniform(cage: &Cage) -> bool {
+    cage.intervals.first().is_none_or(|&first| first > 0.0 && cage.intervals.iter().all(|&d| d == first))
+}
+
 /// Whether the scheme is uniform: no knot intervals, or all the same.
 pub(crate) fn check_uniform(cage: &Cage) -> Result<()> {
     let Some(&first) = cage.intervals.first() else { return Ok(()) };
     let Some(edge) = cage.intervals.iter().position(|&d| d != first) else { return Ok(()) };
     let [from, to] = cage.topology.ends(edge).map(|v| v as usize);
     let problem = format!(
-        "has the knot interval {}, others {first}: limits are known where all are equal; refine instead",
+        "has the knot interval {}, others {first}: places between vertices are known where all are equal; ask for the limits of \
+         vertices, or refine (each level has the limits of its own)",
         cage.intervals[edge]
     );
     Err(SubdivisionError::Edge { from, to, problem })

@@ -4,6 +4,7 @@
 //! Clark (1978); both with the creases of DeRose, Kass and Truong (1998), edge children having one less sharpness (OpenSubdiv's
 //! `CREASE_UNIFORM`).
 
+mod leading;
 mod limit;
 mod masks;
 mod patch;
@@ -11,6 +12,7 @@ mod refine;
 mod refinement;
 mod ring;
 mod rules;
+mod uneven;
 pub(crate) mod weights;
 
 pub(crate) use limit::check_uniform;

@@ -114,7 +114,8 @@ fn smooth_point(cage: &Cage, faces: &[Point], vertex: usize) -> Point {
     Point::from(cage.points[vertex].coords * ((n - 2.0) / n) + sum / (n * n))
 }
 
-fn refined_intervals(cage: &Cage) -> Vec<f64> {
+/// The knot intervals of the cage refined once.
+pub(super) fn refined_intervals(cage: &Cage) -> Vec<f64> {
     let topology = cage.topology();
     let d = |half: u32| cage.interval(topology.edge_of(half) as usize);
     let halved = 2 * topology.edge_count();

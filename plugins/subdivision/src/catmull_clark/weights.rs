@@ -2,6 +2,7 @@
 
 use smallvec::SmallVec;
 
+use super::leading::Leading;
 use super::rules::{Kind, VertexRule, kind, vertex_rule};
 use crate::cage::Cage;
 use crate::row::{Row, Sum};
@@ -10,6 +11,7 @@ use crate::row::{Row, Sum};
 ///
 /// Uniform: Catmull and Clark 1978. By knot intervals: Sederberg, Zheng, Sewell and Sabin 1998, section 4, where `d` is the interval of
 /// an edge and `b` the sum of the two intervals *beyond* one of its ends (those two edges further round that vertex, on either side).
+/// Where so many intervals are zero that a weight is `0/0`, the zeros are one small number that goes to zero ([`Leading`]).
 pub(crate) struct Weights<'a> {
     pub(crate) cage: &'a Cage,
     /// The intervals beyond both ends of each edge; nothing where the cage has no intervals.
@@ -24,6 +26,11 @@ impl<'a> Weights<'a> {
             weights.find_beyond();
         }
         weights
+    }
+
+    /// The intervals beyond both ends of an edge of a cage with intervals.
+    pub(super) fn beyond(&self, edge: usize) -> [f64; 2] {
+        self.beyond[edge]
     }
 
     /// Beyond a crease or the boundary the intervals continue along it; across it, as at a corner, they are mirrored, which makes the
@@ -104,9 +111,28 @@ impl<'a> Weights<'a> {
             forwards * backwards
         };
         let total: f64 = (0..n).map(weight).sum();
-        for (c, &vertex) in vertices.iter().enumerate() {
-            add(vertex, if total > 0.0 { weight(c) / total } else { 1.0 / n as f64 });
+        if total > 0.0 {
+            return vertices.iter().enumerate().for_each(|(c, &vertex)| add(vertex, weight(c) / total));
         }
+        vertices.iter().zip(self.collapsed_face(face)).for_each(|(&vertex, share)| add(vertex, share));
+    }
+
+    /// The weights in the point of a face all of whose weights vanish.
+    fn collapsed_face(&self, face: usize) -> Vec<f64> {
+        let topology = self.cage.topology();
+        let corners = topology.face_corners(face);
+        let n = corners.len();
+        let side = |c: usize, at_end: bool| {
+            let half = (corners.start + c % n) as u32;
+            let edge = topology.edge_of(half) as usize;
+            let end = usize::from((topology.halves(edge)[0] != half) != at_end);
+            Leading::new(self.cage.interval(edge), 1.0) + Leading::new(self.beyond[edge][end], 2.0)
+        };
+        let weight = |c: usize| {
+            let forwards = side(c, true) + side(c + 2 * n - 2, false);
+            forwards * (side(c + n - 1, false) + side(c + 1, true))
+        };
+        Leading::shares(&(0..n).map(weight).collect::<Vec<_>>())
     }
 
     /// The weights of an edge's ends in the point of the edge alone: halves, or `(d + b₁, d + b₀)` over their sum.
@@ -203,16 +229,26 @@ impl<'a> Weights<'a> {
         let of_edge = |k: usize| (d(k + 1) + d(k + n - 1)) * (d(k + 2) + d(k + 2 * n - 2)) / 2.0;
         let of_face = |k: usize| d(k + 2) * d(k + n - 1);
         let total: f64 = (0..n).map(|k| of_edge(k) + of_face(k)).sum();
-        if total <= 0.0 {
-            return sum.vertex(vertex as u32, share);
-        }
         sum.vertex(vertex as u32, share * (n as f64 - 3.0) / n as f64);
-        let each = 3.0 * share / (n as f64 * total);
+        let each = 3.0 * share / n as f64;
+        let parts = if total > 0.0 {
+            (0..n).map(of_edge).chain((0..n).map(of_face)).map(|w| w / total).collect()
+        } else {
+            collapsed_vertex(n, d)
+        };
         for (k, &half) in halves.iter().enumerate() {
-            self.add_middle(topology.edge_of(half) as usize, each * of_edge(k), sum);
-            sum.face(topology.face_of(half), each * of_face(k));
+            self.add_middle(topology.edge_of(half) as usize, each * parts[k], sum);
+            sum.face(topology.face_of(half), each * parts[n + k]);
         }
     }
+}
+
+/// The weights of the edges and of the faces at a smooth vertex where all of them vanish.
+fn collapsed_vertex(n: usize, d: impl Fn(usize) -> f64) -> Vec<f64> {
+    let d = |k: usize| Leading::new(d(k), 1.0);
+    let of_edge = |k: usize| (d(k + 1) + d(k + n - 1)) * (d(k + 2) + d(k + 2 * n - 2)) * 0.5;
+    let of_face = |k: usize| d(k + 2) * d(k + n - 1);
+    Leading::shares(&(0..n).map(of_edge).chain((0..n).map(of_face)).collect::<Vec<_>>())
 }
 
 /// A row of coefficients, faces taken apart into their vertices.

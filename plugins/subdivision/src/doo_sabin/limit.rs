@@ -2,53 +2,105 @@
 
 use std::f64::consts::TAU;
 
-use loftsman_kernel::{Point, parallel};
+use loftsman_kernel::{Point, Vector, parallel};
 
-use super::refine::waves;
+use super::refine::{matrix, waves};
 use crate::cage::{Cage, present};
+use crate::eigen::{self, Matrix};
 use crate::error::{Result, SubdivisionError};
 use crate::frame::{LimitFrame, LimitStencils};
 use crate::row::Row;
 
-/// The rows of the limit of a face's middle, which is the mean of its vertices, and of two tangents there: sums by cosines and sines
-/// round the face, whose eigenvalue is one half. The limit of an inner vertex is that of its face once refined. Exact. Cost: the size of
-/// the face.
+/// The rows of the limit of a face, and of two tangents there. The limit of an inner vertex is that of its face once refined.
+///
+/// Uniform: the mean of its vertices, and sums by cosines and sines round the face, whose eigenvalue is one half. By end intervals a face
+/// is refined by the same matrix for ever, so that the rows are its left eigenvectors, to rounding; on grids with an interval for each
+/// row and column the point and the tangent plane of the biquadratic spline where its knots cross. Cost: the size of the face; by
+/// intervals some fifty times its square.
 ///
 /// # Errors
-/// When there is no such face; when intervals differ, for then no limit is known.
+/// When there is no such face; when intervals leave it without a limit or a tangent plane.
 pub fn limit_stencils(cage: &Cage, face: usize) -> Result<LimitStencils> {
-    check_uniform(cage)?;
     present("face", face, cage.topology().face_count())?;
     let vertices = cage.topology().face(face);
     let n = vertices.len() as f64;
-    let row = |weight: &dyn Fn(f64) -> f64| {
+    let over = |weights: &[f64]| {
         let mut row = Row::default();
-        vertices.iter().enumerate().for_each(|(i, &v)| row.add(v, weight(TAU * i as f64 / n)));
+        vertices.iter().zip(weights).for_each(|(&v, &w)| row.add(v, w));
         row.into_stencil()
+    };
+    if !is_uniform(cage) {
+        let (position, tangents) = uneven(cage, face)?;
+        let tangents = tangents.ok_or_else(|| SubdivisionError::Face {
+            face,
+            problem:
+                "has a limit by its intervals, and no tangent plane there: bring them nearer to each other"
+                    .to_owned(),
+        })?;
+        return Ok(LimitStencils { position: over(&position), tangents: tangents.map(|t| over(&t)) });
+    }
+    let row = |weight: &dyn Fn(f64) -> f64| {
+        over(&(0..vertices.len()).map(|i| weight(TAU * i as f64 / n)).collect::<Vec<_>>())
     };
     Ok(LimitStencils { position: row(&|_| 1.0 / n), tangents: [row(&f64::cos), row(&f64::sin)] })
 }
 
-/// The limits of the middles of all faces with their tangents. Cost: linear, in parallel with the feature `parallel`.
+/// The limits of all faces with their tangents, which are zero where intervals leave no tangent plane. Cost: linear, in parallel with the
+/// feature `parallel`.
 ///
 /// # Errors
-/// When intervals differ, for then no limit is known.
+/// When intervals leave a face without a limit.
 pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
-    check_uniform(cage)?;
-    Ok(parallel::map(cage.topology().face_count(), |face| {
-        let [point, cosines, sines] = waves(cage, face);
-        LimitFrame { point: Point::from(point), tangents: [cosines, sines] }
-    }))
+    let uniform = is_uniform(cage);
+    let frame = |face| {
+        if uniform {
+            let [point, cosines, sines] = waves(cage, face);
+            return Ok(LimitFrame { point: Point::from(point), tangents: [cosines, sines] });
+        }
+        let (position, tangents) = uneven(cage, face)?;
+        let points = cage.topology().face(face).iter().map(|&v| cage.points()[v as usize].coords);
+        let apply = |row: &[f64]| points.clone().zip(row).map(|(p, c)| p * *c).sum::<Vector>();
+        let tangents = tangents.map_or([Vector::zeros(); 2], |rows| rows.map(|row| apply(&row)));
+        Ok(LimitFrame { point: Point::from(apply(&position)), tangents })
+    };
+    parallel::map(cage.topology().face_count(), frame).into_iter().collect()
+}
+
+/// The limit of a face over its corners, and two tangents, where there are any.
+type Rows = (Vec<f64>, Option<[Vec<f64>; 2]>);
+
+/// By intervals. They are halved alike at every level, so that the matrix stays the same.
+fn uneven(cage: &Cage, face: usize) -> Result<Rows> {
+    let matrix: Matrix = matrix(cage, face);
+    let n = matrix.len();
+    let position = eigen::position(&matrix).ok_or_else(|| {
+        let problem = "comes to no point by its intervals: bring them nearer to each other".to_owned();
+        SubdivisionError::Face { face, problem }
+    })?;
+    let wave = |of: fn(f64) -> f64| (0..n).map(|i| of(TAU * i as f64 / n as f64)).collect();
+    let area = |columns: &[Vec<f64>; 2]| {
+        let at = |k: usize| [columns[0][k % n], columns[1][k % n]];
+        (0..n).map(|k| at(k)[0] * at(k + 1)[1] - at(k)[1] * at(k + 1)[0]).sum()
+    };
+    let tangents = eigen::invariant(&matrix, &position, [wave(f64::cos), wave(f64::sin)], area);
+    Ok((position, tangents))
+}
+
+/// Whether there are no intervals, or all are the same.
+fn is_uniform(cage: &Cage) -> bool {
+    cage.end_intervals
+        .first()
+        .is_none_or(|&[first, _]| cage.end_intervals.iter().all(|&ends| ends == [first; 2]))
 }
 
 /// Whether the scheme is uniform: no intervals, or all the same.
-fn check_uniform(cage: &Cage) -> Result<()> {
+pub(super) fn check_uniform(cage: &Cage) -> Result<()> {
     let Some(&[first, _]) = cage.end_intervals.first() else { return Ok(()) };
     let Some(edge) = cage.end_intervals.iter().position(|&ends| ends != [first; 2]) else { return Ok(()) };
     let [from, to] = cage.topology.ends(edge).map(|v| v as usize);
     let [a, b] = cage.end_intervals[edge];
     let problem = format!(
-        "has the intervals {a} and {b}, others {first}: limits are known where all are equal; refine instead"
+        "has the intervals {a} and {b}, others {first}: a bicubic cage is known where all are equal; leave intervals out"
     );
     Err(SubdivisionError::Edge { from, to, problem })
 }

@@ -6,6 +6,7 @@ use loftsman_kernel::shape::Stencil;
 use loftsman_kernel::{Point, Vector, parallel};
 
 use crate::cage::{Cage, present};
+use crate::eigen::Matrix;
 use crate::error::Result;
 use crate::row::Row;
 use crate::topology::{NONE, Topology};
@@ -22,6 +23,23 @@ use crate::topology::{NONE, Topology};
 /// When 32 bits cannot count what would be there.
 pub fn refine(cage: &Cage) -> Result<Cage> {
     let old = cage.topology();
+    let points = parallel::map(old.face_count(), |face| of_face(cage, face)).concat();
+    // Made without a check of coordinates: as everywhere, those of a cage near the largest number may overflow.
+    let topology = dual(old)?;
+    let mut child = Cage::from_topology(vec![Point::origin(); points.len()], topology.into())?;
+    child.points = points;
+    child.boundary = cage.boundary;
+    if cage.holes.contains(&true) {
+        child.holes = cage.holes.clone();
+    }
+    if cage.has_end_intervals() {
+        child.end_intervals = refined_intervals(cage, child.topology());
+    }
+    Ok(child)
+}
+
+/// A vertex for each corner, and a face for each face, inner edge and inner vertex of more than two edges.
+pub(super) fn dual(old: &Topology) -> Result<Topology> {
     let (mut corners, mut starts): (Vec<u32>, Vec<usize>) =
         (Vec::with_capacity(4 * old.corner_count()), vec![0]);
     for face in 0..old.face_count() {
@@ -41,19 +59,7 @@ pub fn refine(cage: &Cage) -> Result<Cage> {
             starts.push(corners.len());
         }
     }
-    let points = parallel::map(old.face_count(), |face| of_face(cage, face)).concat();
-    // Made without a check of coordinates: as everywhere, those of a cage near the largest number may overflow.
-    let topology = Topology::new(points.len(), corners, &starts)?;
-    let mut child = Cage::from_topology(vec![Point::origin(); points.len()], topology.into())?;
-    child.points = points;
-    child.boundary = cage.boundary;
-    if cage.holes.contains(&true) {
-        child.holes = cage.holes.clone();
-    }
-    if cage.has_end_intervals() {
-        child.end_intervals = refined_intervals(cage, child.topology());
-    }
-    Ok(child)
+    Topology::new(old.corner_count(), corners, &starts)
 }
 
 /// The cage refined so many times; those between are not kept.
@@ -76,21 +82,30 @@ pub fn stencil(cage: &Cage, corner: usize) -> Result<Stencil> {
     let topology = cage.topology();
     present("corner", corner, topology.corner_count())?;
     let face = topology.face_of(corner as u32) as usize;
-    let corners = topology.face_corners(face);
-    let n = corners.len();
-    let weights = weights(cage, face);
-    let at = corner - corners.start;
     let mut row = Row::default();
-    for (j, &vertex) in topology.face(face).iter().enumerate() {
+    let weights = weights(cage, face);
+    let vertices = topology.face(face);
+    let of = corner_row(weights.as_ref(), corner - topology.face_corners(face).start, vertices.len());
+    vertices.iter().zip(of).for_each(|(&vertex, (_, weight))| row.add(vertex, weight));
+    Ok(row.into_stencil())
+}
+
+/// How much of each corner of a face the new point of one is made of, none left out.
+fn corner_row(weights: Option<&Weights>, at: usize, n: usize) -> Vec<(u32, f64)> {
+    let entry = |j: usize| {
         let itself = if j == at { 1.0 } else { 0.0 };
         let wave = 1.0 + 2.0 * (TAU * ((at + n - j) % n) as f64 / n as f64).cos();
-        let middle = weights.as_ref().map_or(1.0 / n as f64, |w| w.middle[j]);
-        row.add(
-            vertex,
-            0.5 * (itself + middle) + share(weights.as_ref(), at, n) * (wave - n as f64 * itself),
-        );
-    }
-    Ok(row.into_stencil())
+        let middle = weights.map_or(1.0 / n as f64, |w| w.middle[j]);
+        0.5 * (itself + middle) + share(weights, at, n) * (wave - n as f64 * itself)
+    };
+    (0..n).map(|j| (j as u32, entry(j))).collect()
+}
+
+/// The rows of all corners of a face.
+pub(super) fn matrix(cage: &Cage, face: usize) -> Matrix {
+    let n = cage.topology().face(face).len();
+    let weights = weights(cage, face);
+    (0..n).map(|at| corner_row(weights.as_ref(), at, n)).collect()
 }
 
 /// What intervals make of a face.

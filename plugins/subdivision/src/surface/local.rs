@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::shape::Stencil;
 
 use super::regular;
-use crate::cage::{BoundaryRule, Cage, decayed};
+use crate::cage::{Cage, decayed};
 use crate::catmull_clark::{limit_stencils, sectors, weights::Weights};
 use crate::error::{Result, SubdivisionError};
 use crate::frame::LimitStencils;
+use crate::part::{Part, Said};
 use crate::row::Sum;
 use crate::topology::Topology;
 
@@ -32,11 +32,12 @@ impl Local {
     /// # Errors
     /// When there are too many vertices round it.
     pub(super) fn new(cage: &Cage, face: usize) -> Result<Self> {
-        let part = Part::new(cage.topology(), face, 0)?;
+        let part = around(cage.topology(), face, 0)?;
         let width = part.kept.len();
         let mut rows = vec![0.0; width * width];
         rows.iter_mut().step_by(width + 1).for_each(|c| *c = 1.0);
-        let small = part.cage(cage.topology(), |e| cage.crease(e), |v| cage.corner(v), cage.boundary())?;
+        let said = Said { crease: &|e| cage.crease(e), corner: &|v| cage.corner(v), interval: None };
+        let small = part.cage(cage.topology(), &said, cage.boundary())?;
         Ok(Self { cage: small, base: part.kept.into(), rows })
     }
 
@@ -46,7 +47,7 @@ impl Local {
         let (cage, width) = (&self.cage, self.base.len());
         let topology = cage.topology();
         let split = topology.split()?;
-        let part = Part::new(&split, topology.face_corners(0).start + corner, start)?;
+        let part = around(&split, topology.face_corners(0).start + corner, start)?;
         let (vertices, edges) = (topology.vertex_count(), topology.edge_count());
         let mut faces = vec![0.0; topology.face_count() * width];
         for (face, row) in faces.chunks_exact_mut(width).enumerate() {
@@ -67,9 +68,12 @@ impl Local {
                 sum.face((child - vertices - edges) as u32, 1.0);
             }
         }
-        let crease = |e: usize| if e < 2 * edges { decayed(cage.crease(e / 2)) } else { 0.0 };
-        let sharp = |v: usize| if v < vertices { decayed(cage.corner(v)) } else { 0.0 };
-        let small = part.cage(&split, crease, sharp, cage.boundary())?;
+        let said = Said {
+            crease: &|e| if e < 2 * edges { decayed(cage.crease(e / 2)) } else { 0.0 },
+            corner: &|v| if v < vertices { decayed(cage.corner(v)) } else { 0.0 },
+            interval: None,
+        };
+        let small = part.cage(&split, &said, cage.boundary())?;
         Ok(Self { cage: small, base: Arc::clone(&self.base), rows })
     }
 
@@ -188,72 +192,16 @@ impl Sum for Dense<'_> {
     }
 }
 
-/// Which faces and vertices are round a face.
-struct Part {
-    /// Corners of the whole, face after face, the face itself first.
-    halves: Vec<u32>,
-    starts: Vec<usize>,
-    /// The vertices of the whole that are kept, ascending.
-    kept: Vec<u32>,
-}
-
-impl Part {
-    fn new(topology: &Topology, face: usize, start: usize) -> Result<Self> {
-        let corners = topology.face_corners(face);
-        let mut around: Vec<u32> = Vec::new();
-        for h in corners.clone() {
-            around.extend(topology.vertex_faces(topology.origin(h as u32) as usize));
-        }
-        around.sort_unstable();
-        around.dedup();
-        around.retain(|&f| f as usize != face);
-        let size = corners.len();
-        let mut halves: Vec<u32> =
-            (0..size).map(|k| (corners.start + (start + k) % size.max(1)) as u32).collect();
-        let mut starts = vec![0, size];
-        for f in around {
-            halves.extend(topology.face_corners(f as usize).map(|h| h as u32));
-            starts.push(halves.len());
-        }
-        let mut kept: Vec<u32> = halves.iter().map(|&h| topology.origin(h)).collect();
-        kept.sort_unstable();
-        kept.dedup();
-        if kept.len() > MOST {
-            let problem = format!(
-                "has {} vertices in the faces round it, and at most {MOST} can be looked at: refine the cage, or divide its largest \
-                 faces and fans",
-                kept.len()
-            );
-            return Err(SubdivisionError::Face { face, problem });
-        }
-        Ok(Self { halves, starts, kept })
+/// The faces round a face.
+fn around(topology: &Topology, face: usize, start: usize) -> Result<Part> {
+    let part = Part::around_face(topology, face, start);
+    if part.kept.len() > MOST {
+        let problem = format!(
+            "has {} vertices in the faces round it, and at most {MOST} can be looked at: refine the cage, or divide its largest \
+             faces and fans",
+            part.kept.len()
+        );
+        return Err(SubdivisionError::Face { face, problem });
     }
-
-    /// The small cage, with the sharpness that the whole has.
-    fn cage(
-        &self,
-        whole: &Topology,
-        crease: impl Fn(usize) -> f64,
-        corner: impl Fn(usize) -> f64,
-        boundary: BoundaryRule,
-    ) -> Result<Cage> {
-        let place = |v: u32| self.kept.binary_search(&v).unwrap_or_default() as u32;
-        let corners = self.halves.iter().map(|&h| place(whole.origin(h))).collect();
-        let topology = Topology::part(self.kept.len(), corners, &self.starts)?;
-        let points = vec![Point::origin(); self.kept.len()];
-        let mut cage = Cage::from_topology(points, Arc::new(topology))?.with_boundary(boundary);
-        for (k, &h) in self.halves.iter().enumerate() {
-            let sharpness = crease(whole.edge_of(h) as usize);
-            if sharpness > 0.0 {
-                cage.creases.resize(cage.topology.edge_count(), 0.0);
-                let edge = cage.topology.edge_of(k as u32) as usize;
-                cage.creases[edge] = sharpness;
-            }
-        }
-        let corners: Vec<f64> = self.kept.iter().map(|&v| corner(v as usize)).collect();
-        if corners.iter().any(|&s| s > 0.0) {
-            cage.corners = corners;
-        }
-        Ok(cage)
-    }
+    Ok(part)
 }

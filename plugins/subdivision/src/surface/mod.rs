@@ -80,7 +80,8 @@ impl SubdivisionSurface {
     /// The limit surface of a cage. Knot intervals that are all equal are left out, for they change nothing. Cost: linear.
     ///
     /// # Errors
-    /// When knot intervals differ, for then no limit is known; when all faces are holes.
+    /// When knot intervals differ, for then only the limits of vertices are known ([`limit_stencils`]), not places between; when all faces
+    /// are holes.
     pub fn new(cage: Cage) -> Result<Self> {
         Self::with_depth(cage, DEPTH)
     }

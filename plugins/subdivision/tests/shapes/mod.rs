@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test program takes what it needs")]
 #![allow(clippy::unwrap_used, reason = "what cannot be made fails the test")]
 
+pub(crate) mod levels;
+
 use loftsman_kernel::Point;
 use loftsman_subdivision::{BoundaryRule, Cage};
 

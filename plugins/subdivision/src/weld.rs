@@ -1,0 +1,64 @@
+//! Limits of cages with zero intervals: what is one point of the surface becomes one point of the mesh.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::mesh::{Layer, Mesh};
+
+use crate::cage::Cage;
+use crate::error::Result;
+use crate::frame::LimitFrame;
+
+/// Limits of the two ends of an edge without an interval are one point of the surface, but for rounding: so near to each other, by the
+/// size of the surface.
+const ROUNDING: f64 = 1e-12;
+
+/// The mesh of the limits of a cage's vertices, where those that zero intervals bring together are one and faces without area are not
+/// there; with normals where each point has one.
+pub(crate) fn welded(cage: &Cage, frames: &[LimitFrame]) -> Result<Mesh> {
+    let topology = cage.topology();
+    let mut group: Vec<usize> = (0..frames.len()).collect();
+    let size = frames.iter().fold(0.0, |most: f64, f| most.max((f.point - frames[0].point).amax()));
+    for edge in (0..topology.edge_count()).filter(|&e| cage.interval(e) == 0.0) {
+        let [a, b] = topology.ends(edge).map(|v| v as usize);
+        if (frames[a].point - frames[b].point).amax() <= ROUNDING * size {
+            let (a, b) = (root(&mut group, a), root(&mut group, b));
+            group[a.max(b)] = a.min(b);
+        }
+    }
+    let mut place = vec![usize::MAX; frames.len()];
+    let (mut points, mut normals): (Vec<_>, Vec<Option<Vector>>) = (Vec::new(), Vec::new());
+    for (vertex, frame) in frames.iter().enumerate() {
+        let first = root(&mut group, vertex);
+        if first == vertex {
+            place[vertex] = points.len();
+            points.push(frame.point);
+            normals.push(None);
+        }
+        // The first of a group comes before the others. Not each has a normal of its own.
+        place[vertex] = place[first];
+        let normal = &mut normals[place[first]];
+        *normal = normal.or_else(|| frame.normal());
+    }
+    let mut faces = Vec::new();
+    for face in (0..topology.face_count()).filter(|&f| !cage.is_hole(f)) {
+        let mut corners: Vec<usize> = topology.face(face).iter().map(|&v| place[v as usize]).collect();
+        corners.dedup();
+        while corners.len() > 1 && corners.first() == corners.last() {
+            corners.pop();
+        }
+        if corners.len() > 2 {
+            faces.push(corners);
+        }
+    }
+    let mut mesh = Mesh::new(points, &faces)?;
+    mesh.normals = normals.into_iter().collect::<Option<Vec<_>>>().map_or_else(Layer::none, Layer::per_point);
+    Ok(mesh)
+}
+
+/// The first of a vertex's group.
+fn root(group: &mut [usize], mut vertex: usize) -> usize {
+    while group[vertex] != vertex {
+        group[vertex] = group[group[vertex]];
+        vertex = group[vertex];
+    }
+    vertex
+}
