@@ -1,4 +1,4 @@
-//! A face with the faces round it, refined where a place is: as rows over the vertices of the whole cage.
+//! A face with the faces round it, refined where a place is: as rows over the vertices of its neighbourhood.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::catmull_clark::{limit_stencils, sectors, weights::Weights};
 use crate::error::{Result, SubdivisionError};
 use crate::frame::LimitStencils;
 use crate::row::Sum;
-use crate::topology::Topology;
+use crate::topology::{NONE, Topology};
 
 /// Vertices round one face, at most: rows over them are kept densely, so that this many take 32 MB.
 pub(super) const MOST: usize = 2048;
@@ -20,30 +20,26 @@ pub(super) const MOST: usize = 2048;
 #[derive(Debug)]
 pub(super) struct Local {
     cage: Cage,
-    /// The vertices of the whole cage that rows are over, ascending.
-    base: Arc<[u32]>,
-    /// One row after another, each as long as `base`.
+    /// The number of vertices of the face's neighbourhood in the whole cage, which rows are over: those of its [`Part`], in that order.
+    width: usize,
+    /// One row after another, each as long.
     rows: Vec<f64>,
 }
 
 impl Local {
-    /// The face of a cage as it is.
-    ///
-    /// # Errors
-    /// When there are too many vertices round it.
-    pub(super) fn new(cage: &Cage, face: usize) -> Result<Self> {
-        let part = Part::new(cage.topology(), face, 0)?;
+    /// A face of a cage as it is.
+    pub(super) fn new(cage: &Cage, part: &Part) -> Result<Self> {
         let width = part.kept.len();
         let mut rows = vec![0.0; width * width];
         rows.iter_mut().step_by(width + 1).for_each(|c| *c = 1.0);
         let small = part.cage(cage.topology(), |e| cage.crease(e), |v| cage.corner(v), cage.boundary())?;
-        Ok(Self { cage: small, base: part.kept.into(), rows })
+        Ok(Self { cage: small, width, rows })
     }
 
     /// The refined face at a corner, with what is round it; its first corner is number `start` of corner, edge that follows, middle,
     /// edge before. Cost: the number of vertices round it times the length of a row.
     pub(super) fn refined(&self, corner: usize, start: usize) -> Result<Self> {
-        let (cage, width) = (&self.cage, self.base.len());
+        let (cage, width) = (&self.cage, self.width);
         let topology = cage.topology();
         let split = topology.split()?;
         let part = Part::new(&split, topology.face_corners(0).start + corner, start)?;
@@ -70,24 +66,29 @@ impl Local {
         let crease = |e: usize| if e < 2 * edges { decayed(cage.crease(e / 2)) } else { 0.0 };
         let sharp = |v: usize| if v < vertices { decayed(cage.corner(v)) } else { 0.0 };
         let small = part.cage(&split, crease, sharp, cage.boundary())?;
-        Ok(Self { cage: small, base: Arc::clone(&self.base), rows })
+        Ok(Self { cage: small, width, rows })
     }
 
-    /// The number of vertices of the whole cage that rows are over.
+    /// The number of vertices that rows are over.
     pub(super) fn width(&self) -> usize {
-        self.base.len()
+        self.width
     }
 
-    fn row(&self, vertex: usize) -> &[f64] {
-        let width = self.base.len();
-        &self.rows[vertex * width..(vertex + 1) * width]
+    /// The face and those round it: a cage without points.
+    pub(super) fn cage(&self) -> &Cage {
+        &self.cage
     }
 
-    /// The vertices of the whole cage that a point of the face depends on, ascending, and for each the 16 numbers by which it counts in
-    /// the vertices of the bicubic net; `None` where the face is not regular.
-    pub(super) fn net(&self) -> Option<(Vec<usize>, Vec<[f64; 16]>)> {
+    /// The row of a vertex of [`cage`](Self::cage).
+    pub(super) fn row(&self, vertex: usize) -> &[f64] {
+        &self.rows[vertex * self.width..(vertex + 1) * self.width]
+    }
+
+    /// For each vertex that rows are over the 16 numbers by which it counts in the vertices of the bicubic net; `None` where the face is
+    /// not regular.
+    pub(super) fn net(&self) -> Option<Vec<[f64; 16]>> {
         let net = regular::net(&self.cage, 0)?;
-        let mut columns = vec![[0.0; 16]; self.base.len()];
+        let mut columns = vec![[0.0; 16]; self.width];
         for (place, row) in net.iter().enumerate() {
             for &(v, weight) in row {
                 columns
@@ -96,11 +97,10 @@ impl Local {
                     .for_each(|(column, c)| column[place] += weight * c);
             }
         }
-        let all = self.base.iter().zip(columns).filter(|(_, column)| column.iter().any(|&c| c != 0.0));
-        Some(all.map(|(&v, column)| (v as usize, column)).unzip())
+        Some(columns)
     }
 
-    /// The limit of a corner of the face: its point, and its tangents along `u` and `v` of the face, in the face's sector.
+    /// The limit of a corner of the face, as rows over the neighbourhood: its point, and its tangents along `u` and `v` of the face, in the face's sector.
     ///
     /// At a smooth vertex and at a corner these are along the face's edges; elsewhere they span the tangent plane.
     pub(super) fn limit(&self, corner: usize) -> Result<LimitStencils> {
@@ -152,11 +152,11 @@ impl Local {
             .collect()
     }
 
-    /// A row over the small cage as one over the whole.
+    /// A row over the small cage as one over the neighbourhood.
     fn back(&self, stencil: &Stencil) -> Stencil {
-        let mut sum = vec![0.0; self.base.len()];
+        let mut sum = vec![0.0; self.width];
         stencil.iter().for_each(|(v, c)| add(&mut sum, self.row(v), c));
-        self.base.iter().zip(sum).filter(|(_, c)| *c != 0.0).map(|(&v, c)| (v as usize, c)).collect()
+        sum.into_iter().enumerate().filter(|(_, c)| *c != 0.0).collect()
     }
 }
 
@@ -188,36 +188,43 @@ impl Sum for Dense<'_> {
     }
 }
 
-/// Which faces and vertices are round a face.
-struct Part {
+/// Which faces and vertices are round a face, in an order that follows from how they hang together alone: whatever their numbers in the
+/// whole, faces with the same surroundings have the same part.
+#[derive(Debug)]
+pub(super) struct Part {
     /// Corners of the whole, face after face, the face itself first.
     halves: Vec<u32>,
     starts: Vec<usize>,
-    /// The vertices of the whole that are kept, ascending.
-    kept: Vec<u32>,
+    /// The vertices of the whole that are kept, in the order in which the corners come to them.
+    pub(super) kept: Vec<u32>,
+    /// The number among these of the vertex at each corner.
+    corners: Vec<u32>,
 }
 
 impl Part {
-    fn new(topology: &Topology, face: usize, start: usize) -> Result<Self> {
-        let corners = topology.face_corners(face);
-        let mut around: Vec<u32> = Vec::new();
-        for h in corners.clone() {
-            around.extend(topology.vertex_faces(topology.origin(h as u32) as usize));
-        }
-        around.sort_unstable();
-        around.dedup();
-        around.retain(|&f| f as usize != face);
-        let size = corners.len();
+    /// Round a face, from its corner `start` on. Cost: the corners of the faces there.
+    pub(super) fn new(topology: &Topology, face: usize, start: usize) -> Result<Self> {
+        let own = topology.face_corners(face);
+        let size = own.len();
         let mut halves: Vec<u32> =
-            (0..size).map(|k| (corners.start + (start + k) % size.max(1)) as u32).collect();
+            (0..size).map(|k| (own.start + (start + k) % size.max(1)) as u32).collect();
         let mut starts = vec![0, size];
-        for f in around {
-            halves.extend(topology.face_corners(f as usize).map(|h| h as u32));
+        for first in firsts(&round(topology, &halves), |h| topology.face_of(h)) {
+            if topology.face_of(first) as usize == face {
+                continue;
+            }
+            let mut half = first;
+            loop {
+                halves.push(half);
+                half = topology.next(half);
+                if half == first {
+                    break;
+                }
+            }
             starts.push(halves.len());
         }
-        let mut kept: Vec<u32> = halves.iter().map(|&h| topology.origin(h)).collect();
-        kept.sort_unstable();
-        kept.dedup();
+        let vertices: Vec<u32> = halves.iter().map(|&h| topology.origin(h)).collect();
+        let kept = firsts(&vertices, |v| v);
         if kept.len() > MOST {
             let problem = format!(
                 "has {} vertices in the faces round it, and at most {MOST} can be looked at: refine the cage, or divide its largest \
@@ -226,7 +233,34 @@ impl Part {
             );
             return Err(SubdivisionError::Face { face, problem });
         }
-        Ok(Self { halves, starts, kept })
+        let mut places: Vec<(u32, u32)> = kept.iter().zip(0..).map(|(&v, k)| (v, k)).collect();
+        places.sort_unstable();
+        let place = |v: &u32| match places.binary_search_by_key(v, |p| p.0) {
+            Ok(at) => places[at].1,
+            Err(_) => 0,
+        };
+        let corners = vertices.iter().map(place).collect();
+        Ok(Self { halves, starts, kept, corners })
+    }
+
+    /// All that rows round the face depend on, as numbers: equal where these are equal.
+    pub(super) fn key(&self, cage: &Cage) -> Vec<u32> {
+        let mut key = vec![u32::from(cage.boundary() == BoundaryRule::EdgeOnly), self.starts.len() as u32];
+        key.extend(self.starts.iter().map(|&s| s as u32));
+        key.extend_from_slice(&self.corners);
+        let mut say = |at: usize, sharpness: f64| {
+            if sharpness > 0.0 {
+                let bits = sharpness.to_bits();
+                key.extend([at as u32, (bits >> 32) as u32, bits as u32]);
+            }
+        };
+        for (k, &h) in self.halves.iter().enumerate() {
+            say(k, cage.crease(cage.topology().edge_of(h) as usize));
+        }
+        for (k, &v) in self.kept.iter().enumerate() {
+            say(k + self.halves.len(), cage.corner(v as usize));
+        }
+        key
     }
 
     /// The small cage, with the sharpness that the whole has.
@@ -237,9 +271,7 @@ impl Part {
         corner: impl Fn(usize) -> f64,
         boundary: BoundaryRule,
     ) -> Result<Cage> {
-        let place = |v: u32| self.kept.binary_search(&v).unwrap_or_default() as u32;
-        let corners = self.halves.iter().map(|&h| place(whole.origin(h))).collect();
-        let topology = Topology::part(self.kept.len(), corners, &self.starts)?;
+        let topology = Topology::part(self.kept.len(), self.corners.clone(), &self.starts)?;
         let points = vec![Point::origin(); self.kept.len()];
         let mut cage = Cage::from_topology(points, Arc::new(topology))?.with_boundary(boundary);
         for (k, &h) in self.halves.iter().enumerate() {
@@ -256,4 +288,36 @@ impl Part {
         }
         Ok(cage)
     }
+}
+
+/// The half-edges that leave the corners of a face, into all faces that share a corner with it: corner after corner, counterclockwise as
+/// far as there are faces, then clockwise.
+fn round(topology: &Topology, corners: &[u32]) -> Vec<u32> {
+    let mut all = Vec::new();
+    for &own in corners {
+        let mut half = topology.twin(topology.previous(own));
+        while half != own && half != NONE {
+            all.push(half);
+            half = topology.twin(topology.previous(half));
+        }
+        if half == NONE {
+            let mut twin = topology.twin(own);
+            while twin != NONE {
+                half = topology.next(twin);
+                all.push(half);
+                twin = topology.twin(half);
+            }
+        }
+    }
+    all
+}
+
+/// Of those with the same name the first, in their order.
+fn firsts(all: &[u32], name: impl Fn(u32) -> u32) -> Vec<u32> {
+    let mut sorted: Vec<(u32, usize)> = all.iter().enumerate().map(|(k, &x)| (name(x), k)).collect();
+    sorted.sort_unstable();
+    sorted.dedup_by_key(|pair| pair.0);
+    let mut places: Vec<usize> = sorted.into_iter().map(|pair| pair.1).collect();
+    places.sort_unstable();
+    places.into_iter().map(|k| all[k]).collect()
 }

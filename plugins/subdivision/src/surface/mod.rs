@@ -8,6 +8,7 @@ mod leaf;
 mod local;
 mod pattern;
 mod regular;
+mod template;
 mod tessellate;
 
 use std::sync::Arc;
@@ -47,8 +48,9 @@ const LEVELS: u32 = 40;
 /// nothing, and higher ones do not exist. `Location::Vertex(vertex)` is the limit of a vertex of the cage, `[1, 0]` and `[0, 1]` two
 /// tangents there.
 ///
-/// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: some 2 µs where the face is regular,
-/// some 30 µs for each level where it is not. The last neighbourhood is kept, so that many places in one piece cost less than 1 µs each.
+/// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: some 2 µs where the face is regular.
+/// Where it is not, faces with the same surroundings (the same valences and creases, whatever their places) have the same pieces: the
+/// first of them costs some 30 µs for each level, all others what regular ones cost. Many places in one piece cost less than 1 µs each.
 ///
 /// # Example
 ///
@@ -199,8 +201,15 @@ impl SubdivisionSurface {
                     NONE => format!("corner {corner} of face {of} of the cage"),
                     _ => format!("corner {corner} of part {part} of face {of} of the cage"),
                 };
-                let limit = leaf::root(&self.cage, &self.layout, face).and_then(|root| root.limit(corner));
-                return of_limit(limit.map_err(refused)?, by, place);
+                let (root, near) = leaf::root(&self.cage, &self.layout, face).map_err(refused)?;
+                let limit = root.limit(corner).map_err(refused)?;
+                let back = |s: &Stencil| s.iter().map(|(k, c)| (near.base[k] as usize, c)).collect();
+                let tangents = [back(&limit.tangents[0]), back(&limit.tangents[1])];
+                return of_limit(
+                    crate::LimitStencils { position: back(&limit.position), tangents },
+                    by,
+                    place,
+                );
             }
         }
         let found = leaf::leaf(&self.cage, &self.layout, face, (u, v), LEVELS + 16).map_err(refused)?;
