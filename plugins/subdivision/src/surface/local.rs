@@ -223,16 +223,35 @@ impl Part {
             }
             starts.push(halves.len());
         }
-        let vertices: Vec<u32> = halves.iter().map(|&h| topology.origin(h)).collect();
-        let kept = firsts(&vertices, |v| v);
-        if kept.len() > MOST {
+        let part = Self::numbered(topology, halves, starts);
+        if part.kept.len() > MOST {
             let problem = format!(
                 "has {} vertices in the faces round it, and at most {MOST} can be looked at: refine the cage, or divide its largest \
                  faces and fans",
-                kept.len()
+                part.kept.len()
             );
             return Err(SubdivisionError::Face { face, problem });
         }
+        Ok(part)
+    }
+
+    /// Faces, in their order, with all that share a vertex with one of them. Cost: the corners of the faces there.
+    pub(super) fn of_faces(topology: &Topology, faces: &[usize]) -> Self {
+        let own: Vec<u32> = faces.iter().flat_map(|&f| topology.face_corners(f).map(|h| h as u32)).collect();
+        let round = own.iter().flat_map(|&h| topology.vertex_faces(topology.origin(h) as usize));
+        let all: Vec<u32> = faces.iter().map(|&f| f as u32).chain(round).collect();
+        let (mut halves, mut starts) = (Vec::new(), vec![0]);
+        for face in firsts(&all, |f| f) {
+            halves.extend(topology.face_corners(face as usize).map(|h| h as u32));
+            starts.push(halves.len());
+        }
+        Self::numbered(topology, halves, starts)
+    }
+
+    /// With its vertices numbered.
+    fn numbered(topology: &Topology, halves: Vec<u32>, starts: Vec<usize>) -> Self {
+        let vertices: Vec<u32> = halves.iter().map(|&h| topology.origin(h)).collect();
+        let kept = firsts(&vertices, |v| v);
         let mut places: Vec<(u32, u32)> = kept.iter().zip(0..).map(|(&v, k)| (v, k)).collect();
         places.sort_unstable();
         let place = |v: &u32| match places.binary_search_by_key(v, |p| p.0) {
@@ -240,7 +259,15 @@ impl Part {
             Err(_) => 0,
         };
         let corners = vertices.iter().map(place).collect();
-        Ok(Self { halves, starts, kept, corners })
+        Self { halves, starts, kept, corners }
+    }
+
+    /// The part as a cage of its own, with the points and the sharpness of the whole; no holes.
+    pub(super) fn to_cage(&self, whole: &Cage) -> Result<Cage> {
+        let (crease, corner) = (|e| whole.crease(e), |v| whole.corner(v));
+        let mut cage = self.cage(whole.topology(), crease, corner, whole.boundary())?;
+        cage.points = self.kept.iter().map(|&v| whole.points()[v as usize]).collect();
+        Ok(cage)
     }
 
     /// All that rows round the face depend on, as numbers: equal where these are equal.

@@ -1,15 +1,22 @@
 //! The limit surface of a cage as a shape: edited, faired, measured and joined like any other.
 
+mod apart;
 mod cells;
 mod declared;
 mod edges;
+mod grids;
+mod last;
 mod layout;
 mod leaf;
+mod left_out;
 mod local;
+mod net;
+mod patches;
 mod pattern;
 mod regular;
 mod template;
 mod tessellate;
+mod triangle;
 
 use std::sync::Arc;
 
@@ -24,6 +31,9 @@ use crate::cage::{Cage, present};
 use crate::catmull_clark::limit_stencils;
 use crate::error::{Result, SubdivisionError};
 use crate::topology::NONE;
+
+pub use left_out::LeftOut;
+pub use patches::Patches;
 
 use layout::Layout;
 
@@ -91,7 +101,7 @@ impl SubdivisionSurface {
     ///
     /// What is left out has `4^-depth` of the parameters of each face there. Its share of the face's area goes down by `λ²` a level, where
     /// the sub-dominant eigenvalue `λ` is 0.41 for valence 3, 0.55 for 5, 0.58 for 6 and less than 0.66 for any: at depth 8 some `1e-6`,
-    /// `1e-4`, `2e-4` of it. So are volumes. The energy of second derivatives by `u` and `v` is finite only where all valences are 3 and
+    /// `1e-4`, `2e-4` of it. So are volumes; [`left_out`](Self::left_out) computes bounds of both. The energy of second derivatives by `u` and `v` is finite only where all valences are 3 and
     /// 4: with 5 edges what a level adds grows by `4 λ²`, 1.21, from one to the next, so that the depth is a part of what such an
     /// energy is.
     ///

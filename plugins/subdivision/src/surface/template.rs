@@ -63,6 +63,19 @@ impl Near {
         Ok(Self { base: part.kept.clone(), part, divided, key })
     }
 
+    /// Of a face of the cage, seen from one of its corners.
+    pub(super) fn from_corner(cage: &Cage, face: usize, corner: usize) -> Result<Self> {
+        let part = Part::new(cage.topology(), face, corner)?;
+        let mut key = part.key(cage);
+        key.push(0);
+        Ok(Self { base: part.kept.clone(), part, divided: false, key })
+    }
+
+    /// What the surroundings are, as numbers: faces for which these are equal have the same rows.
+    pub(super) fn key(&self) -> &[u32] {
+        &self.key
+    }
+
     /// The face of the surface as it is before any place on it is looked for.
     pub(super) fn root(&self, cage: &Cage) -> Result<Local> {
         let local = Local::new(cage, &self.part)?;
@@ -121,6 +134,11 @@ impl Kept {
 
 impl Template {
     fn local(&mut self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Arc<Local>> {
+        if let Some((known, local)) = self.path.get(quadrant.level as usize)
+            && *known == quadrant
+        {
+            return Ok(Arc::clone(local));
+        }
         // The way down, from the whole.
         let mut way = vec![(quadrant, 0)];
         while let Some((parent, corner)) = way[way.len() - 1].0.parent() {
