@@ -371,6 +371,8 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("subdivide", "corners", sheet(), null(), json!([[4, 0.5 + n()]]));
     add("subdivide", "holes", sheet(), null(), json!([1]));
     add("subdivide", "boundary", sheet(), json!("edge-only"), json!("edge-and-corner"));
+    add("patches", "object", none(), json!("cushion"), json!("bolster"));
+    add("patches", "tolerance", none(), json!(0.01 + 0.1 * n()), json!(1e-4));
     add("fit", "object", none(), json!("chain"), json!("spiral"));
     add("fit", "degree", fit(), json!(2), json!(4));
     add("fit", "tolerance", fit(), json!(0.3), json!(0.001 * n()));
