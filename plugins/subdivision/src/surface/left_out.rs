@@ -60,7 +60,7 @@ impl SubdivisionSurface {
                 kinds.insert(near.key().to_vec(), all);
             }
             for local in kinds.get(near.key()).into_iter().flatten() {
-                let ring = hull_of(&local, point);
+                let ring = hull_of(local, point);
                 let far = largest(ring.iter().map(Vector::norm));
                 let area = self.area_left(local, &ring, &mut known)?;
                 sum.count += 1;
