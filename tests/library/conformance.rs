@@ -12,6 +12,7 @@ use loftsman::kernel::plugin::Parameters;
 use loftsman::kernel::scene::{Geometry, Layer, Object, Scene};
 use loftsman::kernel::shape::Shape;
 use loftsman::kernel::spline::{Curve, Space, Surface};
+use loftsman::subdivision::{Cage, SubdivisionSurface};
 use serde_json::{Value, json};
 
 #[test]
@@ -100,18 +101,25 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "loft" => json!({ "sections": ["square", "lid"], "surface": true }),
         "fine-tune" => json!({ "object": curve, "alpha": 1.3, "ends": "free" }),
         "subdivide" => json!({ "object": "square", "levels": 2 }),
+        "patches" => json!({ "object": "cushion", "tolerance": 0.01 }),
         "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }
 }
 
-/// The sample scene, and two planar outlines above one another.
+/// The sample scene, two planar outlines above one another, and two surfaces of cages.
 pub(crate) fn with_squares() -> Scene {
     let mut scene = sample_scene();
     for (name, z) in [("square", 0.0), ("lid", 2.0)] {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let points = corners.iter().map(|c| Point::new(c[0], c[1], z)).collect();
         scene.add(Object::new(name, Polyline { points, closed: true }.into())).unwrap();
+    }
+    for (name, length) in [("cushion", 1.0), ("bolster", 3.0)] {
+        let corner = |k: usize| Point::new(length * (k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let cage = Cage::new((0..8).map(corner).collect(), &faces).unwrap();
+        scene.add(Object::new(name, SubdivisionSurface::new(cage).unwrap().into())).unwrap();
     }
     scene
 }

@@ -386,6 +386,8 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("subdivide", "alpha", tuned(json!({})), json!(1.5 + n()), json!(0.5 * n()));
     add("subdivide", "lock", tuned(json!({ "alpha": 1.5 })), json!([0]), json!([5]));
     add("subdivide", "boundary", sheet(), json!("edge-only"), json!("edge-and-corner"));
+    add("patches", "object", none(), json!("cushion"), json!("bolster"));
+    add("patches", "tolerance", none(), json!(0.01 + 0.1 * n()), json!(1e-4));
     add("fit", "object", none(), json!("chain"), json!("spiral"));
     add("fit", "degree", fit(), json!(2), json!(4));
     add("fit", "tolerance", fit(), json!(0.3), json!(0.001 * n()));

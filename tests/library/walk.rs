@@ -786,10 +786,28 @@ fn subdivide(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// A grid without creases is one surface: its vertices, and beyond the rim these mirrored.
+fn patches(walk: &mut Walk<'_>) -> Outcome {
+    let (rows, columns) = (2 + walk.up_to(4), 2 + walk.up_to(4));
+    let points: Vec<Value> = (0..rows * columns).map(|_| walk.point(10.0)).collect();
+    let at = |i: usize, j: usize| i * columns + j;
+    let quads = (0..rows - 1).flat_map(|i| (0..columns - 1).map(move |j| (i, j)));
+    let faces: Vec<Value> =
+        quads.map(|(i, j)| json!([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])).collect();
+    let shape = json!({ "kind": "subdivision", "scheme": "catmull-clark", "points": points, "faces": faces });
+    let after = walk.run(&[("s", "shape", &shape)], "patches", json!({}))?;
+    let after = numbers_of(&object(&after, "s.001")["surface"]["points"]);
+    assert_eq!(after.len(), 3 * (rows + 2) * (columns + 2));
+    for own in points.iter().map(numbers) {
+        assert!(after.chunks_exact(3).any(|p| p == own), "{own:?} of {shape}");
+    }
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 20] = [
+const STEPS: [(&str, Step, u32); 21] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -805,6 +823,7 @@ const STEPS: [(&str, Step, u32); 20] = [
     ("extrude", extrude, 0),
     ("loft", loft, 3),
     ("subdivide", subdivide, 0),
+    ("patches", patches, 0),
     ("tessellate", tessellate, 0),
     ("copy", |w| scene_keeping(w, "copy", &json!({ "object": "c", "to": ["d"] }), &["c", "s", "d"]), 0),
     ("delete", |w| scene_keeping(w, "delete", &json!({ "object": "s" }), &["c"]), 0),

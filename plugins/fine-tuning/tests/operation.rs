@@ -112,7 +112,7 @@ fn what_needs_no_saying() {
     let off = tuned.point(3.0).unwrap()
         - (high.point(0.0).unwrap() + (high.point(3.0).unwrap() - high.point(0.0).unwrap()) * 2.0);
     assert!(off.norm() < 1e-10, "{off}");
-    scene.replace("high", high.into()).unwrap();
+    scene.replace("high", Geometry::from(high)).unwrap();
     let report = run(&mut scene, json!({ "alpha": 2.0 })).unwrap();
     assert!(scene.curve("high").unwrap().degree() <= 25 && report.residual.unwrap() < 1e-12);
 

@@ -6,6 +6,9 @@
 //! once, in bulk and as rows ([`LimitStencils`]) over the vertices of the cage, of which functionals and constraints are made. A
 //! [`Polygon`] is the same for curves, Chaikin's and cubic ones, and is exactly a spline.
 //!
+//! A [`SubdivisionSurface`] is the limit as a shape, edited like any other. It becomes triangles within a certified tolerance, and bicubic
+//! splines ([`Patches`]): exact where the cage is regular, within a certified tolerance at extraordinary vertices.
+//!
 //! ```
 //! use loftsman_kernel::Point;
 //! use loftsman_subdivision::{Cage, catmull_clark};
@@ -29,6 +32,7 @@ mod error;
 mod frame;
 mod operation;
 mod part;
+mod patches;
 mod polygon;
 mod row;
 mod surface;
@@ -39,19 +43,21 @@ pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};
 pub use error::{Result, SubdivisionError};
 pub use frame::{LimitFrame, LimitStencils};
 pub use operation::Subdivide;
+pub use patches::ToPatches;
 pub use polygon::{Polygon, Scheme};
-pub use surface::SubdivisionSurface;
+pub use surface::{LeftOut, Patches, SubdivisionSurface};
 pub use topology::{Around, NONE, Topology};
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
-/// The plug-in: registers the operation `subdivide` and the kind of shape `subdivision`.
+/// The plug-in: registers the operations `subdivide` and `patches`, and the kind of shape `subdivision`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Subdivision;
 
 impl Plugin for Subdivision {
     fn register(&self, registry: &mut Registry) {
         registry.operation(Subdivide);
+        registry.operation(ToPatches);
         registry.shape::<SubdivisionSurface>();
     }
 }

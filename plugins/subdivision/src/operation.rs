@@ -197,11 +197,16 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
                 .into());
         }
         let surface = SubdivisionSurface::new(cage)?;
-        let note = format!(
-            "{} points and {} faces are the cage of a surface now",
-            mesh.points().len(),
-            mesh.face_count()
-        );
+        let left = match surface.left_out() {
+            Ok(left) if left.count == 0 => "areas and volumes are exact".to_owned(),
+            Ok(left) => format!(
+                "areas leave out at most {:.1e}, volumes {:.1e}, round extraordinary vertices",
+                left.area, left.volume
+            ),
+            Err(error) => format!("what areas and volumes leave out has no bound: {error}"),
+        };
+        let (points, faces) = (mesh.points().len(), mesh.face_count());
+        let note = format!("{points} points and {faces} faces are the cage of a surface now; {left}");
         return Ok((surface.into(), note));
     }
     let first = mesh.corners().len() as f64;

@@ -6,16 +6,7 @@ use loftsman_kernel::Point;
 
 use crate::cage::{BoundaryRule, Cage};
 use crate::error::Result;
-use crate::topology::Topology;
-
-/// Faces of a whole and their vertices. Vertices on the rim may have lost faces.
-pub(crate) struct Part {
-    /// Corners of the whole, face after face.
-    halves: Vec<u32>,
-    starts: Vec<usize>,
-    /// The vertices of the whole that are kept, ascending.
-    pub(crate) kept: Vec<u32>,
-}
+use crate::topology::{NONE, Topology};
 
 /// What the whole says of its edges and vertices.
 pub(crate) struct Said<'a> {
@@ -25,63 +16,114 @@ pub(crate) struct Said<'a> {
     pub(crate) interval: Option<&'a dyn Fn(usize) -> f64>,
 }
 
+/// Some faces and their vertices, in an order that follows from how they hang together alone: whatever their numbers in the whole, faces
+/// with the same surroundings have the same part. Vertices on the rim may have lost faces.
+#[derive(Debug)]
+pub(crate) struct Part {
+    /// Corners of the whole, face after face, the face itself first.
+    halves: Vec<u32>,
+    starts: Vec<usize>,
+    /// The vertices of the whole that are kept, in the order in which the corners come to them.
+    pub(crate) kept: Vec<u32>,
+    /// The number among these of the vertex at each corner.
+    corners: Vec<u32>,
+}
+
 impl Part {
-    /// A face, which becomes number 0 with corner `start` as its first, and all that share a vertex with it.
+    /// A face, which becomes number 0 with corner `start` as its first, and all that share a vertex with it. Cost: the corners of the
+    /// faces there.
     pub(crate) fn around_face(topology: &Topology, face: usize, start: usize) -> Self {
-        let corners = topology.face_corners(face);
-        let size = corners.len();
-        let mut part = Self::empty();
-        part.halves.extend((0..size).map(|k| (corners.start + (start + k) % size.max(1)) as u32));
-        part.starts.push(size);
-        part.add_faces_at(topology, corners.map(|h| topology.origin(h as u32)), &[face as u32]);
-        part
+        let own = topology.face_corners(face);
+        let size = own.len();
+        let mut halves: Vec<u32> =
+            (0..size).map(|k| (own.start + (start + k) % size.max(1)) as u32).collect();
+        let mut starts = vec![0, size];
+        for first in firsts(&round(topology, &halves), |h| topology.face_of(h)) {
+            if topology.face_of(first) as usize == face {
+                continue;
+            }
+            let mut half = first;
+            loop {
+                halves.push(half);
+                half = topology.next(half);
+                if half == first {
+                    break;
+                }
+            }
+            starts.push(halves.len());
+        }
+        Self::numbered(topology, halves, starts)
     }
 
     /// The faces at a vertex, which become numbers 0, 1, … counterclockwise, and all that share a vertex with them.
     pub(crate) fn around_vertex(topology: &Topology, vertex: usize) -> Self {
-        let own: Vec<u32> = topology.vertex_faces(vertex).collect();
-        let mut part = Self::empty();
-        own.iter().for_each(|&f| part.add(topology, f));
-        let ring = part.halves.clone();
-        part.add_faces_at(topology, ring.iter().map(|&h| topology.origin(h)), &own);
-        part
+        let own: Vec<usize> = topology.vertex_faces(vertex).map(|f| f as usize).collect();
+        Self::of_faces(topology, &own)
     }
 
-    fn empty() -> Self {
-        Self { halves: Vec::new(), starts: vec![0], kept: Vec::new() }
+    /// Faces, in their order, with all that share a vertex with one of them. Cost: the corners of the faces there.
+    pub(crate) fn of_faces(topology: &Topology, faces: &[usize]) -> Self {
+        let own: Vec<u32> = faces.iter().flat_map(|&f| topology.face_corners(f).map(|h| h as u32)).collect();
+        let round = own.iter().flat_map(|&h| topology.vertex_faces(topology.origin(h) as usize));
+        let all: Vec<u32> = faces.iter().map(|&f| f as u32).chain(round).collect();
+        let (mut halves, mut starts) = (Vec::new(), vec![0]);
+        for face in firsts(&all, |f| f) {
+            halves.extend(topology.face_corners(face as usize).map(|h| h as u32));
+            starts.push(halves.len());
+        }
+        Self::numbered(topology, halves, starts)
     }
 
-    fn add(&mut self, topology: &Topology, face: u32) {
-        self.halves.extend(topology.face_corners(face as usize).map(|h| h as u32));
-        self.starts.push(self.halves.len());
+    /// With its vertices numbered.
+    fn numbered(topology: &Topology, halves: Vec<u32>, starts: Vec<usize>) -> Self {
+        let vertices: Vec<u32> = halves.iter().map(|&h| topology.origin(h)).collect();
+        let kept = firsts(&vertices, |v| v);
+        let mut places: Vec<(u32, u32)> = kept.iter().zip(0..).map(|(&v, k)| (v, k)).collect();
+        places.sort_unstable();
+        let place = |v: &u32| match places.binary_search_by_key(v, |p| p.0) {
+            Ok(at) => places[at].1,
+            Err(_) => 0,
+        };
+        let corners = vertices.iter().map(place).collect();
+        Self { halves, starts, kept, corners }
     }
 
-    /// Adds the faces at some vertices, each once, ascending, but for those that are there.
-    fn add_faces_at(&mut self, topology: &Topology, vertices: impl Iterator<Item = u32>, but: &[u32]) {
-        let mut vertices: Vec<u32> = vertices.collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let mut faces: Vec<u32> = vertices.iter().flat_map(|&v| topology.vertex_faces(v as usize)).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        let mut but = but.to_vec();
-        but.sort_unstable();
-        faces.retain(|f| but.binary_search(f).is_err());
-        faces.iter().for_each(|&f| self.add(topology, f));
-        self.kept = self.halves.iter().map(|&h| topology.origin(h)).collect();
-        self.kept.sort_unstable();
-        self.kept.dedup();
+    /// The part as a cage of its own, with the points and the sharpness of the whole; no holes.
+    pub(crate) fn to_cage(&self, whole: &Cage) -> Result<Cage> {
+        let said = Said { crease: &|e| whole.crease(e), corner: &|v| whole.corner(v), interval: None };
+        let mut cage = self.cage(whole.topology(), &said, whole.boundary())?;
+        cage.points = self.kept.iter().map(|&v| whole.points()[v as usize]).collect();
+        Ok(cage)
+    }
+
+    /// All that rows round the face depend on, as numbers: equal where these are equal.
+    pub(crate) fn key(&self, cage: &Cage) -> Vec<u32> {
+        let mut key = vec![u32::from(cage.boundary() == BoundaryRule::EdgeOnly), self.starts.len() as u32];
+        key.extend(self.starts.iter().map(|&s| s as u32));
+        key.extend_from_slice(&self.corners);
+        let mut say = |at: usize, sharpness: f64| {
+            if sharpness > 0.0 {
+                let bits = sharpness.to_bits();
+                key.extend([at as u32, (bits >> 32) as u32, bits as u32]);
+            }
+        };
+        for (k, &h) in self.halves.iter().enumerate() {
+            say(k, cage.crease(cage.topology().edge_of(h) as usize));
+        }
+        for (k, &v) in self.kept.iter().enumerate() {
+            say(k + self.halves.len(), cage.corner(v as usize));
+        }
+        key
     }
 
     /// The number in the small cage of a vertex of the whole that is kept.
     pub(crate) fn place(&self, vertex: u32) -> u32 {
-        self.kept.binary_search(&vertex).unwrap_or_default() as u32
+        self.kept.iter().position(|&v| v == vertex).unwrap_or_default() as u32
     }
 
     /// The small cage, with what the whole says; its points are not set.
     pub(crate) fn cage(&self, whole: &Topology, said: &Said<'_>, boundary: BoundaryRule) -> Result<Cage> {
-        let corners = self.halves.iter().map(|&h| self.place(whole.origin(h))).collect();
-        let topology = Topology::part(self.kept.len(), corners, &self.starts)?;
+        let topology = Topology::part(self.kept.len(), self.corners.clone(), &self.starts)?;
         let points = vec![Point::origin(); self.kept.len()];
         let mut cage = Cage::from_topology(points, Arc::new(topology))?.with_boundary(boundary);
         let edges = cage.topology.edge_count();
@@ -105,4 +147,36 @@ impl Part {
         }
         Ok(cage)
     }
+}
+
+/// The half-edges that leave the corners of a face, into all faces that share a corner with it: corner after corner, counterclockwise as
+/// far as there are faces, then clockwise.
+fn round(topology: &Topology, corners: &[u32]) -> Vec<u32> {
+    let mut all = Vec::new();
+    for &own in corners {
+        let mut half = topology.twin(topology.previous(own));
+        while half != own && half != NONE {
+            all.push(half);
+            half = topology.twin(topology.previous(half));
+        }
+        if half == NONE {
+            let mut twin = topology.twin(own);
+            while twin != NONE {
+                half = topology.next(twin);
+                all.push(half);
+                twin = topology.twin(half);
+            }
+        }
+    }
+    all
+}
+
+/// Of those with the same name the first, in their order.
+fn firsts(all: &[u32], name: impl Fn(u32) -> u32) -> Vec<u32> {
+    let mut sorted: Vec<(u32, usize)> = all.iter().enumerate().map(|(k, &x)| (name(x), k)).collect();
+    sorted.sort_unstable();
+    sorted.dedup_by_key(|pair| pair.0);
+    let mut places: Vec<usize> = sorted.into_iter().map(|pair| pair.1).collect();
+    places.sort_unstable();
+    places.into_iter().map(|k| all[k]).collect()
 }

@@ -218,3 +218,46 @@ fn what_is_wrong_is_said_with_its_place() {
     let error = run(&mut scene, json!({})).unwrap_err().to_string();
     assert!(error.contains("edge between vertices 0 and 1"), "{error}");
 }
+
+fn apply(scene: &mut Scene, op: &str, fields: Value) -> Result<StepReport, OperationError> {
+    let mut registry = Registry::new();
+    registry.add(&Subdivision);
+    let operation = registry.find_operation(op, "step[0]").unwrap();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    parameters.check(operation.declaration().fields).map_err(OperationError::from)?;
+    operation.apply(scene, &parameters, &Context::quiet(&registry))
+}
+
+/// A surface becomes a group of splines that hang under it; where that fails, nothing has changed.
+#[test]
+fn patches_are_objects() {
+    let mut all = scene();
+    apply(&mut all, "subdivide", json!({ "object": "cube", "surface": true })).unwrap();
+    let before = all.clone();
+    for (fields, words) in [
+        (json!({ "object": "loop" }), "not a subdivision surface"),
+        (json!({ "tolerance": 0 }), "tolerance"),
+        (json!({ "tolerance": 1e-18 }), "larger"),
+        (json!({ "object": "none" }), "none"),
+    ] {
+        let error = apply(&mut all, "patches", fields).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+        assert_eq!(all, before);
+    }
+    let report = apply(&mut all, "patches", json!({ "tolerance": 1e-3 })).unwrap();
+    assert!(report.notes[0].contains("exactly") && report.notes[0].contains("certified"), "{report:?}");
+    assert!(matches!(all.object("cube").unwrap().geometry(), Geometry::Group));
+    let parts: Vec<_> = all.objects().iter().filter(|o| o.parent.as_deref() == Some("cube")).collect();
+    assert!(parts.len() > 8 && parts.iter().all(|o| matches!(o.geometry(), Geometry::Surface(_))));
+    assert!(report.notes[0].starts_with(&format!("{} bicubic surfaces", parts.len())));
+    // What is no subdivision surface any more is not found again.
+    assert!(apply(&mut all, "patches", json!({})).is_err());
+}
+
+/// What integrals leave out is said where a surface is made.
+#[test]
+fn what_is_left_out_is_said() {
+    let mut all = scene();
+    let report = apply(&mut all, "subdivide", json!({ "object": "cube", "surface": true })).unwrap();
+    assert!(report.notes[0].contains("areas leave out at most"), "{report:?}");
+}

@@ -6,9 +6,9 @@ use loftsman_kernel::plugin::{
 };
 use serde_json::Value;
 
+use super::pattern::Quadrant;
 use super::{DEPTH, SubdivisionSurface, tessellate};
 use crate::cage::{BoundaryRule, Cage, INFINITELY_SHARP};
-use crate::catmull_clark::patch;
 use crate::error::SubdivisionError;
 
 /// The words for what becomes of the boundary.
@@ -115,11 +115,14 @@ impl DeclaredShape for SubdivisionSurface {
         tessellate::tessellate(states, fineness)
     }
 
-    /// The bicubic patches, where every face is one.
+    /// The [patches](SubdivisionSurface::patches), where every face is regular: then they are exact.
     fn splines(&self) -> Option<Splines> {
-        let faces = (0..self.cage.topology().face_count()).filter(|&f| !self.cage.is_hole(f));
-        let all = faces.map(|face| patch(&self.cage, face).ok().flatten()).collect::<Option<Vec<_>>>()?;
-        Some(Splines::Surfaces(all))
+        let regular = |face: usize| self.layout.pattern(face).is_regular(Quadrant::WHOLE);
+        if !(0..self.layout.faces.len()).all(regular) {
+            return None;
+        }
+        // Any tolerance will do, for nothing is left to come near to.
+        Some(Splines::Surfaces(self.patches(1.0).ok()?.surfaces))
     }
 }
 

@@ -1,10 +1,11 @@
-//! What of a surface follows from its topology alone: its faces, their cells, its edges, and the last neighbourhood that was refined.
+//! What of a surface follows from its topology alone: its faces, their cells, its edges, and what was refined.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use super::leaf::Path;
+use super::leaf::Last;
 use super::pattern::{Pattern, Quadrant};
+use super::template::Templates;
 use crate::cage::Cage;
 use crate::error::{Result, SubdivisionError};
 use crate::topology::NONE;
@@ -21,12 +22,16 @@ pub(super) struct Layout {
     pub(super) patterns: Vec<Pattern>,
     /// The cells of a face of each pattern.
     pub(super) quadrants: Vec<Vec<Quadrant>>,
+    /// What these leave out.
+    pub(super) left: Vec<Vec<Quadrant>>,
     /// The first cell of each face, and the number of all.
     pub(super) cells: Vec<usize>,
     /// Face and side of each edge of the boundary.
     pub(super) edges: Vec<(u32, u8)>,
-    /// The neighbourhood refined last.
-    pub(super) last: Mutex<Option<Path>>,
+    /// What faces with the same surroundings have in common.
+    pub(super) templates: Templates,
+    /// The face that was asked for last.
+    pub(super) last: Mutex<Option<Last>>,
 }
 
 impl Layout {
@@ -74,14 +79,16 @@ impl Layout {
             let problem = "is a hole, as are all others: leave one to be shown".to_owned();
             return Err(SubdivisionError::Face { face: 0, problem });
         }
-        let quadrants: Vec<Vec<Quadrant>> = patterns.iter().map(|p| p.quadrants(depth)).collect();
+        let (quadrants, left): (Vec<Vec<Quadrant>>, Vec<Vec<Quadrant>>) =
+            patterns.iter().map(|p| p.quadrants(depth)).unzip();
         let mut cells = vec![0];
         let mut count = 0;
         for &pattern in &pattern_of {
             count += quadrants[pattern as usize].len();
             cells.push(count);
         }
-        Ok(Self { faces, first, pattern_of, patterns, quadrants, cells, edges, last: Mutex::new(None) })
+        let (templates, last) = (Templates::default(), Mutex::new(None));
+        Ok(Self { faces, first, pattern_of, patterns, quadrants, left, cells, edges, templates, last })
     }
 
     pub(super) fn pattern(&self, face: usize) -> &Pattern {

@@ -1,4 +1,4 @@
-//! The way to a bicubic piece: refined where a place is, until the face that holds it is regular.
+//! The bicubic piece that holds a place of a face.
 
 use std::sync::Arc;
 
@@ -8,45 +8,57 @@ use super::layout::Layout;
 use super::local::Local;
 use super::pattern::Quadrant;
 use super::regular::{self, Row};
+use super::template::{Near, Piece};
 use crate::cage::Cage;
 use crate::error::Result;
 use crate::topology::NONE;
 
-/// Neighbourhoods of more vertices than these are not kept on the way, so that they do not fill the memory.
-const KEPT: usize = 256;
-
-/// A bicubic piece: the vertices of the cage that it depends on, and how each counts in its net.
+/// A bicubic piece of a face: the vertices of the cage that it depends on, ascending, and how each counts in its net.
 #[derive(Debug)]
 pub(super) struct Leaf {
     pub(super) quadrant: Quadrant,
     pub(super) vertices: Vec<usize>,
-    columns: Vec<[f64; 16]>,
+    /// The place of each vertex among those of the piece.
+    order: Vec<u32>,
+    piece: Arc<Piece>,
 }
 
-/// Neighbourhoods refined one after another towards a place of a face, and the piece they came to.
+/// The face that was asked for last.
 #[derive(Debug)]
-pub(super) struct Path {
+pub(super) struct Last {
     face: usize,
-    levels: Vec<(Quadrant, Arc<Local>)>,
+    near: Arc<Near>,
     leaf: Option<Arc<Leaf>>,
 }
 
 impl Leaf {
+    fn new(quadrant: Quadrant, piece: Arc<Piece>, base: &[u32]) -> Self {
+        let vertex = |k: u32| base[piece.places[k as usize] as usize] as usize;
+        let mut order: Vec<u32> = (0..piece.places.len() as u32).collect();
+        order.sort_unstable_by_key(|&k| vertex(k));
+        let vertices = order.iter().map(|&k| vertex(k)).collect();
+        Self { quadrant, vertices, order, piece }
+    }
+
     /// A whole face, from the rows of its net over the vertices of the cage.
     fn of_net(net: &[Row; 16]) -> Self {
-        let mut vertices: Vec<usize> =
-            net.iter().flat_map(|row| row.iter().map(|&(v, _)| v as usize)).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let mut columns = vec![[0.0; 16]; vertices.len()];
+        let mut base: Vec<u32> = net.iter().flat_map(|row| row.iter().map(|&(v, _)| v)).collect();
+        base.sort_unstable();
+        base.dedup();
+        let mut columns = vec![[0.0; 16]; base.len()];
         for (place, row) in net.iter().enumerate() {
             for &(v, c) in row {
-                if let Ok(at) = vertices.binary_search(&(v as usize)) {
+                if let Ok(at) = base.binary_search(&v) {
                     columns[at][place] += c;
                 }
             }
         }
-        Self { quadrant: Quadrant::WHOLE, vertices, columns }
+        let places = (0..base.len() as u32).collect();
+        Self::new(Quadrant::WHOLE, Arc::new(Piece { places, columns }), &base)
+    }
+
+    fn columns(&self) -> impl Iterator<Item = (usize, &[f64; 16])> {
+        self.vertices.iter().zip(&self.order).map(|(&v, &k)| (v, &self.piece.columns[k as usize]))
     }
 
     /// The row of a derivative at a place of the face.
@@ -56,7 +68,7 @@ impl Leaf {
         let (along_u, along_v) =
             (basis(local(u, self.quadrant.i), by.u), basis(local(v, self.quadrant.j), by.v));
         let scale = count.powi((by.u + by.v) as i32);
-        let rows = self.vertices.iter().zip(&self.columns).map(|(&vertex, column)| {
+        let rows = self.columns().map(|(vertex, column)| {
             let of = |i: usize| (0..4).map(|j| along_v[j] * column[4 * i + j]).sum::<f64>();
             (vertex, scale * (0..4).map(|i| along_u[i] * of(i)).sum::<f64>())
         });
@@ -69,8 +81,7 @@ impl Leaf {
         let weights = basis(if matches!(side, 1 | 2) { 1.0 } else { 0.0 }, order);
         let rows = std::array::from_fn(|k| {
             let place = |j: usize| if side.is_multiple_of(2) { 4 * k + j } else { 4 * j + k };
-            let columns = self.vertices.iter().zip(&self.columns);
-            let all = columns.map(|(&v, c)| (v, (0..4).map(|j| weights[j] * c[place(j)]).sum::<f64>()));
+            let all = self.columns().map(|(v, c)| (v, (0..4).map(|j| weights[j] * c[place(j)]).sum::<f64>()));
             all.filter(|(_, c)| *c != 0.0).collect()
         });
         (rows, weights.iter().fold(0.0, |m: f64, w| m.max(w.abs())))
@@ -94,15 +105,26 @@ fn basis(x: f64, order: usize) -> [f64; 4] {
     }
 }
 
-/// A face of the surface as it is before any place on it is looked for.
-pub(super) fn root(cage: &Cage, layout: &Layout, face: usize) -> Result<Local> {
+/// The surroundings of a face of the surface; those asked for last are kept.
+pub(super) fn near(cage: &Cage, layout: &Layout, face: usize) -> Result<Arc<Near>> {
+    if let Ok(last) = layout.last.try_lock()
+        && let Some(last) = last.as_ref().filter(|last| last.face == face)
+    {
+        return Ok(Arc::clone(&last.near));
+    }
     let [of, corner] = layout.faces[face];
-    let local = Local::new(cage, of as usize)?;
-    if corner == NONE { Ok(local) } else { local.refined(corner as usize, 0) }
+    Near::new(cage, of, corner).map(Arc::new)
 }
 
-/// The piece that holds a place, on the face's level `most` at the latest; `None` where it is not regular there. The way is kept for
-/// the next who asks; what comes out does not depend on what was kept.
+/// A face of the surface as it is before any place on it is looked for, and the vertices that its rows are over.
+pub(super) fn root(cage: &Cage, layout: &Layout, face: usize) -> Result<(Arc<Local>, Arc<Near>)> {
+    let near = near(cage, layout, face)?;
+    let local = layout.templates.local(cage, &near, Quadrant::WHOLE)?;
+    Ok((local, near))
+}
+
+/// The piece that holds a place, on the face's level `most` at the latest; `None` where it is not regular there. The last is kept for the
+/// next who asks; what comes out does not depend on what was kept.
 pub(super) fn leaf(
     cage: &Cage,
     layout: &Layout,
@@ -110,78 +132,44 @@ pub(super) fn leaf(
     (u, v): (f64, f64),
     most: u32,
 ) -> Result<Option<Arc<Leaf>>> {
-    let kept = layout.last.try_lock().ok().and_then(|mut last| last.take());
-    let mut path = match kept {
-        Some(path) if path.face == face => path,
-        _ => Path { face, levels: Vec::new(), leaf: None },
-    };
-    let found = path.find(cage, layout, (u, v), most)?;
-    if let Ok(mut last) = layout.last.try_lock() {
-        *last = Some(path);
+    if let Ok(last) = layout.last.try_lock()
+        && let Some(Last { face: known, leaf: Some(leaf), .. }) = &*last
+        && *known == face
+        && Quadrant::holding(leaf.quadrant.level, u, v) == leaf.quadrant
+    {
+        return Ok(Some(Arc::clone(leaf)));
     }
-    Ok(found)
+    let near = near(cage, layout, face)?;
+    let leaf = find(cage, layout, face, &near, (u, v), most)?.map(Arc::new);
+    if let Ok(mut last) = layout.last.try_lock() {
+        *last = Some(Last { face, near, leaf: leaf.clone() });
+    }
+    Ok(leaf)
 }
 
-impl Path {
-    fn find(
-        &mut self,
-        cage: &Cage,
-        layout: &Layout,
-        (u, v): (f64, f64),
-        most: u32,
-    ) -> Result<Option<Arc<Leaf>>> {
-        if let Some(leaf) = &self.leaf
-            && Quadrant::holding(leaf.quadrant.level, u, v) == leaf.quadrant
-        {
-            return Ok(Some(Arc::clone(leaf)));
-        }
-        let pattern = layout.pattern(self.face);
-        let [of, corner] = layout.faces[self.face];
-        if corner == NONE
-            && pattern.is_regular(Quadrant::WHOLE)
-            && let Some(net) = regular::net(cage, of as usize)
-        {
-            let leaf = Arc::new(Leaf::of_net(&net));
-            self.leaf = Some(Arc::clone(&leaf));
-            return Ok(Some(leaf));
-        }
-        let mut parent: Option<Arc<Local>> = None;
-        for level in 0..=most {
-            let quadrant = Quadrant::holding(level, u, v);
-            let at = level as usize;
-            let known = self.levels.get(at).filter(|(known, _)| *known == quadrant);
-            let local = match (known, parent) {
-                (Some((_, local)), _) => Arc::clone(local),
-                (None, parent) => {
-                    self.levels.truncate(at);
-                    let local = match parent {
-                        None => root(cage, layout, self.face)?,
-                        Some(parent) => {
-                            let corner = match (quadrant.i % 2, quadrant.j % 2) {
-                                (0, 0) => 0,
-                                (1, 0) => 1,
-                                (1, _) => 2,
-                                _ => 3,
-                            };
-                            parent.refined(corner, (4 - corner) % 4)?
-                        }
-                    };
-                    let local = Arc::new(local);
-                    if local.width() <= KEPT {
-                        self.levels.push((quadrant, Arc::clone(&local)));
-                    }
-                    local
-                }
-            };
-            if pattern.is_regular(quadrant)
-                && let Some((vertices, columns)) = local.net()
-            {
-                let leaf = Arc::new(Leaf { quadrant, vertices, columns });
-                self.leaf = Some(Arc::clone(&leaf));
-                return Ok(Some(leaf));
-            }
-            parent = Some(local);
-        }
-        Ok(None)
+fn find(
+    cage: &Cage,
+    layout: &Layout,
+    face: usize,
+    near: &Near,
+    (u, v): (f64, f64),
+    most: u32,
+) -> Result<Option<Leaf>> {
+    let pattern = layout.pattern(face);
+    let [of, corner] = layout.faces[face];
+    if corner == NONE
+        && pattern.is_regular(Quadrant::WHOLE)
+        && let Some(net) = regular::net(cage, of as usize)
+    {
+        return Ok(Some(Leaf::of_net(&net)));
     }
+    for level in 0..=most {
+        let quadrant = Quadrant::holding(level, u, v);
+        if pattern.is_regular(quadrant)
+            && let Some(piece) = layout.templates.piece(cage, near, quadrant)?
+        {
+            return Ok(Some(Leaf::new(quadrant, piece, &near.base)));
+        }
+    }
+    Ok(None)
 }

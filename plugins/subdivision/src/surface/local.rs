@@ -1,6 +1,4 @@
-//! A face with the faces round it, refined where a place is: as rows over the vertices of the whole cage.
-
-use std::sync::Arc;
+//! A face with the faces round it, refined where a place is: as rows over the vertices of its neighbourhood.
 
 use loftsman_kernel::shape::Stencil;
 
@@ -20,31 +18,27 @@ pub(super) const MOST: usize = 2048;
 #[derive(Debug)]
 pub(super) struct Local {
     cage: Cage,
-    /// The vertices of the whole cage that rows are over, ascending.
-    base: Arc<[u32]>,
-    /// One row after another, each as long as `base`.
+    /// The number of vertices of the face's neighbourhood in the whole cage, which rows are over: those of its [`Part`], in that order.
+    width: usize,
+    /// One row after another, each as long.
     rows: Vec<f64>,
 }
 
 impl Local {
-    /// The face of a cage as it is.
-    ///
-    /// # Errors
-    /// When there are too many vertices round it.
-    pub(super) fn new(cage: &Cage, face: usize) -> Result<Self> {
-        let part = around(cage.topology(), face, 0)?;
+    /// A face of a cage as it is.
+    pub(super) fn new(cage: &Cage, part: &Part) -> Result<Self> {
         let width = part.kept.len();
         let mut rows = vec![0.0; width * width];
         rows.iter_mut().step_by(width + 1).for_each(|c| *c = 1.0);
         let said = Said { crease: &|e| cage.crease(e), corner: &|v| cage.corner(v), interval: None };
         let small = part.cage(cage.topology(), &said, cage.boundary())?;
-        Ok(Self { cage: small, base: part.kept.into(), rows })
+        Ok(Self { cage: small, width, rows })
     }
 
     /// The refined face at a corner, with what is round it; its first corner is number `start` of corner, edge that follows, middle,
     /// edge before. Cost: the number of vertices round it times the length of a row.
     pub(super) fn refined(&self, corner: usize, start: usize) -> Result<Self> {
-        let (cage, width) = (&self.cage, self.base.len());
+        let (cage, width) = (&self.cage, self.width);
         let topology = cage.topology();
         let split = topology.split()?;
         let part = around(&split, topology.face_corners(0).start + corner, start)?;
@@ -74,24 +68,29 @@ impl Local {
             interval: None,
         };
         let small = part.cage(&split, &said, cage.boundary())?;
-        Ok(Self { cage: small, base: Arc::clone(&self.base), rows })
+        Ok(Self { cage: small, width, rows })
     }
 
-    /// The number of vertices of the whole cage that rows are over.
+    /// The number of vertices that rows are over.
     pub(super) fn width(&self) -> usize {
-        self.base.len()
+        self.width
     }
 
-    fn row(&self, vertex: usize) -> &[f64] {
-        let width = self.base.len();
-        &self.rows[vertex * width..(vertex + 1) * width]
+    /// The face and those round it: a cage without points.
+    pub(super) fn cage(&self) -> &Cage {
+        &self.cage
     }
 
-    /// The vertices of the whole cage that a point of the face depends on, ascending, and for each the 16 numbers by which it counts in
-    /// the vertices of the bicubic net; `None` where the face is not regular.
-    pub(super) fn net(&self) -> Option<(Vec<usize>, Vec<[f64; 16]>)> {
+    /// The row of a vertex of [`cage`](Self::cage).
+    pub(super) fn row(&self, vertex: usize) -> &[f64] {
+        &self.rows[vertex * self.width..(vertex + 1) * self.width]
+    }
+
+    /// For each vertex that rows are over the 16 numbers by which it counts in the vertices of the bicubic net; `None` where the face is
+    /// not regular.
+    pub(super) fn net(&self) -> Option<Vec<[f64; 16]>> {
         let net = regular::net(&self.cage, 0)?;
-        let mut columns = vec![[0.0; 16]; self.base.len()];
+        let mut columns = vec![[0.0; 16]; self.width];
         for (place, row) in net.iter().enumerate() {
             for &(v, weight) in row {
                 columns
@@ -100,11 +99,10 @@ impl Local {
                     .for_each(|(column, c)| column[place] += weight * c);
             }
         }
-        let all = self.base.iter().zip(columns).filter(|(_, column)| column.iter().any(|&c| c != 0.0));
-        Some(all.map(|(&v, column)| (v as usize, column)).unzip())
+        Some(columns)
     }
 
-    /// The limit of a corner of the face: its point, and its tangents along `u` and `v` of the face, in the face's sector.
+    /// The limit of a corner of the face, as rows over the neighbourhood: its point, and its tangents along `u` and `v` of the face, in the face's sector.
     ///
     /// At a smooth vertex and at a corner these are along the face's edges; elsewhere they span the tangent plane.
     pub(super) fn limit(&self, corner: usize) -> Result<LimitStencils> {
@@ -156,11 +154,11 @@ impl Local {
             .collect()
     }
 
-    /// A row over the small cage as one over the whole.
+    /// A row over the small cage as one over the neighbourhood.
     fn back(&self, stencil: &Stencil) -> Stencil {
-        let mut sum = vec![0.0; self.base.len()];
+        let mut sum = vec![0.0; self.width];
         stencil.iter().for_each(|(v, c)| add(&mut sum, self.row(v), c));
-        self.base.iter().zip(sum).filter(|(_, c)| *c != 0.0).map(|(&v, c)| (v as usize, c)).collect()
+        sum.into_iter().enumerate().filter(|(_, c)| *c != 0.0).collect()
     }
 }
 
@@ -192,8 +190,8 @@ impl Sum for Dense<'_> {
     }
 }
 
-/// The faces round a face.
-fn around(topology: &Topology, face: usize, start: usize) -> Result<Part> {
+/// A face with those round it, if these are not too many to be looked at.
+pub(super) fn around(topology: &Topology, face: usize, start: usize) -> Result<Part> {
     let part = Part::around_face(topology, face, start);
     if part.kept.len() > MOST {
         let problem = format!(

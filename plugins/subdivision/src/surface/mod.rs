@@ -1,15 +1,23 @@
 //! The limit surface of a cage as a shape: edited, faired, measured and joined like any other.
 
+mod apart;
 mod cells;
 mod declared;
 mod edges;
+mod grids;
+mod last;
 mod layout;
 mod leaf;
+mod left_out;
 mod local;
+mod net;
+mod patches;
 mod pattern;
 mod places;
 mod regular;
+mod template;
 mod tessellate;
+mod triangle;
 
 use std::sync::Arc;
 
@@ -24,6 +32,9 @@ use crate::cage::{Cage, present};
 use crate::catmull_clark::limit_stencils;
 use crate::error::{Result, SubdivisionError};
 use crate::topology::NONE;
+
+pub use left_out::LeftOut;
+pub use patches::Patches;
 
 use layout::Layout;
 
@@ -48,8 +59,9 @@ const LEVELS: u32 = 40;
 /// nothing, and higher ones do not exist. `Location::Vertex(vertex)` is the limit of a vertex of the cage, `[1, 0]` and `[0, 1]` two
 /// tangents there.
 ///
-/// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: some 2 µs where the face is regular,
-/// some 30 µs for each level where it is not. The last neighbourhood is kept, so that many places in one piece cost less than 1 µs each.
+/// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: some 2 µs where the face is regular.
+/// Where it is not, faces with the same surroundings (the same valences and creases, whatever their places) have the same pieces: the
+/// first of them costs some 30 µs for each level, all others what regular ones cost. Many places in one piece cost less than 1 µs each.
 ///
 /// # Example
 ///
@@ -91,7 +103,7 @@ impl SubdivisionSurface {
     ///
     /// What is left out has `4^-depth` of the parameters of each face there. Its share of the face's area goes down by `λ²` a level, where
     /// the sub-dominant eigenvalue `λ` is 0.41 for valence 3, 0.55 for 5, 0.58 for 6 and less than 0.66 for any: at depth 8 some `1e-6`,
-    /// `1e-4`, `2e-4` of it. So are volumes. The energy of second derivatives by `u` and `v` is finite only where all valences are 3 and
+    /// `1e-4`, `2e-4` of it. So are volumes; [`left_out`](Self::left_out) computes bounds of both. The energy of second derivatives by `u` and `v` is finite only where all valences are 3 and
     /// 4: with 5 edges what a level adds grows by `4 λ²`, 1.21, from one to the next, so that the depth is a part of what such an
     /// energy is.
     ///
@@ -201,8 +213,15 @@ impl SubdivisionSurface {
                     NONE => format!("corner {corner} of face {of} of the cage"),
                     _ => format!("corner {corner} of part {part} of face {of} of the cage"),
                 };
-                let limit = leaf::root(&self.cage, &self.layout, face).and_then(|root| root.limit(corner));
-                return of_limit(limit.map_err(refused)?, by, place);
+                let (root, near) = leaf::root(&self.cage, &self.layout, face).map_err(refused)?;
+                let limit = root.limit(corner).map_err(refused)?;
+                let back = |s: &Stencil| s.iter().map(|(k, c)| (near.base[k] as usize, c)).collect();
+                let tangents = [back(&limit.tangents[0]), back(&limit.tangents[1])];
+                return of_limit(
+                    crate::LimitStencils { position: back(&limit.position), tangents },
+                    by,
+                    place,
+                );
             }
         }
         let found = leaf::leaf(&self.cage, &self.layout, face, (u, v), LEVELS + 16).map_err(refused)?;

@@ -19,7 +19,7 @@ pub(super) struct Pattern {
 }
 
 /// A quadrant: `[i, i + 1] × [j, j + 1]` of `2^-level`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Quadrant {
     pub(super) level: u32,
     pub(super) i: u64,
@@ -36,8 +36,20 @@ impl Quadrant {
         Self { level, i: index(u), j: index(v) }
     }
 
+    /// The one that it is a part of, and the number of the corner that it shares with it; `None` for the whole.
+    pub(super) fn parent(self) -> Option<(Self, usize)> {
+        let level = self.level.checked_sub(1)?;
+        let corner = match (self.i % 2, self.j % 2) {
+            (0, 0) => 0,
+            (1, 0) => 1,
+            (1, _) => 2,
+            _ => 3,
+        };
+        Some((Self { level, i: self.i / 2, j: self.j / 2 }, corner))
+    }
+
     /// Its four parts, the corner of each being that of the whole with the same number.
-    fn parts(self) -> [Self; 4] {
+    pub(super) fn parts(self) -> [Self; 4] {
         let level = self.level + 1;
         [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(a, b)| Self { level, i: 2 * self.i + a, j: 2 * self.j + b })
     }
@@ -97,22 +109,21 @@ impl Pattern {
         u32::from(corners.chain(self.edges).max().unwrap_or(0))
     }
 
-    /// The largest quadrants that are bicubic, level after level, down to `depth` levels below those that are sharp.
-    pub(super) fn quadrants(&self, depth: u32) -> Vec<Quadrant> {
+    /// The largest quadrants that are bicubic, down to `depth` levels below those that are sharp, and those of the last level that are
+    /// not. The parts of one follow each other, so that the way to the next is short.
+    pub(super) fn quadrants(&self, depth: u32) -> (Vec<Quadrant>, Vec<Quadrant>) {
         let last = self.steps() + depth;
-        let (mut all, mut rest) = (Vec::new(), vec![Quadrant::WHOLE]);
-        while let Some(first) = rest.first().copied() {
-            let mut next = Vec::new();
-            for quadrant in rest {
-                if self.is_regular(quadrant) {
-                    all.push(quadrant);
-                } else if first.level < last {
-                    next.extend(quadrant.parts());
-                }
+        let (mut all, mut left, mut rest) = (Vec::new(), Vec::new(), vec![Quadrant::WHOLE]);
+        while let Some(quadrant) = rest.pop() {
+            if self.is_regular(quadrant) {
+                all.push(quadrant);
+            } else if quadrant.level < last {
+                rest.extend(quadrant.parts().into_iter().rev());
+            } else {
+                left.push(quadrant);
             }
-            rest = next;
         }
-        all
+        (all, left)
     }
 }
 

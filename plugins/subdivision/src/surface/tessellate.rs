@@ -5,7 +5,9 @@ use loftsman_kernel::mesh::{Layer, Mesh};
 use loftsman_kernel::plugin::{Chord, Drawn, Faceted, Fineness};
 use loftsman_kernel::{Point, Vector};
 
+use super::apart::apart;
 use super::places::Places;
+use super::template::Templates;
 use super::{SubdivisionSurface, refused};
 use crate::cage::Cage;
 use crate::catmull_clark::{Refinement, limit_frames, limit_points};
@@ -18,8 +20,9 @@ const FOR_ANGLE: usize = 4;
 const MOST_FOR_ANGLE: usize = 1 << 17;
 
 /// The states of a surface as the same triangles: all faces refined as often as the worst of them needs, vertices at their limits, quads
-/// halved. The error is the largest distance that the limits of the next level have from the triangles: measured, not bounded. Cost:
-/// linear in the finest level, for every level and state.
+/// halved. The error is a bound of the distance that any point of the surface has from the triangles: of regular quads by the second
+/// differences of their Bézier points, of others by those of the quadrants they consist of, down to one whose neighbourhood, in the hull of which
+/// it lies, is near enough. Cost: linear in the finest level, for every level and state.
 ///
 /// # Errors
 /// [`Error::NoExtent`] where all is one point; when there is no state, the states are different surfaces, the fineness is not positive,
@@ -63,6 +66,7 @@ pub(super) fn tessellate(states: &[&SubdivisionSurface], fineness: &Fineness) ->
             Chord::Relative(part) => part * size.max(largest * 1e-3),
         })
         .collect();
+    let templates = Templates::default();
     let mut since_chord = 0;
     let mut places = Places::new(first);
     loop {
@@ -73,22 +77,43 @@ pub(super) fn tessellate(states: &[&SubdivisionSurface], fineness: &Fineness) ->
                 "the tessellation would take more than {MOST} vertices: ask for a larger chord than {chord}"
             )));
         }
-        let next = cages.iter().map(next_level).collect::<Result<Vec<_>>>()?;
-        let finer = all_limits(&next)?;
-        let errors: Vec<f64> = (0..cages.len()).map(|k| apart(&cages[k], &limits[k], &finer[k])).collect();
-        let near = errors.iter().zip(&chords).all(|(error, chord)| *error <= 0.9 * chord);
+        let errors = bounds(&templates, &cages, &limits, &chords)?;
+        let near = errors.is_some();
         since_chord += usize::from(near);
         let enough = since_chord > FOR_ANGLE || count > MOST_FOR_ANGLE;
-        if near && topology.is_quads() && (enough || cages.iter().all(|c| turns(c) <= fineness.angle)) {
+        if let Some(error) = errors
+            && (enough || cages.iter().all(|c| turns(c) <= fineness.angle))
+        {
             let tolerance = chords.iter().copied().fold(0.0, f64::max);
-            let error = errors.iter().copied().fold(0.0, f64::max);
             let drawn = Drawn::Mesh(mesh(&cages[0], &limits[0])?);
             let places = places.of_vertices(&cages[0]);
-            return Ok(Faceted { drawn, states: limits, tolerance, error, certified: false, places });
+            return Ok(Faceted { drawn, states: limits, tolerance, error, certified: true, places });
         }
         places = places.refined(topology);
-        (cages, limits) = (next, finer);
+        cages = cages.iter().map(next_level).collect::<Result<Vec<_>>>()?;
+        limits = all_limits(&cages)?;
     }
+}
+
+/// A bound of the distance of the surface from the triangles, in the worst state; `None` where it is more than the chord somewhere, or
+/// faces are no quads yet.
+fn bounds(
+    templates: &Templates,
+    cages: &[Cage],
+    limits: &[Vec<Point>],
+    chords: &[f64],
+) -> Result<Option<f64>> {
+    let mut most: f64 = 0.0;
+    for ((cage, limits), &chord) in cages.iter().zip(limits).zip(chords) {
+        if !cage.topology().is_quads() {
+            return Ok(None);
+        }
+        match apart(templates, cage, limits, chord)? {
+            Some(error) => most = most.max(error),
+            None => return Ok(None),
+        }
+    }
+    Ok(Some(most))
 }
 
 fn all_limits(cages: &[Cage]) -> Result<Vec<Vec<Point>>> {
@@ -100,32 +125,14 @@ fn next_level(cage: &Cage) -> Result<Cage> {
     Ok(refinement.finest().clone())
 }
 
-fn diagonal(points: &[Point]) -> f64 {
+pub(super) fn diagonal(points: &[Point]) -> f64 {
     let start = (Point::from([f64::INFINITY; 3]), Point::from([f64::NEG_INFINITY; 3]));
     let (low, high) = points.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)));
     (high - low).norm()
 }
 
 /// The triangles of a quad between the diagonal from its first corner.
-const HALVES: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
-
-/// The largest distance of the limits of the middles of edges and faces from the triangles that they are the middles of.
-fn apart(cage: &Cage, limits: &[Point], finer: &[Point]) -> f64 {
-    let topology = cage.topology();
-    let (vertices, edges) = (topology.vertex_count(), topology.edge_count());
-    let mut most: f64 = 0.0;
-    for face in (0..topology.face_count()).filter(|&f| !cage.is_hole(f)) {
-        let corners = topology.face(face);
-        let corner = |k: usize| limits[corners[k % corners.len()] as usize];
-        for (k, &edge) in topology.face_edges(face).iter().enumerate() {
-            most = most.max(from_segment(&finer[vertices + edge as usize], &corner(k), &corner(k + 1)));
-        }
-        let middle = &finer[vertices + edges + face];
-        let triangles = (1..corners.len() - 1).map(|k| [corner(0), corner(k), corner(k + 1)]);
-        most = most.max(triangles.map(|t| from_triangle(middle, &t)).fold(f64::INFINITY, f64::min));
-    }
-    most
-}
+pub(super) const HALVES: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
 /// The largest angle between normals at the ends of an edge, as far as there are normals.
 fn turns(cage: &Cage) -> f64 {
@@ -154,22 +161,4 @@ fn mesh(cage: &Cage, limits: &[Point]) -> Result<Mesh> {
     let normals: Vec<Vector> = normals.iter().map(|f| f.normal().unwrap_or_else(Vector::z)).collect();
     mesh.normals = Layer::per_point(normals);
     Ok(mesh)
-}
-
-fn from_segment(p: &Point, a: &Point, b: &Point) -> f64 {
-    let along = b - a;
-    let size = along.norm_squared();
-    let t = if size > 0.0 { ((p - a).dot(&along) / size).clamp(0.0, 1.0) } else { 0.0 };
-    (p - (a + along * t)).norm()
-}
-
-/// The distance from a triangle: from its plane where the foot is inside, else from its sides.
-fn from_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> f64 {
-    let sides = [(a, b), (b, c), (c, a)]
-        .map(|(a, b)| from_segment(p, a, b))
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
-    let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return sides };
-    let inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (*b - *a).cross(&(p - *a)).dot(&normal) >= 0.0);
-    if inside { (p - a).dot(&normal).abs() } else { sides }
 }

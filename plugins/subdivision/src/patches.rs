@@ -1,0 +1,87 @@
+//! `patches`: a subdivision surface becomes bicubic splines, in recipes.
+
+use std::any::Any;
+
+use loftsman_kernel::error::Error;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::text::a;
+
+use crate::SubdivisionSurface;
+
+/// The operation `patches`: [`SubdivisionSurface::patches`] as objects.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ToPatches;
+
+/// The tolerance as a part of the surface's size, where none is given: that of `tessellate`.
+const PART: f64 = 1e-3;
+
+impl Operation for ToPatches {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only subdivision surface", "the object"),
+            Field::optional(
+                "tolerance",
+                "length",
+                "1/1000 of its size",
+                "largest distance from the surface, round extraordinary vertices",
+            ),
+        ];
+        Declaration {
+            name: "patches",
+            help: "a subdivision surface becomes a group of bicubic spline surfaces",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let name = object_name(scene, parameters, |g| surface(g).is_some(), "subdivision surface")?;
+        let object = scene.object(&name)?.clone();
+        let Some(own) = surface(object.geometry()) else {
+            let problem = format!("\"{name}\" is {}, not a subdivision surface", a(object.geometry().kind()));
+            return Err(parameters.error("object", problem).into());
+        };
+        let tolerance =
+            if parameters.has("tolerance") { parameters.number("tolerance")? } else { PART * own.size()? };
+        let named = |e: String| Error::Invalid(format!("\"{name}\" cannot be made of patches: {e}"));
+        let patches = own.patches(tolerance).map_err(|e| match parameters.has("tolerance") {
+            true => parameters.error("tolerance", e.to_string()).into(),
+            false => OperationError::from(named(e.to_string())),
+        })?;
+        let count = patches.surfaces.len();
+        let mut made = scene.clone();
+        made.replace(&name, Geometry::Group)?;
+        for patch in patches.surfaces {
+            let mut part = Object::new(made.unique_name(&name), patch.into());
+            (part.color, part.parent) = (object.color, Some(name.clone()));
+            part.layer.clone_from(&object.layer);
+            part.materials.clone_from(&object.materials);
+            made.add(part)?;
+        }
+        *scene = made;
+        let near = match count - patches.exact {
+            0 => "all of them exactly".to_owned(),
+            last => format!("{} exactly, {last} within {:.1e} (certified)", patches.exact, patches.deviation),
+        };
+        Ok(StepReport {
+            op: "patches".into(),
+            object: Some(name),
+            notes: vec![format!("{count} bicubic surfaces, {near}")],
+            ..StepReport::default()
+        })
+    }
+}
+
+/// The subdivision surface that a geometry is.
+fn surface(geometry: &Geometry) -> Option<&SubdivisionSurface> {
+    let Geometry::Custom(custom) = geometry else { return None };
+    let any: &dyn Any = custom.shape().ok()?;
+    any.downcast_ref()
+}
