@@ -1,4 +1,4 @@
-//! What of a surface follows from its topology alone: its faces, their cells, its edges, and the last neighbourhood that was refined.
+//! What of a surface follows from its topology alone: its faces, their cells, its edges, and the neighbourhoods refined last.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -25,8 +25,8 @@ pub(super) struct Layout {
     pub(super) cells: Vec<usize>,
     /// Face and side of each edge of the boundary.
     pub(super) edges: Vec<(u32, u8)>,
-    /// The neighbourhood refined last.
-    pub(super) last: Mutex<Option<Path>>,
+    /// The neighbourhoods refined last, the last of all at the end.
+    pub(super) last: Mutex<Vec<Path>>,
 }
 
 impl Layout {
@@ -81,7 +81,7 @@ impl Layout {
             count += quadrants[pattern as usize].len();
             cells.push(count);
         }
-        Ok(Self { faces, first, pattern_of, patterns, quadrants, cells, edges, last: Mutex::new(None) })
+        Ok(Self { faces, first, pattern_of, patterns, quadrants, cells, edges, last: Mutex::new(Vec::new()) })
     }
 
     pub(super) fn pattern(&self, face: usize) -> &Pattern {

@@ -14,6 +14,9 @@ use crate::topology::NONE;
 
 /// Neighbourhoods of more vertices than these are not kept on the way, so that they do not fill the memory.
 const KEPT: usize = 256;
+/// Faces whose ways are kept, and pieces of each: who goes from face to face and back (feet of points, integrals) finds them again.
+const FACES: usize = 8;
+const PIECES: usize = 64;
 
 /// A bicubic piece: the vertices of the cage that it depends on, and how each counts in its net.
 #[derive(Debug)]
@@ -23,12 +26,12 @@ pub(super) struct Leaf {
     columns: Vec<[f64; 16]>,
 }
 
-/// Neighbourhoods refined one after another towards a place of a face, and the piece they came to.
+/// Neighbourhoods refined one after another towards a place of a face, and the pieces they came to, the last one at the end.
 #[derive(Debug)]
 pub(super) struct Path {
     face: usize,
     levels: Vec<(Quadrant, Arc<Local>)>,
-    leaf: Option<Arc<Leaf>>,
+    leaves: Vec<Arc<Leaf>>,
 }
 
 impl Leaf {
@@ -110,14 +113,17 @@ pub(super) fn leaf(
     (u, v): (f64, f64),
     most: u32,
 ) -> Result<Option<Arc<Leaf>>> {
-    let kept = layout.last.try_lock().ok().and_then(|mut last| last.take());
-    let mut path = match kept {
-        Some(path) if path.face == face => path,
-        _ => Path { face, levels: Vec::new(), leaf: None },
-    };
+    let kept = layout.last.try_lock().ok().and_then(|mut last| {
+        let at = last.iter().rposition(|path| path.face == face)?;
+        Some(last.remove(at))
+    });
+    let mut path = kept.unwrap_or_else(|| Path { face, levels: Vec::new(), leaves: Vec::new() });
     let found = path.find(cage, layout, (u, v), most)?;
     if let Ok(mut last) = layout.last.try_lock() {
-        *last = Some(path);
+        if last.len() >= FACES {
+            last.remove(0);
+        }
+        last.push(path);
     }
     Ok(found)
 }
@@ -130,10 +136,10 @@ impl Path {
         (u, v): (f64, f64),
         most: u32,
     ) -> Result<Option<Arc<Leaf>>> {
-        if let Some(leaf) = &self.leaf
-            && Quadrant::holding(leaf.quadrant.level, u, v) == leaf.quadrant
-        {
-            return Ok(Some(Arc::clone(leaf)));
+        let holds = |leaf: &Arc<Leaf>| Quadrant::holding(leaf.quadrant.level, u, v) == leaf.quadrant;
+        if let Some(at) = self.leaves.iter().rposition(holds) {
+            let leaf = self.leaves.remove(at);
+            return Ok(Some(self.keep(leaf)));
         }
         let pattern = layout.pattern(self.face);
         let [of, corner] = layout.faces[self.face];
@@ -141,9 +147,7 @@ impl Path {
             && pattern.is_regular(Quadrant::WHOLE)
             && let Some(net) = regular::net(cage, of as usize)
         {
-            let leaf = Arc::new(Leaf::of_net(&net));
-            self.leaf = Some(Arc::clone(&leaf));
-            return Ok(Some(leaf));
+            return Ok(Some(self.keep(Arc::new(Leaf::of_net(&net)))));
         }
         let mut parent: Option<Arc<Local>> = None;
         for level in 0..=most {
@@ -176,12 +180,20 @@ impl Path {
             if pattern.is_regular(quadrant)
                 && let Some((vertices, columns)) = local.net()
             {
-                let leaf = Arc::new(Leaf { quadrant, vertices, columns });
-                self.leaf = Some(Arc::clone(&leaf));
-                return Ok(Some(leaf));
+                return Ok(Some(self.keep(Arc::new(Leaf { quadrant, vertices, columns }))));
             }
             parent = Some(local);
         }
         Ok(None)
+    }
+
+    /// Remembers a piece as the last one.
+    fn keep(&mut self, leaf: Arc<Leaf>) -> Arc<Leaf> {
+        let room = if leaf.vertices.len() <= KEPT { PIECES } else { 1 };
+        if self.leaves.len() >= room {
+            self.leaves.drain(..=self.leaves.len() - room);
+        }
+        self.leaves.push(Arc::clone(&leaf));
+        leaf
     }
 }

@@ -48,7 +48,8 @@ const LEVELS: u32 = 40;
 /// tangents there.
 ///
 /// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: some 2 µs where the face is regular,
-/// some 30 µs for each level where it is not. The last neighbourhood is kept, so that many places in one piece cost less than 1 µs each.
+/// some 30 µs for each level where it is not. What was refined for the last eight faces is kept, so that many places on a face cost less
+/// than 1 µs each.
 ///
 /// # Example
 ///
