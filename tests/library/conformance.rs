@@ -101,6 +101,7 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "fine-tune" => json!({ "object": curve, "alpha": 1.3, "ends": "free" }),
         "subdivide" => json!({ "object": "square", "levels": 2 }),
         "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
+        "fit-shape" => json!({ "object": curve, "points": "chain", "fair": 0.01 }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }
 }

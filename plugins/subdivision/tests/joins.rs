@@ -187,7 +187,7 @@ fn symmetry_holds_of_every_point_of_the_limit() {
     let plane = || symmetry(Vector::x(), Point::new(2.0, 0.0, 0.0));
     let to = Point::new(1.1, 1.2, 1.0);
     // Halfway along the first direction face `4 i + j` and face `4 (3 - i) + j` mirror one another.
-    let edit = Edit::new(&surface).ask(plane().to(0.0)).ask(position(Location::Vertex(6)).to(to));
+    let edit = Edit::new(&surface).ask(plane().hold()).ask(position(Location::Vertex(6)).to(to));
     let edited = edit.solve().unwrap();
     let after = edited.shape();
     let value = |at: Location| after.value(at, Derivative::POSITION).unwrap();

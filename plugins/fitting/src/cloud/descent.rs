@@ -10,7 +10,7 @@ use loftsman_kernel::solve::Solver;
 use loftsman_kernel::{Point, Vector};
 
 use super::foot::{Foot, feet};
-use super::model::Model;
+use super::model::{Model, value};
 use super::patches::Patches;
 use super::step::{Held, Metric};
 use super::{CloudFit, CloudFitted, CloudReport};
@@ -21,8 +21,8 @@ const FIRST: f64 = 0.1;
 const LEAST: f64 = 1e-6;
 const FACTOR: f64 = 10.0;
 /// Parts of what a model promised below which feet are held back more, and above which less.
-const POOR: f64 = 0.1;
-const GOOD: f64 = 0.25;
+const POOR: f64 = 0.25;
+const GOOD: f64 = 0.5;
 /// A step that promises this part of what is there, and no more, is the last.
 const GAIN: f64 = 1e-10;
 /// What rounding takes from distances, of the size of all numbers.
@@ -124,7 +124,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         let size = diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()));
         let mut report = CloudReport::default();
         let before = self.state(self.asked.shape.clone())?;
-        report.before = self.model(&before).value(&self.relative(&before.shape)).0.sqrt();
+        report.before = self.value(&before).0.sqrt();
         let mut start = self.asked.shape.clone();
         let vertices = start.control_vertices_mut();
         for (vertex, way) in self.nearest.adjustments() {
@@ -140,9 +140,9 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             self.observer
                 .proceed("fit", report.iterations as u64, self.asked.iterations as u64)
                 .map_err(|_| FitError::Cancelled)?;
-            let model = self.model(&state);
+            let model = self.model(&state)?;
             let x = self.relative(&state.shape);
-            let (squares, energy) = model.value(&x);
+            let (squares, energy) = self.value(&state);
             let mut gradient = vec![Vector::zeros(); x.len()];
             model.gradient(&x, &mut gradient);
             let mut metric = Metric::new(&model, &self.held, self.solver)?;
@@ -154,9 +154,9 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                 // What the model promises: dᵀHd = -gᵀd where it is least.
                 let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>();
                 let next = self.state(self.moved(&state.shape, &way, &mut metric)?)?;
-                let (then, after) = self.model(&next).value(&self.relative(&next.shape));
+                let (then, after) = self.value(&next);
                 let (kept, held) = ((squares + energy - then - after) / gain, tau);
-                if kept < POOR {
+                if !(gain > 0.0 && kept >= POOR) {
                     tau = f64::min(1.0, FACTOR * tau);
                 } else if kept > GOOD {
                     tau = f64::max(LEAST, tau / FACTOR);
@@ -164,7 +164,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                 if then + after < squares + energy {
                     break (Some(next), change, gain);
                 }
-                if held >= 1.0 || change <= ROUNDING * size || gain <= 0.0 {
+                if held >= 1.0 || gain > 0.0 && change <= ROUNDING * size {
                     break (None, change, gain);
                 }
             };
@@ -197,8 +197,14 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         Ok(State { shape, feet, order })
     }
 
-    fn model<'b>(&'b self, state: &'b State<S>) -> Model<'b> {
-        Model::new(&state.feet, &state.order, self.shares, &self.energies)
+    fn model<'b>(&'b self, state: &'b State<S>) -> Result<Model<'b>> {
+        let shape = state.shape.as_shape();
+        Ok(Model::new(shape, &state.feet, &state.order, self.shares, &self.energies)?)
+    }
+
+    /// The mean square of the distances, and what the energies come to.
+    fn value(&self, state: &State<S>) -> (f64, f64) {
+        value(&state.feet, self.shares, &self.energies, &self.relative(&state.shape))
     }
 
     /// The control vertices as the energies see them.
@@ -239,7 +245,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         let multipliers: Vec<f64> = multipliers.iter().map(|m| 2.0 * m).collect();
         report.constraints = self.problem.account(assembly, &missing, &multipliers);
         report.residual = report.constraints.iter().fold(0.0, |m: f64, c| m.max(c.residual));
-        let (squares, energy) = self.model(&state).value(&self.relative(&state.shape));
+        let (squares, energy) = self.value(&state);
         (report.rms, report.energy) = (squares.sqrt(), energy);
         for (k, foot) in state.feet.iter().enumerate() {
             if foot.distance > report.largest {

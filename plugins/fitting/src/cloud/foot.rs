@@ -1,7 +1,7 @@
 //! The point of a shape that is nearest to a given one.
 
 use loftsman_kernel::error::Result;
-use loftsman_kernel::shape::{Derivative, Location, Shape, Stencil};
+use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::{Point, Vector};
 
 use super::patches::{Patches, Room};
@@ -18,15 +18,12 @@ const LAST: f64 = 1e-6;
 pub(super) struct Foot {
     /// Where it is.
     pub(super) at: Location,
-    /// The row that the shape's point there is.
-    pub(super) row: Stencil,
     /// The shape's point there less the given one.
     pub(super) away: Vector,
     pub(super) distance: f64,
-    /// Unit vectors, perpendicular to one another, in the directions that the foot can go from where it is: two on a face, one on an
-    /// edge, none at a corner.
-    pub(super) tangents: [Vector; 2],
-    pub(super) free: usize,
+    pub(super) jet: Jet,
+    /// The parameters that the foot can go along: two on a face, one on an edge, none at a corner.
+    pub(super) free: [bool; 2],
 }
 
 /// The feet of points on a shape as it is, in the order of the points, and the order in which they are side by side on the shape.
@@ -77,8 +74,9 @@ pub(super) fn feet(
 }
 
 /// First and second derivatives, these where they exist.
-struct Jet {
-    first: [Vector; 2],
+#[derive(Debug, Clone)]
+pub(super) struct Jet {
+    pub(super) first: [Vector; 2],
     second: Option<[Vector; 3]>,
 }
 
@@ -131,6 +129,13 @@ impl Jet {
         steps
     }
 
+    /// The second derivatives of half the squared distance by the parameters, where they exist.
+    pub(super) fn curvature(&self, away: &Vector) -> Option<[f64; 3]> {
+        let ([a, b], s) = (self.first, self.second.as_ref()?);
+        let plain = [a.dot(&a), a.dot(&b), b.dot(&b)];
+        Some(std::array::from_fn(|k| plain[k] + away.dot(&s[k])))
+    }
+
     fn length(&self, step: [f64; 2]) -> f64 {
         (self.first[0] * step[0] + self.first[1] * step[1]).norm()
     }
@@ -140,8 +145,7 @@ impl Jet {
 fn descend(shape: &dyn Shape, patches: &Patches, near: &Near, point: &Vector) -> Result<Foot> {
     let room = patches.room(near.piece);
     let mut place = room.hold(patches.pieces()[near.piece].place(near.shares));
-    let mut row = shape.stencil(room.at(place), Derivative::POSITION)?;
-    let mut away = row.apply(shape.control_vertices()) - point;
+    let mut away = shape.value(room.at(place), Derivative::POSITION)? - point;
     let mut jet = Jet::new(shape, room.at(place), patches.is_curve())?;
     for _ in 0..STEPS {
         let free = free(&room, place, &jet, &away);
@@ -153,27 +157,25 @@ fn descend(shape: &dyn Shape, patches: &Patches, near: &Near, point: &Vector) ->
                 if next == place {
                     break;
                 }
-                let there = shape.stencil(room.at(next), Derivative::POSITION)?;
-                let then = there.apply(shape.control_vertices()) - point;
+                let then = shape.value(room.at(next), Derivative::POSITION)? - point;
                 let (now, before) = (then.norm_squared(), away.norm_squared());
                 let last = jet.length(step) <= LAST * before.sqrt();
                 if now < before || last && now <= before * (1.0 + 1e-12) {
-                    moved = Some((next, there, then, last));
+                    moved = Some((next, then, last));
                     break 'steps;
                 }
                 share *= 0.25;
             }
         }
-        let Some((next, there, then, last)) = moved else { break };
-        (place, row, away) = (next, there, then);
+        let Some((next, then, last)) = moved else { break };
+        (place, away) = (next, then);
         jet = Jet::new(shape, room.at(place), patches.is_curve())?;
         if last {
             break;
         }
     }
     let free = free(&room, place, &jet, &away);
-    let (tangents, count) = directions(&jet, free);
-    Ok(Foot { at: room.at(place), row, distance: away.norm(), away, tangents, free: count })
+    Ok(Foot { at: room.at(place), distance: away.norm(), away, jet, free })
 }
 
 /// The parameters that the foot can still go along: all but those at whose end it would go on.
@@ -184,23 +186,4 @@ fn free(room: &Room, place: [f64; 2], jet: &Jet, away: &Vector) -> [bool; 2] {
         let out = place[k] <= start && slope > 0.0 || place[k] >= end && slope < 0.0;
         !(room.curve && k == 1) && (room.wraps[k] || !out)
     })
-}
-
-/// Unit vectors along the free parameters, the second perpendicular to the first.
-fn directions(jet: &Jet, free: [bool; 2]) -> ([Vector; 2], usize) {
-    let mut found = [Vector::zeros(); 2];
-    let mut count = 0;
-    for k in (0..2).filter(|&k| free[k]) {
-        let mut way = jet.first[k];
-        let before = way.norm();
-        if count == 1 {
-            way -= found[0] * way.dot(&found[0]);
-        }
-        let left = way.norm();
-        if left > 1e-9 * before {
-            found[count] = way / left;
-            count += 1;
-        }
-    }
-    (found, count)
 }

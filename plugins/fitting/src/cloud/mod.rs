@@ -32,10 +32,10 @@ const TOLERANCE: f64 = 1e-9;
 /// belong: the limit surface of a cage, a spline curve or surface, a shape of any other kind.
 ///
 /// It makes `Σ w_k dist(Q_k, S)² / Σ w_k + Σ λ E` least under linear constraints, dist the distance from the nearest point of the
-/// whole shape (its *foot*), `E` energies for the sake of fairness. Each step finds all feet, and takes the least of the squared
-/// distances as they are when feet go along with the shape (Pottmann and Hofer 2003; Wang, Pottmann and Liu 2006: a Gauss-Newton
-/// method), feet held back by as much as it takes to come nearer (Levenberg and Marquardt): so no step makes it larger, and close to
-/// points that a shape can meet, each step squares the error. Equations hold all the time; what conflicts, is redundant or left open
+/// whole shape (its *foot*), `E` energies for the sake of fairness. Each step finds all feet, and takes the least of a quadratic
+/// that has the first and second derivatives of the squared distances, feet going along with the shape (compare Pottmann and Hofer
+/// 2003, who measure curvatures for it), but held back by as much as it takes to come nearer (Levenberg and Marquardt): so no step
+/// makes it larger, and close to the least each step squares the error. Equations hold all the time; what conflicts, is redundant or left open
 /// is named.
 ///
 /// Where it ends depends on where it starts, as with every search of this kind: the shape should be roughly in place.
