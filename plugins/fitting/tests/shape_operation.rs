@@ -57,7 +57,7 @@ fn a_surface_comes_to_its_points() {
 
 #[test]
 fn fields_do_what_they_say() {
-    let mut scene = self::scene();
+    let mut scene = scene();
     let ask = json!([{ "kind": "position", "at": [0.0, 0.0], "to": [-1.0, -1.0, 0.4] }]);
     let fields = json!({ "points": "scan", "fair": 1e-4, "energy": "stretch", "constraints": ask, "lock": [15], "iterations": 7 });
     let report = run(&mut scene, fields).unwrap();

@@ -101,7 +101,7 @@ impl Operation for FitShape {
         let solver = Arc::clone(solver);
         let SeenShapes { names, shapes, frames } = names.into_parts()?;
         let points = points(scene, parameters.text("points")?, &names)?;
-        let mut fit = fit_of(parameters, &shapes[0])?;
+        let mut fit = fit_of(parameters, CloudFit::new(&shapes[0]))?;
         for other in &shapes[1..] {
             fit = fit.beside(other.boxed());
         }
@@ -157,11 +157,11 @@ fn points(scene: &Scene, name: &str, shapes: &[String]) -> Result<Vec<Point>, Op
     Ok(points.iter().map(|p| transform_point(&map, p)).collect())
 }
 
+/// What the fields ask of a fit.
 fn fit_of(
     parameters: &Parameters,
-    shape: &Box<dyn Shape>,
+    mut fit: CloudFit<Box<dyn Shape>>,
 ) -> Result<CloudFit<Box<dyn Shape>>, ParameterError> {
-    let mut fit = CloudFit::new(shape);
     let order = parameters.choice_or("energy", &[("stretch", 1), ("bend", 2), ("variation", 3)], 2)?;
     let weight = parameters.number_or("fair", 0.0)?;
     if !(weight >= 0.0 && weight.is_finite()) {
