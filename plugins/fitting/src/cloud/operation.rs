@@ -100,7 +100,13 @@ impl Operation for FitShape {
         let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
         let solver = Arc::clone(solver);
         let SeenShapes { names, shapes, frames } = names.into_parts()?;
-        let points = points(scene, parameters.text("points")?, &names)?;
+        let from = parameters.text("points")?;
+        if scene.position(from).is_none() {
+            return Err(parameters
+                .error("points", scene.object(from).map_or_else(|e| e.to_string(), |_| String::new()))
+                .into());
+        }
+        let points = points(scene, from, &names)?;
         let mut fit = fit_of(parameters, CloudFit::new(&shapes[0]))?;
         for other in &shapes[1..] {
             fit = fit.beside(other.boxed());
