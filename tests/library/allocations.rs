@@ -2,9 +2,10 @@
 
 use allocation_counter::measure;
 use loftsman::area_volume::{area, volume};
+use loftsman::subdivision::{Cage, SubdivisionSurface};
 use loftsman_kernel::edit::{Ask, Edit, Metric, Session};
 use loftsman_kernel::functional::{curvature, position, tangent};
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Solver, Sparse};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
@@ -124,6 +125,71 @@ fn an_event_that_keeps_an_area_or_a_volume_allocates_nothing() {
     };
     let (few, many) = (alternating(12), alternating(24));
     assert!(few <= 50 * 20 && many <= few, "{few} and {many} in 50 events");
+}
+
+/// A cage of `n × n` faces over the plane, with a vertex of valence 3 and one of valence 5 beside its middle.
+fn cage(n: usize) -> SubdivisionSurface {
+    let at = |i: usize, j: usize| i * (n + 1) + j;
+    let height = |i: usize, j: usize| 0.3 * (0.7 * i as f64).sin() * (0.5 * j as f64).cos();
+    let all = 0..(n + 1) * (n + 1);
+    let points =
+        all.map(|k| (k / (n + 1), k % (n + 1))).map(|(i, j)| Point::new(i as f64, j as f64, height(i, j)));
+    let mut faces: Vec<Vec<usize>> = Vec::new();
+    for i in 0..n {
+        for j in 0..n {
+            let quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if (i, j) == (n / 2, n / 2) {
+                faces.extend([quad[..3].to_vec(), vec![quad[0], quad[2], quad[3]]]);
+            } else {
+                faces.push(quad.to_vec());
+            }
+        }
+    }
+    SubdivisionSurface::new(Cage::new(points.collect(), &faces).unwrap()).unwrap()
+}
+
+#[test]
+fn an_event_on_a_limit_surface_allocates_nothing() {
+    let surface = cage(12);
+    // A limit of valence 5, a regular one, a place of a face beside the uneven ones, and one within.
+    for at in [
+        Location::Vertex(84),
+        Location::Vertex(45),
+        Location::Face(80, 0.3, 0.4),
+        Location::Face(79, 0.01, 0.99),
+    ] {
+        let from = Point::from(surface.value(at, Derivative::POSITION).unwrap());
+        for metric in [Metric::Least, Metric::Falloff(3.0)] {
+            let edit = Edit::new(&surface).metric(metric.clone()).ask(position(Location::Vertex(20)).keep());
+            let session = edit.handle(position(at)).prepare(Automatic).unwrap();
+            assert_eq!(allocations(session, from), 0, "{at} {metric:?}");
+        }
+    }
+    let ball =
+        SubdivisionSurface::new(loftsman::subdivision::catmull_clark::refine(&box_cage()).unwrap()).unwrap();
+    let from = Point::from(ball.value(Location::Vertex(7), Derivative::POSITION).unwrap());
+    let edit = Edit::new(&ball).ask(volume().keep()).handle(position(Location::Vertex(7)));
+    assert_eq!(allocations(edit.prepare(Automatic).unwrap(), from), 0, "volume");
+}
+
+fn box_cage() -> Cage {
+    let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Cage::new((0..8).map(corner).collect(), &faces).unwrap()
+}
+
+#[test]
+fn an_event_on_a_limit_surface_does_not_depend_on_the_size_of_its_cage() {
+    // What preparing allocates beyond the copy of the points stands for its work.
+    let prepared = |n: usize| {
+        let surface = cage(n);
+        let mut session = None;
+        let edit = Edit::new(&surface).handle(position(Location::Vertex(20)));
+        let counted = measure(|| session = Some(edit.prepare(Adjoint).unwrap()));
+        counted.count_total
+    };
+    let (few, many) = (prepared(12), prepared(60));
+    assert!(many <= few + 4, "{few} and {many}");
 }
 
 #[test]

@@ -103,6 +103,7 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "subdivide" => json!({ "object": "square", "levels": 2 }),
         "patches" => json!({ "object": "cushion", "tolerance": 0.01 }),
         "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
+        "fit-shape" => json!({ "object": curve, "points": "chain", "fair": 0.01 }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }
 }

@@ -470,6 +470,20 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("loft", "degree", json!({ "sections": ["round", "round middle", "round top"] }), json!(1), json!(2));
     add("loft", "caps", none(), json!(true), json!(false));
     add("loft", "surface", none(), json!(false), json!(true));
+    add("fit-shape", "object", none(), json!("clamped curve"), json!("rational"));
+    add("fit-shape", "points", none(), json!("chain"), json!("spiral"));
+    let even = || json!((0..40).map(|k| 1 + k % 2).collect::<Vec<i32>>());
+    let uneven = || json!((0..40).map(|k| 1 + k).collect::<Vec<i32>>());
+    add("fit-shape", "weights", json!({ "points": "spiral" }), even(), uneven());
+    add("fit-shape", "energy", none(), json!("stretch"), json!("bend"));
+    add("fit-shape", "fair", none(), json!(0.01), json!(0.1 * n()));
+    let held = |x: f64| json!([{ "kind": "position", "at": 0.5, "by": [x, 0, 0] }]);
+    add("fit-shape", "constraints", none(), held(n()), held(-n()));
+    add("fit-shape", "lock", none(), json!([0]), json!([0, 3]));
+    add("fit-shape", "relative_tolerance", none(), json!(1.0), json!(1e-9));
+    add("fit-shape", "iterations", none(), json!(1), json!(20));
+    add("fit-shape", "smooth", json!({ "object": "kinked" }), json!(0), json!(1));
+    add("fit-shape", "solver", json!({ "constraints": held(0.1) }), json!("householder-qr"), json!("sparse"));
     all
 }
 

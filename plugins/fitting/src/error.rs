@@ -164,6 +164,22 @@ pub enum FitError {
         /// Why not, and what to do.
         reason: String,
     },
+    /// Control vertices that neither points nor energies nor constraints determine.
+    #[error(
+        "points, energies and constraints determine {rank} of {vertices} control vertices, and vertex {first} is the first that is left \
+         open: give points where it acts, add an energy, or lock it"
+    )]
+    Undetermined {
+        /// The rank of the equations, of each coordinate.
+        rank: usize,
+        /// The control vertices that may move.
+        vertices: usize,
+        /// The first that is not determined by those before it.
+        first: usize,
+    },
+    /// Constraints that cannot be met.
+    #[error(transparent)]
+    Equations(loftsman_kernel::edit::EditError),
     /// Something of the geometry.
     #[error(transparent)]
     Geometry(#[from] loftsman_kernel::Error),
@@ -177,6 +193,7 @@ impl From<FitError> for OperationError {
         match error {
             FitError::Geometry(error) => Self::Geometry(error),
             FitError::Cancelled => Self::Cancelled,
+            FitError::Equations(error) => error.into(),
             other => Self::Geometry(loftsman_kernel::Error::Invalid(other.to_string())),
         }
     }

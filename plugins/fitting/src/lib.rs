@@ -9,6 +9,7 @@
 //! | which parameters the points get | [`Parametrization`] |
 //! | what must hold exactly | [`Constraint`](loftsman_kernel::edit::Constraint), any linear functional |
 //! | the same in a recipe | the operation `fit`: [`FitPoints`], brought by the plug-in [`Fitting`] |
+//! | any shape, of whatever kind, near to a cloud | [`CloudFit`]; in a recipe the operation `fit-shape`: [`FitShape`] |
 //!
 //! All equations are banded (around a circle for closed curves) and solved by orthogonal rotations, in time linear
 //! in the number of points. Every answer comes with its residual and the condition of its equations; where these
@@ -17,6 +18,7 @@
 //! handed out.
 
 mod banded;
+pub mod cloud;
 mod constraint;
 mod corner;
 pub mod error;
@@ -47,6 +49,8 @@ mod through;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
+pub use cloud::operation::FitShape;
+pub use cloud::{CloudFit, CloudFitted, CloudReport, DerivativeEnergy};
 pub use constraint::Kept;
 pub use corner::Corners;
 pub use error::{Astray, FitError};
@@ -64,5 +68,6 @@ pub struct Fitting;
 impl Plugin for Fitting {
     fn register(&self, registry: &mut Registry) {
         registry.operation(FitPoints);
+        registry.operation(FitShape);
     }
 }

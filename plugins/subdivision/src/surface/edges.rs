@@ -83,7 +83,8 @@ impl SubdivisionSurface {
     fn irregular(&self, edge: &BoundaryEdge, order: usize) -> Result<Vec<Strip>> {
         let wrong = |what: &str| {
             Err(Error::Invalid(format!(
-                "edge {} ends at an extraordinary vertex: {what}; refine the cage there, or join places of it one by one",
+                "edge {} ends at an extraordinary vertex: {what}; join places of it one by one, or refine the cage and join the half away from \
+                 that vertex",
                 edge.name
             )))
         };

@@ -1,0 +1,314 @@
+//! The steps of a fit.
+
+use loftsman_kernel::edit::EditError;
+use loftsman_kernel::energy::Squares;
+use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::plugin::Observer;
+use loftsman_kernel::problem::{Problem, Solution};
+use loftsman_kernel::shape::{Shape, vertex_index};
+use loftsman_kernel::solve::Solver;
+use loftsman_kernel::{Point, Vector};
+
+use super::foot::{Foot, feet};
+use super::model::{Model, value};
+use super::patches::Patches;
+use super::step::{Held, Metric};
+use super::{CloudFit, CloudFitted, CloudReport};
+use crate::error::{FitError, Result};
+
+/// How much feet are held back: at first, at least, and how fast that changes.
+const FIRST: f64 = 0.1;
+const LEAST: f64 = 1e-6;
+const FACTOR: f64 = 10.0;
+/// Parts of what a model promised below which feet are held back more, and above which less.
+const POOR: f64 = 0.25;
+const GOOD: f64 = 0.5;
+/// A step that promises this part of what is there, and no more, is the last.
+const GAIN: f64 = 1e-10;
+/// What rounding takes from distances, of the size of all numbers.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// A shape on the way, its feet and what is to be small.
+struct State<S> {
+    shape: S,
+    feet: Vec<Foot>,
+    order: Vec<u32>,
+}
+
+pub(super) fn fit<S: Shape + Clone>(
+    asked: &CloudFit<S>,
+    points: &[Point],
+    solver: &dyn Solver,
+    observer: &dyn Observer,
+) -> Result<CloudFitted<S>> {
+    let shares = checked(asked, points)?;
+    let run = Run::new(asked, points, &shares, solver, observer)?;
+    run.fit()
+}
+
+struct Run<'a, S> {
+    asked: &'a CloudFit<S>,
+    points: &'a [Point],
+    shares: &'a [f64],
+    solver: &'a dyn Solver,
+    observer: &'a dyn Observer,
+    energies: Vec<(f64, Squares)>,
+    origin: Point,
+    patches: Patches,
+    problem: Problem,
+    nearest: Solution,
+    held: Held,
+}
+
+impl<'a, S: Shape + Clone> Run<'a, S> {
+    fn new(
+        asked: &'a CloudFit<S>,
+        points: &'a [Point],
+        shares: &'a [f64],
+        solver: &'a dyn Solver,
+        observer: &'a dyn Observer,
+    ) -> Result<Self> {
+        let shape = asked.shape.as_shape();
+        let vertices = shape.control_vertices();
+        let origin = vertices.first().copied().unwrap_or_else(Point::origin);
+        let mut energies = Vec::new();
+        for (weight, energy) in &asked.energies {
+            if !(*weight > 0.0 && weight.is_finite()) {
+                let what = energy.describe();
+                return Err(FitError::Request(format!(
+                    "the weight of the energy \"{what}\" is {weight}: give a positive, finite number, or leave it out"
+                )));
+            }
+            let squares = energy.squares(shape, origin)?.ok_or_else(|| {
+                let what = energy.describe();
+                FitError::Request(format!(
+                    "\"{what}\" is known by its matrix alone, and a fit works with squares"
+                ))
+            })?;
+            squares.check(vertices.len())?;
+            energies.push((*weight, squares));
+        }
+        let patches = Patches::new(shape)?;
+        let problem = asked.edit().problem()?;
+        if let Some(functional) = problem.nonlinear() {
+            return Err(FitError::Constraint {
+                name: functional.describe(),
+                reason: "it is not linear in the control vertices: edit the fitted shape under it afterwards"
+                    .into(),
+            });
+        }
+        // What conflicts is named here; the nearest shape that meets all is where the search starts.
+        let nearest = problem.solve(solver)?;
+        let mut free = vec![true; vertices.len()];
+        for &lock in &asked.locks {
+            free[vertex_index(lock, vertices.len())?] = false;
+        }
+        let free = (0..free.len()).filter(|&v| free[v]).collect();
+        let held = Held::new(nearest.assembly().system(), free, vertices.len());
+        Ok(Self {
+            asked,
+            points,
+            shares,
+            solver,
+            observer,
+            energies,
+            origin,
+            patches,
+            problem,
+            nearest,
+            held,
+        })
+    }
+
+    fn fit(&self) -> Result<CloudFitted<S>> {
+        let size = diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()));
+        let mut report = CloudReport::default();
+        let before = self.state(self.asked.shape.clone())?;
+        report.before = self.value(&before).0.sqrt();
+        let mut start = self.asked.shape.clone();
+        let vertices = start.control_vertices_mut();
+        for (vertex, way) in self.nearest.adjustments() {
+            if let Some(vertex) = vertices.get_mut(vertex) {
+                *vertex += way;
+            }
+        }
+        let moved = start.control_vertices() != before.shape.control_vertices();
+        let mut state = if moved { self.state(start)? } else { before };
+        let mut tau = FIRST;
+        let mut multipliers = Vec::new();
+        while !self.held.free.is_empty() && report.iterations < self.asked.iterations && !report.converged {
+            self.observer
+                .proceed("fit", report.iterations as u64, self.asked.iterations as u64)
+                .map_err(|_| FitError::Cancelled)?;
+            let model = self.model(&state)?;
+            let x = self.relative(&state.shape);
+            let (squares, energy) = self.value(&state);
+            let mut gradient = vec![Vector::zeros(); x.len()];
+            model.gradient(&x, &mut gradient);
+            let mut metric = Metric::new(&model, &self.held, self.solver)?;
+            multipliers = metric.multipliers(&gradient);
+            let (next, change, gain) = loop {
+                let way = metric.least(&model, tau, &gradient);
+                let change =
+                    (0..model.rows.len()).map(|k| model.rows.sum(k, &way).norm()).fold(0.0, f64::max);
+                // What the model promises: dᵀHd = -gᵀd where it is least.
+                let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>();
+                let next = self.state(self.moved(&state.shape, &way, &mut metric)?)?;
+                let (then, after) = self.value(&next);
+                let (kept, held) = ((squares + energy - then - after) / gain, tau);
+                if !(gain > 0.0 && kept >= POOR) {
+                    tau = f64::min(1.0, FACTOR * tau);
+                } else if kept > GOOD {
+                    tau = f64::max(LEAST, tau / FACTOR);
+                }
+                if then + after < squares + energy {
+                    break (Some(next), change, gain);
+                }
+                if held >= 1.0 || gain > 0.0 && change <= ROUNDING * size {
+                    break (None, change, gain);
+                }
+            };
+            report.iterations += 1;
+            report.change = change;
+            // Where not even held feet bring it nearer, what is left is rounding.
+            let settled = gain <= GAIN * (squares + energy);
+            report.converged = next.is_none() || settled || change <= self.asked.tolerance * size;
+            state = next.unwrap_or(state);
+        }
+        report.converged |= self.held.free.is_empty();
+        self.hand_out(state, report, &multipliers)
+    }
+
+    /// A shape with its feet.
+    fn state(&self, shape: S) -> Result<State<S>> {
+        if let Some(vertex) = shape
+            .control_vertices()
+            .iter()
+            .position(|p| p.iter().any(|c| !(c.is_finite() && c.abs() < 1e150)))
+        {
+            return Err(FitError::Request(format!(
+                "control vertex {vertex} is {:?}, which no distance can be measured from: give finite numbers of a usual size",
+                shape.control_vertices()[vertex].coords.as_slice()
+            )));
+        }
+        let cancelled = || self.observer.cancelled();
+        let (feet, order) =
+            feet(shape.as_shape(), &self.patches, self.points, &cancelled)?.ok_or(FitError::Cancelled)?;
+        Ok(State { shape, feet, order })
+    }
+
+    fn model<'b>(&'b self, state: &'b State<S>) -> Result<Model<'b>> {
+        let shape = state.shape.as_shape();
+        Ok(Model::new(shape, &state.feet, &state.order, self.shares, &self.energies)?)
+    }
+
+    /// The mean square of the distances, and what the energies come to.
+    fn value(&self, state: &State<S>) -> (f64, f64) {
+        value(&state.feet, self.shares, &self.energies, &self.relative(&state.shape))
+    }
+
+    /// The control vertices as the energies see them.
+    fn relative(&self, shape: &S) -> Vec<Vector> {
+        shape.control_vertices().iter().map(|p| p - self.origin).collect()
+    }
+
+    fn among<'b>(&'b self, shape: &'b S) -> Shapes<'b> {
+        Shapes::new(std::iter::once(shape.as_shape()).chain(self.asked.others.iter().map(AsRef::as_ref)))
+    }
+
+    /// The shape moved, and what rounding took from the equations put right.
+    fn moved(&self, shape: &S, way: &[Vector], metric: &mut Metric<'_>) -> Result<S> {
+        let mut next = shape.clone();
+        next.control_vertices_mut().iter_mut().zip(way).for_each(|(p, d)| *p += d);
+        let assembly = self.nearest.assembly();
+        if !assembly.system().rows().is_empty() {
+            for _ in 0..2 {
+                let missing = self.problem.misfit(assembly, &self.among(&next))?;
+                let mut by = vec![Vector::zeros(); way.len()];
+                metric.correct(&missing, &mut by);
+                next.control_vertices_mut().iter_mut().zip(&by).for_each(|(p, d)| *p += d);
+            }
+        }
+        Ok(next)
+    }
+
+    fn hand_out(
+        &self,
+        state: State<S>,
+        mut report: CloudReport,
+        multipliers: &[f64],
+    ) -> Result<CloudFitted<S>> {
+        let shapes = self.among(&state.shape);
+        let assembly = self.nearest.assembly();
+        self.problem.verify(assembly, &shapes, self.solver.name())?;
+        let missing = self.problem.misfit(assembly, &shapes)?;
+        let multipliers: Vec<f64> = multipliers.iter().map(|m| 2.0 * m).collect();
+        report.constraints = self.problem.account(assembly, &missing, &multipliers);
+        report.residual = report.constraints.iter().fold(0.0, |m: f64, c| m.max(c.residual));
+        let (squares, energy) = self.value(&state);
+        (report.rms, report.energy) = (squares.sqrt(), energy);
+        for (k, foot) in state.feet.iter().enumerate() {
+            if foot.distance > report.largest {
+                (report.largest, report.worst) = (foot.distance, k);
+            }
+        }
+        report.solver = self.nearest.solver().to_owned();
+        (report.equations, report.rank) = (self.nearest.equations(), self.nearest.rank());
+        report.redundant = self.nearest.redundant().to_vec();
+        let ways = state.shape.control_vertices().iter().zip(self.asked.shape.control_vertices());
+        report.adjustment = ways.map(|(a, b)| (a - b).norm()).fold(0.0, f64::hypot);
+        let feet = state.feet.iter().map(|foot| foot.at).collect();
+        Ok(CloudFitted { shape: state.shape, feet, report })
+    }
+}
+
+/// The shares of the points: their weights, or all alike.
+fn checked<S>(asked: &CloudFit<S>, points: &[Point]) -> Result<Vec<f64>> {
+    if points.is_empty() {
+        return Err(FitError::Request("there are no points to fit to: give some".into()));
+    }
+    if let Some(index) = points.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+        let [x, y, z] = points[index].coords.into();
+        return Err(FitError::PointNotFinite { index, x, y, z });
+    }
+    if let Some(index) = points.iter().position(|p| p.coords.amax() > 1e150) {
+        return Err(FitError::Request(format!(
+            "point {index} is farther than 1e150, where squares of distances overflow: scale the points down"
+        )));
+    }
+    if !(asked.tolerance >= 0.0 && asked.tolerance.is_finite()) {
+        let tolerance = asked.tolerance;
+        return Err(FitError::Request(format!(
+            "a tolerance of {tolerance} is none: give 0 or a positive number"
+        )));
+    }
+    let Some(weights) = &asked.weights else {
+        return Ok(vec![1.0 / points.len() as f64; points.len()]);
+    };
+    if weights.len() != points.len() {
+        let (index, value) = (weights.len(), f64::NAN);
+        return Err(FitError::Weight { index, value });
+    }
+    if let Some(index) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
+        return Err(FitError::Weight { index, value: weights[index] });
+    }
+    let largest = weights.iter().fold(0.0_f64, |m, w| m.max(*w));
+    let sum: f64 = weights.iter().map(|w| w / largest).sum();
+    Ok(weights.iter().map(|w| w / largest / sum).collect())
+}
+
+/// The diagonal of the box of points.
+fn diagonal(points: &[Point]) -> f64 {
+    let start = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+    let (low, high) = points.iter().fold(start, |(a, b), p| (a.inf(&p.coords), b.sup(&p.coords)));
+    if points.is_empty() { 0.0 } else { (high - low).norm() }
+}
+
+impl From<EditError> for FitError {
+    fn from(error: EditError) -> Self {
+        match error {
+            EditError::Geometry(error) => Self::Geometry(error),
+            other => Self::Equations(other),
+        }
+    }
+}

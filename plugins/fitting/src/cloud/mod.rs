@@ -1,0 +1,261 @@
+//! Any shape brought near to a cloud of points.
+
+mod descent;
+mod foot;
+mod model;
+pub(crate) mod operation;
+mod patches;
+mod plate;
+mod rows;
+mod step;
+mod tree;
+
+use std::fmt;
+use std::sync::Arc;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::edit::{Constraint, Edit};
+use loftsman_kernel::energy::Energy;
+use loftsman_kernel::plugin::{ConstraintReport, Observer, Quiet};
+use loftsman_kernel::shape::{Location, Shape};
+use loftsman_kernel::solve::{Automatic, Solver};
+
+use crate::error::Result;
+
+pub use plate::DerivativeEnergy;
+
+/// Steps, at most, and the change that ends them, of the size of the points.
+const ITERATIONS: usize = 100;
+const TOLERANCE: f64 = 1e-9;
+
+/// Moves the control vertices of a shape so that it comes as near as it can to points of which nobody knows where on the shape they
+/// belong: the limit surface of a cage, a spline curve or surface, a shape of any other kind.
+///
+/// It makes `Σ w_k dist(Q_k, S)² / Σ w_k + Σ λ E` least under linear constraints, dist the distance from the nearest point of the
+/// whole shape (its *foot*), `E` energies for the sake of fairness. Each step finds all feet, and takes the least of a quadratic
+/// that has the first and second derivatives of the squared distances, feet going along with the shape (compare Pottmann and Hofer
+/// 2003, who measure curvatures for it), but held back by as much as it takes to come nearer (Levenberg and Marquardt): so no step
+/// makes it larger, and close to the least each step squares the error. Equations hold all the time; what conflicts, is redundant or left open
+/// is named.
+///
+/// Where it ends depends on where it starts, as with every search of this kind: the shape should be roughly in place. Where a shape
+/// may reach beyond its points at an open border, steps gain less, and a hundred may not settle the last digits: the report says so.
+///
+/// *Cost.* A step finds every foot anew (up to 0.1 ms a point on a limit surface, less on splines) and factors a matrix as sparse as the shape's control vertices are
+/// neighbours.
+///
+/// ```
+/// use loftsman_fitting::CloudFit;
+/// use loftsman_kernel::Point;
+/// use loftsman_kernel::shape::{Derivative, Shape};
+/// use loftsman_kernel::spline::Curve;
+///
+/// // Points of a parabola, from nobody knows which parameters, and a cubic that starts as a straight line.
+/// let points: Vec<Point> = (0..50).map(|k| f64::from(k) / 49.0).map(|x| Point::new(x, x * x, 0.0)).collect();
+/// let line = Curve::bezier((0..4).map(|k| Point::new(f64::from(k) / 3.0, 0.3, 0.0)).collect())?;
+/// let fit = CloudFit::new(&line).to(&points)?;
+/// assert!(fit.report().largest < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct CloudFit<S> {
+    shape: S,
+    others: Vec<Box<dyn Shape>>,
+    energies: Vec<(f64, Arc<dyn Energy>)>,
+    constraints: Vec<Constraint>,
+    locks: Vec<i64>,
+    weights: Option<Vec<f64>>,
+    tolerance: f64,
+    iterations: usize,
+    smooth: u8,
+}
+
+impl<S: Shape + Clone> CloudFit<S> {
+    /// A fit of a copy of a shape, from where it is.
+    pub fn new(shape: &S) -> Self {
+        Self {
+            shape: shape.clone(),
+            others: Vec::new(),
+            energies: Vec::new(),
+            constraints: Vec::new(),
+            locks: Vec::new(),
+            weights: None,
+            tolerance: TOLERANCE,
+            iterations: ITERATIONS,
+            smooth: 1,
+        }
+    }
+
+    /// Adds an energy to the mean of the squared distances, with a weight; it must be known by its [squares](Energy::squares). The
+    /// energies of derivatives ([`DerivativeEnergy`], those of fairing) have the unit of a squared length, too: their weights are
+    /// numbers, the same for shapes of any size. It determines what the points leave open.
+    #[must_use]
+    pub fn energy(mut self, weight: f64, energy: impl Energy + 'static) -> Self {
+        self.energies.push((weight, Arc::new(energy)));
+        self
+    }
+
+    /// Asks something that holds exactly. Everything linear can be asked for a value.
+    #[must_use]
+    pub fn ask(mut self, constraint: Constraint) -> Self {
+        self.constraints.push(constraint);
+        self
+    }
+
+    /// Locks control vertices: they stay where they are. Negative numbers count from the end.
+    #[must_use]
+    pub fn lock(mut self, vertices: impl IntoIterator<Item = i64>) -> Self {
+        self.locks.extend(vertices);
+        self
+    }
+
+    /// Adds a shape that constraints look at: the next number (1, 2, …) for functionals' `on`. It stays as it is.
+    #[must_use]
+    pub fn beside(mut self, shape: Box<dyn Shape>) -> Self {
+        self.others.push(shape);
+        self
+    }
+
+    /// A positive weight for each point's squared distance; by default all are alike.
+    #[must_use]
+    pub fn weights(mut self, weights: Vec<f64>) -> Self {
+        self.weights = Some(weights);
+        self
+    }
+
+    /// The search ends when no point's foot is moved by more than this part of the diagonal of the points' box; `1e-9` by default.
+    #[must_use]
+    pub fn tolerance(mut self, relative: f64) -> Self {
+        self.tolerance = relative;
+        self
+    }
+
+    /// The most steps; 100 by default. [`CloudReport::converged`] says whether they were enough.
+    #[must_use]
+    pub fn iterations(mut self, most: usize) -> Self {
+        self.iterations = most;
+        self
+    }
+
+    /// How smooth what was smooth stays, at knots where corners can appear, as in an [edit](Edit::smooth): 1 by default.
+    #[must_use]
+    pub fn smooth(mut self, level: u8) -> Self {
+        self.smooth = level.min(2);
+        self
+    }
+
+    /// Fits.
+    ///
+    /// # Errors
+    /// When a point is not finite or there is none; when points, energies and constraints leave control vertices open
+    /// ([`Undetermined`](crate::FitError::Undetermined), with the rank); when constraints conflict or are not linear.
+    pub fn to(&self, points: &[Point]) -> Result<CloudFitted<S>> {
+        self.watched(points, &Automatic, &Quiet)
+    }
+
+    /// The same with a solver for the constraints, watched: one unit of work is a step.
+    ///
+    /// # Errors
+    /// As for [`to`](Self::to); [`Cancelled`](crate::FitError::Cancelled).
+    pub fn watched(
+        &self,
+        points: &[Point],
+        solver: &dyn Solver,
+        observer: &dyn Observer,
+    ) -> Result<CloudFitted<S>> {
+        descent::fit(self, points, solver, observer)
+    }
+
+    /// An edit of the shape beside the others, which stay.
+    fn edit(&self) -> Edit<S> {
+        let mut edit = Edit::new(&self.shape).smooth(self.smooth).smooth_everywhere();
+        edit = edit.lock(self.locks.iter().copied());
+        for (index, other) in self.others.iter().enumerate() {
+            let count = other.control_vertices().len() as i64;
+            edit = edit.with(other.boxed()).lock_on(index + 1, 0..count);
+        }
+        self.constraints.iter().cloned().fold(edit, Edit::ask)
+    }
+}
+
+/// A fitted shape, and how it came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CloudFitted<S> {
+    shape: S,
+    feet: Vec<Location>,
+    report: CloudReport,
+}
+
+impl<S> CloudFitted<S> {
+    /// The shape.
+    pub fn shape(&self) -> &S {
+        &self.shape
+    }
+
+    /// The shape, given away.
+    pub fn into_shape(self) -> S {
+        self.shape
+    }
+
+    /// Where each point's foot is.
+    pub fn feet(&self) -> &[Location] {
+        &self.feet
+    }
+
+    /// What the fit gave.
+    pub fn report(&self) -> &CloudReport {
+        &self.report
+    }
+}
+
+/// What a fit to a cloud gave, measured on the shape that is handed out: printed by `Display`, kept by serde.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct CloudReport {
+    /// The root of the (weighted) mean of the squared distances, of the shape as it was.
+    pub before: f64,
+    /// The same of the fitted shape.
+    pub rms: f64,
+    /// The largest distance of a point from the shape.
+    pub largest: f64,
+    /// The point that has it.
+    pub worst: usize,
+    /// What the energies come to, with their weights.
+    pub energy: f64,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Whether they ended because nothing changed any more.
+    pub converged: bool,
+    /// How far the last step moved a foot, at most.
+    pub change: f64,
+    /// Scalar equations of the constraints.
+    pub equations: usize,
+    /// Independent ones among them.
+    pub rank: usize,
+    /// Constraints (or parts of them) that the others imply: they were dropped, and hold.
+    pub redundant: Vec<String>,
+    /// The largest error of any constraint, in document units.
+    pub residual: f64,
+    /// `(Σ‖dᵢ‖²)^½` of the control vertices.
+    pub adjustment: f64,
+    /// The solver of the constraints.
+    pub solver: String,
+    /// Every constraint with its error and its multipliers: how much what is least would change with its value.
+    pub constraints: Vec<ConstraintReport>,
+}
+
+impl fmt::Display for CloudReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { before, rms, largest, worst, iterations, .. } = self;
+        write!(
+            f,
+            "rms {before:.3e} → {rms:.3e} · largest {largest:.3e} at point {worst} · {iterations} steps"
+        )?;
+        if !self.converged {
+            write!(f, ", not enough (the last one still moved a foot by {:.1e})", self.change)?;
+        }
+        if self.equations > 0 {
+            write!(f, " · rank {} of {} · residual {:.1e}", self.rank, self.equations, self.residual)?;
+        }
+        Ok(())
+    }
+}

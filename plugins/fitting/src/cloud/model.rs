@@ -1,0 +1,189 @@
+//! What is to be small, near to a shape as it is: squares of distances and of energies.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::energy::Squares;
+use loftsman_kernel::error::Result;
+use loftsman_kernel::shape::{Derivative, Shape, Stencil};
+use loftsman_kernel::solve::Symmetric;
+
+use super::foot::Foot;
+use super::rows::Rows;
+
+/// The squared distances and energies near to a shape as it is, as a quadratic of the adjustment `d` of the control vertices.
+///
+/// Half the squared distance of a point `Q` is the least of `½ |S(t) + N(t) d - Q|²` over the parameters `t` of the foot, `N` the
+/// shape's row there. With `e = S - Q`, `A = [∂ᵢS·∂ⱼS + e·∂ᵢ∂ⱼS]` and `bᵢ = ∂ᵢS·N d + e·∂ᵢN d` its gradient is `Nᵀe` and its second
+/// derivative, exactly, `|N d|² - bᵀA⁻¹b`: what the foot gains by going along (Newton's method; without `e` in `A` and `b` Gauss's).
+/// Of that gain the part `1 - τ` is taken: with `τ = 1` the foot stays, and the quadratic is never less than what it is a model of.
+pub(super) struct Model<'a> {
+    pub(super) rows: Rows,
+    slopes: [Rows; 2],
+    along: Vec<Along>,
+    feet: &'a [Foot],
+    order: &'a [u32],
+    shares: &'a [f64],
+    energies: &'a [(f64, Squares)],
+}
+
+/// How a foot goes along.
+struct Along {
+    /// `A⁻¹` over the free parameters, zero elsewhere.
+    inverse: [f64; 3],
+    /// `e`, or nothing where there is no second derivative or the distance has none that is least.
+    away: Vector,
+}
+
+impl Along {
+    fn new(foot: &Foot) -> Self {
+        let [a, b] = foot.jet.first;
+        let plain = [a.dot(&a), a.dot(&b), b.dot(&b)];
+        let full = foot.jet.curvature(&foot.away).and_then(|full| inverse(full, plain, foot.free));
+        if let Some(inverse) = full {
+            return Self { inverse, away: foot.away };
+        }
+        Self { inverse: inverse(plain, plain, foot.free).unwrap_or([0.0; 3]), away: Vector::zeros() }
+    }
+
+    /// `A⁻¹ b`.
+    fn gain(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [a, b, c] = self.inverse;
+        [a * x + b * y, b * x + c * y]
+    }
+}
+
+/// The inverse of a matrix over the free parameters, where it is positive definite, safely at the size of another.
+fn inverse([a, b, c]: [f64; 3], plain: [f64; 3], free: [bool; 2]) -> Option<[f64; 3]> {
+    let sound = |x: f64, size: f64| x > 1e-3 * size && x > 0.0;
+    match free {
+        [false, false] => Some([0.0; 3]),
+        [true, false] => sound(a, plain[0]).then(|| [1.0 / a, 0.0, 0.0]),
+        [false, true] => sound(c, plain[2]).then(|| [0.0, 0.0, 1.0 / c]),
+        [true, true] => {
+            let determinant = a * c - b * b;
+            let usable = sound(a, plain[0]) && sound(c, plain[2]) && determinant > 1e-6 * a * c;
+            usable.then(|| [c / determinant, -b / determinant, a / determinant])
+        }
+    }
+}
+
+/// The mean square of the distances, and what the energies come to, at points `x` relative to the origin of these.
+pub(super) fn value(feet: &[Foot], shares: &[f64], energies: &[(f64, Squares)], x: &[Vector]) -> (f64, f64) {
+    let squares = feet.iter().zip(shares).map(|(foot, share)| share * foot.distance * foot.distance);
+    let energies = energies.iter().map(|(weight, squares)| weight * squares.energy(x).0);
+    // A sum of nothing is -0.
+    (squares.sum::<f64>() + 0.0, energies.sum::<f64>() + 0.0)
+}
+
+impl<'a> Model<'a> {
+    /// `shares` are the weights of the points, their sum 1.
+    ///
+    /// # Errors
+    /// When the shape has no rows where the feet are.
+    pub(super) fn new(
+        shape: &dyn Shape,
+        feet: &'a [Foot],
+        order: &'a [u32],
+        shares: &'a [f64],
+        energies: &'a [(f64, Squares)],
+    ) -> Result<Self> {
+        let (mut rows, mut slopes) = (Rows::default(), [Rows::default(), Rows::default()]);
+        let mut along = Vec::with_capacity(feet.len());
+        for &k in order {
+            let foot = &feet[k as usize];
+            rows.push(&shape.stencil(foot.at, Derivative::POSITION)?);
+            for (side, slopes) in slopes.iter_mut().enumerate() {
+                let by = if side == 0 { Derivative { u: 1, v: 0 } } else { Derivative { u: 0, v: 1 } };
+                let row = if foot.free[side] { shape.stencil(foot.at, by)? } else { Stencil::new() };
+                slopes.push(&row);
+            }
+            along.push(Along::new(foot));
+        }
+        Ok(Self { rows, slopes, along, feet, order, shares, energies })
+    }
+
+    /// The feet in the order of the rows, with their shares.
+    fn each(&self) -> impl Iterator<Item = (usize, &'a Foot, f64)> + '_ {
+        let (feet, shares) = (self.feet, self.shares);
+        self.order.iter().enumerate().map(move |(row, &k)| (row, &feet[k as usize], shares[k as usize]))
+    }
+
+    /// `out = H d`.
+    pub(super) fn multiply(&self, tau: f64, d: &[Vector], out: &mut [Vector]) {
+        out.fill(Vector::zeros());
+        for (row, foot, share) in self.each() {
+            let (way, along) = (self.rows.sum(row, d), &self.along[row]);
+            let b = std::array::from_fn(|side| {
+                foot.jet.first[side].dot(&way) + along.away.dot(&self.slopes[side].sum(row, d))
+            });
+            let gain = along.gain(b).map(|g| g * (1.0 - tau));
+            let left = way - foot.jet.first[0] * gain[0] - foot.jet.first[1] * gain[1];
+            self.rows.spread(row, left * share, out);
+            for (slopes, gain) in self.slopes.iter().zip(gain) {
+                slopes.spread(row, along.away * (-gain * share), out);
+            }
+        }
+        let mut work = vec![Vector::zeros(); if self.energies.is_empty() { 0 } else { d.len() }];
+        for (weight, squares) in self.energies {
+            squares.gradient(d, false, &mut work);
+            out.iter_mut().zip(&work).for_each(|(out, g)| *out += g * *weight);
+        }
+    }
+
+    /// Half the gradient of what is to be small, at points `x` relative to the origin of the energies.
+    pub(super) fn gradient(&self, x: &[Vector], out: &mut [Vector]) {
+        out.fill(Vector::zeros());
+        for (row, foot, share) in self.each() {
+            self.rows.spread(row, foot.away * share, out);
+        }
+        let mut work = vec![Vector::zeros(); if self.energies.is_empty() { 0 } else { x.len() }];
+        for (weight, squares) in self.energies {
+            squares.gradient(x, true, &mut work);
+            out.iter_mut().zip(&work).for_each(|(out, g)| *out += g * *weight);
+        }
+    }
+
+    /// The matrix of the model with `τ = 1`, the same for x, y and z: no other has more. Feet side by side share their vertices, so
+    /// that most of it is added in dense blocks.
+    pub(super) fn matrix(&self, count: usize) -> Symmetric {
+        let mut lower: Vec<Vec<(u32, f64)>> = vec![Vec::new(); count];
+        let mut block: (&[u32], Vec<f64>) = (&[], Vec::new());
+        for (row, _, share) in self.each() {
+            let (vertices, coefficients) = self.rows.row(row);
+            if vertices != block.0 {
+                flush(&block, &mut lower);
+                block = (vertices, vec![0.0; vertices.len() * vertices.len()]);
+            }
+            for (line, a) in block.1.chunks_exact_mut(vertices.len().max(1)).zip(coefficients) {
+                let by = share * a;
+                line.iter_mut().zip(coefficients).for_each(|(sum, b)| *sum += by * b);
+            }
+        }
+        flush(&block, &mut lower);
+        for (weight, squares) in self.energies {
+            squares.entries(|i, j, value| add(&mut lower, i, j, weight * value));
+        }
+        let entries = lower.into_iter().enumerate();
+        let entries =
+            entries.flat_map(|(i, row)| row.into_iter().map(move |(j, value)| (i, j as usize, value)));
+        Symmetric::from_entries(count, entries)
+    }
+}
+
+fn flush((vertices, block): &(&[u32], Vec<f64>), lower: &mut [Vec<(u32, f64)>]) {
+    for (a, line) in block.chunks_exact(vertices.len().max(1)).enumerate() {
+        for (b, value) in line.iter().enumerate() {
+            if vertices[b] <= vertices[a] {
+                add(lower, vertices[a] as usize, vertices[b] as usize, *value);
+            }
+        }
+    }
+}
+
+fn add(lower: &mut [Vec<(u32, f64)>], i: usize, j: usize, value: f64) {
+    let (i, j) = (i.max(j), i.min(j) as u32);
+    let row = &mut lower[i];
+    match row.binary_search_by_key(&j, |(column, _)| *column) {
+        Ok(at) => row[at].1 += value,
+        Err(at) => row.insert(at, (j, value)),
+    }
+}

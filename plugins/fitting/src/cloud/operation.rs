@@ -1,0 +1,222 @@
+//! `fit-shape`: a shape is brought near to points.
+
+use std::sync::Arc;
+
+use loftsman_kernel::placement::transform_point;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Mark, Operation, OperationError, ParameterError, Parameters, SceneShapes,
+    SeenShapes, StepReport, ask_once, constraint_from, editable, object_name, put_back,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::{Error, Point};
+use nalgebra::Matrix4;
+
+use super::{CloudFit, CloudReport, DerivativeEnergy, ITERATIONS, TOLERANCE};
+
+/// The operation `fit-shape`: a curve, a surface or a shape of any other kind (the limit surface of a cage) is moved as near to a
+/// cloud as it can come.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FitShape;
+
+const DECLARATION: Declaration = Declaration {
+    name: "fit-shape",
+    help: "a curve, a surface or the limit of a cage is moved as near as it can come to points",
+    fields: &[
+        Field::optional(
+            "object",
+            "text",
+            "the only curve or surface",
+            "the object that is moved, from where it is",
+        ),
+        Field::required(
+            "points",
+            "text",
+            "the cloud, polyline or mesh whose points it comes near to; it stays",
+        ),
+        Field::optional("weights", "[numbers]", "all 1", "a positive weight a point"),
+        Field::optional(
+            "energy",
+            "\"stretch\" | \"bend\" | \"variation\"",
+            "\"bend\"",
+            "what the shape has little of beside, where it is \"fair\"",
+        ),
+        Field::optional(
+            "fair",
+            "number",
+            "0",
+            "the weight of the energy beside the mean of the squared distances (1e-6 is little)",
+        ),
+        Field::optional(
+            "constraints",
+            "[{ kind, …, to | by | scale | keep }, …]",
+            "none",
+            "what holds exactly; other objects that it names stay as they are",
+        ),
+        Field::optional("lock", "[index, …]", "none", "control vertices that may not move; -1 is the last"),
+        Field::optional(
+            "relative_tolerance",
+            "number",
+            "1e-9",
+            "the search ends when no foot moves by more than this part of the points' diagonal",
+        ),
+        Field::optional("iterations", "whole number", "100", "steps, at most"),
+        Field::optional(
+            "smooth",
+            "0 | 1 | 2",
+            "1",
+            "at repeated knots, what was smooth stays so: 1 tangents, 2 curvatures too, 0 corners may appear",
+        ),
+        Field::optional(
+            "solver",
+            "name",
+            "automatic",
+            "the constraints' solver; `loftsman plugins` lists them",
+        ),
+    ],
+};
+
+impl Operation for FitShape {
+    fn declaration(&self) -> Declaration {
+        DECLARATION
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        parameters.check(DECLARATION.fields)?;
+        let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
+        let mut names = SceneShapes::new(scene, &object)?;
+        let tables = parameters.tables("constraints")?;
+        let mut constraints = Vec::with_capacity(tables.len());
+        for table in &tables {
+            constraints.push(constraint_from(context.registry, table, &mut names)?);
+        }
+        ask_once(names.shapes(), &constraints, &tables)?;
+        let solver = parameters.text_or("solver", "automatic")?;
+        let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
+        let solver = Arc::clone(solver);
+        let SeenShapes { names, shapes, frames } = names.into_parts()?;
+        let from = parameters.text("points")?;
+        if scene.position(from).is_none() {
+            return Err(parameters
+                .error("points", scene.object(from).map_or_else(|e| e.to_string(), |_| String::new()))
+                .into());
+        }
+        let points = points(scene, from, &names)?;
+        let mut fit = fit_of(parameters, CloudFit::new(&shapes[0]))?;
+        for other in &shapes[1..] {
+            fit = fit.beside(other.boxed());
+        }
+        fit = constraints.iter().cloned().fold(fit, CloudFit::ask);
+        let start = context.clock.seconds();
+        let fitted = fit.watched(&points, &solver, context.observer)?;
+        let seconds = context.clock.seconds() - start;
+        let before: Vec<Box<dyn Shape>> =
+            (0..shapes.len()).map(|index| frames.own_shape(index, shapes[index].as_ref())).collect();
+        let after = frames.own_shape(0, fitted.shape().as_ref());
+        let all: Vec<&dyn Shape> =
+            std::iter::once(after.as_ref()).chain(before[1..].iter().map(AsRef::as_ref)).collect();
+        let mut report = report_of(&object, fitted.report(), points.len());
+        report.prepare_seconds = Some(seconds);
+        report.marks = constraints.iter().filter_map(|c| Mark::of(c, &names, &before, &all)).collect();
+        report.notes.extend(frames.note());
+        put_back(scene, &object, after.as_ref())?;
+        Ok(report)
+    }
+}
+
+/// The points of an object, in the coordinates of the shapes: their own where all of these are placed alike, else the world's.
+fn points(scene: &Scene, name: &str, shapes: &[String]) -> Result<Vec<Point>, OperationError> {
+    let points = match scene.object(name)?.geometry() {
+        Geometry::Polyline(line) => line.points.as_slice(),
+        Geometry::Cloud(cloud) => cloud.points.as_slice(),
+        Geometry::Mesh(mesh) => mesh.points(),
+        other => {
+            let kind = loftsman_kernel::text::a(other.kind());
+            let text = format!(
+                "\"{name}\" is {kind}: a shape is fitted to points, so give a cloud, a polyline or a mesh"
+            );
+            return Err(Error::Invalid(text).into());
+        }
+    };
+    let world = scene.world_transforms()?;
+    let place = |name: &str| {
+        let known = scene.position(name).and_then(|at| world.get(at).copied().flatten());
+        known.unwrap_or_else(Matrix4::identity)
+    };
+    let alike = shapes.windows(2).all(|pair| place(&pair[0]) == place(&pair[1]));
+    let (own, of) = (place(name), shapes.first().map_or_else(Matrix4::identity, |s| place(s)));
+    if alike && own == of {
+        return Ok(points.to_vec());
+    }
+    let back = if alike { of.try_inverse() } else { Some(Matrix4::identity()) };
+    let map = back.map(|back| back * own).filter(|map| map.iter().all(|c| c.is_finite())).ok_or_else(|| {
+        Error::Invalid(format!(
+            "\"{}\" is placed by a transform that flattens it, so that \"{name}\" is nowhere in its coordinates: correct its transform",
+            shapes.first().map_or("", String::as_str)
+        ))
+    })?;
+    Ok(points.iter().map(|p| transform_point(&map, p)).collect())
+}
+
+/// What the fields ask of a fit.
+fn fit_of(
+    parameters: &Parameters,
+    mut fit: CloudFit<Box<dyn Shape>>,
+) -> Result<CloudFit<Box<dyn Shape>>, ParameterError> {
+    let order = parameters.choice_or("energy", &[("stretch", 1), ("bend", 2), ("variation", 3)], 2)?;
+    let weight = parameters.number_or("fair", 0.0)?;
+    if !(weight >= 0.0 && weight.is_finite()) {
+        return Err(parameters.error("fair", "a positive number is needed, or 0 for no energy"));
+    }
+    if weight > 0.0 {
+        fit = fit.energy(weight, DerivativeEnergy(order));
+    } else if parameters.has("energy") {
+        return Err(parameters.error("energy", "has no weight: say how much it counts by \"fair\""));
+    }
+    if parameters.has("weights") {
+        fit = fit.weights(parameters.numbers("weights")?);
+    }
+    if parameters.has("lock") {
+        fit = fit.lock(parameters.integers("lock")?);
+    }
+    let smooth = match parameters.count_or("smooth", 1)? {
+        level @ 0..=2 => level as u8,
+        level => return Err(parameters.error("smooth", format!("{level} is not 0, 1 or 2"))),
+    };
+    Ok(fit
+        .tolerance(parameters.number_or("relative_tolerance", TOLERANCE)?)
+        .iterations(parameters.count_or("iterations", ITERATIONS)?)
+        .smooth(smooth))
+}
+
+fn report_of(object: &str, report: &CloudReport, points: usize) -> StepReport {
+    let mut notes = vec![format!(
+        "{points} points: rms {:.6e} → {:.6e}, largest distance {:.6e} at point {}",
+        report.before, report.rms, report.largest, report.worst
+    )];
+    if !report.converged {
+        notes.push(format!(
+            "after {} steps the last one still moved a foot by {:.1e}: more iterations would come nearer",
+            report.iterations, report.change
+        ));
+    }
+    StepReport {
+        op: DECLARATION.name.into(),
+        object: Some(object.to_owned()),
+        solver: Some(report.solver.clone()),
+        equations: Some(report.equations),
+        rank: Some(report.rank),
+        redundant: report.redundant.clone(),
+        residual: Some(report.residual),
+        adjustment: Some(report.adjustment),
+        iterations: Some(report.iterations),
+        constraints: report.constraints.clone(),
+        notes,
+        ..StepReport::default()
+    }
+}

@@ -1,0 +1,99 @@
+//! The operation `fit-shape` in recipes.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+use loftsman_fitting::Fitting;
+use loftsman_kernel::mesh::Cloud;
+use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use nalgebra::Matrix4;
+use serde_json::{Value, json};
+
+/// A saddle as a biquadratic, exactly what the surface can be, and a cloud of points on it.
+fn scene() -> Scene {
+    let height = |x: f64, y: f64| 0.3 * x * x - 0.2 * x * y - 0.1 * y * y;
+    let points = (0..400).map(|k| (f64::from(k / 20) / 9.5 - 1.0, f64::from(k % 20) / 9.5 - 1.0));
+    let points = points.map(|(x, y)| Point::new(x, y, height(x, y))).collect();
+    let net = (0..16)
+        .map(|k| Point::new(f64::from(k / 4) * 0.6 - 0.9, f64::from(k % 4) * 0.6 - 0.9, 0.1))
+        .collect();
+    let space = || Space::clamped_uniform(2, 4).unwrap();
+    let mut scene = Scene::new();
+    let surface = Surface::new(space(), space(), net).unwrap();
+    scene.add(Object::new("sheet", Geometry::Surface(surface))).unwrap();
+    scene.add(Object::new("scan", Geometry::Cloud(Cloud { points }))).unwrap();
+    scene.add(Object::new("group", Geometry::Group)).unwrap();
+    scene
+}
+
+fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
+    let mut registry = Registry::new();
+    registry.add(&Fitting);
+    loftsman_kernel::plugin::register_functionals(&mut registry);
+    registry.solver(loftsman_kernel::solve::Automatic);
+    let operation = registry.find_operation("fit-shape", "step[0]").unwrap();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    operation.apply(scene, &parameters, &Context::quiet(&registry))
+}
+
+fn farthest(scene: &Scene) -> f64 {
+    let surface = scene.surface("sheet").unwrap();
+    let Geometry::Cloud(cloud) = scene.object("scan").unwrap().geometry() else { return f64::NAN };
+    cloud.points.iter().map(|p| surface.closest(*p).unwrap().distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_surface_comes_to_its_points() {
+    let mut scene = scene();
+    let before = scene.object("scan").unwrap().clone();
+    let report = run(&mut scene, json!({ "points": "scan" })).unwrap();
+    assert!(farthest(&scene) < 1e-5, "{:e} {:?}", farthest(&scene), report.notes);
+    assert!(report.notes[0].contains("400 points: rms"), "{:?}", report.notes);
+    assert_eq!(report.object.as_deref(), Some("sheet"));
+    assert_eq!(scene.object("scan").unwrap(), &before, "the points stay");
+}
+
+#[test]
+fn fields_do_what_they_say() {
+    let mut scene = scene();
+    let ask = json!([{ "kind": "position", "at": [0.0, 0.0], "to": [-1.0, -1.0, 0.4] }]);
+    let fields = json!({ "points": "scan", "fair": 1e-4, "energy": "stretch", "constraints": ask, "lock": [15], "iterations": 7 });
+    let report = run(&mut scene, fields).unwrap();
+    let surface = scene.surface("sheet").unwrap();
+    assert!((surface.point(0.0, 0.0).unwrap() - Point::new(-1.0, -1.0, 0.4)).norm() < 1e-13);
+    assert_eq!(surface.points()[15], self::scene().surface("sheet").unwrap().points()[15]);
+    assert_eq!(report.iterations.map(|i| i <= 7), Some(true));
+    for (fields, part) in [
+        (json!({ "points": "group" }), "\"group\" is a group"),
+        (json!({ "points": "scan", "fair": -1 }), "fair"),
+        (json!({ "points": "scan", "energy": "bend" }), "\"fair\""),
+        (json!({ "points": "scan", "smooth": 3 }), "smooth"),
+        (json!({ "points": "scan", "weights": [1] }), "weight"),
+    ] {
+        let mut scene = self::scene();
+        let error = run(&mut scene, fields).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+        assert_eq!(scene, self::scene(), "a failed step leaves the scene alone");
+    }
+}
+
+/// What is seen in one place fits there, wherever the objects say that their coordinates are.
+#[test]
+fn placements_are_followed() {
+    let mut plain = scene();
+    run(&mut plain, json!({ "points": "scan", "fair": 1e-3 })).unwrap();
+    let mut moved = scene();
+    let map = Matrix4::new_translation(&Vector::new(1.0, 2.0, -3.0))
+        * Matrix4::new_rotation(Vector::new(0.3, 0.2, 0.1));
+    moved.object_mut("sheet").unwrap().transform = Some(map);
+    let Geometry::Cloud(cloud) = moved.object("scan").unwrap().geometry() else { return };
+    let points = cloud.points.iter().map(|p| map.transform_point(p)).collect();
+    moved.replace("scan", Geometry::Cloud(Cloud { points })).unwrap();
+    run(&mut moved, json!({ "points": "scan", "fair": 1e-3 })).unwrap();
+    let pairs = plain.surface("sheet").unwrap().points().iter().zip(moved.surface("sheet").unwrap().points());
+    let off = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    assert!(off < 1e-6, "{off:e}");
+    assert!(farthest(&plain) < 0.1);
+}
