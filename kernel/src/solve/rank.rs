@@ -1,6 +1,7 @@
 //! Householder reflections from the right with row pivoting: rank, and which rows the others imply.
 
 use super::SolveError;
+use super::metric::SystemMetric;
 use super::system::{SparseRows, System};
 
 /// Rank and condition of a system, and the rows that were left out.
@@ -36,8 +37,8 @@ const AGREE: f64 = 64.0 * f64::EPSILON;
 impl Dependency {
     /// Whether an adjustment that meets the independent rows meets this one as well, on every side, to what rounding explains:
     /// of what is wanted of it (a number made of numbers of `size`) and of the rows that it is made of, and of rows that differ
-    /// by rounding from those that were meant, times the largest adjustment in reach of them. It is the answer that is judged,
-    /// not the factors of the combination.
+    /// by rounding from those that were meant, times the largest adjustment in reach of them (of all, where a metric couples them). It
+    /// is the answer that is judged, not the factors of the combination.
     ///
     /// `rhs` and `size` have an entry for each row and side, `d` for each column and side.
     pub fn agrees(&self, system: &System, rhs: &[f64], size: &[f64], d: &[f64]) -> bool {
@@ -62,8 +63,14 @@ impl Dependency {
         let largest = |row: usize| {
             rows.iter_row(row).fold(0.0_f64, |most, (column, _)| most.max(d[column * sides + side].abs()))
         };
-        let others = self.combination.iter().map(|&(row, _)| largest(row));
-        let most = others.fold(largest(self.row), f64::max);
+        let most = match system.metric() {
+            SystemMetric::Least | SystemMetric::Weights(_) => {
+                let others = self.combination.iter().map(|&(row, _)| largest(row));
+                others.fold(largest(self.row), f64::max)
+            }
+            // What couples the columns spreads the rounding of one to all.
+            _ => d.iter().skip(side).step_by(sides).fold(0.0_f64, |most, d| most.max(d.abs())),
+        };
         let of = |row: usize| {
             let at = row * sides + side;
             size[at] + rhs[at].abs() + most * rows.row(row).1.iter().map(|v| v.abs()).sum::<f64>()

@@ -92,6 +92,14 @@ impl<T: Coefficient> Function<T> {
     /// # Errors
     /// As for [`Space::product`], and when numbers overflow.
     pub fn times(&self, by: &Function<f64>) -> Result<Self> {
+        // A number, where that is what the other function is.
+        let number = if by.space.degree() == 0 { by.coefficients.first() } else { None };
+        if let Some(number) = number
+            && by.coefficients.iter().all(|c| c == number)
+            && by.space.domain() == self.space.domain()
+        {
+            return Self::new(self.space.clone(), self.coefficients.iter().map(|c| *c * *number).collect());
+        }
         self.space.product(&by.space)?.combine(self, by, |a, b| a * b)
     }
 

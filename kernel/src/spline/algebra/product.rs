@@ -10,9 +10,8 @@ use crate::space::{MAX_ORDER, Space};
 ///
 /// On each piece between neighbouring breakpoints of the two both factors are in Bernstein form,
 /// `c_m = Σ_{s+t=m} C(p,s) C(q,t) / C(p+q,m) · a_s b_t`; a coefficient of the product is the polar form (blossom) of one piece
-/// at the coefficient's knots (Ramshaw 1987): of the longest piece of its support, so that none is extrapolated farther than
-/// about its own length. Exact but for rounding, which extrapolation multiplies by no more than `3^(p+q)`, and does not at all
-/// where, as for the products of fine tuning at simple knots, a coefficient is itself one of a piece's Bernstein coefficients.
+/// at the coefficient's knots (Ramshaw 1987): of the piece of its support that these knots reach beyond by the fewest of its own
+/// lengths, a long one or one in the middle. Exact but for rounding, which extrapolation multiplies, and does not at all where, as for the products of fine tuning at simple knots, a coefficient is itself one of a piece's Bernstein coefficients.
 #[derive(Debug, Clone)]
 pub struct Product {
     space: Space,
@@ -108,10 +107,11 @@ impl Product {
         &self.space
     }
 
-    /// Finds for each coefficient the longest piece of its support, and what it has of that piece's Bernstein coefficients.
+    /// Finds for each coefficient the piece of its support that is extrapolated least, and what it has of that piece's Bernstein
+    /// coefficients.
     fn aim(&mut self, partition: &[f64]) {
         let (degree, flat) = (self.space.degree(), self.space.flat());
-        let mut best = vec![(-1.0, 0_u32, 0_u32); self.space.len()];
+        let mut best = vec![(f64::INFINITY, 0_u32, 0_u32); self.space.len()];
         // The pieces between the ends of each support; `low` and `high` go through them once.
         let (mut low, mut high) = (0, 0);
         let last = partition.len() - 1;
@@ -124,19 +124,22 @@ impl Product {
                 high += 1;
             }
             let best = &mut best[self.space.vertex(k)];
+            let (first, end) = if degree > 0 { (flat[k + 1], flat[k + degree]) } else { (from, to) };
             for piece in low..high {
-                let length = partition[piece + 1] - partition[piece];
-                if length > best.0 {
-                    *best = (length, piece as u32, k as u32);
+                let (x, y) = (partition[piece], partition[piece + 1]);
+                let beyond = (x - first).max(end - y).max(0.0) / (y - x);
+                if beyond < best.0 {
+                    *best = (beyond, piece as u32, k as u32);
                 }
             }
         }
         self.targets.reserve(best.len());
         self.shares.reserve(best.len());
         let mut values = [0.0; MAX_ORDER];
-        for (length, piece, k) in best {
+        for (_, piece, k) in best {
             let (k, x) = (k as usize, partition[piece as usize]);
             let end = partition[piece as usize + 1];
+            let length = end - x;
             let own = &flat[k + 1..=k + degree];
             let local = |t: &f64| if *t == end { 1.0 } else { (t - x) / length };
             bernstein_blossom(own.iter().map(local), &mut values);

@@ -155,6 +155,24 @@ proptest! {
     }
 }
 
+/// High degrees on even knots, where supports have many pieces.
+#[test]
+fn high_degrees_lose_nothing() {
+    for (p, q) in [(8, 8), (12, 12), (15, 0), (15, 9), (24, 1)] {
+        let a = Space::clamped_uniform(p, p + 9).unwrap();
+        let b = Space::clamped(q, &a.breakpoints()).unwrap();
+        let f = Function::new(a.clone(), noise(a.len(), 1)).unwrap();
+        let g = Function::new(b.clone(), noise(b.len(), 2)).unwrap();
+        let product = f.times(&g).unwrap();
+        let mut most = 0.0_f64;
+        for u in parameters(0.0, a.domain().1).take(64) {
+            let expected = f.value(u).unwrap() * g.value(u).unwrap();
+            most = most.max((product.value(u).unwrap() - expected).abs());
+        }
+        assert!(most < 1e-10, "{p} {q}: {most:e}");
+    }
+}
+
 /// Intervals of very unlike lengths: each coefficient is taken from the longest piece that it can be.
 #[test]
 fn graded_knots_lose_nothing() {
