@@ -24,6 +24,13 @@ pub trait Operator: Debug + Send + Sync {
     /// `x = Bᵀ f`; `x` comes with any content.
     fn apply_transposed(&self, f: &[f64], x: &mut [f64]);
 
+    /// The unknowns that columns `d = B x` come from, where some columns show them: whether `x` was written. `false` (the default) where that
+    /// has to be solved for.
+    fn read_back(&self, d: &[f64], x: &mut [f64]) -> bool {
+        let _ = (d, x);
+        false
+    }
+
     /// What a column has of each unknown, where that is little: an equation of such columns then costs what they have, and not an
     /// application of the whole. `None` (the default) where it is much, or not known.
     fn row(&self, column: usize) -> Option<SmallVec<[(usize, f64); 4]>> {
@@ -126,8 +133,14 @@ impl Map {
     }
 
     /// The least `x` with `B x` nearest to `d` (`‖B x - d‖`): by conjugate gradients on `BᵀB`, which need no more of the map than
-    /// to be applied, and as many steps as there are unknowns where rounding allows it. To measure what came out.
+    /// to be applied, and as many steps as there are unknowns where rounding allows it; at once of an operator that can
+    /// [read them back](Operator::read_back). To measure what came out.
     pub fn nearest_unknowns(&self, d: &[f64], sides: usize, x: &mut [f64]) {
+        if let Self::Operator(operator) = self
+            && operator.read_back(d, x)
+        {
+            return;
+        }
         let mut missing = d.to_vec();
         let mut gradient = vec![0.0; x.len()];
         let mut image = vec![0.0; d.len()];

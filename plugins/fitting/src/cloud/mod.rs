@@ -35,14 +35,14 @@ const TOLERANCE: f64 = 1e-9;
 /// whole shape (its *foot*), `E` energies for the sake of fairness. Each step finds all feet, and takes the least of a quadratic
 /// that has the first and second derivatives of the squared distances, feet going along with the shape (compare Pottmann and Hofer
 /// 2003, who measure curvatures for it), but held back by as much as it takes to come nearer (Levenberg and Marquardt): so no step
-/// makes it larger, and close to the least each step squares the error. Equations hold all the time; what conflicts, is redundant or left open
-/// is named.
+/// makes it larger, and close to the least each step squares the error. Equations hold all the time; what conflicts, is redundant or left
+/// open is named.
 ///
 /// Where it ends depends on where it starts, as with every search of this kind: the shape should be roughly in place. Where a shape
 /// may reach beyond its points at an open border, steps gain less, and a hundred may not settle the last digits: the report says so.
 ///
-/// *Cost.* A step finds every foot anew (up to 0.1 ms a point on a limit surface, less on splines) and factors a matrix as sparse as the shape's control vertices are
-/// neighbours.
+/// *Cost.* A step finds every foot anew (up to 0.1 ms a point on a limit surface, less on splines) and factors a matrix as sparse as the
+/// shape's control vertices are neighbours.
 ///
 /// ```
 /// use loftsman_fitting::CloudFit;
