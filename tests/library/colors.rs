@@ -15,7 +15,7 @@ fn tessellated(geometry: Geometry, fields: Value) -> Result<(Scene, String), Str
     let parameters = Parameters::new(fields, "step[0]").unwrap();
     parameters.check(operation.declaration().fields).map_err(|e| e.to_string())?;
     let report =
-        operation.apply(&mut scene, &parameters, &Context::quiet(&registry)).map_err(|e| e.to_string())?;
+        operation.apply(&mut scene, &parameters, &Context::quiet(registry)).map_err(|e| e.to_string())?;
     Ok((scene, report.notes.join("; ")))
 }
 
@@ -36,7 +36,8 @@ fn share(color: [f64; 4]) -> f64 {
 fn a_torus_has_the_colours_of_its_curvature() {
     let (large, small) = (2.0, 0.5);
     // The curvatures of the circle of the tube and across it, seen from outside or inside.
-    let measures: [(&str, fn(f64, f64) -> f64); 4] = [
+    type Measure = fn(f64, f64) -> f64;
+    let measures: [(&str, Measure); 4] = [
         ("gaussian", |a, b| a * b),
         ("mean", |a, b| 0.5 * (a + b)),
         ("maximum", f64::max),

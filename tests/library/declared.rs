@@ -314,11 +314,11 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
         json!(5.0 + n()),
         json!(60.0 + n()),
     );
-    add("tessellate", "colors", json!({ "object": "round" }), json!("mean"), json!("gaussian"));
+    add("tessellate", "colors", json!({ "object": "patch" }), json!("mean"), json!("gaussian"));
     add(
         "tessellate",
         "range",
-        json!({ "object": "round", "colors": "mean" }),
+        json!({ "object": "patch", "colors": "mean" }),
         json!([-n(), n()]),
         json!([0, 10.0 + n()]),
     );
@@ -367,6 +367,8 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("fine-tune", "constraints", ring(json!({})), null(), nudge);
     add("fine-tune", "lock", json!({ "object": "square", "ends": null }), json!([0]), json!([2]));
     add("fine-tune", "any_sign", json!({ "alpha": -1.0 }), json!(false), json!(true));
+    let near = json!([{ "at": 2, "to": 1.0 }, { "at": 2.000_01, "to": 1.01 }]);
+    add("fine-tune", "force", ring(json!({ "alpha_at": near })), json!(false), json!(true));
     add("fine-tune", "solver", ring(json!({ "range": [0.5, 8.5] })), json!("householder-qr"), json!("lu"));
     add("subdivide", "object", none(), json!("square"), json!("open"));
     add("subdivide", "scheme", none(), json!("cubic"), json!("chaikin"));

@@ -804,15 +804,41 @@ fn patches(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// A curve comes nearer to points beside it, from what is found between many places of it.
+fn fit_shape(walk: &mut Walk<'_>) -> Outcome {
+    let curve = walk.curve(0);
+    let size = size_of(&curve);
+    let beside: Vec<[f64; 3]> = walk
+        .parameters(&curve, 30)
+        .into_iter()
+        .map(|u| curve_point(&curve, u))
+        .map(|[x, y, z]| [x + 0.01 * size, y - 0.02 * size, z + 0.005 * size])
+        .collect();
+    let cloud = json!({ "points": beside });
+    let objects: [(&str, &str, &Value); 2] = [("c", "curve", &curve), ("p", "cloud", &cloud)];
+    let fields = json!({ "object": "c", "points": "p", "energy": "stretch", "fair": 1e-12, "iterations": 4 });
+    let after = walk.run(&objects, "fit-shape", fields)?;
+    let after = &object(&after, "c")["curve"];
+    let far = |of: &Value, walk: &mut Walk<'_>| {
+        let own: Vec<[f64; 3]> = walk.parameters(of, 600).into_iter().map(|u| curve_point(of, u)).collect();
+        let near = |q: &[f64; 3]| own.iter().map(|p| apart(*p, *q)).fold(f64::INFINITY, f64::min);
+        (beside.iter().map(|q| near(q) * near(q)).sum::<f64>() / beside.len() as f64).sqrt()
+    };
+    let (was, is) = (far(&curve, walk), far(after, walk));
+    assert!(is < 0.95 * was, "{is:e} {was:e} of {curve}");
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 21] = [
+const STEPS: [(&str, Step, u32); 22] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
     ("fine-tune", fine_tune, 0),
     ("fit", fit, 3),
+    ("fit-shape", fit_shape, 3),
     ("refine", refine, 3),
     ("elevate", elevate, 0),
     ("reverse", reverse, 0),

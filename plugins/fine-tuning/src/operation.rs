@@ -186,8 +186,10 @@ impl Operation for FineTuneOperation {
         let mut names = SceneShapes::new(scene, &object)?;
         for (k, table) in parameters.tables("constraints")?.iter().enumerate() {
             let constraint = constraint_from(context.registry, table, &mut names)?;
+            let name = constraint.describe();
+            let known = asked.iter().any(|other: &Constraint| other.describe() == name);
             let constraint =
-                constraint.clone().called(&format!("{} (constraints[{k}])", constraint.describe()));
+                if known { constraint.called(&format!("{name} (constraints[{k}])")) } else { constraint };
             if names.shapes().len() > 1 {
                 return Err(table
                     .error(

@@ -32,6 +32,8 @@ pub(crate) fn least_turn(from: &Vector, to: &Vector) -> Rotation3<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     #[test]
@@ -39,7 +41,8 @@ mod tests {
         let from = Vector::new(0.3, -1.2, 0.7);
         for axis in [Vector::x(), Vector::z(), Vector::new(1.0, 1.0, -0.2)] {
             let axis = Unit::new_normalize(from.cross(&axis));
-            for angle in [0.0, 1e-15, 1e-12, 1e-9, 3e-8, 1e-4, 0.5, 1.57, 1.6, 3.0, 3.14159, 3.141592653] {
+            for angle in [0.0, 1e-15, 1e-12, 1e-9, 3e-8, 1e-4, 0.5, 1.57, 1.6, 3.0, 3.1, PI - 1e-6, PI - 1e-9]
+            {
                 let to = Rotation3::from_axis_angle(&axis, angle) * from * 4e9;
                 let turn = least_turn(&(from * 1e-9), &to);
                 let off = (turn * from - to / 4e9).norm();

@@ -54,7 +54,7 @@ fn values_numbers_and_functions() {
     assert_eq!(after.degree(), 5);
     assert!((after.point(11.0).unwrap() - before.point(11.0).unwrap()).norm() < 1e-12);
     assert!(report.residual.unwrap() < 1e-12 && report.rank == Some(3), "{report:?}");
-    assert!(report.active[0].starts_with("1 of 13 values of alpha") && report.notes.len() == 2, "{report:?}");
+    assert!(report.active[0].starts_with("1 of 13 values of alpha") && report.notes.len() == 3, "{report:?}");
     assert_eq!(report.marks.len(), 2, "both ends: {:?}", report.marks);
 
     let mut scene = self::scene();

@@ -7,6 +7,7 @@ use loftsman_kernel::plugin::{
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::Shape;
 use loftsman_kernel::{Point, Vector};
 
 use crate::carry::Carried;
@@ -176,6 +177,10 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         let problem = "refines polylines, and this is a mesh: \"catmull-clark\" or \"doo-sabin\"";
         return Err(parameters.error("scheme", problem).into());
     };
+    let of_edges = ["creases", "corners", "intervals", "boundary"];
+    if let Some(name) = of_edges.into_iter().find(|name| !smooth && parameters.has(name)) {
+        return Err(parameters.error(name, "is for scheme = \"catmull-clark\": Doo-Sabin has none").into());
+    }
     let cage = cage(parameters, mesh)?;
     if let Some(name) = ["alpha", "lock"].into_iter().find(|name| smooth && parameters.has(name)) {
         return Err(parameters
@@ -206,7 +211,15 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
             Err(error) => format!("what areas and volumes leave out has no bound: {error}"),
         };
         let (points, faces) = (mesh.points().len(), mesh.face_count());
-        let note = format!("{points} points and {faces} faces are the cage of a surface now; {left}");
+        // What is no quad counts one for each corner.
+        let own = surface.faces().unwrap_or(faces);
+        let counted = if own == faces {
+            String::new()
+        } else {
+            format!(" (faces that are no quads count once a corner: the surface has {own})")
+        };
+        let note =
+            format!("{points} points and {faces} faces are the cage of a surface now{counted}; {left}");
         return Ok((surface.into(), note));
     }
     let first = mesh.corners().len() as f64;
@@ -218,10 +231,11 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         by_catmull_clark(&cage, mesh, levels, limit)?
     } else if parameters.has("alpha") {
         check_size(parameters, levels, first * 4.0_f64.powf(levels as f64), "faces")?;
+        let size = cage.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()));
         let tuned = tuned(parameters, cage)?;
         strain = format!("; edges differ by {:.2e} of their lengths from what they are to be", tuned.strain);
         let fine = catmull_clark::refine_times(&tuned.cage, levels)?;
-        if limit { welded(&fine, &catmull_clark::limit_frames(&fine)?)? } else { fine.to_mesh()? }
+        if limit { welded(&fine, &catmull_clark::limit_frames(&fine)?, size)? } else { fine.to_mesh()? }
     } else {
         by_doo_sabin(&cage, levels, limit)?
     };

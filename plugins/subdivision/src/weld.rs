@@ -8,18 +8,19 @@ use crate::error::Result;
 use crate::frame::LimitFrame;
 
 /// Limits of the two ends of an edge without an interval are one point of the surface, but for rounding: so near to each other, by the
-/// size of the surface.
-const ROUNDING: f64 = 1e-12;
+/// size of the surface and by that of the coordinates that it was made of.
+const ROUNDING: [f64; 2] = [1e-12, 1e-13];
 
 /// The mesh of the limits of a cage's vertices, where those that zero intervals bring together are one and faces without area are not
-/// there; with normals where each point has one.
-pub(crate) fn welded(cage: &Cage, frames: &[LimitFrame]) -> Result<Mesh> {
+/// there; with normals where each point has one. `size` is the largest coordinate of what all this was made of.
+pub(crate) fn welded(cage: &Cage, frames: &[LimitFrame], size: f64) -> Result<Mesh> {
     let topology = cage.topology();
     let mut group: Vec<usize> = (0..frames.len()).collect();
-    let size = frames.iter().fold(0.0, |most: f64, f| most.max((f.point - frames[0].point).amax()));
+    let extent = frames.iter().fold(0.0, |most: f64, f| most.max((f.point - frames[0].point).amax()));
+    let near = ROUNDING[0] * extent + ROUNDING[1] * size;
     for edge in (0..topology.edge_count()).filter(|&e| cage.interval(e) == 0.0) {
         let [a, b] = topology.ends(edge).map(|v| v as usize);
-        if (frames[a].point - frames[b].point).amax() <= ROUNDING * size {
+        if (frames[a].point - frames[b].point).amax() <= near {
             let (a, b) = (root(&mut group, a), root(&mut group, b));
             group[a.max(b)] = a.min(b);
         }

@@ -56,6 +56,28 @@ fn characteristic(mesh: &Mesh) -> i64 {
     mesh.points().len() as i64 - edges as i64 + mesh.face_count() as i64
 }
 
+/// What zero intervals bring together is one point wherever the form is, and however small it becomes.
+#[test]
+fn tuned_forms_are_closed_far_away_and_small() {
+    for (far, alpha) in [(0.0, 1.1), (1e3, 1.1), (1e5, 1.1), (1e6, 1.0), (0.0, 1e-4), (0.0, 1e-9)] {
+        let mut scene = Scene::new();
+        let mut cube = cube();
+        cube.points_mut().iter_mut().for_each(|p| p.coords.add_scalar_mut(far));
+        scene.add(Object::new("cube", cube.into())).unwrap();
+        let fields = json!({ "scheme": "doo-sabin", "levels": 3, "limit": true, "alpha": alpha });
+        run(&mut scene, fields).unwrap();
+        let Geometry::Mesh(mesh) = scene.object("cube").unwrap().geometry() else { panic!("a mesh") };
+        assert_eq!((mesh.points().len(), characteristic(mesh)), (386, 2), "{far} {alpha}");
+        assert!(mesh.starts().windows(2).all(|face| face[1] - face[0] == 4), "{far} {alpha}");
+    }
+    let error = |fields: Value| run(&mut scene(), fields).unwrap_err().to_string();
+    for name in ["creases", "corners", "intervals"] {
+        let mut fields = json!({ "object": "cube", "scheme": "doo-sabin" });
+        fields[name] = json!([[0, 1, 2]]);
+        assert!(error(fields).contains("Doo-Sabin has none"));
+    }
+}
+
 #[test]
 fn meshes() {
     let fine = mesh(json!({ "object": "cube", "levels": 3 }));

@@ -150,7 +150,7 @@ pub(crate) fn present(what: &'static str, index: usize, count: usize) -> Result<
 
 /// A number in `[0, ∞]`.
 fn checked_sharpness(place: impl FnOnce() -> String, value: f64) -> Result<f64> {
-    let needed = "0 (smooth) or more; f64::INFINITY, or 10, for as sharp as can be";
+    let needed = "0 (smooth) or more; 10 is as sharp as can be";
     let wrong = |place| SubdivisionError::Value { what: "sharpness", place, value, needed };
     if value >= 0.0 { Ok(value) } else { Err(wrong(place())) }
 }

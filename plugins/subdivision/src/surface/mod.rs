@@ -15,6 +15,7 @@ mod patches;
 mod pattern;
 mod places;
 mod regular;
+mod sampled;
 mod template;
 mod tessellate;
 mod triangle;

@@ -13,7 +13,7 @@ pub(super) fn from_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> f64 {
     if inside { (p - a).dot(&normal).abs() } else { sides }
 }
 
-fn from_segment(p: &Point, a: &Point, b: &Point) -> f64 {
+pub(super) fn from_segment(p: &Point, a: &Point, b: &Point) -> f64 {
     let along = b - a;
     let size = along.norm_squared();
     let t = if size > 0.0 { ((p - a).dot(&along) / size).clamp(0.0, 1.0) } else { 0.0 };
