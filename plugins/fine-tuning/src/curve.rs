@@ -14,7 +14,6 @@ use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
 use crate::local::{part, put_back};
-use crate::measure::{gram, mean};
 use crate::operator::Tuning;
 
 /// What the ends of a tuned curve do.
@@ -268,16 +267,6 @@ impl FineTune {
             }
         };
         report.alpha = extremes(&tuned_alpha)?;
-        // From 1, what was asked, and from there back, what came.
-        let one = vec![1.0; alpha.coefficients().len()];
-        let asked = mean(&gram(alpha.space()), &one, alpha.coefficients(), alpha.space().length());
-        if report.change > 0.5 * asked {
-            report.notes.push(
-                "more than half of what was asked is undone so that the ends stay: give alpha more knots, tune a longer range, or hold it \
-                 where it matters (alpha_at)"
-                    .into(),
-            );
-        }
         Ok(Tuned { curve, alpha: tuned_alpha, report })
     }
 }

@@ -68,8 +68,17 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
             other => other.into(),
         })?;
     }
-    let (curve, found, report) = done;
-    let change = mean(&problem.gram, alpha.coefficients(), found.coefficients(), alpha.space().length());
+    let (curve, found, mut report) = done;
+    let apart = |a: &[f64], b: &[f64]| mean(&problem.gram, a, b, alpha.space().length());
+    let change = apart(alpha.coefficients(), found.coefficients());
+    // From 1 to what was asked, and from there back to what came.
+    if change > 0.5 * apart(&vec![1.0; alpha.coefficients().len()], alpha.coefficients()) {
+        report.notes.push(
+            "more than half of what was asked is undone so that the ends stay: give alpha more knots, tune a longer range, or hold it where \
+             it matters (alpha_at)"
+                .into(),
+        );
+    }
     Ok(Found { curve, alpha: found, report, change })
 }
 

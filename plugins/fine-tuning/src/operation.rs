@@ -1,24 +1,23 @@
 //! `fine-tune`: derivatives scaled, in recipes.
 
+mod springs;
 mod surface;
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint};
 use loftsman_kernel::error::{Figure, MAX_DEGREE};
 use loftsman_kernel::functional::position;
-use loftsman_kernel::mesh::Layer;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, MarkKind, Operation, OperationError, ParameterError, Parameters,
     SceneShapes, StepReport, constraint_from, editable, object_name, put_back,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::shape::{Location, Shape, vertex_index};
+use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 
-use crate::{Ends, FineTune, Springs, TuneReport, alpha_of, alpha_space};
+use crate::{Ends, FineTune, TuneReport, alpha_of, alpha_space};
 
 /// The operation `fine-tune`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -134,7 +133,7 @@ impl Operation for FineTuneOperation {
         let object = tuned_object(scene, parameters)?;
         let curve = match scene.object(&object)?.geometry() {
             Geometry::Curve(curve) => curve.clone(),
-            Geometry::Mesh(_) | Geometry::Polyline(_) => return sprung(scene, parameters, &object),
+            Geometry::Mesh(_) | Geometry::Polyline(_) => return springs::sprung(scene, parameters, &object),
             Geometry::Surface(surface) => {
                 let surface = surface.clone();
                 return of_surface(scene, parameters, context, &object, &surface);
@@ -231,85 +230,6 @@ fn of_surface(
         object: Some(object.into()),
         prepare_seconds: Some(seconds),
         ..report
-    })
-}
-
-/// The edges of a mesh or a polyline scaled, and springs between its vertices.
-fn sprung(scene: &mut Scene, parameters: &Parameters, object: &str) -> Result<StepReport, OperationError> {
-    const CURVES: [&str; 11] = [
-        "alpha_u",
-        "alpha_v",
-        "direction",
-        "ends",
-        "range",
-        "continuity",
-        "through",
-        "alpha_at",
-        "constraints",
-        "force",
-        "solver",
-    ];
-    if let Some(name) = CURVES.into_iter().find(|name| parameters.has(name)) {
-        return Err(parameters
-            .error(name, "is for curves and surfaces: the edges of a mesh or a polyline are springs")
-            .into());
-    }
-    let mut geometry = scene.object(object)?.geometry().clone();
-    let (mut springs, count) = match &geometry {
-        Geometry::Mesh(mesh) => (Springs::of_mesh(mesh), mesh.points().len()),
-        Geometry::Polyline(line) => (Springs::of_polygon(line.points.len(), line.closed), line.points.len()),
-        other => {
-            let problem = format!("\"{object}\" is a {}: it has no edges to tune", other.kind());
-            return Err(parameters.error("object", problem).into());
-        }
-    };
-    match parameters.value("alpha") {
-        Some(value) if value.is_array() => {
-            const KNOWN: [Field; 2] =
-                [Field::required("edge", "[vertex, vertex]", ""), Field::required("value", "number", "")];
-            let mut seen = BTreeSet::new();
-            for table in parameters.tables("alpha")? {
-                table.check(&KNOWN)?;
-                let [a, b] = table.integers("edge")?[..] else {
-                    return Err(table.error("edge", "two vertices [i, j] are needed").into());
-                };
-                let (a, b) = (vertex_index(a, count)?, vertex_index(b, count)?);
-                if !seen.insert([a.min(b), a.max(b)]) {
-                    let problem = format!("the edge between {a} and {b} is named before: give it one value");
-                    return Err(table.error("edge", problem).into());
-                }
-                springs
-                    .scale([a, b], table.number("value")?)
-                    .map_err(|e| table.error("edge", e.to_string()))?;
-            }
-        }
-        _ => springs.scale_all(parameters.number("alpha")?),
-    }
-    for index in if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() } {
-        springs.pin(vertex_index(index, count)?)?;
-    }
-    if parameters.flag("any_sign")? {
-        springs.any_sign();
-    }
-    let sprung = springs.solve(geometry.points())?;
-    match &mut geometry {
-        Geometry::Mesh(mesh) => {
-            mesh.points_mut().copy_from_slice(&sprung.points);
-            mesh.normals = Layer::none();
-            mesh.tangents = Layer::none();
-        }
-        Geometry::Polyline(line) => line.points = sprung.points,
-        _ => {}
-    }
-    scene.replace(object, geometry)?;
-    let strain = sprung.strain;
-    Ok(StepReport {
-        op: "fine-tune".into(),
-        object: Some(object.into()),
-        notes: vec![format!(
-            "springs: the edges differ by {strain:.2e} of their lengths from what they are to be"
-        )],
-        ..StepReport::default()
     })
 }
 

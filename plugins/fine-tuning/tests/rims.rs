@@ -223,3 +223,20 @@ fn a_surface_has_the_alpha_that_was_asked_at_a_place() {
     let error = tune.ends(Ends::Free).solve().unwrap_err().to_string();
     assert!(error.contains("ends = \"exact\""), "{error}");
 }
+
+/// α in steps, between which `α = 1` has the same knots.
+#[test]
+fn steps_between_kept_ends() {
+    let points = (0..9).map(|i| Point::new(f64::from(i), f64::from(i * i % 7), f64::from(i % 3))).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 9).unwrap(), points).unwrap();
+    let steps = Space::open(0, vec![0.0, 2.0, 4.0, 6.0]).unwrap();
+    for values in [vec![1.0, 2.0, 1.5], vec![2.0, 2.0, 2.0]] {
+        let alpha = Function::new(steps.clone(), values).unwrap();
+        for ends in [Ends::Free, Ends::Position, Ends::Tangent] {
+            let tuned = FineTune::new(&curve, alpha.clone()).ends(ends).solve().unwrap();
+            if ends != Ends::Free {
+                assert!((tuned.curve().point(6.0).unwrap() - curve.point(6.0).unwrap()).norm() < 1e-12);
+            }
+        }
+    }
+}

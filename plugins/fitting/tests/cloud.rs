@@ -338,21 +338,3 @@ fn feet_are_the_nearest_points_of_all() {
         assert!((own - closest.distance).abs() < 1e-9 * (1.0 + own), "{k}: {own} at {at}, {closest:?}");
     }
 }
-
-/// `cargo test --release -p loftsman-fitting --test cloud -- --ignored --nocapture` says what a large cloud costs.
-#[test]
-#[ignore = "it measures"]
-fn a_hundred_thousand_points() {
-    let known = SubdivisionSurface::new(refine(&refine(&sheet()).unwrap()).unwrap()).unwrap();
-    let faces = known.faces().unwrap();
-    let exact = of_faces(&known, (100_000.0 / faces as f64).sqrt().ceil() as usize);
-    let noisy = |k: usize| Vector::from_fn(|axis, _| 1e-3 * noise((3 * k + axis) as u64 + 9_000_000));
-    let points: Vec<Point> = exact.iter().enumerate().map(|(k, p)| p + noisy(k)).collect();
-    let start = std::time::Instant::now();
-    let fit = CloudFit::new(&stirred(&known, 0.01)).energy(1e-9, DerivativeEnergy(2)).iterations(3);
-    let fitted = fit.to(&points).unwrap();
-    let (vertices, seconds) = (known.control_vertices().len(), start.elapsed().as_secs_f64());
-    println!("{} points, {faces} faces, {vertices} control vertices: {seconds:.2} s", points.len());
-    println!("{}", fitted.report());
-    assert!(fitted.report().rms < fitted.report().before);
-}

@@ -86,19 +86,17 @@ impl<T: Coefficient> Function<T> {
         Ok(each.fold(T::zero(), |sum, (i, n)| sum + self.at(self.space.vertex(span - p + i)) * *n))
     }
 
-    /// The product with a function of numbers, `f(u) g(u)`: exact, of degree `p + q`. `O(n (p+1)(q+1))`; who multiplies often on
-    /// the same spaces prepares [`Space::product`] once.
+    /// The product with a function of numbers, `f(u) g(u)`: exact, of degree `p + q`, in the space of [`Space::product`]; in its own where
+    /// the other is one piece of degree 0, a number. `O(n (p+1)(q+1))`; who multiplies often on the same spaces prepares that once.
     ///
     /// # Errors
     /// As for [`Space::product`], and when numbers overflow.
     pub fn times(&self, by: &Function<f64>) -> Result<Self> {
-        // A number, where that is what the other function is.
-        let number = if by.space.degree() == 0 { by.coefficients.first() } else { None };
-        if let Some(number) = number
-            && by.coefficients.iter().all(|c| c == number)
+        if let [number] = by.coefficients[..]
+            && by.space.degree() == 0
             && by.space.domain() == self.space.domain()
         {
-            return Self::new(self.space.clone(), self.coefficients.iter().map(|c| *c * *number).collect());
+            return Self::new(self.space.clone(), self.coefficients.iter().map(|c| *c * number).collect());
         }
         self.space.product(&by.space)?.combine(self, by, |a, b| a * b)
     }

@@ -11,7 +11,8 @@ use crate::space::{MAX_ORDER, Space};
 /// On each piece between neighbouring breakpoints of the two both factors are in Bernstein form,
 /// `c_m = Σ_{s+t=m} C(p,s) C(q,t) / C(p+q,m) · a_s b_t`; a coefficient of the product is the polar form (blossom) of one piece
 /// at the coefficient's knots (Ramshaw 1987): of the piece of its support that these knots reach beyond by the fewest of its own
-/// lengths, a long one or one in the middle. Exact but for rounding, which extrapolation multiplies, and does not at all where, as for the products of fine tuning at simple knots, a coefficient is itself one of a piece's Bernstein coefficients.
+/// lengths, a long one or one in the middle. Exact but for rounding, which extrapolation multiplies, and does not at all where, as for
+/// the products of fine tuning at simple knots, a coefficient is itself one of a piece's Bernstein coefficients.
 #[derive(Debug, Clone)]
 pub struct Product {
     space: Space,
