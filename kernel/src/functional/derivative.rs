@@ -91,6 +91,11 @@ impl Functional for DerivativeAt {
         Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
     }
 
+    fn slide(&mut self, to: Location) -> bool {
+        self.at.location = to;
+        true
+    }
+
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
         let order = Derivative { u: self.order.u + order.u, v: self.order.v + order.v };
         let value = shapes.value(self.on.shape, self.at.location, order)?;

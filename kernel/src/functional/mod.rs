@@ -195,6 +195,13 @@ pub trait Functional: Any + Debug + Send + Sync {
         None
     }
 
+    /// Moves this one itself to another location of the same shape, where it floats on; false (the default) where it cannot. For those
+    /// who follow a location through thousands of steps, which must allocate nothing.
+    fn slide(&mut self, to: Location) -> bool {
+        let _ = to;
+        false
+    }
+
     /// The derivative of its value along its location, into `out` (as many numbers as it has equations): by `order.u` times the
     /// first parameter and `order.v` times the second. For those that can be [moved](Self::moved).
     ///

@@ -74,6 +74,11 @@ impl Functional for Position {
         Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
     }
 
+    fn slide(&mut self, to: Location) -> bool {
+        self.at.location = to;
+        true
+    }
+
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
         let value = shapes.value(self.on.shape, self.at.location, order)?;
         out.copy_from_slice(value.as_slice());

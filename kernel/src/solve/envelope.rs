@@ -40,39 +40,70 @@ impl EnvelopeCholesky {
         threshold: f64,
         mut entry: impl FnMut(usize, usize) -> f64,
     ) -> Result<Self, usize> {
-        let n = first.len();
-        let mut starts = Vec::with_capacity(n + 1);
+        let mut done = Self::envelope(first);
+        for i in 0..done.size() {
+            let from = done.first[i] as usize;
+            for j in from..=i {
+                let at = done.starts[i] + j - from;
+                done.values[at] = entry(i, j);
+            }
+        }
+        done.factor_in_place(threshold)?;
+        Ok(done)
+    }
+
+    /// An envelope with nothing in it yet: row `i` from column `first[i] ≤ i` on. Its matrix is put into [`entries_mut`](Self::entries_mut)
+    /// and factored [in place](Self::factor_in_place), as often as it changes.
+    pub fn envelope(first: Vec<u32>) -> Self {
+        let mut starts = Vec::with_capacity(first.len() + 1);
         starts.push(0);
         let mut total = 0;
         for (i, &f) in first.iter().enumerate() {
-            total += i + 1 - f as usize;
+            total += (i + 1).saturating_sub(f as usize);
             starts.push(total);
         }
-        let mut values = vec![0.0; total];
-        let mut smallest_pivot = f64::INFINITY;
-        for i in 0..n {
+        Self { starts, first, values: vec![0.0; total], smallest_pivot: 0.0 }
+    }
+
+    /// The entries of the lower triangle within the envelope, row after row, before they are factored.
+    pub fn entries_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// Where the entry `(i, j)`, `j ≤ i`, stands among the [entries](Self::entries_mut): in the envelope of row `i`.
+    pub fn place(&self, i: usize, j: usize) -> usize {
+        self.starts[i] + j - self.first[i] as usize
+    }
+
+    /// Factors the matrix that the entries are. Allocates nothing.
+    ///
+    /// # Errors
+    /// The row whose pivot is not above `threshold` times its diagonal entry; there is no factor then.
+    pub fn factor_in_place(&mut self, threshold: f64) -> Result<(), usize> {
+        let Self { starts, first, values, smallest_pivot } = self;
+        *smallest_pivot = f64::INFINITY;
+        for i in 0..first.len() {
             let fi = first[i] as usize;
             let (done, rest) = values.split_at_mut(starts[i]);
             let row = &mut rest[..i + 1 - fi];
-            let mut diagonal = entry(i, i);
+            let mut diagonal = row[i - fi];
             let whole = diagonal;
             for j in fi..i {
                 let fj = first[j] as usize;
                 let other = &done[starts[j]..starts[j + 1]];
                 let low = fi.max(fj);
                 let products = dot(&row[low - fi..j - fi], &other[low - fj..j - fj]);
-                let value = (entry(i, j) - products) * other[j - fj];
+                let value = (row[j - fi] - products) * other[j - fj];
                 row[j - fi] = value;
                 diagonal -= value * value;
             }
-            // Written so that NaN fails too.
             if !(diagonal > threshold * whole && diagonal.is_finite()) {
                 return Err(i);
             }
-            smallest_pivot = smallest_pivot.min(diagonal / whole);
+            *smallest_pivot = smallest_pivot.min(diagonal / whole);
             row[i - fi] = 1.0 / diagonal.sqrt();
         }
-        Ok(Self { starts, first, values, smallest_pivot })
+        Ok(())
     }
 
     /// From the rows of a factor that is known: the first column of each, its entries, the diagonal's reciprocal last.
@@ -105,7 +136,7 @@ impl EnvelopeCholesky {
     }
 
     /// Row `i` of `L`: its first column, its entries before the diagonal, and the reciprocal of the diagonal.
-    fn row(&self, i: usize) -> (usize, &[f64], f64) {
+    pub(super) fn row(&self, i: usize) -> (usize, &[f64], f64) {
         let row = &self.values[self.starts[i]..self.starts[i + 1]];
         (self.first[i] as usize, &row[..row.len() - 1], row[row.len() - 1])
     }
