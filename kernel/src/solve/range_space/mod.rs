@@ -20,6 +20,7 @@ mod weight;
 use std::ops::Range;
 
 pub use self::weight::Weight;
+use super::system::SparseRows;
 
 /// Rows, their half-solves and the small dense system of their products. Rows are pushed, then [factored](Self::factor) and
 /// [solved](Self::solve); after the first steps nothing is allocated.
@@ -275,6 +276,41 @@ impl RangeSpace {
                 *out += row.iter().zip(s).map(|(a, s)| a * s).sum::<f64>();
             }
         }
+    }
+
+    /// All rows `[L L_s]` over the coordinates that they touch and that move, ascending, and the parameters: for a look at what depends on
+    /// what. Allocates.
+    pub fn rows(&self) -> SparseRows {
+        let moves = |vertex: usize| {
+            let block = self.blocks.iter().rfind(|block| block.start <= vertex);
+            block.is_some_and(|block| !matches!(block.weight, Weight::Still(_)))
+        };
+        let mut touched: Vec<usize> = self.vertices.iter().copied().filter(|&v| moves(v)).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let place = |vertex: &usize| touched.binary_search(vertex).ok();
+        let width = 3 * touched.len();
+        let mut all = SparseRows::new(width + self.parameters);
+        for row in &self.rows {
+            let vertices = &self.vertices[row.vertices.clone()];
+            let coefficients = &self.coefficients[row.coefficients..];
+            for own in 0..if row.alike { 3 } else { 1 } {
+                let mut dense = vec![0.0; width];
+                for (k, vertex) in vertices.iter().enumerate() {
+                    let Some(at) = place(vertex) else { continue };
+                    if row.alike {
+                        dense[3 * at + own] += coefficients[k];
+                    } else {
+                        (0..3).for_each(|axis| dense[3 * at + axis] += coefficients[3 * k + axis]);
+                    }
+                }
+                let equation = row.equation + own;
+                let free = &self.free[equation * self.parameters..(equation + 1) * self.parameters];
+                let terms = dense.into_iter().chain(free.iter().copied()).enumerate();
+                all.push(terms.filter(|(_, value)| *value != 0.0));
+            }
+        }
+        all
     }
 
     /// The small system of the rows' products. How many of the equations are independent; what depends on those before it takes no part.

@@ -1,0 +1,157 @@
+//! What moves: a shape and what it is made of.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::shape::Shape;
+
+use crate::error::{Result, check};
+
+/// What a rope or a sheet is made of. Units are those of the document for lengths, seconds, and any unit of mass: forces are in
+/// mass · length / s².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Mass a unit of length of a curve, a unit of area of a surface, as the shape is at the start.
+    pub mass: f64,
+    /// `EA`: the force that would stretch a curve to twice its length; of a surface the same a unit of width, in each direction.
+    pub stiffness: f64,
+    /// Of a surface: the force a unit of width for a shear by an angle of 1.
+    pub shear: f64,
+    /// What its length at rest is of its length at the start.
+    pub rest: f64,
+    /// `EI`: the moment for a curvature of 1; of a surface a unit of width. The shape is straight by nature.
+    pub bending: f64,
+    /// How fast motion dies away, in 1/s: the air.
+    pub damping: f64,
+    /// The force that resists a rate of stretching of 1/s: friction within.
+    pub viscosity: f64,
+}
+
+impl Default for Material {
+    /// A mass of 1, a stiffness of 1000, half of it in shear; nothing else.
+    fn default() -> Self {
+        Self { mass: 1.0, stiffness: 1000.0, shear: 500.0, rest: 1.0, bending: 0.0, damping: 0.0, viscosity: 0.0 }
+    }
+}
+
+impl Material {
+    pub(crate) fn check(&self) -> Result<()> {
+        check("the mass", self.mass, false)?;
+        check("the stiffness", self.stiffness, true)?;
+        check("the shear stiffness", self.shear, true)?;
+        check("the rest length's factor", self.rest, false)?;
+        check("the bending stiffness", self.bending, true)?;
+        check("the damping", self.damping, true)?;
+        check("the viscosity", self.viscosity, true)?;
+        Ok(())
+    }
+}
+
+/// A shape that moves, or stands still for others to slide on.
+#[derive(Debug, Clone)]
+pub struct Body {
+    pub(crate) name: String,
+    pub(crate) shape: Box<dyn Shape>,
+    pub(crate) material: Material,
+    pub(crate) still: bool,
+    pub(crate) velocities: Option<Vec<loftsman_kernel::Vector>>,
+}
+
+impl Body {
+    /// A shape of the default [`Material`], at rest. What can be integrated over ([`Shape::cells`]) can move: curves, surfaces, Catmull–Rom
+    /// curves, subdivision surfaces.
+    pub fn new<S: Shape + Clone>(shape: &S) -> Self {
+        Self {
+            name: "shape".into(),
+            shape: shape.clone().into_box(),
+            material: Material::default(),
+            still: false,
+            velocities: None,
+        }
+    }
+
+    /// What it is called in reports and messages.
+    #[must_use]
+    pub fn called(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// What it is made of.
+    #[must_use]
+    pub fn material(mut self, material: Material) -> Self {
+        self.material = material;
+        self
+    }
+
+    /// [`Material::mass`].
+    #[must_use]
+    pub fn mass(mut self, mass: f64) -> Self {
+        self.material.mass = mass;
+        self
+    }
+
+    /// [`Material::stiffness`], and half of it as [`Material::shear`].
+    #[must_use]
+    pub fn stiffness(mut self, stiffness: f64) -> Self {
+        (self.material.stiffness, self.material.shear) = (stiffness, 0.5 * stiffness);
+        self
+    }
+
+    /// [`Material::rest`].
+    #[must_use]
+    pub fn rest(mut self, rest: f64) -> Self {
+        self.material.rest = rest;
+        self
+    }
+
+    /// [`Material::bending`].
+    #[must_use]
+    pub fn bending(mut self, bending: f64) -> Self {
+        self.material.bending = bending;
+        self
+    }
+
+    /// [`Material::damping`].
+    #[must_use]
+    pub fn damping(mut self, damping: f64) -> Self {
+        self.material.damping = damping;
+        self
+    }
+
+    /// [`Material::viscosity`].
+    #[must_use]
+    pub fn viscosity(mut self, viscosity: f64) -> Self {
+        self.material.viscosity = viscosity;
+        self
+    }
+
+    /// It stands still: a wire or a wall for others to slide on.
+    #[must_use]
+    pub fn still(mut self) -> Self {
+        self.still = true;
+        self
+    }
+
+    /// The velocities of its control vertices at the start.
+    #[must_use]
+    pub fn moving(mut self, velocities: Vec<loftsman_kernel::Vector>) -> Self {
+        self.velocities = Some(velocities);
+        self
+    }
+
+    /// The largest extent of its control vertices along an axis.
+    pub(crate) fn size(&self) -> f64 {
+        extent(self.shape.control_vertices())
+    }
+}
+
+/// The largest extent along an axis.
+pub(crate) fn extent(points: &[Point]) -> f64 {
+    let (low, high) = points.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(mut low, mut high), p| {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(p[axis]);
+            high[axis] = high[axis].max(p[axis]);
+        }
+        (low, high)
+    });
+    (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
+}

@@ -1,0 +1,290 @@
+//! What stretches, shears and bends: energies, their forces, and how these change.
+//!
+//! Of a curve `½ ∫ k ε² ℓ du`, `ε = |P'|/ℓ - 1`, `ℓ` being the speed at rest; of a surface the same in each of its directions, and `½ ∫ k_s γ² dA`
+//! of the shear `γ = P_u·P_v/(ℓ_u ℓ_v) - cos θ`. Bending is `½ B ∫ |P_ss|² ds` by arc length at rest: quadratic, so that its matrix is made
+//! once; of a surface the thin plate's, by the lengths of its two directions.
+
+use loftsman_kernel::shape::{Derivative, Shape, cells_of, rows_at};
+use loftsman_kernel::solve::Symmetric;
+use loftsman_kernel::{Point, Vector};
+use smallvec::SmallVec;
+
+use crate::body::Material;
+use crate::error::Result;
+use crate::points::{CellPoints, Points, order};
+
+/// The elasticity of one body.
+#[derive(Debug, Clone)]
+pub(crate) struct Elastic {
+    pub(crate) points: Points,
+    /// The bending's matrix, where it bends.
+    pub(crate) bend: Option<Symmetric>,
+    pub(crate) stiffness: f64,
+    pub(crate) shear: f64,
+    pub(crate) viscosity: f64,
+}
+
+type Local = SmallVec<[Vector; 16]>;
+
+impl Elastic {
+    pub(crate) fn new(shape: &dyn Shape, material: &Material) -> Result<Self> {
+        let points = Points::new(shape, material)?;
+        let bend =
+            if material.bending > 0.0 { Some(bending(shape, material)?) } else { None };
+        let Material { stiffness, shear, viscosity, .. } = *material;
+        Ok(Self { points, bend, stiffness, shear, viscosity })
+    }
+
+    /// Adds the forces on the control vertices, three numbers each.
+    pub(crate) fn add_forces(&self, q: &[Point], v: &[Point], out: &mut [f64]) {
+        let mut forces = Local::new();
+        for cell in &self.points.cells {
+            forces.clear();
+            forces.resize(cell.width, Vector::zeros());
+            if self.points.directions == 1 {
+                self.pull_curve(cell, q, v, &mut forces);
+            } else {
+                self.pull_surface(cell, q, v, &mut forces);
+            }
+            for (&vertex, force) in self.points.of(cell).iter().zip(&forces) {
+                let out = &mut out[3 * vertex as usize..][..3];
+                out.iter_mut().zip(force.iter()).for_each(|(out, f)| *out += f);
+            }
+        }
+        if let Some(bend) = &self.bend {
+            for i in 0..q.len() {
+                let sum = bend.row(i).fold(Vector::zeros(), |sum, (j, c)| sum + q[j].coords * c);
+                (0..3).for_each(|axis| out[3 * i + axis] -= sum[axis]);
+            }
+        }
+    }
+
+    fn pull_curve(&self, cell: &CellPoints, q: &[Point], v: &[Point], forces: &mut [Vector]) {
+        let vertices = self.points.of(cell);
+        for point in 0..cell.count {
+            let rest = &self.points.rest[cell.first + point];
+            let row = self.points.row(cell, point, 0);
+            let tangent = sum(row, vertices, q);
+            let speed = tangent.norm();
+            if speed > 0.0 {
+                let mut tension = self.stiffness * (speed / rest.speed[0] - 1.0);
+                if self.viscosity > 0.0 {
+                    tension += self.viscosity * tangent.dot(&sum(row, vertices, v)) / (speed * rest.speed[0]);
+                }
+                let pull = tangent * (-rest.weight * tension / speed);
+                forces.iter_mut().zip(row).for_each(|(force, c)| *force += pull * *c);
+            }
+        }
+    }
+
+    fn pull_surface(&self, cell: &CellPoints, q: &[Point], v: &[Point], forces: &mut [Vector]) {
+        let vertices = self.points.of(cell);
+        for point in 0..cell.count {
+            let rest = &self.points.rest[cell.first + point];
+            let rows = [0, 1].map(|k| self.points.row(cell, point, k));
+            let tangents = rows.map(|row| sum(row, vertices, q));
+            let weight = rest.weight * rest.measure;
+            let mut pulls = [Vector::zeros(); 2];
+            for k in 0..2 {
+                let speed = tangents[k].norm();
+                if speed > 0.0 {
+                    let mut tension = self.stiffness * (speed / rest.speed[k] - 1.0);
+                    if self.viscosity > 0.0 {
+                        let rate = tangents[k].dot(&sum(rows[k], vertices, v)) / (speed * rest.speed[k]);
+                        tension += self.viscosity * rate;
+                    }
+                    pulls[k] = tangents[k] * (weight * tension / (speed * rest.speed[k]));
+                }
+            }
+            let lengths = rest.speed[0] * rest.speed[1];
+            let shear = tangents[0].dot(&tangents[1]) / lengths - rest.cosine;
+            let couple = weight * self.shear * shear / lengths;
+            pulls[0] += tangents[1] * couple;
+            pulls[1] += tangents[0] * couple;
+            for (i, force) in forces.iter_mut().enumerate() {
+                *force -= pulls[0] * rows[0][i] + pulls[1] * rows[1][i];
+            }
+        }
+    }
+
+    /// The energy that is in it, and the largest stretch `|P'|/ℓ - 1` (by its amount, with its sign).
+    pub(crate) fn energy(&self, q: &[Point]) -> (f64, f64) {
+        let (mut energy, mut largest) = (0.0, 0.0_f64);
+        for cell in &self.points.cells {
+            let vertices = self.points.of(cell);
+            for point in 0..cell.count {
+                let rest = &self.points.rest[cell.first + point];
+                let mut tangents = [Vector::zeros(); 2];
+                // Of a curve a unit of length at rest; of a surface a unit of area at the start.
+                let size = if self.points.directions == 1 { rest.speed[0] } else { rest.measure };
+                for k in 0..self.points.directions {
+                    tangents[k] = sum(self.points.row(cell, point, k), vertices, q);
+                    let strain = tangents[k].norm() / rest.speed[k] - 1.0;
+                    energy += 0.5 * rest.weight * size * self.stiffness * strain * strain;
+                    if strain.abs() > largest.abs() {
+                        largest = strain;
+                    }
+                }
+                if self.points.directions == 2 {
+                    let shear = tangents[0].dot(&tangents[1]) / (rest.speed[0] * rest.speed[1]) - rest.cosine;
+                    energy += 0.5 * rest.weight * size * self.shear * shear * shear;
+                }
+            }
+        }
+        if let Some(bend) = &self.bend {
+            for (i, p) in q.iter().enumerate() {
+                energy += 0.5 * bend.row(i).map(|(j, c)| c * p.coords.dot(&q[j].coords)).sum::<f64>();
+            }
+        }
+        (energy, largest)
+    }
+
+    /// Adds `factor` times the matrix by which forces change with vertices (its negative semidefinite part left out: what is slack does not
+    /// push), and `rate` times that by which they change with velocities; entry by entry of the lower triangle, by coordinates.
+    pub(crate) fn add_stiffness(
+        &self,
+        q: &[Point],
+        factor: f64,
+        rate: f64,
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        for cell in &self.points.cells {
+            let vertices = self.points.of(cell);
+            for point in 0..cell.count {
+                let rest = &self.points.rest[cell.first + point];
+                let directions = self.points.directions;
+                let size = if directions == 1 { 1.0 } else { rest.measure };
+                let mut blocks = [[nalgebra::Matrix3::<f64>::zeros(); 2]; 2];
+                let mut tangents = [Vector::zeros(); 2];
+                for k in 0..directions {
+                    tangents[k] = sum(self.points.row(cell, point, k), vertices, q);
+                    let speed = tangents[k].norm();
+                    // Of a curve ∂²/∂P'² of ½ k ε² ℓ; of a surface of ½ k ε² dA.
+                    let unit = if directions == 1 { rest.speed[0] } else { rest.speed[k] * rest.speed[k] };
+                    let axial = rest.weight * size * (factor * self.stiffness + rate * self.viscosity) / unit;
+                    if speed > 0.0 {
+                        let t = tangents[k] / speed;
+                        let along = t * t.transpose();
+                        let across = (speed - rest.speed[k]).max(0.0) / speed;
+                        let across = rest.weight * size * factor * self.stiffness / unit * across;
+                        blocks[k][k] = along * axial + (nalgebra::Matrix3::identity() - along) * across;
+                    } else {
+                        blocks[k][k] = nalgebra::Matrix3::identity() * axial;
+                    }
+                }
+                if directions == 2 {
+                    let lengths = rest.speed[0] * rest.speed[1];
+                    let scale = factor * rest.weight * size * self.shear / (lengths * lengths);
+                    let w = [tangents[1], tangents[0]];
+                    for a in 0..2 {
+                        for b in 0..2 {
+                            blocks[a][b] += w[a] * w[b].transpose() * scale;
+                        }
+                    }
+                }
+                self.add_blocks(cell, point, &blocks, &mut add);
+            }
+        }
+        if let Some(bend) = &self.bend {
+            for i in 0..q.len() {
+                for (j, value) in bend.row(i).filter(|(j, _)| *j <= i) {
+                    (0..3).for_each(|axis| add(3 * i + axis, 3 * j + axis, factor * value));
+                }
+            }
+        }
+    }
+
+    fn add_blocks(
+        &self,
+        cell: &CellPoints,
+        point: usize,
+        blocks: &[[nalgebra::Matrix3<f64>; 2]; 2],
+        add: &mut impl FnMut(usize, usize, f64),
+    ) {
+        let vertices = self.points.of(cell);
+        for (i, &row) in vertices.iter().enumerate() {
+            for (j, &column) in vertices.iter().enumerate().take_while(|(j, _)| *j <= i) {
+                let mut block = nalgebra::Matrix3::zeros();
+                for a in 0..self.points.directions {
+                    for b in 0..self.points.directions {
+                        let c = self.points.row(cell, point, a)[i] * self.points.row(cell, point, b)[j];
+                        block += blocks[a][b] * c;
+                    }
+                }
+                for a in 0..3 {
+                    for b in 0..3 {
+                        let (r, c) = (3 * row as usize + a, 3 * column as usize + b);
+                        if c <= r {
+                            add(r, c, block[(a, b)]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn sum(row: &[f64], vertices: &[u32], points: &[Point]) -> Vector {
+    let mut all = Vector::zeros();
+    for (c, &v) in row.iter().zip(vertices) {
+        all += points[v as usize].coords * *c;
+    }
+    all
+}
+
+/// `B ∫ D Dᵀ`, `D` being second derivatives by length at rest: `(P'' - P' ℓ'/ℓ) / ℓ²` in each direction, and mixed ones twice.
+fn bending(shape: &dyn Shape, material: &Material) -> Result<Symmetric> {
+    let directions = shape.domain().len();
+    let vertices = shape.control_vertices();
+    let mut entries = Vec::new();
+    for cell in cells_of(shape, "bending")?.checked(shape)? {
+        let count = |k: usize| {
+            let degree = cell.sides.get(k).map_or(0, |side| side.degree);
+            degree + if cell.rational { 4 } else { 0 }
+        };
+        let points = cell.gauss_points([count(0).max(1), count(1).max(1)]);
+        let width = cell.vertices.len();
+        let rows = |derivative: Derivative| rows_at(shape, &cell, &points, derivative);
+        let value = |row: &[f64]| {
+            row.iter().zip(&cell.vertices).fold(Vector::zeros(), |sum, (c, &v)| sum + vertices[v].coords * *c)
+        };
+        let first: Vec<Vec<f64>> =
+            (0..directions).map(|k| rows(order(k, 1))).collect::<loftsman_kernel::Result<_>>()?;
+        let second: Vec<Vec<f64>> =
+            (0..directions).map(|k| rows(order(k, 2))).collect::<loftsman_kernel::Result<_>>()?;
+        let mixed = if directions == 2 { rows(Derivative { u: 1, v: 1 })? } else { Vec::new() };
+        for (index, (_, weight)) in points.iter().enumerate() {
+            let part = index * width..(index + 1) * width;
+            let tangents: SmallVec<[Vector; 2]> = first.iter().map(|all| value(&all[part.clone()])).collect();
+            let speeds: SmallVec<[f64; 2]> = tangents.iter().map(|t| t.norm()).collect();
+            let size = if directions == 2 { tangents[0].cross(&tangents[1]).norm() } else { speeds[0] };
+            let rest = material.rest;
+            // Lengths at rest are all longer by its factor; of a surface so is the width.
+            let size = weight * size * rest.powi(directions as i32) * material.bending;
+            let mut add = |row: &[f64], factor: f64| {
+                for i in 0..width {
+                    for j in 0..=i {
+                        entries.push((cell.vertices[i], cell.vertices[j], factor * row[i] * row[j]));
+                    }
+                }
+            };
+            for k in 0..directions {
+                let curve = value(&second[k][part.clone()]);
+                let bent = tangents[k].dot(&curve) / (speeds[k] * speeds[k]);
+                let scale = 1.0 / (rest * rest * speeds[k] * speeds[k]);
+                let row: Vec<f64> = second[k][part.clone()]
+                    .iter()
+                    .zip(&first[k][part.clone()])
+                    .map(|(second, first)| (second - bent * first) * scale)
+                    .collect();
+                add(&row, size);
+            }
+            if directions == 2 {
+                let scale = 1.0 / (rest * rest * speeds[0] * speeds[1]);
+                let row: Vec<f64> = mixed[part].iter().map(|c| c * scale).collect();
+                add(&row, 2.0 * size);
+            }
+        }
+    }
+    Ok(Symmetric::from_entries(vertices.len(), entries))
+}

@@ -1,0 +1,43 @@
+//! Ropes, laces and sheets: splines that move under constraints that slide.
+//!
+//! A [`Simulation`] moves shapes by their control vertices: `M q̈ = Q + Lᵀλ` with the mass matrix `M` of their basis functions, factored once
+//! (Lenoir, Grisoni, Meseure, Rémion and Chaillou 2004, "Smooth constraints for spline variational modeling"). By Gauß's principle a step is a least
+//! adjustment: of the free accelerations, in the mass metric. What a constraint looks at may float along its shape, so that a
+//! lace slides through its holes and a knot is drawn tight; the parameters that float are unknowns of the same system, of a small mass `ε` or
+//! of none ([`Scheme`]).
+//!
+//! Constraints ([`fixed`], [`sliding`], [`knot`], [`double_sliding`], [`tied`], or any linear functional, [`holds`]) are stabilised after Baumgarte; what they
+//! miss as they come is drawn in smoothly; one whose parameter leaves its shape lets go. Their multipliers are the forces with which they
+//! hold ([`Simulation::force_of`]).
+//!
+//! Explicit steps are leapfrogs, of second order and symplectic where nothing slides, with a bound of what is stable that is computed beforehand
+//! ([`Simulation::stable_step`]); [`Scheme::Implicit`] is backward Euler, for what is stiff. [`Simulation::settle`] goes to where everything rests.
+//!
+//! Not here: contact of a shape with itself or others, friction, twist.
+
+mod body;
+mod conflict;
+mod constraint;
+mod elastic;
+mod error;
+mod implicit;
+mod link;
+mod load;
+mod mass;
+mod path;
+mod points;
+mod settle;
+mod setup;
+mod simulation;
+mod stability;
+
+pub use body::{Body, Material};
+pub use constraint::{
+    Constraint, Force, Pull, Spot, double_sliding, fixed, force, holds, knot, pull, sliding, sliding_curvature, sliding_tangent,
+    tied,
+};
+pub use error::DynamicsError;
+pub use path::Path;
+pub use settle::Settled;
+pub use setup::{Scheme, Setup};
+pub use simulation::{Energy, Event, Simulation};

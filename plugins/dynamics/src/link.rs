@@ -1,0 +1,507 @@
+//! A constraint while it is held: its rows, what it misses, and how that is drawn to nothing.
+
+use std::sync::Arc;
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of};
+use loftsman_kernel::shape::{Derivative, Interval, Location};
+use loftsman_kernel::solve::RangeSpace;
+
+use crate::constraint::{Constraint, Place, Target};
+use crate::error::{DynamicsError, Result};
+
+/// What there is to know of where a parameter may be.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slide {
+    pub(crate) interval: Interval,
+    /// Parameters a unit of length.
+    pub(crate) pace: f64,
+}
+
+/// Whether a constraint holds.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Phase {
+    /// Its time has not come.
+    Waiting,
+    /// It holds since then.
+    Held,
+    /// It holds no more, and why.
+    Off { time: f64, why: &'static str },
+}
+
+#[derive(Debug)]
+pub(crate) struct Link {
+    pub(crate) name: String,
+    pub(crate) places: Vec<Place>,
+    parts: Vec<HeldPart>,
+    pub(crate) from: f64,
+    pub(crate) until: f64,
+    axes: [bool; 3],
+    pub(crate) phase: Phase,
+    since: f64,
+    draw: f64,
+    /// What floats: of its places, one or two numbers each, and their rates, both in lengths along the shape for the rates.
+    pub(crate) slides: Vec<Slide>,
+    pub(crate) rates: Vec<f64>,
+    pub(crate) accelerations: Vec<f64>,
+    /// Its equations in the system of the present step, and their multipliers.
+    pub(crate) first: usize,
+    pub(crate) equations: usize,
+    pub(crate) multipliers: Vec<f64>,
+    /// What is missing when it starts, and the rate of that: of each equation.
+    offset: Vec<[f64; 2]>,
+    /// How much it misses now, without what it is let miss.
+    pub(crate) error: f64,
+}
+
+#[derive(Debug)]
+struct HeldPart {
+    terms: Vec<HeldTerm>,
+    target: Target,
+    /// What it is to have, where that does not move.
+    value: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct HeldTerm {
+    sign: f64,
+    functional: Arc<dyn Functional>,
+    place: Option<usize>,
+}
+
+/// What is written while rows are collected; kept from step to step.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Desk {
+    store: Store,
+    vertices: Vec<usize>,
+    coefficients: Vec<f64>,
+    /// What each equation is now, less its target, and the target's rate and acceleration.
+    pub(crate) gap: Vec<f64>,
+    pub(crate) target_rate: Vec<f64>,
+    pub(crate) target_acceleration: Vec<f64>,
+    /// What velocities add: `2 Σ q̇ b' ṡ + P'' ṡ²`.
+    pub(crate) curving: Vec<f64>,
+    /// `(equation, parameter, by)`, parameters numbered through all links.
+    pub(crate) changes: Vec<(usize, usize, f64)>,
+    pub(crate) parameters: usize,
+    value: Vec<f64>,
+    along: Vec<f64>,
+}
+
+impl Desk {
+    pub(crate) fn clear(&mut self) {
+        self.gap.clear();
+        self.target_rate.clear();
+        self.target_acceleration.clear();
+        self.curving.clear();
+        self.changes.clear();
+        self.parameters = 0;
+    }
+}
+
+impl Link {
+    /// Of a constraint of these shapes; `slide` tells of each parameter of a body.
+    pub(crate) fn new(
+        constraint: Constraint,
+        shapes: &Shapes<'_>,
+        slide: &dyn Fn(usize, usize) -> Result<Slide>,
+        draw: f64,
+    ) -> Result<Self> {
+        let Constraint { name, places, parts, from, until, axes } = constraint;
+        let mut slides = Vec::new();
+        for place in &places {
+            shapes.get(place.body)?;
+            if place.floats {
+                if place.location.is_on_face() {
+                    return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
+                        "{name}: a location on a surface of many faces does not slide yet: give one that stays (at)"
+                    ))));
+                }
+                for axis in 0..place.location.parameters() {
+                    slides.push(slide(place.body, axis)?);
+                }
+            }
+        }
+        let mut held = Vec::with_capacity(parts.len());
+        for part in parts {
+            let mut terms = Vec::with_capacity(part.terms.len());
+            for term in part.terms {
+                let functional = term.functional(&places);
+                if !functional.floats() && functional.linearity() != Linearity::Linear {
+                    return Err(DynamicsError::NotLinear { what: functional.describe() });
+                }
+                // One of its own, which slides.
+                let own = term.place.filter(|&index| places[index].floats).map(|index| places[index].location);
+                let functional = own.and_then(|at| functional.moved(at)).unwrap_or(functional);
+                terms.push(HeldTerm { sign: term.sign, functional, place: term.place });
+            }
+            held.push(HeldPart { terms, target: part.target, value: Vec::new() });
+        }
+        let count = slides.len();
+        let mut link = Self {
+            name,
+            places,
+            parts: held,
+            from,
+            until,
+            axes,
+            phase: Phase::Waiting,
+            since: 0.0,
+            draw,
+            slides,
+            rates: vec![0.0; count],
+            accelerations: vec![0.0; count],
+            first: 0,
+            equations: 0,
+            multipliers: Vec::new(),
+            offset: Vec::new(),
+            error: 0.0,
+        };
+        link.settle_targets(shapes)?;
+        Ok(link)
+    }
+
+    /// What is kept gets the value that it has; what is given must be as many numbers as there are.
+    fn settle_targets(&mut self, shapes: &Shapes<'_>) -> Result<()> {
+        let mut desk = Desk::default();
+        for part in &mut self.parts {
+            let mut whole = Vec::new();
+            for term in &part.terms {
+                let value = term.value(shapes, &mut desk)?;
+                whole.resize(value.len(), 0.0);
+                whole.iter_mut().zip(value).for_each(|(whole, v)| *whole += term.sign * v);
+            }
+            if self.axes != [true; 3] && whole.len() != 3 {
+                return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
+                    "{}: only what is one point or vector has axes, this is {} numbers",
+                    self.name,
+                    whole.len()
+                ))));
+            }
+            match &part.target {
+                Target::Keep => part.value = whole,
+                Target::Value(value) if value.len() == whole.len() && value.iter().all(|v| v.is_finite()) => {
+                    part.value.clone_from(value);
+                }
+                Target::Path(path) if whole.len() == 3 => part.value = path.at(0.0)[0].as_slice().to_vec(),
+                Target::Value(_) | Target::Path(_) => {
+                    return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
+                        "{}: {} finite numbers are needed for what it is to have",
+                        self.name,
+                        whole.len()
+                    ))));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Another target for what it holds first.
+    pub(crate) fn retarget(&mut self, target: Target) -> bool {
+        let Some(part) = self.parts.first_mut() else { return false };
+        if let Target::Value(value) = &target {
+            if value.len() != part.value.len() {
+                return false;
+            }
+            part.value.copy_from_slice(value);
+        }
+        part.target = target;
+        true
+    }
+
+    /// Whether it holds at a time; where it comes, what is missing then is let go slowly.
+    pub(crate) fn is_held(&self) -> bool {
+        self.phase == Phase::Held
+    }
+
+    /// Comes and goes with its times. Whether it has come just now.
+    pub(crate) fn at_time(&mut self, time: f64) -> bool {
+        match self.phase {
+            Phase::Waiting if time >= self.from && time < self.until => {
+                self.phase = Phase::Held;
+                self.since = time;
+                self.offset.clear();
+                true
+            }
+            Phase::Held if time >= self.until => {
+                self.phase = Phase::Off { time, why: "its time is over" };
+                false
+            }
+            _ => false,
+        }
+    }
+
+    /// Pushes its rows, and what they miss. `velocities` are shapes whose control vertices are velocities.
+    pub(crate) fn push(
+        &mut self,
+        shapes: &Shapes<'_>,
+        velocities: &Shapes<'_>,
+        time: f64,
+        space: &mut RangeSpace,
+        desk: &mut Desk,
+    ) -> Result<()> {
+        let first = space.equations();
+        let first_parameter = desk.parameters;
+        for part in &self.parts {
+            let start = desk.gap.len();
+            let (mut value, mut rate, mut acceleration) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+            if let Target::Path(path) = &part.target {
+                let [place, velocity, change] = path.at(time);
+                value.copy_from_slice(place.as_slice());
+                rate.copy_from_slice(velocity.as_slice());
+                acceleration.copy_from_slice(change.as_slice());
+            }
+            let moving = matches!(part.target, Target::Path(_));
+            let count = part.value.len();
+            let asked = |k: usize| count != 3 || self.axes[k];
+            // Rows, all terms' together.
+            let mut alike = count == 3;
+            desk.store.clear();
+            {
+                let mut rows = desk.store.rows(shapes);
+                for term in &part.terms {
+                    rows_of(term.functional.as_ref(), shapes, &mut rows)?;
+                }
+            }
+            desk.value.clear();
+            desk.value.resize(count * part.terms.len(), 0.0);
+            desk.store.evaluate(shapes, &mut desk.value);
+            alike &= desk.store.equations().all(|e| matches!(e, Equation::Alike { .. }));
+            if alike {
+                desk.vertices.clear();
+                desk.coefficients.clear();
+                for (equation, term) in desk.store.equations().zip(&part.terms) {
+                    if let Equation::Alike { vertices, coefficients, .. } = equation {
+                        desk.vertices.extend_from_slice(vertices);
+                        desk.coefficients.extend(coefficients.iter().map(|c| c * term.sign));
+                    }
+                }
+                let entries = desk.vertices.iter().copied().zip(desk.coefficients.iter().copied());
+                if self.axes == [true; 3] {
+                    space.push_alike(entries);
+                } else {
+                    for axis in (0..3).filter(|&k| asked(k)) {
+                        let unit = move |c: f64| std::array::from_fn(|k| if k == axis { c } else { 0.0 });
+                        space.push_coupled(entries.clone().map(|(v, c)| (v, unit(c))));
+                    }
+                }
+            } else {
+                push_any(&desk.store, part, if count == 3 { self.axes } else { [true; 3] }, space);
+            }
+            for k in (0..count).filter(|&k| asked(k)) {
+                let now: f64 = part
+                    .terms
+                    .iter()
+                    .enumerate()
+                    .map(|(t, term)| term.sign * desk.value[t * count + k])
+                    .sum();
+                let wanted = if moving { value[k] } else { part.value[k] };
+                desk.gap.push(now - wanted);
+                desk.target_rate.push(if moving { rate[k] } else { 0.0 });
+                desk.target_acceleration.push(if moving { acceleration[k] } else { 0.0 });
+                desk.curving.push(0.0);
+            }
+            // What its parameters do.
+            for term in &part.terms {
+                let Some(index) = term.place.filter(|index| self.places[*index].floats) else { continue };
+                let own: usize =
+                    self.places[..index].iter().filter(|p| p.floats).map(|p| p.location.parameters()).sum();
+                let directions = self.places[index].location.parameters();
+                let look = |shapes: &Shapes<'_>, u: usize, v: usize, along: &mut Vec<f64>| -> Result<()> {
+                    along.clear();
+                    along.resize(count, 0.0);
+                    Ok(term.functional.along(shapes, Derivative { u, v }, along)?)
+                };
+                for axis in 0..directions {
+                    let pace = self.slides[own + axis].pace;
+                    let speed = self.rates[own + axis] * pace;
+                    let (u, v) = if axis == 0 { (1, 0) } else { (0, 1) };
+                    look(shapes, u, v, &mut desk.along)?;
+                    for (equation, k) in (start..).zip((0..count).filter(|&k| asked(k))) {
+                        let by = term.sign * desk.along[k] * pace;
+                        desk.changes.push((equation, first_parameter + own + axis, by));
+                    }
+                    if speed == 0.0 {
+                        continue;
+                    }
+                    look(velocities, u, v, &mut desk.along)?;
+                    for (equation, k) in (start..).zip((0..count).filter(|&k| asked(k))) {
+                        desk.curving[equation] += term.sign * 2.0 * speed * desk.along[k];
+                    }
+                    for other in 0..directions {
+                        let product = speed * self.rates[own + other] * self.slides[own + other].pace;
+                        let (u2, v2) = if other == 0 { (u + 1, v) } else { (u, v + 1) };
+                        look(shapes, u2, v2, &mut desk.along)?;
+                        for (equation, k) in (start..).zip((0..count).filter(|&k| asked(k))) {
+                            desk.curving[equation] += term.sign * product * desk.along[k];
+                        }
+                    }
+                }
+            }
+        }
+        desk.parameters += self.slides.len();
+        self.first = first;
+        self.equations = space.equations() - first;
+        self.multipliers.resize(self.equations, 0.0);
+        Ok(())
+    }
+
+    /// What it is let miss at a time, with rate and acceleration: what was missing when it came dies away as
+    /// `(g₀ + (ġ₀ + g₀/τ) t) e^(-t/τ)`, critically damped.
+    pub(crate) fn offset(&self, equation: usize, time: f64) -> [f64; 3] {
+        let Some(&[gap, rate]) = self.offset.get(equation) else { return [0.0; 3] };
+        if gap == 0.0 && rate == 0.0 {
+            return [0.0; 3];
+        }
+        let (t, k) = (time - self.since, 1.0 / self.draw);
+        let slope = rate + gap * k;
+        let fade = (-t * k).exp();
+        let value = gap + slope * t;
+        [value * fade, (slope - k * value) * fade, (k * k * value - 2.0 * k * slope) * fade]
+    }
+
+    /// Whether it has come just now.
+    pub(crate) fn is_new(&self) -> bool {
+        self.offset.is_empty() && self.equations > 0
+    }
+
+    /// Remembers what is missing as it comes.
+    pub(crate) fn start(&mut self, gaps: &[f64], rates: &[f64], negligible: f64) {
+        self.offset.clear();
+        self.offset.extend(gaps.iter().zip(rates).map(|(&gap, &rate)| {
+            if gap.abs() <= negligible && rate.abs() <= negligible { [0.0; 2] } else { [gap, rate] }
+        }));
+    }
+
+    /// Whether what was missing when it came has died away to this share of it.
+    pub(crate) fn is_drawn_in(&self, time: f64) -> bool {
+        self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 40.0 * self.draw
+    }
+
+    /// Moves its parameters by lengths along the shape; switches it off where one leaves its shape.
+    pub(crate) fn slide(&mut self, by: &[f64], time: f64) {
+        let mut own = 0;
+        for index in 0..self.places.len() {
+            let place = &mut self.places[index];
+            if !place.floats {
+                continue;
+            }
+            let count = place.location.parameters();
+            let mut at = [0.0; 2];
+            match place.location {
+                Location::Curve(u) => at[0] = u,
+                Location::Surface(u, v) | Location::Face(_, u, v) => at = [u, v],
+                Location::Vertex(_) => {}
+            }
+            for axis in 0..count {
+                let Slide { interval, pace } = self.slides[own + axis];
+                let mut to = at[axis] + by[own + axis] * pace;
+                let length = interval.end - interval.start;
+                if interval.periodic {
+                    if !(interval.start..interval.end).contains(&to) && to.is_finite() {
+                        to = interval.start + (to - interval.start).rem_euclid(length);
+                    }
+                } else if to < interval.start || to > interval.end {
+                    // An end at rest may touch its place by rounding.
+                    if to < interval.start - 1e-9 * length || to > interval.end + 1e-9 * length {
+                        self.phase = Phase::Off { time, why: "it left the shape" };
+                    }
+                    to = to.clamp(interval.start, interval.end);
+                }
+                at[axis] = to;
+            }
+            place.location = match place.location {
+                Location::Curve(_) => Location::Curve(at[0]),
+                Location::Surface(..) => Location::Surface(at[0], at[1]),
+                Location::Face(face, ..) => Location::Face(face, at[0], at[1]),
+                Location::Vertex(vertex) => Location::Vertex(vertex),
+            };
+            own += count;
+            let location = place.location;
+            for term in self.parts.iter_mut().flat_map(|part| &mut part.terms) {
+                if term.place == Some(index)
+                    && let Some(functional) = Arc::get_mut(&mut term.functional)
+                {
+                    functional.slide(location);
+                }
+            }
+        }
+    }
+
+    /// Two places of one curve that have come together: a loop drawn shut.
+    pub(crate) fn is_shut(&self, length: f64) -> bool {
+        match &self.places[..] {
+            [Place { body: a, location: Location::Curve(u), floats }, Place { body: b, location: Location::Curve(w), floats: other }]
+                if a == b && (*floats || *other) =>
+            {
+                let pace = self.slides.first().map_or(1.0, |slide| slide.pace);
+                (u - w).abs() < length * pace
+            }
+            _ => false,
+        }
+    }
+
+    /// Puts its places back.
+    pub(crate) fn put(&mut self, locations: &[Location]) {
+        for (index, location) in locations.iter().enumerate() {
+            if !self.places[index].floats {
+                continue;
+            }
+            self.places[index].location = *location;
+            for term in self.parts.iter_mut().flat_map(|part| &mut part.terms) {
+                if term.place == Some(index)
+                    && let Some(functional) = Arc::get_mut(&mut term.functional)
+                {
+                    functional.slide(*location);
+                }
+            }
+        }
+    }
+
+    /// What it still lets itself miss is nothing from now on.
+    pub(crate) fn let_go(&mut self) {
+        self.offset.iter_mut().for_each(|offset| *offset = [0.0; 2]);
+    }
+
+    /// Looks for what it misses anew, as if it came now.
+    pub(crate) fn begin(&mut self, time: f64) {
+        self.offset.clear();
+        self.since = time;
+    }
+
+    /// Where it is.
+    pub(crate) fn locations(&self) -> impl Iterator<Item = Location> + '_ {
+        self.places.iter().map(|place| place.location)
+    }
+}
+
+fn push_any(store: &Store, part: &HeldPart, asked: [bool; 3], space: &mut RangeSpace) {
+    // Several terms are all points; only a functional that stands alone is of any kind.
+    let sign = part.terms.first().map_or(1.0, |term| term.sign);
+    let mut number = 0;
+    for equation in store.equations() {
+        match equation {
+            Equation::Alike { vertices, coefficients, .. } => {
+                space.push_alike(vertices.iter().copied().zip(coefficients.iter().map(|c| c * sign)));
+                number += 3;
+            }
+            Equation::Coupled { vertices, vectors, .. } => {
+                if number >= 3 || asked[number] {
+                    let turned = |v: &Vector| [v.x * sign, v.y * sign, v.z * sign];
+                    space.push_coupled(vertices.iter().copied().zip(vectors.iter().map(turned)));
+                }
+                number += 1;
+            }
+        }
+    }
+}
+
+impl HeldTerm {
+    fn value(&self, shapes: &Shapes<'_>, desk: &mut Desk) -> Result<Vec<f64>> {
+        desk.store.clear();
+        rows_of(self.functional.as_ref(), shapes, &mut desk.store.rows(shapes))?;
+        let mut value = vec![0.0; self.functional.equations()];
+        desk.store.evaluate(shapes, &mut value);
+        Ok(value)
+    }
+}

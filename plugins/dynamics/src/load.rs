@@ -1,0 +1,118 @@
+//! Forces at places, and pulls: damped springs to where somebody holds them.
+
+use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::shape::{Derivative, Stencil};
+use loftsman_kernel::solve::RangeSpace;
+use loftsman_kernel::{Point, Vector};
+
+use crate::constraint::{Force, Pull};
+use crate::error::{DynamicsError, Result, check};
+use crate::path::Path;
+
+/// A force at a place that stays on its shape.
+#[derive(Debug)]
+pub(crate) struct Load {
+    offset: usize,
+    stencil: Stencil,
+    pub(crate) kind: Kind,
+    from: f64,
+    until: f64,
+}
+
+#[derive(Debug)]
+pub(crate) enum Kind {
+    Force(Vector),
+    Pull {
+        to: Path,
+        stiffness: f64,
+        damping: f64,
+        /// `b M⁻¹ bᵀ`: what a unit force there accelerates.
+        mobility: f64,
+    },
+}
+
+impl Load {
+    pub(crate) fn force(force: Force, shapes: &Shapes<'_>) -> Result<Self> {
+        let Force { body, at, force, from, until, .. } = force;
+        if let Some(bad) = force.iter().find(|v| !v.is_finite()) {
+            return Err(DynamicsError::Number { what: "a force", value: *bad, needed: "give finite numbers" });
+        }
+        let stencil = shapes.get(body)?.stencil(at, Derivative::POSITION)?;
+        Ok(Self { offset: shapes.offset(body), stencil, kind: Kind::Force(force), from, until })
+    }
+
+    pub(crate) fn pull(pull: Pull, shapes: &Shapes<'_>, space: &mut RangeSpace) -> Result<Self> {
+        let Pull { body, at, to, stiffness, from, until, .. } = pull;
+        check("the stiffness of a pull", stiffness, false)?;
+        let stencil = shapes.get(body)?.stencil(at, Derivative::POSITION)?;
+        let offset = shapes.offset(body);
+        let mut x = vec![0.0; 3 * space.vertices()];
+        stencil.iter().for_each(|(v, c)| x[3 * (offset + v)] += c);
+        space.clear();
+        space.float(0, 0.0);
+        space.factor();
+        space.solve(&mut x, &[], &mut [], &mut []);
+        let mobility: f64 = stencil.iter().map(|(v, c)| c * x[3 * (offset + v)]).sum();
+        // Critically damped, for the mass that is felt there.
+        let damping = if mobility > 0.0 { 2.0 * (stiffness / mobility).sqrt() } else { 0.0 };
+        let kind = Kind::Pull { to, stiffness, damping, mobility };
+        Ok(Self { offset, stencil, kind, from, until })
+    }
+
+    /// `ω²` of a pull: of its spring on the mass that is felt there.
+    pub(crate) fn frequency(&self) -> f64 {
+        match self.kind {
+            Kind::Force(_) => 0.0,
+            Kind::Pull { stiffness, mobility, .. } => stiffness * mobility,
+        }
+    }
+
+    pub(crate) fn acts(&self, time: f64) -> bool {
+        (self.from..self.until).contains(&time)
+    }
+
+    fn value(&self, of: &[Point]) -> Vector {
+        self.stencil.iter().fold(Vector::zeros(), |sum, (v, c)| sum + of[v].coords * c)
+    }
+
+    /// Adds it to the forces, three numbers a vertex through all bodies; `q` and `v` are its own body's.
+    pub(crate) fn add(&self, q: &[Point], v: &[Point], time: f64, out: &mut [f64]) {
+        let force = match &self.kind {
+            Kind::Force(force) => *force,
+            Kind::Pull { to, stiffness, damping, .. } => {
+                let [place, rate, _] = to.at(time);
+                (place - self.value(q)) * *stiffness + (rate - self.value(v)) * *damping
+            }
+        };
+        for (vertex, c) in self.stencil.iter() {
+            let out = &mut out[3 * (self.offset + vertex)..][..3];
+            out.iter_mut().zip(force.iter()).for_each(|(out, f)| *out += c * f);
+        }
+    }
+
+    /// Adds `factor` times its stiffness and `rate` times its damping, entry by entry of the lower triangle, by coordinates of all bodies.
+    pub(crate) fn add_stiffness(&self, factor: f64, rate: f64, mut add: impl FnMut(usize, usize, f64)) {
+        let Kind::Pull { stiffness, damping, .. } = self.kind else { return };
+        let scale = factor * stiffness + rate * damping;
+        for (i, a) in self.stencil.iter() {
+            for (j, b) in self.stencil.iter().take_while(|(j, _)| *j <= i) {
+                for axis in 0..3 {
+                    add(3 * (self.offset + i) + axis, 3 * (self.offset + j) + axis, scale * a * b);
+                }
+            }
+        }
+    }
+
+    /// The energy in its spring.
+    pub(crate) fn energy(&self, q: &[Point], time: f64) -> f64 {
+        match &self.kind {
+            Kind::Pull { to, stiffness, .. } => 0.5 * stiffness * (to.at(time)[0] - self.value(q)).norm_squared(),
+            Kind::Force(_) => 0.0,
+        }
+    }
+
+    /// Whose it is, by where its vertices start.
+    pub(crate) fn offset(&self) -> usize {
+        self.offset
+    }
+}

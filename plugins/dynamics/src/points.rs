@@ -1,0 +1,137 @@
+//! The Gauss points of a body: where its energy is summed up, prepared once.
+
+use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of, rows_at};
+use loftsman_kernel::{Point, Vector};
+
+use crate::body::Material;
+use crate::error::{DynamicsError, Result};
+
+/// Where the shape's speed is less than this share of the mean, it has no length there.
+const COLLAPSED: f64 = 1e-9;
+
+/// The Gauss points of one cell.
+#[derive(Debug, Clone)]
+pub(crate) struct CellPoints {
+    /// Where its vertices start in [`Points::vertices`], and how many there are.
+    pub(crate) vertices: usize,
+    pub(crate) width: usize,
+    /// Its points, by their numbers.
+    pub(crate) first: usize,
+    pub(crate) count: usize,
+    /// Where its rows start: for each point and each direction one of `width` numbers.
+    pub(crate) rows: usize,
+    /// The face, of a surface of many.
+    pub(crate) face: Option<u32>,
+}
+
+/// What is known of one point.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Rest {
+    /// The Gauss weight in parameters.
+    pub(crate) weight: f64,
+    /// The speed at rest, in each direction.
+    pub(crate) speed: [f64; 2],
+    /// Of a surface: the cosine of the angle of its directions, and the area of a unit of parameters, both at the start.
+    pub(crate) cosine: f64,
+    pub(crate) measure: f64,
+}
+
+/// Gauss points with the rows of first derivatives. With `p` points a span for degree `p`, squares of derivatives are exact.
+#[derive(Debug, Clone)]
+pub(crate) struct Points {
+    pub(crate) directions: usize,
+    pub(crate) cells: Vec<CellPoints>,
+    pub(crate) vertices: Vec<u32>,
+    pub(crate) rows: Vec<f64>,
+    pub(crate) rest: Vec<Rest>,
+}
+
+/// First derivatives, rows of a direction's order.
+pub(crate) fn order(direction: usize, times: usize) -> Derivative {
+    if direction == 0 { Derivative { u: times, v: 0 } } else { Derivative { u: 0, v: times } }
+}
+
+impl Points {
+    pub(crate) fn new(shape: &dyn Shape, material: &Material) -> Result<Self> {
+        let directions = shape.domain().len();
+        let mut all =
+            Self { directions, cells: Vec::new(), vertices: Vec::new(), rows: Vec::new(), rest: Vec::new() };
+        let vertices = shape.control_vertices();
+        let mut least = (f64::INFINITY, None);
+        let (mut speeds, mut weights) = (0.0, 0.0);
+        for cell in cells_of(shape, "a simulation")?.checked(shape)? {
+            let count = |k: usize| {
+                let degree = cell.sides.get(k).map_or(0, |side| side.degree);
+                if cell.rational { degree + 4 } else { degree.max(1) }
+            };
+            let points = cell.gauss_points([count(0), count(1)]);
+            let width = cell.vertices.len();
+            let first = all.rest.len();
+            all.cells.push(CellPoints {
+                vertices: all.vertices.len(),
+                width,
+                first,
+                count: points.len(),
+                rows: all.rows.len(),
+                face: cell.face,
+            });
+            all.vertices.extend(cell.vertices.iter().map(|&v| v as u32));
+            let each: Vec<Vec<f64>> = (0..directions)
+                .map(|k| rows_at(shape, &cell, &points, order(k, 1)))
+                .collect::<loftsman_kernel::Result<_>>()?;
+            for (index, (at, weight)) in points.iter().enumerate() {
+                let mut tangents = [Vector::zeros(); 2];
+                for k in 0..directions {
+                    let row = &each[k][index * width..][..width];
+                    tangents[k] = apply(row, &cell.vertices, vertices);
+                    all.rows.extend_from_slice(row);
+                }
+                let rest = Rest::new(*weight, &tangents, directions, material.rest);
+                for k in 0..directions {
+                    let speed = tangents[k].norm();
+                    // Written so that NaN is the least.
+                    if !(speed >= least.0) {
+                        least = (speed, Some(*at));
+                    }
+                    speeds += speed * weight;
+                    weights += weight;
+                }
+                all.rest.push(rest);
+            }
+        }
+        let mean = speeds / weights;
+        if !(least.0 > COLLAPSED * mean && mean.is_finite()) {
+            let at = least.1.map_or_else(|| "every place".to_owned(), |at: Location| at.to_string());
+            return Err(DynamicsError::Collapsed { at });
+        }
+        Ok(all)
+    }
+
+    /// The vertices of a cell.
+    pub(crate) fn of(&self, cell: &CellPoints) -> &[u32] {
+        &self.vertices[cell.vertices..cell.vertices + cell.width]
+    }
+
+    /// The row of a point of a cell in a direction.
+    pub(crate) fn row(&self, cell: &CellPoints, point: usize, direction: usize) -> &[f64] {
+        &self.rows[cell.rows + (point * self.directions + direction) * cell.width..][..cell.width]
+    }
+}
+
+impl Rest {
+    fn new(weight: f64, tangents: &[Vector; 2], directions: usize, factor: f64) -> Self {
+        let speeds = [tangents[0].norm(), tangents[1].norm()];
+        let (cosine, measure) = match directions {
+            2 => (
+                tangents[0].dot(&tangents[1]) / (speeds[0] * speeds[1]),
+                tangents[0].cross(&tangents[1]).norm(),
+            ),
+            _ => (0.0, speeds[0]),
+        };
+        Self { weight, speed: speeds.map(|s| s * factor), cosine, measure }
+    }
+}
+
+fn apply(row: &[f64], vertices: &[usize], points: &[Point]) -> Vector {
+    row.iter().zip(vertices).fold(Vector::zeros(), |sum, (c, &v)| sum + points[v].coords * *c)
+}

@@ -1,0 +1,131 @@
+//! The static answer: where everything rests.
+
+use crate::error::Result;
+use crate::implicit::Implicit;
+use crate::setup::Scheme;
+use crate::simulation::Simulation;
+
+/// How a simulation came to rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settled {
+    /// What force is left on a control vertex that nothing balances, relative to the largest that acts on one.
+    pub residual: f64,
+    /// The largest way of a control vertex in the last step.
+    pub way: f64,
+    /// How many steps it took.
+    pub steps: usize,
+    /// Whether it rests: the residual is below 1e-9.
+    pub rests: bool,
+}
+
+/// It rests where this is left of the forces.
+const RESTS: f64 = 1e-9;
+/// What a constraint misses by less than this share of the size is met at once.
+const NEAR: f64 = 1e-3;
+/// More steps than this are not taken.
+const MOST: usize = 2000;
+
+impl Simulation {
+    /// Goes to where everything rests, all constraints held that hold now: by implicit steps from rest that grow while they arrive, so that the last
+    /// are Newton's for the equilibrium itself. Time stands still; how far from rest it ends is said.
+    ///
+    /// # Errors
+    /// When a step cannot be taken however short it is.
+    pub fn settle(&mut self) -> Result<Settled> {
+        let scheme = self.scheme;
+        let given = (scheme != Scheme::Implicit).then(|| {
+            let (implicit, space) = Implicit::new(&self.bodies);
+            let own = std::mem::replace(&mut self.space, space);
+            self.scheme = Scheme::Implicit;
+            self.implicit = Some(Box::new(implicit));
+            own
+        });
+        self.settling = true;
+        let settled = self.go_to_rest();
+        self.settling = false;
+        self.rest();
+        if let Some(space) = given {
+            self.space = space;
+            self.implicit = None;
+            self.scheme = scheme;
+        }
+        settled
+    }
+
+    fn go_to_rest(&mut self) -> Result<Settled> {
+        self.come_and_go()?;
+        let natural = self.natural_time();
+        let mut step = natural;
+        let mut settled = Settled { residual: f64::INFINITY, way: f64::INFINITY, steps: 0, rests: false };
+        let time = self.time;
+        while settled.steps < MOST && !settled.rests {
+            self.rest();
+            self.approach()?;
+            match self.step_implicitly(step) {
+                Ok(()) => {}
+                Err(error) if step < 1e-9 * natural => return Err(error),
+                Err(_) => {
+                    step *= 0.125;
+                    continue;
+                }
+            }
+            self.time = time;
+            settled.steps += 1;
+            settled.way = self.half.iter().fold(0.0_f64, |most, v| most.max((step * v).abs()));
+            settled.residual = self.unbalanced(step);
+            // Where what it lets constraints miss has been let go, and forces balance.
+            let drawn = self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= 1e-9 * self.size);
+            settled.rests = settled.residual <= RESTS && drawn;
+            step = (2.0 * step).min(1e6 * natural);
+            if settled.way <= 1e-15 * self.size && step >= 1e6 * natural {
+                break;
+            }
+        }
+        self.let_all_go();
+        Ok(settled)
+    }
+
+    /// Constraints may miss half of what they miss now, so that nothing is torn to its place at once.
+    fn approach(&mut self) -> Result<()> {
+        let mut desk = std::mem::take(&mut self.desk);
+        let collected = self.collect(&mut desk);
+        desk.gap.iter_mut().for_each(|gap| *gap *= if gap.abs() > NEAR * self.size { 0.5 } else { 0.0 });
+        let none = vec![0.0; desk.gap.len()];
+        let time = self.time;
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            let own = link.first..link.first + link.equations;
+            link.begin(time);
+            link.start(&desk.gap[own.clone()], &none[own], 0.0);
+        }
+        self.desk = desk;
+        collected
+    }
+
+    /// A time in which things move by their own size: of a fall, or of a wave.
+    fn natural_time(&self) -> f64 {
+        let fall = (self.size / self.gravity.norm()).sqrt();
+        let wave = 100.0 * self.stable_step();
+        [fall, wave].into_iter().filter(|t| t.is_finite() && *t > 0.0).fold(f64::INFINITY, f64::min).min(1e6)
+    }
+
+    /// What accelerated it from rest, `M v / h`, relative to the largest force on a vertex.
+    fn unbalanced(&self, step: f64) -> f64 {
+        let (mut left, mut largest) = (0.0_f64, 0.0_f64);
+        for body in &self.bodies {
+            let (Some(mass), Some(elastic)) = (&body.mass, &body.elastic) else { continue };
+            let own = &self.half[body.range()];
+            for i in 0..mass.matrix.size() {
+                for axis in 0..3 {
+                    let momentum: f64 = mass.matrix.row(i).map(|(j, m)| m * own[3 * j + axis]).sum();
+                    left = left.max((momentum / step).abs());
+                }
+                largest = largest.max((mass.lumped[i] * self.gravity.amax()).abs());
+            }
+            let mut forces = vec![0.0; own.len()];
+            let q = body.body.shape.control_vertices();
+            elastic.add_forces(q, body.velocity.control_vertices(), &mut forces);
+            largest = forces.iter().fold(largest, |most, f| most.max(f.abs()));
+        }
+        if largest > 0.0 { left / largest } else { left }
+    }
+}

@@ -1,0 +1,743 @@
+//! Bodies in motion: state, forces, one step after another.
+
+use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::shape::{Location, Shape};
+use loftsman_kernel::solve::RangeSpace;
+use loftsman_kernel::{Point, Vector};
+
+use crate::body::Body;
+use crate::conflict::contradictions;
+use crate::constraint::Constraint;
+use crate::elastic::Elastic;
+use crate::error::{DynamicsError, Result};
+use crate::implicit::Implicit;
+use crate::link::{Desk, Link, Phase};
+use crate::load::{Kind, Load};
+use crate::mass::Mass;
+use crate::path::Path;
+use crate::setup::Scheme;
+
+/// The time constant of Baumgarte's terms, in steps: they are stable up to 1.2 and drift no more.
+const STEADY: f64 = 2.0;
+/// More sub-steps than this for one step are not taken.
+const MOST: f64 = 1e7;
+/// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable.
+const DRIFT: f64 = 3e-7;
+const FINEST: f64 = 1e-3;
+/// Steps between changes of their length.
+const PATIENCE: usize = 20;
+/// A loop this short, as a share of the size, is drawn shut.
+const SHUT: f64 = 1e-6;
+
+/// A body, and what is prepared of it.
+#[derive(Debug)]
+pub(crate) struct Moving {
+    pub(crate) body: Body,
+    /// A shape whose control vertices are velocities.
+    pub(crate) velocity: Box<dyn Shape>,
+    pub(crate) start: usize,
+    pub(crate) elastic: Option<Elastic>,
+    pub(crate) mass: Option<Mass>,
+    pub(crate) highest: f64,
+}
+
+impl Moving {
+    pub(crate) fn new(
+        body: Body,
+        start: usize,
+        elastic: Option<Elastic>,
+        mass: Option<Mass>,
+        highest: f64,
+    ) -> Result<Self> {
+        let mut velocity = body.shape.boxed();
+        let count = velocity.control_vertices().len();
+        velocity.control_vertices_mut().fill(Point::origin());
+        if let Some(given) = &body.velocities {
+            let needed = "give one finite velocity for each control vertex";
+            if given.len() != count {
+                return Err(DynamicsError::Number { what: "the number of velocities", value: given.len() as f64, needed });
+            }
+            if let Some(bad) = given.iter().flat_map(|v| v.iter()).find(|v| !v.is_finite()) {
+                return Err(DynamicsError::Number { what: "a velocity", value: *bad, needed });
+            }
+            for (vertex, v) in velocity.control_vertices_mut().iter_mut().zip(given) {
+                vertex.coords = *v;
+            }
+        }
+        Ok(Self { body, velocity, start, elastic, mass, highest })
+    }
+
+    fn count(&self) -> usize {
+        self.body.shape.control_vertices().len()
+    }
+
+    pub(crate) fn range(&self) -> std::ops::Range<usize> {
+        3 * self.start..3 * (self.start + self.count())
+    }
+}
+
+/// Energies at a time, in mass · length² / s².
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energy {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of stretching, shearing and bending.
+    pub elastic: f64,
+    /// Of height, from the origin.
+    pub gravity: f64,
+    /// Of pulls.
+    pub pulls: f64,
+}
+
+impl Energy {
+    /// All of it.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic + self.gravity + self.pulls
+    }
+}
+
+/// What happened to a constraint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// When, in seconds.
+    pub time: f64,
+    /// The constraint's number.
+    pub constraint: usize,
+    /// What it is called.
+    pub name: String,
+    /// What happened.
+    pub what: &'static str,
+}
+
+/// Things in motion, prepared once and stepped by whoever asks: a game loop, a browser, an animation. A step allocates nothing (up to bicubic
+/// shapes, four bodies, and while no constraint comes or goes).
+#[derive(Debug)]
+pub struct Simulation {
+    pub(crate) bodies: Vec<Moving>,
+    pub(crate) gravity: Vector,
+    pub(crate) links: Vec<Link>,
+    pub(crate) loads: Vec<Load>,
+    pub(crate) space: RangeSpace,
+    pub(crate) scheme: Scheme,
+    pub(crate) size: f64,
+    pub(crate) time: f64,
+    /// Velocities half a step behind (explicit), or now (implicit), three numbers a vertex.
+    pub(crate) half: Vec<f64>,
+    pub(crate) acceleration: Vec<f64>,
+    /// The length of the last explicit step; 0 where there was none.
+    pub(crate) last: f64,
+    pub(crate) forces: Vec<f64>,
+    applied: Vec<f64>,
+    pub(crate) right: Vec<f64>,
+    pub(crate) gap_rates: Vec<f64>,
+    pub(crate) multipliers: Vec<f64>,
+    pub(crate) rates: Vec<f64>,
+    pub(crate) desk: Desk,
+    /// What is asked for, what is stable, and the mass of a parameter.
+    step: Option<f64>,
+    stable: f64,
+    parameter_mass: f64,
+    pub(crate) implicit: Option<Box<Implicit>>,
+    events: Vec<Event>,
+    sub_steps: usize,
+    /// The largest error of a constraint since the last was drawn in.
+    worst: f64,
+    pub(crate) rank: usize,
+    /// Which share of the stable step keeps constraints where they are.
+    fineness: f64,
+    patience: usize,
+    /// Whether it looks for rest, and time stands still.
+    pub(crate) settling: bool,
+}
+
+impl Simulation {
+    pub(crate) fn new(
+        bodies: Vec<Moving>,
+        gravity: Vector,
+        links: Vec<Link>,
+        loads: Vec<Load>,
+        space: RangeSpace,
+        scheme: Scheme,
+        size: f64,
+    ) -> Self {
+        let numbers = 3 * space.vertices();
+        let mut half = vec![0.0; numbers];
+        for body in bodies.iter().filter(|body| body.mass.is_some()) {
+            let own = &mut half[body.range()];
+            for (out, v) in own.chunks_exact_mut(3).zip(body.velocity.control_vertices()) {
+                out.copy_from_slice(v.coords.as_slice());
+            }
+        }
+        Self {
+            bodies,
+            gravity,
+            links,
+            loads,
+            space,
+            scheme,
+            size,
+            time: 0.0,
+            half,
+            acceleration: vec![0.0; numbers],
+            last: 0.0,
+            forces: vec![0.0; numbers],
+            applied: vec![0.0; numbers],
+            right: Vec::new(),
+            gap_rates: Vec::new(),
+            multipliers: Vec::new(),
+            rates: Vec::new(),
+            desk: Desk::default(),
+            step: None,
+            stable: f64::INFINITY,
+            parameter_mass: 0.0,
+            implicit: None,
+            events: Vec::new(),
+            sub_steps: 0,
+            worst: 0.0,
+            rank: 0,
+            fineness: 1.0,
+            patience: 0,
+            settling: false,
+        }
+    }
+
+    pub(crate) fn limits(&mut self, step: Option<f64>, stable: f64, parameter_mass: f64) {
+        (self.step, self.stable, self.parameter_mass) = (step, stable, parameter_mass);
+    }
+
+    pub(crate) fn make_implicit(&mut self, implicit: Implicit, space: RangeSpace) {
+        self.space = space;
+        self.implicit = Some(Box::new(implicit));
+    }
+
+    /// Seconds since the start.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// A body as it is.
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn shape(&self, body: usize) -> Result<&dyn Shape> {
+        Ok(self.body(body)?.body.shape.as_ref())
+    }
+
+    /// The velocities of a body's control vertices.
+    ///
+    /// # Errors
+    /// When there are not as many bodies.
+    pub fn velocities(&self, body: usize) -> Result<Vec<Vector>> {
+        let range = self.body(body)?.range();
+        let ahead = 0.5 * self.last;
+        let all = self.half[range.clone()].iter().zip(&self.acceleration[range]).map(|(v, a)| v + ahead * a);
+        let all: Vec<f64> = all.collect();
+        Ok(all.chunks_exact(3).map(Vector::from_column_slice).collect())
+    }
+
+    fn body(&self, index: usize) -> Result<&Moving> {
+        let count = self.bodies.len();
+        self.bodies.get(index).ok_or(DynamicsError::Missing { what: "body", index, count })
+    }
+
+    fn link(&self, index: usize) -> Result<&Link> {
+        let count = self.links.len();
+        self.links.get(index).ok_or(DynamicsError::Missing { what: "constraint", index, count })
+    }
+
+    /// Where a constraint is on its shapes now: of each place that it looks at.
+    ///
+    /// # Errors
+    /// When there are not as many constraints.
+    pub fn locations(&self, constraint: usize) -> Result<Vec<Location>> {
+        Ok(self.link(constraint)?.locations().collect())
+    }
+
+    /// Whether a constraint holds now; not before its time, and not when it has left its shape.
+    ///
+    /// # Errors
+    /// When there are not as many constraints.
+    pub fn holds(&self, constraint: usize) -> Result<bool> {
+        Ok(self.link(constraint)?.is_held())
+    }
+
+    /// The forces with which a constraint holds: one number for each of its equations, `λ` of the last step. Of a point they are what is needed
+    /// there, in x, y and z.
+    ///
+    /// # Errors
+    /// When there are not as many constraints.
+    pub fn force_of(&self, constraint: usize) -> Result<&[f64]> {
+        let link = self.link(constraint)?;
+        Ok(if link.is_held() { &link.multipliers } else { &[] })
+    }
+
+    /// What has happened to constraints: those that came, went, or left their shapes.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// How many constraints there are.
+    pub fn constraints(&self) -> usize {
+        self.links.len()
+    }
+
+    /// What a constraint is called.
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn name_of(&self, constraint: usize) -> Result<&str> {
+        Ok(&self.link(constraint)?.name)
+    }
+
+    /// How many steps were taken.
+    pub fn sub_steps(&self) -> usize {
+        self.sub_steps
+    }
+
+    /// The longest explicit step that is known to be stable, in seconds.
+    pub fn stable_step(&self) -> f64 {
+        self.stable
+    }
+
+    /// The scalar equations of the last step, and how many of them were independent.
+    pub fn equations(&self) -> (usize, usize) {
+        (self.space.equations(), self.rank)
+    }
+
+    /// The largest error of a constraint at any step since all were drawn in, in lengths.
+    pub fn worst_error(&self) -> f64 {
+        self.worst
+    }
+
+    /// Another target for a constraint from now on: what it misses then is drawn in smoothly.
+    ///
+    /// # Errors
+    /// When there are not as many constraints, or it is not of a point.
+    pub fn retarget(&mut self, constraint: usize, to: impl Into<Path>) -> Result<()> {
+        let count = self.links.len();
+        let time = self.time;
+        let link = self.links.get_mut(constraint).ok_or(DynamicsError::Missing {
+            what: "constraint",
+            index: constraint,
+            count,
+        })?;
+        if !link.retarget(crate::constraint::Target::Path(to.into())) {
+            return Err(DynamicsError::Missing { what: "target of constraint", index: constraint, count });
+        }
+        link.begin(time);
+        Ok(())
+    }
+
+    /// Another target for a pull from now on.
+    ///
+    /// # Errors
+    /// When there are not as many pulls.
+    pub fn pull_to(&mut self, pull: usize, path: impl Into<Path>) -> Result<()> {
+        let mut pulls = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
+            Kind::Pull { to, .. } => Some(to),
+            Kind::Force(_) => None,
+        });
+        match pulls.nth(pull) {
+            Some(to) => {
+                *to = path.into();
+                Ok(())
+            }
+            None => {
+                let count = self.loads.iter().filter(|load| matches!(load.kind, Kind::Pull { .. })).count();
+                Err(DynamicsError::Missing { what: "pull", index: pull, count })
+            }
+        }
+    }
+
+    /// Another force from now on.
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn push_with(&mut self, force: usize, value: impl Into<Vector>) -> Result<()> {
+        let mut forces = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
+            Kind::Force(own) => Some(own),
+            Kind::Pull { .. } => None,
+        });
+        match forces.nth(force) {
+            Some(own) => {
+                *own = value.into();
+                Ok(())
+            }
+            None => {
+                let count = self.loads.iter().filter(|load| matches!(load.kind, Kind::Force(_))).count();
+                Err(DynamicsError::Missing { what: "force", index: force, count })
+            }
+        }
+    }
+
+    /// Forces of the caller's own on a body's control vertices (three numbers each), until they are written anew: wind, contact. They are
+    /// generalised ones: a force `F` at a place is `b_i F` on each vertex.
+    ///
+    /// # Errors
+    /// When there are not as many bodies.
+    pub fn applied_mut(&mut self, body: usize) -> Result<&mut [f64]> {
+        let range = self.body(body)?.range();
+        Ok(&mut self.applied[range])
+    }
+
+    /// One more constraint from now on; its number. What it misses is drawn in smoothly.
+    ///
+    /// # Errors
+    /// As for [`Setup::prepare`](crate::Setup::prepare).
+    pub fn hold(&mut self, constraint: Constraint, draw: f64) -> Result<usize> {
+        let constraint = Constraint { from: constraint.from.max(self.time), ..constraint };
+        let link = {
+            let shapes = shapes(&self.bodies);
+            crate::setup::check_constraint(&constraint, &shapes)?;
+            Link::new(constraint, &shapes, &|body, axis| crate::setup::slide_of(&self.bodies, body, axis), draw)?
+        };
+        self.links.push(link);
+        Ok(self.links.len() - 1)
+    }
+
+    /// A constraint holds no more.
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn release(&mut self, constraint: usize) -> Result<()> {
+        let (count, time) = (self.links.len(), self.time);
+        let link = self.links.get_mut(constraint).ok_or(DynamicsError::Missing {
+            what: "constraint",
+            index: constraint,
+            count,
+        })?;
+        link.phase = Phase::Off { time, why: "it was released" };
+        Ok(())
+    }
+
+    /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 3e-7 of the size.
+    ///
+    /// # Errors
+    /// When it blows up, constraints that come contradict others, or very many steps would be needed.
+    pub fn advance(&mut self, seconds: f64) -> Result<()> {
+        crate::error::check("the time to go on", seconds, false)?;
+        let end = self.time + seconds;
+        loop {
+            let left = end - self.time;
+            if !(left > 1e-9 * seconds) {
+                break;
+            }
+            let limit = self.limit();
+            let needed = (left / limit * (1.0 - 1e-9)).ceil().max(1.0);
+            if needed > MOST {
+                return Err(DynamicsError::TooStiff { needed, step: seconds, stable: limit });
+            }
+            self.step(left / needed)?;
+        }
+        // Sums of steps are rounded; their end is not.
+        self.time = end;
+        Ok(())
+    }
+
+    /// The longest step that is taken now.
+    fn limit(&self) -> f64 {
+        let explicit = self.scheme != Scheme::Implicit;
+        self.step.unwrap_or(f64::INFINITY).min(if explicit { self.stable * self.fineness } else { f64::INFINITY })
+    }
+
+    /// One step of exactly this length, stable or not.
+    ///
+    /// # Errors
+    /// As for [`advance`](Self::advance).
+    pub fn step(&mut self, step: f64) -> Result<()> {
+        if self.come_and_go()? {
+            let mut desk = std::mem::take(&mut self.desk);
+            let checked = contradictions(self, &mut desk);
+            self.desk = desk;
+            checked?;
+        }
+        match self.scheme {
+            Scheme::Implicit => self.step_implicitly(step)?,
+            Scheme::Epsilon | Scheme::Exact => self.step_explicitly(step)?,
+        }
+        self.time += step;
+        self.sub_steps += 1;
+        self.look_after(step)
+    }
+
+    /// What became of the constraints, and whether all numbers are numbers.
+    fn look_after(&mut self, step: f64) -> Result<()> {
+        let (time, size) = (self.time, self.size);
+        for (index, link) in self.links.iter_mut().enumerate() {
+            let was = link.is_held();
+            if was && link.is_shut(SHUT * size) {
+                link.phase = Phase::Off { time, why: "its loop is drawn shut" };
+            }
+            if let Phase::Off { time: since, why } = link.phase
+                && !self.events.iter().any(|e| e.constraint == index && e.time == since && e.what == why)
+            {
+                self.events.push(Event { time: since, constraint: index, name: link.name.clone(), what: why });
+            }
+        }
+        let sum: f64 = self.half.iter().sum();
+        if sum.is_finite() {
+            return Ok(());
+        }
+        Err(DynamicsError::BlowsUp { time: self.time, step, stable: self.stable })
+    }
+
+    /// Constraints come and go with their times. Whether one has come.
+    pub(crate) fn come_and_go(&mut self) -> Result<bool> {
+        let mut came = false;
+        for link in &mut self.links {
+            came |= link.at_time(self.time);
+        }
+        let new = |link: &Link| link.is_held() && (link.is_new() || link.equations == 0);
+        if !came && !self.links.iter().any(new) {
+            return Ok(false);
+        }
+        // What is missing as they come is let go slowly.
+        let mut desk = std::mem::take(&mut self.desk);
+        let collected = self.collect(&mut desk);
+        let mut now = std::mem::take(&mut self.gap_rates);
+        now.clear();
+        now.resize(self.space.equations(), 0.0);
+        self.space.apply(&self.half, &self.rates, &mut now);
+        now.iter_mut().zip(&desk.target_rate).for_each(|(now, target)| *now -= target);
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            if link.is_new() {
+                let own = link.first..link.first + link.equations;
+                link.start(&desk.gap[own.clone()], &now[own], 1e-12 * self.size);
+            }
+        }
+        (self.desk, self.gap_rates) = (desk, now);
+        self.worst = 0.0;
+        collected.map(|()| came)
+    }
+
+    /// Pushes the rows of all constraints that hold, where things are.
+    pub(crate) fn collect(&mut self, desk: &mut Desk) -> Result<()> {
+        self.space.clear();
+        desk.clear();
+        let shapes = shapes(&self.bodies);
+        let velocities = Shapes::new(self.bodies.iter().map(|body| body.velocity.as_ref()));
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            link.push(&shapes, &velocities, self.time, &mut self.space, desk)?;
+        }
+        let weight = if self.scheme == Scheme::Epsilon { self.parameter_mass } else { 0.0 };
+        self.space.float(desk.parameters, weight);
+        for &(equation, parameter, by) in &desk.changes {
+            self.space.change(equation, parameter, by);
+        }
+        self.rates.clear();
+        let held = self.links.iter().filter(|link| link.is_held());
+        self.rates.extend(held.flat_map(|link| &link.rates));
+        Ok(())
+    }
+
+    /// Velocities that are half a step behind, ahead by the last acceleration: into the shapes of velocities.
+    pub(crate) fn predict(&mut self) {
+        let ahead = 0.5 * self.last;
+        for body in self.bodies.iter_mut().filter(|body| body.mass.is_some()) {
+            let range = body.range();
+            let (v, a) = (&self.half[range.clone()], &self.acceleration[range]);
+            let vertices = body.velocity.control_vertices_mut().iter_mut();
+            for ((vertex, v), a) in vertices.zip(v.chunks_exact(3)).zip(a.chunks_exact(3)) {
+                for axis in 0..3 {
+                    vertex[axis] = v[axis] + ahead * a[axis];
+                }
+            }
+        }
+    }
+
+    /// All forces but those of constraints, at the present places and predicted velocities.
+    pub(crate) fn gather_forces(&mut self) {
+        self.forces.copy_from_slice(&self.applied);
+        for body in &self.bodies {
+            let (Some(elastic), Some(mass)) = (&body.elastic, &body.mass) else { continue };
+            let out = &mut self.forces[body.range()];
+            let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
+            for (out, m) in out.chunks_exact_mut(3).zip(&mass.lumped) {
+                (0..3).for_each(|axis| out[axis] += m * self.gravity[axis]);
+            }
+            elastic.add_forces(q, v, out);
+            let damping = body.body.material.damping;
+            if damping > 0.0 {
+                for (i, out) in out.chunks_exact_mut(3).enumerate() {
+                    let momentum = mass.matrix.row(i).fold(Vector::zeros(), |sum, (j, m)| sum + v[j].coords * m);
+                    (0..3).for_each(|axis| out[axis] -= damping * momentum[axis]);
+                }
+            }
+        }
+        for load in self.loads.iter().filter(|load| load.acts(self.time)) {
+            let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) else { continue };
+            let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
+            load.add(q, v, self.time, &mut self.forces);
+        }
+    }
+
+    /// A leapfrog step: forces where things are, velocities between.
+    fn step_explicitly(&mut self, step: f64) -> Result<()> {
+        self.predict();
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            let ahead = 0.5 * self.last;
+            // For what is quadratic in velocities, these are now; Baumgarte's terms look at those half a step behind.
+            link.rates.iter_mut().zip(&link.accelerations).for_each(|(rate, a)| *rate += ahead * a);
+        }
+        let mut desk = std::mem::take(&mut self.desk);
+        let collected = self.collect(&mut desk);
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            let ahead = 0.5 * self.last;
+            link.rates.iter_mut().zip(&link.accelerations).for_each(|(rate, a)| *rate -= ahead * a);
+        }
+        let held = self.links.iter().filter(|link| link.is_held());
+        self.rates.clear();
+        self.rates.extend(held.flat_map(|link| &link.rates));
+        self.desk = desk;
+        collected?;
+        self.gather_forces();
+        self.gap_rates.clear();
+        self.gap_rates.resize(self.space.equations(), 0.0);
+        self.space.apply(&self.half, &self.rates, &mut self.gap_rates);
+        self.ask(step);
+        self.rank = self.space.factor();
+        let equations = self.space.equations();
+        self.multipliers.resize(equations, 0.0);
+        self.acceleration.copy_from_slice(&self.forces);
+        self.space.solve(&mut self.acceleration, &self.right, &mut self.multipliers, &mut self.rates);
+        let kick = 0.5 * (self.last + step);
+        let mut parameter = 0;
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            link.multipliers.copy_from_slice(&self.multipliers[link.first..link.first + link.equations]);
+            let count = link.rates.len();
+            link.accelerations.copy_from_slice(&self.rates[parameter..parameter + count]);
+            parameter += count;
+        }
+        for (v, a) in self.half.iter_mut().zip(&self.acceleration) {
+            *v += kick * a;
+        }
+        self.drift(step, kick);
+        self.last = step;
+        Ok(())
+    }
+
+    /// `E`: what the constraints' accelerations are to be, with Baumgarte's terms; how much they miss now.
+    fn ask(&mut self, step: f64) {
+        let pull = 1.0 / (STEADY * step);
+        let Self { desk, right, gap_rates, links, time, worst, .. } = self;
+        let mut drift = 0.0_f64;
+        right.clear();
+        for link in links.iter_mut().filter(|link| link.is_held()) {
+            link.error = 0.0;
+            let drawn = link.is_drawn_in(*time);
+            for equation in link.first..link.first + link.equations {
+                let [let_go, rate, acceleration] = link.offset(equation - link.first, *time);
+                let gap = desk.gap[equation] - let_go;
+                let gap_rate = gap_rates[equation] - desk.target_rate[equation] - rate;
+                right.push(
+                    desk.target_acceleration[equation] + acceleration
+                        - desk.curving[equation]
+                        - 2.0 * pull * gap_rate
+                        - pull * pull * gap,
+                );
+                link.error = link.error.max(desk.gap[equation].abs());
+                if drawn && *time > 0.0 {
+                    drift = drift.max(gap.abs());
+                }
+            }
+        }
+        *worst = worst.max(drift);
+        // Drift is of fourth order in the step: a little shorter is a lot less.
+        // What there is dies away first.
+        self.patience = self.patience.saturating_sub(1);
+        if self.patience == 0 && drift > DRIFT * self.size && self.fineness > FINEST {
+            (self.fineness, self.patience) = (0.7 * self.fineness, PATIENCE);
+        } else if self.patience == 0 && drift < 0.03 * DRIFT * self.size && self.fineness < 1.0 {
+            (self.fineness, self.patience) = ((1.2 * self.fineness).min(1.0), PATIENCE);
+        }
+    }
+
+    /// Moves all by their velocities, and parameters by theirs.
+    pub(crate) fn drift(&mut self, step: f64, kick: f64) {
+        for body in self.bodies.iter_mut().filter(|body| body.mass.is_some()) {
+            let velocities = &self.half[body.range()];
+            let vertices = body.body.shape.control_vertices_mut().iter_mut();
+            for (vertex, v) in vertices.zip(velocities.chunks_exact(3)) {
+                (0..3).for_each(|axis| vertex[axis] += step * v[axis]);
+            }
+        }
+        let time = self.time + step;
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            let mut by = [0.0; 4];
+            for ((by, rate), a) in by.iter_mut().zip(&mut link.rates).zip(&link.accelerations) {
+                *rate += kick * a;
+                *by = step * *rate;
+            }
+            link.slide(&by, time);
+        }
+    }
+
+    /// Energies now.
+    pub fn energy(&mut self) -> Energy {
+        self.predict();
+        let mut all = Energy::default();
+        for body in &self.bodies {
+            let (Some(elastic), Some(mass)) = (&body.elastic, &body.mass) else { continue };
+            let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
+            for (i, v_i) in v.iter().enumerate() {
+                let momentum = mass.matrix.row(i).fold(Vector::zeros(), |sum, (j, m)| sum + v[j].coords * m);
+                all.kinetic += 0.5 * v_i.coords.dot(&momentum);
+            }
+            all.elastic += elastic.energy(q).0;
+            all.gravity -= q.iter().zip(&mass.lumped).map(|(q, m)| m * q.coords.dot(&self.gravity)).sum::<f64>();
+        }
+        for load in self.loads.iter().filter(|load| load.acts(self.time)) {
+            if let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) {
+                all.pulls += load.energy(body.body.shape.control_vertices(), self.time);
+            }
+        }
+        all
+    }
+
+    /// The largest stretch of a body (`|P'|/ℓ - 1`, with its sign).
+    ///
+    /// # Errors
+    /// When there are not as many bodies.
+    pub fn stretch(&self, body: usize) -> Result<f64> {
+        let body = self.body(body)?;
+        let vertices = body.body.shape.control_vertices();
+        Ok(body.elastic.as_ref().map_or(0.0, |elastic| elastic.energy(vertices).1))
+    }
+
+    /// How far each constraint that holds is from what it asks, measured where things are now; what it is still let miss counts.
+    ///
+    /// # Errors
+    /// When one cannot be asked.
+    pub fn errors(&mut self) -> Result<Vec<f64>> {
+        let mut desk = std::mem::take(&mut self.desk);
+        let collected = self.collect(&mut desk);
+        let errors = self.links.iter().map(|link| {
+            let own = link.first..link.first + link.equations;
+            if link.is_held() { desk.gap[own].iter().map(|g| g * g).sum::<f64>().sqrt() } else { 0.0 }
+        });
+        let errors = errors.collect();
+        self.desk = desk;
+        collected.map(|()| errors)
+    }
+
+    /// What constraints still let themselves miss is nothing from now on.
+    pub(crate) fn let_all_go(&mut self) {
+        self.links.iter_mut().for_each(Link::let_go);
+    }
+
+    /// Velocities are none any more.
+    pub(crate) fn rest(&mut self) {
+        self.half.fill(0.0);
+        self.acceleration.fill(0.0);
+        self.last = 0.0;
+        for link in &mut self.links {
+            link.rates.fill(0.0);
+            link.accelerations.fill(0.0);
+        }
+    }
+}
+
+/// The bodies' shapes.
+pub(crate) fn shapes(bodies: &[Moving]) -> Shapes<'_> {
+    Shapes::new(bodies.iter().map(|body| body.body.shape.as_ref()))
+}

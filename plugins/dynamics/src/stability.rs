@@ -1,0 +1,162 @@
+//! The longest step that is stable.
+//!
+//! Explicit steps of length `h` are stable while `h ω ≤ 2` for the highest frequency `ω` of the free body. Tension never stiffens a rope across
+//! more than it is along (`k/ℓ - k/|P'| < k/ℓ`), so `K` is bounded for all time by that of its basis functions' derivatives, the same for
+//! x, y and z; and by Irons and Treharne (1971) `ω²` of the whole is no more than the largest of its spans'. Constraints only
+//! lower it (Rayleigh).
+
+use loftsman_kernel::shape::{Derivative, Shape, cells_of, rows_at};
+use loftsman_kernel::solve::{EnvelopeCholesky, Symmetric};
+use nalgebra::DMatrix;
+
+use crate::body::Material;
+use crate::elastic::Elastic;
+use crate::error::Result;
+use crate::mass::Mass;
+
+/// How much of the limit is used: `h ω ≤ 1`, so that the energy of the highest frequency stays within a quarter of its own.
+pub(crate) const SHARE: f64 = 1.0;
+/// More spans than this are not looked at one by one on surfaces: power iteration takes over.
+const SPANS: usize = 400;
+/// What power iteration may have missed, of surfaces.
+const SAFE: f64 = 1.1;
+/// Shear and stretch of a surface stiffen it by no more than this, while strains stay below a half.
+const SHEARED: f64 = 4.0;
+
+/// A bound of `ω²` of the free body: rigorous for curves; for surfaces for strains below a half, and where there are many spans by power
+/// iteration with a tenth to spare.
+pub(crate) fn highest(shape: &dyn Shape, material: &Material, elastic: &Elastic, mass: &Mass) -> Result<f64> {
+    let cells = cells_of(shape, "a simulation")?.checked(shape)?;
+    let by_spans = elastic.points.directions == 1 || cells.len() <= SPANS;
+    if by_spans && elastic.points.cells.iter().all(|cell| cell.face.is_none()) {
+        let mut highest = 0.0_f64;
+        let mut sound = true;
+        let mut shares = vec![0_u32; mass.matrix.size()];
+        cells.iter().flat_map(|cell| &cell.vertices).for_each(|&v| shares[v] += 1);
+        for (index, cell) in cells.iter().enumerate() {
+            let width = cell.vertices.len();
+            let counts = [0, 1].map(|k| cell.sides.get(k).map_or(0, |side| side.degree) + 3);
+            let points = cell.gauss_points(counts);
+            let rows = rows_at(shape, cell, &points, Derivative::POSITION)?;
+            // The least mass that the metric can have there.
+            let least = elastic.points.rest[elastic.points.cells[index].first..][..elastic.points.cells[index].count]
+                .iter()
+                .map(|rest| rest.measure)
+                .fold(f64::INFINITY, f64::min);
+            let mut m = DMatrix::zeros(width, width);
+            for ((_, weight), row) in points.iter().zip(rows.chunks_exact(width)) {
+                let row = nalgebra::RowDVector::from_row_slice(row);
+                m += row.transpose() * &row * (weight * material.mass * least);
+            }
+            let mut k = DMatrix::zeros(width, width);
+            add_bound(elastic, index, |i, j, value| k[(i, j)] += value);
+            if let Some(bend) = &elastic.bend {
+                // By Gershgorin's disks, shared out among the spans of each vertex.
+                for (i, &row) in cell.vertices.iter().enumerate() {
+                    k[(i, i)] += bend.row(row).map(|(_, v)| v.abs()).sum::<f64>() / f64::from(shares[row]);
+                }
+            }
+            match largest_eigenvalue(&m, &k) {
+                Some(value) => highest = highest.max(value),
+                None => {
+                    sound = false;
+                    break;
+                }
+            }
+        }
+        if sound && highest.is_finite() {
+            return Ok(highest);
+        }
+    }
+    let mut entries = Vec::new();
+    for (index, cell) in elastic.points.cells.iter().enumerate() {
+        let vertices = elastic.points.of(cell).to_vec();
+        add_bound(elastic, index, |i, j, value| {
+            if vertices[j] <= vertices[i] {
+                entries.push((vertices[i] as usize, vertices[j] as usize, value));
+            }
+        });
+    }
+    if let Some(bend) = &elastic.bend {
+        for i in 0..bend.size() {
+            entries.extend(bend.row(i).filter(|(j, _)| *j <= i).map(|(j, value)| (i, j, value)));
+        }
+    }
+    let stiffness = Symmetric::from_entries(mass.matrix.size(), entries);
+    Ok(SAFE * power(&stiffness, mass)?)
+}
+
+/// Adds the matrix that bounds a cell's stiffness, by the numbers of its own vertices.
+fn add_bound(elastic: &Elastic, index: usize, mut add: impl FnMut(usize, usize, f64)) {
+    let points = &elastic.points;
+    let cell = &points.cells[index];
+    for point in 0..cell.count {
+        let rest = &points.rest[cell.first + point];
+        for direction in 0..points.directions {
+            let scale = if points.directions == 1 {
+                rest.weight * elastic.stiffness / rest.speed[0]
+            } else {
+                let speed = rest.speed[direction];
+                rest.weight * rest.measure * (elastic.stiffness + SHEARED * elastic.shear) / (speed * speed)
+            };
+            let row = points.row(cell, point, direction);
+            for i in 0..cell.width {
+                for j in 0..cell.width {
+                    add(i, j, scale * row[i] * row[j]);
+                }
+            }
+        }
+    }
+}
+
+/// The largest `λ` with `K x = λ M x`; `None` where `M` is not positive definite to rounding.
+fn largest_eigenvalue(m: &DMatrix<f64>, k: &DMatrix<f64>) -> Option<f64> {
+    let size = m.amax();
+    let factor = (m / size).cholesky()?;
+    let half = factor.l().solve_lower_triangular(k)?;
+    let whole = factor.l().solve_lower_triangular(&half.transpose())?;
+    let symmetric = (&whole + whole.transpose()) * 0.5;
+    let largest = symmetric.symmetric_eigenvalues().iter().fold(0.0_f64, |most, v| most.max(*v));
+    Some(largest / size).filter(|v| v.is_finite())
+}
+
+/// The largest eigenvalue of `M⁻¹K` by power iteration, until it rests.
+fn power(stiffness: &Symmetric, mass: &Mass) -> Result<f64> {
+    let n = mass.matrix.size();
+    let first: Vec<u32> =
+        (0..n).map(|i| mass.matrix.row(i).next().map_or(i, |(j, _)| j).min(i) as u32).collect();
+    let factor = EnvelopeCholesky::factor(first, 1e-15, |i, j| mass.matrix.entry(i, j))
+        .map_err(|vertex| crate::error::DynamicsError::Massless { vertex })?;
+    let mut x: Vec<f64> = (0..n).map(|i| 1.0 + ((i * 7 + 3) % 11) as f64 / 11.0 - 2.0 * (i % 2) as f64).collect();
+    let mut y = vec![0.0; n];
+    let mut value = 0.0;
+    for _ in 0..200 {
+        let size = x.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if !(size > 0.0 && size.is_finite()) {
+            return Ok(value);
+        }
+        x.iter_mut().for_each(|v| *v /= size);
+        stiffness.multiply(&x, 1, &mut y);
+        let energy: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
+        let mut mx = vec![0.0; n];
+        mass.matrix.multiply(&x, 1, &mut mx);
+        let next = energy / x.iter().zip(&mx).map(|(x, y)| x * y).sum::<f64>();
+        factor.solve(&mut y, 1);
+        std::mem::swap(&mut x, &mut y);
+        let still = (next - value).abs() <= 1e-4 * next;
+        value = next;
+        if still {
+            break;
+        }
+    }
+    Ok(value)
+}
+
+/// The longest step of frequencies `ω² ≤ highest`, with friction within the shape (`viscosity / stiffness` of the stiffness) and the air's damping.
+pub(crate) fn longest_step(highest: f64, material: &Material) -> f64 {
+    let by_stiffness = SHARE / highest.sqrt();
+    // Friction's rates, which velocities half a step old must not overshoot.
+    let rate = if material.stiffness > 0.0 { highest * material.viscosity / material.stiffness } else { 0.0 };
+    let by_friction = 0.5 / (rate + material.damping);
+    by_stiffness.min(by_friction)
+}
