@@ -28,7 +28,15 @@ pub struct Material {
 impl Default for Material {
     /// A mass of 1, a stiffness of 1000, half of it in shear; nothing else.
     fn default() -> Self {
-        Self { mass: 1.0, stiffness: 1000.0, shear: 500.0, rest: 1.0, bending: 0.0, damping: 0.0, viscosity: 0.0 }
+        Self {
+            mass: 1.0,
+            stiffness: 1000.0,
+            shear: 500.0,
+            rest: 1.0,
+            bending: 0.0,
+            damping: 0.0,
+            viscosity: 0.0,
+        }
     }
 }
 
@@ -146,12 +154,13 @@ impl Body {
 
 /// The largest extent along an axis.
 pub(crate) fn extent(points: &[Point]) -> f64 {
-    let (low, high) = points.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(mut low, mut high), p| {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(p[axis]);
-            high[axis] = high[axis].max(p[axis]);
-        }
-        (low, high)
-    });
+    let (low, high) =
+        points.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(mut low, mut high), p| {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(p[axis]);
+                high[axis] = high[axis].max(p[axis]);
+            }
+            (low, high)
+        });
     (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
 }

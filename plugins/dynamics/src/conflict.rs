@@ -22,12 +22,14 @@ pub(crate) fn contradictions(simulation: &mut Simulation, desk: &mut Desk) -> Re
     }
     let touched = (0..rows.width()).collect();
     let system = System::new(rows, touched, 1, SystemMetric::Least);
-    let factored = HouseholderQr
-        .factor(&system)
-        .map_err(|e| loftsman_kernel::Error::Invalid(format!("the constraints cannot be looked at together: {e}")))?;
+    let factored = HouseholderQr.factor(&system).map_err(|e| {
+        loftsman_kernel::Error::Invalid(format!("the constraints cannot be looked at together: {e}"))
+    })?;
     let name = |row: usize| {
         let held = simulation.links.iter().filter(|link| link.is_held());
-        held.into_iter().find(|link| (link.first..link.first + link.equations).contains(&row)).map(|link| link.name.clone())
+        held.into_iter()
+            .find(|link| (link.first..link.first + link.equations).contains(&row))
+            .map(|link| link.name.clone())
     };
     for dependency in factored.diagnosis().dependencies {
         let implied: f64 = dependency.combination.iter().map(|(row, c)| c * desk.gap[*row]).sum();
@@ -35,7 +37,8 @@ pub(crate) fn contradictions(simulation: &mut Simulation, desk: &mut Desk) -> Re
         // Written so that NaN is a contradiction.
         if !(apart <= APART * simulation.size) {
             let own = std::iter::once(dependency.row);
-            let all = own.chain(dependency.combination.iter().filter(|(_, c)| c.abs() > 1e-9).map(|(row, _)| *row));
+            let all =
+                own.chain(dependency.combination.iter().filter(|(_, c)| c.abs() > 1e-9).map(|(row, _)| *row));
             let mut names: Vec<String> = all.filter_map(name).collect();
             names.sort();
             names.dedup();

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::functional::{At, Functional, derivative, near, position};
 use loftsman_kernel::shape::{Derivative, Location};
-use loftsman_kernel::Vector;
 
 use crate::path::Path;
 

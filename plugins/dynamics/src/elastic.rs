@@ -29,8 +29,7 @@ type Local = SmallVec<[Vector; 16]>;
 impl Elastic {
     pub(crate) fn new(shape: &dyn Shape, material: &Material) -> Result<Self> {
         let points = Points::new(shape, material)?;
-        let bend =
-            if material.bending > 0.0 { Some(bending(shape, material)?) } else { None };
+        let bend = if material.bending > 0.0 { Some(bending(shape, material)?) } else { None };
         let Material { stiffness, shear, viscosity, .. } = *material;
         Ok(Self { points, bend, stiffness, shear, viscosity })
     }

@@ -59,7 +59,9 @@ pub enum DynamicsError {
         end: f64,
     },
     /// Something that is not linear in the control vertices.
-    #[error("{what} is not linear in the control vertices: a simulation can hold what is (positions, derivatives, sums of them)")]
+    #[error(
+        "{what} is not linear in the control vertices: a simulation can hold what is (positions, derivatives, sums of them)"
+    )]
     NotLinear {
         /// What was asked.
         what: String,
@@ -107,14 +109,23 @@ pub enum DynamicsError {
 }
 
 fn what_is_stable(step: f64) -> String {
-    if step.is_finite() { format!("up to {} s are stable", Figure(step)) } else { "forces or pulls are too large".into() }
+    if step.is_finite() {
+        format!("up to {} s are stable", Figure(step))
+    } else {
+        "forces or pulls are too large".into()
+    }
 }
 
 fn contradiction(names: &[String], apart: f64) -> String {
-    let all: Vec<String> =
-        names.iter().map(|name| if name.contains('"') { name.clone() } else { format!("\"{name}\"") }).collect();
+    let all: Vec<String> = names
+        .iter()
+        .map(|name| if name.contains('"') { name.clone() } else { format!("\"{name}\"") })
+        .collect();
     match &all[..] {
-        [one] => format!("{one} cannot hold: it misses by {} wherever the shape goes; correct what it asks", Figure(apart)),
+        [one] => format!(
+            "{one} cannot hold: it misses by {} wherever the shape goes; correct what it asks",
+            Figure(apart)
+        ),
         _ => format!(
             "{} cannot all hold: what they ask for is {} apart; release one of them, or give them different locations or times",
             all.join(" and "),

@@ -53,7 +53,8 @@ impl Implicit {
                 let least = mass.matrix.row(row_at(row / 3)).map(|(j, _)| place[j]).min();
                 3 * least.unwrap_or(row / 3).min(row / 3) as u32
             });
-            weights.push((Weight::Coordinates(EnvelopeCholesky::envelope(first.collect())), mass.order.clone()));
+            weights
+                .push((Weight::Coordinates(EnvelopeCholesky::envelope(first.collect())), mass.order.clone()));
             places.push(place);
         }
         let space = RangeSpace::new(weights);
@@ -103,7 +104,11 @@ impl Simulation {
                     length *= 0.5;
                 }
                 Ok(false) => {
-                    done = Err(DynamicsError::BlowsUp { time: self.time, step: own, stable: self.stable_step() });
+                    done = Err(DynamicsError::BlowsUp {
+                        time: self.time,
+                        step: own,
+                        stable: self.stable_step(),
+                    });
                 }
                 Err(error) => done = Err(error),
             }

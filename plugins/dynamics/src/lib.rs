@@ -24,6 +24,7 @@ mod implicit;
 mod link;
 mod load;
 mod mass;
+mod operation;
 mod path;
 mod points;
 mod settle;
@@ -33,11 +34,24 @@ mod stability;
 
 pub use body::{Body, Material};
 pub use constraint::{
-    Constraint, Force, Pull, Spot, double_sliding, fixed, force, holds, knot, pull, sliding, sliding_curvature, sliding_tangent,
-    tied,
+    Constraint, Force, Pull, Spot, double_sliding, fixed, force, holds, knot, pull, sliding,
+    sliding_curvature, sliding_tangent, tied,
 };
 pub use error::DynamicsError;
+pub use operation::Simulate;
 pub use path::Path;
 pub use settle::Settled;
 pub use setup::{Scheme, Setup};
 pub use simulation::{Energy, Event, Simulation};
+
+use loftsman_kernel::plugin::{Plugin, Registry};
+
+/// The plug-in: registers the operation `simulate`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Dynamics;
+
+impl Plugin for Dynamics {
+    fn register(&self, registry: &mut Registry) {
+        registry.operation(Simulate);
+    }
+}

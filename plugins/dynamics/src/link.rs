@@ -131,7 +131,8 @@ impl Link {
                     return Err(DynamicsError::NotLinear { what: functional.describe() });
                 }
                 // One of its own, which slides.
-                let own = term.place.filter(|&index| places[index].floats).map(|index| places[index].location);
+                let own =
+                    term.place.filter(|&index| places[index].floats).map(|index| places[index].location);
                 let functional = own.and_then(|at| functional.moved(at)).unwrap_or(functional);
                 terms.push(HeldTerm { sign: term.sign, functional, place: term.place });
             }
@@ -431,9 +432,10 @@ impl Link {
     /// Two places of one curve that have come together: a loop drawn shut.
     pub(crate) fn is_shut(&self, length: f64) -> bool {
         match &self.places[..] {
-            [Place { body: a, location: Location::Curve(u), floats }, Place { body: b, location: Location::Curve(w), floats: other }]
-                if a == b && (*floats || *other) =>
-            {
+            [
+                Place { body: a, location: Location::Curve(u), floats },
+                Place { body: b, location: Location::Curve(w), floats: other },
+            ] if a == b && (*floats || *other) => {
                 let pace = self.slides.first().map_or(1.0, |slide| slide.pace);
                 (u - w).abs() < length * pace
             }

@@ -35,7 +35,11 @@ impl Load {
     pub(crate) fn force(force: Force, shapes: &Shapes<'_>) -> Result<Self> {
         let Force { body, at, force, from, until, .. } = force;
         if let Some(bad) = force.iter().find(|v| !v.is_finite()) {
-            return Err(DynamicsError::Number { what: "a force", value: *bad, needed: "give finite numbers" });
+            return Err(DynamicsError::Number {
+                what: "a force",
+                value: *bad,
+                needed: "give finite numbers",
+            });
         }
         let stencil = shapes.get(body)?.stencil(at, Derivative::POSITION)?;
         Ok(Self { offset: shapes.offset(body), stencil, kind: Kind::Force(force), from, until })
@@ -106,7 +110,9 @@ impl Load {
     /// The energy in its spring.
     pub(crate) fn energy(&self, q: &[Point], time: f64) -> f64 {
         match &self.kind {
-            Kind::Pull { to, stiffness, .. } => 0.5 * stiffness * (to.at(time)[0] - self.value(q)).norm_squared(),
+            Kind::Pull { to, stiffness, .. } => {
+                0.5 * stiffness * (to.at(time)[0] - self.value(q)).norm_squared()
+            }
             Kind::Force(_) => 0.0,
         }
     }

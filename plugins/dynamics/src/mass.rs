@@ -80,22 +80,23 @@ impl Mass {
                     let (x, y) = location.on_surface()?;
                     let row = lines[k].stencil((if k == 0 { x } else { y }).into(), Derivative::POSITION)?;
                     for (i, a) in row.iter() {
-                        along[k].extend(row.iter().filter(|(j, _)| *j <= i).map(|(j, b)| (i, j, sum * a * b)));
+                        along[k]
+                            .extend(row.iter().filter(|(j, _)| *j <= i).map(|(j, b)| (i, j, sum * a * b)));
                     }
                 }
             }
         }
         let [by_u, by_v] = along;
-        let (by_u, by_v) =
-            (Symmetric::from_entries(u.len(), by_u), Symmetric::from_entries(v.len(), by_v));
+        let (by_u, by_v) = (Symmetric::from_entries(u.len(), by_u), Symmetric::from_entries(v.len(), by_v));
         let columns = v.len();
         let scale = mass / whole;
-        let entries = (0..u.len()).flat_map(|i| by_u.row(i).map(move |(k, a)| (i, k, a))).flat_map(|(i, k, a)| {
-            let by_v = &by_v;
-            (0..columns).flat_map(move |j| {
-                by_v.row(j).map(move |(l, b)| (i * columns + j, k * columns + l, scale * a * b))
-            })
-        });
+        let entries =
+            (0..u.len()).flat_map(|i| by_u.row(i).map(move |(k, a)| (i, k, a))).flat_map(|(i, k, a)| {
+                let by_v = &by_v;
+                (0..columns).flat_map(move |j| {
+                    by_v.row(j).map(move |(l, b)| (i * columns + j, k * columns + l, scale * a * b))
+                })
+            });
         let lower = entries.filter(|(row, column, _)| column <= row);
         let matrix = Symmetric::from_entries(shape.control_vertices().len(), lower);
         let scaled = |matrix: &Symmetric, by: f64| {
@@ -126,11 +127,7 @@ fn gauss(cell: &Cell) -> Vec<(Location, f64)> {
 }
 
 /// `|P'|`, or `|P_u × P_v|`, at points of a cell.
-fn measures(
-    shape: &dyn Shape,
-    cell: &Cell,
-    points: &[(Location, f64)],
-) -> Result<Vec<f64>> {
+fn measures(shape: &dyn Shape, cell: &Cell, points: &[(Location, f64)]) -> Result<Vec<f64>> {
     let vertices = shape.control_vertices();
     let width = cell.vertices.len();
     let tangents = (0..cell.sides.len())

@@ -74,7 +74,8 @@ impl Simulation {
             settled.way = self.half.iter().fold(0.0_f64, |most, v| most.max((step * v).abs()));
             settled.residual = self.unbalanced(step);
             // Where what it lets constraints miss has been let go, and forces balance.
-            let drawn = self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= 1e-9 * self.size);
+            let drawn =
+                self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= 1e-9 * self.size);
             settled.rests = settled.residual <= RESTS && drawn;
             step = (2.0 * step).min(1e6 * natural);
             if settled.way <= 1e-15 * self.size && step >= 1e6 * natural {

@@ -159,7 +159,11 @@ impl Setup {
     pub fn prepare(self) -> Result<Simulation> {
         let Self { bodies, gravity, constraints, forces, pulls, scheme, epsilon, step, draw } = self;
         if let Some(bad) = gravity.iter().find(|v| !v.is_finite()) {
-            return Err(DynamicsError::Number { what: "gravity", value: *bad, needed: "give finite numbers" });
+            return Err(DynamicsError::Number {
+                what: "gravity",
+                value: *bad,
+                needed: "give finite numbers",
+            });
         }
         check("epsilon", epsilon, false)?;
         check("the time in which constraints are drawn in", draw, false)?;
@@ -188,7 +192,11 @@ impl Setup {
             start += count;
         }
         if !moving.iter().any(|body| body.mass.is_some()) {
-            return Err(DynamicsError::Number { what: "the number of bodies that move", value: 0.0, needed: "let one move" });
+            return Err(DynamicsError::Number {
+                what: "the number of bodies that move",
+                value: 0.0,
+                needed: "let one move",
+            });
         }
         let mut space = RangeSpace::new(weights.iter().cloned());
         let stable = moving
@@ -218,7 +226,8 @@ impl Setup {
         };
         // A pull is a spring: its frequencies add to those of the body.
         let stiffest = loads.iter().map(Load::frequency).fold(0.0, f64::max);
-        let stable = if stiffest > 0.0 { 1.0 / (1.0 / (stable * stable) + 4.0 * stiffest).sqrt() } else { stable };
+        let stable =
+            if stiffest > 0.0 { 1.0 / (1.0 / (stable * stable) + 4.0 * stiffest).sqrt() } else { stable };
         let mut simulation = Simulation::new(moving, gravity, links, loads, space, scheme, size);
         simulation.limits(step, stable, epsilon * lightest);
         if scheme == Scheme::Implicit {

@@ -55,7 +55,11 @@ impl Moving {
         if let Some(given) = &body.velocities {
             let needed = "give one finite velocity for each control vertex";
             if given.len() != count {
-                return Err(DynamicsError::Number { what: "the number of velocities", value: given.len() as f64, needed });
+                return Err(DynamicsError::Number {
+                    what: "the number of velocities",
+                    value: given.len() as f64,
+                    needed,
+                });
             }
             if let Some(bad) = given.iter().flat_map(|v| v.iter()).find(|v| !v.is_finite()) {
                 return Err(DynamicsError::Number { what: "a velocity", value: *bad, needed });
@@ -253,6 +257,14 @@ impl Simulation {
         Ok(self.link(constraint)?.locations().collect())
     }
 
+    /// The same, each with the number of its body.
+    ///
+    /// # Errors
+    /// When there are not as many constraints.
+    pub fn places(&self, constraint: usize) -> Result<Vec<(usize, Location)>> {
+        Ok(self.link(constraint)?.places.iter().map(|place| (place.body, place.location)).collect())
+    }
+
     /// Whether a constraint holds now; not before its time, and not when it has left its shape.
     ///
     /// # Errors
@@ -389,7 +401,12 @@ impl Simulation {
         let link = {
             let shapes = shapes(&self.bodies);
             crate::setup::check_constraint(&constraint, &shapes)?;
-            Link::new(constraint, &shapes, &|body, axis| crate::setup::slide_of(&self.bodies, body, axis), draw)?
+            Link::new(
+                constraint,
+                &shapes,
+                &|body, axis| crate::setup::slide_of(&self.bodies, body, axis),
+                draw,
+            )?
         };
         self.links.push(link);
         Ok(self.links.len() - 1)
@@ -437,7 +454,11 @@ impl Simulation {
     /// The longest step that is taken now.
     fn limit(&self) -> f64 {
         let explicit = self.scheme != Scheme::Implicit;
-        self.step.unwrap_or(f64::INFINITY).min(if explicit { self.stable * self.fineness } else { f64::INFINITY })
+        self.step.unwrap_or(f64::INFINITY).min(if explicit {
+            self.stable * self.fineness
+        } else {
+            f64::INFINITY
+        })
     }
 
     /// One step of exactly this length, stable or not.
@@ -471,7 +492,12 @@ impl Simulation {
             if let Phase::Off { time: since, why } = link.phase
                 && !self.events.iter().any(|e| e.constraint == index && e.time == since && e.what == why)
             {
-                self.events.push(Event { time: since, constraint: index, name: link.name.clone(), what: why });
+                self.events.push(Event {
+                    time: since,
+                    constraint: index,
+                    name: link.name.clone(),
+                    what: why,
+                });
             }
         }
         let sum: f64 = self.half.iter().sum();
@@ -559,7 +585,8 @@ impl Simulation {
             let damping = body.body.material.damping;
             if damping > 0.0 {
                 for (i, out) in out.chunks_exact_mut(3).enumerate() {
-                    let momentum = mass.matrix.row(i).fold(Vector::zeros(), |sum, (j, m)| sum + v[j].coords * m);
+                    let momentum =
+                        mass.matrix.row(i).fold(Vector::zeros(), |sum, (j, m)| sum + v[j].coords * m);
                     (0..3).for_each(|axis| out[axis] -= damping * momentum[axis]);
                 }
             }
@@ -684,7 +711,8 @@ impl Simulation {
                 all.kinetic += 0.5 * v_i.coords.dot(&momentum);
             }
             all.elastic += elastic.energy(q).0;
-            all.gravity -= q.iter().zip(&mass.lumped).map(|(q, m)| m * q.coords.dot(&self.gravity)).sum::<f64>();
+            all.gravity -=
+                q.iter().zip(&mass.lumped).map(|(q, m)| m * q.coords.dot(&self.gravity)).sum::<f64>();
         }
         for load in self.loads.iter().filter(|load| load.acts(self.time)) {
             if let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) {

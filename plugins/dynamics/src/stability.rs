@@ -39,7 +39,8 @@ pub(crate) fn highest(shape: &dyn Shape, material: &Material, elastic: &Elastic,
             let points = cell.gauss_points(counts);
             let rows = rows_at(shape, cell, &points, Derivative::POSITION)?;
             // The least mass that the metric can have there.
-            let least = elastic.points.rest[elastic.points.cells[index].first..][..elastic.points.cells[index].count]
+            let least = elastic.points.rest[elastic.points.cells[index].first..]
+                [..elastic.points.cells[index].count]
                 .iter()
                 .map(|rest| rest.measure)
                 .fold(f64::INFINITY, f64::min);
@@ -127,7 +128,8 @@ fn power(stiffness: &Symmetric, mass: &Mass) -> Result<f64> {
         (0..n).map(|i| mass.matrix.row(i).next().map_or(i, |(j, _)| j).min(i) as u32).collect();
     let factor = EnvelopeCholesky::factor(first, 1e-15, |i, j| mass.matrix.entry(i, j))
         .map_err(|vertex| crate::error::DynamicsError::Massless { vertex })?;
-    let mut x: Vec<f64> = (0..n).map(|i| 1.0 + ((i * 7 + 3) % 11) as f64 / 11.0 - 2.0 * (i % 2) as f64).collect();
+    let mut x: Vec<f64> =
+        (0..n).map(|i| 1.0 + ((i * 7 + 3) % 11) as f64 / 11.0 - 2.0 * (i % 2) as f64).collect();
     let mut y = vec![0.0; n];
     let mut value = 0.0;
     for _ in 0..200 {

@@ -1,7 +1,7 @@
 //! Against closed forms.
 
-use loftsman_dynamics::{Body, Scheme, Setup, Spot, fixed, sliding, tied};
-use loftsman_kernel::Point;
+use loftsman_dynamics::{Body, Scheme, Setup, Simulation, Spot, fixed, force, sliding, tied};
+use loftsman_kernel::{Point, Vector};
 use loftsman_kernel::shape::Derivative;
 use loftsman_kernel::spline::{Curve, Space};
 
@@ -58,7 +58,8 @@ fn a_rope_through_a_ring_settles_with_equal_stretch() {
         let settled = simulation.settle().unwrap();
         assert!(settled.rests, "{settled:?}");
         let shape = simulation.shape(0).unwrap();
-        let speed = |u: f64| shape.value((u * ends).into(), Derivative::from(1)).unwrap().norm() * ends / 10.0;
+        let speed =
+            |u: f64| shape.value((u * ends).into(), Derivative::from(1)).unwrap().norm() * ends / 10.0;
         (speed(0.1), speed(0.9))
     };
     let (left, right) = stretch(true);
@@ -89,5 +90,238 @@ fn a_ring_slides_down_a_wire() {
         let expected = 1.0 + 0.5 * 9.81 * 0.5;
         assert!((p.x - expected).abs() < 5e-3 * expected, "{scheme:?} {p} {expected}");
         assert!((p.x + p.z).abs() < 1e-6);
+    }
+}
+
+/// A bead on a hoop that stands still: `T = 2π √(R/g)` for small swings.
+#[test]
+fn a_bead_on_a_hoop_has_its_period() {
+    let radius = 2.0;
+    let n = 40;
+    // A closed cubic through a circle to 1e-6.
+    let space = Space::periodic_uniform(3, n).unwrap();
+    let turn = std::f64::consts::TAU / n as f64;
+    let reach = radius * 3.0 / (2.0 + turn.cos());
+    let points = (0..n).map(|i| {
+        let a = turn * i as f64;
+        Point::new(reach * a.cos(), 0.0, reach * a.sin())
+    });
+    let hoop = Curve::new(space, points.collect()).unwrap();
+    // A little beside the lowest place.
+    let lowest = (0..4000).map(|i| f64::from(i) / 4000.0 * n as f64).min_by(|a, b| {
+        let z = |u: f64| hoop.point(u).unwrap().z;
+        z(*a).total_cmp(&z(*b))
+    });
+    let start = lowest.unwrap() + 0.05;
+    let p = hoop.point(start).unwrap();
+    let bead = line(1, 2, [p.x, -1e-4, p.z], [p.x, 1e-4, p.z]);
+    let mut simulation = Setup::new(Body::new(&bead).stiffness(1.0))
+        .and(Body::new(&hoop).still())
+        .gravity([0.0, 0.0, -9.81])
+        .hold(tied(Spot::at(0, 0.5), Spot::near(1, start)))
+        .scheme(Scheme::Exact)
+        .prepare()
+        .unwrap();
+    let period = std::f64::consts::TAU * (radius / 9.81_f64).sqrt();
+    let (mut last, mut crossings, dt) = (p.x, Vec::new(), period / 2000.0);
+    while crossings.len() < 5 {
+        simulation.advance(dt).unwrap();
+        let x = simulation.shape(0).unwrap().value(0.5.into(), Derivative::POSITION).unwrap().x;
+        if last * x < 0.0 {
+            crossings.push(simulation.time() - dt * x / (x - last));
+        }
+        last = x;
+    }
+    let found = (crossings[4] - crossings[0]) / 2.0;
+    assert!((found / period - 1.0).abs() < 1e-3, "{found} {period}");
+}
+
+/// Irvine's elastic catenary between two nails on one level.
+#[test]
+fn a_hanging_rope_is_the_elastic_catenary() {
+    for (span, length, stiffness) in [(8.0, 10.0, 50.0), (9.0, 10.0, 5000.0), (3.0, 10.0, 200.0)] {
+        let (w, n) = (0.3 * 9.81, 60);
+        let rope = line(3, n, [0.0; 3], [length, 0.0, 0.0]);
+        let end = rope.space().domain().1;
+        let mut simulation = Setup::new(Body::new(&rope).mass(0.3).stiffness(stiffness).damping(1.0))
+            .gravity([0.0, 0.0, -9.81])
+            .hold(fixed(0.0))
+            .hold(fixed(end).to([span, 0.0, 0.0]))
+            .scheme(Scheme::Implicit)
+            .prepare()
+            .unwrap();
+        // It falls first: a straight rope does not know which way to bend.
+        for _ in 0..48 {
+            simulation.advance(1.0 / 24.0).unwrap();
+        }
+        let settled = simulation.settle().unwrap();
+        assert!(settled.rests, "{settled:?}");
+        let v = w * length / 2.0;
+        let x = |h: f64, s: f64| h * s / stiffness + h / w * ((v / h).asinh() - ((v - w * s) / h).asinh());
+        let (mut low, mut high) = (1e-6, 1e6);
+        for _ in 0..200 {
+            let h = (low * high as f64).sqrt();
+            if x(h, length) < span { low = h } else { high = h }
+        }
+        let h = low;
+        let z = |s: f64| {
+            let root = |t: f64| (1.0 + (t / h) * (t / h)).sqrt();
+            s / stiffness * (w * s / 2.0 - v) - h / w * (root(v) - root(v - w * s))
+        };
+        let shape = simulation.shape(0).unwrap();
+        // By mass, the parameter is the length at rest.
+        for i in 1..20 {
+            let share = f64::from(i) / 20.0;
+            let p = shape.value((share * end).into(), Derivative::POSITION).unwrap();
+            let (want_x, want_z) = (x(h, share * length), z(share * length));
+            let off = (p.x - want_x).hypot(p.z - want_z);
+            assert!(off < 2e-3 * length, "span {span}: {share} {p} ({want_x}, {want_z})");
+        }
+        // The nails carry the rope.
+        let force = |k: usize| simulation.force_of(k).unwrap().to_vec();
+        let weight = force(0)[2] + force(1)[2];
+        assert!((weight / (w * length) - 1.0).abs() < 1e-6, "{weight} {}", w * length);
+        assert!((force(1)[0] / h - 1.0).abs() < 5e-3, "{} {h}", force(1)[0]);
+    }
+}
+
+/// Mattiasson's elastica (1981), and Euler and Bernoulli for a small load.
+#[test]
+fn a_cantilever_bends_as_it_should() {
+    for (load, down, back) in
+        [(0.01, 0.01 / 3.0, 0.0), (1.0, 0.30172, 0.05643), (2.0, 0.49346, 0.16064), (10.0, 0.81061, 0.555)]
+    {
+        let rod = line(3, 24, [0.0; 3], [1.0, 0.0, 0.0]);
+        let end = rod.space().domain().1;
+        let direction = rod.derivative(0.0, 1).unwrap();
+        let mut simulation = Setup::new(Body::new(&rod).stiffness(1e6).bending(1.0))
+            .hold(fixed(0.0).tangent(direction))
+            .push(force(end, [0.0, 0.0, -load]))
+            .scheme(Scheme::Implicit)
+            .prepare()
+            .unwrap();
+        let settled = simulation.settle().unwrap();
+        assert!(settled.rests, "{settled:?}");
+        let tip = simulation.shape(0).unwrap().value(end.into(), Derivative::POSITION).unwrap();
+        assert!((-tip.z / down - 1.0).abs() < 0.01, "load {load}: {tip}");
+        assert!((1.0 - tip.x - back).abs() < 0.01, "load {load}: {tip}");
+    }
+}
+
+fn thrown(n: usize) -> (Curve, Vec<Vector>) {
+    let rope = line(3, n, [0.0; 3], [3.0, 0.0, 0.0]);
+    let turn = |i: usize| f64::from(i as u32);
+    let velocities =
+        (0..n).map(|i| Vector::new((0.7 * turn(i)).sin(), (0.4 * turn(i)).cos(), (0.2 * turn(i)).sin())).collect();
+    (rope, velocities)
+}
+
+#[test]
+fn momentum_and_energy_stay() {
+    let (rope, velocities) = thrown(20);
+    for scheme in [Scheme::Exact, Scheme::Epsilon] {
+        let body = Body::new(&rope).mass(0.5).stiffness(200.0).bending(0.01).moving(velocities.clone());
+        let mut simulation = Setup::new(body).scheme(scheme).prepare().unwrap();
+        // Mass of each vertex: what a unit of gravity pulls at it.
+        let momentum = |s: &Simulation| {
+            let weights = mass_of(&rope, 0.5);
+            let v = s.velocities(0).unwrap();
+            weights.iter().zip(&v).fold(Vector::zeros(), |sum, (m, v)| sum + v * *m)
+        };
+        let (before, energy) = (momentum(&simulation), simulation.energy().total());
+        let mut most = 0.0_f64;
+        for _ in 0..200 {
+            simulation.advance(0.01).unwrap();
+            most = most.max((simulation.energy().total() / energy - 1.0).abs());
+        }
+        let drift = (momentum(&simulation) - before).norm() / before.norm();
+        assert!(drift < 1e-10, "{drift}");
+        assert!(most < 0.01, "{most}");
+    }
+}
+
+/// `∫ m b_i`, by the knots: `m |P'| (t_{i+p+1} - t_i)/(p+1)` of a line of constant speed.
+fn mass_of(curve: &Curve, mass: f64) -> Vec<f64> {
+    let space = curve.space();
+    let (p, flat) = (space.degree(), space.flat());
+    let speed = curve.derivative(0.5, 1).unwrap().norm();
+    (0..space.len()).map(|i| mass * speed * (flat[i + p + 1] - flat[i]) / (p + 1) as f64).collect()
+}
+
+#[test]
+fn steps_are_of_second_order_and_implicit_ones_of_first() {
+    let run = |scheme: Scheme, step: f64| {
+        let (rope, velocities) = thrown(8);
+        let body = Body::new(&rope).mass(0.5).stiffness(20.0).rest(0.8).moving(velocities);
+        let mut simulation = Setup::new(body)
+            .gravity([0.0, 0.0, -9.81])
+            .hold(fixed(0.0))
+            .scheme(scheme)
+            .step(step)
+            .draw(0.02)
+            .prepare()
+            .unwrap();
+        while simulation.time() < 0.5 - 1e-9 {
+            simulation.step(step).unwrap();
+        }
+        simulation.shape(0).unwrap().control_vertices().to_vec()
+    };
+    let apart = |a: &[Point], b: &[Point]| a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    for (scheme, order, h) in [(Scheme::Exact, 2.0, 1.0 / 800.0), (Scheme::Implicit, 1.0, 1.0 / 6400.0)] {
+        let best = run(scheme, h / 16.0);
+        let (coarse, fine) = (apart(&run(scheme, h), &best), apart(&run(scheme, h / 2.0), &best));
+        let found = (coarse / fine).log2();
+        assert!((found - order).abs() < 0.35, "{scheme:?}: {coarse} {fine}, order {found}");
+    }
+}
+
+#[test]
+fn a_small_mass_of_parameters_is_none() {
+    let run = |scheme: Scheme, epsilon: f64| {
+        let rope = line(3, 16, [0.0; 3], [4.0, 0.0, 0.0]);
+        let mut simulation = Setup::new(Body::new(&rope).mass(0.2).stiffness(80.0).damping(0.5))
+            .gravity([0.0, 0.0, -9.81])
+            .hold(fixed(0.0))
+            .hold(sliding(6.0))
+            .scheme(scheme)
+            .epsilon(epsilon)
+            .prepare()
+            .unwrap();
+        for _ in 0..50 {
+            simulation.advance(0.01).unwrap();
+        }
+        simulation.shape(0).unwrap().control_vertices().to_vec()
+    };
+    let exact = run(Scheme::Exact, 1.0);
+    let off = |e: f64| {
+        run(Scheme::Epsilon, e).iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let all = [off(1e-1), off(1e-2), off(1e-3), off(1e-5)];
+    assert!(all[0] > all[1] && all[1] > all[2] && all[3] < 1e-3 * all[0].max(1e-2), "{all:?}");
+}
+
+/// A stiff rope, 24 steps a second: explicit steps would be a thousand times shorter.
+#[test]
+fn implicit_steps_are_stable() {
+    let rope = line(3, 40, [0.0; 3], [4.0, 0.0, 0.0]);
+    let mut simulation = Setup::new(Body::new(&rope).mass(0.05).stiffness(1e6).bending(1e-3))
+        .gravity([0.0, 0.0, -9.81])
+        .hold(fixed(0.0))
+        .hold(sliding(10.0))
+        .scheme(Scheme::Implicit)
+        .prepare()
+        .unwrap();
+    let stable = simulation.stable_step();
+    assert!(stable < 1.0 / 24.0 / 1000.0, "{stable}");
+    let before = simulation.energy().total();
+    let mut last = before;
+    for _ in 0..96 {
+        simulation.advance(1.0 / 24.0).unwrap();
+        let now = simulation.energy().total();
+        // It takes energy out, and never puts any in (rounding of a stiffness of 1e6 aside).
+        assert!(now <= last + 1e-6 * before.abs().max(1.0), "{} s: {last} → {now}", simulation.time());
+        last = now;
+        let errors = simulation.errors().unwrap();
+        assert!(errors.iter().all(|e| *e < 1e-6 * 4.0), "{errors:?}");
     }
 }

@@ -1,0 +1,504 @@
+//! `simulate`: a shape in motion; the last shape stays in the object, and the frames as its animation.
+
+mod constraints;
+
+use loftsman_kernel::functional::ShapeNames;
+use loftsman_kernel::plugin::{
+    ConstraintReport, Context, Declaration, Field, Frames, Mark, MarkKind, Operation, OperationError,
+    ParameterError, Parameters, SceneShapes, SeenShapes, Spot as MarkSpot, StepReport, editable, object_name,
+    put_back,
+};
+use loftsman_kernel::scene::Up;
+use loftsman_kernel::scene::{Animation, Scene};
+use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::{Point, Vector};
+
+use self::constraints::{Words, constraint, force, pull};
+use crate::body::{Body, Material};
+use crate::settle::Settled;
+use crate::setup::{Scheme, Setup};
+use crate::simulation::Simulation;
+
+/// The operation `simulate`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Simulate;
+
+const FIELDS: [Field; 21] = [
+    Field::optional("object", "text", "the only curve or surface", "what moves"),
+    Field::optional("seconds", "number", "this or settle is needed", "how long it moves"),
+    Field::optional(
+        "settle",
+        "true | false",
+        "false",
+        "go to where everything rests, at the end; with seconds left out, at once",
+    ),
+    Field::optional("scheme", "\"epsilon\" | \"exact\" | \"implicit\"", "epsilon", "how steps are taken"),
+    Field::optional(
+        "step",
+        "seconds",
+        "as long as is stable",
+        "the longest step; explicit ones are shorter where they must be",
+    ),
+    Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
+    Field::optional("mass", "number", "1", "a unit of length of a curve, of area of a surface"),
+    Field::optional(
+        "stiffness",
+        "number",
+        "200 times the weight",
+        "the force that would stretch it to twice its length",
+    ),
+    Field::optional(
+        "shear",
+        "number",
+        "half the stiffness",
+        "of a surface: the force for a shear by an angle of 1",
+    ),
+    Field::optional("rest", "number", "1", "what its length at rest is of its length now"),
+    Field::optional("bending", "number", "0", "the moment for a curvature of 1; it is straight by nature"),
+    Field::optional("damping", "1/s", "0", "how fast motion dies away"),
+    Field::optional("viscosity", "number", "0", "the force that resists a rate of stretching of 1/s"),
+    Field::optional("gravity", "[x, y, z]", "9.81 m/s² down", "the acceleration of all that falls"),
+    Field::optional(
+        "constraints",
+        "[{ kind, at | near, to, from, until, axis, … }, …]",
+        "none",
+        "fixed, sliding, knot, double-sliding, sliding-tangent, sliding-curvature, tied, or any linear kind of constraint",
+    ),
+    Field::optional(
+        "pull",
+        "[{ at, to, stiffness, from, until, object }, …]",
+        "none",
+        "damped springs to a place or along a path: [[x, y, z], …]",
+    ),
+    Field::optional("forces", "[{ at, force, from, until, object }, …]", "none", "forces at places"),
+    Field::optional(
+        "bodies",
+        "[{ object, mass, stiffness, …, still }, …]",
+        "none",
+        "other objects that move along, made of what they say, else of the same; `still = true` for what others slide on",
+    ),
+    Field::optional(
+        "epsilon",
+        "number",
+        "0.001",
+        "the mass of a floating location, of that between two control vertices",
+    ),
+    Field::optional(
+        "draw",
+        "seconds",
+        "0.05",
+        "the time in which a constraint draws in what it misses when it comes",
+    ),
+    Field::optional(
+        "settle_frames",
+        "true | false",
+        "false",
+        "keep the rest that settle finds as one more frame",
+    ),
+];
+
+/// How much heavier than itself what a rope carries would have to be to stretch it to twice its length.
+const STIFF: f64 = 200.0;
+/// What falls, falls faster by so much every second: in metres.
+const FALL: f64 = 9.81;
+/// More frames than this are a mistake.
+const MOST_FRAMES: f64 = 1e6;
+
+impl Operation for Simulate {
+    fn declaration(&self) -> Declaration {
+        Declaration {
+            name: "simulate",
+            help: "a curve or surface in motion, held by constraints that slide",
+            fields: &FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
+        let run = Run::new(scene, parameters, context, &object)?;
+        let start = context.clock.seconds();
+        let mut simulation = run.setup.prepare().map_err(OperationError::from)?;
+        let prepare_seconds = context.clock.seconds() - start;
+        let before = simulation.energy().total();
+        let count = run.names.len();
+        let mut frames: Vec<Vec<Vec<Point>>> = vec![Vec::new(); count];
+        let keep =
+            |simulation: &Simulation, frames: &mut Vec<Vec<Vec<Point>>>| -> Result<(), OperationError> {
+                for (index, frames) in frames.iter_mut().enumerate() {
+                    frames.push(simulation.shape(index)?.control_vertices().to_vec());
+                }
+                Ok(())
+            };
+        let started = context.clock.seconds();
+        if run.frames > 0 {
+            keep(&simulation, &mut frames)?;
+            for frame in 0..run.frames {
+                simulation.advance(1.0 / run.rate)?;
+                keep(&simulation, &mut frames)?;
+                context.observer.proceed("simulate", frame as u64 + 1, run.frames as u64)?;
+            }
+        }
+        let steps = simulation.sub_steps();
+        let event_seconds = (context.clock.seconds() - started) / steps.max(1) as f64;
+        let settled = if run.settle {
+            context.observer.proceed("settle", 0, 1)?;
+            let settled = simulation.settle()?;
+            if run.frames > 0 && run.settle_frames {
+                keep(&simulation, &mut frames)?;
+            }
+            Some(settled)
+        } else {
+            None
+        };
+        let mut report = report(&object, &mut simulation, settled, before, &run.scheme)?;
+        report.prepare_seconds = Some(prepare_seconds);
+        report.event_seconds = (steps > 0).then_some(event_seconds);
+        report.notes.extend(run.notes);
+        report.notes.extend(run.seen.note());
+        report.marks = marks(&simulation, &run.names, &run.seen, &run.first)?;
+        let mut moved = scene.clone();
+        for (index, name) in run.names.iter().enumerate() {
+            if run.still[index] {
+                continue;
+            }
+            let shape = run.seen.own_shape(index, simulation.shape(index)?);
+            put_back(&mut moved, name, shape.as_ref())?;
+            if run.frames > 0 {
+                let frames = frames[index].iter().map(|points| run.seen.own(index, points)).collect();
+                moved.object_mut(name)?.animation = Some(Animation { rate: run.rate, frames });
+            }
+        }
+        *scene = moved;
+        Ok(report)
+    }
+}
+
+/// What a step says.
+struct Run {
+    setup: Setup,
+    names: Vec<String>,
+    still: Vec<bool>,
+    /// The shapes at the start, in the frame in which all move.
+    first: Vec<Box<dyn Shape>>,
+    seen: Frames,
+    scheme: String,
+    rate: f64,
+    frames: usize,
+    settle: bool,
+    settle_frames: bool,
+    notes: Vec<String>,
+}
+
+impl Run {
+    fn new(
+        scene: &Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+        object: &str,
+    ) -> Result<Self, OperationError> {
+        let scheme = parameters.choice_or(
+            "scheme",
+            &[("epsilon", Scheme::Epsilon), ("exact", Scheme::Exact), ("implicit", Scheme::Implicit)],
+            Scheme::Epsilon,
+        )?;
+        let settle = parameters.flag("settle")?;
+        let mut notes = Vec::new();
+        let (rate, frames, seconds) = timing(parameters, settle, &mut notes)?;
+        let (gravity, fall) = gravity(scene, parameters, &mut notes)?;
+        let mut names = SceneShapes::new(scene, object)?;
+        let tables = parameters.tables("bodies")?;
+        let mut others = Vec::with_capacity(tables.len());
+        for table in &tables {
+            let known =
+                ["object", "mass", "stiffness", "shear", "rest", "bending", "damping", "viscosity", "still"];
+            table.check(&known.map(|name| Field::optional(name, "", "", "")))?;
+            let name = table.text("object")?;
+            let index = names.shape(name).map_err(|e| table.error("object", e.to_string()))?;
+            if index != others.len() + 1 {
+                return Err(table.error("object", format!("\"{name}\" moves already")).into());
+            }
+            others.push(table);
+        }
+        // Objects that constraints name stand still.
+        let words = Words { registry: context.registry, seconds };
+        let constraints = parameters
+            .tables("constraints")?
+            .iter()
+            .map(|table| constraint(table, &mut names, &words))
+            .collect::<Result<Vec<_>, OperationError>>()?;
+        let pulls = parameters
+            .tables("pull")?
+            .iter()
+            .map(|table| pull(table, &mut names, &words))
+            .collect::<Result<Vec<_>, OperationError>>()?;
+        let forces = parameters
+            .tables("forces")?
+            .iter()
+            .map(|table| force(table, &mut names))
+            .collect::<Result<Vec<_>, OperationError>>()?;
+        let SeenShapes { names, shapes, frames: seen } = names.into_parts()?;
+        let own =
+            material(parameters, Material { stiffness: f64::NAN, shear: f64::NAN, ..Material::default() })?;
+        let mut still = Vec::with_capacity(names.len());
+        let mut bodies = Vec::with_capacity(names.len());
+        for (index, name) in names.iter().enumerate() {
+            let (made, stays) = match index.checked_sub(1) {
+                None => (own, false),
+                Some(other) => match others.get(other) {
+                    Some(table) => (material(table, own)?, table.flag("still")?),
+                    None => (own, true),
+                },
+            };
+            let body = Body::new(&shapes[index]).called(name).material(stiffened(made, &shapes[index], fall));
+            bodies.push(if stays { body.still() } else { body });
+            still.push(stays);
+        }
+        let mut bodies = bodies.into_iter();
+        let Some(first) = bodies.next() else {
+            return Err(parameters.error("object", "there is nothing to move").into());
+        };
+        let mut setup = Setup::new(first).gravity(gravity).scheme(scheme);
+        for body in bodies {
+            setup = setup.and(body);
+        }
+        for constraint in constraints {
+            setup = setup.hold(constraint);
+        }
+        for force in forces {
+            setup = setup.push(force);
+        }
+        for pull in pulls {
+            setup = setup.pull(pull);
+        }
+        if parameters.has("step") {
+            setup = setup.step(parameters.number("step")?);
+        }
+        if parameters.has("epsilon") {
+            setup = setup.epsilon(parameters.number("epsilon")?);
+        }
+        if parameters.has("draw") {
+            setup = setup.draw(parameters.number("draw")?);
+        }
+        let scheme = parameters.text_or("scheme", "epsilon")?.to_owned();
+        let settle_frames = parameters.flag("settle_frames")?;
+        Ok(Self {
+            setup,
+            names,
+            still,
+            first: shapes,
+            seen,
+            scheme,
+            rate,
+            frames,
+            settle,
+            settle_frames,
+            notes,
+        })
+    }
+}
+
+/// The rate, the number of frames after the first, and how long all takes.
+fn timing(
+    parameters: &Parameters,
+    settle: bool,
+    notes: &mut Vec<String>,
+) -> Result<(f64, usize, f64), ParameterError> {
+    let rate = parameters.number_or("frames_per_second", 24.0)?;
+    if !(rate > 0.0) {
+        return Err(parameters.error("frames_per_second", format!("{rate} is not a rate: give more than 0")));
+    }
+    if !parameters.has("seconds") {
+        if settle {
+            return Ok((rate, 0, 0.0));
+        }
+        return Err(parameters.error("seconds", "say how long it moves, or settle = true for where it rests"));
+    }
+    let seconds = parameters.number("seconds")?;
+    if !(seconds > 0.0) {
+        return Err(parameters.error("seconds", format!("{seconds} s is no time: give more than 0")));
+    }
+    let frames = (seconds * rate).round().max(1.0);
+    if frames > MOST_FRAMES {
+        return Err(parameters.error(
+            "seconds",
+            format!("{frames} frames are more than {MOST_FRAMES}: give a shorter time or a lower frames_per_second"),
+        ));
+    }
+    let whole = frames / rate;
+    if (whole - seconds).abs() > 1e-9 * seconds {
+        notes.push(format!("it moves for {whole} s: {frames} whole frames"));
+    }
+    Ok((rate, frames as usize, whole))
+}
+
+/// Gravity, and what a unit of mass weighs.
+fn gravity(
+    scene: &Scene,
+    parameters: &Parameters,
+    notes: &mut Vec<String>,
+) -> Result<(Vector, f64), ParameterError> {
+    let metres = scene.unit.metres();
+    let fall = FALL / metres.unwrap_or(1.0);
+    if parameters.has("gravity") {
+        let given = parameters.vector("gravity")?;
+        return Ok((given, if given.norm() > 0.0 { given.norm() } else { fall }));
+    }
+    let up = match scene.up {
+        Up::X => Vector::x(),
+        Up::Y => Vector::y(),
+        Up::Z => Vector::z(),
+    };
+    if metres.is_none() {
+        notes.push(
+            "the unit of lengths is unknown: gravity is 9.81 of them per s², as if they were metres".into(),
+        );
+    }
+    Ok((up * -fall, fall))
+}
+
+fn material(parameters: &Parameters, other: Material) -> Result<Material, ParameterError> {
+    let number = |name: &str, or: f64| if parameters.has(name) { parameters.number(name) } else { Ok(or) };
+    let stiffness = number("stiffness", other.stiffness)?;
+    let shear = if parameters.has("shear") {
+        parameters.number("shear")?
+    } else if parameters.has("stiffness") {
+        0.5 * stiffness
+    } else {
+        other.shear
+    };
+    Ok(Material {
+        mass: number("mass", other.mass)?,
+        stiffness,
+        shear,
+        rest: number("rest", other.rest)?,
+        bending: number("bending", other.bending)?,
+        damping: number("damping", other.damping)?,
+        viscosity: number("viscosity", other.viscosity)?,
+    })
+}
+
+/// What is not said of its stiffness follows from its weight: that of its own length, of a surface of its own size.
+fn stiffened(mut material: Material, shape: &dyn Shape, fall: f64) -> Material {
+    if material.stiffness.is_nan() {
+        let vertices = shape.control_vertices();
+        let length = if shape.domain().len() == 1 {
+            vertices.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>()
+        } else {
+            crate::body::extent(vertices)
+        };
+        material.stiffness = STIFF * material.mass * fall * length;
+    }
+    if material.shear.is_nan() {
+        material.shear = 0.5 * material.stiffness;
+    }
+    material
+}
+
+fn report(
+    object: &str,
+    simulation: &mut Simulation,
+    settled: Option<Settled>,
+    before: f64,
+    scheme: &str,
+) -> Result<StepReport, OperationError> {
+    let errors = simulation.errors()?;
+    let (equations, rank) = simulation.equations();
+    let after = simulation.energy();
+    let mut notes = Vec::new();
+    if simulation.sub_steps() > 0 {
+        let stable = simulation.stable_step();
+        let length = simulation.time() / simulation.sub_steps() as f64;
+        notes.push(match scheme {
+            "implicit" => format!(
+                "{} steps of {length:.3e} s and more, scheme implicit (explicit ones would be stable to {stable:.3e} s)",
+                simulation.sub_steps()
+            ),
+            _ => format!(
+                "{} steps of {length:.3e} s on average, scheme {scheme} (stable to {stable:.3e} s)",
+                simulation.sub_steps()
+            ),
+        });
+        notes.push(format!(
+            "energy at the end: motion {:.4e}, elastic {:.4e}, gravity {:.4e}, pulls {:.4e}",
+            after.kinetic, after.elastic, after.gravity, after.pulls
+        ));
+        notes.push(format!("constraints drifted by {:.2e} at most", simulation.worst_error()));
+    }
+    notes.push(format!("it is stretched by {:.2} % at most", 100.0 * simulation.stretch(0)?));
+    if let Some(Settled { residual, steps, rests, .. }) = settled {
+        notes.push(if rests {
+            format!("it rests: {residual:.1e} of the forces is left, after {steps} steps")
+        } else {
+            format!("it does not rest yet: {residual:.1e} of the forces is left, after {steps} steps")
+        });
+    }
+    notes.extend(
+        simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
+    );
+    let mut constraints = Vec::with_capacity(errors.len());
+    for (index, residual) in errors.iter().enumerate() {
+        let location = simulation.locations(index)?.first().map(|at| match *at {
+            Location::Curve(u) => vec![u],
+            Location::Surface(u, v) | Location::Face(_, u, v) => vec![u, v],
+            Location::Vertex(_) => Vec::new(),
+        });
+        constraints.push(ConstraintReport {
+            name: simulation.name_of(index)?.into(),
+            residual: *residual,
+            location: location.filter(|_| simulation.holds(index).unwrap_or(false)),
+            multipliers: simulation.force_of(index)?.to_vec(),
+            ..ConstraintReport::default()
+        });
+    }
+    Ok(StepReport {
+        op: "simulate".into(),
+        object: Some(object.into()),
+        equations: Some(equations),
+        rank: Some(rank),
+        residual: Some(errors.iter().copied().fold(0.0, f64::max)),
+        energy: Some([before, after.total()]),
+        iterations: Some(simulation.sub_steps() + settled.map_or(0, |s| s.steps)),
+        constraints,
+        notes,
+        ..StepReport::default()
+    })
+}
+
+fn round(time: f64) -> f64 {
+    (time * 1000.0).round() / 1000.0
+}
+
+/// Where things are held, for pictures.
+fn marks(
+    simulation: &Simulation,
+    names: &[String],
+    seen: &Frames,
+    first: &[Box<dyn Shape>],
+) -> Result<Vec<Mark>, OperationError> {
+    let mut all = Vec::new();
+    for index in 0..simulation.constraints() {
+        if !simulation.holds(index)? {
+            continue;
+        }
+        for (body, at) in simulation.places(index)? {
+            let shape = seen.own_shape(body, simulation.shape(body)?);
+            let before = seen.own_shape(body, first[body].as_ref());
+            let point = |shape: &dyn Shape| shape.value(at, Derivative::POSITION).map(Point::from);
+            all.push(Mark {
+                object: names[body].clone(),
+                kind: MarkKind::Kept,
+                position: point(shape.as_ref())?,
+                before: point(before.as_ref())?,
+                vector: None,
+                label: simulation.name_of(index)?.to_owned(),
+                spot: Some(MarkSpot::At(at)),
+            });
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,207 @@
+//! What holds and moves things, as recipes write it.
+
+use loftsman_kernel::functional::ShapeNames;
+use loftsman_kernel::plugin::{
+    Field, OperationError, ParameterError, Parameters, Registry, SceneShapes, functional_from, nearest,
+};
+use loftsman_kernel::{Point, Vector};
+
+use crate::constraint::{
+    Constraint, Force, Pull, Spot, double_sliding, fixed, holds, knot, sliding, sliding_curvature,
+    sliding_tangent, tied,
+};
+use crate::path::Path;
+
+/// What tables are read by.
+pub(super) struct Words<'a> {
+    pub(super) registry: &'a Registry,
+    /// When all ends.
+    pub(super) seconds: f64,
+}
+
+/// The kinds of our own, with their fields.
+const KINDS: [(&str, &[&str]); 7] = [
+    ("fixed", &["at", "to", "arrive", "axis", "object"]),
+    ("sliding", &["near", "to", "arrive", "axis", "object"]),
+    ("knot", &["near", "at", "object"]),
+    ("double-sliding", &["near", "object"]),
+    ("sliding-tangent", &["near", "to", "arrive", "direction", "object"]),
+    ("sliding-curvature", &["near", "to", "arrive", "curvature", "object"]),
+    ("tied", &["at", "near", "object", "other", "other_at", "other_near"]),
+];
+/// The fields that all have.
+const ALL: [&str; 4] = ["kind", "from", "until", "name"];
+
+pub(super) fn constraint(
+    table: &Parameters,
+    names: &mut SceneShapes<'_>,
+    words: &Words<'_>,
+) -> Result<Constraint, OperationError> {
+    let kind = table.text("kind")?.to_owned();
+    let (from, until) = times(table)?;
+    let found = match KINDS.iter().find(|(name, _)| *name == kind) {
+        Some((_, own)) => {
+            let known: Vec<Field> =
+                own.iter().chain(&ALL).map(|name| Field::optional(name, "", "", "")).collect();
+            table.check(&known)?;
+            own_kind(&kind, table, names, words, from, until)?
+        }
+        None => other_kind(&kind, table, names, words)?,
+    };
+    let found = match table.has("name") {
+        true => found.called(table.text("name")?),
+        false => found,
+    };
+    Ok(found.during(from, until))
+}
+
+fn own_kind(
+    kind: &str,
+    table: &Parameters,
+    names: &mut SceneShapes<'_>,
+    words: &Words<'_>,
+    from: f64,
+    until: f64,
+) -> Result<Constraint, OperationError> {
+    let body = body(table, "object", names)?;
+    let mut found = match kind {
+        "fixed" => fixed(table.location("at")?),
+        "sliding" => sliding(table.location("near")?),
+        "knot" => knot(table.location("near")?, table.location("at")?),
+        "double-sliding" => match table.numbers("near")?[..] {
+            [a, b] => double_sliding([a, b]),
+            _ => return Err(table.error("near", "two parameters are needed: [a, b]").into()),
+        },
+        "tied" => {
+            let spot =
+                |at: &str, near: &str, body: usize| -> Result<Spot, ParameterError> {
+                    match (table.has(at), table.has(near)) {
+                        (true, false) => Ok(Spot::at(body, table.location(at)?)),
+                        (false, true) => Ok(Spot::near(body, table.location(near)?)),
+                        _ => Err(table
+                            .error(at, format!("give \"{at}\", or \"{near}\" for a location that slides"))),
+                    }
+                };
+            let other = self::body(table, "other", names)?;
+            return Ok(tied(spot("at", "near", body)?, spot("other_at", "other_near", other)?));
+        }
+        "sliding-tangent" if table.has("to") => {
+            sliding(table.location("near")?).tangent(table.vector("direction")?)
+        }
+        "sliding-tangent" => sliding_tangent(table.location("near")?, table.vector("direction")?),
+        _ if table.has("to") => sliding(table.location("near")?).curvature(table.vector("curvature")?),
+        _ => sliding_curvature(table.location("near")?, table.vector("curvature")?),
+    };
+    if table.has("to") {
+        found = found.to(path(table, from, until.min(words.seconds))?);
+    }
+    if table.has("axis") {
+        let axes = table.choice("axis", &AXES)?;
+        found = found.axes(axes);
+    }
+    Ok(found.on(body))
+}
+
+const AXES: [(&str, [bool; 3]); 7] = [
+    ("x", [true, false, false]),
+    ("y", [false, true, false]),
+    ("z", [false, false, true]),
+    ("xy", [true, true, false]),
+    ("xz", [true, false, true]),
+    ("yz", [false, true, true]),
+    ("xyz", [true, true, true]),
+];
+
+/// Any kind of constraint that is registered and linear: it keeps its value, or gets one.
+fn other_kind(
+    kind: &str,
+    table: &Parameters,
+    names: &mut SceneShapes<'_>,
+    words: &Words<'_>,
+) -> Result<Constraint, OperationError> {
+    let declared = words.registry.find_functional(kind, table.path());
+    if declared.is_err() {
+        let own = KINDS.iter().map(|(name, _)| *name);
+        let hint = match nearest(kind, own.clone()) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => {
+                format!("known: {}, and all linear kinds of constraint", own.collect::<Vec<_>>().join(", "))
+            }
+        };
+        return Err(table.error("kind", format!("there is no constraint \"{kind}\"; {hint}")).into());
+    }
+    let rest = ["from", "until", "name", "to", "keep", "axis"];
+    let functional = functional_from(words.registry, &table.without(&rest), names)?;
+    let mut found = holds(functional);
+    if table.has("to") {
+        let value = match table.value("to") {
+            Some(value) if value.is_number() => vec![table.number("to")?],
+            _ => table.numbers("to")?,
+        };
+        found = found.value(value);
+    }
+    if table.has("axis") {
+        found = found.axes(table.choice("axis", &AXES)?);
+    }
+    Ok(found)
+}
+
+fn body(table: &Parameters, field: &str, names: &mut SceneShapes<'_>) -> Result<usize, ParameterError> {
+    if !table.has(field) {
+        if field == "other" {
+            return Err(table.error("other", "say which object it is tied to"));
+        }
+        return Ok(0);
+    }
+    names.shape(table.text(field)?).map_err(|e| table.error(field, e.to_string()))
+}
+
+/// The times between which something holds.
+fn times(table: &Parameters) -> Result<(f64, f64), ParameterError> {
+    let from = table.number_or("from", 0.0)?;
+    let until = if table.has("until") { table.number("until")? } else { f64::INFINITY };
+    if !(from >= 0.0) {
+        return Err(table.error("from", format!("{from} s is before the start: give 0 or more")));
+    }
+    if !(until > from) {
+        return Err(table.error("until", format!("{until} s is not after {from} s")));
+    }
+    Ok((from, until))
+}
+
+/// A place, or places from one time to another; `arrive` is when the last is reached.
+fn path(table: &Parameters, from: f64, until: f64) -> Result<Path, OperationError> {
+    let several = table.list("to")?.first().is_some_and(|first| !first.is_number());
+    let points: Vec<Point> = if several { table.points("to")? } else { vec![table.point("to")?] };
+    let arrive = if table.has("arrive") { table.number("arrive")? } else { until };
+    if arrive < from {
+        return Err(table.error("arrive", format!("{arrive} s is before {from} s, when it starts")).into());
+    }
+    if points.is_empty() {
+        return Err(table.error("to", "a path needs at least one point").into());
+    }
+    Ok(Path::new(points, from, arrive.max(from))?)
+}
+
+pub(super) fn pull(
+    table: &Parameters,
+    names: &mut SceneShapes<'_>,
+    words: &Words<'_>,
+) -> Result<Pull, OperationError> {
+    let known = ["at", "to", "arrive", "stiffness", "from", "until", "object"];
+    table.check(&known.map(|name| Field::optional(name, "", "", "")))?;
+    let (from, until) = times(table)?;
+    let to = path(table, from, until.min(words.seconds))?;
+    let stiffness = table.number("stiffness")?;
+    let pull = crate::constraint::pull(table.location("at")?, to, stiffness);
+    Ok(pull.on(body(table, "object", names)?).during(from, until))
+}
+
+pub(super) fn force(table: &Parameters, names: &mut SceneShapes<'_>) -> Result<Force, OperationError> {
+    let known = ["at", "force", "from", "until", "object"];
+    table.check(&known.map(|name| Field::optional(name, "", "", "")))?;
+    let (from, until) = times(table)?;
+    let value: Vector = table.vector("force")?;
+    let force = crate::constraint::force(table.location("at")?, value);
+    Ok(force.on(body(table, "object", names)?).during(from, until))
+}
