@@ -127,6 +127,7 @@ impl Simulation {
         // Who looks for rest stands still in time: targets stay where they are.
         self.time = if self.settling { before } else { time };
         self.drift(step, 0.0);
+        self.links.iter_mut().for_each(Link::begin_turns);
         let mut arrived = Ok(false);
         let mut last = f64::INFINITY;
         for _ in 0..ITERATIONS {
@@ -150,6 +151,7 @@ impl Simulation {
             *arrived |= last <= GOOD * self.size;
         }
         self.time = before;
+        self.links.iter_mut().for_each(Link::begin_turns);
         if !matches!(arrived, Ok(true)) {
             self.half.copy_from_slice(&implicit.before);
             for (body, kept) in self.bodies.iter_mut().zip(&implicit.vertices) {
@@ -164,7 +166,7 @@ impl Simulation {
         arrived
     }
 
-    /// One correction of the velocities at the end of the step; the largest way that it moves a vertex.
+    /// One correction of the velocities at the end of the step; how far it moves a shape (its root mean square), or a parameter.
     fn correct(&mut self, implicit: &mut Implicit, step: f64) -> Result<f64> {
         self.predict();
         let mut desk = std::mem::take(&mut self.desk);
@@ -202,11 +204,21 @@ impl Simulation {
         implicit.change.copy_from_slice(&self.forces);
         self.space.solve(&mut implicit.change, &self.right, &mut self.multipliers, &mut self.rates);
         let mut largest = 0.0_f64;
-        for (v, change) in self.half.iter_mut().zip(&implicit.change) {
-            *v += change;
+        self.half.iter_mut().zip(&implicit.change).for_each(|(v, change)| *v += change);
+        for body in &self.bodies {
+            let Some(mass) = &body.mass else { continue };
+            // How far the shape itself goes, on average: control vertices of high degrees go far for nothing.
+            let changes = &implicit.change[body.range()];
+            let mut whole = 0.0;
+            for (i, own) in changes.chunks_exact(3).enumerate() {
+                let sum = mass.matrix.row(i).fold(0.0, |sum, (j, m)| {
+                    sum + m * (0..3).map(|axis| own[axis] * changes[3 * j + axis]).sum::<f64>()
+                });
+                whole += sum;
+            }
+            let way = step * (whole.max(0.0) / mass.lumped.iter().sum::<f64>()).sqrt();
             // Written so that NaN is the largest.
-            let way = (step * change).abs();
-            largest = if way <= largest { largest } else { way };
+            largest = if way <= largest && whole.is_finite() { largest } else { way.max(whole) };
         }
         let mut parameter = 0;
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
@@ -220,6 +232,7 @@ impl Simulation {
             for (kept, new) in link.multipliers.iter_mut().zip(&self.multipliers[link.first..]) {
                 *kept = new / step;
             }
+            link.turn(&by);
             link.slide(&by, self.time);
         }
         for body in self.bodies.iter_mut().filter(|body| body.mass.is_some()) {

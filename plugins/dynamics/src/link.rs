@@ -10,6 +10,9 @@ use loftsman_kernel::solve::RangeSpace;
 use crate::constraint::{Constraint, Place, Target};
 use crate::error::{DynamicsError, Result};
 
+/// A parameter that turned round so often in one step stays where it is.
+const TURNS: usize = 3;
+
 /// What there is to know of where a parameter may be.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slide {
@@ -44,6 +47,9 @@ pub(crate) struct Link {
     pub(crate) slides: Vec<Slide>,
     pub(crate) rates: Vec<f64>,
     pub(crate) accelerations: Vec<f64>,
+    /// Of each parameter: its last change while Newton's iteration runs, and how often it turned round. At a corner of its shape it would
+    /// do so for ever: it stays there for that step.
+    turns: Vec<(f64, usize)>,
     /// Its equations in the system of the present step, and their multipliers.
     pub(crate) first: usize,
     pub(crate) equations: usize,
@@ -152,6 +158,7 @@ impl Link {
             slides,
             rates: vec![0.0; count],
             accelerations: vec![0.0; count],
+            turns: vec![(0.0, 0); count],
             first: 0,
             equations: 0,
             multipliers: Vec::new(),
@@ -314,6 +321,9 @@ impl Link {
                     Ok(term.functional.along(shapes, Derivative { u, v }, along)?)
                 };
                 for axis in 0..directions {
+                    if self.turns[own + axis].1 >= TURNS {
+                        continue;
+                    }
                     let pace = self.slides[own + axis].pace;
                     let speed = self.rates[own + axis] * pace;
                     let (u, v) = if axis == 0 { (1, 0) } else { (0, 1) };
@@ -376,7 +386,20 @@ impl Link {
 
     /// Whether what was missing when it came has died away to this share of it.
     pub(crate) fn is_drawn_in(&self, time: f64) -> bool {
-        self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 40.0 * self.draw
+        self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 25.0 * self.draw
+    }
+
+    /// A step of Newton's iteration begins.
+    pub(crate) fn begin_turns(&mut self) {
+        self.turns.fill((0.0, 0));
+    }
+
+    /// Remembers which way its parameters went.
+    pub(crate) fn turn(&mut self, by: &[f64]) {
+        for ((last, turns), by) in self.turns.iter_mut().zip(by) {
+            *turns += usize::from(*last * by < 0.0 && by.abs() > 0.2 * last.abs());
+            *last = *by;
+        }
     }
 
     /// Moves its parameters by lengths along the shape; switches it off where one leaves its shape.

@@ -663,12 +663,12 @@ impl Simulation {
                         - pull * pull * gap,
                 );
                 link.error = link.error.max(desk.gap[equation].abs());
+                drift = drift.max(gap.abs());
                 if drawn && *time > 0.0 {
-                    drift = drift.max(gap.abs());
+                    *worst = worst.max(gap.abs());
                 }
             }
         }
-        *worst = worst.max(drift);
         // Drift is of fourth order in the step: a little shorter is a lot less.
         // What there is dies away first.
         self.patience = self.patience.saturating_sub(1);
