@@ -51,7 +51,7 @@ impl Operation for Tube {
                 "tolerance",
                 "length",
                 "1/1000 of the curve's size",
-                "largest distance between the mesh and the round tube, along it and across",
+                "largest distance between the mesh and the round tube, where that does not overlap itself",
             ),
             Field::optional("angle", "degrees", "15", "largest angle between neighbouring pieces along it"),
             Field::optional("caps", "flat | round | none", "flat", "what closes the ends of an open tube"),
