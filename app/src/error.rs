@@ -2,7 +2,7 @@
 
 use std::io::ErrorKind;
 
-use loftsman_kernel::plugin::FormatError;
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, OperationError};
 
 use crate::recipe_error::RecipeError;
 
@@ -37,12 +37,31 @@ pub enum Error {
     /// A recipe is malformed, or one of its steps cannot be done.
     #[error(transparent)]
     Recipe(#[from] Box<RecipeError>),
+    /// Whoever watched stopped it. Nothing was written.
+    #[error("{}", loftsman_kernel::plugin::Cancelled)]
+    Cancelled,
     /// The geometry does not allow what was asked.
     #[error(transparent)]
     Geometry(#[from] loftsman_kernel::Error),
 }
 
+impl From<loftsman_kernel::plugin::Cancelled> for Error {
+    fn from(_: loftsman_kernel::plugin::Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
 impl Error {
+    /// Whether it is that whoever watched wanted no more.
+    pub fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Cancelled => true,
+            Self::Format(error) => error.kind == FormatErrorKind::Cancelled,
+            Self::Recipe(error) => matches!(error.cause, Some(OperationError::Cancelled)),
+            _ => false,
+        }
+    }
+
     pub(crate) fn file(path: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::File { path: path.into(), problem: problem.into(), kind: ErrorKind::InvalidInput }
     }

@@ -31,6 +31,12 @@ impl Look {
         Err(fields.error("", ABSENT))
     }
 
+    /// The same: there is no moment of what is not drawn.
+    #[must_use]
+    pub fn at(self, _: f64) -> Self {
+        self
+    }
+
     /// What was asked for and is not drawn: nothing is.
     pub fn unmet(&self, _: &Scene) -> Vec<String> {
         Vec::new()

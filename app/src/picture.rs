@@ -42,7 +42,13 @@ pub const FIELDS: &[Field] = &[
     ),
     Field::optional("columns", "count", "by number and shape", "panels in a row"),
     Field::optional("before", "true | false", "true", "show each object as it was, lighter"),
-    Field::optional("frames", "true | false", "false", "show frames of animations, dashed"),
+    Field::optional(
+        "frames",
+        "true | false | count",
+        "false",
+        "show frames of animations in the drawing: a few dashed, or so many, the paler the earlier",
+    ),
+    Field::optional("film", "count", "none", "frames of animations side by side, so many from first to last"),
     Field::optional(
         "combs",
         "true | false | scale",
@@ -99,8 +105,10 @@ pub struct Look {
     pub columns: Option<usize>,
     /// Whether the state before is shown.
     pub before: bool,
-    /// Whether frames of animations are shown.
-    pub frames: bool,
+    /// Whether and how frames of animations are shown.
+    pub frames: Frames,
+    /// The moment of its animations that is shown, in seconds; as objects are if `None`.
+    pub moment: Option<f64>,
     /// Curvature combs.
     pub combs: Combs,
     /// Beads on curves.
@@ -137,7 +145,8 @@ impl Default for Look {
             panels: Vec::new(),
             columns: None,
             before: true,
-            frames: false,
+            frames: Frames::Off,
+            moment: None,
             combs: Combs::Off,
             beads: Beads::Off,
             polygons: true,
@@ -175,6 +184,19 @@ impl Look {
             _ if fields.flag("knots")? => Beads::Knots,
             _ => Beads::Off,
         };
+        let frames = match fields.value("frames") {
+            Some(Value::Number(_)) => Frames::Fading(fields.count("frames")?),
+            _ => Frames::from(fields.flag("frames")?),
+        };
+        let frames = match fields.has("film") {
+            true if frames != Frames::Off => {
+                return Err(
+                    fields.error("film", "frames are side by side or in one drawing: leave `frames` out")
+                );
+            }
+            true => Frames::Film(fields.count("film")?),
+            false => frames,
+        };
         let pixels = fields.count_or("pixels", PIXELS as usize)?;
         Ok(Self {
             title: if fields.has("title") { Some(fields.text("title")?.to_owned()) } else { None },
@@ -183,7 +205,8 @@ impl Look {
             panels,
             columns: if fields.has("columns") { Some(fields.count("columns")?) } else { None },
             before: flag("before", usual.before)?,
-            frames: flag("frames", usual.frames)?,
+            frames,
+            moment: None,
             combs,
             beads,
             polygons: flag("polygons", usual.polygons)?,
@@ -198,6 +221,12 @@ impl Look {
             // What does not fit is too many pixels, and the renderer says so.
             pixels: u32::try_from(pixels).unwrap_or(u32::MAX),
         })
+    }
+
+    /// The same at a moment of the scene's animations, in seconds.
+    #[must_use]
+    pub fn at(self, seconds: f64) -> Self {
+        Self { moment: Some(seconds), ..self }
     }
 
     /// What is not drawn: objects on hidden layers, and what was asked for of some objects that are shown, since combs, beads
@@ -270,10 +299,15 @@ impl Look {
     /// The parts of the picture, each with the objects that it shows: one where none are given.
     fn shown(&self) -> Vec<Panel> {
         let panels = if self.panels.is_empty() { vec![Panel::view(self.view)] } else { self.panels.clone() };
-        match &self.objects {
-            Some(names) => panels.into_iter().map(|panel| panel.or_objects(names.iter().cloned())).collect(),
-            None => panels,
-        }
+        let of = |panel: Panel| match &self.objects {
+            Some(names) => panel.or_objects(names.iter().cloned()),
+            None => panel,
+        };
+        let at = |panel: Panel| match self.moment {
+            Some(moment) => panel.at(moment),
+            None => panel,
+        };
+        panels.into_iter().map(|panel| at(of(panel))).collect()
     }
 }
 

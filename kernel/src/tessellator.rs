@@ -58,6 +58,9 @@ pub struct Tessellated {
 pub struct MovingLine {
     /// The points of each state, in the order of the parameters; as many in all.
     pub states: Vec<Vec<Point>>,
+    /// The parameter of each point, ascending. Where the curve is torn, two points have one: the end of the part before, and
+    /// the start of the next.
+    pub parameters: Vec<f64>,
     /// The first point of each part: 0, and those before which the curve is torn in any state.
     pub starts: Vec<usize>,
     /// Whether the last point is joined to the first (which is not repeated): the curve closes in all states.

@@ -93,6 +93,7 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "untrim" => json!({ "object": "window" }),
         "transform" => json!({ "object": "mesh", "scale": [1, -2, 1], "translate": [1, 0, 0] }),
         "tessellate" => json!({ "object": "patch", "tolerance": 20.0, "angle": 170 }),
+        "tube" => json!({ "object": curve, "radius": 0.5, "sides": 5 }),
         "copy" => json!({ "object": "rational", "to": ["once", "twice"] }),
         "delete" => json!({ "object": "group" }),
         "rename" => json!({ "object": "group", "to": "all" }),

@@ -322,6 +322,15 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
         json!([-n(), n()]),
         json!([0, 10.0 + n()]),
     );
+    add("tube", "object", none(), json!("clamped curve"), json!("rational"));
+    add("tube", "radius", none(), json!(0.1 + n()), json!(1.1 + n()));
+    add("tube", "sides", none(), json!(4), json!(9));
+    add("tube", "tolerance", json!({ "sides": null }), json!(20.0 + n()), json!(0.01 + 0.1 * n()));
+    add("tube", "angle", json!({ "radius": 0.01, "tolerance": 0.05 }), json!(1.0 + n()), json!(60.0 + n()));
+    add("tube", "caps", none(), json!("round"), json!("none"));
+    add("tube", "uvs", none(), json!(true), json!(false));
+    add("tube", "keep", none(), json!(true), json!(false));
+    add("tube", "name", none(), json!("hose"), json!("pipe"));
     add("copy", "object", none(), json!("rational"), json!("cloud"));
     add("copy", "to", none(), json!("once"), json!(["twice", "thrice"]));
     add("delete", "object", none(), json!("mesh"), json!("cloud"));

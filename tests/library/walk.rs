@@ -697,6 +697,43 @@ fn tessellate(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+fn tube(walk: &mut Walk<'_>) -> Outcome {
+    let curve = walk.curve(0);
+    let size = size_of(&curve);
+    let (radius, sides) = (0.002 * size, 12);
+    let caps = ["flat", "round"][walk.up_to(2)];
+    let fields = json!({ "radius": radius, "sides": sides, "tolerance": 1e-4 * size, "caps": caps });
+    let after = walk.run(&[("c", "curve", &curve)], "tube", fields)?;
+    let mesh = &object(&after, "c tube")["mesh"];
+    let (a, b) = Direction::new(&curve).domain();
+    let line: Vec<[f64; 3]> =
+        (0..=4000).map(|k| curve_point(&curve, a + (b - a) * f64::from(k) / 4000.0)).collect();
+    // At corners the points are in the plane half way, three radii away at most.
+    for p in numbers_of(&mesh["points"]).chunks(3).step_by(11) {
+        let near = line.windows(2).map(|c| to_chord([p[0], p[1], p[2]], &c[0], &c[1]));
+        let near = near.fold(f64::INFINITY, f64::min);
+        assert!(near <= 3.2 * radius, "{near} of {radius}: {curve}");
+    }
+    let (volume, closed) = enclosed(mesh);
+    assert!(closed, "{curve}");
+    // Pappus: what one side of a bend has less the other has more, where the bend leaves room for it.
+    let tight = (0..=4000).any(|k| {
+        let u = a + (b - a) * f64::from(k) / 4000.0;
+        let [first, second] = [1, 2].map(|order| curve_derivative(&curve, u, order));
+        let speed = dot(first, first).sqrt();
+        let bent = cross(first, second);
+        dot(bent, bent).sqrt() * 2.0 * radius >= speed.powi(3)
+    });
+    if tight {
+        return Ok(());
+    }
+    let length: f64 = line.windows(2).map(|c| apart(c[0], c[1])).sum();
+    let across = 0.5 * f64::from(sides) * radius * radius * (std::f64::consts::TAU / f64::from(sides)).sin();
+    let share = volume / (length * across);
+    assert!((0.9..1.1).contains(&share), "{share} of the volume: {curve}");
+    Ok(())
+}
+
 fn to_chord(p: [f64; 3], a: &[f64], b: &[f64]) -> f64 {
     let along: f64 = (0..3).map(|k| (b[k] - a[k]) * (p[k] - a[k])).sum();
     let length: f64 = (0..3).map(|k| (b[k] - a[k]).powi(2)).sum();
@@ -832,7 +869,7 @@ fn fit_shape(walk: &mut Walk<'_>) -> Outcome {
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 22] = [
+const STEPS: [(&str, Step, u32); 23] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -851,6 +888,7 @@ const STEPS: [(&str, Step, u32); 22] = [
     ("subdivide", subdivide, 0),
     ("patches", patches, 0),
     ("tessellate", tessellate, 0),
+    ("tube", tube, 0),
     ("copy", |w| scene_keeping(w, "copy", &json!({ "object": "c", "to": ["d"] }), &["c", "s", "d"]), 0),
     ("delete", |w| scene_keeping(w, "delete", &json!({ "object": "s" }), &["c"]), 0),
     ("rename", |w| scene_keeping(w, "rename", &json!({ "object": "c", "to": "k" }), &["k", "s"]), 0),

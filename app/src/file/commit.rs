@@ -19,6 +19,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use loftsman_kernel::plugin::Observer;
+
 use super::journal::{self, Entry, Journals, flush_folder};
 use super::output::Produced;
 use crate::error::{Error, Result};
@@ -70,8 +72,24 @@ type Step<'s> = &'s mut dyn FnMut(&str) -> io::Result<()>;
 
 /// Writes all files beside their places, then renames them. Process failure cannot leave half a file: a rename
 /// replaces its target at once. What a rename replaced is kept under a third name until all are done.
-pub(super) fn commit(pending: &[Pending], create_folders: bool) -> Result<Vec<Produced>> {
-    commit_by_steps(pending, create_folders, &mut |_| Ok(()))
+///
+/// Until the last is written beside its place the observer may stop it, and all of them go.
+pub(super) fn commit(
+    pending: &[Pending],
+    create_folders: bool,
+    observer: &dyn Observer,
+) -> Result<Vec<Produced>> {
+    let total: usize = pending.iter().map(|file| 1 + file.siblings.len()).sum();
+    let (mut done, mut stopped) = (0, false);
+    let mut step = |step: &str| {
+        if step == "stage" {
+            stopped = observer.proceed("writing", done, total as u64).is_err();
+            done += 1;
+        }
+        if stopped { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
+    };
+    let committed = commit_by_steps(pending, create_folders, &mut step);
+    if stopped { Err(Error::Cancelled) } else { committed }
 }
 
 fn commit_by_steps(pending: &[Pending], create_folders: bool, step: Step<'_>) -> Result<Vec<Produced>> {

@@ -2,11 +2,13 @@
 //!
 //! * [`input`]: a file and its siblings, never outside its folder.
 //! * [`output`]: several output files, made in memory, then put in place together, also where the process is killed.
+//! * [`sequence`]: one file for each frame of a scene's animations.
 
 mod commit;
 pub mod input;
 mod journal;
 pub mod output;
+pub mod sequence;
 
 use std::path::Path;
 
@@ -15,6 +17,7 @@ use loftsman_kernel::scene::Scene;
 
 pub use input::{Content, Input};
 pub use output::{Outputs, Produced};
+pub use sequence::Sequence;
 
 use crate::error::Result;
 

@@ -9,12 +9,13 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{Format, Memory, Registry, WriteOptions, WriteReport};
+use loftsman_kernel::plugin::{Format, Memory, Observer, Quiet, Registry, WriteOptions, WriteReport};
 use loftsman_kernel::scene::Scene;
 
 use super::commit::{Pending, TAKEN, commit};
 use super::input::extensions;
 use super::journal::recover_once;
+use super::sequence::Sequence;
 use crate::error::{Error, Result};
 
 /// Files that are to appear together.
@@ -121,6 +122,25 @@ impl Outputs {
         Ok(report)
     }
 
+    /// As [`scene`](Self::scene), a file for each frame of a sequence; returns how each object goes out, and how many files
+    /// there are.
+    ///
+    /// # Errors
+    /// As for [`scene`](Self::scene); also when nothing in the scene is animated.
+    pub fn frames(
+        &mut self,
+        scene: &Scene,
+        sequence: &Sequence,
+        options: &WriteOptions<'_>,
+        registry: &Registry,
+    ) -> Result<(WriteReport, usize)> {
+        let reports = sequence.each(scene, options.observer, |file, moment| {
+            self.scene(&scene.at(moment)?, file, options, registry)
+        })?;
+        let count = reports.len();
+        Ok((Sequence::report(reports), count))
+    }
+
     /// Takes bytes that are to become a file, and its siblings by name.
     ///
     /// # Errors
@@ -209,7 +229,16 @@ impl Outputs {
     /// # Errors
     /// When a file cannot be written; nothing has changed then.
     pub fn commit(self) -> Result<Vec<Produced>> {
-        let mut produced = commit(&self.pending, self.create_folders)?;
+        self.commit_watched(&Quiet)
+    }
+
+    /// As [`commit`](Self::commit), watched: it is told of each file that is written beside its place, and may stop it until
+    /// the last is; what was written is removed then.
+    ///
+    /// # Errors
+    /// As for [`commit`](Self::commit); [`Error::Cancelled`] where it was stopped.
+    pub fn commit_watched(self, observer: &dyn Observer) -> Result<Vec<Produced>> {
+        let mut produced = commit(&self.pending, self.create_folders, observer)?;
         if let Some(first) = produced.first_mut() {
             first.completed = self.completed;
         }
@@ -346,6 +375,31 @@ mod tests {
         assert!(outputs.commit().is_err());
         assert_eq!(fs::read(&a).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["a.obj", "b.obj"]);
+    }
+
+    #[test]
+    fn whoever_watches_may_stop_it_until_the_last_is_written() {
+        struct After(std::cell::Cell<usize>);
+        impl Observer for After {
+            fn cancelled(&self) -> bool {
+                self.0.replace(self.0.get().saturating_sub(1)) == 0
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let file = |k: usize| folder.path().join(format!("{k}.obj"));
+        fs::write(file(1), "old").unwrap();
+        for after in 0..=4 {
+            let mut outputs = Outputs::new();
+            (0..4).for_each(|k| outputs.add(file(k), vec![7; 9], BTreeMap::new()).unwrap());
+            let done = outputs.commit_watched(&After(after.into()));
+            if after < 4 {
+                assert!(done.is_err_and(|e| e.is_cancelled()), "{after}");
+                assert_eq!(names(folder.path()), ["1.obj"], "{after}");
+                assert_eq!(fs::read(file(1)).unwrap(), b"old");
+            } else {
+                assert_eq!((done.unwrap().len(), names(folder.path()).len()), (4, 4));
+            }
+        }
     }
 
     #[test]

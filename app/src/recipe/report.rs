@@ -35,6 +35,9 @@ pub struct OutputReport {
     /// Files that came along (`.mtl`, `.bin`).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub siblings: Vec<crate::file::Produced>,
+    /// Of a sequence, the file of each frame; its path is the pattern then, and its size that of all.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<crate::file::Produced>,
     /// How each object went out; empty for a picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<Written>,

@@ -15,7 +15,7 @@ use super::report::{InputReport, OutputReport, RunReport};
 use super::within::{Lifted, UNIQUE};
 use crate::error::{Error, Result};
 use crate::file::output::format_for;
-use crate::file::{Content, Input, Outputs};
+use crate::file::{Content, Input, Outputs, Produced, Sequence};
 use crate::picture;
 use crate::recipe_error::RecipeError;
 
@@ -113,11 +113,18 @@ impl<'a> Runner<'a> {
             } else {
                 format_for(file, self.registry)?;
             }
-            outputs.claim(file)?;
+            match Sequence::of(file)? {
+                Some(sequence) => outputs.claim(sequence.file(0))?,
+                None => outputs.claim(file)?,
+            }
         }
         let applied = self.apply(recipe)?;
         let mut reports = Vec::with_capacity(files.len());
+        let mut counts = Vec::with_capacity(files.len());
         for file in &files {
+            self.observer.proceed("outputs", reports.len() as u64, files.len() as u64)?;
+            let sequence = Sequence::of(file)?;
+            let mut count = 1;
             let mut report = OutputReport { path: file.display().to_string(), ..OutputReport::default() };
             if picture::is_picture(file) {
                 report.notes = recipe.look.unmet(&applied.scene);
@@ -129,27 +136,54 @@ impl<'a> Runner<'a> {
                         .push(format!("{count} mark{plural} left out: later steps took the place away"));
                 }
                 let (before, marks) = (Some(&applied.before), &applied.marks);
-                let (bytes, undrawn) = picture::draw(file, &recipe.look, &applied.scene, before, marks)?;
-                report.notes.extend(undrawn);
-                outputs.add(file, bytes, std::collections::BTreeMap::new())?;
+                let none = std::collections::BTreeMap::new;
+                if let Some(sequence) = &sequence {
+                    let look = &recipe.look;
+                    let notes = sequence.each(&applied.scene, self.observer, |file, moment| {
+                        let look = look.clone().at(moment);
+                        let (bytes, undrawn) = picture::draw(file, &look, &applied.scene, None, &[])?;
+                        outputs.add(file, bytes, none())?;
+                        Ok(undrawn)
+                    })?;
+                    count = notes.len();
+                    report.notes.extend(notes.into_iter().next().unwrap_or_default());
+                } else {
+                    let (bytes, undrawn) = picture::draw(file, &recipe.look, &applied.scene, before, marks)?;
+                    report.notes.extend(undrawn);
+                    outputs.add(file, bytes, none())?;
+                }
             } else {
                 let output = format_for(file, self.registry)?.declaration().name;
                 let asked = recipe.conversion.write_options(applied.format.as_ref(), output);
                 let pictures = applied.source.as_ref().map(|source| source as &dyn Source);
                 let options = WriteOptions { observer: self.observer, pictures, ..asked };
-                let mut written = outputs.scene(&applied.scene, file, &options, self.registry)?;
+                let mut written;
+                if let Some(sequence) = &sequence {
+                    (written, count) = outputs.frames(&applied.scene, sequence, &options, self.registry)?;
+                } else {
+                    written = outputs.scene(&applied.scene, file, &options, self.registry)?;
+                }
                 report.objects = std::mem::take(&mut written.objects);
                 report.notes = written.told();
             }
+            report.notes.extend(sequence.iter().flat_map(|sequence| sequence.notes(count)));
             reports.push(report);
+            counts.push((sequence, count));
         }
         let idle = recipe.conversion.idle_fineness(reports.iter().flat_map(|report| &report.objects));
         if let Some(last) = reports.last_mut() {
             last.notes.extend(idle);
         }
-        for (report, produced) in reports.iter_mut().zip(outputs.commit()?) {
-            report.notes.extend(produced.note());
-            (report.bytes, report.siblings) = (produced.bytes, produced.siblings);
+        let mut produced = outputs.commit_watched(self.observer)?.into_iter();
+        for (report, (sequence, count)) in reports.iter_mut().zip(counts) {
+            let mut files: Vec<Produced> = produced.by_ref().take(count).collect();
+            report.notes.extend(files.iter().filter_map(Produced::note));
+            if let Some(sequence) = sequence {
+                report.bytes = sequence.produced(&files).bytes;
+                report.frames = files;
+            } else if let Some(file) = files.pop() {
+                (report.bytes, report.siblings) = (file.bytes, file.siblings);
+            }
         }
         Ok(RunReport { input: applied.input, steps: applied.steps, outputs: reports })
     }
@@ -183,7 +217,7 @@ impl<'a> Runner<'a> {
         let mut applied = self.read(recipe)?;
         let context = Context { registry: self.registry, observer: self.observer, clock: self.clock };
         for (number, Step { op, parameters, unique }) in steps.iter().enumerate() {
-            self.observer.progress(op, number as u64, steps.len() as u64);
+            self.observer.proceed(op, number as u64, steps.len() as u64)?;
             let operation = self.operation(recipe, op, number)?;
             let locate = |e: loftsman_kernel::plugin::ParameterError| {
                 step_error(recipe, number, op, parameters, e.into())

@@ -201,3 +201,61 @@ fn blender_shows_materials_layers_hierarchy_and_key_frames() {
         assert_eq!(object(report, "empty")["type"], "EMPTY");
     }
 }
+
+/// A rope that swings, frame by frame, as a document.
+fn swinging(frames: usize) -> Value {
+    let (vertices, spans) = (20, 17);
+    let frame = |k: usize| -> Value {
+        let time = k as f64 / 24.0;
+        let point = |i: usize| {
+            let s = i as f64 / (vertices - 1) as f64;
+            let angle = 9.0 * s + 3.0 * time;
+            json!([3.0 * s, 0.4 * s * angle.sin(), s * (time + 0.5 * angle.cos())])
+        };
+        (0..vertices).map(point).collect()
+    };
+    let knots: Vec<usize> = [vec![0; 3], (0..=spans).collect(), vec![spans; 3]].concat();
+    let curve = json!({ "degree": 3, "periodic": false, "knots": knots, "points": frame(frames - 1) });
+    let animation = json!({ "rate": 24, "frames": (0..frames).map(frame).collect::<Vec<_>>() });
+    document("m", &[json!({ "name": "rope", "curve": curve, "animation": animation })])
+}
+
+#[test]
+fn blender_plays_a_rope_and_its_tube_as_the_files_of_frames_show_them() {
+    let folder = tempfile::tempdir().unwrap();
+    save(folder.path(), "rope.loft.json", &swinging(48));
+    let tube = json!({ "op": "tube", "radius": 0.05, "sides": 12, "caps": "round", "name": "hose" });
+    let recipe = json!({ "input": "rope.loft.json", "output": ["rope.glb", "rope_##.obj"], "step": [tube] });
+    std::fs::write(folder.path().join("r.json"), recipe.to_string()).unwrap();
+    LOFTSMAN.done(folder.path(), &["run", "r.json"]);
+    let film = [folder.path().join("rope.glb")];
+    if let Some(reports) = Oracle::GltfValidator.ask(&film, &[]) {
+        assert_eq!(
+            (&reports[0]["errors"], &reports[0]["warnings"]),
+            (&json!(0), &json!(0)),
+            "{:#}",
+            reports[0]
+        );
+    }
+    let shown = [0, 23, 47];
+    let stills = shown.map(|k| folder.path().join(format!("rope_{k:02}.obj")));
+    let Some(films) = Oracle::Blender.ask(&film, &["--eval", "--frames", "0,23,47"]) else { return };
+    let Some(stills) = Oracle::Blender.ask(&stills, &[]) else { return };
+    for name in ["rope", "hose"] {
+        let keys = list(object(&films[0], name), "shape_keys");
+        assert_eq!((keys.len(), &keys[48]["name"]), (49, &json!("frame 47")), "{name}");
+    }
+    let mut ways = Vec::new();
+    for (k, still) in stills.iter().enumerate() {
+        let corners =
+            |report: &Value| -> Vec<[f64; 3]> { list(report, "bbox").iter().map(position).collect() };
+        let (film, still) =
+            (corners(&films[0]["frames"][k]["objects"]["hose"]), corners(object(still, "hose")));
+        for (film, still) in film.iter().zip(&still) {
+            assert!(crate::apart(*film, *still) < 1e-5, "frame {}: {film:?} {still:?}", shown[k]);
+        }
+        ways.push(film[1][2]);
+    }
+    // The end rises by a metre a second.
+    assert!(ways[2] > ways[0] + 1.0, "{ways:?}");
+}

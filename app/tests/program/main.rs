@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 mod aftermath;
+mod animation;
 mod batches;
 mod examples;
 mod faults;

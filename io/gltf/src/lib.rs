@@ -27,7 +27,8 @@
 //! * *Frames* of an animation are morph targets, shown one after the other by an animation of their weights. A spline is cut
 //!   at the same parameters in all of them, as finely as each needs, and the report's error is that of the worst; its vertices
 //!   are those of the first frame. What is no spline keeps its vertices, and the mesh's weights show its first frame. Normals
-//!   do not move with the frames of a surface, and the report says so.
+//!   are moved, too: turned as the faces around them are. Between frames points go straight (`LINEAR`). Of what does not move
+//!   in a frame, and of weights, which are zero but for one a frame, nothing is written (sparse accessors).
 //! * *Torn curves* are a strip for each of their parts.
 //! * *Numbers* that single precision does not hold or tell apart (coordinates, places, times) are refused by the object's name,
 //!   those of materials left out with a note. So is a spline that cannot be cut as finely as asked; what has no extent, or

@@ -5,7 +5,7 @@
 
 use loftsman_gltf::Gltf;
 use loftsman_kernel::Point;
-use loftsman_kernel::mesh::Polyline;
+use loftsman_kernel::mesh::{Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Chord, Fate, Fineness, Format, Memory, ReadOptions, WriteOptions, Written};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -626,4 +626,135 @@ fn what_cannot_be_cut_finely_enough_is_refused_at_once_with_its_name() {
     let curve = Curve::rational(Space::clamped_uniform(3, 6).unwrap(), net(6), weights).unwrap();
     let file = write(Object::new("unlike", curve.into()), Fineness::default()).unwrap();
     assert_eq!((file.report.fate, file.document.meshes().count()), (Fate::Approximated, 1));
+}
+
+/// A sheet of five by five points with a seam in its texture coordinates, normals by corner; turned about x by so many degrees.
+fn turned_sheet(degrees: f64) -> (Vec<Point>, [f64; 3]) {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let at = |k: usize| {
+        let (x, y) = ((k % 5) as f64, (k / 5) as f64);
+        Point::new(x, y * cosine, y * sine)
+    };
+    ((0..25).map(at).collect(), [0.0, -sine, cosine])
+}
+
+#[test]
+fn normals_turn_with_the_faces_of_each_frame() {
+    let mut faces = Vec::new();
+    for row in 0..4 {
+        for column in 0..4 {
+            let a = 5 * row + column;
+            faces.push([a, a + 1, a + 6, a + 5]);
+        }
+    }
+    let mut mesh = Mesh::new(turned_sheet(0.0).0, &faces).unwrap();
+    mesh.normals = Layer::per_corner(vec![loftsman_kernel::Vector::z()], vec![0; 64]);
+    // Every face has a corner of the texture of its own: most points are doubled.
+    mesh.uvs = Layer::per_corner(
+        (0..64).map(|k| [f64::from(k) / 64.0, 0.25 * f64::from(k % 4)]).collect(),
+        (0..64).collect(),
+    );
+    let turns = [0.0, 10.0, 45.0, 90.0, 170.0, -60.0];
+    let mut object = Object::new("sheet", mesh.into());
+    let frames = turns.iter().map(|turn| turned_sheet(*turn).0).collect();
+    object.animation = Some(Animation { rate: 10.0, frames });
+    let file = write(object, Fineness::default()).unwrap();
+    let primitive = file.document.meshes().next().unwrap().primitives().next().unwrap();
+    let reader = primitive.reader(|_| Some(&file.blob));
+    let base: Vec<[f32; 3]> = reader.read_normals().unwrap().collect();
+    assert_eq!(base.len(), 64, "points are doubled");
+    let mut seen = 0;
+    for ((_, normals, _), turn) in reader.read_morph_targets().zip(turns) {
+        let expected = turned_sheet(turn).1;
+        for (base, delta) in base.iter().zip(normals.unwrap()) {
+            let found = [0, 1, 2].map(|i| f64::from(base[i] + delta[i]));
+            assert!(length(sub(found, expected)) < 1e-6, "{turn} degrees: {found:?} for {expected:?}");
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 64 * turns.len());
+    // What has no normals has none in its frames, and lines neither.
+    let mut bare = Mesh::new(turned_sheet(0.0).0, &faces).unwrap();
+    bare.set_lines(vec![0, 24], vec![0, 2]).unwrap();
+    let mut object = Object::new("sheet", bare.into());
+    object.animation = Some(Animation { rate: 10.0, frames: vec![turned_sheet(30.0).0; 2] });
+    let file = write(object, Fineness::default()).unwrap();
+    for primitive in file.document.meshes().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>()) {
+        assert!(primitive.morph_targets().all(|target| target.normals().is_none()));
+    }
+}
+
+#[test]
+fn surfaces_have_the_normals_of_their_frames() {
+    // A plane that becomes a cylinder: normals of the last frame are those of the cylinder to a few degrees.
+    let (count, spans) = (9, 6);
+    let knots: Vec<f64> =
+        [vec![0.0; 3], (0..=spans).map(f64::from).collect(), vec![f64::from(spans); 3]].concat();
+    let space = Space::open(3, knots).unwrap();
+    let net = |bend: f64| -> Vec<Point> {
+        (0..count * count)
+            .map(|k| {
+                let (x, y) = ((k / count) as f64 * 0.25, (k % count) as f64 * 0.25);
+                if bend == 0.0 {
+                    return Point::new(x, y, 0.0);
+                }
+                Point::new((bend * x).sin() / bend, y, (1.0 - (bend * x).cos()) / bend)
+            })
+            .collect()
+    };
+    let surface = Surface::new(space.clone(), space, net(0.0)).unwrap();
+    let mut object = Object::new("sheet", surface.into());
+    object.animation = Some(Animation { rate: 10.0, frames: vec![net(0.0), net(0.5), net(1.0)] });
+    let fine = Fineness { chord: Chord::Absolute(1e-3), ..Fineness::default() };
+    let file = write(object, fine).unwrap();
+    assert!(file.report.reason.iter().all(|reason| !reason.contains("normals")), "{:?}", file.report);
+    let primitive = file.document.meshes().next().unwrap().primitives().next().unwrap();
+    let reader = primitive.reader(|_| Some(&file.blob));
+    let base: Vec<[f32; 3]> = reader.read_normals().unwrap().collect();
+    let (_, frames) = file.shown();
+    let (_, normals, _) = reader.read_morph_targets().nth(2).unwrap();
+    let mut worst = 0.0_f64;
+    for ((p, base), delta) in frames[2].iter().zip(&base).zip(normals.unwrap()) {
+        let found = [0, 1, 2].map(|i| f64::from(base[i] + delta[i]));
+        // The axis of the cylinder is at height 1; the spline is a little inside of its vertices.
+        let out = [-p[0], 0.0, 1.0 - p[2]];
+        let cosine = dot(found, out) / length(out) / length(found);
+        worst = worst.max(cosine.abs().clamp(-1.0, 1.0).acos().to_degrees());
+    }
+    // At its edges faces are on one side only: half of the angle that neighbouring normals may differ by.
+    assert!(worst < 8.5, "{worst} degrees");
+}
+
+#[test]
+fn what_stands_still_takes_no_room() {
+    // One point of a thousand moves in each frame.
+    let base: Vec<Point> = (0..1000).map(|k| Point::new(f64::from(k), 0.0, 0.0)).collect();
+    let moved = |k: usize| {
+        let mut frame = base.clone();
+        frame[7 * k].y = 1.0 + k as f64;
+        frame
+    };
+    let mut object = Object::new("line", Polyline { points: base.clone(), closed: false }.into());
+    let frames: Vec<_> = std::iter::once(base.clone()).chain((1..100).map(moved)).collect();
+    object.animation = Some(Animation { rate: 24.0, frames: frames.clone() });
+    let file = write(object, Fineness::default()).unwrap();
+    let size = file.memory.bytes.len();
+    assert!(size < 80_000, "{size} bytes for what takes 1.2 million in full");
+    let (_, shown) = file.shown();
+    for (frame, shown) in frames.iter().zip(&shown) {
+        assert!(frame.iter().zip(shown).all(|(p, q)| length(sub([p.x, p.y, p.z], *q)) < 1e-4));
+    }
+    let (scene, _) = Gltf.read(&file.memory, &ReadOptions::default()).unwrap();
+    let back = scene.objects()[0].animation.as_ref().unwrap();
+    assert_eq!((back.rate, back.frames.len()), (24.0, 100));
+    assert_eq!(back.frames[99][7 * 99].y, 100.0);
+    // Weights grow with the number of frames, not with its square.
+    let frames = |count: usize| {
+        let mut object = Object::new("line", Polyline { points: base[..2].to_vec(), closed: false }.into());
+        let frame = |k: usize| vec![Point::origin(), Point::new(1.0, k as f64, 0.0)];
+        object.animation = Some(Animation { rate: 24.0, frames: (0..count).map(frame).collect() });
+        write(object, Fineness::default()).unwrap().memory.bytes.len()
+    };
+    let (few, many) = (frames(100), frames(2000));
+    assert!(many < 25 * few, "{few} bytes for 100 frames, {many} for 2000");
 }

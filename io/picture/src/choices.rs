@@ -28,6 +28,29 @@ pub enum Beads {
     Uniform(usize),
 }
 
+/// Whether frames of animations are drawn, and how.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Frames {
+    /// None: what moves is drawn as it is. The default.
+    #[default]
+    Off,
+    /// In the drawing, dashed: a drag on its way. Of many, six evenly spread.
+    Dashed,
+    /// In the drawing, so many evenly spread, the paler the earlier: an onion skin.
+    Fading(usize),
+    /// Side by side, so many evenly spread from the first to the last: a film strip. Each view has a drawing for each, all to one
+    /// scale and with nothing of the state before.
+    Film(usize),
+}
+
+impl From<bool> for Frames {
+    /// Dashed, or off.
+    fn from(on: bool) -> Self {
+        if on { Self::Dashed } else { Self::Off }
+    }
+}
+
 /// What the modules of `draw` need to know of a picture.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Choices {

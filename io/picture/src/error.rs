@@ -54,6 +54,11 @@ pub enum PictureError {
         "a curvature profile needs a curve, and there is none among {0}: choose other objects, or leave it out"
     )]
     NoCurve(String),
+    /// A film of a scene in which nothing moves.
+    #[error(
+        "nothing in the scene is animated, so that there are no frames for a film: keep some (`drag` with `frames = true`)"
+    )]
+    Still,
     /// Faces that cover one another so often that to find out which is seen would take minutes.
     #[error(
         "the faces of this scene cover one another {0:.0} times over on the page: too much to tell what is seen; show fewer objects, or a smaller page"

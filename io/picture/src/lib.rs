@@ -31,6 +31,7 @@ mod choices;
 mod depth;
 mod draw;
 mod error;
+mod film;
 mod labels;
 mod layout;
 mod page;
@@ -46,7 +47,7 @@ mod text;
 mod theme;
 mod view;
 
-pub use choices::{Beads, Combs};
+pub use choices::{Beads, Combs, Frames};
 pub use error::PictureError;
 pub use panel::{Against, Panel};
 pub use picture::Picture;

@@ -5,10 +5,11 @@ use std::borrow::Cow;
 use loftsman_kernel::scene::{Geometry, MOST_PLACED, Scene, Unit};
 
 use crate::chart::Chart;
-use crate::choices::Choices;
+use crate::choices::{Choices, Frames};
 use crate::draw::comb::{Combing, Measure};
 use crate::draw::{self, legend};
 use crate::error::PictureError;
+use crate::film;
 use crate::layout::{Layout, Rect};
 use crate::panel::{Panel, Shown};
 use crate::picture::Picture;
@@ -82,10 +83,22 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     let only = [Panel::view(picture.view)];
     let panels: &[Panel] = if picture.panels.is_empty() { &only } else { &picture.panels };
     let panels: Vec<Panel> = panels.iter().map(|panel| with_contents(panel, picture.scene, &scene)).collect();
-    let scenery = Scenery::new(&scene, before.as_deref(), &marks, picture.frames, &panels)?;
+    let panels = film::strip(panels, picture.frames, &scene)?;
+    // Several panels may show one moment, from several sides.
+    let mut moments: Vec<f64> = panels.iter().filter_map(|panel| panel.moment).collect();
+    moments.sort_by(f64::total_cmp);
+    moments.dedup();
+    let stills = moments.iter().map(|moment| scene.at(*moment)).collect::<Result<Vec<Scene>, _>>()?;
+    let scenery = Scenery::new(&scene, (before.as_deref(), None), &marks, picture.frames, &panels)?;
+    let still = |still| Scenery::new(still, (None, Some(&*scene)), &[], Frames::Off, &panels);
+    let sceneries = stills.iter().map(still).collect::<Result<Vec<_>, PictureError>>()?;
+    let of = |panel: &Panel| {
+        let at = panel.moment.and_then(|moment| moments.iter().position(|m| m.total_cmp(&moment).is_eq()));
+        at.and_then(|at| sceneries.get(at)).unwrap_or(&scenery)
+    };
     let mut parts = panels
         .iter()
-        .map(|panel| Part::new(panel, &scenery, &picture.choices))
+        .map(|panel| Part::new(panel, of(panel), &picture.choices))
         .collect::<Result<Vec<_>, PictureError>>()?;
     measure(&mut parts, &picture.choices);
 

@@ -28,18 +28,20 @@ pub struct Panel {
     pub(crate) shown: Shown,
     pub(crate) caption: Option<String>,
     pub(crate) objects: Option<Vec<String>>,
+    /// The moment of its animations, in seconds.
+    pub(crate) moment: Option<f64>,
 }
 
 impl Panel {
     /// A drawing of the scene. All parallel views of a picture have one scale.
     pub fn view(view: View) -> Self {
-        Self { shown: Shown::Drawing(view), caption: None, objects: None }
+        Self { shown: Shown::Drawing(view), caption: None, objects: None, moment: None }
     }
 
     /// A chart of the curvature of all curves, before and after. Where all curves are in one plane, curvature has a sign: positive to
     /// the left of the curve, as the automatic view of the scene shows it.
     pub fn profile(against: Against) -> Self {
-        Self { shown: Shown::Profile(against), caption: None, objects: None }
+        Self { shown: Shown::Profile(against), caption: None, objects: None, moment: None }
     }
 
     /// Whether it is a drawing, and no chart.
@@ -56,6 +58,13 @@ impl Panel {
     #[must_use]
     pub fn or_objects<S: Into<String>>(self, names: impl IntoIterator<Item = S>) -> Self {
         if self.objects.is_some() { self } else { self.objects(names) }
+    }
+
+    /// The scene at a moment of its animations, in seconds, without marks and the state before. The drawing leaves room for all
+    /// moments, so that pictures of several show each thing in one place and to one scale.
+    #[must_use]
+    pub fn at(self, seconds: f64) -> Self {
+        Self { moment: Some(seconds), ..self }
     }
 
     /// A line of text below the panel.

@@ -4,7 +4,7 @@ use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::Scene;
 
-use crate::choices::{Beads, Choices, Combs};
+use crate::choices::{Beads, Choices, Combs, Frames};
 use crate::error::PictureError;
 use crate::panel::Panel;
 use crate::theme::Theme;
@@ -12,6 +12,9 @@ use crate::view::View;
 
 /// The narrowest and widest page, in millimetres.
 const WIDTHS: (f64, f64) = (40.0, 2000.0);
+
+/// The most frames that a picture shows.
+const MOST_FRAMES: usize = 100;
 
 /// A picture of a scene.
 ///
@@ -28,7 +31,7 @@ pub struct Picture<'a> {
     pub(crate) columns: Option<usize>,
     pub(crate) theme: Theme,
     pub(crate) choices: Choices,
-    pub(crate) frames: bool,
+    pub(crate) frames: Frames,
     pub(crate) legend: bool,
     pub(crate) width: f64,
     pub(crate) height: Option<f64>,
@@ -54,7 +57,7 @@ impl<'a> Picture<'a> {
                 alternate: false,
                 labels: true,
             },
-            frames: false,
+            frames: Frames::Off,
             legend: true,
             width: 180.0,
             height: None,
@@ -103,10 +106,10 @@ impl<'a> Picture<'a> {
         self
     }
 
-    /// Whether frames of animations are drawn, dashed: a drag on its way. Of many, a few evenly spread.
+    /// Whether frames of animations are drawn, and how; `true` is [`Frames::Dashed`].
     #[must_use]
-    pub fn frames(mut self, on: bool) -> Self {
-        self.frames = on;
+    pub fn frames(mut self, how: impl Into<Frames>) -> Self {
+        self.frames = how.into();
         self
     }
 
@@ -194,6 +197,15 @@ impl<'a> Picture<'a> {
                 what: "a number of columns of",
                 found: "0".to_owned(),
                 needed: "1 or more",
+            });
+        }
+        if let Frames::Fading(count) | Frames::Film(count) = self.frames
+            && !(1..=MOST_FRAMES).contains(&count)
+        {
+            return Err(PictureError::Option {
+                what: "a number of frames of",
+                found: count.to_string(),
+                needed: "1 to 100",
             });
         }
         if let Combs::Scale(scale) = self.choices.combs

@@ -64,13 +64,24 @@ pub(crate) struct Spotlight<'a> {
     pub(crate) vector: Option<Vector>,
 }
 
+/// How a frame of an animation is seen beside the object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Ghost {
+    /// Dashed, with its number from 1.
+    Dashed(usize),
+    /// As pale as it is early: 0 for the first, 1 for the last of all.
+    Faded(f64),
+}
+
 /// Everything that a picture shows.
 #[derive(Debug)]
 pub(crate) struct Stage<'a> {
     /// The state before, where it differs: drawn lighter and first.
     pub(crate) old: Vec<Body<'a>>,
-    /// Frames of animations, each with its number from 1.
-    pub(crate) frames: Vec<(Body<'a>, usize)>,
+    /// Frames of animations.
+    pub(crate) frames: Vec<(Body<'a>, Ghost)>,
+    /// The points of all moments, where a drawing leaves room for them.
+    pub(crate) moments: Vec<Vector>,
     /// The objects.
     pub(crate) new: Vec<Body<'a>>,
     /// What was asked.

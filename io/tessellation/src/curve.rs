@@ -53,9 +53,10 @@ impl Places {
     fn line(self, curves: &[Curve]) -> Result<MovingLine> {
         let found = self;
         let mut states: Vec<Vec<Point>> = vec![Vec::with_capacity(found.places.len()); curves.len()];
+        let mut parameters = Vec::with_capacity(found.places.len());
         let mut starts = vec![0];
         let mut point = vec![Point::origin(); curves.len()];
-        for place in &found.places {
+        for (k, place) in found.places.iter().enumerate() {
             for (point, (curve, state)) in point.iter_mut().zip(curves.iter().zip(&found.states)) {
                 *point = match (place, state) {
                     (Place::At(u), _) => curve.point(*u)?,
@@ -71,6 +72,12 @@ impl Places {
             let torn = starts.last() == Some(&states[0].len());
             if !stands || torn {
                 states.iter_mut().zip(&point).for_each(|(points, point)| points.push(*point));
+                // The end of a part has the parameter of the start of the next, which comes right behind it.
+                let own = found.places[k..].iter().find_map(|place| match place {
+                    Place::At(u) => Some(*u),
+                    Place::Before(_) => None,
+                });
+                parameters.extend(own);
             }
             if matches!(place, Place::Before(_)) {
                 starts.push(states[0].len());
@@ -86,8 +93,10 @@ impl Places {
             });
         if closed {
             states.iter_mut().for_each(|points| _ = points.pop());
+            parameters.pop();
         }
-        Ok(MovingLine { states, starts, closed, tolerance: found.tolerance, error: found.error })
+        let Self { tolerance, error, .. } = found;
+        Ok(MovingLine { states, parameters, starts, closed, tolerance, error })
     }
 }
 /// A point of the polyline.

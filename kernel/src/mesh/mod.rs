@@ -3,6 +3,7 @@
 mod by_point;
 pub mod color;
 mod layer;
+mod moved;
 
 pub use by_point::ByPoint;
 pub use layer::{Layer, NONE};

@@ -10,6 +10,7 @@ mod list;
 mod object;
 mod placed;
 pub mod placement;
+mod time;
 mod within;
 
 use std::collections::{HashMap, HashSet};

@@ -1,6 +1,6 @@
 //! The operations that edit: `edit` and `drag` under constraints, and the small ones that change how a shape is
 //! represented or where it is (`refine`, `elevate`, `simplify`, `reverse`, `split`, `untrim`, `transform`, `tessellate`,
-//! `copy`, `delete`, `rename`).
+//! `tube`, `copy`, `delete`, `rename`).
 //!
 //! [`Editing`] registers them, with the kernel's functionals and solvers.
 
@@ -13,6 +13,7 @@ mod scene;
 mod simplify;
 mod tessellate;
 mod transform;
+mod tube;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Sparse};
@@ -25,6 +26,7 @@ pub use scene::{Delete, Duplicate, Rename};
 pub use simplify::Simplify;
 pub use tessellate::Tessellate;
 pub use transform::Transform;
+pub use tube::Tube;
 
 /// The plug-in: the operations of this crate, the functionals and the solvers of the kernel.
 #[derive(Debug, Clone, Copy, Default)]
@@ -49,6 +51,7 @@ impl Plugin for Editing {
         registry.operation(Untrim);
         registry.operation(Transform);
         registry.operation(Tessellate);
+        registry.operation(Tube);
         registry.operation(Duplicate);
         registry.operation(Delete);
         registry.operation(Rename);

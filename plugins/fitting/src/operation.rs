@@ -131,7 +131,7 @@ impl Operation for FitPoints {
     ) -> Result<StepReport, OperationError> {
         parameters.check(DECLARATION.fields)?;
         let name = parameters.text("object")?;
-        let object = scene.object(name)?;
+        let object = scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
         let (points, chain) = match object.geometry() {
             Geometry::Polyline(line) => (line.points.as_slice(), line.closed),
             Geometry::Cloud(cloud) => (cloud.points.as_slice(), false),

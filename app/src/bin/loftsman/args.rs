@@ -21,7 +21,9 @@ const MESHES_ONLY: &str = "meshes-only";
 /// Edits splines under constraints and hands them to Blender, MeshLab and CAD.
 #[derive(Debug, Parser)]
 #[command(name = "loftsman", version, max_term_width = 100, arg_required_else_help = true)]
-#[command(after_help = "Exit status: 0 done; 1 the input or the problem is at fault; 2 the command line is.")]
+#[command(
+    after_help = "Exit status: 0 done; 1 the input or the problem is at fault; 2 the command line is; 130 interrupted."
+)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -61,7 +63,8 @@ pub(crate) struct RunArgs {
     /// The recipe, TOML or JSON; - for the standard input.
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) recipe: PathBuf,
-    /// Write this file instead of the recipe's outputs; may be repeated.
+    /// Write this file instead of the recipe's outputs; may be repeated. #### in its name is the number of a frame: one
+    /// file for each frame of the animations.
     #[arg(short, long = "output", value_name = "OUT", value_hint = ValueHint::FilePath)]
     pub(crate) outputs: Vec<PathBuf>,
     /// Use this solver in every step that takes one.
@@ -73,7 +76,8 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {
-    /// IN and OUT; with --into, only inputs. - is the standard input or output.
+    /// IN and OUT; with --into, only inputs. - is the standard input or output; #### in OUT is the number of a frame:
+    /// one file for each frame of the animations.
     #[arg(required = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) files: Vec<PathBuf>,
     /// The format to write, by its extension; needed with --into and where OUT is -.

@@ -25,13 +25,27 @@ impl std::fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
+/// Ctrl-C stopped it: exit status 130.
+#[derive(Debug)]
+struct Interrupted(String);
+
+impl std::fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Interrupted {}
+
 /// What was typed.
 fn typed() -> Arguments {
     Arguments::from_arg_matches(&args::command().get_matches()).unwrap_or_else(|error| error.exit())
 }
 
 fn main() -> ExitCode {
-    let result = match typed().command {
+    let arguments = typed();
+    progress::listen();
+    let result = match arguments.command {
         Command::Run(args) => commands::run::run(&args),
         Command::Convert(args) => commands::convert::run(&args),
         Command::Info(args) => commands::info::run(&args),
@@ -45,6 +59,14 @@ fn main() -> ExitCode {
         Ok(code) => code,
         // Whoever read our output has seen enough (`| head`).
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if is_cancelled(&error) => {
+            console::error("interrupted: nothing was written");
+            ExitCode::from(progress::INTERRUPTED)
+        }
+        Err(error) if error.is::<Interrupted>() => {
+            console::error(&error.to_string());
+            ExitCode::from(progress::INTERRUPTED)
+        }
         Err(error) => {
             console::error(&error.to_string());
             ExitCode::from(if error.is::<Usage>() { 2 } else { 1 })
@@ -54,4 +76,8 @@ fn main() -> ExitCode {
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+fn is_cancelled(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<loftsman::Error>().is_some_and(loftsman::Error::is_cancelled)
 }

@@ -13,7 +13,8 @@ use super::bin::{Bin, Kind, Out, Use};
 use super::schema::{self, Channel, Sampler, Target};
 use super::shape::{Shaped, targets};
 
-/// The largest number of frames: every frame has a weight for every other, so that their square is written.
+/// The largest number of frames: every frame has a weight for every other, and readers make the square of their number out
+/// of what is written.
 pub(super) const LARGEST: usize = 2000;
 
 /// The frames of a shape that is written: its points as they are, and as they are in each frame.
@@ -46,7 +47,7 @@ impl<'a> Moves<'a> {
         self.frames.rate
     }
 
-    /// The morph target of each frame.
+    /// The morph target of each frame; what is watched is told of each.
     pub(super) fn targets(
         &self,
         shaped: &Shaped,
@@ -103,12 +104,9 @@ impl Keys {
             bin.later(Kind::floats(1), Use::Other, count, Some(bounds), Box::new(pour))
         });
         let weights = *self.weights.entry(count).or_insert_with(|| {
-            let pour = move |out: &mut Out<'_>| {
-                let cells = (0..count)
-                    .flat_map(|k| (0..count).map(move |target| if k == target { 1.0_f32 } else { 0.0 }));
-                cells.into_iter().try_for_each(|w| out.write_all(&w.to_le_bytes()))
-            };
-            bin.later(Kind::floats(1), Use::Other, count * count, None, Box::new(pour))
+            // A one for each key, all else zeros: as many numbers as keys, not their square.
+            let ones: Vec<(u32, [f32; 1])> = (0..count).map(|k| ((k * (count + 1)) as u32, [1.0])).collect();
+            bin.sparse(count * count, None, &ones)
         });
         self.tracks.push((object, times, weights));
         Ok(())

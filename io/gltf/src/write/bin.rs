@@ -7,7 +7,7 @@ use std::io::{self, BufWriter, Write};
 
 use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Sink};
 
-use super::schema::{Accessor, Buffer, BufferView, Root};
+use super::schema::{Accessor, Buffer, BufferView, Root, Sparse, SparseIndices, SparseValues};
 
 /// Where bytes are poured.
 pub(super) type Out<'o> = BufWriter<&'o mut dyn Write>;
@@ -111,7 +111,7 @@ impl<'a> Bin<'a> {
         pour: Pour<'a>,
     ) -> usize {
         let view = self.view(count * kind.component.1 * kind.components, used, Section::Pour(pour));
-        self.accessor(kind, view, count, bounds)
+        self.accessor(kind, Some(view), count, bounds, None)
     }
 
     /// An accessor of elements that are poured into memory now, because what they come from does not last.
@@ -130,21 +130,47 @@ impl<'a> Bin<'a> {
         out.flush()?;
         drop(out);
         let view = self.view(length, used, Section::Bytes(bytes));
-        Ok(self.accessor(kind, view, count, bounds))
+        Ok(self.accessor(kind, Some(view), count, bounds, None))
     }
 
     fn accessor(
         &mut self,
         kind: Kind,
-        buffer_view: usize,
+        buffer_view: Option<usize>,
         count: usize,
         bounds: Option<[Vec<f32>; 2]>,
+        sparse: Option<Sparse>,
     ) -> usize {
         // As doubles: the shortest text of a single is another double.
         let [min, max] = bounds.unwrap_or_default().map(|ends| ends.into_iter().map(f64::from).collect());
         let component_type = kind.component.0;
-        self.accessors.push(Accessor { buffer_view, component_type, count, kind: kind.name, min, max });
+        let kind = kind.name;
+        self.accessors.push(Accessor { buffer_view, component_type, count, kind, min, max, sparse });
         self.accessors.len() - 1
+    }
+
+    /// An accessor of `count` elements of which all but a few are zero: these alone are written, with their indices, which
+    /// ascend.
+    pub(super) fn sparse<const N: usize>(
+        &mut self,
+        count: usize,
+        bounds: Option<[Vec<f32>; 2]>,
+        elements: &[(u32, [f32; N])],
+    ) -> usize {
+        let kind = Kind::floats(N);
+        // Nothing but zeros needs neither view nor elements, but there are readers that refuse it so.
+        let zero = [(0, [0.0; N])];
+        let elements = if elements.is_empty() { &zero[..] } else { elements };
+        let narrow = count <= usize::from(u16::MAX);
+        let index =
+            |i: u32| if narrow { (i as u16).to_le_bytes().to_vec() } else { i.to_le_bytes().to_vec() };
+        let indices = elements.iter().flat_map(|&(i, _)| index(i)).collect();
+        let values = elements.iter().flat_map(|(_, v)| v.iter().flat_map(|x| x.to_le_bytes())).collect();
+        let component_type = if narrow { 5123 } else { 5125 };
+        let indices = SparseIndices { buffer_view: self.owned(indices), component_type };
+        let values = SparseValues { buffer_view: self.owned(values) };
+        let sparse = Some(Sparse { count: elements.len(), indices, values });
+        self.accessor(kind, None, count, bounds, sparse)
     }
 
     /// Pours the whole buffer.

@@ -11,33 +11,37 @@ use loftsman_kernel::plugin::FormatError;
 use super::bin::{Bin, Kind, Out, Use};
 use super::frame::Frame;
 use super::material::shade;
-use super::shape::{LINES, POINTS, Shaped, TRIANGLES, positions, primitive, put, put_index, values};
+use super::shape::{
+    LINES, NORMAL, POINTS, Shaped, TRIANGLES, Turning, positions, primitive, put, put_index, values,
+};
 use super::tangent::with_tangents;
 use crate::triangulate;
 
 /// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. Slots of which
-/// `maps` says that the material has a normal map, and for which set of texture coordinates, have tangents. `None`
-/// where nothing is to be seen.
+/// `maps` says that the material has a normal map, and for which set of texture coordinates, have tangents. Where it
+/// `moves`, what its normals turn with is kept. `None` where nothing is to be seen.
 pub(super) fn mesh<'a>(
     mesh: Cow<'a, Mesh>,
     change: Change,
     faces_only: bool,
     maps: &BTreeMap<u32, u32>,
+    moves: bool,
     bin: &mut Bin<'a>,
 ) -> Result<Option<Shaped>, FormatError> {
     if let Some(mut cut) = with_tangents(&mesh, maps)? {
         // Only to say that they are left out.
         cut.groups.clone_from(&mesh.groups);
-        let shaped = shaped(Cow::Owned(cut), change, faces_only, bin)?;
+        let shaped = shaped(Cow::Owned(cut), change, faces_only, moves, bin)?;
         return Ok(shaped.map(|shaped| Shaped { made_tangents: true, ..shaped }));
     }
-    shaped(mesh, change, faces_only, bin)
+    shaped(mesh, change, faces_only, moves, bin)
 }
 
 fn shaped<'a>(
     mesh: Cow<'a, Mesh>,
     change: Change,
     faces_only: bool,
+    moves: bool,
     bin: &mut Bin<'a>,
 ) -> Result<Option<Shaped>, FormatError> {
     match mesh {
@@ -50,19 +54,21 @@ fn shaped<'a>(
                     lent: Some(flat),
                     change,
                     faces_only,
+                    moves,
                     doubled: Vec::new(),
                 }
                 .plan(bin),
                 Cow::Owned(flat) => {
                     let doubled = by_point.doubled;
-                    Planner { original: mesh, flat: &flat, lent: None, change, faces_only, doubled }.plan(bin)
+                    Planner { original: mesh, flat: &flat, lent: None, change, faces_only, moves, doubled }
+                        .plan(bin)
                 }
             }
         }
         Cow::Owned(mesh) => {
             let by_point = mesh.by_point()?;
             let doubled = by_point.doubled;
-            Planner { original: &mesh, flat: &by_point.mesh, lent: None, change, faces_only, doubled }
+            Planner { original: &mesh, flat: &by_point.mesh, lent: None, change, faces_only, moves, doubled }
                 .plan(bin)
         }
     }
@@ -77,6 +83,7 @@ struct Planner<'m, 'a> {
     lent: Option<&'a Mesh>,
     change: Change,
     faces_only: bool,
+    moves: bool,
     doubled: Vec<u32>,
 }
 
@@ -145,8 +152,36 @@ impl<'a> Planner<'_, 'a> {
         if !self.original.smoothing.is_empty() {
             remarks.push("its smoothing groups were left out".to_owned());
         }
+        let turning = match attributes.normals.is_some() && self.moves {
+            true => Some(self.turning()?),
+            false => None,
+        };
         let (doubled, made_tangents) = (self.doubled, false);
-        Ok(Some(Shaped { primitives, slots, frame, form, remarks, has_colors, doubled, made_tangents }))
+        Ok(Some(Shaped {
+            primitives,
+            slots,
+            frame,
+            form,
+            remarks,
+            has_colors,
+            doubled,
+            made_tangents,
+            turning,
+        }))
+    }
+
+    /// What the normals turn with.
+    fn turning(&self) -> Result<Turning, FormatError> {
+        let (original, flat) = (self.original, self.flat);
+        let corners = original.corners().to_vec();
+        let mut mesh = Mesh::from_parts(original.points().to_vec(), corners, original.starts().to_vec())?;
+        mesh.normals = original.normals.clone();
+        // The corners of both are in one order. What no face has stays as it is.
+        let mut of = vec![NONE; flat.points().len()];
+        for (corner, (&own, &point)) in flat.corners().iter().zip(original.corners()).enumerate() {
+            of[own as usize] = original.normals.index(corner, point);
+        }
+        Ok(Turning { mesh, of })
     }
 
     /// The triangles of each slot.
@@ -320,7 +355,7 @@ impl Attributes {
         };
         let mut map = BTreeMap::from([("POSITION".to_owned(), position)]);
         if let Some(accessor) = has(&self.normals) {
-            map.insert("NORMAL".to_owned(), accessor);
+            map.insert(NORMAL.to_owned(), accessor);
             // Only faces have tangents, and only beside normals.
             if let Some(accessor) = has(&self.tangents).filter(|_| slot.is_some()) {
                 map.insert("TANGENT".to_owned(), accessor);

@@ -15,7 +15,7 @@ use nalgebra::Matrix4;
 use serde_json::{Value, json};
 
 use super::animation::{self, Moves};
-use super::shape::{self, LINE_STRIP, POINTS, Shaped};
+use super::shape::{self, LINE_STRIP, NORMAL, POINTS, Shaped};
 use super::{Writer, mesh, schema};
 use crate::extras::{AnimationFields, ExtrasFields};
 use crate::words::{MESH_DATA, MESH_NAME, TARGET_NAMES, frame_name};
@@ -108,7 +108,7 @@ impl<'a> Writer<'a, '_> {
                     Ok(_) => return Ok(self.unseen(object, "the curve has no extent", report)),
                     Err(e) => return Ok(self.unseen(object, &seen(e)?, report)),
                 };
-                let MovingLine { states, starts, closed, tolerance, error } = line;
+                let MovingLine { states, starts, closed, tolerance, error, .. } = line;
                 let points = states.first().cloned().unwrap_or_default();
                 report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
                 report.change("the curve became segments; the exact one is in extras");
@@ -198,12 +198,9 @@ impl<'a> Writer<'a, '_> {
         if rest.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
             mesh.turn_inside_out();
         }
-        if moves.as_ref().is_some_and(|moves| moves.count() > 1) {
-            report.change("its normals are those of the first frame");
-        }
         let points = mesh.points().to_vec();
         let maps = self.materials.normal_maps(&object.materials);
-        match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
+        match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, moves.is_some(), &mut self.bin)? {
             Some(shaped) => Ok(self.exact(object, shaped, &points, moves)),
             None => Ok(self.unseen(object, "it has no triangle of any extent", report)),
         }
@@ -257,14 +254,28 @@ impl<'a> Writer<'a, '_> {
             }
             Cow::Borrowed(Geometry::Mesh(mesh)) => {
                 cut(mesh, report);
-                match mesh::mesh(Cow::Borrowed(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
+                match mesh::mesh(
+                    Cow::Borrowed(mesh),
+                    change,
+                    self.meshes_only,
+                    &maps,
+                    frames.is_some(),
+                    &mut self.bin,
+                )? {
                     Some(shaped) => shaped,
                     None => return nothing(report, UNSEEN),
                 }
             }
             Cow::Owned(Geometry::Mesh(mesh)) => {
                 cut(&mesh, report);
-                match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, &mut self.bin)? {
+                match mesh::mesh(
+                    Cow::Owned(mesh),
+                    change,
+                    self.meshes_only,
+                    &maps,
+                    frames.is_some(),
+                    &mut self.bin,
+                )? {
                     Some(shaped) => shaped,
                     None => return nothing(report, UNSEEN),
                 }
@@ -314,6 +325,10 @@ impl<'a> Writer<'a, '_> {
             let targets = moves.targets(&shaped, &mut self.bin)?;
             for primitive in &mut shaped.primitives {
                 primitive.targets.clone_from(&targets);
+                // What a primitive has not cannot move.
+                if !primitive.attributes.contains_key(NORMAL) {
+                    primitive.targets.iter_mut().for_each(|target| _ = target.remove(NORMAL));
+                }
             }
             let names: Vec<String> = (0..count).map(frame_name).collect();
             match &mut extras {

@@ -136,7 +136,9 @@ pub(super) struct Sampler {
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
-    pub(super) buffer_view: usize,
+    /// `None` for zeros.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) buffer_view: Option<usize>,
     /// 5121 `u8`, 5123 `u16`, 5125 `u32`, 5126 `f32`.
     pub(super) component_type: u16,
     pub(super) count: usize,
@@ -146,6 +148,29 @@ pub(super) struct Accessor {
     pub(super) min: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) max: Vec<f64>,
+    /// The elements that are not what the view says, or not zero where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) sparse: Option<Sparse>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Sparse {
+    pub(super) count: usize,
+    pub(super) indices: SparseIndices,
+    pub(super) values: SparseValues,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub(super) buffer_view: usize,
+    pub(super) component_type: u16,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub(super) buffer_view: usize,
 }
 
 #[derive(Debug, Serialize)]

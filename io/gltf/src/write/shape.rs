@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
+use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::plugin::FormatError;
 use loftsman_kernel::{Error, Point, Vector};
@@ -12,6 +13,8 @@ use super::bin::{Bin, Kind, Out, Use};
 use super::frame::{Frame, single};
 use super::schema::Primitive;
 use crate::extras::fingerprint;
+
+pub(super) const NORMAL: &str = "NORMAL";
 
 pub(super) const POINTS: u8 = 0;
 pub(super) const LINES: u8 = 1;
@@ -51,6 +54,15 @@ pub(super) struct Shaped {
     pub(super) doubled: Vec<u32>,
     /// Whether its tangents are not the scene's.
     pub(super) made_tangents: bool,
+    /// What its normals turn with in frames, where it has any.
+    pub(super) turning: Option<Turning>,
+}
+
+/// A mesh with its normals, and which of them each point that was written has; [`NONE`](loftsman_kernel::mesh::NONE) for none.
+#[derive(Debug, Clone)]
+pub(super) struct Turning {
+    pub(super) mesh: Mesh,
+    pub(super) of: Vec<u32>,
 }
 
 impl Shaped {
@@ -65,6 +77,7 @@ impl Shaped {
             has_colors: false,
             doubled: Vec::new(),
             made_tangents: false,
+            turning: None,
         }
     }
 }
@@ -196,9 +209,32 @@ pub(super) fn targets<'a>(
             moves.push(delta);
         }
         let bounds = Some([low.to_vec(), high.to_vec()]);
-        let one = |d: &[f32; 3], out: &mut Out<'_>| put(*d, out);
-        let accessor = values(bin, Cow::Owned(moves), Kind::floats(3), Use::Vertices, bounds, one)?;
-        targets.push(BTreeMap::from([("POSITION", accessor)]));
+        let mut target = BTreeMap::from([("POSITION", differences(bin, moves, bounds)?)]);
+        if let Some(Turning { mesh, of }) = &shaped.turning {
+            let turned = mesh.moved(moved)?;
+            let delta = |&normal: &u32| {
+                let normal = |mesh: &Mesh| mesh.normals.values().get(normal as usize).map(|n| at.normal(n));
+                let (Some(from), Some(to)) = (normal(mesh), normal(&turned)) else { return [0.0; 3] };
+                single(Vector::from(to.map(f64::from)) - Vector::from(from.map(f64::from)))
+            };
+            target.insert(NORMAL, differences(bin, of.iter().map(delta).collect(), None)?);
+        }
+        targets.push(target);
     }
     Ok(targets)
+}
+
+/// What a morph target adds to each point: all of it, or, where that is less, what is not zero.
+fn differences<'a>(
+    bin: &mut Bin<'a>,
+    all: Vec<[f32; 3]>,
+    bounds: Option<[Vec<f32>; 2]>,
+) -> io::Result<usize> {
+    let some: Vec<(u32, [f32; 3])> =
+        (0..).zip(&all).filter(|(_, d)| **d != [0.0; 3]).map(|(i, d)| (i, *d)).collect();
+    // 12 bytes a value, up to 4 an index, and some 200 of text.
+    if 16 * some.len() + 200 < 12 * all.len() || some.is_empty() {
+        return Ok(bin.sparse(all.len(), bounds, &some));
+    }
+    values(bin, Cow::Owned(all), Kind::floats(3), Use::Vertices, bounds, |d, out| put(*d, out))
 }

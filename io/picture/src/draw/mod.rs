@@ -17,8 +17,8 @@ use crate::choices::Choices;
 use crate::error::PictureError;
 use crate::layout::Rect;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
-use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
+use crate::stage::{Ghost, Stage};
 use crate::svg::Element;
 use crate::text;
 use crate::theme::Color;
@@ -64,6 +64,7 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
             body.vertices.iter().for_each(&mut take);
         }
     }
+    stage.moments.iter().for_each(&mut take);
     for light in &stage.marks {
         take(&light.position);
         take(&light.before);
@@ -92,8 +93,8 @@ pub(crate) fn draw(
     for body in &stage.old {
         object(sheet, body, true, surfaces, false);
     }
-    for (body, number) in &stage.frames {
-        frame(sheet, body, *number);
+    for (body, ghost) in &stage.frames {
+        frame(sheet, body, *ghost);
     }
     combs.draw(sheet, stage, unit);
     if choices.control_polygons {
@@ -245,10 +246,16 @@ fn parted(
 const DASHES: [&str; 4] = ["1.8 1", "0.3 0.9", "3 0.8 0.3 0.8", "0.9 0.6"];
 
 /// Draws a frame of an animation: its lines, or its points as dots.
-fn frame(sheet: &mut Sheet, body: &Body<'_>, number: usize) {
-    let color = color(sheet, body, false).mixed(sheet.theme.paper(), 0.25);
-    let dashes = Some(DASHES[(number - 1) % DASHES.len()]);
-    let stroke = Stroke { color, width: 0.35, dashes };
+fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost) {
+    let own = color(sheet, body, false);
+    let (color, width, dashes) = match ghost {
+        Ghost::Dashed(number) => {
+            let dashes = DASHES[(number - 1) % DASHES.len()];
+            (own.mixed(sheet.theme.paper(), 0.25), 0.35, Some(dashes))
+        }
+        Ghost::Faded(share) => (own.mixed(sheet.theme.paper(), 0.82 - 0.5 * share), 0.3, None),
+    };
+    let stroke = Stroke { color, width, dashes };
     let (data, stroke) = match &body.form {
         Form::Empty => return,
         Form::Curve { pieces, closed, .. } => {
@@ -264,7 +271,13 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, number: usize) {
             (dots(&kept), Stroke { width: 0.4, dashes: None, ..stroke })
         }
     };
-    sheet.caption.explain_once(Sample::Line(stroke), format!("frame {number}"));
+    match ghost {
+        Ghost::Dashed(number) => sheet.caption.explain_once(Sample::Line(stroke), format!("frame {number}")),
+        Ghost::Faded(_) => {
+            let faint = Stroke { color: own.mixed(sheet.theme.paper(), 0.5), ..stroke };
+            sheet.caption.explain_once(Sample::Line(faint), "frames, the paler the earlier");
+        }
+    }
     sheet.put(Layer::Frames, &titled(stroke.path("frame", data), body.object.name()));
 }
 

@@ -9,7 +9,8 @@ use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, Matrix4};
 
 use super::body::Body;
-use super::{Place, Projection, Spotlight, Stage};
+use super::{Ghost, Place, Projection, Spotlight, Stage};
+use crate::choices::Frames;
 use crate::error::PictureError;
 use crate::panel::Panel;
 use crate::view::View;
@@ -32,8 +33,10 @@ pub(crate) struct Scenery<'a> {
     scene: &'a Scene,
     new: Vec<Placed<'a>>,
     old: Vec<Placed<'a>>,
-    /// The points of frames, with the number of each.
-    frames: Vec<(Placed<'a>, usize, &'a [Point])>,
+    /// The points of frames, and how they are seen.
+    frames: Vec<(Placed<'a>, Ghost, &'a [Point])>,
+    /// The objects as they move, whose frames all have room.
+    moving: Vec<Placed<'a>>,
     marks: Vec<(&'a Mark, Place)>,
     centre: Point,
     size: f64,
@@ -41,12 +44,12 @@ pub(crate) struct Scenery<'a> {
 
 impl<'a> Scenery<'a> {
     /// Places a scene, its state before, its animations' frames where they are wanted, and the marks. Colours are given
-    /// out among the objects that some panel shows.
+    /// out among the objects that some panel shows. Of a `moving` scene, of which this is a moment, all frames have room.
     pub(crate) fn new(
         scene: &'a Scene,
-        before: Option<&'a Scene>,
+        (before, moving): (Option<&'a Scene>, Option<&'a Scene>),
         marks: &'a [Mark],
-        frames: bool,
+        frames: Frames,
         panels: &[Panel],
     ) -> Result<Self, PictureError> {
         let drawn = |object: &&Object| {
@@ -60,10 +63,10 @@ impl<'a> Scenery<'a> {
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
         let earlier: HashMap<&str, &Object> = old.iter().map(|o| (o.object.name(), o.object)).collect();
         let earlier = |object: &Object| earlier.get(object.name()).copied();
-        let frames: Vec<_> = match frames {
-            true => new.iter().flat_map(|placed| chosen(placed, earlier(placed.object))).collect(),
-            false => Vec::new(),
-        };
+        let frames: Vec<_> =
+            new.iter().flat_map(|placed| chosen(placed, earlier(placed.object), frames)).collect();
+        let mut moving = moving.map(|moving| placed(moving, &palette)).transpose()?.unwrap_or_default();
+        moving.retain(|placed| placed.object.animation.is_some());
 
         let mut range: Option<(Point, Point)> = None;
         let mut take = |place: &Place, points: &[Point], name: &str| {
@@ -80,11 +83,14 @@ impl<'a> Scenery<'a> {
         for (Placed { object, place, .. }, _, points) in &frames {
             take(place, points, object.name())?;
         }
+        for Placed { object, place, .. } in &moving {
+            states(object).try_for_each(|points| take(place, points, object.name()))?;
+        }
         for (mark, place) in &marks {
             take(place, &[mark.position, mark.before], &mark.object)?;
         }
         let (centre, size) = extent(range);
-        Ok(Self { scene, new, old, frames, marks, centre, size })
+        Ok(Self { scene, new, old, frames, moving, marks, centre, size })
     }
 
     /// The stage of a view: all objects, or those of some names.
@@ -125,13 +131,19 @@ impl<'a> Scenery<'a> {
         old.retain(|body| !now.get(body.object.name()).is_some_and(|now| now.form.alike(&body.form)));
         let frames = self.frames.iter().filter(|(p, ..)| shown(p.object.name()));
         let frames = frames
-            .map(|(p, number, points)| Ok((body(p, points)?, *number)))
+            .map(|(p, ghost, points)| Ok((body(p, points)?, *ghost)))
             .collect::<Result<Vec<_>, PictureError>>()?;
+        let mut moments = Vec::new();
+        for p in self.moving.iter().filter(|p| shown(p.object.name())) {
+            for points in states(p.object) {
+                moments.extend(staged(&projection, &p.place, points, p.object.name())?);
+            }
+        }
         let marks = self.marks.iter().filter(|(mark, _)| shown(&mark.object));
         let marks = marks
             .map(|(mark, place)| spotlight(mark, place, &projection))
             .collect::<Result<_, PictureError>>()?;
-        Ok(Stage { old, frames, new, marks, projection })
+        Ok(Stage { old, frames, moments, new, marks, projection })
     }
 
     /// The points that an automatic view looks at, near 1; none for other views.
@@ -155,6 +167,9 @@ impl<'a> Scenery<'a> {
         for (Placed { object, place, .. }, _, list) in &self.frames {
             take(place, list, object.name())?;
         }
+        for Placed { object, place, .. } in &self.moving {
+            states(object).try_for_each(|points| take(place, points, object.name()))?;
+        }
         for (mark, place) in &self.marks {
             take(place, &[mark.position, mark.before], &mark.object)?;
         }
@@ -170,9 +185,23 @@ fn placed<'a>(scene: &'a Scene, palette: &HashMap<&str, usize>) -> Result<Vec<Pl
     Ok(objects.map(|(i, (object, place))| Placed { object, place, index: index(object, i) }).collect())
 }
 
-/// The frames of an object that are drawn: those that differ from how it is now and was before, a few of many. They are
-/// counted from 1, the first after the start.
-fn chosen<'a>(placed: &Placed<'a>, before: Option<&Object>) -> Vec<(Placed<'a>, usize, &'a [Point])> {
+/// All frames of an object.
+fn states(object: &Object) -> impl Iterator<Item = &[Point]> {
+    object.animation.iter().flat_map(|animation| &animation.frames).map(Vec::as_slice)
+}
+
+/// The frames of an object that are drawn in the drawing itself: those that differ from how it is now and was before, a few of
+/// many. Dashed ones are counted from 1, the first after the start.
+fn chosen<'a>(
+    placed: &Placed<'a>,
+    before: Option<&Object>,
+    how: Frames,
+) -> Vec<(Placed<'a>, Ghost, &'a [Point])> {
+    let most = match how {
+        Frames::Off | Frames::Film(_) => return Vec::new(),
+        Frames::Dashed => FRAMES,
+        Frames::Fading(count) => count,
+    };
     let now = placed.object.geometry().points();
     let Some(animation) = &placed.object.animation else { return Vec::new() };
     let start =
@@ -181,9 +210,18 @@ fn chosen<'a>(placed: &Placed<'a>, before: Option<&Object>) -> Vec<(Placed<'a>, 
     if frames.last().is_some_and(|(_, last)| last.as_slice() == now) {
         frames.pop();
     }
-    let count = frames.len().min(FRAMES);
+    let count = frames.len().min(most);
     // The first of each of `count` even parts, from the back, so that the first frame is among few.
-    (0..count).map(|i| frames[i * frames.len() / count]).map(|(i, f)| (*placed, i, f.as_slice())).collect()
+    (0..count)
+        .map(|i| {
+            let (number, frame) = frames[i * frames.len() / count];
+            let ghost = match how {
+                Frames::Fading(_) => Ghost::Faded(i as f64 / count as f64),
+                _ => Ghost::Dashed(number),
+            };
+            (*placed, ghost, frame.as_slice())
+        })
+        .collect()
 }
 
 fn staged(
@@ -247,11 +285,13 @@ mod tests {
         let line = |x: f64| vec![Point::origin(), Point::new(x, 0.0, 0.0)];
         let mut object = Object::new("line", Polyline { points: line(20.0), closed: false }.into());
         let before = Object::new("line", Polyline { points: line(0.0), closed: false }.into());
+        let ghosts = |object: &Object, how: Frames| -> Vec<Ghost> {
+            let placed = Placed { object, place: None, index: 0 };
+            chosen(&placed, Some(&before), how).iter().map(|(_, ghost, _)| *ghost).collect()
+        };
         let numbers = |object: &Object| -> Vec<usize> {
-            chosen(&Placed { object, place: None, index: 0 }, Some(&before))
-                .iter()
-                .map(|(_, n, _)| *n)
-                .collect()
+            let number = |ghost: &Ghost| if let Ghost::Dashed(number) = ghost { *number } else { 0 };
+            ghosts(object, Frames::Dashed).iter().map(number).collect()
         };
         assert_eq!(numbers(&object), [0_usize; 0]);
         let frames = |count: u32| (1..=count).map(|i| line(f64::from(i))).collect();
@@ -259,6 +299,9 @@ mod tests {
         assert_eq!(numbers(&object), [1, 2, 3]);
         object.animation = Some(Animation { rate: 24.0, frames: frames(20) });
         assert_eq!(numbers(&object), [1, 4, 7, 10, 13, 16]);
+        assert_eq!(ghosts(&object, Frames::Fading(4)), [0.0, 0.25, 0.5, 0.75].map(Ghost::Faded));
+        assert_eq!(ghosts(&object, Frames::Fading(100)).len(), 19);
+        assert!(ghosts(&object, Frames::Film(4)).is_empty() && ghosts(&object, Frames::Off).is_empty());
         // One that begins with the start is counted from there.
         object.animation =
             Some(Animation { rate: 24.0, frames: (0..=3).map(|i| line(f64::from(i))).collect() });

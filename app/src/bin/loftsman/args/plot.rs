@@ -12,7 +12,7 @@ pub(crate) struct PlotArgs {
     /// The file to draw; - for the standard input.
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
-    /// The picture: .svg or .png.
+    /// The picture: .svg or .png; with #### in its name one for each frame.
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
     /// From where the scene is seen; several, with commas, make a sheet of panels, `all` is
@@ -31,9 +31,12 @@ pub(crate) struct PlotArgs {
     /// A line above the picture.
     #[arg(long, value_name = "TEXT")]
     pub(crate) title: Option<String>,
-    /// Show frames of animations, dashed.
-    #[arg(long)]
-    pub(crate) frames: bool,
+    /// Show frames of animations in the drawing: a few dashed, or N evenly spread, the paler the earlier.
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub(crate) frames: Option<Option<u16>>,
+    /// Show N frames of animations side by side, from the first to the last.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100), conflicts_with_all = ["frames", "before"])]
+    pub(crate) film: Option<u16>,
     /// Show the segments of curves dark and light in turn.
     #[arg(long)]
     pub(crate) segments: bool,

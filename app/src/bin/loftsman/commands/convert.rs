@@ -5,10 +5,12 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use loftsman::convert::Conversion;
-use loftsman::file::{Content, Input, Outputs, output};
+use loftsman::file::{Content, Input, Outputs, Produced, Sequence, output};
 use loftsman::kernel::plugin::{
-    Fate, Format, FormatErrorKind, Observer, ReadReport, Source, WriteOptions, Written,
+    Fate, Format, FormatDeclaration, FormatErrorKind, Memory, Observer, ReadReport, Source, WriteOptions,
+    WriteReport, Written,
 };
+use loftsman::kernel::scene::Scene;
 
 use super::report;
 use crate::Usage;
@@ -24,7 +26,10 @@ pub(super) struct Converted {
     pub(super) output: String,
     pub(super) bytes: u64,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    siblings: Vec<loftsman::file::Produced>,
+    siblings: Vec<Produced>,
+    /// Of a sequence, the file of each frame.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    frames: Vec<Produced>,
     report: ReadReport,
     objects: Vec<Written>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -80,7 +85,10 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
         console::print_bytes(&memory.bytes)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let converted = convert(&input, output, format.as_ref(), &conversion, &progress)?;
+    let converted = match sequence(output)? {
+        Some(sequence) => convert_frames(&input, &sequence, format.as_ref(), &conversion, &progress)?,
+        None => convert(&input, output, format.as_ref(), &conversion, &progress)?,
+    };
     drop(progress);
     if args.json.wanted {
         converted.warn();
@@ -121,11 +129,42 @@ pub(super) fn convert(
     let name = output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let (memory, mut converted) = encode(input, &name, format, conversion, observer)?;
     outputs.add_memory(output, memory)?;
-    for produced in outputs.commit()? {
+    for produced in outputs.commit_watched(observer)? {
         converted.notes.extend(produced.note());
         converted.output = produced.path;
         converted.siblings = produced.siblings;
     }
+    Ok(converted)
+}
+
+/// Reads a file and writes one for each frame of it.
+fn convert_frames(
+    input: &Input,
+    sequence: &Sequence,
+    format: &dyn Format,
+    conversion: &Conversion,
+    observer: &dyn Observer,
+) -> anyhow::Result<Converted> {
+    let mut outputs = Outputs::new();
+    outputs.protect(Source::name(input));
+    outputs.claim(sequence.file(0))?;
+    let read = read(input, conversion, observer)?;
+    let reports = sequence
+        .each(&read.scene, observer, |file, moment| {
+            let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+            let (memory, report) =
+                write(input, &read.scene.at(moment)?, &read.format, &name, format, conversion, observer)?;
+            outputs.add_memory(file, memory)?;
+            Ok(report)
+        })
+        .map_err(usage)?;
+    let count = reports.len();
+    let mut converted = converted(input, read, sequence.shown(), 0, Sequence::report(reports), conversion);
+    converted.notes.extend(sequence.notes(count));
+    let files = outputs.commit_watched(observer)?;
+    converted.notes.extend(files.iter().filter_map(Produced::note));
+    converted.bytes = sequence.produced(&files).bytes;
+    converted.frames = files;
     Ok(converted)
 }
 
@@ -135,28 +174,56 @@ fn encode(
     format: &dyn Format,
     conversion: &Conversion,
     observer: &dyn Observer,
-) -> anyhow::Result<(loftsman::kernel::plugin::Memory, Converted)> {
+) -> anyhow::Result<(Memory, Converted)> {
+    let read = read(input, conversion, observer)?;
+    let (memory, written) =
+        write(input, &read.scene, &read.format, name, format, conversion, observer).map_err(usage)?;
+    let bytes = memory.bytes.len() as u64;
+    Ok((memory, converted(input, read, name.to_owned(), bytes, written, conversion)))
+}
+
+fn read(input: &Input, conversion: &Conversion, observer: &dyn Observer) -> anyhow::Result<Content> {
     let registry = loftsman::registry();
     check_options("--read", &input.format(registry)?.declaration(), &conversion.read)?;
-    let Content { scene, report, format: from } =
-        conversion.read(input, observer, registry).map_err(usage)?;
-    let asked = conversion.write_options(Some(&from), format.declaration().name);
+    conversion.read(input, observer, registry).map_err(usage)
+}
+
+fn write(
+    input: &Input,
+    scene: &Scene,
+    from: &FormatDeclaration,
+    name: &str,
+    format: &dyn Format,
+    conversion: &Conversion,
+    observer: &dyn Observer,
+) -> loftsman::Result<(Memory, WriteReport)> {
+    let asked = conversion.write_options(Some(from), format.declaration().name);
     let options = WriteOptions { observer, pictures: Some(input), ..asked };
-    let (memory, mut written) = output::encode(&scene, name, format, &options, registry).map_err(usage)?;
+    output::encode(scene, name, format, &options, loftsman::registry())
+}
+
+fn converted(
+    input: &Input,
+    read: Content,
+    output: String,
+    bytes: u64,
+    mut written: WriteReport,
+    conversion: &Conversion,
+) -> Converted {
     let objects = std::mem::take(&mut written.objects);
     let mut notes = written.told();
     notes.extend(conversion.idle_fineness(&objects));
-    let converted = Converted {
+    Converted {
         input: Source::name(input).to_owned(),
-        format: from.name,
-        output: name.to_owned(),
-        bytes: memory.bytes.len() as u64,
+        format: read.format.name,
+        output,
+        bytes,
         siblings: Vec::new(),
-        report,
+        frames: Vec::new(),
+        report: read.report,
         objects,
         notes,
-    };
-    Ok((memory, converted))
+    }
 }
 
 /// A value that an option of a format cannot have is a fault of the command line.
@@ -194,8 +261,14 @@ pub(super) fn format_of(extension: &str) -> anyhow::Result<Arc<dyn Format>> {
     format.cloned().map_err(|e| Usage(e.to_string().replacen(&file, extension, 1)).into())
 }
 
-/// Refuses an output of the command line whose format is unknown.
+/// The sequence of files that an output of the command line is.
+pub(super) fn sequence(output: &Path) -> anyhow::Result<Option<Sequence>> {
+    Sequence::of(output).map_err(|e| Usage(e.to_string()).into())
+}
+
+/// Refuses an output of the command line whose format is unknown, or that has two numbers.
 pub(super) fn check_output(output: &Path) -> anyhow::Result<()> {
+    sequence(output)?;
     if !loftsman::picture::is_picture(output) {
         output::format_for(output, loftsman::registry()).map_err(|e| Usage(e.to_string()))?;
     }

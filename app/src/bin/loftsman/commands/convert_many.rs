@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use loftsman::convert::Conversion;
-use loftsman::kernel::plugin::{Format, Quiet};
+use loftsman::kernel::plugin::Format;
 use rayon::prelude::*;
 
 use super::convert::{Converted, convert, format_of, open};
-use crate::Usage;
 use crate::args::ConvertArgs;
 use crate::console::{self, bytes, count};
-use crate::progress;
+use crate::progress::{self, Silent};
+use crate::{Interrupted, Usage};
 
 #[derive(serde::Serialize)]
 struct Summary {
@@ -24,7 +24,7 @@ struct Summary {
 #[derive(serde::Serialize)]
 #[serde(untagged)]
 enum Outcome {
-    Done(Converted),
+    Done(Box<Converted>),
     Failed { input: String, error: String },
 }
 
@@ -41,6 +41,10 @@ pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode>
     let bar = progress::bar(targets.len() as u64);
     let files: Vec<Outcome> = pool.install(|| {
         let work = targets.par_iter().map(|(input, output)| {
+            if progress::interrupted() {
+                let error = loftsman::Error::Cancelled.to_string();
+                return Outcome::Failed { input: input.display().to_string(), error };
+            }
             let outcome = one(input, output, format.as_ref(), &conversion, args);
             bar.inc(1);
             outcome
@@ -48,6 +52,13 @@ pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode>
         work.collect()
     });
     bar.finish_and_clear();
+    if progress::interrupted() {
+        let done = files.iter().filter(|f| matches!(f, Outcome::Done(_))).count();
+        let count = files.len();
+        let text =
+            format!("interrupted: {done} of {count} files were written, whole; the rest are as they were");
+        return Err(Interrupted(text).into());
+    }
     let failed = files.iter().filter(|f| matches!(f, Outcome::Failed { .. })).count();
     let summary = Summary { converted: files.len() - failed, failed, files };
     for file in &summary.files {
@@ -110,11 +121,11 @@ fn one(
     let name = input.display().to_string();
     let result = match output {
         Ok(output) => open(input, args.from.as_deref())
-            .and_then(|file| convert(&file, output, format, conversion, &Quiet)),
+            .and_then(|file| convert(&file, output, format, conversion, &Silent)),
         Err(problem) => Err(Usage(problem.clone()).into()),
     };
     match result {
-        Ok(converted) => Outcome::Done(converted),
+        Ok(converted) => Outcome::Done(Box::new(converted)),
         Err(error) => Outcome::Failed { input: name, error: error.to_string() },
     }
 }

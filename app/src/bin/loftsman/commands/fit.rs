@@ -41,7 +41,7 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
         written.objects = std::mem::take(&mut report.objects);
         written.notes = report.told();
     }
-    for produced in outputs.commit()? {
+    for produced in outputs.commit_watched(&progress)? {
         written.notes.extend(produced.note());
         (written.bytes, written.siblings) = (produced.bytes, produced.siblings);
     }
@@ -95,6 +95,7 @@ fn fit(scene: &mut Scene, object: &str, args: &FitArgs, progress: &Progress) -> 
         OperationError::Parameter(e) => {
             Usage(format!("--{}: {}", e.path.replace('_', "-"), e.problem)).into()
         }
+        OperationError::Cancelled => loftsman::Error::Cancelled.into(),
         other => anyhow::anyhow!("{}, object \"{object}\": {other}", args.points.display()),
     })
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use loftsman::convert::Conversion;
-use loftsman::file::{Content, Input, Outputs};
+use loftsman::file::{Content, Input, Outputs, Produced};
 use loftsman::kernel::plugin::{ReadReport, Source};
-use loftsman::picture::{self, Beads, Combs, Look, Panel, View};
+use loftsman::picture::{self, Beads, Combs, Frames, Look, Panel, View};
 
 use super::report;
 use crate::Usage;
@@ -22,6 +22,9 @@ struct Plotted<'a> {
     format: &'static str,
     output: &'a str,
     bytes: u64,
+    /// Of a sequence, the file of each frame.
+    #[serde(skip_serializing_if = "<[Produced]>::is_empty")]
+    frames: &'a [Produced],
     report: &'a ReadReport,
 }
 
@@ -29,15 +32,36 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     if !picture::is_picture(&args.out) {
         return Err(Usage(format!("{}: a picture is .svg or .png", args.out.display())).into());
     }
+    let sequence = super::convert::sequence(&args.out)?;
+    if sequence.is_some() && (args.before.is_some() || args.film.is_some() || args.frames.is_some()) {
+        let text =
+            "each picture of a sequence shows one frame: leave out --before, --film and --frames, or the #";
+        return Err(Usage(text.to_owned()).into());
+    }
     let look = look(args);
     let mut outputs = Outputs::new();
     let progress = Progress::start();
     let (name, Content { scene, report: read, format }) = open(&args.file, &mut outputs, &progress)?;
     let before = args.before.as_ref().map(|file| open(file, &mut outputs, &progress)).transpose()?;
-    outputs.claim(&args.out)?;
-    let picture = look.picture(&scene, before.as_ref().map(|(_, before)| &before.scene), &[]);
-    let (image, undrawn) = picture::encode(&args.out, &picture, look.pixels)?;
-    outputs.add(&args.out, image, BTreeMap::new())?;
+    match &sequence {
+        Some(sequence) => outputs.claim(sequence.file(0))?,
+        None => outputs.claim(&args.out)?,
+    }
+    let before = before.as_ref().map(|(_, before)| &before.scene);
+    let undrawn = if let Some(sequence) = &sequence {
+        let frames = sequence.each(&scene, &progress, |file, moment| {
+            let (image, undrawn) = picture::draw(file, &look.clone().at(moment), &scene, before, &[])?;
+            outputs.add(file, image, BTreeMap::new())?;
+            Ok(undrawn)
+        })?;
+        let undrawn = frames.first().cloned().unwrap_or_default();
+        undrawn.into_iter().chain(sequence.notes(frames.len())).collect()
+    } else {
+        let (image, undrawn) = picture::draw(&args.out, &look, &scene, before, &[])?;
+        outputs.add(&args.out, image, BTreeMap::new())?;
+        undrawn
+    };
+    let produced = outputs.commit_watched(&progress)?;
     drop(progress);
     undrawn.iter().for_each(|note| console::warning(note));
     // What is drawn without being asked for need not be missed.
@@ -47,16 +71,17 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
         ..look
     };
     asked.unmet(&scene).iter().for_each(|note| console::warning(note));
-    for produced in outputs.commit()? {
-        produced.note().iter().for_each(|note| console::warning(note));
-        if args.json.wanted {
-            report::warn(&name, &read);
-            let (format, output, bytes) = (format.name, &produced.path, produced.bytes);
-            console::print_json(&Plotted { input: &name, format, output, bytes, report: &read })?;
-        } else {
-            let head = styled(BOLD, &produced.path);
-            console::print(&format!("wrote {head}, {}\n{}", bytes(produced.bytes), report::read(&read)))?;
-        }
+    produced.iter().filter_map(Produced::note).for_each(|note| console::warning(&note));
+    let frames = sequence.as_ref().map(|sequence| sequence.produced(&produced));
+    let Some(whole) = frames.as_ref().or(produced.first()) else { return Ok(ExitCode::SUCCESS) };
+    if args.json.wanted {
+        report::warn(&name, &read);
+        let (format, output, bytes) = (format.name, &whole.path, whole.bytes);
+        let frames = if sequence.is_some() { produced.as_slice() } else { &[] };
+        console::print_json(&Plotted { input: &name, format, output, bytes, frames, report: &read })?;
+    } else {
+        let head = styled(BOLD, &whole.path);
+        console::print(&format!("wrote {head}, {}\n{}", bytes(whole.bytes), report::read(&read)))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -94,7 +119,11 @@ fn look(args: &PlotArgs) -> Look {
         objects,
         panels,
         columns: args.columns.map(usize::from),
-        frames: args.frames,
+        frames: match (args.film, args.frames) {
+            (Some(count), _) => Frames::Film(usize::from(count)),
+            (None, Some(Some(count))) => Frames::Fading(usize::from(count)),
+            (None, dashed) => Frames::from(dashed.is_some()),
+        },
         combs: match args.comb_scale {
             Some(scale) => Combs::Scale(scale),
             None if args.no_combs => Combs::Off,
