@@ -15,7 +15,7 @@ mod rules;
 mod uneven;
 pub(crate) mod weights;
 
-pub(crate) use limit::check_uniform;
+pub(crate) use limit::{check_uniform, limit_frames_of};
 pub use limit::{all_limit_stencils, limit_frames, limit_points, limit_stencils, sectors};
 pub use patch::{patch, patch_stencils};
 pub use refine::{refine, refine_times};

@@ -2,6 +2,7 @@
 
 mod apart;
 mod cells;
+mod cut;
 mod declared;
 mod edges;
 mod grids;
@@ -18,6 +19,7 @@ mod regular;
 mod sampled;
 mod template;
 mod tessellate;
+mod tree;
 mod triangle;
 
 use std::sync::Arc;
