@@ -150,7 +150,11 @@ pub(crate) fn limit_frames_of(cage: &Cage, vertices: &[u32]) -> Result<Vec<Limit
 }
 
 /// The limit frames of so many vertices.
-fn frames(cage: &Cage, count: usize, vertex: impl Fn(usize) -> usize + Sync + Send) -> Result<Vec<LimitFrame>> {
+fn frames(
+    cage: &Cage,
+    count: usize,
+    vertex: impl Fn(usize) -> usize + Sync + Send,
+) -> Result<Vec<LimitFrame>> {
     if !is_uniform(cage) {
         let weights = Weights::new(cage);
         let frame = |k| {

@@ -51,8 +51,7 @@ pub(super) fn apart(
         let bound = of_patch(&bezier(&net), Quadrant::WHOLE);
         return Ok((bound, from_others));
     }
-    let triangles: Vec<[Point; 3]> =
-        cut.triangles().iter().map(|t| t.map(|k| at[usize::from(k)])).collect();
+    let triangles: Vec<[Point; 3]> = cut.triangles().iter().map(|t| t.map(|k| at[usize::from(k)])).collect();
     let pattern = Pattern::of_quad(cage, face);
     let near = Near::from_corner(cage, face, 0).map_err(refused)?;
     let point = |k: usize| cage.points()[near.base[k] as usize].coords;

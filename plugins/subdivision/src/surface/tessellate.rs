@@ -83,7 +83,8 @@ pub(super) fn tessellate(states: &[&SubdivisionSurface], fineness: &Fineness) ->
         })
         .collect();
     let tree = Tree::new(states.iter().map(|s| s.cage.clone()).collect(), &first.layout.first)?;
-    let mut facing = Facing { tree, chords, angle: fineness.angle, templates: Templates::default(), judged: Vec::new() };
+    let mut facing =
+        Facing { tree, chords, angle: fineness.angle, templates: Templates::default(), judged: Vec::new() };
     facing.refined(chord)?;
     facing.faceted()
 }
@@ -238,7 +239,8 @@ impl Facing {
             since.proved += 1;
         } else {
             let numbers = self.tree.numbers(own, &self.tree.corners(own));
-            let errors: Vec<f64> = (0..self.chords.len()).map(|s| sampled(&self.places(s, &numbers))).collect();
+            let errors: Vec<f64> =
+                (0..self.chords.len()).map(|s| sampled(&self.places(s, &numbers))).collect();
             let found = errors.iter().zip(&self.chords).all(|(error, chord)| *error <= 0.9 * chord);
             since.found += u32::from(found);
             if since.found > FOR_PROOF && found {
