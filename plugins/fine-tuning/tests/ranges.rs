@@ -1,6 +1,6 @@
 //! What is asked beside a range is asked of the whole curve, while only the range's part may change.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail the test")]
 
 use loftsman_area_volume::{area, area_of, centroid, length};
 use loftsman_fine_tuning::{FineTune, FineTuneError, alpha_of, alpha_space};

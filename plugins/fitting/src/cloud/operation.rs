@@ -165,12 +165,15 @@ fn points(scene: &Scene, name: &str, shapes: &[String]) -> Result<Vec<Point>, Op
     Ok(points.iter().map(|p| transform_point(&map, p)).collect())
 }
 
+/// A fit of a shape of whatever kind.
+type AnyFit = CloudFit<Box<dyn Shape>>;
+
 /// What the fields ask of a fit, and what there is to say where no energy can be had that nobody asked for.
 fn fit_of(
     parameters: &Parameters,
     shape: &dyn Shape,
-    mut fit: CloudFit<Box<dyn Shape>>,
-) -> Result<(CloudFit<Box<dyn Shape>>, Option<String>), ParameterError> {
+    mut fit: AnyFit,
+) -> Result<(AnyFit, Option<String>), ParameterError> {
     let mut unfair = None;
     let order = parameters.choice_or("energy", &[("stretch", 1), ("bend", 2), ("variation", 3)], 2)?;
     let weight = if parameters.has("fair") { Some(parameters.number("fair")?) } else { None };
