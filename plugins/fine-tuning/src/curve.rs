@@ -13,7 +13,7 @@ use crate::alpha::{check_degree, check_positive, clamped, derivative, extremes, 
 use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
-use crate::local::{part, put_back};
+use crate::local::{Host, part};
 use crate::operator::Tuning;
 
 /// What the ends of a tuned curve do.
@@ -138,7 +138,7 @@ impl FineTune {
         self
     }
 
-    /// A point that the tuned curve passes at a parameter; in the exact mode.
+    /// A point that the tuned curve passes at a parameter of its whole domain; in the exact mode.
     #[must_use]
     pub fn through(mut self, at: f64, point: Point) -> Self {
         self.through.push((at, point));
@@ -146,7 +146,8 @@ impl FineTune {
     }
 
     /// Anything else that should hold, in the exact mode: of the tuned curve (shape 0), by any functional, also area and other
-    /// nonlinear ones; or of α (shape 1, a [`Scale`](crate::Scale)). What is kept, scaled or changed by is the given curve's.
+    /// nonlinear ones; or of α (shape 1, a [`Scale`](crate::Scale)). What is kept, scaled or changed by is the given curve's. Of a
+    /// curve of which only a range is tuned it is asked of the whole curve, what is outside of the range standing still.
     #[must_use]
     pub fn ask(mut self, constraint: Constraint) -> Self {
         self.constraints.push(constraint);
@@ -224,7 +225,8 @@ impl FineTune {
         let given = part(&self.curve, a, b)?;
         let mut tuned = self.whole(&given, &alpha, self.continuity.unwrap_or(2))?;
         tuned.report.notes.extend(corners(&given, &tuned.curve)?);
-        Ok(Tuned { curve: put_back(&self.curve, &tuned.curve)?, ..tuned })
+        let host = Host::new(&self.curve, tuned.curve.space())?;
+        Ok(Tuned { curve: host.with(tuned.curve.points())?, ..tuned })
     }
 
     fn whole(&self, given: &Curve, alpha: &Function<f64>, continuity: u8) -> Result<Tuned> {
@@ -238,8 +240,13 @@ impl FineTune {
         let mut report = TuneReport { scale: 1.0, ..TuneReport::default() };
         let (curve, tuned_alpha) = match self.ends {
             Ends::Exact => {
+                let tuning = Arc::new(Tuning::new(&derivative, alpha.space())?);
+                // What is asked beside a range is asked of all of the curve.
+                let asks = !(self.through.is_empty() && self.constraints.is_empty());
+                let host = (self.range.is_some() && asks).then(|| Host::new(&self.curve, tuning.space()));
                 let asked = Asked {
                     given,
+                    host: host.transpose()?,
                     continuity,
                     through: &self.through,
                     constraints: &self.constraints,
@@ -247,7 +254,7 @@ impl FineTune {
                     any_sign: self.any_sign,
                     forced: self.forced,
                 };
-                let found = solve(Arc::new(Tuning::new(&derivative, alpha.space())?), alpha, &asked)?;
+                let found = solve(tuning, alpha, &asked)?;
                 (report.solved, report.change) = (Some(found.report), found.change);
                 (closed(found.curve, given, &derivative, &found.alpha)?, found.alpha)
             }

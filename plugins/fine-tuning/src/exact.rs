@@ -5,15 +5,16 @@ use std::sync::Arc;
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
 use loftsman_kernel::functional::{Linearity, Shapes, derivative, position, value_of, vertex};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::{Solver, Symmetric};
+use loftsman_kernel::solve::{Operator, Solver, Symmetric};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::{Point, Vector};
 
 use crate::alpha::extremes;
 use crate::error::{FineTuneError, Result};
+use crate::local::Host;
 use crate::measure::{gram, mean};
-use crate::operator::Tuning;
+use crate::operator::{Hosted, Tuning};
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
@@ -23,6 +24,8 @@ pub(crate) const LEAST: f64 = 1e-3;
 pub(crate) struct Asked<'a> {
     /// The given curve, or the part of it that is tuned.
     pub(crate) given: &'a Curve,
+    /// All of the given curve, where that is a part of it, and something is asked of it.
+    pub(crate) host: Option<Host>,
     /// How many derivatives the tuned curve has in common with the given one at its ends.
     pub(crate) continuity: u8,
     pub(crate) through: &'a [(f64, Point)],
@@ -94,12 +97,22 @@ fn tuned_curve(tuning: &Tuning, alpha: &[f64], start: Point) -> Result<Curve> {
 }
 
 impl Asked<'_> {
+    /// The number of the shape that is tuned. What others ask is asked of shape 0, α is shape 1; a part of a curve follows them.
+    fn part(&self) -> usize {
+        if self.host.is_some() { 2 } else { 0 }
+    }
+
+    /// The curve that others ask things of, as it was given.
+    fn asked_curve(&self) -> &Curve {
+        self.host.as_ref().map_or(self.given, Host::curve)
+    }
+
     /// The equations for the ends and the points, and what else is asked with its targets as the given curve has them.
     fn conditions(&self) -> Result<Vec<Constraint>> {
         let (a, b) = self.given.domain();
         let end = if self.given.is_periodic() { a } else { b };
         let name = if self.given.is_periodic() { "closing".to_owned() } else { format!("the end at {b}") };
-        let mut all = vec![position(b).to(self.given.point(end)?).called(&name)];
+        let mut all = vec![position(b).on(self.part()).to(self.given.point(end)?).called(&name)];
         let through = self.through.iter().enumerate();
         all.extend(through.map(|(k, (at, to))| position(*at).to(*to).called(&format!("through[{k}]"))));
         if !self.given.is_periodic() {
@@ -125,7 +138,7 @@ impl Asked<'_> {
         let present = || -> Result<Vec<f64>> {
             let mut values = vec![0.0; functional.equations()];
             let one = Scale::new(&Function::constant(self.given.space().clone(), 1.0)?);
-            let shapes: [&dyn Shape; 2] = [self.given, &one];
+            let shapes: [&dyn Shape; 2] = [self.asked_curve(), &one];
             value_of(functional.as_ref(), &Shapes::new(shapes), &mut values)?;
             if let Some(axis) = constraint.narrowed() {
                 values = values.get(axis as usize).copied().into_iter().collect();
@@ -178,9 +191,17 @@ impl<'a> Problem<'a> {
     fn solve(&self, bound: Option<f64>) -> Result<(Curve, Function<f64>, Report), EditError> {
         let count = self.tuned.points().len() + self.scale.control_vertices().len();
         let tuning = Arc::clone(&self.tuning);
-        let unknowns = Unknowns::operator((0..count).collect(), tuning)?.measured(Some(self.gram.clone()))?;
-        let mut edit =
-            Edit::new(&self.tuned).with(self.scale.boxed()).named(1, "α").through(unknowns).smooth(0);
+        let (edit, count, map): (_, _, Arc<dyn Operator>) = match &self.asked.host {
+            None => (Edit::new(&self.tuned).with(self.scale.boxed()), count, tuning),
+            Some(host) => {
+                let whole = host.with(self.tuned.points())?;
+                let edit = Edit::new(&whole).with(self.scale.boxed()).with(self.tuned.boxed());
+                let all = count + whole.points().len();
+                (edit.named(2, "the part"), all, Arc::new(Hosted::new(tuning, host)))
+            }
+        };
+        let unknowns = Unknowns::operator((0..count).collect(), map)?.measured(Some(self.gram.clone()))?;
+        let mut edit = edit.named(1, "α").through(unknowns).smooth(0);
         if self.asked.forced {
             edit = edit.force();
         }
@@ -196,6 +217,10 @@ impl<'a> Problem<'a> {
         let done = edit.solve_with(Arc::clone(&self.asked.solver))?;
         let alpha: Vec<f64> = done.shape_at(1)?.control_vertices().iter().map(|p| p.x).collect();
         let alpha = Function::new(self.scale.function()?.into_parts().0, alpha)?;
+        let part = match &self.asked.host {
+            None => done.shape().clone(),
+            Some(_) => Curve::new(self.tuned.space().clone(), done.shape_at(2)?.control_vertices().to_vec())?,
+        };
         let mut report = done.report().clone();
         if let Some(bound) = bound {
             // One a value, and none that anybody asked for: told together.
@@ -214,7 +239,7 @@ impl<'a> Problem<'a> {
                 held.len()
             ));
         }
-        Ok((done.shape().clone(), alpha, report))
+        Ok((part, alpha, report))
     }
 
     /// Ends that leave α no choice: α = 1 meets them, and no other does, so that nothing would be tuned.

@@ -1,5 +1,7 @@
 //! From the values of α to the control vertices of the tuned curve.
 
+use std::sync::Arc;
+
 use loftsman_kernel::Vector;
 use loftsman_kernel::solve::Operator;
 use loftsman_kernel::spline::Space;
@@ -8,6 +10,7 @@ use smallvec::{SmallVec, smallvec};
 
 use crate::alpha::check_degree;
 use crate::error::Result;
+use crate::local::Host;
 
 /// The linear map from the values of α to the control vertices of `∫ α C'`, three coordinates each, and behind them to α's own
 /// vertices as a [shape](crate::Scale): a product that is sparse, and a running sum that would be dense if it were stored.
@@ -85,7 +88,32 @@ impl Tuning {
         all
     }
 
-    /// The same, one after another; the running sum is compensated.
+    /// The control vertices of the curve and those of α.
+    fn apply_to(&self, x: &[f64], curve: &mut [f64], scale: &mut [f64]) {
+        let mut places = curve.chunks_exact_mut(3);
+        self.each_vertex(x, |v| {
+            if let Some(out) = places.next() {
+                out.copy_from_slice(v.as_slice());
+            }
+        });
+        for (out, x) in scale.chunks_exact_mut(3).zip(x) {
+            out.copy_from_slice(&[*x, 0.0, 0.0]);
+        }
+    }
+
+    fn apply_transposed_of(&self, curve: &[f64], scale: &[f64], x: &mut [f64]) {
+        x.iter_mut().zip(scale.chunks_exact(3)).for_each(|(x, f)| *x = f[0]);
+        let mut behind = Vector::zeros();
+        for i in (0..self.starts.len() - 1).rev() {
+            behind += Vector::new(curve[3 * i + 3], curve[3 * i + 4], curve[3 * i + 5]);
+            if behind == Vector::zeros() {
+                continue;
+            }
+            self.row(i).for_each(|(j, by)| x[j] += by.dot(&behind));
+        }
+    }
+
+    /// The control vertices alone, one after another; the running sum is compensated.
     fn each_vertex(&self, alpha: &[f64], mut put: impl FnMut(Vector)) {
         let (mut sum, mut lost) = (Vector::zeros(), Vector::zeros());
         put(sum);
@@ -110,15 +138,7 @@ impl Operator for Tuning {
 
     fn apply(&self, x: &[f64], d: &mut [f64]) {
         let (curve, scale) = d.split_at_mut(3 * self.space.len());
-        let mut places = curve.chunks_exact_mut(3);
-        self.each_vertex(x, |v| {
-            if let Some(out) = places.next() {
-                out.copy_from_slice(v.as_slice());
-            }
-        });
-        for (out, x) in scale.chunks_exact_mut(3).zip(x) {
-            out.copy_from_slice(&[*x, 0.0, 0.0]);
-        }
+        self.apply_to(x, curve, scale);
     }
 
     fn read_back(&self, d: &[f64], x: &mut [f64]) -> bool {
@@ -134,14 +154,65 @@ impl Operator for Tuning {
 
     fn apply_transposed(&self, f: &[f64], x: &mut [f64]) {
         let (curve, scale) = f.split_at(3 * self.space.len());
-        x.iter_mut().zip(scale.chunks_exact(3)).for_each(|(x, f)| *x = f[0]);
-        let mut behind = Vector::zeros();
-        for i in (0..self.starts.len() - 1).rev() {
-            behind += Vector::new(curve[3 * i + 3], curve[3 * i + 4], curve[3 * i + 5]);
-            if behind == Vector::zeros() {
-                continue;
-            }
-            self.row(i).for_each(|(j, by)| x[j] += by.dot(&behind));
+        self.apply_transposed_of(curve, scale, x);
+    }
+}
+
+/// The same of a part of a curve: to the control vertices of all of the curve, of which only those inside the part move, then to
+/// α's own, then to all of the part, by whose last vertex its end is kept.
+#[derive(Debug)]
+pub(crate) struct Hosted {
+    part: Arc<Tuning>,
+    /// The curve's control vertex that each of the part's is, but for the first and the last.
+    inner: Vec<usize>,
+    /// The number of the curve's control vertices.
+    len: usize,
+}
+
+impl Hosted {
+    pub(crate) fn new(part: Arc<Tuning>, host: &Host) -> Self {
+        Self { part, inner: host.inner().to_vec(), len: host.curve().points().len() }
+    }
+}
+
+impl Operator for Hosted {
+    fn unknowns(&self) -> usize {
+        self.part.count
+    }
+
+    fn columns(&self) -> usize {
+        3 * self.len + self.part.columns()
+    }
+
+    fn apply(&self, x: &[f64], d: &mut [f64]) {
+        let (whole, rest) = d.split_at_mut(3 * self.len);
+        let (scale, part) = rest.split_at_mut(3 * self.part.count);
+        self.part.apply_to(x, part, scale);
+        whole.fill(0.0);
+        for (&k, moved) in self.inner.iter().zip(part.chunks_exact(3).skip(1)) {
+            whole[3 * k..3 * k + 3].copy_from_slice(moved);
         }
+    }
+
+    fn read_back(&self, d: &[f64], x: &mut [f64]) -> bool {
+        let own = d.get(3 * self.len..).unwrap_or_default().chunks_exact(3);
+        x.iter_mut().zip(own).for_each(|(x, d)| *x = d[0]);
+        true
+    }
+
+    fn row(&self, column: usize) -> Option<SmallVec<[(usize, f64); 4]>> {
+        let behind = column.checked_sub(3 * self.len)?;
+        let is_scale = behind < 3 * self.part.count;
+        is_scale.then(|| if behind % 3 == 0 { smallvec![(behind / 3, 1.0)] } else { SmallVec::new() })
+    }
+
+    fn apply_transposed(&self, f: &[f64], x: &mut [f64]) {
+        let (whole, rest) = f.split_at(3 * self.len);
+        let (scale, part) = rest.split_at(3 * self.part.count);
+        let mut all = part.to_vec();
+        for (&k, own) in self.inner.iter().zip(all.chunks_exact_mut(3).skip(1)) {
+            own.iter_mut().zip(&whole[3 * k..3 * k + 3]).for_each(|(own, f)| *own += f);
+        }
+        self.part.apply_transposed_of(&all, scale, x);
     }
 }

@@ -114,11 +114,17 @@ fn assert_scaled(given: &Curve, tuned: &Curve, alpha: &Function<f64>, case: u64)
             own * a
         );
         let (before, after) = (curvature(given, u), curvature(tuned, u));
-        // Where the curve nearly stops its curvature is a quotient of roundings.
+        // What rounding of the first and second derivatives, of the size of the largest, takes from `|D' × D''| / |D'|³`: much where the
+        // curve nearly stops, there is no other reason for a curvature to be off.
         if given.degree() > 1 && own.norm() > 1e-2 * largest && a > 0.05 {
-            let scale = 1.0 / size(given);
+            let most = |curve: &Curve, order: usize| {
+                places(given).iter().fold(0.0_f64, |m, u| m.max(curve.derivative(*u, order).unwrap().norm()))
+            };
+            let slow = found.norm();
+            let rounding = (most(tuned, 2) / slow + after * most(tuned, 1)) / slow
+                + (most(given, 2) / own.norm() + before * largest) / (own.norm() * a);
             assert!(
-                (after - before / a).abs() < 1e-8 * (before / a + scale),
+                (after - before / a).abs() < 1e-10 * rounding,
                 "{case}: κ at {u}: {after} {}",
                 before / a
             );

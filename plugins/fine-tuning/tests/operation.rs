@@ -99,6 +99,30 @@ fn area_kept_while_alpha_scales() {
     assert!((after.point(6.0).unwrap() - before.point(6.0).unwrap()).norm() > 1e-3);
 }
 
+/// The area of a loop is kept while a part of it is tuned; what is outside of the part stands still.
+#[test]
+fn area_kept_while_a_part_is_tuned() {
+    let mut scene = scene();
+    let before = scene.curve("ring").unwrap().clone();
+    let alpha = json!({
+        "degree": 2, "knots": [2, 2, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9], "values": [1, 1, 0.7, 0.7, 1.2, 1, 1, 1, 1],
+    });
+    let fields = json!({
+        "object": "ring", "alpha": alpha, "range": [2, 9],
+        "constraints": [{ "kind": "area", "normal": [0, 0, 1], "keep": true }],
+    });
+    let report = run(&mut scene, fields.clone()).unwrap();
+    let after = scene.curve("ring").unwrap();
+    let (was, is) = (area_of(&before).unwrap(), area_of(after).unwrap());
+    assert!(after.is_periodic() && (was - is).abs() < 1e-10 * was, "{was} {is} {report:?}");
+    assert!((after.point(10.5).unwrap() - before.point(10.5).unwrap()).norm() < 1e-13);
+    assert!((after.point(5.0).unwrap() - before.point(5.0).unwrap()).norm() > 1e-3);
+    let mut elsewhere = fields;
+    elsewhere["constraints"] = json!([{ "kind": "position", "at": 11, "by": [0, 0.5, 0] }]);
+    let error = fails(elsewhere);
+    assert!(error.contains("position") && error.contains("11"), "{error}");
+}
+
 /// A number has no degree, a scene with one polyline one object, and a surface's α tables.
 #[test]
 fn what_needs_no_saying() {

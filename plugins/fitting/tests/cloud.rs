@@ -338,3 +338,66 @@ fn feet_are_the_nearest_points_of_all() {
         assert!((own - closest.distance).abs() < 1e-9 * (1.0 + own), "{k}: {own} at {at}, {closest:?}");
     }
 }
+
+/// Normals of a closed surface round the origin that point inwards: folds.
+fn folds(surface: &SubdivisionSurface) -> usize {
+    let mut count = 0;
+    for face in 0..surface.faces().unwrap() as u32 {
+        for k in 0..64 {
+            let (u, v) = (f64::from(k / 8) / 7.0 * 0.98 + 0.01, f64::from(k % 8) / 7.0 * 0.98 + 0.01);
+            let by = |u0: usize, v0: usize| {
+                surface.value(Location::Face(face, u, v), Derivative { u: u0, v: v0 }).unwrap()
+            };
+            count += usize::from(by(1, 0).cross(&by(0, 1)).dot(&by(0, 0)) <= 0.0);
+        }
+    }
+    count
+}
+
+/// The root of the mean of the squared distances of one surface's points from another.
+fn apart(from: &SubdivisionSurface, to: &SubdivisionSurface) -> f64 {
+    CloudFit::new(to).iterations(0).to(&of_faces(from, 5)).unwrap().report().rms
+}
+
+/// A scan with noise, by a cage that is nearly as fine as it: without an energy it follows the noise and folds, with the weight that
+/// follows from the noise it is nearer to what was scanned than the scan is.
+#[test]
+fn the_noise_says_how_fair_a_scan_is_fitted() {
+    let (size, noisy) = (1.0, 0.03);
+    let centred =
+        scaled(&SubdivisionSurface::new(refine(&cube()).unwrap()).unwrap(), 1.0, Vector::repeat(-0.5));
+    let truth = SubdivisionSurface::new(refine(centred.cage()).unwrap()).unwrap();
+    let truth = scaled(&truth, size, Vector::zeros());
+    let mut points = of_faces(&truth, 2);
+    for (k, p) in points.iter_mut().enumerate() {
+        (0..3).for_each(|axis| p[axis] += size * noisy * noise((3 * k + axis) as u64 + 4242));
+    }
+    let start = stirred(&truth, 0.01 * size);
+    let plain = CloudFit::new(&start).energy(1e-9, DerivativeEnergy(2)).iterations(30).to(&points).unwrap();
+    let fair = CloudFit::new(&start).fair(DerivativeEnergy(2)).to(&points).unwrap();
+    let off = [plain.shape(), fair.shape()].map(|shape| apart(&truth, shape) / size);
+    println!(
+        "{size:e}, {noisy}: {}\n  {} \n  off {off:?}, folds {} {}",
+        plain.report(),
+        fair.report(),
+        folds(plain.shape()),
+        folds(fair.shape())
+    );
+    assert!(folds(plain.shape()) > 100 && folds(fair.shape()) == 0, "{size:e} {noisy}");
+    // Noise between -a and a is a/√3 along each axis.
+    assert!(off[1] < 0.65 * noisy / 3.0_f64.sqrt(), "{off:?}");
+    let weight = fair.report().fair.unwrap();
+    let again = CloudFit::new(fair.shape()).energy(weight, DerivativeEnergy(2)).to(&points).unwrap();
+    assert!((again.report().rms / fair.report().rms - 1.0).abs() < 1e-2, "{}", again.report());
+}
+
+/// Without noise there is no energy to speak of: the points are met.
+#[test]
+fn without_noise_an_automatic_energy_goes_away() {
+    let known = SubdivisionSurface::new(refine(&cube()).unwrap()).unwrap();
+    let points = of_faces(&known, 9);
+    let fitted = CloudFit::new(&stirred(&known, 0.03)).fair(DerivativeEnergy(2)).to(&points).unwrap();
+    println!("{}", fitted.report());
+    assert!(fitted.report().largest < 1e-8 && fitted.report().converged, "{}", fitted.report());
+    assert!(fitted.report().fair.unwrap() < 1e-12);
+}

@@ -68,7 +68,7 @@ fn fields_do_what_they_say() {
     for (fields, part) in [
         (json!({ "points": "group" }), "\"group\" is a group"),
         (json!({ "points": "scan", "fair": -1 }), "fair"),
-        (json!({ "points": "scan", "energy": "bend" }), "\"fair\""),
+        (json!({ "points": "scan", "energy": "bend", "fair": 0 }), "\"fair\""),
         (json!({ "points": "scan", "smooth": 3 }), "smooth"),
         (json!({ "points": "scan", "weights": [1] }), "weight"),
     ] {

@@ -58,6 +58,23 @@ impl Cage {
         Self::from_parts(mesh.points().to_vec(), mesh.corners().to_vec(), mesh.starts())
     }
 
+    /// Pairs of vertices with the same coordinates: the first of each place, and another one. What looks like one vertex in a picture is two to
+    /// the scheme, and where a seam runs there, its edges are boundaries. Cost: sorting.
+    pub fn coincident(&self) -> Vec<[usize; 2]> {
+        // Zeros of either sign are the same.
+        let at = |v: usize| self.points[v].coords.map(|c| c + 0.0);
+        let by_place = |&a: &usize, &b: &usize| {
+            let pairs = at(a).iter().zip(&at(b)).map(|(x, y)| x.total_cmp(y)).find(|order| order.is_ne());
+            pairs.unwrap_or(a.cmp(&b))
+        };
+        let mut order: Vec<usize> = (0..self.points.len()).collect();
+        order.sort_unstable_by(by_place);
+        let runs = order.chunk_by(|&a, &b| at(a) == at(b));
+        let mut pairs: Vec<[usize; 2]> = runs.flat_map(|run| run[1..].iter().map(|&v| [run[0], v])).collect();
+        pairs.sort_unstable();
+        pairs
+    }
+
     /// The mesh of its points and of the faces that are no holes. Linear.
     ///
     /// # Errors

@@ -65,6 +65,16 @@ pub enum SubdivisionError {
         /// What it must be.
         needed: &'static str,
     },
+    /// Something that was said twice, and not the same.
+    #[error("the {what} of {place} is said twice, as {} and as {}: keep one", values[0], values[1])]
+    Twice {
+        /// What it is.
+        what: &'static str,
+        /// Of which vertex or edge.
+        place: String,
+        /// What was said first, and then.
+        values: [f64; 2],
+    },
     /// More vertices, edges or corners than 32 bits count.
     #[error("{what} are more than {limit}: refine less often, or in parts")]
     TooLarge {

@@ -35,8 +35,10 @@ mod part;
 mod patches;
 mod polygon;
 mod row;
+mod said;
 mod surface;
 mod topology;
+mod used;
 mod weld;
 
 pub use cage::{BoundaryRule, Cage, INFINITELY_SHARP};

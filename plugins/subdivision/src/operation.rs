@@ -11,6 +11,8 @@ use loftsman_kernel::shape::Shape;
 use loftsman_kernel::{Point, Vector};
 
 use crate::carry::Carried;
+use crate::said::Once;
+use crate::used::used;
 use crate::weld::welded;
 use crate::{
     BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface, catmull_clark,
@@ -182,6 +184,7 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         return Err(parameters.error(name, "is for scheme = \"catmull-clark\": Doo-Sabin has none").into());
     }
     let cage = cage(parameters, mesh)?;
+    let pairs = coincident(&cage);
     if let Some(name) = ["alpha", "lock"].into_iter().find(|name| smooth && parameters.has(name)) {
         return Err(parameters
             .error(name, "is for scheme = \"doo-sabin\", whose knot lines it scales")
@@ -218,8 +221,9 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         } else {
             format!(" (faces that are no quads count once a corner: the surface has {own})")
         };
-        let note =
-            format!("{points} points and {faces} faces are the cage of a surface now{counted}; {left}");
+        let note = format!(
+            "{points} points and {faces} faces are the cage of a surface now{counted}; {left}{pairs}"
+        );
         return Ok((surface.into(), note));
     }
     let first = mesh.corners().len() as f64;
@@ -239,13 +243,28 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
     } else {
         by_doo_sabin(&cage, levels, limit)?
     };
+    let fine = used(fine)?;
     let note = format!(
-        "{points} points and {faces} faces → {} and {}{}{strain}",
+        "{points} points and {faces} faces → {} and {}{}{strain}{pairs}",
         fine.points().len(),
         fine.face_count(),
         if limit { ", where the surface comes to" } else { "" }
     );
     Ok((fine.into(), note))
+}
+
+/// What is to be said of vertices in one place.
+fn coincident(cage: &Cage) -> String {
+    let pairs = cage.coincident();
+    let Some([first, second]) = pairs.first() else { return String::new() };
+    let more = match pairs.len() {
+        1 => String::new(),
+        count => format!(", and so are {} others", count - 1),
+    };
+    format!(
+        "; vertices {first} and {second} are in one place{more}: they stay apart, and a seam between them is a boundary; merge them where the \
+         surface should go on"
+    )
 }
 
 /// The faces of a mesh refined, with what belongs to them, holes left out.
@@ -332,22 +351,34 @@ fn cage(parameters: &Parameters, mesh: &Mesh) -> Result<Cage, OperationError> {
         cage = cage.with_boundary(parameters.choice("boundary", &RULES)?);
     }
     let said = |error: SubdivisionError, name: &str| parameters.error(name, error.to_string());
+    let mut once = Once::new("sharpness");
     for [from, to, sharpness] in lists(parameters, "creases")? {
         let (from, to) = (index(parameters, "creases", from)?, index(parameters, "creases", to)?);
+        once.say(&[from, to], sharpness).map_err(|error| said(error, "creases"))?;
         cage = cage.with_crease(from, to, sharpness).map_err(|error| said(error, "creases"))?;
     }
     for [vertex, sharpness] in lists(parameters, "corners")? {
         let vertex = index(parameters, "corners", vertex)?;
+        once.say(&[vertex], sharpness).map_err(|error| said(error, "corners"))?;
         cage = cage.with_corner(vertex, sharpness).map_err(|error| said(error, "corners"))?;
     }
+    let mut once = Once::new("interval");
     for [from, to, interval] in lists(parameters, "intervals")? {
         let (from, to) = (index(parameters, "intervals", from)?, index(parameters, "intervals", to)?);
+        once.say(&[from, to], interval).map_err(|error| said(error, "intervals"))?;
         cage = cage.with_interval(from, to, interval).map_err(|error| said(error, "intervals"))?;
     }
     if parameters.has("holes") {
         for face in parameters.numbers("holes")? {
             let face = index(parameters, "holes", face)?;
             cage = cage.with_hole(face).map_err(|error| said(error, "holes"))?;
+        }
+        if (0..mesh.face_count()).all(|face| cage.is_hole(face)) {
+            let problem = format!(
+                "all {} faces are holes, so that nothing would be left: leave one",
+                mesh.face_count()
+            );
+            return Err(parameters.error("holes", problem).into());
         }
     }
     Ok(cage)

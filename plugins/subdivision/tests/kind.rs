@@ -52,6 +52,9 @@ fn what_is_wrong_has_its_place() {
     for (field, value, words) in [
         ("creases", serde_json::json!([[0, 1, 1.0], [0, 7, 1.0]]), "creases[1]: there is no edge"),
         ("creases", serde_json::json!([[0, 1, -1.0]]), "creases[0]"),
+        ("creases", serde_json::json!([[0, 1, 1.0], [1, 0, 2.0]]), "creases[1]: the sharpness of the edge"),
+        ("corners", serde_json::json!([[0, 1.0], [0, 2.0]]), "said twice, as 1 and as 2"),
+        ("holes", serde_json::json!([0, 1, 2, 3, 4, 5]), "is a hole, as are all others"),
         ("corners", serde_json::json!([[99, 1.0]]), "corners[0]"),
         ("corners", serde_json::json!([[1]]), "corners[0]"),
         ("faces", serde_json::json!([[0, 1, "a"]]), "faces[0]"),

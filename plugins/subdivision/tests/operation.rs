@@ -114,6 +114,67 @@ fn meshes() {
     assert_eq!(characteristic(&doo), 2);
 }
 
+/// What is in one place, said twice, or would leave nothing.
+#[test]
+fn what_contradicts_itself_is_said() {
+    let refused = |fields: Value| run(&mut scene(), fields).unwrap_err().to_string();
+    for surface in [true, false] {
+        let twice = json!({ "object": "cube", "surface": surface, "creases": [[0, 1, 2], [1, 0, 3]] });
+        let error = refused(twice);
+        assert!(error.contains("step[0].creases") && error.contains("twice, as 2 and as 3"), "{error}");
+        let error =
+            refused(json!({ "object": "cube", "surface": surface, "corners": [[4, 1], [5, 1], [4, 2]] }));
+        assert!(error.contains("vertex 4 is said twice"), "{error}");
+        let error = refused(json!({ "object": "cube", "surface": surface, "holes": [0, 1, 2, 3, 4, 5] }));
+        assert!(error.contains("step[0].holes") && error.contains("all 6 faces are holes"), "{error}");
+        let same = json!({ "object": "cube", "surface": surface, "creases": [[0, 1, 2], [1, 0, 2]] });
+        assert!(run(&mut scene(), same).is_ok());
+    }
+    let error = refused(json!({ "object": "cube", "intervals": [[0, 1, 2], [0, 1, 3]] }));
+    assert!(error.contains("interval") && error.contains("twice"), "{error}");
+
+    // Two squares side by side, each with corners of its own.
+    let at = [[0, 0], [1, 0], [1, 1], [0, 1], [1, 0], [2, 0], [2, 1], [1, 1]];
+    let points = at.map(|[x, y]| Point::new(f64::from(x), f64::from(y), 0.0)).to_vec();
+    let seam = Mesh::new(points, &[[0, 1, 2, 3], [4, 5, 6, 7]]).unwrap();
+    for fields in [json!({}), json!({ "surface": true }), json!({ "scheme": "doo-sabin" })] {
+        let mut scene = Scene::new();
+        scene.add(Object::new("seam", seam.clone().into())).unwrap();
+        let report = run(&mut scene, fields).unwrap();
+        let note = &report.notes[0];
+        assert!(note.contains("vertices 1 and 4 are in one place, and so are 1 others"), "{note}");
+    }
+    assert!(!run(&mut scene(), json!({ "object": "cube" })).unwrap().notes[0].contains("in one place"));
+}
+
+/// What is left beside a hole is subdivided again, with no points that no face has.
+#[test]
+fn beside_a_hole_it_goes_on() {
+    let grid = (0..36).map(|k| Point::new(f64::from(k / 6), f64::from(k % 6), 0.0)).collect();
+    let face = |k: usize| {
+        let at = 6 * (k / 5) + k % 5;
+        [at, at + 6, at + 7, at + 1]
+    };
+    let faces: Vec<[usize; 4]> = (0..25).map(face).collect();
+    let grid = Mesh::new(grid, &faces).unwrap();
+    // Four faces round vertex 14, which no other has.
+    let holes = json!([6, 7, 11, 12]);
+    for (scheme, limit) in
+        [("catmull-clark", false), ("catmull-clark", true), ("doo-sabin", false), ("doo-sabin", true)]
+    {
+        let mut scene = Scene::new();
+        scene.add(Object::new("grid", grid.clone().into())).unwrap();
+        run(&mut scene, json!({ "scheme": scheme, "holes": holes, "limit": limit })).unwrap();
+        let Geometry::Mesh(once) = scene.object("grid").unwrap().geometry().clone() else { panic!("a mesh") };
+        let mut has = vec![false; once.points().len()];
+        once.corners().iter().for_each(|&v| has[v as usize] = true);
+        assert!(has.iter().all(|has| *has), "{scheme}");
+        assert!(once.normals.is_empty() || once.normals.values().len() == once.points().len());
+        once.check().unwrap();
+        run(&mut scene, json!({ "scheme": scheme })).unwrap();
+    }
+}
+
 /// Materials, groups and texture coordinates go on to the faces that come of a face.
 #[test]
 fn what_belongs_to_faces_goes_on() {

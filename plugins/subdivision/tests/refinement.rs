@@ -6,7 +6,7 @@ mod shapes;
 
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{Refinement, refine};
-use loftsman_subdivision::{Cage, SubdivisionError};
+use loftsman_subdivision::{Cage, SubdivisionError, doo_sabin};
 
 #[test]
 fn a_cube_becomes_what_catmull_and_clark_say() {
@@ -137,4 +137,37 @@ fn what_is_wrong_is_named() {
     assert!(message(cube.clone().with_interval(0, 1, f64::INFINITY)).contains("interval"));
     assert!(message(cube.clone().with_end_interval(0, 1, f64::NAN)).contains("vertex 0 towards 1"));
     assert!(message(cube.with_hole(6)).contains("no face 6"));
+}
+
+/// Vertices less edges and faces: kept by Catmull and Clark's scheme on every cage, by Doo and Sabin's on those that are closed; of both each level
+/// is as closed as the one before.
+#[test]
+fn eulers_characteristic_is_kept() {
+    let euler = |cage: &Cage| {
+        let topology = cage.topology();
+        topology.vertex_count() as i64 - topology.edge_count() as i64 + topology.face_count() as i64
+    };
+    let rim = |cage: &Cage| {
+        let topology = cage.topology();
+        (0..topology.edge_count()).filter(|&e| topology.is_boundary_edge(e)).count()
+    };
+    let (mut all, mut closed) = (0, 0);
+    for (name, cage) in shapes::all() {
+        let (mut fine, mut doo) = (cage.clone(), cage.clone());
+        for level in 1..=3 {
+            fine = refine(&fine).unwrap();
+            assert_eq!(
+                (euler(&fine), rim(&fine)),
+                (euler(&cage), rim(&cage) << level),
+                "{name}, level {level}"
+            );
+            all += 1;
+            if rim(&cage) == 0 {
+                doo = doo_sabin::refine_times(&doo, 1).unwrap();
+                assert_eq!((euler(&doo), rim(&doo)), (euler(&cage), 0), "{name}, Doo-Sabin, level {level}");
+                closed += 1;
+            }
+        }
+    }
+    assert!(all > 600 && closed > 100, "{all} {closed}");
 }

@@ -207,3 +207,22 @@ fn what_was_asked_before_does_not_matter() {
         assert_eq!(asked.stencil(at, by).unwrap(), fresh.stencil(at, by).unwrap(), "{at}");
     }
 }
+
+/// A vertex among holes is on no surface, and says so.
+#[test]
+fn a_vertex_among_holes_has_no_place() {
+    let cage = shapes::grid(4, 4, [false; 2], 0.1);
+    let holes: Vec<usize> = cage.topology().vertex_faces(5).map(|f| f as usize).collect();
+    let cage = holes.iter().fold(cage, |cage, &f| cage.with_hole(f).unwrap());
+    let surface = SubdivisionSurface::new(cage).unwrap();
+    assert_eq!(surface.place_of(5).unwrap(), None);
+    let value = |v: u32| surface.value(Location::Vertex(v), Derivative::POSITION);
+    let error = value(5).unwrap_err().to_string();
+    assert!(error.contains("vertex 5 has nothing but holes"), "{error}");
+    assert!((0..16).filter(|&v| value(v).is_err()).eq(surface_hidden(&surface)));
+}
+
+/// The vertices that have no place on the surface.
+fn surface_hidden(surface: &SubdivisionSurface) -> impl Iterator<Item = u32> + '_ {
+    (0..16).filter(|&v| surface.place_of(v as usize).unwrap().is_none())
+}

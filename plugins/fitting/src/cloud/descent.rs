@@ -1,7 +1,7 @@
 //! The steps of a fit.
 
 use loftsman_kernel::edit::EditError;
-use loftsman_kernel::energy::Squares;
+use loftsman_kernel::energy::{Energy, Squares};
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::plugin::Observer;
 use loftsman_kernel::problem::{Problem, Solution};
@@ -25,6 +25,10 @@ const POOR: f64 = 0.25;
 const GOOD: f64 = 0.5;
 /// A step that promises this part of what is there, and no more, is the last.
 const GAIN: f64 = 1e-10;
+/// Weights that are tried, at most, steps with each but the last, and the part by which one may be off.
+const ROUNDS: usize = 12;
+const EACH: usize = 8;
+const SETTLED: f64 = 0.1;
 /// What rounding takes from distances, of the size of all numbers.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -42,8 +46,12 @@ pub(super) fn fit<S: Shape + Clone>(
     observer: &dyn Observer,
 ) -> Result<CloudFitted<S>> {
     let shares = checked(asked, points)?;
-    let run = Run::new(asked, points, &shares, solver, observer)?;
-    run.fit()
+    let mut run = Run::new(asked, points, &shares, solver, observer)?;
+    let Some(fair) = asked.fair else { return run.fit(None, asked.iterations) };
+    let shape = asked.shape.as_shape();
+    let Some(squares) = fair.squares(shape, run.origin)? else { return run.fit(None, asked.iterations) };
+    squares.check(shape.control_vertices().len())?;
+    run.fair(squares)
 }
 
 struct Run<'a, S> {
@@ -120,25 +128,77 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         })
     }
 
-    fn fit(&self) -> Result<CloudFitted<S>> {
-        let size = diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()));
-        let mut report = CloudReport::default();
-        let before = self.state(self.asked.shape.clone())?;
-        report.before = self.value(&before).0.sqrt();
-        let mut start = self.asked.shape.clone();
-        let vertices = start.control_vertices_mut();
-        for (vertex, way) in self.nearest.adjustments() {
-            if let Some(vertex) = vertices.get_mut(vertex) {
-                *vertex += way;
+    fn size(&self) -> f64 {
+        diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()))
+    }
+
+    /// With an energy whose weight follows from the noise that is left, from more to less.
+    fn fair(&mut self, squares: Squares) -> Result<CloudFitted<S>> {
+        let size = self.size();
+        let per_point = self.held.free.len() as f64 / self.points.len() as f64;
+        let share = per_point.min(0.5) / (1.0 - per_point.min(0.5));
+        let of = |squares: &Squares, shape: &S, run: &Self| squares.energy(&run.relative(shape)).0;
+        let start = self.state(self.asked.shape.clone())?;
+        let first = self.value(&start).0;
+        let mut weight = first / (of(&squares, &start.shape, self) + size * size);
+        let at = self.energies.len();
+        self.energies.push((weight, squares));
+        let (mut steps, mut round, mut last) = (0, 0, None::<CloudFitted<S>>);
+        // Less noise than rounding makes is none.
+        let least = (ROUNDING * size).powi(2);
+        loop {
+            round += 1;
+            let found = weight > 0.0 && round < ROUNDS;
+            let left = self.asked.iterations.saturating_sub(steps);
+            let most = if found { left.min(EACH) } else { left };
+            if !(weight > 0.0 && weight.is_finite()) {
+                self.energies.truncate(at);
+            } else {
+                self.energies[at].0 = weight;
             }
+            let from = last.as_ref().map(|fitted| fitted.shape.clone());
+            let mut fitted = self.fit(from, most)?;
+            steps += fitted.report.iterations;
+            fitted.report.iterations = steps;
+            fitted.report.before = first.sqrt();
+            fitted.report.fair = Some(self.energies.get(at).map_or(0.0, |(weight, _)| *weight));
+            let energy = self.energies.get(at).map_or(0.0, |(_, squares)| of(squares, &fitted.shape, self));
+            let noise = fitted.report.rms.powi(2);
+            let wanted = if noise > least && energy > 0.0 { share * noise / energy } else { 0.0 };
+            let settled = (wanted - weight).abs() <= SETTLED * weight;
+            if settled && fitted.report.converged || !found || left == 0 {
+                return Ok(fitted);
+            }
+            weight = if settled { weight } else { wanted };
+            last = Some(fitted);
         }
-        let moved = start.control_vertices() != before.shape.control_vertices();
-        let mut state = if moved { self.state(start)? } else { before };
+    }
+
+    /// From the shape as it is, or from another one on the way, in so many steps at most.
+    fn fit(&self, from: Option<S>, most: usize) -> Result<CloudFitted<S>> {
+        let size = self.size();
+        let mut report = CloudReport::default();
+        let mut state = match from {
+            Some(shape) => self.state(shape)?,
+            None => {
+                let before = self.state(self.asked.shape.clone())?;
+                report.before = self.value(&before).0.sqrt();
+                let mut start = self.asked.shape.clone();
+                let vertices = start.control_vertices_mut();
+                for (vertex, way) in self.nearest.adjustments() {
+                    if let Some(vertex) = vertices.get_mut(vertex) {
+                        *vertex += way;
+                    }
+                }
+                let moved = start.control_vertices() != before.shape.control_vertices();
+                if moved { self.state(start)? } else { before }
+            }
+        };
         let mut tau = FIRST;
         let mut multipliers = Vec::new();
-        while !self.held.free.is_empty() && report.iterations < self.asked.iterations && !report.converged {
+        while !self.held.free.is_empty() && report.iterations < most && !report.converged {
             self.observer
-                .proceed("fit", report.iterations as u64, self.asked.iterations as u64)
+                .proceed("fit", report.iterations as u64, most as u64)
                 .map_err(|_| FitError::Cancelled)?;
             let model = self.model(&state)?;
             let x = self.relative(&state.shape);

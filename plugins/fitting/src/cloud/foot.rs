@@ -2,7 +2,7 @@
 
 use loftsman_kernel::error::Result;
 use loftsman_kernel::shape::{Derivative, Location, Shape};
-use loftsman_kernel::{Point, Vector};
+use loftsman_kernel::{Point, Vector, parallel};
 
 use super::patches::{Patches, Room};
 use super::tree::{Near, Tree};
@@ -10,6 +10,9 @@ use super::tree::{Near, Tree};
 /// Steps of one search, and halvings of one step by 4.
 const STEPS: usize = 40;
 const SHORTENINGS: usize = 8;
+/// Points whose feet are looked for one after another, and how many times as many before anybody may say that it is enough.
+const EACH: usize = 256;
+const TOGETHER: usize = 32;
 /// A step of this part of the distance that is left ends the search: the one behind it would be its square.
 const LAST: f64 = 1e-6;
 
@@ -37,40 +40,53 @@ pub(super) fn feet(
     cancelled: &dyn Fn() -> bool,
 ) -> Result<Option<(Vec<Foot>, Vec<u32>)>> {
     let tree = Tree::new(patches, patches.points(shape.control_vertices()));
-    let mut starts: Vec<(u32, Near)> = Vec::with_capacity(points.len());
-    for (k, point) in points.iter().enumerate() {
-        if let Some(near) = tree.nearest(&point.coords) {
-            starts.push((k as u32, near));
-        }
-    }
+    let near = parallel::map(points.len(), |k| tree.nearest(&points[k].coords));
+    let mut starts: Vec<(u32, Near)> = (0..).zip(near).filter_map(|(k, near)| Some((k, near?))).collect();
     // Neighbours on the shape one after another: rows there cost less.
     starts.sort_by_key(|(k, near)| (near.piece, *k));
     let mut all: Vec<Option<Foot>> = vec![None; points.len()];
     let mut order = Vec::with_capacity(points.len());
-    for (count, &(k, near)) in starts.iter().enumerate() {
-        if count.is_multiple_of(4096) && cancelled() {
+    for some in starts.chunks(TOGETHER * EACH) {
+        if cancelled() {
             return Ok(None);
         }
-        let point = &points[k as usize].coords;
-        let mut best = descend(shape, patches, &near, point)?;
-        let mut failed = None;
-        tree.nearer(point, best.distance * (1.0 - 1e-9), &mut |other| {
-            if other.piece != near.piece {
-                match descend(shape, patches, &other, point) {
-                    Ok(foot) if foot.distance < best.distance => best = foot,
-                    Ok(_) => {}
-                    Err(error) => failed = Some(error),
-                }
-            }
-            best.distance * (1.0 - 1e-9)
+        let runs: Vec<_> = some.chunks(EACH).collect();
+        let found = parallel::map(runs.len(), |run| {
+            let foot =
+                |(k, near): &(u32, Near)| nearest(shape, patches, &tree, near, &points[*k as usize].coords);
+            runs[run].iter().map(foot).collect::<Result<Vec<Foot>>>()
         });
-        if let Some(error) = failed {
-            return Err(error);
+        for (run, feet) in runs.into_iter().zip(found) {
+            for (&(k, _), foot) in run.iter().zip(feet?) {
+                all[k as usize] = Some(foot);
+                order.push(k);
+            }
         }
-        all[k as usize] = Some(best);
-        order.push(k);
     }
     Ok(all.into_iter().collect::<Option<Vec<Foot>>>().map(|feet| (feet, order)))
+}
+
+/// The foot of a point: the nearest of those that searches from all pieces near enough end at, the nearest piece first.
+fn nearest(
+    shape: &dyn Shape,
+    patches: &Patches,
+    tree: &Tree<'_>,
+    near: &Near,
+    point: &Vector,
+) -> Result<Foot> {
+    let mut best = descend(shape, patches, near, point)?;
+    let mut failed = None;
+    tree.nearer(point, best.distance * (1.0 - 1e-9), &mut |other| {
+        if other.piece != near.piece {
+            match descend(shape, patches, &other, point) {
+                Ok(foot) if foot.distance < best.distance => best = foot,
+                Ok(_) => {}
+                Err(error) => failed = Some(error),
+            }
+        }
+        best.distance * (1.0 - 1e-9)
+    });
+    failed.map_or(Ok(best), Err)
 }
 
 /// First and second derivatives, these where they exist.

@@ -62,6 +62,7 @@ pub struct CloudFit<S> {
     shape: S,
     others: Vec<Box<dyn Shape>>,
     energies: Vec<(f64, Arc<dyn Energy>)>,
+    fair: Option<DerivativeEnergy>,
     constraints: Vec<Constraint>,
     locks: Vec<i64>,
     weights: Option<Vec<f64>>,
@@ -77,6 +78,7 @@ impl<S: Shape + Clone> CloudFit<S> {
             shape: shape.clone(),
             others: Vec::new(),
             energies: Vec::new(),
+            fair: None,
             constraints: Vec::new(),
             locks: Vec::new(),
             weights: None,
@@ -92,6 +94,17 @@ impl<S: Shape + Clone> CloudFit<S> {
     #[must_use]
     pub fn energy(mut self, weight: f64, energy: impl Energy + 'static) -> Self {
         self.energies.push((weight, Arc::new(energy)));
+        self
+    }
+
+    /// Adds an energy whose weight follows from the noise of the points: `λ E = σ² ρ / (1 - ρ)`, with `σ²` the mean of the squared distances
+    /// and `ρ` the number of free control vertices for each point, at most a half. With as much as that the shape is, of all, the likeliest
+    /// one under noise of this size in the points and in the energy's squares (the fixed point of the evidence, MacKay 1992, each vertex
+    /// counting once). The search starts with far more and comes down to it, which keeps shapes from folding on the way; the less noise, the
+    /// less energy, and none but for rounding where the shape can pass through all points. [`CloudReport::fair`] says the weight.
+    #[must_use]
+    pub fn fair(mut self, energy: DerivativeEnergy) -> Self {
+        self.fair = Some(energy);
         self
     }
 
@@ -221,6 +234,8 @@ pub struct CloudReport {
     pub worst: usize,
     /// What the energies come to, with their weights.
     pub energy: f64,
+    /// The weight that followed from the noise, where that was asked for.
+    pub fair: Option<f64>,
     /// Steps taken.
     pub iterations: usize,
     /// Whether they ended because nothing changed any more.
@@ -252,6 +267,9 @@ impl fmt::Display for CloudReport {
         )?;
         if !self.converged {
             write!(f, ", not enough (the last one still moved a foot by {:.1e})", self.change)?;
+        }
+        if let Some(weight) = self.fair {
+            write!(f, " · energy with weight {weight:.1e}")?;
         }
         if self.equations > 0 {
             write!(f, " · rank {} of {} · residual {:.1e}", self.rank, self.equations, self.residual)?;

@@ -3,6 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::energy::Squares;
 use loftsman_kernel::error::Result;
+use loftsman_kernel::parallel;
 use loftsman_kernel::shape::{Derivative, Shape, Stencil};
 use loftsman_kernel::solve::Symmetric;
 
@@ -24,6 +25,9 @@ pub(super) struct Model<'a> {
     shares: &'a [f64],
     energies: &'a [(f64, Squares)],
 }
+
+/// Feet whose rows are looked for together.
+const SOME: usize = 4096;
 
 /// How a foot goes along.
 struct Along {
@@ -88,15 +92,25 @@ impl<'a> Model<'a> {
     ) -> Result<Self> {
         let (mut rows, mut slopes) = (Rows::default(), [Rows::default(), Rows::default()]);
         let mut along = Vec::with_capacity(feet.len());
-        for &k in order {
-            let foot = &feet[k as usize];
-            rows.push(&shape.stencil(foot.at, Derivative::POSITION)?);
-            for (side, slopes) in slopes.iter_mut().enumerate() {
-                let by = if side == 0 { Derivative { u: 1, v: 0 } } else { Derivative { u: 0, v: 1 } };
-                let row = if foot.free[side] { shape.stencil(foot.at, by)? } else { Stencil::new() };
-                slopes.push(&row);
+        for some in order.chunks(SOME) {
+            let found = parallel::map(some.len(), |k| -> Result<[Stencil; 3]> {
+                let foot = &feet[some[k] as usize];
+                let slope = |side: usize, u: usize, v: usize| {
+                    if foot.free[side] {
+                        shape.stencil(foot.at, Derivative { u, v })
+                    } else {
+                        Ok(Stencil::new())
+                    }
+                };
+                Ok([shape.stencil(foot.at, Derivative::POSITION)?, slope(0, 1, 0)?, slope(1, 0, 1)?])
+            });
+            for (&k, stencils) in some.iter().zip(found) {
+                let [position, u, v] = stencils?;
+                rows.push(&position);
+                slopes[0].push(&u);
+                slopes[1].push(&v);
+                along.push(Along::new(&feet[k as usize]));
             }
-            along.push(Along::new(foot));
         }
         Ok(Self { rows, slopes, along, feet, order, shares, energies })
     }

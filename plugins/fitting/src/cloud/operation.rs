@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use loftsman_kernel::energy::Energy;
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, Operation, OperationError, ParameterError, Parameters, SceneShapes,
@@ -39,13 +40,13 @@ const DECLARATION: Declaration = Declaration {
             "energy",
             "\"stretch\" | \"bend\" | \"variation\"",
             "\"bend\"",
-            "what the shape has little of beside, where it is \"fair\"",
+            "what the shape has little of beside (not where fair = 0)",
         ),
         Field::optional(
             "fair",
             "number",
-            "0",
-            "the weight of the energy beside the mean of the squared distances (1e-6 is little)",
+            "from the noise",
+            "the weight of the energy beside the mean of the squared distances (1e-6 is little, 0 none)",
         ),
         Field::optional(
             "constraints",
@@ -107,7 +108,7 @@ impl Operation for FitShape {
                 .into());
         }
         let points = points(scene, from, &names)?;
-        let mut fit = fit_of(parameters, CloudFit::new(&shapes[0]))?;
+        let (mut fit, unfair) = fit_of(parameters, shapes[0].as_ref(), CloudFit::new(&shapes[0]))?;
         for other in &shapes[1..] {
             fit = fit.beside(other.boxed());
         }
@@ -123,6 +124,7 @@ impl Operation for FitShape {
         let mut report = report_of(&object, fitted.report(), points.len());
         report.prepare_seconds = Some(seconds);
         report.marks = constraints.iter().filter_map(|c| Mark::of(c, &names, &before, &all)).collect();
+        report.notes.extend(unfair);
         report.notes.extend(frames.note());
         put_back(scene, &object, after.as_ref())?;
         Ok(report)
@@ -163,20 +165,33 @@ fn points(scene: &Scene, name: &str, shapes: &[String]) -> Result<Vec<Point>, Op
     Ok(points.iter().map(|p| transform_point(&map, p)).collect())
 }
 
-/// What the fields ask of a fit.
+/// A fit of a shape of whatever kind.
+type AnyFit = CloudFit<Box<dyn Shape>>;
+
+/// What the fields ask of a fit, and what there is to say where no energy can be had that nobody asked for.
 fn fit_of(
     parameters: &Parameters,
-    mut fit: CloudFit<Box<dyn Shape>>,
-) -> Result<CloudFit<Box<dyn Shape>>, ParameterError> {
+    shape: &dyn Shape,
+    mut fit: AnyFit,
+) -> Result<(AnyFit, Option<String>), ParameterError> {
+    let mut unfair = None;
     let order = parameters.choice_or("energy", &[("stretch", 1), ("bend", 2), ("variation", 3)], 2)?;
-    let weight = parameters.number_or("fair", 0.0)?;
-    if !(weight >= 0.0 && weight.is_finite()) {
-        return Err(parameters.error("fair", "a positive number is needed, or 0 for no energy"));
-    }
-    if weight > 0.0 {
-        fit = fit.energy(weight, DerivativeEnergy(order));
-    } else if parameters.has("energy") {
-        return Err(parameters.error("energy", "has no weight: say how much it counts by \"fair\""));
+    let weight = if parameters.has("fair") { Some(parameters.number("fair")?) } else { None };
+    match weight {
+        Some(weight) if !(weight >= 0.0 && weight.is_finite()) => {
+            return Err(parameters.error("fair", "a positive number is needed, or 0 for no energy"));
+        }
+        Some(0.0) if parameters.has("energy") => {
+            return Err(parameters.error("energy", "has no weight: \"fair\" is 0"));
+        }
+        Some(0.0) => {}
+        Some(weight) => fit = fit.energy(weight, DerivativeEnergy(order)),
+        None => match DerivativeEnergy(order).squares(shape, Point::origin()) {
+            Err(error) if !parameters.has("energy") => {
+                unfair = Some(format!("nothing keeps the shape fair beside its points: {error}"));
+            }
+            _ => fit = fit.fair(DerivativeEnergy(order)),
+        },
     }
     if parameters.has("weights") {
         fit = fit.weights(parameters.numbers("weights")?);
@@ -188,10 +203,11 @@ fn fit_of(
         level @ 0..=2 => level as u8,
         level => return Err(parameters.error("smooth", format!("{level} is not 0, 1 or 2"))),
     };
-    Ok(fit
+    let fit = fit
         .tolerance(parameters.number_or("relative_tolerance", TOLERANCE)?)
         .iterations(parameters.count_or("iterations", ITERATIONS)?)
-        .smooth(smooth))
+        .smooth(smooth);
+    Ok((fit, unfair))
 }
 
 fn report_of(object: &str, report: &CloudReport, points: usize) -> StepReport {
@@ -199,6 +215,11 @@ fn report_of(object: &str, report: &CloudReport, points: usize) -> StepReport {
         "{points} points: rms {:.6e} → {:.6e}, largest distance {:.6e} at point {}",
         report.before, report.rms, report.largest, report.worst
     )];
+    if let Some(weight) = report.fair {
+        notes.push(format!(
+            "the energy's weight follows from the noise: fair = {weight:.3e} asks for the same, fair = 0 for none"
+        ));
+    }
     if !report.converged {
         notes.push(format!(
             "after {} steps the last one still moved a foot by {:.1e}: more iterations would come nearer",

@@ -74,7 +74,8 @@ impl Cage {
         self
     }
 
-    /// The cage with a sharpness in `[0, ∞]` for the edge between two vertices. Cost: the smaller valence, once the first is said.
+    /// The cage with a sharpness in `[0, ∞]` for the edge between two vertices, in the place of what it had. Cost: the smaller valence, once
+    /// the first is said.
     ///
     /// # Errors
     /// When there is no such edge, or the sharpness is negative or NaN.
@@ -85,7 +86,7 @@ impl Cage {
         Ok(self)
     }
 
-    /// The cage with a sharpness in `[0, ∞]` for a vertex.
+    /// The cage with a sharpness in `[0, ∞]` for a vertex, in the place of what it had.
     ///
     /// # Errors
     /// When there is no such vertex, or the sharpness is negative or NaN.

@@ -141,18 +141,33 @@ pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
 /// # Errors
 /// As for [`limit_points`].
 pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
+    frames(cage, cage.points().len(), |k| k)
+}
+
+/// Those of some vertices, which are there.
+pub(crate) fn limit_frames_of(cage: &Cage, vertices: &[u32]) -> Result<Vec<LimitFrame>> {
+    frames(cage, vertices.len(), |k| vertices[k] as usize)
+}
+
+/// The limit frames of so many vertices.
+fn frames(
+    cage: &Cage,
+    count: usize,
+    vertex: impl Fn(usize) -> usize + Sync + Send,
+) -> Result<Vec<LimitFrame>> {
     if !is_uniform(cage) {
         let weights = Weights::new(cage);
-        let frame = |vertex| {
-            let (position, tangents) = uneven::frame(&weights, vertex, 0)?;
+        let frame = |k| {
+            let (position, tangents) = uneven::frame(&weights, vertex(k), 0)?;
             let tangents = tangents.map_or([Vector::zeros(); 2], |rows| rows.map(|row| applied(&row, cage)));
             Ok(LimitFrame { point: Point::from(applied(&position, cage)), tangents })
         };
-        return parallel::map(cage.points().len(), frame).into_iter().collect();
+        return parallel::map(count, frame).into_iter().collect();
     }
     let means = means(cage);
     let waves: Vec<[f64; 3]> = (0..USUAL).map(wave).collect();
-    Ok(parallel::map(cage.points().len(), |vertex| {
+    Ok(parallel::map(count, |k| {
+        let vertex = vertex(k);
         if is_regular(cage, vertex)
             && let Some(frame) = smooth_frame(cage, vertex, &waves)
         {

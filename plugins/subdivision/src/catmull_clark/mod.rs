@@ -15,8 +15,8 @@ mod rules;
 mod uneven;
 pub(crate) mod weights;
 
-pub(crate) use limit::check_uniform;
 pub use limit::{all_limit_stencils, limit_frames, limit_points, limit_stencils, sectors};
+pub(crate) use limit::{check_uniform, limit_frames_of};
 pub use patch::{patch, patch_stencils};
 pub use refine::{refine, refine_times};
 pub use refinement::Refinement;

@@ -10,6 +10,7 @@ use super::pattern::Quadrant;
 use super::{DEPTH, SubdivisionSurface, tessellate};
 use crate::cage::{BoundaryRule, Cage, INFINITELY_SHARP};
 use crate::error::SubdivisionError;
+use crate::said::Once;
 
 /// The words for what becomes of the boundary.
 const BOUNDARIES: [(&str, BoundaryRule); 2] =
@@ -95,10 +96,13 @@ impl DeclaredShape for SubdivisionSurface {
         };
         let mut cage = Cage::new(points, &faces).map_err(wrong("faces"))?;
         cage = cage.with_boundary(fields.choice_or("boundary", &BOUNDARIES, BoundaryRule::default())?);
+        let mut once = Once::new("sharpness");
         for (place, [a, b], sharpness) in rows::<2>(fields, "creases")? {
+            once.say(&[a, b], sharpness).map_err(wrong(&place))?;
             cage = cage.with_crease(a, b, sharpness).map_err(wrong(&place))?;
         }
         for (place, [v], sharpness) in rows::<1>(fields, "corners")? {
+            once.say(&[v], sharpness).map_err(wrong(&place))?;
             cage = cage.with_corner(v, sharpness).map_err(wrong(&place))?;
         }
         if let Some(holes) = fields.value("holes") {

@@ -10,6 +10,9 @@ use crate::cage::Cage;
 use crate::error::{Result, SubdivisionError};
 use crate::topology::NONE;
 
+/// Faces that are kept: a few side by side, and those of several threads.
+const LAST: usize = 16;
+
 /// Faces of the surface, cells and edges of all.
 #[derive(Debug)]
 pub(super) struct Layout {
@@ -30,8 +33,8 @@ pub(super) struct Layout {
     pub(super) edges: Vec<(u32, u8)>,
     /// What faces with the same surroundings have in common.
     pub(super) templates: Templates,
-    /// The face that was asked for last.
-    pub(super) last: Mutex<Option<Last>>,
+    /// The faces that were asked for last, each in the place of its number.
+    last: [Mutex<Option<Last>>; LAST],
 }
 
 impl Layout {
@@ -87,8 +90,13 @@ impl Layout {
             count += quadrants[pattern as usize].len();
             cells.push(count);
         }
-        let (templates, last) = (Templates::default(), Mutex::new(None));
+        let (templates, last) = (Templates::default(), std::array::from_fn(|_| Mutex::new(None)));
         Ok(Self { faces, first, pattern_of, patterns, quadrants, left, cells, edges, templates, last })
+    }
+
+    /// Where a face is kept that was asked for last, unless another has come to its place.
+    pub(super) fn last(&self, face: usize) -> &Mutex<Option<Last>> {
+        &self.last[face % LAST]
     }
 
     pub(super) fn pattern(&self, face: usize) -> &Pattern {

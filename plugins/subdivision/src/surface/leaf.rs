@@ -23,7 +23,7 @@ pub(super) struct Leaf {
     piece: Arc<Piece>,
 }
 
-/// The face that was asked for last.
+/// A face that was asked for last.
 #[derive(Debug)]
 pub(super) struct Last {
     face: usize,
@@ -107,7 +107,7 @@ fn basis(x: f64, order: usize) -> [f64; 4] {
 
 /// The surroundings of a face of the surface; those asked for last are kept.
 pub(super) fn near(cage: &Cage, layout: &Layout, face: usize) -> Result<Arc<Near>> {
-    if let Ok(last) = layout.last.try_lock()
+    if let Ok(last) = layout.last(face).try_lock()
         && let Some(last) = last.as_ref().filter(|last| last.face == face)
     {
         return Ok(Arc::clone(&last.near));
@@ -132,7 +132,7 @@ pub(super) fn leaf(
     (u, v): (f64, f64),
     most: u32,
 ) -> Result<Option<Arc<Leaf>>> {
-    if let Ok(last) = layout.last.try_lock()
+    if let Ok(last) = layout.last(face).try_lock()
         && let Some(Last { face: known, leaf: Some(leaf), .. }) = &*last
         && *known == face
         && Quadrant::holding(leaf.quadrant.level, u, v) == leaf.quadrant
@@ -141,7 +141,7 @@ pub(super) fn leaf(
     }
     let near = near(cage, layout, face)?;
     let leaf = find(cage, layout, face, &near, (u, v), most)?.map(Arc::new);
-    if let Ok(mut last) = layout.last.try_lock() {
+    if let Ok(mut last) = layout.last(face).try_lock() {
         *last = Some(Last { face, near, leaf: leaf.clone() });
     }
     Ok(leaf)

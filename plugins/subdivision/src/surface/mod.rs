@@ -2,6 +2,7 @@
 
 mod apart;
 mod cells;
+mod cut;
 mod declared;
 mod edges;
 mod grids;
@@ -18,6 +19,7 @@ mod regular;
 mod sampled;
 mod template;
 mod tessellate;
+mod tree;
 mod triangle;
 
 use std::sync::Arc;
@@ -193,6 +195,12 @@ impl SubdivisionSurface {
         Ok(self.layout.pattern(face as usize).is_regular(pattern::Quadrant::WHOLE))
     }
 
+    /// Whether all faces at a vertex are holes.
+    fn is_hidden(&self, vertex: usize) -> bool {
+        !self.cage.holes.is_empty()
+            && self.cage.topology().vertex_faces(vertex).all(|face| self.cage.is_hole(face as usize))
+    }
+
     fn on_face(&self, face: u32, u: f64, v: f64, by: Derivative) -> loftsman_kernel::error::Result<Stencil> {
         let count = self.layout.faces.len();
         let face = face as usize;
@@ -282,6 +290,11 @@ impl Shape for SubdivisionSurface {
                 let count = self.cage.points().len();
                 if vertex as usize >= count {
                     return Err(Error::NoVertex { index: i64::from(vertex), count });
+                }
+                if self.is_hidden(vertex as usize) {
+                    return Err(Error::Invalid(format!(
+                        "vertex {vertex} has nothing but holes round it, where there is no surface: ask of a vertex of a face that is shown"
+                    )));
                 }
                 let limit = limit_stencils(&self.cage, vertex as usize, 0).map_err(refused)?;
                 of_limit(limit, by, || format!("vertex {vertex}"))

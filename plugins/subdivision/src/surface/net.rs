@@ -191,7 +191,8 @@ fn looked(patch: &Net, targets: [Option<&[Point; 3]>; 2], enough: f64, divided: 
         if !bound.is_finite() {
             return f64::INFINITY;
         }
-        if bound <= enough || bound - 2.0 * rest > enough || divided == DIVIDED {
+        // What is due to rounding no finer look takes away.
+        if bound <= enough || bound - 2.0 * (rest - bend.rounding) > enough || divided == DIVIDED {
             most = most.max(bound);
             continue;
         }

@@ -1,77 +1,46 @@
-//! Where on the surface the vertices of refined cages are.
+//! Where on the surface the corners of refined faces are.
 
-use loftsman_kernel::shape::Location;
+use crate::topology::NONE;
 
-use super::SubdivisionSurface;
-use crate::cage::Cage;
-use crate::topology::{NONE, Topology};
-
-/// Of each face of a cage, refined some times, its corners as parameters of a face of the surface; nothing for one that is no quad yet.
-pub(super) struct Places {
-    faces: Vec<Option<Part>>,
-    /// The first face of the surface on each face that is no quad.
-    first: Vec<u32>,
-}
-
-/// A part of a face of the surface.
-#[derive(Clone, Copy)]
-struct Part {
-    face: u32,
-    corners: [[f64; 2]; 4],
+/// A part of a face of the surface, by the parameters of its corners.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) face: u32,
+    pub(super) corners: [[f64; 2]; 4],
 }
 
 const WHOLE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-impl Places {
-    /// Those of the surface's own cage.
-    pub(super) fn new(surface: &SubdivisionSurface) -> Self {
-        let (topology, first) = (surface.cage.topology(), &surface.layout.first);
-        let quad = |face: usize| topology.face_corners(face).len() == 4;
-        let part = |face: usize| quad(face).then(|| Part { face: first[face], corners: WHOLE });
-        Self { faces: (0..first.len()).map(part).collect(), first: first.clone() }
+impl Place {
+    /// All of a face.
+    pub(super) fn whole(face: u32) -> Self {
+        Self { face, corners: WHOLE }
     }
 
-    /// Those of the cage refined once more: child `k` of a face starts at its corner `k`, goes on to the middle of the edge that follows
-    /// and to the face's middle.
-    pub(super) fn refined(&self, before: &Topology) -> Self {
-        let mut faces = Vec::with_capacity(before.corner_count());
-        for (face, part) in self.faces.iter().enumerate() {
-            for corner in 0..before.face_corners(face).len() {
-                faces.push(Some(match part {
-                    Some(part) => part.child(corner),
-                    None => {
-                        let own = self.first.get(face).filter(|&&first| first != NONE);
-                        Part { face: own.map_or(NONE, |first| first + corner as u32), corners: WHOLE }
-                    }
-                }));
-            }
+    /// The part at a corner of what is itself such a part or, where there is none, a face of the cage that is no quad, on which the surface's
+    /// faces are numbered from `first` on. It starts at the corner, goes on to the middle of the edge that follows and to the face's middle.
+    pub(super) fn child(part: Option<Self>, first: u32, corner: usize) -> Self {
+        match part {
+            Some(part) => part.quarter(corner),
+            None if first == NONE => Self::whole(NONE),
+            None => Self::whole(first + corner as u32),
         }
-        Self { faces, first: Vec::new() }
     }
 
-    /// The place of each vertex of the cage they are of, on the first face that is shown; the surface's first corner where there is none.
-    pub(super) fn of_vertices(&self, cage: &Cage) -> Vec<Location> {
-        let topology = cage.topology();
-        let mut places = vec![Location::Face(0, 0.0, 0.0); topology.vertex_count()];
-        for face in (0..topology.face_count()).rev().filter(|&face| !cage.is_hole(face)) {
-            let Some(part) = self.faces[face] else { continue };
-            for (&vertex, [u, v]) in topology.face(face).iter().zip(part.corners) {
-                places[vertex as usize] = Location::Face(part.face, u, v);
-            }
-        }
-        places
+    fn quarter(self, corner: usize) -> Self {
+        let before = (corner + 3) % 4;
+        let corners = [self.corners[corner], self.middle(corner), self.centre(), self.middle(before)];
+        Self { face: self.face, corners }
     }
-}
 
-impl Part {
-    fn child(self, corner: usize) -> Self {
-        let [[a, b], [c, d]] = [[corner, (corner + 1) % 4], [(corner + 2) % 4, (corner + 3) % 4]]
-            .map(|pair| pair.map(|k| self.corners[k]));
-        let mean = |points: &[[f64; 2]]| {
-            let share = 1.0 / points.len() as f64;
-            [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() * share)
-        };
-        // a is the corner, b follows, d is before it.
-        Self { face: self.face, corners: [a, mean(&[a, b]), mean(&[a, b, c, d]), mean(&[a, d])] }
+    /// The middle of the edge that follows a corner.
+    pub(super) fn middle(&self, corner: usize) -> [f64; 2] {
+        let [a, b] = [self.corners[corner], self.corners[(corner + 1) % 4]];
+        [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+    }
+
+    pub(super) fn centre(&self) -> [f64; 2] {
+        let [a, _, c, _] = self.corners;
+        [0.5 * (a[0] + c[0]), 0.5 * (a[1] + c[1])]
     }
 }

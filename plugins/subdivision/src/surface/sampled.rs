@@ -1,25 +1,13 @@
-//! How far a surface is from triangles between limits of vertices, as found in the middles of their edges and faces.
+//! How far a face of a surface is from its two triangles, as found in the middles of its edges and in its own.
 
 use loftsman_kernel::Point;
 
 use super::triangle::{from_segment, from_triangle};
-use crate::cage::Cage;
 
-/// The largest distance of the limits of the middles of edges and faces, which are vertices of the next level, from the triangles
-/// that they are the middles of.
-pub(super) fn sampled(cage: &Cage, limits: &[Point], finer: &[Point]) -> f64 {
-    let topology = cage.topology();
-    let (vertices, edges) = (topology.vertex_count(), topology.edge_count());
-    let mut most: f64 = 0.0;
-    for face in (0..topology.face_count()).filter(|&f| !cage.is_hole(f)) {
-        let corners = topology.face(face);
-        let corner = |k: usize| limits[corners[k % corners.len()] as usize];
-        for (k, &edge) in topology.face_edges(face).iter().enumerate() {
-            most = most.max(from_segment(&finer[vertices + edge as usize], &corner(k), &corner(k + 1)));
-        }
-        let middle = &finer[vertices + edges + face];
-        let triangles = (1..corners.len() - 1).map(|k| [corner(0), corner(k), corner(k + 1)]);
-        most = most.max(triangles.map(|t| from_triangle(middle, &t)).fold(f64::INFINITY, f64::min));
-    }
-    most
+/// The largest distance of the limits of the middles of the edges from the segments between the corners, and of that of the face from the
+/// triangles. `at` are corners, middles of edges and the face's own.
+pub(super) fn sampled(at: &[Point; 9]) -> f64 {
+    let edges = (0..4).map(|k| from_segment(&at[4 + k], &at[k], &at[(k + 1) % 4]));
+    let triangles = [[0, 1, 2], [0, 2, 3]].map(|t| from_triangle(&at[8], &t.map(|k: usize| at[k])));
+    edges.fold(triangles[0].min(triangles[1]), f64::max)
 }

@@ -1,0 +1,38 @@
+//! What is said of a cage's edges and vertices, each once.
+
+use std::collections::BTreeMap;
+
+use crate::cage::between;
+use crate::error::{Result, SubdivisionError};
+
+/// The numbers that were said of edges or vertices.
+#[derive(Debug)]
+pub(crate) struct Once {
+    what: &'static str,
+    said: BTreeMap<Vec<usize>, f64>,
+}
+
+impl Once {
+    pub(crate) fn new(what: &'static str) -> Self {
+        Self { what, said: BTreeMap::new() }
+    }
+
+    /// Takes note of what is said of a vertex, or of the edge between two.
+    ///
+    /// # Errors
+    /// When something else was said of it before.
+    pub(crate) fn say(&mut self, of: &[usize], value: f64) -> Result<()> {
+        let mut key = of.to_vec();
+        key.sort_unstable();
+        match self.said.insert(key, value) {
+            Some(before) if before != value => {
+                let place = match of {
+                    &[from, to] => between(from, to),
+                    _ => format!("vertex {}", of.first().copied().unwrap_or_default()),
+                };
+                Err(SubdivisionError::Twice { what: self.what, place, values: [before, value] })
+            }
+            _ => Ok(()),
+        }
+    }
+}
