@@ -22,6 +22,7 @@
 //! they were even. Surfaces go out as `surf` and, by the tessellator of the options, as a mesh. Materials go into a
 //! library beside the file. Transforms are baked, as OBJ has none; numbers read back exactly.
 
+mod fingerprint;
 mod number;
 mod read;
 mod text;
