@@ -64,7 +64,8 @@ fn curves_come_back_exactly_in_either_dialect() {
         let (file, _) = write(&scene, &keep());
         assert_eq!(read(&file).curve("a").unwrap(), &curve);
         let text = String::from_utf8(file.bytes).unwrap();
-        let without: String = text.lines().filter(|l| !l.starts_with('#')).map(|l| format!("{l}\n")).collect();
+        let without: String =
+            text.lines().filter(|l| !l.starts_with('#')).map(|l| format!("{l}\n")).collect();
         let bezier = curve.bezier_form().unwrap();
         assert_eq!(read(&Memory::new("b.obj", without)).curve("a").unwrap(), &bezier);
         let moved = text.replacen("\nv ", "\nv 1", 1);
@@ -291,6 +292,26 @@ fn pictures_in_the_scene_become_files_beside_it_and_never_elsewhere() {
 }
 
 #[test]
+fn pictures_without_names_do_not_take_those_of_other_files_of_the_folder() {
+    use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture};
+    let mut scene = one("cloud", Cloud { points: vec![Point::origin()] });
+    for name in ["image 0", "wood"] {
+        let data = ImageData::Embedded { media_type: "image/png".into(), bytes: (*b"png").into() };
+        scene.images.add(Image::new(name, data)).unwrap();
+        let mut material = Material::new(name, [0.1, 0.2, 0.3, 1.0]);
+        material.textures.insert(Channel::BaseColor, Texture::new(name));
+        scene.materials.add(material).unwrap();
+    }
+    let mut names = Vec::new();
+    for file in ["left.obj", "right.obj"] {
+        let mut file = Memory::new(file, "");
+        Obj.write(&scene, &mut file, &keep()).unwrap();
+        names.extend(file.pictures.into_keys());
+    }
+    assert_eq!(names, ["left image 0.png", "wood.png", "right image 0.png", "wood.png"]);
+}
+
+#[test]
 fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
     let points =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::from).to_vec();
@@ -380,7 +401,8 @@ fn what_obj_cannot_say_of_layers_and_units_is_said() {
     let (back, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
     // The unit that a comment says.
     assert_eq!((back.unit, back.objects().len()), (scene.unit, 1));
-    let text = String::from_utf8_lossy(&file.bytes).lines().skip(1).map(|l| format!("{l}\n")).collect::<String>();
+    let text =
+        String::from_utf8_lossy(&file.bytes).lines().skip(1).map(|l| format!("{l}\n")).collect::<String>();
     let file = Memory::new("part.obj", text);
     let (back, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
     assert_eq!((back.unit, back.objects().len()), (Unit::Unknown, 1));

@@ -82,7 +82,7 @@ fn layer<T: Copy>(
     last: bool,
     uses: &mut [Use],
 ) -> Layer<T> {
-    if corners.is_empty() {
+    if corners.iter().all(|&corner| corner == NONE) {
         return Layer::none();
     }
     let origin = share(&mut [&mut corners], list.len());

@@ -9,8 +9,8 @@ mod part;
 mod raw;
 mod reader;
 mod section;
-mod unbroken;
 mod statement;
+mod unbroken;
 
 use loftsman_kernel::plugin::{FormatError, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Unit, Up};

@@ -47,7 +47,8 @@ impl Section {
         if gone == 0 {
             return 0;
         }
-        let of_corners = || self.starts.windows(2).zip(&stays).flat_map(|(w, &stays)| (w[0]..w[1]).map(move |_| stays));
+        let of_corners =
+            || self.starts.windows(2).zip(&stays).flat_map(|(w, &stays)| (w[0]..w[1]).map(move |_| stays));
         let pick = |list: &[u32], flags: &mut dyn Iterator<Item = bool>| -> Vec<u32> {
             list.iter().zip(flags).filter(|(_, stays)| *stays).map(|(x, _)| *x).collect()
         };
@@ -94,7 +95,8 @@ impl Section {
     fn drop_dots(&mut self, is_broken: impl Fn(u32) -> bool) -> usize {
         let before = self.dots.len();
         let mut at = 0;
-        let ends: Vec<usize> = self.dot_looks.iter().skip(1).map(|(start, _)| *start).chain([before]).collect();
+        let ends: Vec<usize> =
+            self.dot_looks.iter().skip(1).map(|(start, _)| *start).chain([before]).collect();
         let mut dots = Vec::with_capacity(before);
         for ((start, _), end) in self.dot_looks.iter_mut().zip(ends) {
             *start = dots.len();

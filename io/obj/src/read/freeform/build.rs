@@ -95,6 +95,7 @@ impl Freeform {
         let mut mended = Mended::default();
         let mut direction = self.direction(body, 0, Some(vertices.len()), range);
         let needed = vertices.len() + direction.degree + 1;
+        let all = direction.parameters;
         if let (Kind::Bspline, Some(knots)) = (direction.kind, direction.parameters)
             && matches!(knots.len().checked_sub(needed), Some(1 | 2))
         {
@@ -106,7 +107,7 @@ impl Freeform {
         let weights = self.rational().then(|| vertices.iter().map(|&v| raw.weight(v)).collect());
         let (points, weights) = converted(&form, points, weights).map_err(stop)?;
         let mut range = range;
-        if let Some(clipped) = clipped(&form.space, range) {
+        if let Some(clipped) = clipped(&form.space, all, range) {
             range = clipped;
             mended.clipped = true;
         }
@@ -254,11 +255,13 @@ fn outcome<T>(made: Result<T, Stop>, kept: impl FnOnce(T) -> Outcome) -> Result<
 }
 
 /// The part of a range in which a curve is defined, where the range ends between the knots of an end that is not clamped:
-/// so some exporters write the knots' range for the curve's. `None` where there is nothing to clip, or nothing would be left.
-fn clipped(space: &Space, (from, to): (f64, f64)) -> Option<(f64, f64)> {
-    let ((a, b), t) = (space.domain(), space.flat());
+/// so some exporters write the range of all the knots of the file for the curve's. `None` where there is nothing to clip, or
+/// nothing would be left.
+fn clipped(space: &Space, all: Option<&[f64]>, (from, to): (f64, f64)) -> Option<(f64, f64)> {
+    let (a, b) = space.domain();
     let slack = SLACK * (b - a);
-    let (first, last) = (t.first()?, t.last()?);
+    let all = all?;
+    let (first, last) = (all.first()?, all.last()?);
     let beyond = from < a - slack || to > b + slack;
     let among = from >= first - slack && to <= last + slack;
     let part = (from.max(a), to.min(b));

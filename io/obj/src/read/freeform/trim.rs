@@ -117,9 +117,18 @@ impl Freeform {
         let (from, to) = (near(from), near(to));
         let turned = from > to;
         let made = if turned {
-            let reverse = curve.reverse().map_err(|e| Stop::At(at(line, format!("curve {}: {e}", number + 1))))?;
+            let reverse =
+                curve.reverse().map_err(|e| Stop::At(at(line, format!("curve {}: {e}", number + 1))))?;
             // The ends exactly, where they are those of the curve.
-            let back = |t: f64| if t == a { b } else if t == b { a } else { (a + (b - t)).clamp(a, b) };
+            let back = |t: f64| {
+                if t == a {
+                    b
+                } else if t == b {
+                    a
+                } else {
+                    (a + (b - t)).clamp(a, b)
+                }
+            };
             ParameterCurve::new(reverse, back(from), back(to))
         } else {
             ParameterCurve::new(curve.clone(), from, to)
