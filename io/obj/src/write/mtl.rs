@@ -104,9 +104,10 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
                     _ => "bin",
                 };
                 // A name that only counts is that of another picture, too, beside another file of the folder.
-                let wanted = match is_made_up(image.name()) {
-                    true => format!("{stem} {}", image.name()),
-                    false => image.name().to_owned(),
+                let wanted = if is_made_up(image.name()) {
+                    format!("{stem} {}", image.name())
+                } else {
+                    image.name().to_owned()
                 };
                 let name = unique(file_name(&wanted, extension), &mut taken);
                 library.pictures.insert(image.name().to_owned(), name.clone());
