@@ -98,7 +98,8 @@ fn space(random: &mut Lcg, degree: usize, kind: usize) -> Space {
 fn spline_scene(seed: u64, degree: usize) -> Scene {
     let mut random = Lcg::new(seed);
     let mut scene = Scene::new();
-    (scene.unit, scene.up) = if seed % 2 == 0 { (Unit::Millimetre, Up::Z) } else { (Unit::Unknown, Up::Y) };
+    (scene.unit, scene.up) =
+        if seed.is_multiple_of(2) { (Unit::Millimetre, Up::Z) } else { (Unit::Unknown, Up::Y) };
     let point = |random: &mut Lcg| Point::new(random.next(), 100.0 * random.next(), random.next() / 3.0);
     for kind in 0..4 {
         for rational in [false, true] {
@@ -151,7 +152,7 @@ fn a_mesh_that_somebody_has_changed_beside_its_surface_is_an_object_of_its_own()
 fn object(kind: usize, seed: u64, name: &str) -> String {
     let mut random = Lcg::new(seed);
     let mut text = format!("o {name}\n");
-    if seed % 3 == 0 {
+    if seed.is_multiple_of(3) {
         text += "usemtl m\n";
     }
     let n = 4 + seed as usize % 5;
@@ -185,7 +186,7 @@ fn object(kind: usize, seed: u64, name: &str) -> String {
         3 => {
             text += "l";
             (1..=n).rev().for_each(|k| _ = write!(text, " -{k}"));
-            text += if seed % 2 == 0 { "\n" } else { " -4\n" };
+            text += if seed.is_multiple_of(2) { "\n" } else { " -4\n" };
         }
         4 => (1..=n).for_each(|k| _ = writeln!(text, "p -{k}")),
         5 => {

@@ -1,9 +1,9 @@
 //! Against closed forms.
 
 use loftsman_dynamics::{Body, Scheme, Setup, Simulation, Spot, fixed, force, sliding, tied};
-use loftsman_kernel::{Point, Vector};
 use loftsman_kernel::shape::Derivative;
 use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
 
 fn line(degree: usize, n: usize, from: [f64; 3], to: [f64; 3]) -> Curve {
     let space = Space::clamped_uniform(degree, n).unwrap();
@@ -211,8 +211,9 @@ fn a_cantilever_bends_as_it_should() {
 fn thrown(n: usize) -> (Curve, Vec<Vector>) {
     let rope = line(3, n, [0.0; 3], [3.0, 0.0, 0.0]);
     let turn = |i: usize| f64::from(i as u32);
-    let velocities =
-        (0..n).map(|i| Vector::new((0.7 * turn(i)).sin(), (0.4 * turn(i)).cos(), (0.2 * turn(i)).sin())).collect();
+    let velocities = (0..n)
+        .map(|i| Vector::new((0.7 * turn(i)).sin(), (0.4 * turn(i)).cos(), (0.2 * turn(i)).sin()))
+        .collect();
     (rope, velocities)
 }
 
@@ -293,9 +294,8 @@ fn a_small_mass_of_parameters_is_none() {
         simulation.shape(0).unwrap().control_vertices().to_vec()
     };
     let exact = run(Scheme::Exact, 1.0);
-    let off = |e: f64| {
-        run(Scheme::Epsilon, e).iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-    };
+    let off =
+        |e: f64| run(Scheme::Epsilon, e).iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     let all = [off(1e-1), off(1e-2), off(1e-3), off(1e-5)];
     assert!(all[0] > all[1] && all[1] > all[2] && all[3] < 1e-3 * all[0].max(1e-2), "{all:?}");
 }

@@ -268,7 +268,8 @@ impl RangeSpace {
             } else {
                 let coefficients = self.coefficients[row.coefficients..].chunks_exact(3);
                 let terms = vertices.iter().zip(coefficients);
-                out[row.equation] = terms.map(|(&v, a)| (0..3).map(|k| a[k] * x[3 * v + k]).sum::<f64>()).sum();
+                out[row.equation] =
+                    terms.map(|(&v, a)| (0..3).map(|k| a[k] * x[3 * v + k]).sum::<f64>()).sum();
             }
         }
         if self.parameters > 0 {
@@ -389,7 +390,8 @@ impl RangeSpace {
                 let count = to - from;
                 sum += match (one.alike, other.alike) {
                     (true, true) => {
-                        let (p, q) = (&self.values[p.at + from - p.start..], &self.values[q.at + from - q.start..]);
+                        let (p, q) =
+                            (&self.values[p.at + from - p.start..], &self.values[q.at + from - q.start..]);
                         super::envelope::dot(&p[..count], &q[..count])
                     }
                     (false, false) => {

@@ -24,7 +24,13 @@ fn band(n: usize, width: usize, closed: bool, random: &mut Sequence) -> DMatrix<
     let mut a = DMatrix::zeros(n, n);
     for i in 0..n {
         for k in 1..=width {
-            let j = if i + k < n { i + k } else if closed { (i + k) % n } else { continue };
+            let j = if i + k < n {
+                i + k
+            } else if closed {
+                (i + k) % n
+            } else {
+                continue;
+            };
             let value = 0.3 * random.next();
             a[(i, j)] += value;
             a[(j, i)] += value;
@@ -89,7 +95,10 @@ impl Case {
         all.view_mut((n, n + k), (k, m)).copy_from(&-self.free.transpose());
         all.view_mut((n + k, 0), (m, n)).copy_from(&l);
         all.view_mut((n + k, n), (m, k)).copy_from(&self.free);
-        let right = DVector::from_iterator(n + k + m, f.iter().copied().chain((0..k).map(|_| 0.0)).chain(e.iter().copied()));
+        let right = DVector::from_iterator(
+            n + k + m,
+            f.iter().copied().chain((0..k).map(|_| 0.0)).chain(e.iter().copied()),
+        );
         let x = all.lu().solve(&right).unwrap();
         (x.rows(0, n).into(), x.rows(n, k).into(), x.rows(n + k, m).into())
     }
@@ -100,7 +109,9 @@ impl Case {
             if *alike {
                 space.push_alike(vertices.iter().copied().zip(blocks.iter().map(|b| b[(0, 0)])));
             } else {
-                space.push_coupled(vertices.iter().copied().zip(blocks.iter().map(|b| [b[(0, 0)], b[(0, 1)], b[(0, 2)]])));
+                space.push_coupled(
+                    vertices.iter().copied().zip(blocks.iter().map(|b| [b[(0, 0)], b[(0, 1)], b[(0, 2)]])),
+                );
             }
         }
         let (m, k) = (space.equations(), self.free.ncols());
@@ -111,7 +122,8 @@ impl Case {
         space.factor();
         let f = DVector::from_fn(n, |_, _| random.next());
         // What can be asked of these rows: what some change does.
-        let (x, s): (Vec<f64>, Vec<f64>) = ((0..n).map(|_| random.next()).collect(), (0..k).map(|_| random.next()).collect());
+        let (x, s): (Vec<f64>, Vec<f64>) =
+            ((0..n).map(|_| random.next()).collect(), (0..k).map(|_| random.next()).collect());
         let mut e = vec![0.0; m];
         space.apply(&x, &s, &mut e);
         let e = DVector::from_vec(e);
@@ -185,7 +197,10 @@ fn grids_and_several_blocks() {
     let mut random = Sequence(2);
     for case in 0..60 {
         let (rows_u, columns) = [(3, 5), (12, 4), (4, 25), (25, 4)][case % 4];
-        let (u, v) = (band(rows_u, 2, case % 3 == 0, &mut random), band(columns, 1 + case % 3, case % 5 == 0, &mut random));
+        let (u, v) = (
+            band(rows_u, 2, case % 3 == 0, &mut random),
+            band(columns, 1 + case % 3, case % 5 == 0, &mut random),
+        );
         let b = band(7, 2, false, &mut random);
         let n = rows_u * columns;
         let mut weight = DMatrix::zeros(3 * (n + 7), 3 * (n + 7));
@@ -193,10 +208,15 @@ fn grids_and_several_blocks() {
         weight.view_mut((3 * n, 3 * n), (21, 21)).copy_from(&thrice(&b));
         let mut given = rows(3, n + 7, case % 2 == 0, &mut random);
         // One that is on both.
-        given.push((vec![1, columns, n + 2], vec![DMatrix::identity(3, 3), DMatrix::identity(3, 3) * 0.4, DMatrix::identity(3, 3) * -1.0], true));
+        given.push((
+            vec![1, columns, n + 2],
+            vec![DMatrix::identity(3, 3), DMatrix::identity(3, 3) * 0.4, DMatrix::identity(3, 3) * -1.0],
+            true,
+        ));
         let free = free(&given, case % 3, &mut random);
         let whole = Case { weight, rows: given, free, epsilon: 0.1 * (case % 2) as f64 };
-        let blocks = [(Weight::Grid(envelope(&u), envelope(&v)), None), (Weight::Vertices(envelope(&b)), None)];
+        let blocks =
+            [(Weight::Grid(envelope(&u), envelope(&v)), None), (Weight::Vertices(envelope(&b)), None)];
         whole.check(RangeSpace::new(blocks), &mut random, true);
     }
 }

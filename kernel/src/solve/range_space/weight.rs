@@ -90,7 +90,8 @@ impl Weight {
             }
             Self::Coordinates(factor) => {
                 // Three numbers a vertex, each an unknown of its own.
-                let end = window::<1>(factor, x, 3 * from, 3 * last + 2, tails[0]).div_ceil(3).min(tails[0] / 3);
+                let end =
+                    window::<1>(factor, x, 3 * from, 3 * last + 2, tails[0]).div_ceil(3).min(tails[0] / 3);
                 piece(from..end.max(from.min(tails[0] / 3)));
                 piece((tails[0] / 3).max(from)..factor.size() / 3);
             }
