@@ -10,10 +10,15 @@ pub(crate) struct Placement {
     /// Quaternion `x, y, z, w`.
     pub(crate) rotation: [f64; 4],
     pub(crate) scale: Vector,
+    /// Rotation and scale as a matrix, where rounding has sheared them: then they are those next to it.
+    pub(crate) linear: Option<Matrix3<f64>>,
 }
 
-/// How far from a right angle two columns may be before the matrix counts as sheared.
+/// How far from a right angle two columns may be before the matrix goes out as it is.
 const SHEAR: f64 = 1e-9;
+
+/// How far before it counts as sheared: matrices in single precision, as other programs write them, are off by less.
+const ROUNDED: f64 = 1e-6;
 
 impl Placement {
     /// The parts of an affine map, or `None` where it shears or flattens, or has numbers that single precision (with which
@@ -23,7 +28,7 @@ impl Placement {
         let translation = map.fixed_view::<3, 1>(0, 3).into_owned();
         if linear == Matrix3::identity() && translation.iter().all(|t| (*t as f32).is_finite()) {
             let (rotation, scale) = ([0.0, 0.0, 0.0, 1.0], Vector::repeat(1.0));
-            return Some(Self { translation, rotation, scale });
+            return Some(Self { translation, rotation, scale, linear: None });
         }
         let mut scale = Vector::from_fn(|i, _| {
             let column = linear.column(i);
@@ -35,8 +40,9 @@ impl Placement {
             return None;
         }
         let mut axes = Matrix3::from_columns(&[0, 1, 2].map(|i| linear.column(i) / scale[i]));
-        let right = |i: usize, j: usize| axes.column(i).dot(&axes.column(j)).abs() <= SHEAR;
-        if !(right(0, 1) && right(1, 2) && right(2, 0)) {
+        let apart = |i: usize, j: usize| axes.column(i).dot(&axes.column(j)).abs();
+        let shear = apart(0, 1).max(apart(1, 2)).max(apart(2, 0));
+        if shear > ROUNDED {
             return None;
         }
         if axes.determinant() < 0.0 {
@@ -44,18 +50,25 @@ impl Placement {
             (axes, scale) = (-axes, -scale);
         }
         let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
-        Some(Self { translation, rotation: [q.i, q.j, q.k, q.w], scale })
+        let linear = (shear > SHEAR).then_some(linear);
+        Some(Self { translation, rotation: [q.i, q.j, q.k, q.w], scale, linear })
     }
 
     /// No move at all.
     pub(crate) fn none() -> Self {
-        Self { translation: Vector::zeros(), rotation: [0.0, 0.0, 0.0, 1.0], scale: Vector::repeat(1.0) }
+        let (rotation, scale) = ([0.0, 0.0, 0.0, 1.0], Vector::repeat(1.0));
+        Self { translation: Vector::zeros(), rotation, scale, linear: None }
     }
 
     /// The map that the parts make: the translation after the rotation after the scale.
     pub(crate) fn matrix(&self) -> Matrix4<f64> {
         let [i, j, k, w] = self.rotation;
         let mut map = Matrix4::identity();
+        if let Some(linear) = &self.linear {
+            map.fixed_view_mut::<3, 3>(0, 0).copy_from(linear);
+            map.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.translation);
+            return map;
+        }
         let turn = if self.rotation == [0.0, 0.0, 0.0, 1.0] {
             Matrix3::identity()
         } else {
@@ -65,6 +78,12 @@ impl Placement {
         map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(turn * Matrix3::from_diagonal(&self.scale)));
         map.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.translation);
         map
+    }
+
+    /// The map that the parts make, column by column.
+    pub(crate) fn columns(&self) -> [f64; 16] {
+        let map = self.matrix();
+        std::array::from_fn(|k| map[(k % 4, k / 4)])
     }
 
     /// The translation, unless it is none.

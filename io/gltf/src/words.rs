@@ -13,6 +13,13 @@ pub(crate) const DATA: &str = "gltf extras";
 pub(crate) const MESH_DATA: &str = "gltf mesh extras";
 pub(crate) const MESH_NAME: &str = "gltf mesh name";
 
+/// What an object is called whose node has no name; and that a node's primitive, or what stands for it, has no material.
+pub(crate) const UNNAMED: &str = "gltf unnamed";
+pub(crate) const MATERIAL: &str = "gltf material";
+
+/// What [`MATERIAL`] says.
+pub(crate) const NONE: &str = "none";
+
 /// What other programs noted of the scene that is shown, and its name.
 pub(crate) const SCENE_DATA: &str = "gltf scene extras";
 pub(crate) const SCENE_NAME: &str = "gltf scene name";

@@ -278,6 +278,9 @@ fn hierarchies_that_are_none_are_refused() {
     refused(&with("/nodes", nodes.clone()), &["nodes[2].children", "hangs under itself"]);
     let mut cyclic = with("/nodes", json!([{ "children": [1] }, { "children": [0] }]));
     cyclic.as_object_mut().unwrap().remove("scenes");
+    // A scene that is not there, also where none is.
+    refused(&cyclic, &["scene", "the document has none"]);
+    cyclic.as_object_mut().unwrap().remove("scene");
     refused(&cyclic, &["cyclic"]);
     refused(&with("/scene", json!(4)), &["scenes[4]"]);
     refused(&with("/nodes/0/mesh", json!(4)), &["meshes[4]"]);

@@ -1,7 +1,8 @@
 //! Wavefront OBJ: polygon meshes, lines, points, free-form curves and surfaces, trimmed or not, in and out.
 //!
-//! **Reading.** Every statement is accounted for in the report; what is malformed is an error with its line. Files are
-//! read in parallel, part by part; text may be UTF-8 or UTF-16, with any line ends.
+//! **Reading.** Every statement is accounted for in the report; what is malformed is left out with its line, with what
+//! uses it, and the rest is read. A file is an error where nothing is left of it. Files are read in parallel, part by
+//! part; text may be UTF-8 or UTF-16, with any line ends.
 //!
 //! * *Objects.* Each `o` starts a scene object; `split = "group"` makes one of each `g` instead. Names come from `o`,
 //!   else the file (of curves and surfaces also from `g`). The faces and lines of a section are one mesh; lines without
@@ -21,7 +22,13 @@
 //! **Writing.** Curves go out as NURBS, in Bézier form unless `knots = "any"`: Blender draws uneven simple knots as if
 //! they were even. Surfaces go out as `surf` and, by the tessellator of the options, as a mesh. Materials go into a
 //! library beside the file. Transforms are baked, as OBJ has none; numbers read back exactly.
+//!
+//! **There and back.** Comments that start with `# Loftsman` say what OBJ has no statement for, and are read while what
+//! stands beside them is as it was written: unit and axis (the first line); a curve itself, where its Bézier form follows
+//! (`curve 3 open; knots …; points …; weights …`); a mesh and the surface that it was made of, by a fingerprint of the mesh
+//! (`mesh …`, `surface …`), which are one object; normals that were made for faces (`normals`).
 
+mod fingerprint;
 mod number;
 mod read;
 mod text;

@@ -47,8 +47,16 @@ pub(crate) fn ends_statement(line: &[u8]) -> bool {
 /// The start of a comment that means something: vertex colours of ZBrush.
 pub(crate) const MRGB: &[u8] = b"#MRGB";
 
+/// The start of a comment that was written here, and says what OBJ has no statement for.
+pub(crate) const OURS: &[u8] = b"# Loftsman ";
+
+/// Whether a comment means something.
+fn speaks(comment: &[u8]) -> bool {
+    comment.starts_with(MRGB) || comment.starts_with(OURS)
+}
+
 /// The statements of a text: lines joined where they end in a backslash, each with the number of its first line; and
-/// the comments that start with [`MRGB`]. Without blanks in front; a comment may still follow, where the statement is
+/// the comments that start with [`MRGB`] or [`OURS`]. Without blanks in front; a comment may still follow, where the statement is
 /// one line: [`uncommented`] takes it off.
 pub(crate) struct Statements<'a> {
     rest: &'a [u8],
@@ -109,7 +117,7 @@ impl<'a> Iterator for Statements<'a> {
             let line = self.line()?;
             match line.first() {
                 None => continue,
-                Some(b'#') if !line.starts_with(MRGB) => continue,
+                Some(b'#') if !speaks(line) => continue,
                 Some(b'#') => return Some((self.line, Cow::Borrowed(line))),
                 Some(_) if !goes_on(line) => return Some((self.line, Cow::Borrowed(line))),
                 Some(_) => {}

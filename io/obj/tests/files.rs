@@ -160,10 +160,13 @@ fn lines_and_points_have_the_counted_elements() {
 }
 
 #[test]
-fn odd_numbers_are_read_and_the_impossible_one_is_refused_with_its_line() {
-    let error = try_read("number_formats.obj", &ReadOptions::default()).unwrap_err();
-    assert_eq!(error.place, Place::Line(11));
-    // All its other numbers are read: it alone stands in the way.
+fn odd_numbers_are_read_and_the_impossible_ones_are_left_out_with_their_lines() {
+    let (scene, report) = read("number_formats.obj");
+    assert_eq!(mesh(&scene).points().len(), 3);
+    let wrong: Vec<&String> = report.left_out.keys().filter(|why| why.starts_with("line ")).collect();
+    assert_eq!(wrong.len(), 6, "{wrong:?}");
+    assert_eq!(wrong[0], "line 11: \"3.1+e2\" is not a number");
+    // All its other numbers are read.
     let text = std::fs::read_to_string(path("number_formats.obj")).unwrap();
     let mended = text.replace("3.1+e", "3.1e+").replace("3.1-e", "3.1e-");
     let (scene, report) = Obj.read(&Memory::new("n.obj", mended), &ReadOptions::default()).unwrap();
@@ -183,9 +186,15 @@ fn vertex_colours_are_linear() {
     let colors = mesh(&scene).colors.values().to_vec();
     assert_eq!((colors[0], colors[1], colors[3]), ([0.0, 0.0, 0.0, 1.0], [1.0; 4], [0.0, 0.0, 1.0, 1.0]));
     assert!((colors[2][0] - 0.212_230_757_9).abs() < 1e-9);
-    for wrong in ["#MRGB ff", "#MRGB ff00000g", "#MRGB ff000000ff000000ff000000ff000000"] {
+    for (wrong, says) in [
+        ("#MRGB ff", "line 2"),
+        ("#MRGB ff00000g", "line 2"),
+        ("#MRGB ff000000ff000000ff000000ff000000", "too many"),
+    ] {
         let text = format!("v 0 0 0\n{wrong}\nv 1 0 0\nf 1 2 1\n");
-        assert!(Obj.read(&Memory::new("z.obj", text), &ReadOptions::default()).is_err(), "{wrong}");
+        let (scene, report) = Obj.read(&Memory::new("z.obj", text), &ReadOptions::default()).unwrap();
+        assert!(mesh(&scene).colors.is_empty() && report.adds_up(), "{wrong}");
+        assert!(report.left_out.keys().any(|why| why.contains(says)), "{wrong}: {report:?}");
     }
     // Some have a colour, some not: only their corners do.
     let text = "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -420,9 +429,10 @@ fn parts_make_no_difference() {
         assert_eq!(m.materials[f], v / 1000 * 1000 / 7000);
         assert_eq!(m.groups.iter().filter(|g| g.faces.binary_search(&(f as u32)).is_ok()).count(), 1);
     }
-    // An error in a late part has its line.
+    // What is wrong in a late part has its line.
     let lines = text.lines().count();
     text += "v 1 2\n";
-    let error = Obj.read(&Memory::new("long.obj", text), &ReadOptions::default()).unwrap_err();
-    assert_eq!(error.place, Place::Line(lines + 1));
+    let (_, report) = Obj.read(&Memory::new("long.obj", text), &ReadOptions::default()).unwrap();
+    let line = format!("line {}: ", lines + 1);
+    assert!(report.left_out.keys().any(|why| why.starts_with(&line)), "{:?}", report.left_out);
 }

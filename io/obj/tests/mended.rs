@@ -82,8 +82,10 @@ fn such_curves_of_every_degree_are_what_their_knots_say() {
     let mut members = 0;
     for p in [1, 2, 3, 4, 5, 6, 7, 25] {
         for n in [p + 1, p + 2, p + 9] {
-            for extra in [0, 1] {
-                for range in [[0.0, 1.0], [0.0, 0.5], [0.5, 1.0]] {
+            for extra in [0, 1, 2] {
+                // The range of all knots of the file, also of those too many: so Blender 4.4 writes it.
+                let all = (n + p + extra) as f64 / (n + p) as f64;
+                for range in [[0.0, 1.0], [0.0, 0.5], [0.5, 1.0], [0.0, all]] {
                     let (text, knots, points) = element(p, n, extra, range);
                     let domain = [knots[p], knots[n]];
                     let part = [range[0].max(domain[0]), range[1].min(domain[1])];
@@ -100,7 +102,7 @@ fn such_curves_of_every_degree_are_what_their_knots_say() {
                     }
                     let said = said.join("");
                     assert_eq!(said.contains("clipped"), part != range, "{said}: {text}");
-                    assert_eq!(said.contains("dropped"), extra == 1, "{said}: {text}");
+                    assert_eq!(said.contains("dropped"), extra > 0, "{said}: {text}");
                     members += 1;
                 }
             }
@@ -111,8 +113,8 @@ fn such_curves_of_every_degree_are_what_their_knots_say() {
 
 #[test]
 fn anything_more_is_still_refused() {
-    // Two too many; one too few; a range beyond all knots; one outside of the domain; beyond clamped ends.
-    let (two, ..) = element(3, 6, 2, [0.0, 1.0]);
+    // Three too many; one too few; a range beyond all knots; one outside of the domain; beyond clamped ends.
+    let (three, ..) = element(3, 6, 3, [0.0, 1.0]);
     let few = EXTRA.replace(" 0.75 1.0 1.0", " 1.0");
     let far = BEYOND.replace("curv 0.0 1.0", "curv 0.0 1.5");
     let out = BEYOND.replace("curv 0.0 1.0", "curv 0.0 0.25");
@@ -120,8 +122,53 @@ fn anything_more_is_still_refused() {
         "parm u 0.0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1.0",
         "parm u 0 0 0 0 0.5 0.75 0.75 0.75 0.75",
     );
-    for (text, words) in [(two, "parm"), (few, "parm"), (far, "knots"), (out, "knots"), (clamped, "knots")] {
+    for (text, words) in [(three, "parm"), (few, "parm"), (far, "knots"), (out, "knots"), (clamped, "knots")]
+    {
         let error = read(&text).map(|_| ()).unwrap_err();
         assert!(error.contains(words), "{error}: {text}");
     }
+}
+
+/// A closed curve of order 2 and one of order 3 without end points, as Blender 4.4.0 wrote them; and what it drew of the
+/// second, from its other end, evenly in the parameter (every third of its 24 points, and the last).
+const BLENDER: [&str; 2] = [
+    "# Blender 4.4.0\nv 0.000000 0.000000 0.000000\nv 1.000000 3.000000 -1.000000\nv 2.000000 1.000000 -4.000000\ng c\n\
+     cstype bspline\ndeg 1\ncurv 0.0 1.0 -1 -2 -3 -1\n\
+     parm u 0.0 0.142857 0.285714 0.428571 0.571429 0.714286 0.857143 1.0\nend\n",
+    "# Blender 4.4.0\nv 0.000000 0.000000 0.000000\nv 1.000000 3.000000 -1.000000\nv 2.000000 1.000000 -4.000000\n\
+     v 3.000000 4.000000 -2.000000\ng c\ncstype bspline\ndeg 2\ncurv 0.0 1.0 -1 -2 -3 -4\n\
+     parm u 0.0 0.142857 0.285714 0.428571 0.571429 0.714286 0.857143 1.0\nend\n",
+];
+
+const DRAWN: [[f64; 3]; 9] = [
+    [0.5, 1.5, -0.5],
+    [0.760_87, 2.112_476, -0.828_922],
+    [1.021_739, 2.384_688, -1.293_951],
+    [1.282_609, 2.316_635, -1.895_085],
+    [1.543_478, 1.917_77, -2.625_709],
+    [1.804_348, 1.622_873, -3.181_475],
+    [2.065_217, 1.668_242, -3.396_976],
+    [2.326_087, 2.053_875, -3.272_212],
+    [2.5, 2.5, -3.0],
+];
+
+#[test]
+fn curves_of_blender_4_4_are_what_it_draws() {
+    let (polygon, said) = curve(BLENDER[0]);
+    let (a, b) = polygon.domain();
+    for (k, corner) in [[2.0, 1.0, -4.0], [1.0, 3.0, -1.0], [0.0; 3], [2.0, 1.0, -4.0]].iter().enumerate() {
+        let found = polygon.point((a + (b - a) * k as f64 / 3.0).min(b)).unwrap();
+        let apart = found.iter().zip(corner).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-4, "{k}: {found}");
+    }
+    assert!(said.join("").contains("dropped") && said.join("").contains("clipped"), "{said:?}");
+
+    let (smooth, said) = curve(BLENDER[1]);
+    let (a, b) = smooth.domain();
+    for (k, point) in [0, 3, 6, 9, 12, 15, 18, 21, 23].into_iter().zip(DRAWN) {
+        let found = smooth.point(b - (b - a) * f64::from(k) / 23.0).unwrap();
+        let apart = found.iter().zip(point).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-4, "{k}: {found} {point:?}");
+    }
+    assert!(said.join("").contains("dropped") && said.join("").contains("clipped"), "{said:?}");
 }

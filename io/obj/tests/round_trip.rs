@@ -60,9 +60,16 @@ fn curves_come_back_exactly_in_either_dialect() {
         let scene = one("a", &curve);
         let back = read(&write(&scene, &any_knots()).0);
         assert_eq!(back.curve("a").unwrap(), &curve);
-        let back = read(&write(&scene, &keep()).0);
-        let bezier = back.curve("a").unwrap();
-        assert_eq!(bezier, &curve.bezier_form().unwrap());
+        // In Bézier form its own knots are noted beside it; where somebody has changed that form, it holds.
+        let (file, _) = write(&scene, &keep());
+        assert_eq!(read(&file).curve("a").unwrap(), &curve);
+        let text = String::from_utf8(file.bytes).unwrap();
+        let without: String =
+            text.lines().filter(|l| !l.starts_with('#')).map(|l| format!("{l}\n")).collect();
+        let bezier = curve.bezier_form().unwrap();
+        assert_eq!(read(&Memory::new("b.obj", without)).curve("a").unwrap(), &bezier);
+        let moved = text.replacen("\nv ", "\nv 1", 1);
+        assert_eq!(read(&Memory::new("m.obj", moved)).curve("a").unwrap().space(), bezier.space());
     }
     // A cut range of a curve is the same curve on that range.
     let (file, _) = write(&one("a", floating()), &any_knots());
@@ -82,7 +89,8 @@ fn blender_needs_this_text() {
     let text = String::from_utf8(write(&scene, &keep()).0.bytes).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[1], "o my curve");
-    assert!(lines[2].starts_with("v ") && lines[2].split(' ').count() == 5);
+    assert!(lines[2].starts_with("# Loftsman curve 3 open; knots "));
+    assert!(lines[3].starts_with("v ") && lines[3].split(' ').count() == 5);
     assert!(text.contains(
         "\ncstype rat bspline\ndeg 3\ncurv 2.5 5 1 2 3 4 5 6 7\nparm u 2.5 2.5 2.5 2.5 3 3 3 5 5 5 5\nend\n"
     ));
@@ -155,7 +163,7 @@ fn surfaces_are_exact_and_tessellated_or_one_of_both() {
         WriteOptions { tessellator: Some(&tessellator), fineness, own, ..keep() }
     };
     for (word, fate, kinds) in [
-        ("both", Fate::Kept, "mesh surface"),
+        ("both", Fate::Kept, "surface"),
         ("exact", Fate::Kept, "surface"),
         ("mesh", Fate::Approximated, "mesh"),
     ] {
@@ -170,6 +178,7 @@ fn surfaces_are_exact_and_tessellated_or_one_of_both() {
         let back = read(&file);
         let found: Vec<_> = back.objects().iter().map(|o| o.geometry().kind()).collect();
         assert_eq!(found.join(" "), kinds);
+        assert_eq!(back.objects()[0].name(), "s");
         for object in back.objects() {
             match object.geometry() {
                 Geometry::Mesh(m) => {
@@ -283,6 +292,26 @@ fn pictures_in_the_scene_become_files_beside_it_and_never_elsewhere() {
 }
 
 #[test]
+fn pictures_without_names_do_not_take_those_of_other_files_of_the_folder() {
+    use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture};
+    let mut scene = one("cloud", Cloud { points: vec![Point::origin()] });
+    for name in ["image 0", "wood"] {
+        let data = ImageData::Embedded { media_type: "image/png".into(), bytes: (*b"png").into() };
+        scene.images.add(Image::new(name, data)).unwrap();
+        let mut material = Material::new(name, [0.1, 0.2, 0.3, 1.0]);
+        material.textures.insert(Channel::BaseColor, Texture::new(name));
+        scene.materials.add(material).unwrap();
+    }
+    let mut names = Vec::new();
+    for file in ["left.obj", "right.obj"] {
+        let mut file = Memory::new(file, "");
+        Obj.write(&scene, &mut file, &keep()).unwrap();
+        names.extend(file.pictures.into_keys());
+    }
+    assert_eq!(names, ["left image 0.png", "wood.png", "right image 0.png", "wood.png"]);
+}
+
+#[test]
 fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
     let points =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::from).to_vec();
@@ -296,6 +325,10 @@ fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
     assert!(report.notes.iter().any(|n| n.contains("1 mesh(es) without normals")));
     assert_eq!(String::from_utf8_lossy(&file.bytes).matches("vn ").count(), 8);
     let back = read(&file);
+    // They are noted as made here, and do not come back.
+    assert_eq!(*back.object("flat").unwrap().geometry(), Geometry::Mesh(flat.clone()));
+    let text = String::from_utf8_lossy(&file.bytes).replace("# Loftsman normals\n", "");
+    let back = read(&Memory::new("n.obj", text));
     let Geometry::Mesh(given) = back.object("flat").unwrap().geometry() else { unreachable!() };
     for (corner, &point) in given.corners().iter().enumerate() {
         assert_eq!(given.normals.at(corner, point), flat.face_normal(corner / 3).as_ref());
@@ -365,6 +398,12 @@ fn what_obj_cannot_say_of_layers_and_units_is_said() {
     ] {
         assert!(report.losses.iter().any(|note| note.contains(words)), "{words}: {:?}", report.losses);
     }
+    let (back, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
+    // The unit that a comment says.
+    assert_eq!((back.unit, back.objects().len()), (scene.unit, 1));
+    let text =
+        String::from_utf8_lossy(&file.bytes).lines().skip(1).map(|l| format!("{l}\n")).collect::<String>();
+    let file = Memory::new("part.obj", text);
     let (back, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
     assert_eq!((back.unit, back.objects().len()), (Unit::Unknown, 1));
     // That it is unknown is no news to who reads it.

@@ -51,7 +51,7 @@ impl Format for Points {
     ///
     /// # Errors
     /// When the bytes are no text, there is no row of two numbers or more, or a row has another number of
-    /// columns, a number that is not finite, or text; with the line.
+    /// columns, a number that is not finite, or text that is neither heading nor footnote; with the line.
     fn decode(
         &self,
         source: &dyn Source,

@@ -20,7 +20,7 @@ use super::shared::Meshes;
 use super::tree::Tree;
 use crate::extras::{ExtrasFields, matrix};
 use crate::place::Placement;
-use crate::words::{DATA, EXTRAS, MESH_NAME};
+use crate::words::{DATA, EXTRAS, MATERIAL, MESH_NAME, NONE, UNNAMED};
 
 /// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
 /// programs pass transforms on.
@@ -92,7 +92,8 @@ pub(super) fn read(
         object.label = Some(part.name).filter(|label| *label != name);
         object.animation = part.animation;
         object.statements = part.statements;
-        if let Some(mesh) = part.mesh_name.filter(|mesh| mesh != object.label()) {
+        let is_unnamed = object.statement(UNNAMED).is_some();
+        if let Some(mesh) = part.mesh_name.filter(|mesh| is_unnamed || mesh != object.label()) {
             object.statements.push((MESH_NAME.to_owned(), mesh));
         }
         object.materials = part.materials;
@@ -205,6 +206,7 @@ impl Reader<'_, '_> {
         }
         let map = local(file, &path, &raw)?;
         let own = raw.extras.and_then(|extras| own(&path, extras.get(), report));
+        let is_unnamed = raw.name.as_ref().is_none_or(|name| name.is_empty());
         let mut part = Part {
             name: raw.name.unwrap_or_default(),
             geometry: None,
@@ -255,6 +257,9 @@ impl Reader<'_, '_> {
             let shown = self.meshes.shown(file, &path, mesh, weights, drops)?;
             self.meshes.done(mesh);
             (part.color, part.materials) = self.appearance(&content.main.slots, scene)?;
+            if content.main.slots == [None] {
+                part.statements.push((MATERIAL.to_owned(), NONE.to_owned()));
+            }
             if part.color.is_none() && !part.materials.is_empty() {
                 part.color = part.own.as_ref().and_then(|own| own.color);
             }
@@ -275,6 +280,9 @@ impl Reader<'_, '_> {
         }
         if part.name.is_empty() {
             part.name = format!("node {node}");
+        }
+        if is_unnamed {
+            part.statements.push((UNNAMED.to_owned(), part.name.clone()));
         }
         if part.exact.is_some() || part.geometry.is_none() {
             let place = part.own.as_ref().and_then(|own| matrix(own.place.as_ref()?));
@@ -319,6 +327,7 @@ impl Reader<'_, '_> {
                 Look::Nothing => {
                     let mut usual = Material::new("default", [1.0; 4]);
                     (usual.metallic, usual.roughness) = (1.0, 1.0);
+                    usual.statements.push((MATERIAL.to_owned(), NONE.to_owned()));
                     usual
                 }
             };
@@ -331,6 +340,7 @@ impl Reader<'_, '_> {
             let free = scene.materials.unique_name(&name);
             let mut renamed = Material::new(&free, material.base_color);
             (renamed.metallic, renamed.roughness) = (material.metallic, material.roughness);
+            renamed.statements = material.statements;
             scene.materials.add(renamed).map_err(|e| self.file.fail("materials", e.to_string()))?;
             names.push(free);
         }
@@ -397,6 +407,7 @@ fn local(file: &File<'_>, path: &str, raw: &schema::Node<'_>) -> Result<Matrix4<
             translation: Vector::from(raw.translation.unwrap_or([0.0; 3])),
             rotation,
             scale: Vector::from(raw.scale.unwrap_or([1.0; 3])),
+            linear: None,
         }
         .matrix()
     };

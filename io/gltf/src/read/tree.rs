@@ -81,6 +81,10 @@ fn roots(
         let nodes = scene.nodes.into_iter().map(schema::Whole::index).collect();
         return Ok((nodes, format!("scenes[{shown}].nodes")));
     }
+    if let Some(scene) = file.root.scene {
+        let problem = format!("it is the scene {}, and the document has none", scene.index());
+        return Err(file.fail("scene", problem));
+    }
     let count = file.root.nodes.len();
     let mut hangs = vec![false; count];
     for node in 0..count {

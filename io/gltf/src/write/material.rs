@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::bin::{Bin, percent_encoded};
 use super::schema::Root;
 use crate::texture::flipped_back;
-use crate::words::{EXTRAS, PREFIX, SOURCES, media_type};
+use crate::words::{EXTRAS, MATERIAL, NONE, PREFIX, SOURCES, media_type};
 
 /// The materials that were written, and what they refer to.
 pub(super) struct Materials<'a> {
@@ -132,6 +132,15 @@ impl<'a> Materials<'a> {
             self.materials.push(material);
         }
         index
+    }
+
+    /// Whether a material only says what glTF means where none is named, as it was read.
+    pub(super) fn is_unsaid(&self, name: &str) -> bool {
+        self.scene.materials.get(name).is_some_and(|m| {
+            m.statements.iter().any(|(key, text)| key == MATERIAL && text == NONE)
+                && (m.base_color, m.metallic, m.roughness) == ([1.0; 4], 1.0, 1.0)
+                && (m.emissive, m.alpha, m.textures.is_empty()) == ([0.0; 3], Alpha::Opaque, true)
+        })
     }
 
     /// The scene's material of a name, for vertices that have so many sets of texture coordinates: textures that need

@@ -29,7 +29,8 @@ use self::shared::{Drawn, Shared};
 use crate::extras::{ExtrasFields, LayerFields, rows};
 use crate::place::Placement;
 use crate::words::{
-    ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MESH_DATA, MESH_NAME, PREFIX, SCENE_DATA, SCENE_NAME,
+    ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MATERIAL, MESH_DATA, MESH_NAME, PREFIX, SCENE_DATA, SCENE_NAME,
+    UNNAMED,
 };
 
 /// Writes a scene.
@@ -109,7 +110,7 @@ fn with(extras: &mut Option<Value>, key: &str, value: Value) -> bool {
 fn is_ours(key: &str, text: &str) -> bool {
     match key {
         DATA | MESH_DATA | SCENE_DATA | ASSET_DATA => serde_json::from_str::<Value>(text).is_ok(),
-        MESH_NAME | SCENE_NAME | COPYRIGHT => true,
+        MESH_NAME | SCENE_NAME | COPYRIGHT | UNNAMED | MATERIAL => true,
         _ => false,
     }
 }
@@ -201,7 +202,10 @@ impl<'a> Writer<'a, '_> {
         };
         let stretch = above.stretch * placement.scale.amax();
         let mut report = Written::kept(object, "nothing");
-        let mut node = Node { name: object.label().to_owned(), ..Node::default() };
+        // What has no name in the file that it comes from has none here, unless it was given one since.
+        let is_unnamed = object.statement(UNNAMED) == Some(object.label());
+        let name = if is_unnamed { String::new() } else { object.label().to_owned() };
+        let mut node = Node { name, ..Node::default() };
         node.extras = object.statement(DATA).and_then(|text| serde_json::from_str(text).ok());
         let mut noted = ExtrasFields::default();
         let mut place = rest;
@@ -230,8 +234,12 @@ impl<'a> Writer<'a, '_> {
                 "it is at ({x:e}, {y:e}, {z:e}), beyond single precision, which glTF has: choose another unit"
             )));
         }
-        (node.translation, node.rotation, node.scale) =
-            (placement.shift(), placement.turn(), placement.stretch());
+        if placement.linear.is_some() {
+            node.matrix = Some(placement.columns());
+        } else {
+            (node.translation, node.rotation, node.scale) =
+                (placement.shift(), placement.turn(), placement.stretch());
+        }
         if !place.iter().chain(above.rest.iter()).all(|x| x.is_finite()) {
             return Err(FormatError::whole("its transforms together overflow: scale them down"));
         }

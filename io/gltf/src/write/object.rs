@@ -18,7 +18,7 @@ use super::animation::{self, Moves};
 use super::shape::{self, LINE_STRIP, NORMAL, POINTS, Shaped};
 use super::{Writer, mesh, schema};
 use crate::extras::{AnimationFields, ExtrasFields};
-use crate::words::{MESH_DATA, MESH_NAME, TARGET_NAMES, frame_name};
+use crate::words::{MATERIAL, MESH_DATA, MESH_NAME, NONE, TARGET_NAMES, UNNAMED, frame_name};
 
 /// What is to be seen of an object.
 pub(super) enum Shown<'a> {
@@ -307,8 +307,15 @@ impl<'a> Writer<'a, '_> {
         noted: &mut ExtrasFields,
         report: &mut Written,
     ) -> Result<usize, FormatError> {
+        // What has no material in the file that it comes from has none here, unless it was given a colour since.
+        let is_bare = object.materials.is_empty()
+            && object.statement(MATERIAL) == Some(NONE)
+            && self.scene.color_of(object).is_none();
         for (primitive, &(slot, sets)) in shaped.primitives.iter_mut().zip(&shaped.slots) {
             let named = object.materials.get(slot as usize);
+            if is_bare || named.is_some_and(|name| self.materials.is_unsaid(name)) {
+                continue;
+            }
             let found = named.and_then(|name| self.materials.named(name, sets, &mut self.bin));
             let made_up = || self.materials.color(self.scene.color_of(object), shaped.has_colors);
             primitive.material = Some(found.unwrap_or_else(made_up));
@@ -350,8 +357,13 @@ impl<'a> Writer<'a, '_> {
         for remark in &shaped.remarks {
             report.change(remark);
         }
+        let called = match object.statement(UNNAMED) {
+            // A mesh without a name, of a node without one.
+            Some(name) if name == object.label() => "",
+            _ => object.label(),
+        };
         self.meshes.push(schema::Mesh {
-            name: object.statement(MESH_NAME).unwrap_or(object.label()).to_owned(),
+            name: object.statement(MESH_NAME).unwrap_or(called).to_owned(),
             primitives: shaped.primitives,
             weights,
             extras,

@@ -63,11 +63,15 @@ pub(super) struct Scene {
 
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Node {
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub(super) name: String,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) children: Vec<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<usize>,
+    /// Column by column; instead of translation, rotation and scale.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) matrix: Option<[f64; 16]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) translation: Option<[f64; 3]>,
     /// Quaternion `x, y, z, w`.

@@ -13,7 +13,7 @@ use super::frame::Frame;
 use super::object::Shown;
 use super::shape::Shaped;
 use crate::extras::ExtrasFields;
-use crate::words::{MESH_DATA, MESH_NAME};
+use crate::words::{MATERIAL, MESH_DATA, MESH_NAME};
 
 /// What is drawn of an object.
 pub(super) enum Drawn {
@@ -43,6 +43,8 @@ struct MeshKey<'a> {
     materials: &'a [String],
     color: Option<[u64; 4]>,
     extras: Option<&'a str>,
+    /// What it says of having no material.
+    bare: Option<&'a str>,
 }
 
 /// A mesh of the document, and what is said of an object that it shows.
@@ -88,6 +90,7 @@ impl<'a> Writer<'a, '_> {
             materials: &object.materials,
             color: self.scene.color_of(object).map(|color| color.map(f64::to_bits)),
             extras: object.statement(MESH_DATA),
+            bare: object.statement(MATERIAL),
         };
         let called = object.statement(MESH_NAME);
         let by_name = (key, called);

@@ -16,6 +16,7 @@ use super::mtl::Materials;
 use super::raw::Use;
 use super::reader::Reader;
 use super::section::{Look, Section, Shape};
+use crate::fingerprint::fingerprint;
 use crate::text::show;
 
 /// The name of the material that faces before the first `usemtl` of an object have, where others follow.
@@ -38,22 +39,12 @@ impl Reader {
         scene: &mut Scene,
         report: &mut ReadReport,
     ) -> Result<(), FormatError> {
-        self.freeform
-            .unfinished()
-            .map_err(|at| FormatError::new(at.line.map_or(Place::File, Place::Line), at.problem))?;
-        self.raw.finish_block().map_err(FormatError::whole)?;
-        self.empty_before();
-        let lists = [
-            (self.raw.points.len(), "vertex"),
-            (self.raw.uvs.len(), "texture vertex"),
-            (self.raw.normals.len(), "normal"),
-        ];
-        for (reach, (count, what)) in self.reach.iter().zip(lists) {
-            if reach.past > count {
-                let problem = format!("refers to {what} {}, but the file has {count}", reach.past);
-                return Err(FormatError::new(Place::Line(reach.line), problem));
-            }
+        self.abandon();
+        if let Err(reason) = self.raw.finish_block() {
+            self.leave_out(&reason, 1);
         }
+        self.empty_before();
+        self.without_broken();
         let mut uses = Uses {
             points: vec![Use::Nothing; self.raw.points.len()],
             uvs: vec![Use::Nothing; self.raw.uvs.len()],
@@ -75,12 +66,18 @@ impl Reader {
         let mut surfaces = BTreeMap::new();
         let mut used_materials = Vec::new();
         let count = sections.len();
+        // Marks of surfaces that stand beside the meshes that show them, and the names of these.
+        let shown: BTreeSet<u64> = sections.iter().filter(|s| s.is_shown()).filter_map(|s| s.shown).collect();
+        let mut names_of: BTreeMap<u64, String> = BTreeMap::new();
+        let mut pairs = 0;
         for (at, mut section) in sections.into_iter().enumerate() {
             if section.is_empty() {
                 continue;
             }
             section.finish();
-            let name = if section.name.is_empty() { stem.to_string() } else { section.name.clone() };
+            let own = if section.name.is_empty() { stem.to_string() } else { section.name.clone() };
+            // A surface has the name of the mesh that shows it.
+            let name = section.shown.and_then(|mark| names_of.remove(&mark)).unwrap_or(own);
             let is_named = !section.name.is_empty();
             let named = |e: loftsman_kernel::Error| FormatError::from(e).of(&name);
             let mut add = |wanted: &str, geometry: Geometry, materials: Vec<String>| {
@@ -91,7 +88,19 @@ impl Reader {
                 object.materials = materials;
                 scene.add(object).map(|()| unique).map_err(named)
             };
+            let mark = section.shows.filter(|mark| shown.contains(mark));
+            let mut faces = None;
             if !section.corners.is_empty() {
+                let last = at + 1 == count && section.dots.is_empty();
+                let mesh = mesh(&mut self.raw, &mut section, last, &mut uses).map_err(named)?;
+                if mark.is_some_and(|mark| mark == fingerprint(&mesh)) {
+                    names_of.extend(mark.map(|mark| (mark, name.clone())));
+                    pairs += 1;
+                } else {
+                    faces = Some(mesh);
+                }
+            }
+            if let Some(mesh) = faces {
                 let slots = self.slots(&section, &mut materials, &mut used_materials);
                 // Lines of a mesh look as its first material does, and are in no group.
                 let other = section
@@ -101,8 +110,6 @@ impl Reader {
                 self.leave_out("materials of lines beside faces of another", other.count());
                 let grouped = section.chain_looks.iter().filter(|l| l.group.is_some()).count();
                 self.leave_out("groups of lines beside faces", grouped);
-                let last = at + 1 == count && section.dots.is_empty();
-                let mesh = mesh(&mut self.raw, &mut section, last, &mut uses).map_err(named)?;
                 add(&name, mesh.into(), slots)?;
             }
             for (pair, look) in section.chain_starts.windows(2).zip(&section.chain_looks) {
@@ -113,7 +120,8 @@ impl Reader {
                 add(&wanted, geometry, slots)?;
             }
             let ends = section.dot_looks.iter().skip(1).map(|(at, _)| *at).chain([section.dots.len()]);
-            for ((start, look), end) in section.dot_looks.iter().zip(ends) {
+            let runs = section.dot_looks.iter().zip(ends).filter(|((start, _), end)| start < end);
+            for ((start, look), end) in runs {
                 let geometry = self.cloud(&section.dots[*start..end], &mut uses).map_err(named)?;
                 let (wanted, slots) =
                     self.name_and_materials(look, &section.name, &name, &mut materials, &mut used_materials);
@@ -131,6 +139,14 @@ impl Reader {
                 let unique = add(element.name.as_deref().unwrap_or(&name), geometry, slots)?;
                 surfaces.extend(element.surface.map(|number| (number, unique)));
             }
+        }
+        if pairs > 0 {
+            let what = "surface(s) stand beside the meshes that were made of them: each is one object";
+            report.notes.push(format!("{pairs} {what}"));
+        }
+        // Where nothing is left, what is wrong is all that there is to say.
+        if let Some((line, problem)) = self.first_wrong.take().filter(|_| scene.objects().is_empty()) {
+            return Err(FormatError::new(Place::Line(line), problem));
         }
         self.connect(&surfaces, scene);
         used_materials.sort_unstable();
@@ -319,15 +335,17 @@ impl Reader {
         for curve in self.freeform.plane_curves.iter().filter(|c| c.used) {
             curve.vertices.iter().for_each(|&v| parameters[v as usize] = Use::Kept);
         }
-        for (list, what) in [
-            (&uses.points, "vertices"),
-            (&uses.uvs, "texture vertices"),
-            (&uses.normals, "normals"),
-            (&parameters, "parameter vertices"),
+        // Vertices that are wrong have been counted as statements that are.
+        let [points, uvs, normals] = self.broken_counts;
+        for (list, what, broken) in [
+            (&uses.points, "vertices", points),
+            (&uses.uvs, "texture vertices", uvs),
+            (&uses.normals, "normals", normals),
+            (&parameters, "parameter vertices", 0),
         ] {
             let kept = list.iter().filter(|&&u| u == Use::Kept).count();
             let reason = format!("{what} that nothing in the scene uses");
-            report.count_many(Fate::LeftOut, &reason, list.len() - kept);
+            report.count_many(Fate::LeftOut, &reason, (list.len() - kept).saturating_sub(broken));
             let changed = if what == "normals" { uses.rescaled.min(kept) } else { 0 };
             let third = if what == "texture vertices" { self.third.min(kept) } else { 0 };
             report.count_many(Fate::Approximated, "normals that were not of length 1", changed);
@@ -337,6 +355,10 @@ impl Reader {
                 third,
             );
             report.count_many(Fate::Kept, "", kept - changed - third);
+        }
+        if self.restored > 0 {
+            let what = "curve(s) have their own knots, as they were noted beside the Bézier form";
+            report.notes.push(format!("{} {what}", self.restored));
         }
         if self.periodic > 0 {
             let what = "spline(s) whose control vertices and knots wrap around are periodic";

@@ -82,7 +82,7 @@ fn layer<T: Copy>(
     last: bool,
     uses: &mut [Use],
 ) -> Layer<T> {
-    if corners.is_empty() {
+    if corners.iter().all(|&corner| corner == NONE) {
         return Layer::none();
     }
     let origin = share(&mut [&mut corners], list.len());
@@ -154,7 +154,9 @@ pub(crate) fn mesh(
     mesh.uvs = layer(&mut raw.uvs, std::mem::take(&mut section.textures), &mesh, last, &mut uses.uvs);
     let normals =
         layer(&mut raw.normals, std::mem::take(&mut section.normals), &mesh, last, &mut uses.normals);
-    mesh.normals = directions(normals, &mesh, uses);
+    if !section.made_normals {
+        mesh.normals = directions(normals, &mesh, uses);
+    }
     mesh.colors = match colors {
         Some((values, true)) => Layer::per_point(values.into_iter().flatten().collect()),
         Some((values, false)) => {

@@ -4,14 +4,16 @@ mod build;
 mod freeform;
 mod mesh;
 mod mtl;
+mod ours;
 mod part;
 mod raw;
 mod reader;
 mod section;
 mod statement;
+mod unbroken;
 
-use loftsman_kernel::plugin::{FormatError, Place, ReadOptions, ReadReport, Source};
-use loftsman_kernel::scene::{Scene, Up};
+use loftsman_kernel::plugin::{FormatError, ReadOptions, ReadReport, Source};
+use loftsman_kernel::scene::{Scene, Unit, Up};
 
 use crate::text::{Statements, decode, keyword, tokens};
 use part::Counts;
@@ -51,6 +53,8 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
                 geometry = true;
             }
             b"p" | b"fo" => {}
+            // A comment that was written here.
+            b"#" => {}
             _ if word.starts_with(crate::text::MRGB) => {}
             other
                 if statement::known(other).is_some()
@@ -98,11 +102,9 @@ pub(crate) fn read(
             work.push((*part, at, slots));
             at = at.and(*count);
         }
-        let parsed = each(work, |(part, before, slots)| (part::parse(part, before, slots), before));
+        let parsed = each(work, |(part, before, slots)| (part::parse(part, before, total, slots), before));
         for (parsed, before) in parsed {
-            reader
-                .take(parsed, before)
-                .map_err(|(line, problem)| FormatError::new(Place::Line(line), problem))?;
+            reader.take(parsed, before);
         }
         before = at;
         done += parts.iter().map(|part| part.len() as u64).sum::<u64>();
@@ -113,7 +115,9 @@ pub(crate) fn read(
     let mut report = ReadReport::default();
     let mut scene = Scene::new();
     scene.up = Up::Y;
-    if options.up.is_none() {
+    if let Some((unit, up)) = ours::head(&text) {
+        (report.unit, scene.up) = (Some(unit).filter(|unit| *unit != Unit::Unknown), up);
+    } else if options.up.is_none() {
         report.notes.push("y is taken as up, as OBJ programs have it".to_owned());
     }
     reader.finish(source, &mut scene, &mut report)?;

@@ -12,8 +12,8 @@ use loftsman_kernel::mesh::color::from_srgb;
 use loftsman_kernel::{Point, Vector};
 
 use super::statement::{DISPLAY, Known, OBSOLETE, known};
-use crate::number::{fill, index, resolve};
-use crate::text::{MRGB, Statements, ends_statement, keyword, line_length, show, uncommented};
+use crate::number::{fill, index, next_number, resolve};
+use crate::text::{MRGB, OURS, Statements, ends_statement, keyword, line_length, show, tokens, uncommented};
 
 /// About how long a part is: long enough that threads need not wait for one another, short enough that what a wave
 /// of parts holds beside the scene stays small.
@@ -22,6 +22,9 @@ const LENGTH: usize = 1 << 19;
 /// The largest number of different unknown statements that are counted one by one, so that a hostile file cannot make
 /// the report as large as itself.
 const UNKNOWN: usize = 32;
+
+/// The largest number of wrong statements of a part that are named one by one.
+pub(crate) const WRONG: usize = 16;
 
 /// How many of each there are.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -89,22 +92,6 @@ pub(crate) fn count(part: &[u8]) -> Counts {
     counts
 }
 
-/// The largest index into a list, and where it stands.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Reach {
-    pub(crate) past: usize,
-    pub(crate) line: usize,
-}
-
-impl Reach {
-    fn to(&mut self, index: u32, line: usize) {
-        let past = index as usize + 1;
-        if past > self.past {
-            *self = Self { past, line };
-        }
-    }
-}
-
 /// Where a part's vertices go.
 pub(crate) struct Slots<'s> {
     pub(crate) points: &'s mut [Point],
@@ -146,9 +133,11 @@ pub(crate) struct Parsed<'a> {
     pub(crate) weights: Vec<f64>,
     pub(crate) colors: Vec<[f64; 4]>,
     pub(crate) marks: Vec<Mark<'a>>,
-    pub(crate) reach: [Reach; 3],
-    /// The first error, and its line.
-    pub(crate) error: Option<(usize, String)>,
+    /// The first wrong statements with their lines, and how many more there are.
+    pub(crate) wrong: Vec<(usize, String)>,
+    pub(crate) more_wrong: usize,
+    /// Vertices, texture vertices and normals whose statement is wrong, counted through the file.
+    pub(crate) broken: [Vec<u32>; 3],
     /// Texture vertices of which a third coordinate was left out, lines with texture vertices.
     pub(crate) third: usize,
     pub(crate) line_textures: usize,
@@ -161,24 +150,37 @@ pub(crate) struct Parsed<'a> {
 
 const NO_COLOR: [f64; 4] = [f64::NAN; 4];
 
-/// Reads a part; `before` is what the file has before it.
-pub(crate) fn parse<'a>(part: &'a [u8], before: Counts, slots: Slots<'_>) -> Parsed<'a> {
-    let mut parser = Parser { out: Parsed::default(), before, slots, here: Counts::default() };
+/// Reads a part; `before` is what the file has before it, `total` what it has in all.
+///
+/// A statement that is wrong is left out with its line. Those of vertices keep their number, since others count them.
+pub(crate) fn parse<'a>(part: &'a [u8], before: Counts, total: Counts, slots: Slots<'_>) -> Parsed<'a> {
+    let mut parser = Parser { out: Parsed::default(), before, total, slots, here: Counts::default() };
     let mut seen = 0_usize;
     for (line, statement) in Statements::new(part) {
         let line = before.lines + line;
         seen += 1;
         if let Err(problem) = parser.statement(statement, line, seen) {
-            parser.out.error = Some((line, problem));
-            break;
+            parser.out.wrong(line, problem);
         }
     }
     parser.out
 }
 
+impl Parsed<'_> {
+    #[cold]
+    fn wrong(&mut self, line: usize, problem: String) {
+        if self.wrong.len() < WRONG {
+            self.wrong.push((line, problem));
+        } else {
+            self.more_wrong += 1;
+        }
+    }
+}
+
 struct Parser<'a, 's> {
     out: Parsed<'a>,
     before: Counts,
+    total: Counts,
     slots: Slots<'s>,
     here: Counts,
 }
@@ -186,11 +188,11 @@ struct Parser<'a, 's> {
 impl<'a> Parser<'a, '_> {
     fn statement(&mut self, statement: Cow<'a, [u8]>, line: usize, seen: usize) -> Result<(), String> {
         match *statement {
-            [b'v', b, ref rest @ ..] if b.is_ascii_whitespace() => self.vertex(rest)?,
+            [b'v', b, ref rest @ ..] if b.is_ascii_whitespace() => self.vertex(rest, line)?,
             [b'v', b'n', b, ref rest @ ..] if b.is_ascii_whitespace() => self.normal(rest)?,
             [b'v', b't', b, ref rest @ ..] if b.is_ascii_whitespace() => self.texture(rest)?,
             [b'v', b'p', b, ref rest @ ..] if b.is_ascii_whitespace() => self.parameter(rest)?,
-            [b'f', b, ref rest @ ..] if b.is_ascii_whitespace() => self.face(rest, line)?,
+            [b'f', b, ref rest @ ..] if b.is_ascii_whitespace() => self.face(rest)?,
             _ => return self.other(statement, line, seen),
         }
         self.out.understood += 1;
@@ -203,6 +205,10 @@ impl<'a> Parser<'a, '_> {
             self.mark(Known::Mrgb, statement, MRGB.len(), line);
             return Ok(());
         }
+        if statement.starts_with(OURS) {
+            self.mark(Known::Ours, statement, OURS.len(), line);
+            return Ok(());
+        }
         let statement = match statement {
             Cow::Borrowed(text) => Cow::Borrowed(uncommented(text)),
             joined => joined,
@@ -210,9 +216,9 @@ impl<'a> Parser<'a, '_> {
         let (word, rest) = keyword(&statement);
         let skip = statement.len() - rest.len();
         match word {
-            b"f" | b"fo" => self.face(rest, line)?,
-            b"l" => self.chain(rest, line)?,
-            b"p" => self.dots(rest, line)?,
+            b"f" | b"fo" => self.face(rest)?,
+            b"l" => self.chain(rest)?,
+            b"p" => self.dots(rest)?,
             // A vertex statement without anything behind it.
             b"v" | b"vt" | b"vn" | b"vp" => return Err(format!("\"{}\" without numbers", show(word))),
             _ if DISPLAY.contains(&word) => self.out.display += 1,
@@ -258,33 +264,50 @@ impl<'a> Parser<'a, '_> {
     }
 
     /// `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`.
-    fn vertex(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut n = [0.0; 7];
-        let count = fill(rest, &mut n)?;
-        if !matches!(count, 3 | 4 | 6 | 7) {
-            return Err(format!(
-                "a vertex has {count} numbers: 3, with a weight 4, with a colour 6 or 7 are right"
-            ));
-        }
+    fn vertex(&mut self, rest: &[u8], line: usize) -> Result<(), String> {
         let at = self.here.points;
+        self.here.points += 1;
+        let mut n = [0.0; 7];
+        let mut count = fill(rest, &mut n);
+        // A colour that is none does not cost the vertex.
+        if let Err(problem) = &count
+            && matches!(tokens(uncommented(rest)).count(), 6 | 7)
+            && let Some(xyz) = three(rest)
+        {
+            self.out.wrong(line, format!("the vertex has no colour: {problem}"));
+            n[..3].copy_from_slice(&xyz);
+            count = Ok(3);
+        }
+        let count = match count {
+            Ok(count @ (3 | 4 | 6 | 7)) => count,
+            other => {
+                if let Some(slot) = self.slots.points.get_mut(at) {
+                    *slot = Point::new(f64::NAN, f64::NAN, f64::NAN);
+                }
+                self.out.broken[0].push((self.before.points + at) as u32);
+                let count = other?;
+                return Err(format!(
+                    "a vertex has {count} numbers: 3, with a weight 4, with a colour 6 or 7 are right"
+                ));
+            }
+        };
         if let Some(slot) = self.slots.points.get_mut(at) {
             *slot = Point::new(n[0], n[1], n[2]);
         }
-        self.here.points += 1;
         if count == 4 && n[3] != 1.0 {
             self.out.weights.resize(at, 1.0);
             self.out.weights.push(n[3]);
         }
         if count >= 6 {
-            self.out.colors.resize(at, NO_COLOR);
             let alpha = if count == 7 { n[6] } else { 1.0 };
             let color = [from_srgb(n[3]), from_srgb(n[4]), from_srgb(n[5]), alpha];
             if let Some(k) = color.iter().position(|c| !c.is_finite()) {
                 return Err(format!(
-                    "the vertex colour {:e} is beyond all measure: colours lie between 0 and 1",
+                    "the vertex has no colour: {:e} is beyond all measure, colours lie between 0 and 1",
                     n[3 + k]
                 ));
             }
+            self.out.colors.resize(at, NO_COLOR);
             self.out.colors.push(color);
         }
         Ok(())
@@ -292,55 +315,80 @@ impl<'a> Parser<'a, '_> {
 
     /// `vn x y z`.
     fn normal(&mut self, rest: &[u8]) -> Result<(), String> {
+        let at = self.here.normals;
+        self.here.normals += 1;
         let mut n = [0.0; 3];
-        match fill(rest, &mut n)? {
-            3 => {}
-            count => return Err(format!("a normal has {count} numbers: 3 are right")),
+        let count = fill(rest, &mut n);
+        if count != Ok(3) {
+            self.out.broken[2].push((self.before.normals + at) as u32);
+            return Err(format!("a normal has {} numbers: 3 are right", count?));
         }
-        if let Some(slot) = self.slots.normals.get_mut(self.here.normals) {
+        if let Some(slot) = self.slots.normals.get_mut(at) {
             *slot = Vector::from(n);
         }
-        self.here.normals += 1;
         Ok(())
     }
 
     /// `vt u`, `vt u v` or `vt u v w`.
     fn texture(&mut self, rest: &[u8]) -> Result<(), String> {
+        let at = self.here.uvs;
+        self.here.uvs += 1;
         let mut n = [0.0; 3];
-        match fill(rest, &mut n)? {
-            1..=3 => {}
-            count => return Err(format!("a texture vertex has {count} numbers: 1 to 3 are right")),
+        let count = fill(rest, &mut n);
+        if !matches!(count, Ok(1..=3)) {
+            self.out.broken[1].push((self.before.uvs + at) as u32);
+            return Err(format!("a texture vertex has {} numbers: 1 to 3 are right", count?));
         }
-        if let Some(slot) = self.slots.uvs.get_mut(self.here.uvs) {
+        if let Some(slot) = self.slots.uvs.get_mut(at) {
             *slot = [n[0], n[1]];
         }
         self.out.third += usize::from(n[2] != 0.0);
-        self.here.uvs += 1;
         Ok(())
     }
 
     /// `vp u`, `vp u v` or `vp u v w`: the weight is 1 where none is given.
     fn parameter(&mut self, rest: &[u8]) -> Result<(), String> {
-        let mut n = [0.0, 0.0, 1.0];
-        match fill(rest, &mut n)? {
-            1..=3 => {}
-            count => return Err(format!("a parameter vertex has {count} numbers: 1 to 3 are right")),
-        }
-        if let Some(slot) = self.slots.parameters.get_mut(self.here.parameters) {
-            *slot = n;
-        }
+        let at = self.here.parameters;
         self.here.parameters += 1;
-        Ok(())
+        let mut n = [0.0, 0.0, 1.0];
+        let count = fill(rest, &mut n);
+        let is_right = matches!(count, Ok(1..=3));
+        if let Some(slot) = self.slots.parameters.get_mut(at) {
+            // Whatever uses a broken one is refused as not finite.
+            *slot = if is_right { n } else { [f64::NAN; 3] };
+        }
+        if is_right {
+            return Ok(());
+        }
+        Err(format!("a parameter vertex has {} numbers: 1 to 3 are right", count?))
     }
 
     /// `f v/vt/vn …`.
-    fn face(&mut self, mut rest: &[u8], line: usize) -> Result<(), String> {
+    fn face(&mut self, rest: &[u8]) -> Result<(), String> {
+        let out = &self.out;
+        let before = [out.corners.len(), out.textures.len(), out.normals.len()];
+        let made = self.corners(rest).and_then(|()| match self.out.corners.len() - before[0] {
+            corners @ 0..3 => Err(format!("a face has {corners} corner(s): at least 3 are needed")),
+            _ => Ok(()),
+        });
         let out = &mut self.out;
-        let before = out.corners.len();
+        if made.is_err() {
+            out.corners.truncate(before[0]);
+            out.textures.truncate(before[1]);
+            out.normals.truncate(before[2]);
+        } else {
+            out.ends.push(out.corners.len() as u32);
+        }
+        made
+    }
+
+    /// Appends the corners of a face.
+    fn corners(&mut self, mut rest: &[u8]) -> Result<(), String> {
+        let (out, total) = (&mut self.out, self.total);
         loop {
             rest = rest.trim_ascii_start();
             if rest.is_empty() || rest[0] == b'#' {
-                break;
+                return Ok(());
             }
             let corner = rest;
             let wrong = |what: &str| {
@@ -349,16 +397,14 @@ impl<'a> Parser<'a, '_> {
             };
             let vertex = index(&mut rest).ok_or_else(|| wrong("vertex"))?;
             let vertex = resolve(vertex, self.before.points + self.here.points, "vertex")?;
-            out.corners.push(vertex);
-            out.reach[0].to(vertex, line);
+            out.corners.push(there(vertex, total.points, "vertex")?);
             if let [b'/', after @ ..] = rest {
                 rest = after;
                 if !matches!(rest, [] | [b'/', ..]) && !rest[0].is_ascii_whitespace() {
                     let texture = index(&mut rest).ok_or_else(|| wrong("texture vertex"))?;
                     let texture = resolve(texture, self.before.uvs + self.here.uvs, "texture vertex")?;
                     out.textures.resize(out.corners.len() - 1, NONE);
-                    out.textures.push(texture);
-                    out.reach[1].to(texture, line);
+                    out.textures.push(there(texture, total.uvs, "texture vertex")?);
                 }
             }
             if let [b'/', after @ ..] = rest {
@@ -367,8 +413,7 @@ impl<'a> Parser<'a, '_> {
                     let normal = index(&mut rest).ok_or_else(|| wrong("normal"))?;
                     let normal = resolve(normal, self.before.normals + self.here.normals, "normal")?;
                     out.normals.resize(out.corners.len() - 1, NONE);
-                    out.normals.push(normal);
-                    out.reach[2].to(normal, line);
+                    out.normals.push(there(normal, total.normals, "normal")?);
                 }
             }
             match rest.first() {
@@ -378,52 +423,46 @@ impl<'a> Parser<'a, '_> {
                 Some(_) => return Err(wrong("vertex")),
             }
         }
-        let corners = out.corners.len() - before;
-        if corners < 3 {
-            return Err(format!("a face has {corners} corner(s): at least 3 are needed"));
-        }
-        out.ends.push(out.corners.len() as u32);
-        Ok(())
     }
 
     /// `l v/vt …`.
-    fn chain(&mut self, rest: &[u8], line: usize) -> Result<(), String> {
-        let before = self.out.chains.len();
+    fn chain(&mut self, rest: &[u8]) -> Result<(), String> {
         let mut chains = std::mem::take(&mut self.out.chains);
-        let result = self.vertices(rest, line, &mut chains);
+        let before = chains.len();
+        let made = self.vertices(rest, &mut chains).and_then(|textured| match chains.len() - before {
+            vertices @ 0..2 => Err(format!("a line has {vertices} vertex: at least 2 are needed")),
+            _ => Ok(textured),
+        });
+        chains.truncate(if made.is_ok() { chains.len() } else { before });
         self.out.chains = chains;
-        self.out.line_textures += usize::from(result?);
-        let vertices = self.out.chains.len() - before;
-        if vertices < 2 {
-            return Err(format!("a line has {vertices} vertex: at least 2 are needed"));
-        }
+        self.out.line_textures += usize::from(made?);
         self.out.chain_ends.push(self.out.chains.len() as u32);
         Ok(())
     }
 
     /// `p v …`.
-    fn dots(&mut self, rest: &[u8], line: usize) -> Result<(), String> {
-        let before = self.out.dots.len();
+    fn dots(&mut self, rest: &[u8]) -> Result<(), String> {
         let mut dots = std::mem::take(&mut self.out.dots);
-        let result = self.vertices(rest, line, &mut dots);
+        let before = dots.len();
+        let made = self.vertices(rest, &mut dots).and_then(|_| match dots.len() - before {
+            0 => Err("a point statement has no vertex".to_owned()),
+            _ => Ok(()),
+        });
+        dots.truncate(if made.is_ok() { dots.len() } else { before });
         self.out.dots = dots;
-        result?;
-        if self.out.dots.len() == before {
-            return Err("a point statement has no vertex".to_owned());
-        }
+        made?;
         self.out.dot_ends.push(self.out.dots.len() as u32);
         Ok(())
     }
 
     /// Appends vertices, and says whether any had a texture vertex.
-    fn vertices(&mut self, rest: &[u8], line: usize, out: &mut Vec<u32>) -> Result<bool, String> {
+    fn vertices(&self, rest: &[u8], out: &mut Vec<u32>) -> Result<bool, String> {
         let mut textured = false;
-        for word in crate::text::tokens(rest) {
+        for word in tokens(rest) {
             let mut parts = word.split(|&b| b == b'/');
             let part = parts.next().unwrap_or_default();
             let vertex = crate::number::entry(part, self.before.points + self.here.points, "vertex")?;
-            self.out.reach[0].to(vertex, line);
-            out.push(vertex);
+            out.push(there(vertex, self.total.points, "vertex")?);
             // Texture vertices of lines are left out, whether they exist or not.
             if let Some(part) = parts.next().filter(|part| !part.is_empty()) {
                 crate::number::entry(part, self.before.uvs + self.here.uvs, "texture vertex")?;
@@ -435,6 +474,21 @@ impl<'a> Parser<'a, '_> {
         }
         Ok(textured)
     }
+}
+
+/// An entry of a list, if the file has so many.
+fn there(entry: u32, count: usize, what: &str) -> Result<u32, String> {
+    if (entry as usize) < count {
+        return Ok(entry);
+    }
+    Err(format!("refers to {what} {}, but the file has {count}", u64::from(entry) + 1))
+}
+
+/// The first three numbers of a text, if they are some.
+#[cold]
+fn three(mut text: &[u8]) -> Option<[f64; 3]> {
+    let mut next = || next_number(&mut text).ok().flatten();
+    Some([next()?, next()?, next()?])
 }
 
 #[cfg(test)]

@@ -96,25 +96,31 @@ impl Raw {
     /// `#MRGB`: eight hexadecimal digits a vertex, mask, red, green and blue, for as many vertices before `count` as
     /// there are colours until vertices follow again.
     pub(crate) fn mrgb(&mut self, text: &[u8], count: usize) -> Result<(), String> {
+        let mut wrong = None;
         if count != self.block_at {
-            self.finish_block()?;
+            wrong = self.finish_block().err();
             self.block_at = count;
         }
         for word in tokens(text) {
             for digits in word.chunks(8) {
                 let value = std::str::from_utf8(digits).ok().filter(|d| d.len() == 8);
-                let value = value.and_then(|d| u32::from_str_radix(d, 16).ok()).ok_or_else(|| {
-                    format!(
-                        "\"{}\" is no vertex colour: MMRRGGBB in hexadecimal digits is one",
-                        crate::text::show(digits)
-                    )
-                })?;
+                let Some(value) = value.and_then(|d| u32::from_str_radix(d, 16).ok()) else {
+                    // The vertices of the others stay theirs.
+                    self.block.push(NO_COLOR);
+                    wrong.get_or_insert_with(|| {
+                        format!(
+                            "\"{}\" is no vertex colour: MMRRGGBB in hexadecimal digits is one",
+                            crate::text::show(digits)
+                        )
+                    });
+                    continue;
+                };
                 let [_, rgb @ ..] = value.to_be_bytes();
                 let [r, g, b] = rgb.map(|byte| from_srgb(f64::from(byte) / 255.0));
                 self.block.push([r, g, b, 1.0]);
             }
         }
-        Ok(())
+        wrong.map_or(Ok(()), Err)
     }
 
     /// Gives the colours of a block of comments to their vertices.

@@ -2,11 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use loftsman_kernel::spline::Curve;
+
 use super::Split;
 use super::freeform::{At, Freeform, Meeting, Outcome, SoFar};
-use super::part::{Counts, Mark, Parsed, Reach};
+use super::ours::Ours;
+use super::part::{Counts, Mark, Parsed, WRONG};
 use super::raw::{Raw, Use};
-use super::section::{Element, Section, State};
+use super::section::{Element, Section, Shape, State};
 use super::statement::Known;
 use crate::text::{name, show, tokens};
 
@@ -15,6 +18,9 @@ const GROUPS: usize = 16;
 
 /// The most material libraries that are looked for.
 const LIBRARIES: usize = 64;
+
+/// Why statements are left out that are not named one by one.
+const MORE_WRONG: &str = "further statements that are wrong";
 
 /// Names in the order in which they came.
 #[derive(Debug, Default)]
@@ -58,7 +64,16 @@ pub(crate) struct Reader {
     pub(crate) unknown: BTreeMap<String, usize>,
     /// Elements and statements that are in the scene.
     pub(crate) kept: usize,
-    pub(crate) reach: [Reach; 3],
+    /// The first statement that is wrong, with its line; and how many are named in the report.
+    pub(crate) first_wrong: Option<(usize, String)>,
+    wrong_named: usize,
+    /// Vertices, texture vertices and normals whose statement is wrong.
+    pub(crate) broken: [Vec<u32>; 3],
+    pub(crate) broken_counts: [usize; 3],
+    /// The exact curve that was noted for the next one.
+    exact: Option<Curve>,
+    /// Curves whose own knots were noted beside the form in which they are written.
+    pub(crate) restored: usize,
     /// What became of vertices and parameter vertices that free-form elements use.
     pub(crate) used: Vec<u32>,
     pub(crate) parameter_uses: Vec<Use>,
@@ -90,7 +105,12 @@ impl Reader {
             left_out: BTreeMap::new(),
             unknown: BTreeMap::new(),
             kept: 0,
-            reach: [Reach::default(); 3],
+            first_wrong: None,
+            wrong_named: 0,
+            broken: Default::default(),
+            broken_counts: [0; 3],
+            exact: None,
+            restored: 0,
             used: Vec::new(),
             parameter_uses: vec![Use::Nothing; counts.parameters],
             meetings: Vec::new(),
@@ -110,13 +130,28 @@ impl Reader {
         }
     }
 
-    /// Takes a part; `before` is what the file has before it. An error comes with its line.
-    pub(crate) fn take(&mut self, mut parsed: Parsed<'_>, before: Counts) -> Result<(), (usize, String)> {
+    /// Leaves out a statement that is wrong, or what it belongs to.
+    pub(crate) fn wrong(&mut self, line: usize, problem: String) {
+        if self.wrong_named < WRONG {
+            self.wrong_named += 1;
+            self.leave_out(&format!("line {line}: {problem}"), 1);
+        } else {
+            self.leave_out(MORE_WRONG, 1);
+        }
+        if self.first_wrong.as_ref().is_none_or(|(first, _)| line < *first) {
+            self.first_wrong = Some((line, problem));
+        }
+    }
+
+    /// Takes a part; `before` is what the file has before it.
+    pub(crate) fn take(&mut self, mut parsed: Parsed<'_>, before: Counts) {
         self.raw.take(before.points, &mut parsed);
-        for (all, part) in self.reach.iter_mut().zip(parsed.reach) {
-            if part.past > all.past {
-                *all = part;
-            }
+        for (line, problem) in std::mem::take(&mut parsed.wrong) {
+            self.wrong(line, problem);
+        }
+        self.leave_out(MORE_WRONG, parsed.more_wrong);
+        for (all, part) in self.broken.iter_mut().zip(&mut parsed.broken) {
+            all.append(part);
         }
         self.understood += parsed.understood;
         self.third += parsed.third;
@@ -135,11 +170,19 @@ impl Reader {
         let mut done = [0; 3];
         for mark in &marks {
             self.elements(&parsed, &mut done, [mark.faces, mark.chains, mark.dots].map(|n| n as usize));
-            self.mark(mark, before).map_err(|at| (at.line.unwrap_or(mark.line), at.problem))?;
+            if let Err(At { line, problem }) = self.mark(mark, before) {
+                self.wrong(line.unwrap_or(mark.line), problem);
+            }
         }
         let all = [parsed.ends.len(), parsed.chain_ends.len(), parsed.dot_ends.len()];
         self.elements(&parsed, &mut done, all);
-        parsed.error.map_or(Ok(()), Err)
+    }
+
+    /// Leaves out an element that has no end.
+    pub(crate) fn abandon(&mut self) {
+        if let Some(line) = self.freeform.abandon() {
+            self.wrong(line, "the curve or surface has no end statement".to_owned());
+        }
     }
 
     /// Gives the section what a part has from `done` up to `until`: faces, lines, points.
@@ -217,6 +260,7 @@ impl Reader {
                 let count = before.points + mark.points as usize;
                 self.raw.mrgb(rest, count)?;
             }
+            Known::Ours => self.ours(rest),
             Known::End => self.end()?,
             Known::Con => match self.freeform.connection(rest, mark.line)? {
                 Ok(meeting) => {
@@ -226,6 +270,9 @@ impl Reader {
                 Err(reason) => self.leave_out(&format!("a connection (con): {reason}"), 1),
             },
             known => {
+                if matches!(known, Known::Curv | Known::Curv2 | Known::Surf) {
+                    self.abandon();
+                }
                 let so_far = SoFar {
                     points: before.points + mark.points as usize,
                     parameters: before.parameters + mark.parameters as usize,
@@ -259,7 +306,6 @@ impl Reader {
     }
 
     fn smoothing(&mut self, rest: &[u8]) -> Result<(), String> {
-        self.kept += 1;
         let word = tokens(rest).next().unwrap_or_default();
         self.state.smoothing = Some(match word {
             b"off" => 0,
@@ -274,7 +320,28 @@ impl Reader {
                 }
             },
         });
+        self.kept += 1;
         Ok(())
+    }
+
+    /// What was noted here in a comment; other comments that start alike are comments.
+    fn ours(&mut self, rest: &[u8]) {
+        match Ours::of(rest) {
+            Some(Ours::Curve(curve)) => self.exact = Some(curve),
+            Some(Ours::MadeNormals) => {
+                let section = self.section();
+                self.sections[section].made_normals = true;
+            }
+            Some(Ours::Mesh(mark)) => {
+                let section = self.section();
+                self.sections[section].shows = Some(mark);
+            }
+            Some(Ours::Surface(mark)) => {
+                let section = self.section();
+                self.sections[section].shown = Some(mark);
+            }
+            None => {}
+        }
     }
 
     fn end(&mut self) -> Result<(), At> {
@@ -290,7 +357,13 @@ impl Reader {
             used.attributes_left_out,
         );
         match outcome {
-            Outcome::Shape { shape, surface, wrapped, mended } => {
+            Outcome::Shape { mut shape, surface, wrapped, mended } => {
+                if let (Some(exact), Shape::Curve(curve)) = (self.exact.take(), shape.as_mut())
+                    && exact.bezier_form().is_ok_and(|form| form == *curve)
+                {
+                    *curve = exact;
+                    self.restored += 1;
+                }
                 match mended.reason() {
                     None => self.kept += 1,
                     Some(reason) => *self.mended.entry(reason).or_default() += 1,
@@ -309,7 +382,7 @@ impl Reader {
                 let name = if section.name.is_empty() { group } else { None };
                 section.elements.push(Element { shape: *shape, name, surface, material });
             }
-            Outcome::ParameterCurve => {}
+            Outcome::ParameterCurve | Outcome::GivenUp => {}
             Outcome::LeftOut(reason) => self.leave_out(&format!("a free-form element: {reason}"), 1),
         }
         Ok(())

@@ -69,6 +69,11 @@ pub(crate) struct Section {
     /// What held for runs of points, each from this point on.
     pub(crate) dot_looks: Vec<(usize, Look)>,
     pub(crate) elements: Vec<Element>,
+    /// Whether its normals were made when it was written.
+    pub(crate) made_normals: bool,
+    /// The mark of the surface that its mesh shows; the mark of the mesh that shows its surface.
+    pub(crate) shows: Option<u64>,
+    pub(crate) shown: Option<u64>,
 }
 
 /// Appends a run of a list that is shorter where its last entries are [`NONE`].
@@ -94,6 +99,11 @@ impl Section {
 
     pub(crate) fn face_count(&self) -> usize {
         self.starts.len().saturating_sub(1)
+    }
+
+    /// Whether it is one surface that a mesh of its own shows.
+    pub(crate) fn is_shown(&self) -> bool {
+        self.shown.is_some() && matches!(self.elements[..], [Element { shape: Shape::Surface(_), .. }])
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -24,6 +24,8 @@ pub(crate) enum Known {
     Con,
     /// Vertex colours in comments, as ZBrush writes them.
     Mrgb,
+    /// What was noted here in comments.
+    Ours,
 }
 
 const KNOWN: &[(&[u8], Known)] = &[

@@ -26,6 +26,9 @@ impl<W: Write> Writer<'_, W> {
         let silent = mesh.normals.is_empty() && mesh.smoothing.is_empty() && mesh.face_count() > 0;
         let give_normals = self.face_normals && silent;
         self.notes.given_normals += usize::from(give_normals);
+        if give_normals {
+            self.line("# Loftsman normals")?;
+        }
         if self.state.groups && mesh.groups.is_empty() {
             self.line("g default")?;
             self.state.groups = false;

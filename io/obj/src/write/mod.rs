@@ -21,6 +21,7 @@ use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point};
 
+use crate::fingerprint::fingerprint;
 use print::Names;
 use state::State;
 
@@ -268,6 +269,7 @@ impl<W: Write> Writer<'_, W> {
         written: &mut Written,
     ) -> Result<(), FormatError> {
         let exact = self.surfaces != Surfaces::Mesh;
+        let mut mark = None;
         let mesh = match self.tessellator {
             _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
             None => Err("surfaces need a tessellator, and none is registered".to_owned()),
@@ -281,6 +283,11 @@ impl<W: Write> Writer<'_, W> {
                     mesh.turn_inside_out();
                 }
                 self.name(object.name())?;
+                if exact {
+                    // Who reads both reads one object.
+                    mark = Some(fingerprint(&mesh));
+                    self.line(&format!("# Loftsman mesh {:016x}", mark.unwrap_or_default()))?;
+                }
                 self.mesh(&mesh, &object.materials)?;
                 written.form = format!("{} triangles", mesh.face_count());
                 written.cut(self.chord.length(tolerance / self.scale), Some(error / self.scale));
@@ -299,6 +306,9 @@ impl<W: Write> Writer<'_, W> {
             // An object of its own: Blender makes a curve of what follows a cstype.
             self.element_material(object)?;
             self.name(object.name())?;
+            if let Some(mark) = mark {
+                self.line(&format!("# Loftsman surface {mark:016x}"))?;
+            }
             self.surface(object.name(), surface)?;
             let beside =
                 if written.tolerance.is_some() { format!(" beside {}", written.form) } else { String::new() };

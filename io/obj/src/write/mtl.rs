@@ -39,6 +39,13 @@ fn file_name(name: &str, extension: &str) -> String {
     }
 }
 
+/// Whether a picture's name only says which one of its file it is, as readers call those without a name.
+fn is_made_up(name: &str) -> bool {
+    let number = name.strip_prefix("image ").or_else(|| name.strip_prefix("picture "));
+    number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+        || !name.chars().any(char::is_alphanumeric)
+}
+
 /// The name itself, or with a number before its extension where it is taken.
 fn unique(name: String, taken: &mut HashSet<String>) -> String {
     let (stem, end) = match name.rfind('.') {
@@ -96,7 +103,13 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
                     "image/webp" => "webp",
                     _ => "bin",
                 };
-                let name = unique(file_name(image.name(), extension), &mut taken);
+                // A name that only counts is that of another picture, too, beside another file of the folder.
+                let wanted = if is_made_up(image.name()) {
+                    format!("{stem} {}", image.name())
+                } else {
+                    image.name().to_owned()
+                };
+                let name = unique(file_name(&wanted, extension), &mut taken);
                 library.pictures.insert(image.name().to_owned(), name.clone());
                 library.embedded.push((name, image.name().to_owned()));
             }
@@ -228,6 +241,8 @@ mod tests {
         assert_eq!(file_name("../../etc/passwd", "png"), "_.._etc_passwd.png");
         assert_eq!(file_name("wood.PNG", "png"), "wood.png");
         assert_eq!(file_name("..", "jpg"), "picture.jpg");
+        assert!(["image 0", "image 12", "", "..", "picture 3"].into_iter().all(is_made_up));
+        assert!(["image", "image 0b", "wood 1", "2"].into_iter().all(|name| !is_made_up(name)));
         let mut taken = HashSet::from(["a.png".to_owned()]);
         assert_eq!(unique("A.png".into(), &mut taken), "A.001.png");
         for outside in ["/a", "../a", "a/../b", "c:/a", "a\\b", ""] {

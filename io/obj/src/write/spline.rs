@@ -32,6 +32,9 @@ impl<W: Write> Writer<'_, W> {
         let form =
             if self.knots == Knots::Bezier { Cow::Owned(curve.bezier_form()?) } else { Cow::Borrowed(curve) };
         let space = form.space();
+        if *form != *curve {
+            self.own_knots(curve)?;
+        }
         let first = self.vertices(form.points(), form.weights())?;
         self.kind(form.weights().is_some(), &[space.degree()])?;
         let (a, b) = space.domain();
@@ -45,6 +48,20 @@ impl<W: Write> Writer<'_, W> {
         self.flush_line()?;
         self.parameters("u", space)?;
         Ok(self.line("end")?)
+    }
+
+    /// A comment with the curve itself, where another form of it follows.
+    fn own_knots(&mut self, curve: &Curve) -> std::io::Result<()> {
+        let kind = if curve.is_periodic() { "periodic" } else { "open" };
+        _ = write!(self.text, "# Loftsman curve {} {kind}; knots", curve.degree());
+        curve.space().knots().iter().for_each(|&t| print::number(&mut self.text, t));
+        self.text.push_str("; points");
+        curve.points().iter().flat_map(|p| p.iter()).for_each(|&x| print::number(&mut self.text, x));
+        if let Some(weights) = curve.weights() {
+            self.text.push_str("; weights");
+            weights.iter().for_each(|&w| print::number(&mut self.text, w));
+        }
+        self.flush_line()
     }
 
     pub(super) fn surface(&mut self, name: &str, surface: &Surface) -> Result<(), FormatError> {

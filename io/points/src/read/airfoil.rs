@@ -28,6 +28,30 @@ pub(super) fn wrong_counts(block: &Block) -> Option<(f64, f64, usize)> {
     (counts && !rest.is_empty() && rest.iter().all(unit)).then_some((first.x, first.y, rest.len()))
 }
 
+/// The rows of the two surfaces of a file with a counts row that does not fit them: those between its blank lines, or up
+/// to where x falls back from the trailing edge to the leading edge.
+pub(super) fn lednicer_blocks(block: &Block) -> Option<(usize, usize)> {
+    let (_, _, rows) = wrong_counts(block)?;
+    let rest = &block.points[1..];
+    let split = match block.gaps[..] {
+        [1, second] => second - 1,
+        [1] => {
+            let mut falls = (1..rows).filter(|&k| rest[k].x < rest[k - 1].x);
+            let split = falls.next()?;
+            if falls.next().is_some() {
+                return None;
+            }
+            split
+        }
+        _ => return None,
+    };
+    let runs = |part: &[Point]| part.len() >= 2 && part.windows(2).all(|w| w[1].x >= w[0].x);
+    let (upper, lower) = rest.split_at(split);
+    // Both end where the other does: else one of them is cut off.
+    let ends_meet = upper.last().zip(lower.last()).is_some_and(|(a, b)| (a.x - b.x).abs() <= 0.05);
+    (runs(upper) && runs(lower) && ends_meet).then_some((split, rows - split))
+}
+
 /// What came of two surfaces.
 pub(super) struct Outline {
     /// From the trailing edge over the upper side and the nose to the lower trailing edge.

@@ -54,7 +54,16 @@ pub(crate) fn file(
     let blocks = std::mem::take(&mut scan.blocks);
     // Headers without rows (a zone of remarks) are no objects, unless the file is our own.
     let several = blocks.iter().filter(|b| !b.points.is_empty()).count() > 1;
-    for block in blocks {
+    if scan.headed {
+        reading.note("text between rows is the name of what follows");
+    }
+    for line in &scan.footnotes {
+        reading.report.count(Fate::LeftOut, &format!("line {line}: text below the rows"));
+    }
+    for (place, mut block) in blocks.into_iter().enumerate() {
+        if place == 0 && scan.headed {
+            block.name = block.name.or_else(|| reading.name.clone());
+        }
         if block.points.is_empty() && !scan.own {
             continue;
         }
@@ -188,7 +197,10 @@ impl Reading {
             self.report.count(Fate::LeftOut, "the airfoil reference point is not part of the outline");
             self.note(format!("the reference point is ({}, {})", reference.x, reference.y));
             block.kind = Some(Kind::Polyline { closed: None });
-        } else if !several && block.kind.is_none() && scan.columns.as_ref().is_some_and(|c| c.count == 2) {
+        } else if (!several || scan.headed)
+            && block.kind.is_none()
+            && scan.columns.as_ref().is_some_and(|c| c.count == 2)
+        {
             self.airfoil(&mut block)?;
         }
         if scan.tecplot && !block.gaps.is_empty() || block.kind.is_none() && !block.gaps.is_empty() {
@@ -202,7 +214,15 @@ impl Reading {
 
     /// Lednicer's two surfaces become one outline; Selig's order is noted.
     fn airfoil(&mut self, block: &mut Block) -> Result<(), FormatError> {
-        if let Some((upper, lower)) = airfoil::lednicer_counts(block) {
+        let counted = airfoil::lednicer_counts(block);
+        let found = counted.or_else(|| airfoil::lednicer_blocks(block));
+        if let Some((upper, lower)) = found {
+            if let (None, Some(first)) = (counted, block.points.first()) {
+                self.note(format!(
+                    "line {} counts {} and {} rows, but {upper} and {lower} follow: these are taken",
+                    block.line, first.x, first.y
+                ));
+            }
             let outline = airfoil::lednicer_outline(&block.points[1..], upper);
             self.note(format!(
                 "Lednicer airfoil: {upper} and {lower} rows from the leading edge became one outline, from the \

@@ -48,6 +48,10 @@ pub(super) struct Scan {
     pub(super) columns: Option<Columns>,
     /// The rows.
     pub(super) blocks: Vec<Block>,
+    /// Whether some stand under a heading of their own, below others.
+    pub(super) headed: bool,
+    /// Lines of text below the last row.
+    pub(super) footnotes: Vec<usize>,
     /// Whether there were Tecplot headers.
     pub(super) tecplot: bool,
     /// Whether it was written here.
@@ -68,7 +72,13 @@ impl Scan {
                 return Err(Cancelled.into());
             }
             scanner.number = number;
-            scanner.line(line).map_err(|problem| FormatError::new(Place::Line(number), problem))?;
+            let blank = scanner.blank;
+            if let Err(problem) = scanner.line(line) {
+                scanner.blank = blank;
+                scanner
+                    .text_below(line, problem)
+                    .map_err(|(line, problem)| FormatError::new(Place::Line(line), problem))?;
+            }
         }
         scanner.finish()
     }
@@ -91,6 +101,9 @@ struct Scanner<'t> {
     last_comment: Option<&'t [u8]>,
     tecplot: Tecplot,
     blank: bool,
+    /// Lines of text below rows: a heading, where rows follow, else footnotes; and why the first is no row.
+    below: Vec<(usize, &'t [u8])>,
+    no_row: Option<(usize, String)>,
 }
 
 impl<'t> Scanner<'t> {
@@ -141,7 +154,12 @@ impl<'t> Scanner<'t> {
                 )
             }
         })?;
-        if self.scan.blocks.is_empty() {
+        if let Some((_, heading)) = self.below.first() {
+            let name = text(heading);
+            self.below.clear();
+            self.scan.headed = true;
+            self.open(Block { name: Some(name), ..Block::default() });
+        } else if self.scan.blocks.is_empty() {
             self.open(Block::default());
         }
         if let Some(block) = self.scan.blocks.last_mut() {
@@ -151,6 +169,38 @@ impl<'t> Scanner<'t> {
             block.points.push(point);
         }
         Ok(())
+    }
+
+    /// A line below rows that is none: text, which is a heading or a footnote, if it is no row with something wrong in it.
+    fn text_below(&mut self, line: &'t [u8], problem: String) -> Result<(), (usize, String)> {
+        let here = self.number;
+        let Some(columns) = self.scan.columns.as_ref().filter(|_| !self.scan.own && !self.scan.tecplot)
+        else {
+            return Err((here, problem));
+        };
+        let control = line.iter().any(|b| matches!(b, 0..=8 | 14..=31 | 127));
+        let first = columns.separator().fields(line).next().unwrap_or_default();
+        let is_text = first.first().is_some_and(|b| b.is_ascii_alphabetic() || *b > 127 || *b == b'(')
+            && matches!(parse(first, true, &mut Signs::default()), Err(NumberFault::Word));
+        if control || !is_text || self.below.len() >= MOST_WORDS {
+            return Err((here, problem));
+        }
+        self.check_headed()?;
+        self.no_row.get_or_insert((here, problem));
+        self.below.push((here, line));
+        Ok(())
+    }
+
+    /// A heading stands over two rows at least: else it is a row that is wrong.
+    fn check_headed(&mut self) -> Result<(), (usize, String)> {
+        let is_short = self.scan.headed && self.scan.blocks.last().is_some_and(|b| b.points.len() < 2);
+        match self.no_row.take() {
+            Some(wrong) if is_short && self.below.is_empty() => Err(wrong),
+            other => {
+                self.no_row = other.filter(|_| !self.below.is_empty());
+                Ok(())
+            }
+        }
     }
 
     /// A line before there were rows: the first row, a count, a header or a name.
@@ -223,6 +273,9 @@ impl<'t> Scanner<'t> {
     }
 
     fn finish(mut self) -> Result<Scan, FormatError> {
+        let footnotes = self.below.iter().map(|(line, _)| *line).collect();
+        self.check_headed().map_err(|(line, problem)| FormatError::new(Place::Line(line), problem))?;
+        self.scan.footnotes = footnotes;
         if self.scan.columns.is_some() || self.scan.own && !self.scan.blocks.is_empty() {
             return Ok(self.scan);
         }

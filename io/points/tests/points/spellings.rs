@@ -142,3 +142,55 @@ fn the_unit_is_noted_as_asked_for() {
     assert!(!report.notes.iter().any(|n| n.contains("no unit")));
     assert_eq!(coordinates(&scene), [[1.0, 2.0, 3.0]]);
 }
+
+#[test]
+fn counts_that_contradict_the_blocks_give_way_to_them() {
+    let usual = coordinates(&read("a.dat", LEDNICER).unwrap().0);
+    // The counts are wrong one way or another; the second surface is told by the blank line, or by x falling back.
+    let wrong = LEDNICER.replace("       3.       4.\n", "       17.       17.\n");
+    let unparted = wrong.replace("1.000000  0.001000\n\n", "1.000000  0.001000\n");
+    assert!(wrong != LEDNICER && unparted != wrong);
+    for text in [wrong, unparted] {
+        let (scene, report) = read("a.dat", text.as_str()).unwrap();
+        assert_eq!(coordinates(&scene), usual);
+        let told = "line 2 counts 17 and 17 rows, but 3 and 4 follow: these are taken";
+        assert!(report.adds_up() && report.notes.iter().any(|n| n == told), "{:?}", report.notes);
+    }
+}
+
+#[test]
+fn footnotes_and_further_outlines_under_their_own_heading() {
+    let (scene, report) = read("a.dat", "RAE\n1 0\n0 0.1\n1 0\nSource: report 1\n(no 2)\n").unwrap();
+    assert_eq!((scene.objects().len(), scene.objects()[0].name()), (1, "RAE"));
+    let lines: Vec<&String> = report.left_out.keys().filter(|why| why.contains("below the rows")).collect();
+    assert_eq!(lines, ["line 5: text below the rows", "line 6: text below the rows"]);
+    assert!(report.adds_up());
+
+    let (scene, report) =
+        read("a.dat", "Wing root\n1 0\n0.5 0.1\n0 0\n\nWing tip\n1 0.1\n0 0\n0.5 -1\n").unwrap();
+    let names: Vec<_> = scene.objects().iter().map(|o| (o.name(), o.geometry().points().len())).collect();
+    assert_eq!(names, [("Wing root", 3), ("Wing tip", 3)]);
+    assert!(report.adds_up() && report.left_out.is_empty(), "{report:?}");
+
+    // Each as it would be alone.
+    let two = format!("{LEDNICER}\n{}", LEDNICER.replace("NACA M-2, a part", "Second"));
+    let (scene, report) = read("a.dat", two).unwrap();
+    let alone = read("a.dat", LEDNICER).unwrap().0;
+    assert_eq!(scene.objects().len(), 2, "{report:?}");
+    for object in scene.objects() {
+        assert_eq!(object.geometry(), alone.objects()[0].geometry());
+    }
+    assert_eq!(scene.objects()[1].name(), "Second");
+    assert!(report.adds_up());
+}
+
+#[test]
+fn names_have_their_accents_whatever_wrote_them() {
+    for bytes in [
+        &b"G\x94 387\n1 0\n0 0.1\n1 0\n"[..],
+        b"G\xf6 387\n1 0\n0 0.1\n1 0\n",
+        "Gö 387\n1 0\n0 0.1\n1 0\n".as_bytes(),
+    ] {
+        assert_eq!(read("a.dat", bytes).unwrap().0.objects()[0].name(), "Gö 387");
+    }
+}

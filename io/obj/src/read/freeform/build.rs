@@ -22,11 +22,15 @@ impl Freeform {
             What::Curve2 { .. } => "the curve",
             What::Surface { .. } => "the surface",
         };
-        if self.kind.is_none() {
-            return Err(at(body.line, format!("{what} has no cstype before it")));
-        }
-        if self.degrees.is_none() {
-            return Err(at(body.line, format!("{what} has no deg before it")));
+        let missing = match (self.kind, self.degrees) {
+            (None, _) => Some("cstype"),
+            (_, None) => Some("deg"),
+            _ => None,
+        };
+        if let Some(missing) = missing {
+            self.give_up(&body.what);
+            self.given_up = false;
+            return Err(at(body.line, format!("{what} has no {missing} before it that is right")));
         }
         match &body.what {
             What::Curve { range, vertices } => {
@@ -40,28 +44,24 @@ impl Freeform {
             What::Curve2 { vertices } => {
                 used.special_left_out += body.special.len();
                 let made = self.plane_curve(&body, vertices, raw);
-                let (curve, left_out) = match made {
-                    Ok(curve) => (Some(curve), None),
-                    Err(Stop::LeftOut(reason)) => (None, Some(reason)),
-                    Err(Stop::At(error)) => return Err(error),
+                let (curve, outcome) = match made {
+                    Ok(curve) => (Some(curve), Ok(Outcome::ParameterCurve)),
+                    Err(Stop::LeftOut(reason)) => (None, Ok(Outcome::LeftOut(reason))),
+                    Err(Stop::At(error)) => (None, Err(error)),
                 };
                 self.plane_curves.push(PlaneCurve { curve, vertices: vertices.clone(), used: false });
-                Ok(left_out.map_or(Outcome::ParameterCurve, Outcome::LeftOut))
+                outcome
             }
             What::Surface { ranges, vertices } => {
                 let number = self.surfaces.len();
-                let made = self
-                    .surface(&body, *ranges, vertices, raw)
-                    .and_then(|(surface, wrapped)| Ok((self.trimmed(surface, &body, raw, used)?, wrapped)));
+                let mut mended = Mended::default();
+                let made = self.surface(&body, *ranges, vertices, raw).and_then(|(surface, wrapped)| {
+                    Ok((self.trimmed(surface, &body, raw, used, &mut mended)?, wrapped))
+                });
                 self.surfaces.push(made.is_ok());
                 outcome(made, |(shape, wrapped)| {
                     used.vertices.extend(vertices);
-                    Outcome::Shape {
-                        shape: Box::new(shape),
-                        surface: Some(number),
-                        wrapped,
-                        mended: Mended::default(),
-                    }
+                    Outcome::Shape { shape: Box::new(shape), surface: Some(number), wrapped, mended }
                 })
             }
         }
@@ -94,10 +94,12 @@ impl Freeform {
         let stop = |problem: Problem| Stop::new(problem, body, 0);
         let mut mended = Mended::default();
         let mut direction = self.direction(body, 0, Some(vertices.len()), range);
-        if let (Kind::Bspline, Some([knots @ .., _])) = (direction.kind, direction.parameters)
-            && knots.len() == vertices.len() + direction.degree + 1
+        let needed = vertices.len() + direction.degree + 1;
+        let all = direction.parameters;
+        if let (Kind::Bspline, Some(knots)) = (direction.kind, direction.parameters)
+            && matches!(knots.len().checked_sub(needed), Some(1 | 2))
         {
-            direction.parameters = Some(knots);
+            direction.parameters = Some(&knots[..needed]);
             mended.dropped = true;
         }
         let form = direction.form().map_err(stop)?;
@@ -105,7 +107,7 @@ impl Freeform {
         let weights = self.rational().then(|| vertices.iter().map(|&v| raw.weight(v)).collect());
         let (points, weights) = converted(&form, points, weights).map_err(stop)?;
         let mut range = range;
-        if let Some(clipped) = clipped(&form.space, range) {
+        if let Some(clipped) = clipped(&form.space, all, range) {
             range = clipped;
             mended.clipped = true;
         }
@@ -253,11 +255,13 @@ fn outcome<T>(made: Result<T, Stop>, kept: impl FnOnce(T) -> Outcome) -> Result<
 }
 
 /// The part of a range in which a curve is defined, where the range ends between the knots of an end that is not clamped:
-/// so some exporters write the knots' range for the curve's. `None` where there is nothing to clip, or nothing would be left.
-fn clipped(space: &Space, (from, to): (f64, f64)) -> Option<(f64, f64)> {
-    let ((a, b), t) = (space.domain(), space.flat());
+/// so some exporters write the range of all the knots of the file for the curve's. `None` where there is nothing to clip, or
+/// nothing would be left.
+fn clipped(space: &Space, all: Option<&[f64]>, (from, to): (f64, f64)) -> Option<(f64, f64)> {
+    let (a, b) = space.domain();
     let slack = SLACK * (b - a);
-    let (first, last) = (t.first()?, t.last()?);
+    let all = all?;
+    let (first, last) = (all.first()?, all.last()?);
     let beyond = from < a - slack || to > b + slack;
     let among = from >= first - slack && to <= last + slack;
     let part = (from.max(a), to.min(b));

@@ -70,16 +70,19 @@ struct Body {
 pub(crate) struct Mended {
     /// Its range is that of knots which do not define it.
     clipped: bool,
-    /// It has a knot too many.
+    /// It has one or two knots too many.
     dropped: bool,
+    /// A loop uses a curve backwards.
+    pub(crate) turned: bool,
 }
 
 impl Mended {
     /// In words; `None` where nothing was.
     pub(crate) fn reason(self) -> Option<String> {
         let clipped = "a curve that runs beyond what its knots define: its range was clipped to that";
-        let dropped = "a B-spline curve with one value of parm too many: the last was dropped";
-        let all = [(self.dropped, dropped), (self.clipped, clipped)];
+        let dropped = "a B-spline curve with one or two values of parm too many: the last were dropped";
+        let turned = "a loop that runs backwards along one of its curves: that curve was turned round";
+        let all = [(self.dropped, dropped), (self.clipped, clipped), (self.turned, turned)];
         let said: Vec<&str> = all.iter().filter(|(done, _)| *done).map(|(_, words)| *words).collect();
         (!said.is_empty()).then(|| said.join("; "))
     }
@@ -97,6 +100,8 @@ pub(crate) enum Outcome {
     },
     /// A curve in the parameter plane, which counts where a surface uses it.
     ParameterCurve,
+    /// Nothing: what was wrong with it has been said.
+    GivenUp,
     LeftOut(String),
 }
 
@@ -128,6 +133,8 @@ pub(crate) struct Freeform {
     matrices: [Option<Vec<f64>>; 2],
     steps: [Option<usize>; 2],
     body: Option<Body>,
+    /// Whether the element at hand, up to its end, was given up.
+    given_up: bool,
     pub(crate) plane_curves: Vec<PlaneCurve>,
     /// Surfaces so far; whether each is in the scene.
     surfaces: Vec<bool>,
@@ -152,7 +159,8 @@ impl Freeform {
         Self { budget, ..Self::default() }
     }
 
-    /// A statement of the state or of an element's body.
+    /// A statement of the state or of an element's body. Where it is wrong, the element is given up, or, of the state,
+    /// those that need it.
     pub(crate) fn statement(
         &mut self,
         known: Known,
@@ -160,9 +168,49 @@ impl Freeform {
         line: usize,
         so_far: SoFar,
     ) -> Result<(), At> {
+        let of_body = matches!(known, Known::Parm | Known::Trim | Known::Hole | Known::Scrv | Known::Sp);
+        if of_body && self.given_up {
+            return Ok(());
+        }
+        let taken = self.take(known, rest, line, so_far);
+        if taken.is_err() {
+            match known {
+                Known::Curv => self.given_up = true,
+                Known::Curv2 => self.give_up(&What::Curve2 { vertices: Vec::new() }),
+                Known::Surf => self.give_up(&What::Surface { ranges: [(0.0, 1.0); 2], vertices: Vec::new() }),
+                _ if of_body => {
+                    if let Some(body) = self.body.take() {
+                        self.give_up(&body.what);
+                    }
+                }
+                _ => {}
+            }
+        }
+        taken
+    }
+
+    /// Gives up an element, which keeps its number.
+    fn give_up(&mut self, what: &What) {
+        self.given_up = true;
+        match what {
+            What::Curve { .. } => {}
+            What::Curve2 { vertices } => {
+                self.plane_curves.push(PlaneCurve { curve: None, vertices: vertices.clone(), used: false });
+            }
+            What::Surface { .. } => self.surfaces.push(false),
+        }
+    }
+
+    fn take(&mut self, known: Known, rest: &[u8], line: usize, so_far: SoFar) -> Result<(), At> {
         match known {
-            Known::Cstype => Ok(self.cstype(rest)?),
-            Known::Deg => Ok(self.deg(rest)?),
+            Known::Cstype => {
+                self.kind = None;
+                Ok(self.cstype(rest)?)
+            }
+            Known::Deg => {
+                self.degrees = None;
+                Ok(self.deg(rest)?)
+            }
             Known::Bmat => {
                 let (side, values) = side(rest, "bmat")?;
                 self.matrices[side] = Some(numbers(values)?);
@@ -253,7 +301,7 @@ impl Freeform {
 
     /// `curv u0 u1 v …`, `curv2 vp …`, `surf s0 s1 t0 t1 v/vt/vn …`.
     fn start(&mut self, known: Known, rest: &[u8], line: usize, so_far: SoFar) -> Result<(), At> {
-        self.unfinished()?;
+        self.given_up = false;
         let mut text = rest;
         let mut range = || match (next_number(&mut text), next_number(&mut text)) {
             (Ok(Some(a)), Ok(Some(b))) => Ok((a, b)),
@@ -292,17 +340,20 @@ impl Freeform {
         Ok(out)
     }
 
-    /// An error where an element has started and not ended.
-    pub(crate) fn unfinished(&self) -> Result<(), At> {
-        match &self.body {
-            Some(body) => Err(at(body.line, "the curve or surface has no end statement")),
-            None => Ok(()),
-        }
+    /// Gives up an element that has started and not ended; its line.
+    pub(crate) fn abandon(&mut self) -> Option<usize> {
+        let body = self.body.take()?;
+        self.give_up(&body.what);
+        Some(body.line)
     }
 
     /// `end`: the element is complete.
     pub(crate) fn end(&mut self, raw: &Raw) -> Result<(Outcome, Used), At> {
         let body = self.body.take();
+        if std::mem::take(&mut self.given_up) {
+            self.attributes = 0;
+            return Ok((Outcome::GivenUp, Used::default()));
+        }
         let body = body.ok_or_else(|| "end without a curv, curv2 or surf before it".to_owned())?;
         let mut used = Used { attributes_left_out: std::mem::take(&mut self.attributes), ..Used::default() };
         let outcome = self.finish(body, raw, &mut used)?;

@@ -4,7 +4,7 @@ use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Surface, Trimmed};
 
 use super::build::Stop;
-use super::{At, Body, Freeform, Piece, Used, at, check};
+use super::{At, Body, Freeform, Mended, Piece, Used, at, check};
 use crate::number::{entry, next_number};
 use crate::read::raw::Raw;
 use crate::read::section::Shape;
@@ -47,6 +47,7 @@ impl Freeform {
         body: &Body,
         raw: &Raw,
         used: &mut Used,
+        mended: &mut Mended,
     ) -> Result<Shape, Stop> {
         if body.loops.is_empty() && body.special.is_empty() {
             return Ok(Shape::Surface(surface));
@@ -56,7 +57,9 @@ impl Freeform {
         for one in &body.loops {
             let mut chain = Vec::with_capacity(one.pieces.len());
             for &piece in &one.pieces {
-                chain.push(self.parameter_curve(piece, one.line)?);
+                let (curve, turned) = self.parameter_curve(piece, one.line)?;
+                mended.turned |= turned;
+                chain.push(curve);
             }
             match one.kind {
                 Known::Trim => regions.push(Region { outer: chain, holes: Vec::new() }),
@@ -85,7 +88,12 @@ impl Freeform {
         Ok(Shape::Trimmed(trimmed))
     }
 
-    fn parameter_curve(&mut self, (from, to, number): Piece, line: usize) -> Result<ParameterCurve, Stop> {
+    /// The part of a curve that a loop uses, and whether it had to be turned round: a range that decreases runs backwards.
+    fn parameter_curve(
+        &mut self,
+        (from, to, number): Piece,
+        line: usize,
+    ) -> Result<(ParameterCurve, bool), Stop> {
         let Some(curve) = &self.plane_curves[number as usize].curve else {
             return Err(Stop::LeftOut("it is trimmed by curves that are left out".to_owned()));
         };
@@ -106,8 +114,27 @@ impl Freeform {
                 t
             }
         };
-        ParameterCurve::new(curve.clone(), near(from), near(to))
-            .map_err(|e| Stop::At(at(line, format!("curve {}: {e}", number + 1))))
+        let (from, to) = (near(from), near(to));
+        let turned = from > to;
+        let made = if turned {
+            let reverse =
+                curve.reverse().map_err(|e| Stop::At(at(line, format!("curve {}: {e}", number + 1))))?;
+            // The ends exactly, where they are those of the curve.
+            let back = |t: f64| {
+                if t == a {
+                    b
+                } else if t == b {
+                    a
+                } else {
+                    (a + (b - t)).clamp(a, b)
+                }
+            };
+            ParameterCurve::new(reverse, back(from), back(to))
+        } else {
+            ParameterCurve::new(curve.clone(), from, to)
+        };
+        let made = made.map_err(|e| Stop::At(at(line, format!("curve {}: {e}", number + 1))))?;
+        Ok((made, turned))
     }
 
     /// `con surf_1 q0_1 q1_1 curv2d_1 surf_2 q0_2 q1_2 curv2d_2`; a reason where it is left out.
@@ -130,7 +157,7 @@ impl Freeform {
             let number = |mut word: &[u8]| Ok::<f64, String>(next_number(&mut word)?.unwrap_or_default());
             let piece = (number(from)?, number(to)?, curve);
             match self.parameter_curve(piece, line) {
-                Ok(made) => sides.push((surface as usize, made)),
+                Ok((made, _)) => sides.push((surface as usize, made)),
                 Err(Stop::LeftOut(reason)) => return Ok(Err(reason)),
                 Err(Stop::At(error)) => return Err(error),
             }

@@ -1,0 +1,106 @@
+//! What files of other programs leave unsaid stays unsaid: names, materials; and matrices stay as they were.
+
+#![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
+
+use loftsman_gltf::Gltf;
+use loftsman_kernel::Vector;
+use loftsman_kernel::plugin::{Format, Memory, ReadOptions, WriteOptions};
+use loftsman_kernel::scene::Scene;
+use nalgebra::Matrix4;
+use serde_json::{Value, json};
+
+fn write(scene: &Scene) -> Memory {
+    let mut file = Memory::new("c.gltf", "");
+    Gltf.write(scene, &mut file, &WriteOptions::default()).unwrap();
+    file
+}
+
+fn read(file: &Memory) -> Scene {
+    let (scene, report) = Gltf.read(file, &ReadOptions::default()).unwrap();
+    assert!(report.adds_up());
+    scene
+}
+
+fn json_of(file: &Memory) -> Value {
+    serde_json::from_slice(&file.bytes).unwrap()
+}
+
+/// A file of another program: nodes by matrices in single precision, without names, a primitive without a material.
+fn bare() -> Memory {
+    let turn = |angle: f64, axis: [f64; 3], at: [f64; 3]| {
+        let axis = nalgebra::Unit::new_normalize(Vector::from(axis));
+        let mut map = Matrix4::from_axis_angle(&axis, angle);
+        map.fixed_view_mut::<3, 1>(0, 3).copy_from(&Vector::from(at));
+        map.iter().map(|&x| f64::from(x as f32)).collect::<Vec<f64>>()
+    };
+    let points: Vec<u8> = [[90.0_f32, 10.0, 3.0], [91.5, 12.0, 4.0], [92.0, 11.0, -7.25]]
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let red = json!({ "name": "red", "pbrMetallicRoughness": { "baseColorFactor": [1, 0, 0, 1] } });
+    let attributes = json!({ "POSITION": 0 });
+    let root = json!({
+        "asset": { "version": "2.0" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0, 3] }],
+        "nodes": [
+            { "matrix": turn(0.3, [1.0, 2.0, 3.0], [136.860_107_421_875, -64.5, -36.2]), "children": [1, 2] },
+            { "matrix": turn(2.5, [0.1, 2.0, -3.0], [-294.7, 73.98, 16.18]), "mesh": 0 },
+            { "matrix": turn(-1.1, [5.0, 0.2, 0.3], [0.5, 1e-3, 7.0]), "mesh": 1 },
+            { "name": "named", "mesh": 1 }
+        ],
+        "meshes": [
+            { "primitives": [{ "attributes": attributes }] },
+            { "primitives": [{ "attributes": attributes, "material": 0 }, { "attributes": attributes }] }
+        ],
+        "materials": [red],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [90, 10, -7.25], "max": [92, 12, 4] }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36, "uri": "b.bin" }]
+    });
+    let mut file = Memory::new("b.gltf", root.to_string());
+    file.siblings.insert("b.bin".into(), points);
+    file
+}
+
+#[test]
+fn what_has_no_name_and_no_material_gets_none_and_matrices_stay_as_they_were() {
+    let file = bare();
+    let scene = read(&file);
+    let names: Vec<_> = scene.objects().iter().map(|o| o.name().to_owned()).collect();
+    assert_eq!(names, ["node 0", "node 1", "node 2", "named"]);
+    let first = write(&scene);
+    let out = json_of(&first);
+    for (node, of) in out["nodes"].as_array().unwrap().iter().zip(json_of(&file)["nodes"].as_array().unwrap())
+    {
+        assert_eq!(node.get("name"), of.get("name"));
+        // The turn of the matrix to the last bit; what moves it goes with the centre of its mesh.
+        for k in (0..12).filter(|_| of.get("matrix").is_some()) {
+            assert_eq!(node["matrix"][k], of["matrix"][k], "{node}");
+        }
+    }
+    assert!(
+        out["meshes"].as_array().unwrap().iter().all(|mesh| mesh.get("name").is_none_or(|n| n == "named"))
+    );
+    let materials: Vec<_> = out["materials"].as_array().unwrap().iter().map(|m| m["name"].clone()).collect();
+    assert_eq!(materials, ["red"]);
+    assert!(out["meshes"][0]["primitives"][0].get("material").is_none());
+
+    // Nothing is baked, and nothing changes any more.
+    let second = read(&first);
+    for (a, b) in scene.objects().iter().zip(second.objects()) {
+        assert_eq!((a.name(), a.transform, a.geometry()), (b.name(), b.transform, b.geometry()));
+        assert_eq!((&a.materials, &a.statements), (&b.materials, &b.statements));
+    }
+    assert_eq!(first.bytes, write(&second).bytes);
+
+    // Who gives it a name or a colour finds it in the file.
+    let mut renamed = second.clone();
+    renamed.rename("node 1", "wheel").unwrap();
+    renamed.object_mut("wheel").unwrap().color = Some([0.0, 1.0, 0.0, 1.0]);
+    let out = json_of(&write(&renamed));
+    assert_eq!(out["nodes"][1]["name"], "wheel");
+    assert!(out["meshes"][0]["primitives"][0].get("material").is_some());
+}

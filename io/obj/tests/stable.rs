@@ -1,0 +1,221 @@
+//! OBJ → ours → OBJ → ours is the first reading: names, counts, geometry to the last bit, unit and axis.
+
+#![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
+
+use std::fmt::Write as _;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{Chord, Fineness, Format, Memory, ReadOptions, UpChoice, WriteOptions};
+use loftsman_kernel::scene::{Object, Scene, Unit, Up};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_obj::Obj;
+use loftsman_tessellation::Adaptive;
+use proptest::prelude::*;
+
+/// Numbers from -1 to 1, the same in every run (Knuth's MMIX generator).
+struct Lcg(u64);
+
+impl Lcg {
+    fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+fn written(scene: &Scene, options: &WriteOptions<'_>) -> Memory {
+    let mut file = Memory::new("s.obj", "");
+    Obj.write(scene, &mut file, options).unwrap();
+    file
+}
+
+fn read(file: &Memory) -> Scene {
+    let (scene, report) = Obj.read(file, &ReadOptions::default()).unwrap();
+    assert!(report.adds_up());
+    scene
+}
+
+/// Names, geometry, materials, unit and axis; labels are left to the names that go out.
+fn same(a: &Scene, b: &Scene) {
+    assert_eq!((a.unit, a.up, a.objects().len()), (b.unit, b.up, b.objects().len()));
+    for (a, b) in a.objects().iter().zip(b.objects()) {
+        assert_eq!((a.name(), &a.materials), (b.name(), &b.materials));
+        assert_eq!(a.geometry(), b.geometry(), "{}", a.name());
+        let bits = |o: &Object| -> Vec<u64> {
+            o.geometry().points().iter().flat_map(|p| [p.x, p.y, p.z]).map(f64::to_bits).collect()
+        };
+        assert_eq!(bits(a), bits(b), "{}", a.name());
+    }
+}
+
+fn check(first: &Scene) {
+    let tessellator = Adaptive::default();
+    let fineness = Fineness { chord: Chord::Relative(0.05), angle: 0.8 };
+    let options = WriteOptions {
+        tessellator: Some(&tessellator),
+        fineness,
+        up: UpChoice::Keep,
+        ..WriteOptions::default()
+    };
+    let file = written(first, &options);
+    let second = read(&file);
+    same(first, &second);
+    let again = written(&second, &options);
+    assert_eq!(String::from_utf8_lossy(&file.bytes), String::from_utf8_lossy(&again.bytes));
+    assert_eq!(file.siblings, again.siblings);
+}
+
+fn space(random: &mut Lcg, degree: usize, kind: usize) -> Space {
+    let mut at = 0.0;
+    let inner = 1 + (random.next().abs() * 4.0) as usize;
+    let mut rising = |count: usize| -> Vec<f64> {
+        (0..count)
+            .map(|_| {
+                at += 0.1 + random.next().abs();
+                at
+            })
+            .collect()
+    };
+    match kind % 4 {
+        0 => Space::open(degree, rising(2 * degree + 2 + inner)).unwrap(),
+        1 => Space::clamped(degree, &rising(2 + inner)).unwrap(),
+        2 => Space::periodic(degree, rising(degree + 2 + inner)).unwrap(),
+        _ => {
+            // A repeated knot, as far as the degree allows it.
+            let mut knots = rising(2 * degree + 2 + inner);
+            for k in degree + 1..(2 * degree).min(degree + inner) {
+                knots[k + 1] = knots[k];
+            }
+            knots.sort_by(f64::total_cmp);
+            Space::open(degree, knots).unwrap()
+        }
+    }
+}
+
+fn spline_scene(seed: u64, degree: usize) -> Scene {
+    let mut random = Lcg::new(seed);
+    let mut scene = Scene::new();
+    (scene.unit, scene.up) =
+        if seed.is_multiple_of(2) { (Unit::Millimetre, Up::Z) } else { (Unit::Unknown, Up::Y) };
+    let point = |random: &mut Lcg| Point::new(random.next(), 100.0 * random.next(), random.next() / 3.0);
+    for kind in 0..4 {
+        for rational in [false, true] {
+            let around = space(&mut random, degree, kind);
+            let n = around.len();
+            let points: Vec<Point> = (0..n).map(|_| point(&mut random)).collect();
+            let weights = rational.then(|| (0..n).map(|_| 0.3 + random.next().abs()).collect());
+            let curve = Curve::build(around, points, weights).unwrap();
+            scene.add(Object::new(format!("c{kind} {rational}"), curve.into())).unwrap();
+            if degree > 7 {
+                continue;
+            }
+            let (u, v) = (space(&mut random, degree, kind), space(&mut random, 1 + degree % 3, kind + 1));
+            let n = u.len() * v.len();
+            let points: Vec<Point> = (0..n).map(|_| point(&mut random)).collect();
+            let weights = rational.then(|| (0..n).map(|_| 0.3 + random.next().abs()).collect());
+            let surface = Surface::build(u, v, points, weights).unwrap();
+            scene.add(Object::new(format!("s{kind} {rational}"), surface.into())).unwrap();
+        }
+    }
+    scene
+}
+
+#[test]
+fn splines_of_every_degree_come_back_as_one_object_each_with_unit_axis_and_knots() {
+    for degree in [1, 2, 3, 4, 5, 6, 7, 25] {
+        for seed in 0..2 {
+            check(&spline_scene(seed, degree));
+        }
+    }
+}
+
+#[test]
+fn a_mesh_that_somebody_has_changed_beside_its_surface_is_an_object_of_its_own() {
+    let scene = spline_scene(1, 2);
+    let tessellator = Adaptive::default();
+    let options = WriteOptions { tessellator: Some(&tessellator), ..WriteOptions::default() };
+    let text = String::from_utf8(written(&scene, &options).bytes).unwrap();
+    let at = text.find("# Loftsman mesh").unwrap();
+    let moved = format!("{}{}", &text[..at], text[at..].replacen("\nv ", "\nv 1", 1));
+    let back = read(&Memory::new("s.obj", moved));
+    assert_eq!(back.objects().len(), scene.objects().len() + 1);
+    // Programs that know nothing of the comments see both, as before.
+    let plain: String = text.lines().filter(|l| !l.starts_with('#')).map(|l| format!("{l}\n")).collect();
+    let surfaces = scene.objects().iter().filter(|o| o.geometry().kind() == "surface").count();
+    assert_eq!(read(&Memory::new("s.obj", plain)).objects().len(), scene.objects().len() + surfaces);
+}
+
+/// The text of some object, with vertices of its own.
+fn object(kind: usize, seed: u64, name: &str) -> String {
+    let mut random = Lcg::new(seed);
+    let mut text = format!("o {name}\n");
+    if seed.is_multiple_of(3) {
+        text += "usemtl m\n";
+    }
+    let n = 4 + seed as usize % 5;
+    for _ in 0..n {
+        let _ = writeln!(text, "v {} {} {}", random.next(), 1e3 * random.next(), random.next() * 1e-7);
+    }
+    let any = |random: &mut Lcg, n: usize| 1 + (random.next().abs() * n as f64) as usize % n;
+    match kind {
+        0..=2 => {
+            // Normals for some meshes only, smoothing and groups for others.
+            for _ in 0..if kind == 1 { 3 } else { 0 } {
+                let _ =
+                    writeln!(text, "vn {} {} {}", random.next(), random.next(), 0.1 + random.next().abs());
+            }
+            text += ["", "g left\n", "s 3\n"][seed as usize % 3];
+            for face in 0..n {
+                let corners = 3 + face % 3;
+                text += "f";
+                for k in 0..corners {
+                    let vertex = n - (face + k) % n;
+                    let _ = if kind == 1 {
+                        write!(text, " -{vertex}//-{}", any(&mut random, 3))
+                    } else {
+                        write!(text, " -{vertex}")
+                    };
+                }
+                text += "\n";
+            }
+            text += "g\ns off\n";
+        }
+        3 => {
+            text += "l";
+            (1..=n).rev().for_each(|k| _ = write!(text, " -{k}"));
+            text += if seed.is_multiple_of(2) { "\n" } else { " -4\n" };
+        }
+        4 => (1..=n).for_each(|k| _ = writeln!(text, "p -{k}")),
+        5 => {
+            let degree = 1 + seed as usize % 3;
+            let _ = write!(text, "cstype bspline\ndeg {degree}\ncurv 0 1");
+            (1..=n).for_each(|k| _ = write!(text, " -{k}"));
+            let knots = n + degree + 1;
+            text += "\nparm u";
+            (0..knots).for_each(|k| _ = write!(text, " {}", k as f64 / (knots - 1) as f64));
+            text += "\nend\n";
+        }
+        _ => {
+            text +=
+                "cstype bspline\ndeg 1 1\nsurf 0 1 0 1 -1 -2 -3 -4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n";
+        }
+    }
+    text
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+    #[test]
+    fn random_files_are_read_as_at_first_after_they_were_written(
+        kinds in prop::collection::vec((0_usize..7, 0_u64..1000), 1..8), head in 0_usize..3,
+    ) {
+        let mut text = ["", "# Loftsman; unit mm, z up\n", "# Loftsman; unit ft, y up\n"][head].to_owned();
+        for (at, (kind, seed)) in kinds.iter().enumerate() {
+            text += &object(*kind, *seed, &format!("part {at}"));
+        }
+        check(&read(&Memory::new("s.obj", text)));
+    }
+}
