@@ -16,18 +16,17 @@
 //! Not here: contact of a shape with itself or others, friction, twist.
 
 mod body;
-mod conflict;
 mod constraint;
 mod elastic;
 mod error;
-mod implicit;
 mod link;
 mod load;
 mod mass;
 mod operation;
 mod path;
+mod place;
 mod points;
-mod settle;
+mod scheme;
 mod setup;
 mod simulation;
 mod stability;
@@ -40,9 +39,9 @@ pub use constraint::{
 pub use error::DynamicsError;
 pub use operation::Simulate;
 pub use path::Path;
-pub use settle::Settled;
-pub use setup::{Scheme, Setup};
-pub use simulation::{Energy, Event, Simulation};
+pub use scheme::Scheme;
+pub use setup::Setup;
+pub use simulation::{Energy, Event, Settled, Simulation};
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 

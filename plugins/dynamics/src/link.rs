@@ -4,22 +4,15 @@ use std::sync::Arc;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of};
-use loftsman_kernel::shape::{Derivative, Interval, Location};
+use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::solve::RangeSpace;
 
 use crate::constraint::{Constraint, Place, Target};
 use crate::error::{DynamicsError, Result};
+use crate::place::Slide;
 
 /// A parameter that turned round so often in one step stays where it is.
 const TURNS: usize = 3;
-
-/// What there is to know of where a parameter may be.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Slide {
-    pub(crate) interval: Interval,
-    /// Parameters a unit of length.
-    pub(crate) pace: f64,
-}
 
 /// Whether a constraint holds.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,9 +15,9 @@ use loftsman_kernel::{Point, Vector};
 
 use self::constraints::{Words, constraint, force, pull};
 use crate::body::{Body, Material};
-use crate::settle::Settled;
-use crate::setup::{Scheme, Setup};
-use crate::simulation::Simulation;
+use crate::scheme::Scheme;
+use crate::setup::Setup;
+use crate::simulation::{Settled, Simulation};
 
 /// The operation `simulate`.
 #[derive(Debug, Clone, Copy, Default)]

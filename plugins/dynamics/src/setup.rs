@@ -1,33 +1,20 @@
 //! What a simulation is made of, before it is prepared.
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::functional::Shapes;
-use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{RangeSpace, Weight};
-use loftsman_kernel::{Point, Vector};
 
-use crate::body::{Body, extent};
-use crate::conflict::contradictions;
+use crate::body::Body;
 use crate::constraint::{Constraint, Force, Pull};
 use crate::elastic::Elastic;
 use crate::error::{DynamicsError, Result, check};
-use crate::implicit::Implicit;
-use crate::link::{Desk, Link, Slide};
+use crate::link::Link;
 use crate::load::Load;
 use crate::mass::Mass;
+use crate::place::{check_constraint, on_shape, slide_of};
+use crate::scheme::Scheme;
 use crate::simulation::{Moving, Simulation};
 use crate::stability::{highest, longest_step};
-
-/// How steps are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scheme {
-    /// Paper 3's (13): a parameter that floats has a small mass `ε`.
-    #[default]
-    Epsilon,
-    /// Paper 3's (11): it has none.
-    Exact,
-    /// Backward Euler: for what is stiff. It takes energy out; parameters have no mass.
-    Implicit,
-}
 
 /// A simulation to be: bodies, what holds them, what moves them.
 ///
@@ -210,7 +197,7 @@ impl Setup {
                 .into_iter()
                 .map(|constraint| {
                     check_constraint(&constraint, &shapes)?;
-                    Link::new(constraint, &shapes, &|body, axis| slide_of(&moving, body, axis), draw)
+                    Link::new(constraint, &shapes, &|body, axis| slide_of(&shapes, body, axis), draw)
                 })
                 .collect::<Result<Vec<_>>>()?;
             let mut loads = Vec::new();
@@ -230,84 +217,7 @@ impl Setup {
             if stiffest > 0.0 { 1.0 / (1.0 / (stable * stable) + 4.0 * stiffest).sqrt() } else { stable };
         let mut simulation = Simulation::new(moving, gravity, links, loads, space, scheme, size);
         simulation.limits(step, stable, epsilon * lightest);
-        if scheme == Scheme::Implicit {
-            let (implicit, space) = Implicit::new(&simulation.bodies);
-            simulation.make_implicit(implicit, space);
-        }
-        simulation.come_and_go()?;
-        contradictions(&mut simulation, &mut Desk::default())?;
+        simulation.begin()?;
         Ok(simulation)
     }
-}
-
-/// Whether a constraint's places are on their shapes, and its times ascend.
-pub(crate) fn check_constraint(constraint: &Constraint, shapes: &Shapes<'_>) -> Result<()> {
-    for place in &constraint.places {
-        on_shape(shapes, &constraint.name, place.body, place.location)?;
-    }
-    if constraint.from >= 0.0 && constraint.until > constraint.from {
-        return Ok(());
-    }
-    Err(DynamicsError::Number {
-        what: "the end of a constraint's time",
-        value: constraint.until,
-        needed: "give times of 0 or more, the end after the start",
-    })
-}
-
-/// How a parameter of a body runs.
-pub(crate) fn slide_of(bodies: &[Moving], body: usize, axis: usize) -> Result<Slide> {
-    let shape = bodies.get(body).map(|b| &b.body.shape);
-    let shape = shape.ok_or(DynamicsError::Missing { what: "body", index: body, count: bodies.len() })?;
-    let interval = *shape.domain().get(axis).ok_or_else(|| {
-        loftsman_kernel::Error::Invalid("a location with more parameters than the shape has".into())
-    })?;
-    let extent = extent(shape.control_vertices()).max(f64::MIN_POSITIVE);
-    let length = length_along(shape.as_ref(), axis).unwrap_or(extent).max(1e-9 * extent);
-    Ok(Slide { interval, pace: (interval.end - interval.start) / length })
-}
-
-/// The mean length of a shape along a parameter.
-fn length_along(shape: &dyn Shape, axis: usize) -> Option<f64> {
-    let domain = shape.domain();
-    let between = |k: usize, share: f64| domain.get(k).map(|i| i.start + (i.end - i.start) * share);
-    const STEPS: usize = 64;
-    let mut length = 0.0;
-    let mut last: Option<Point> = None;
-    for i in 0..=STEPS {
-        let own = between(axis, i as f64 / STEPS as f64)?;
-        let at = if domain.len() == 2 {
-            let other = between(1 - axis, 0.5)?;
-            if axis == 0 { [own, other].into() } else { [other, own].into() }
-        } else {
-            own.into()
-        };
-        let point = Point::from(shape.value(at, loftsman_kernel::shape::Derivative::POSITION).ok()?);
-        length += last.map_or(0.0, |last| (point - last).norm());
-        last = Some(point);
-    }
-    Some(length).filter(|length| length.is_finite() && *length > 0.0)
-}
-
-fn on_shape(
-    shapes: &Shapes<'_>,
-    name: &str,
-    body: usize,
-    at: loftsman_kernel::shape::Location,
-) -> Result<()> {
-    use loftsman_kernel::shape::Location;
-    let shape = shapes.get(body)?;
-    let parameters = match at {
-        Location::Curve(u) => vec![u],
-        Location::Surface(u, v) | Location::Face(_, u, v) => vec![u, v],
-        Location::Vertex(_) => Vec::new(),
-    };
-    for (at, interval) in parameters.into_iter().zip(shape.domain()) {
-        if !(at >= interval.start && at <= interval.end) {
-            let (constraint, start, end) = (name.to_owned(), interval.start, interval.end);
-            return Err(DynamicsError::Outside { constraint, at, start, end });
-        }
-    }
-    shape.stencil(at, loftsman_kernel::shape::Derivative::POSITION)?;
-    Ok(())
 }

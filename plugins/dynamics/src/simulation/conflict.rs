@@ -2,9 +2,9 @@
 
 use loftsman_kernel::solve::{HouseholderQr, Solver, System, SystemMetric};
 
+use super::Simulation;
 use crate::error::{DynamicsError, Result};
 use crate::link::Desk;
-use crate::simulation::Simulation;
 
 /// Rows that depend on one another may miss their positions by this share of the scene's size; more is a contradiction.
 const APART: f64 = 1e-6;

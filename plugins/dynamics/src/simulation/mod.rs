@@ -1,84 +1,32 @@
 //! Bodies in motion: state, forces, one step after another.
 
+mod conflict;
+mod explicit;
+mod implicit;
+mod moving;
+mod settle;
+
+use loftsman_kernel::Vector;
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::solve::RangeSpace;
-use loftsman_kernel::{Point, Vector};
 
-use crate::body::Body;
-use crate::conflict::contradictions;
+use self::conflict::contradictions;
+use self::implicit::Implicit;
+pub(crate) use self::moving::Moving;
+pub use self::settle::Settled;
 use crate::constraint::Constraint;
-use crate::elastic::Elastic;
 use crate::error::{DynamicsError, Result};
-use crate::implicit::Implicit;
 use crate::link::{Desk, Link, Phase};
 use crate::load::{Kind, Load};
-use crate::mass::Mass;
 use crate::path::Path;
-use crate::setup::Scheme;
+use crate::place::{check_constraint, slide_of};
+use crate::scheme::Scheme;
 
-/// The time constant of Baumgarte's terms, in steps: they are stable up to 1.2 and drift no more.
-const STEADY: f64 = 2.0;
 /// More sub-steps than this for one step are not taken.
 const MOST: f64 = 1e7;
-/// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable.
-const DRIFT: f64 = 3e-7;
-const FINEST: f64 = 1e-3;
-/// Steps between changes of their length.
-const PATIENCE: usize = 20;
 /// A loop this short, as a share of the size, is drawn shut.
 const SHUT: f64 = 1e-6;
-
-/// A body, and what is prepared of it.
-#[derive(Debug)]
-pub(crate) struct Moving {
-    pub(crate) body: Body,
-    /// A shape whose control vertices are velocities.
-    pub(crate) velocity: Box<dyn Shape>,
-    pub(crate) start: usize,
-    pub(crate) elastic: Option<Elastic>,
-    pub(crate) mass: Option<Mass>,
-    pub(crate) highest: f64,
-}
-
-impl Moving {
-    pub(crate) fn new(
-        body: Body,
-        start: usize,
-        elastic: Option<Elastic>,
-        mass: Option<Mass>,
-        highest: f64,
-    ) -> Result<Self> {
-        let mut velocity = body.shape.boxed();
-        let count = velocity.control_vertices().len();
-        velocity.control_vertices_mut().fill(Point::origin());
-        if let Some(given) = &body.velocities {
-            let needed = "give one finite velocity for each control vertex";
-            if given.len() != count {
-                return Err(DynamicsError::Number {
-                    what: "the number of velocities",
-                    value: given.len() as f64,
-                    needed,
-                });
-            }
-            if let Some(bad) = given.iter().flat_map(|v| v.iter()).find(|v| !v.is_finite()) {
-                return Err(DynamicsError::Number { what: "a velocity", value: *bad, needed });
-            }
-            for (vertex, v) in velocity.control_vertices_mut().iter_mut().zip(given) {
-                vertex.coords = *v;
-            }
-        }
-        Ok(Self { body, velocity, start, elastic, mass, highest })
-    }
-
-    fn count(&self) -> usize {
-        self.body.shape.control_vertices().len()
-    }
-
-    pub(crate) fn range(&self) -> std::ops::Range<usize> {
-        3 * self.start..3 * (self.start + self.count())
-    }
-}
 
 /// Energies at a time, in mass · length² / s².
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -205,13 +153,19 @@ impl Simulation {
         }
     }
 
-    pub(crate) fn limits(&mut self, step: Option<f64>, stable: f64, parameter_mass: f64) {
-        (self.step, self.stable, self.parameter_mass) = (step, stable, parameter_mass);
+    /// Prepared: constraints come that hold from the start, and are looked at.
+    pub(crate) fn begin(&mut self) -> Result<()> {
+        if self.scheme == Scheme::Implicit {
+            let (implicit, space) = Implicit::new(&self.bodies);
+            self.space = space;
+            self.implicit = Some(Box::new(implicit));
+        }
+        self.come_and_go()?;
+        contradictions(self, &mut Desk::default())
     }
 
-    pub(crate) fn make_implicit(&mut self, implicit: Implicit, space: RangeSpace) {
-        self.space = space;
-        self.implicit = Some(Box::new(implicit));
+    pub(crate) fn limits(&mut self, step: Option<f64>, stable: f64, parameter_mass: f64) {
+        (self.step, self.stable, self.parameter_mass) = (step, stable, parameter_mass);
     }
 
     /// Seconds since the start.
@@ -400,13 +354,8 @@ impl Simulation {
         let constraint = Constraint { from: constraint.from.max(self.time), ..constraint };
         let link = {
             let shapes = shapes(&self.bodies);
-            crate::setup::check_constraint(&constraint, &shapes)?;
-            Link::new(
-                constraint,
-                &shapes,
-                &|body, axis| crate::setup::slide_of(&self.bodies, body, axis),
-                draw,
-            )?
+            check_constraint(&constraint, &shapes)?;
+            Link::new(constraint, &shapes, &|body, axis| slide_of(&shapes, body, axis), draw)?
         };
         self.links.push(link);
         Ok(self.links.len() - 1)
@@ -595,107 +544,6 @@ impl Simulation {
             let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) else { continue };
             let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
             load.add(q, v, self.time, &mut self.forces);
-        }
-    }
-
-    /// A leapfrog step: forces where things are, velocities between.
-    fn step_explicitly(&mut self, step: f64) -> Result<()> {
-        self.predict();
-        for link in self.links.iter_mut().filter(|link| link.is_held()) {
-            let ahead = 0.5 * self.last;
-            // For what is quadratic in velocities, these are now; Baumgarte's terms look at those half a step behind.
-            link.rates.iter_mut().zip(&link.accelerations).for_each(|(rate, a)| *rate += ahead * a);
-        }
-        let mut desk = std::mem::take(&mut self.desk);
-        let collected = self.collect(&mut desk);
-        for link in self.links.iter_mut().filter(|link| link.is_held()) {
-            let ahead = 0.5 * self.last;
-            link.rates.iter_mut().zip(&link.accelerations).for_each(|(rate, a)| *rate -= ahead * a);
-        }
-        let held = self.links.iter().filter(|link| link.is_held());
-        self.rates.clear();
-        self.rates.extend(held.flat_map(|link| &link.rates));
-        self.desk = desk;
-        collected?;
-        self.gather_forces();
-        self.gap_rates.clear();
-        self.gap_rates.resize(self.space.equations(), 0.0);
-        self.space.apply(&self.half, &self.rates, &mut self.gap_rates);
-        self.ask(step);
-        self.rank = self.space.factor();
-        let equations = self.space.equations();
-        self.multipliers.resize(equations, 0.0);
-        self.acceleration.copy_from_slice(&self.forces);
-        self.space.solve(&mut self.acceleration, &self.right, &mut self.multipliers, &mut self.rates);
-        let kick = 0.5 * (self.last + step);
-        let mut parameter = 0;
-        for link in self.links.iter_mut().filter(|link| link.is_held()) {
-            link.multipliers.copy_from_slice(&self.multipliers[link.first..link.first + link.equations]);
-            let count = link.rates.len();
-            link.accelerations.copy_from_slice(&self.rates[parameter..parameter + count]);
-            parameter += count;
-        }
-        for (v, a) in self.half.iter_mut().zip(&self.acceleration) {
-            *v += kick * a;
-        }
-        self.drift(step, kick);
-        self.last = step;
-        Ok(())
-    }
-
-    /// `E`: what the constraints' accelerations are to be, with Baumgarte's terms; how much they miss now.
-    fn ask(&mut self, step: f64) {
-        let pull = 1.0 / (STEADY * step);
-        let Self { desk, right, gap_rates, links, time, worst, .. } = self;
-        let mut drift = 0.0_f64;
-        right.clear();
-        for link in links.iter_mut().filter(|link| link.is_held()) {
-            link.error = 0.0;
-            let drawn = link.is_drawn_in(*time);
-            for equation in link.first..link.first + link.equations {
-                let [let_go, rate, acceleration] = link.offset(equation - link.first, *time);
-                let gap = desk.gap[equation] - let_go;
-                let gap_rate = gap_rates[equation] - desk.target_rate[equation] - rate;
-                right.push(
-                    desk.target_acceleration[equation] + acceleration
-                        - desk.curving[equation]
-                        - 2.0 * pull * gap_rate
-                        - pull * pull * gap,
-                );
-                link.error = link.error.max(desk.gap[equation].abs());
-                drift = drift.max(gap.abs());
-                if drawn && *time > 0.0 {
-                    *worst = worst.max(gap.abs());
-                }
-            }
-        }
-        // Drift is of fourth order in the step: a little shorter is a lot less.
-        // What there is dies away first.
-        self.patience = self.patience.saturating_sub(1);
-        if self.patience == 0 && drift > DRIFT * self.size && self.fineness > FINEST {
-            (self.fineness, self.patience) = (0.7 * self.fineness, PATIENCE);
-        } else if self.patience == 0 && drift < 0.03 * DRIFT * self.size && self.fineness < 1.0 {
-            (self.fineness, self.patience) = ((1.2 * self.fineness).min(1.0), PATIENCE);
-        }
-    }
-
-    /// Moves all by their velocities, and parameters by theirs.
-    pub(crate) fn drift(&mut self, step: f64, kick: f64) {
-        for body in self.bodies.iter_mut().filter(|body| body.mass.is_some()) {
-            let velocities = &self.half[body.range()];
-            let vertices = body.body.shape.control_vertices_mut().iter_mut();
-            for (vertex, v) in vertices.zip(velocities.chunks_exact(3)) {
-                (0..3).for_each(|axis| vertex[axis] += step * v[axis]);
-            }
-        }
-        let time = self.time + step;
-        for link in self.links.iter_mut().filter(|link| link.is_held()) {
-            let mut by = [0.0; 4];
-            for ((by, rate), a) in by.iter_mut().zip(&mut link.rates).zip(&link.accelerations) {
-                *rate += kick * a;
-                *by = step * *rate;
-            }
-            link.slide(&by, time);
         }
     }
 

@@ -1,9 +1,9 @@
 //! The static answer: where everything rests.
 
+use super::Simulation;
+use super::implicit::Implicit;
 use crate::error::Result;
-use crate::implicit::Implicit;
-use crate::setup::Scheme;
-use crate::simulation::Simulation;
+use crate::scheme::Scheme;
 
 /// How a simulation came to rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,9 +7,9 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::solve::{EnvelopeCholesky, RangeSpace, Weight};
 
+use super::{Moving, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::{Link, Phase};
-use crate::simulation::{Moving, Simulation};
 use loftsman_kernel::shape::Location;
 
 /// Newton's steps before a step is taken in halves.
