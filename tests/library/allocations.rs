@@ -250,3 +250,31 @@ fn a_mouse_down_with_many_constraints_asks_for_memory_once_for_all() {
     assert_eq!(hundred, prepare(100, 100_000));
     assert!(hundred <= ten + 12 && hundred <= 64, "{ten} and {hundred}");
 }
+
+/// A rope through 14 rings, and a sheet on four places: each step after the first few.
+#[test]
+fn a_step_of_a_simulation_allocates_nothing() {
+    use loftsman::dynamics::{Body, Scheme, Setup, fixed, sliding};
+    for scheme in [Scheme::Epsilon, Scheme::Exact] {
+        let rope = coil(60);
+        let mut setup = Setup::new(Body::new(&rope).mass(0.1).stiffness(50.0)).gravity([0.0, 0.0, -9.81]);
+        for i in 0..14 {
+            setup = setup.hold(sliding(3.0 + 3.7 * f64::from(i)));
+        }
+        let mut rope = setup.scheme(scheme).prepare().unwrap();
+        let space = Space::clamped_uniform(3, 7).unwrap();
+        let points = (0..49).map(|k| Point::new(f64::from(k / 7), f64::from(k % 7), 0.1 * f64::from(k % 5)));
+        let sheet = Surface::new(space.clone(), space, points.collect()).unwrap();
+        let sheet = Setup::new(Body::new(&sheet)).gravity([0.0, 0.0, -9.81]).hold(fixed([0.0, 0.0]));
+        let sheet = sheet.hold(sliding([1.0, 3.0])).hold(sliding([3.0, 1.0])).hold(sliding([2.5, 2.5]));
+        let mut sheet = sheet.scheme(scheme).prepare().unwrap();
+        for simulation in [&mut rope, &mut sheet] {
+            let step = 0.5 * simulation.stable_step();
+            for _ in 0..5 {
+                simulation.step(step).unwrap();
+            }
+            let counted = measure(|| (0..50).for_each(|_| simulation.step(step).unwrap()));
+            assert_eq!(counted.count_total, 0, "{scheme:?}: {counted:?}");
+        }
+    }
+}

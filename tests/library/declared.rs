@@ -331,6 +331,39 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("tube", "uvs", none(), json!(true), json!(false));
     add("tube", "keep", none(), json!(true), json!(false));
     add("tube", "name", none(), json!("hose"), json!("pipe"));
+    add("simulate", "object", none(), json!("clamped curve"), json!("rational"));
+    add("simulate", "seconds", none(), json!(0.125), json!(0.5));
+    add("simulate", "settle", none(), json!(true), json!(false));
+    add("simulate", "scheme", none(), json!("implicit"), json!("exact"));
+    add("simulate", "step", none(), json!(0.01), json!(0.02));
+    add("simulate", "frames_per_second", none(), json!(12), json!(24));
+    add("simulate", "mass", json!({ "stiffness": 50 }), json!(0.5 + n()), json!(1.6 + n()));
+    add("simulate", "stiffness", none(), json!(10.0 + n()), json!(90.0 + n()));
+    add(
+        "simulate",
+        "shear",
+        json!({ "object": "patch", "constraints": null }),
+        json!(5.0 + n()),
+        json!(50.0 + n()),
+    );
+    add("simulate", "rest", none(), json!(0.9 + 0.05 * n()), json!(1.1 + 0.05 * n()));
+    add("simulate", "bending", none(), json!(n()), json!(1.0 + n()));
+    add("simulate", "damping", none(), json!(n()), json!(1.0 + n()));
+    add("simulate", "viscosity", none(), json!(n()), json!(1.0 + n()));
+    add("simulate", "gravity", none(), json!([n(), 0, 0]), json!([0, n(), -1]));
+    let held = |at: f64| json!([{ "kind": "fixed", "at": at }]);
+    add("simulate", "constraints", none(), held(1.2), held(0.5));
+    let pulled = |to: f64| json!([{ "at": 1.2, "to": [to, 2, 3], "stiffness": 5 }]);
+    add("simulate", "pull", none(), pulled(1.0), pulled(3.0));
+    let pushed = |force: f64| json!([{ "at": 1.2, "force": [force, 0, 0] }]);
+    add("simulate", "forces", none(), pushed(1.0), pushed(3.0));
+    let others = |mass: f64| json!([{ "object": "rational", "mass": mass }]);
+    add("simulate", "bodies", none(), others(1.0), json!([{ "object": "rational", "still": true }]));
+    let floats = json!({ "scheme": "epsilon", "constraints": [{ "kind": "sliding", "near": 1.2 }] });
+    add("simulate", "epsilon", floats.clone(), json!(0.001), json!(0.5));
+    let missing = json!({ "constraints": [{ "kind": "fixed", "at": 1.2, "to": [1, 2, 3] }] });
+    add("simulate", "draw", missing, json!(0.02), json!(0.2));
+    add("simulate", "settle_frames", json!({ "settle": true }), json!(true), json!(false));
     add("copy", "object", none(), json!("rational"), json!("cloud"));
     add("copy", "to", none(), json!("once"), json!(["twice", "thrice"]));
     add("delete", "object", none(), json!("mesh"), json!("cloud"));

