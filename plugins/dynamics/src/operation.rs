@@ -1,23 +1,25 @@
 //! `simulate`: a shape in motion; the last shape stays in the object, and the frames as its animation.
 
 mod constraints;
+mod report;
 
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
-    ConstraintReport, Context, Declaration, Field, Frames, Mark, MarkKind, Operation, OperationError,
-    ParameterError, Parameters, SceneShapes, SeenShapes, Spot as MarkSpot, StepReport, editable, object_name,
-    put_back,
+    Context, Declaration, Field, Frames, Operation, OperationError, ParameterError, Parameters, SceneShapes,
+    SeenShapes, StepReport, editable, object_name, put_back,
 };
 use loftsman_kernel::scene::Up;
 use loftsman_kernel::scene::{Animation, Scene};
-use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::shape::Shape;
 use loftsman_kernel::{Point, Vector};
 
 use self::constraints::{Words, constraint, force, pull};
+use self::report::{marks, report};
 use crate::body::{Body, Material};
+use crate::error::DynamicsError;
 use crate::scheme::Scheme;
 use crate::setup::Setup;
-use crate::simulation::{Settled, Simulation};
+use crate::simulation::Simulation;
 
 /// The operation `simulate`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -101,6 +103,8 @@ const FIELDS: [Field; 21] = [
 const STIFF: f64 = 200.0;
 /// What falls, falls faster by so much every second: in metres.
 const FALL: f64 = 9.81;
+/// More steps than this for one frame would take minutes.
+const MOST_STEPS: f64 = 5e4;
 /// More frames than this are a mistake.
 const MOST_FRAMES: f64 = 1e6;
 
@@ -124,6 +128,11 @@ impl Operation for Simulate {
         let start = context.clock.seconds();
         let mut simulation = run.setup.prepare().map_err(OperationError::from)?;
         let prepare_seconds = context.clock.seconds() - start;
+        let stable = simulation.stable_step();
+        if run.frames > 0 && run.scheme != "implicit" && 1.0 / (run.rate * stable) > MOST_STEPS {
+            let step = 1.0 / run.rate;
+            return Err(DynamicsError::TooStiff { needed: (step / stable).ceil(), step, stable }.into());
+        }
         let before = simulation.energy().total();
         let count = run.names.len();
         let mut frames: Vec<Vec<Vec<Point>>> = vec![Vec::new(); count];
@@ -397,108 +406,4 @@ fn stiffened(mut material: Material, shape: &dyn Shape, fall: f64) -> Material {
         material.shear = 0.5 * material.stiffness;
     }
     material
-}
-
-fn report(
-    object: &str,
-    simulation: &mut Simulation,
-    settled: Option<Settled>,
-    before: f64,
-    scheme: &str,
-) -> Result<StepReport, OperationError> {
-    let errors = simulation.errors()?;
-    let (equations, rank) = simulation.equations();
-    let after = simulation.energy();
-    let mut notes = Vec::new();
-    if simulation.sub_steps() > 0 {
-        let stable = simulation.stable_step();
-        let length = simulation.time() / simulation.sub_steps() as f64;
-        notes.push(match scheme {
-            "implicit" => format!(
-                "{} steps of {length:.3e} s and more, scheme implicit (explicit ones would be stable to {stable:.3e} s)",
-                simulation.sub_steps()
-            ),
-            _ => format!(
-                "{} steps of {length:.3e} s on average, scheme {scheme} (stable to {stable:.3e} s)",
-                simulation.sub_steps()
-            ),
-        });
-        notes.push(format!(
-            "energy at the end: motion {:.4e}, elastic {:.4e}, gravity {:.4e}, pulls {:.4e}",
-            after.kinetic, after.elastic, after.gravity, after.pulls
-        ));
-        notes.push(format!("constraints drifted by {:.2e} at most", simulation.worst_error()));
-    }
-    notes.push(format!("it is stretched by {:.2} % at most", 100.0 * simulation.stretch(0)?));
-    if let Some(Settled { residual, steps, rests, .. }) = settled {
-        notes.push(if rests {
-            format!("it rests: {residual:.1e} of the forces is left, after {steps} steps")
-        } else {
-            format!("it does not rest yet: {residual:.1e} of the forces is left, after {steps} steps")
-        });
-    }
-    notes.extend(
-        simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
-    );
-    let mut constraints = Vec::with_capacity(errors.len());
-    for (index, residual) in errors.iter().enumerate() {
-        let location = simulation.locations(index)?.first().map(|at| match *at {
-            Location::Curve(u) => vec![u],
-            Location::Surface(u, v) | Location::Face(_, u, v) => vec![u, v],
-            Location::Vertex(_) => Vec::new(),
-        });
-        constraints.push(ConstraintReport {
-            name: simulation.name_of(index)?.into(),
-            residual: *residual,
-            location: location.filter(|_| simulation.holds(index).unwrap_or(false)),
-            multipliers: simulation.force_of(index)?.to_vec(),
-            ..ConstraintReport::default()
-        });
-    }
-    Ok(StepReport {
-        op: "simulate".into(),
-        object: Some(object.into()),
-        equations: Some(equations),
-        rank: Some(rank),
-        residual: Some(errors.iter().copied().fold(0.0, f64::max)),
-        energy: Some([before, after.total()]),
-        iterations: Some(simulation.sub_steps() + settled.map_or(0, |s| s.steps)),
-        constraints,
-        notes,
-        ..StepReport::default()
-    })
-}
-
-fn round(time: f64) -> f64 {
-    (time * 1000.0).round() / 1000.0
-}
-
-/// Where things are held, for pictures.
-fn marks(
-    simulation: &Simulation,
-    names: &[String],
-    seen: &Frames,
-    first: &[Box<dyn Shape>],
-) -> Result<Vec<Mark>, OperationError> {
-    let mut all = Vec::new();
-    for index in 0..simulation.constraints() {
-        if !simulation.holds(index)? {
-            continue;
-        }
-        for (body, at) in simulation.places(index)? {
-            let shape = seen.own_shape(body, simulation.shape(body)?);
-            let before = seen.own_shape(body, first[body].as_ref());
-            let point = |shape: &dyn Shape| shape.value(at, Derivative::POSITION).map(Point::from);
-            all.push(Mark {
-                object: names[body].clone(),
-                kind: MarkKind::Kept,
-                position: point(shape.as_ref())?,
-                before: point(before.as_ref())?,
-                vector: None,
-                label: simulation.name_of(index)?.to_owned(),
-                spot: Some(MarkSpot::At(at)),
-            });
-        }
-    }
-    Ok(all)
 }

@@ -5,6 +5,8 @@ mod explicit;
 mod implicit;
 mod moving;
 mod settle;
+mod steer;
+mod told;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::functional::Shapes;
@@ -15,38 +17,16 @@ use self::conflict::contradictions;
 use self::implicit::Implicit;
 pub(crate) use self::moving::Moving;
 pub use self::settle::Settled;
-use crate::constraint::Constraint;
+pub use self::told::Energy;
 use crate::error::{DynamicsError, Result};
 use crate::link::{Desk, Link, Phase};
-use crate::load::{Kind, Load};
-use crate::path::Path;
-use crate::place::{check_constraint, slide_of};
+use crate::load::Load;
 use crate::scheme::Scheme;
 
 /// More sub-steps than this for one step are not taken.
-const MOST: f64 = 1e7;
+const MOST: f64 = 1e6;
 /// A loop this short, as a share of the size, is drawn shut.
 const SHUT: f64 = 1e-6;
-
-/// Energies at a time, in mass · length² / s².
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Energy {
-    /// Of motion.
-    pub kinetic: f64,
-    /// Of stretching, shearing and bending.
-    pub elastic: f64,
-    /// Of height, from the origin.
-    pub gravity: f64,
-    /// Of pulls.
-    pub pulls: f64,
-}
-
-impl Energy {
-    /// All of it.
-    pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic + self.gravity + self.pulls
-    }
-}
 
 /// What happened to a constraint.
 #[derive(Debug, Clone, PartialEq)]
@@ -275,107 +255,6 @@ impl Simulation {
         self.worst
     }
 
-    /// Another target for a constraint from now on: what it misses then is drawn in smoothly.
-    ///
-    /// # Errors
-    /// When there are not as many constraints, or it is not of a point.
-    pub fn retarget(&mut self, constraint: usize, to: impl Into<Path>) -> Result<()> {
-        let count = self.links.len();
-        let time = self.time;
-        let link = self.links.get_mut(constraint).ok_or(DynamicsError::Missing {
-            what: "constraint",
-            index: constraint,
-            count,
-        })?;
-        if !link.retarget(crate::constraint::Target::Path(to.into())) {
-            return Err(DynamicsError::Missing { what: "target of constraint", index: constraint, count });
-        }
-        link.begin(time);
-        Ok(())
-    }
-
-    /// Another target for a pull from now on.
-    ///
-    /// # Errors
-    /// When there are not as many pulls.
-    pub fn pull_to(&mut self, pull: usize, path: impl Into<Path>) -> Result<()> {
-        let mut pulls = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
-            Kind::Pull { to, .. } => Some(to),
-            Kind::Force(_) => None,
-        });
-        match pulls.nth(pull) {
-            Some(to) => {
-                *to = path.into();
-                Ok(())
-            }
-            None => {
-                let count = self.loads.iter().filter(|load| matches!(load.kind, Kind::Pull { .. })).count();
-                Err(DynamicsError::Missing { what: "pull", index: pull, count })
-            }
-        }
-    }
-
-    /// Another force from now on.
-    ///
-    /// # Errors
-    /// When there are not as many.
-    pub fn push_with(&mut self, force: usize, value: impl Into<Vector>) -> Result<()> {
-        let mut forces = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
-            Kind::Force(own) => Some(own),
-            Kind::Pull { .. } => None,
-        });
-        match forces.nth(force) {
-            Some(own) => {
-                *own = value.into();
-                Ok(())
-            }
-            None => {
-                let count = self.loads.iter().filter(|load| matches!(load.kind, Kind::Force(_))).count();
-                Err(DynamicsError::Missing { what: "force", index: force, count })
-            }
-        }
-    }
-
-    /// Forces of the caller's own on a body's control vertices (three numbers each), until they are written anew: wind, contact. They are
-    /// generalised ones: a force `F` at a place is `b_i F` on each vertex.
-    ///
-    /// # Errors
-    /// When there are not as many bodies.
-    pub fn applied_mut(&mut self, body: usize) -> Result<&mut [f64]> {
-        let range = self.body(body)?.range();
-        Ok(&mut self.applied[range])
-    }
-
-    /// One more constraint from now on; its number. What it misses is drawn in smoothly.
-    ///
-    /// # Errors
-    /// As for [`Setup::prepare`](crate::Setup::prepare).
-    pub fn hold(&mut self, constraint: Constraint, draw: f64) -> Result<usize> {
-        let constraint = Constraint { from: constraint.from.max(self.time), ..constraint };
-        let link = {
-            let shapes = shapes(&self.bodies);
-            check_constraint(&constraint, &shapes)?;
-            Link::new(constraint, &shapes, &|body, axis| slide_of(&shapes, body, axis), draw)?
-        };
-        self.links.push(link);
-        Ok(self.links.len() - 1)
-    }
-
-    /// A constraint holds no more.
-    ///
-    /// # Errors
-    /// When there are not as many.
-    pub fn release(&mut self, constraint: usize) -> Result<()> {
-        let (count, time) = (self.links.len(), self.time);
-        let link = self.links.get_mut(constraint).ok_or(DynamicsError::Missing {
-            what: "constraint",
-            index: constraint,
-            count,
-        })?;
-        link.phase = Phase::Off { time, why: "it was released" };
-        Ok(())
-    }
-
     /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 3e-7 of the size.
     ///
     /// # Errors
@@ -545,55 +424,6 @@ impl Simulation {
             let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
             load.add(q, v, self.time, &mut self.forces);
         }
-    }
-
-    /// Energies now.
-    pub fn energy(&mut self) -> Energy {
-        self.predict();
-        let mut all = Energy::default();
-        for body in &self.bodies {
-            let (Some(elastic), Some(mass)) = (&body.elastic, &body.mass) else { continue };
-            let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
-            for (i, v_i) in v.iter().enumerate() {
-                let momentum = mass.matrix.row(i).fold(Vector::zeros(), |sum, (j, m)| sum + v[j].coords * m);
-                all.kinetic += 0.5 * v_i.coords.dot(&momentum);
-            }
-            all.elastic += elastic.energy(q).0;
-            all.gravity -=
-                q.iter().zip(&mass.lumped).map(|(q, m)| m * q.coords.dot(&self.gravity)).sum::<f64>();
-        }
-        for load in self.loads.iter().filter(|load| load.acts(self.time)) {
-            if let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) {
-                all.pulls += load.energy(body.body.shape.control_vertices(), self.time);
-            }
-        }
-        all
-    }
-
-    /// The largest stretch of a body (`|P'|/ℓ - 1`, with its sign).
-    ///
-    /// # Errors
-    /// When there are not as many bodies.
-    pub fn stretch(&self, body: usize) -> Result<f64> {
-        let body = self.body(body)?;
-        let vertices = body.body.shape.control_vertices();
-        Ok(body.elastic.as_ref().map_or(0.0, |elastic| elastic.energy(vertices).1))
-    }
-
-    /// How far each constraint that holds is from what it asks, measured where things are now; what it is still let miss counts.
-    ///
-    /// # Errors
-    /// When one cannot be asked.
-    pub fn errors(&mut self) -> Result<Vec<f64>> {
-        let mut desk = std::mem::take(&mut self.desk);
-        let collected = self.collect(&mut desk);
-        let errors = self.links.iter().map(|link| {
-            let own = link.first..link.first + link.equations;
-            if link.is_held() { desk.gap[own].iter().map(|g| g * g).sum::<f64>().sqrt() } else { 0.0 }
-        });
-        let errors = errors.collect();
-        self.desk = desk;
-        collected.map(|()| errors)
     }
 
     /// What constraints still let themselves miss is nothing from now on.

@@ -1,0 +1,77 @@
+//! What is told of the present state: energies, errors, stretches.
+
+use loftsman_kernel::Vector;
+
+use super::Simulation;
+use crate::error::Result;
+
+/// Energies at a time, in mass · length² / s².
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energy {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of stretching, shearing and bending.
+    pub elastic: f64,
+    /// Of height, from the origin.
+    pub gravity: f64,
+    /// Of pulls.
+    pub pulls: f64,
+}
+
+impl Energy {
+    /// All of it.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic + self.gravity + self.pulls
+    }
+}
+
+impl Simulation {
+    /// Energies now.
+    pub fn energy(&mut self) -> Energy {
+        self.predict();
+        let mut all = Energy::default();
+        for body in &self.bodies {
+            let (Some(elastic), Some(mass)) = (&body.elastic, &body.mass) else { continue };
+            let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
+            for (i, v_i) in v.iter().enumerate() {
+                let momentum = mass.matrix.row(i).fold(Vector::zeros(), |sum, (j, m)| sum + v[j].coords * m);
+                all.kinetic += 0.5 * v_i.coords.dot(&momentum);
+            }
+            all.elastic += elastic.energy(q).0;
+            all.gravity -=
+                q.iter().zip(&mass.lumped).map(|(q, m)| m * q.coords.dot(&self.gravity)).sum::<f64>();
+        }
+        for load in self.loads.iter().filter(|load| load.acts(self.time)) {
+            if let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) {
+                all.pulls += load.energy(body.body.shape.control_vertices(), self.time);
+            }
+        }
+        all
+    }
+
+    /// The largest stretch of a body (`|P'|/ℓ - 1`, with its sign).
+    ///
+    /// # Errors
+    /// When there are not as many bodies.
+    pub fn stretch(&self, body: usize) -> Result<f64> {
+        let body = self.body(body)?;
+        let vertices = body.body.shape.control_vertices();
+        Ok(body.elastic.as_ref().map_or(0.0, |elastic| elastic.energy(vertices).1))
+    }
+
+    /// How far each constraint that holds is from what it asks, measured where things are now; what it is still let miss counts.
+    ///
+    /// # Errors
+    /// When one cannot be asked.
+    pub fn errors(&mut self) -> Result<Vec<f64>> {
+        let mut desk = std::mem::take(&mut self.desk);
+        let collected = self.collect(&mut desk);
+        let errors = self.links.iter().map(|link| {
+            let own = link.first..link.first + link.equations;
+            if link.is_held() { desk.gap[own].iter().map(|g| g * g).sum::<f64>().sqrt() } else { 0.0 }
+        });
+        let errors = errors.collect();
+        self.desk = desk;
+        collected.map(|()| errors)
+    }
+}
