@@ -13,6 +13,27 @@
 //! Explicit steps are leapfrogs, of second order and symplectic where nothing slides, with a bound of what is stable that is computed beforehand
 //! ([`Simulation::stable_step`]); [`Scheme::Implicit`] is backward Euler, for what is stiff. [`Simulation::settle`] goes to where everything rests.
 //!
+//! ```
+//! use loftsman_dynamics::{Body, Scheme, Setup, fixed, sliding};
+//! use loftsman_kernel::Point;
+//! use loftsman_kernel::spline::{Curve, Space};
+//!
+//! let points = (0..20).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
+//! let rope = Curve::new(Space::clamped_uniform(3, 20)?, points)?;
+//! let mut simulation = Setup::new(Body::new(&rope).mass(0.1).stiffness(200.0))
+//!     .hold(fixed(0.0))
+//!     .hold(sliding(6.0))                                   // through a ring, wherever along the rope
+//!     .hold(fixed(17.0).to([25.0, 0.0, 0.0]))
+//!     .scheme(Scheme::Exact)
+//!     .prepare()?;
+//! assert!(simulation.settle()?.rests);
+//! // Both sides of the ring are stretched alike.
+//! let rope = simulation.shape(0)?;
+//! let speeds = [rope.value(2.0.into(), 1.into())?.norm(), rope.value(15.0.into(), 1.into())?.norm()];
+//! assert!((speeds[0] / speeds[1] - 1.0).abs() < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Not here: contact of a shape with itself or others, friction, twist.
 
 mod body;
