@@ -164,3 +164,51 @@ fn factor(matrix: &Symmetric, order: Option<&[usize]>) -> Result<EnvelopeCholesk
     EnvelopeCholesky::factor(first, SINGULAR, |i, j| matrix.entry(row_at(i), row_at(j)))
         .map_err(|row| DynamicsError::Massless { vertex: row_at(row) })
 }
+
+#[cfg(test)]
+mod tests {
+    use loftsman_kernel::spline::Surface;
+
+    use super::*;
+
+    /// The row of a uniform cubic of unit speed: 151/315, 397/1680, 1/42, 1/5040.
+    #[test]
+    fn the_row_of_a_uniform_cubic() {
+        let space = Space::floating_uniform(3, 12).unwrap();
+        let points = (0..12).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
+        let line = Curve::new(space, points).unwrap();
+        let mass = Mass::new(&line, &Material { mass: 2.0, ..Material::default() }).unwrap();
+        for (k, value) in
+            [151.0 / 315.0, 397.0 / 1680.0, 1.0 / 42.0, 1.0 / 5040.0, 0.0].into_iter().enumerate()
+        {
+            assert!((mass.matrix.entry(6, 6 + k) - 2.0 * value).abs() < 1e-15, "{k}");
+            assert!((mass.matrix.entry(6, 6 - k) - 2.0 * value).abs() < 1e-15, "{k}");
+        }
+        // All of it is there: what the line weighs between its ends.
+        assert!((mass.lumped.iter().sum::<f64>() - 2.0 * 9.0).abs() < 1e-13);
+    }
+
+    /// A parallelogram's is exactly the product; its whole mass is its area's, whatever the sheet.
+    #[test]
+    fn the_mass_of_a_sheet() {
+        let u = Space::clamped_uniform(3, 7).unwrap();
+        let open = Space::clamped_uniform(2, 5).unwrap();
+        let points = (0..35).map(|k| {
+            let (x, y) = (u.greville(k / 5), open.greville(k % 5));
+            Point::new(x + 0.3 * y, 2.0 * y, 0.0)
+        });
+        let sheet = Surface::new(u.clone(), open.clone(), points.collect()).unwrap();
+        let mass = Mass::new(&sheet, &Material::default()).unwrap();
+        let area = 2.0 * u.domain().1 * open.domain().1;
+        assert!((mass.lumped.iter().sum::<f64>() - area).abs() < 1e-12 * area);
+        // The same by cells, which know nothing of products: of a rational one with equal weights.
+        let rational = Surface::rational(u, open, sheet.points().to_vec(), vec![1.0; 35]).unwrap();
+        let whole = Mass::new(&rational, &Material::default()).unwrap();
+        assert!(matches!((&mass.weight, &whole.weight), (Weight::Grid(..), Weight::Vertices(_))));
+        for i in 0..35 {
+            for j in 0..35 {
+                assert!((mass.matrix.entry(i, j) - whole.matrix.entry(i, j)).abs() < 1e-12, "{i} {j}");
+            }
+        }
+    }
+}
