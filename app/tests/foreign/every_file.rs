@@ -11,10 +11,8 @@ use serde_json::json;
 use crate::LOFTSMAN;
 
 /// Files that are refused, with words of the one message that says why: they break their format's rules.
-const REFUSED: [(&str, &str); 2] = [
-    ("spec_trimmed_nurb_surface.obj", "is repeated 6 times"),
-    ("CubeHierarchy.gltf", "CubeHierarchy.bin"),
-];
+const REFUSED: [(&str, &str); 2] =
+    [("spec_trimmed_nurb_surface.obj", "is repeated 6 times"), ("CubeHierarchy.gltf", "CubeHierarchy.bin")];
 
 /// The files of a folder of the data, by name, with or without those that are refused.
 fn files(folder: &str, refused: bool) -> Vec<PathBuf> {

@@ -318,7 +318,7 @@ fn timing(
     notes: &mut Vec<String>,
 ) -> Result<(f64, usize, f64), ParameterError> {
     let rate = parameters.number_or("frames_per_second", 24.0)?;
-    if !(rate > 0.0) {
+    if rate <= 0.0 {
         return Err(parameters.error("frames_per_second", format!("{rate} is not a rate: give more than 0")));
     }
     if !parameters.has("seconds") {
@@ -328,7 +328,7 @@ fn timing(
         return Err(parameters.error("seconds", "say how long it moves, or settle = true for where it rests"));
     }
     let seconds = parameters.number("seconds")?;
-    if !(seconds > 0.0) {
+    if seconds <= 0.0 {
         return Err(parameters.error("seconds", format!("{seconds} s is no time: give more than 0")));
     }
     let frames = (seconds * rate).round().max(1.0);

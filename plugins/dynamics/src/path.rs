@@ -53,7 +53,7 @@ impl Path {
         if count == 1 || time <= self.start && self.end > self.start {
             return rests(0);
         }
-        if !(whole < 1.0) {
+        if whole.is_nan() || whole >= 1.0 {
             return rests(count - 1);
         }
         let at = whole * (count - 1) as f64;

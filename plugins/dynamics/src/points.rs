@@ -89,8 +89,7 @@ impl Points {
                 let rest = Rest::new(*weight, &tangents, directions, material.rest);
                 for k in 0..directions {
                     let speed = tangents[k].norm();
-                    // Written so that NaN is the least.
-                    if !(speed >= least.0) {
+                    if speed.is_nan() || speed < least.0 {
                         least = (speed, Some(*at));
                     }
                     speeds += speed * weight;

@@ -1,5 +1,7 @@
 //! Shapes of every kind, held and let go; what cannot be is refused in words.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
+
 use loftsman_dynamics::{
     Body, DynamicsError, Path, Scheme, Setup, double_sliding, fixed, knot, pull, sliding,
 };

@@ -1,5 +1,7 @@
 //! Against closed forms.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
+
 use loftsman_dynamics::{Body, Scheme, Setup, Simulation, Spot, fixed, force, sliding, tied};
 use loftsman_kernel::shape::Derivative;
 use loftsman_kernel::spline::{Curve, Space};
@@ -160,7 +162,7 @@ fn a_hanging_rope_is_the_elastic_catenary() {
         let x = |h: f64, s: f64| h * s / stiffness + h / w * ((v / h).asinh() - ((v - w * s) / h).asinh());
         let (mut low, mut high) = (1e-6, 1e6);
         for _ in 0..200 {
-            let h = (low * high as f64).sqrt();
+            let h = f64::sqrt(low * high);
             if x(h, length) < span { low = h } else { high = h }
         }
         let h = low;

@@ -243,7 +243,8 @@ fn our_own_obj_comes_back_as_the_spline_that_it_was() {
         Obj.write(&scene, &mut file, &options).unwrap();
         // Another program has passed it on: what was said in comments is gone.
         let written = String::from_utf8(file.bytes).unwrap();
-        let kept: String = written.lines().filter(|line| !line.starts_with('#')).flat_map(|l| [l, "\n"]).collect();
+        let kept: String =
+            written.lines().filter(|line| !line.starts_with('#')).flat_map(|l| [l, "\n"]).collect();
         let file = Memory::new("section.obj", kept);
         let (mut scene, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
         assert_eq!(scene.objects()[0].geometry().points().len(), 31, "Bézier pieces, as Blender wants them");

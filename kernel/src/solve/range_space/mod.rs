@@ -471,8 +471,7 @@ impl RangeSpace {
             self.silence(&mut missed);
             let now = missed.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
             error = if size > 0.0 { now / size } else { 0.0 };
-            // Written so that NaN ends it.
-            if round == 2 || !(error > 1e-13) {
+            if round == 2 || error.is_nan() || error <= 1e-13 {
                 break;
             }
             right.copy_from_slice(&missed);

@@ -39,7 +39,7 @@ impl Weight {
             Self::Grid(u, v) => {
                 let width = 3 * v.size();
                 x.chunks_exact_mut(width).for_each(|row| v.forward(row, 3));
-                lower(u, x, width, &[0..width]);
+                lower(u, x, width, std::slice::from_ref(&(0..width)));
             }
             Self::Still(_) => x.fill(0.0),
         }

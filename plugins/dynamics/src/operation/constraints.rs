@@ -160,10 +160,10 @@ fn body(table: &Parameters, field: &str, names: &mut SceneShapes<'_>) -> Result<
 fn times(table: &Parameters) -> Result<(f64, f64), ParameterError> {
     let from = table.number_or("from", 0.0)?;
     let until = if table.has("until") { table.number("until")? } else { f64::INFINITY };
-    if !(from >= 0.0) {
+    if from < 0.0 {
         return Err(table.error("from", format!("{from} s is before the start: give 0 or more")));
     }
-    if !(until > from) {
+    if until <= from {
         return Err(table.error("until", format!("{until} s is not after {from} s")));
     }
     Ok((from, until))

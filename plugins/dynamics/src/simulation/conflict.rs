@@ -34,8 +34,7 @@ pub(crate) fn contradictions(simulation: &mut Simulation, desk: &mut Desk) -> Re
     for dependency in factored.diagnosis().dependencies {
         let implied: f64 = dependency.combination.iter().map(|(row, c)| c * desk.gap[*row]).sum();
         let apart = (desk.gap[dependency.row] - implied).abs();
-        // Written so that NaN is a contradiction.
-        if !(apart <= APART * simulation.size) {
+        if apart.is_nan() || apart > APART * simulation.size {
             let own = std::iter::once(dependency.row);
             let all =
                 own.chain(dependency.combination.iter().filter(|(_, c)| c.abs() > 1e-9).map(|(row, _)| *row));

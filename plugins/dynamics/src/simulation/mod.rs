@@ -264,7 +264,7 @@ impl Simulation {
         let end = self.time + seconds;
         loop {
             let left = end - self.time;
-            if !(left > 1e-9 * seconds) {
+            if left.is_nan() || left <= 1e-9 * seconds {
                 break;
             }
             let limit = self.limit();
