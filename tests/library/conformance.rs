@@ -106,7 +106,7 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "fit" => json!({ "object": "chain", "degree": 2, "vertices": 4 }),
         "fit-shape" => json!({ "object": curve, "points": "chain", "fair": 0.01 }),
         "simulate" => {
-            let held = json!([{ "kind": "fixed", "at": 1.2 }]);
+            let held = json!([{ "kind": "position", "at": 1.2 }]);
             json!({ "object": curve, "seconds": 0.25, "scheme": "implicit", "gravity": [0, 0, -9.81], "constraints": held })
         }
         other => panic!("the operation \"{other}\" has no sample: add one"),

@@ -37,7 +37,7 @@ const FIELDS: [Field; 21] = [
     Field::optional("scheme", "\"epsilon\" | \"exact\" | \"implicit\"", "epsilon", "how steps are taken"),
     Field::optional(
         "step",
-        "seconds",
+        "number (seconds)",
         "as long as is stable",
         "the longest step; explicit ones are shorter where they must be",
     ),
@@ -57,7 +57,7 @@ const FIELDS: [Field; 21] = [
     ),
     Field::optional("rest", "number", "1", "what its length at rest is of its length now"),
     Field::optional("bending", "number", "0", "the moment for a curvature of 1; it is straight by nature"),
-    Field::optional("damping", "1/s", "0", "how fast motion dies away"),
+    Field::optional("damping", "number (1/s)", "0", "how fast motion dies away"),
     Field::optional("viscosity", "number", "0", "the force that resists a rate of stretching of 1/s"),
     Field::optional("gravity", "[x, y, z]", "9.81 m/s² down", "the acceleration of all that falls"),
     Field::optional(
@@ -87,7 +87,7 @@ const FIELDS: [Field; 21] = [
     ),
     Field::optional(
         "draw",
-        "seconds",
+        "number (seconds)",
         "0.05",
         "the time in which a constraint draws in what it misses when it comes",
     ),
