@@ -231,6 +231,13 @@ fn what_is_lost_is_what_is_told_beforehand() {
                 assert!(told.iter().any(said), "{name}, {what}: {object:?} is not among {told:?}");
             }
             let said = told.iter().any(|line| !OF_ALL.iter().any(|of_all| line.contains(of_all)));
+            // Told is what others lose. In OBJ, what they lose stands in comments, by which it comes back here.
+            if name == "obj" {
+                let text = String::from_utf8(memory.bytes).unwrap();
+                let seen: String =
+                    text.lines().filter(|line| !line.starts_with('#')).flat_map(|line| [line, "\n"]).collect();
+                memory.bytes = seen.into_bytes();
+            }
             // Units and axes have tests of their own.
             let unit = (format.declaration().holds.unit == UnitRule::None).then_some(Unit::Metre);
             let read = format.read(&memory, &ReadOptions { unit, up: Some(Up::Y), ..ReadOptions::default() });

@@ -132,7 +132,7 @@ impl Holds {
             let cuts = options.tessellator.is_some() || matches!(geometry, Geometry::Custom(_));
             let fate = match (self.tessellates(geometry) && cuts, self.carries(geometry)) {
                 (true, _) if self.exactly(geometry) => {
-                    "goes out exactly and as triangles, both of which are read"
+                    "goes out exactly and as triangles: other programs read both"
                 }
                 _ if self.exactly(geometry) => continue,
                 _ if geometry.is_unknown() => "is left out: its plug-in is not here",
@@ -161,7 +161,7 @@ impl Holds {
                 target.name()
             )),
             None => (self.unit == UnitRule::None && unit != Unit::Unknown)
-                .then(|| "the file has no unit: a reader must know it".to_owned()),
+                .then(|| "the format has no unit: other programs must be told it".to_owned()),
         }
     }
 
