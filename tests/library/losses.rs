@@ -193,7 +193,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 /// Lines that are said of every scene that has a shape, or of what other programs see and Loftsman does not lose.
 const OF_ALL: [&str; 5] = [
     "single precision",
-    "the file has no unit",
+    "the format has no unit",
     "for Loftsman",
     "other programs",
     "becomes segments or triangles; the exact",
