@@ -132,7 +132,7 @@ impl Holds {
             let cuts = options.tessellator.is_some() || matches!(geometry, Geometry::Custom(_));
             let fate = match (self.tessellates(geometry) && cuts, self.carries(geometry)) {
                 (true, _) if self.exactly(geometry) => {
-                    "goes out exactly and as triangles: other programs read both"
+                    "goes out exactly and as triangles, both of which others read"
                 }
                 _ if self.exactly(geometry) => continue,
                 _ if geometry.is_unknown() => "is left out: its plug-in is not here",
