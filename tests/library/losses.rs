@@ -234,8 +234,11 @@ fn what_is_lost_is_what_is_told_beforehand() {
             // Told is what others lose. In OBJ, what they lose stands in comments, by which it comes back here.
             if name == "obj" {
                 let text = String::from_utf8(memory.bytes).unwrap();
-                let seen: String =
-                    text.lines().filter(|line| !line.starts_with('#')).flat_map(|line| [line, "\n"]).collect();
+                let seen: String = text
+                    .lines()
+                    .filter(|line| !line.starts_with('#'))
+                    .flat_map(|line| [line, "\n"])
+                    .collect();
                 memory.bytes = seen.into_bytes();
             }
             // Units and axes have tests of their own.

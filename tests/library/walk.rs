@@ -722,12 +722,13 @@ fn tube(walk: &mut Walk<'_>) -> Outcome {
         let [first, second] = [1, 2].map(|order| curve_derivative(&curve, u, order));
         let speed = dot(first, first).sqrt();
         let bent = cross(first, second);
-        dot(bent, bent).sqrt() * 2.0 * radius >= speed.powi(3)
+        dot(bent, bent).sqrt() * radius >= speed.powi(3)
     });
     if tight {
         return Ok(());
     }
-    let length: f64 = line.windows(2).map(|c| apart(c[0], c[1])).sum();
+    let length: f64 =
+        line.windows(2).map(|c| (0..3).map(|k| (c[1][k] - c[0][k]).powi(2)).sum::<f64>().sqrt()).sum();
     let across = 0.5 * f64::from(sides) * radius * radius * (std::f64::consts::TAU / f64::from(sides)).sin();
     let share = volume / (length * across);
     assert!((0.9..1.1).contains(&share), "{share} of the volume: {curve}");
