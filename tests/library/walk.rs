@@ -875,7 +875,7 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
     let size = size_of(&curve);
     let held = json!([{ "kind": "fixed", "at": at }]);
     let fields = json!({
-        "scheme": "implicit", "seconds": 0.5, "frames_per_second": 12, "gravity": [0, 0, -size], "mass": 1, "stiffness": 40.0 * size * size,
+        "scheme": "implicit", "seconds": 0.25, "frames_per_second": 8, "gravity": [0, 0, -size], "mass": 1, "stiffness": 40.0 * size * size,
         "damping": 1, "constraints": held,
     });
     let after = walk.run(&[("c", "curve", &curve)], "simulate", fields)?;
