@@ -3,7 +3,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::shape::Shape;
 
-use crate::error::{Result, check};
+use crate::error::{DynamicsError, Result, check};
 
 /// What a rope or a sheet is made of. Units are those of the document for lengths, seconds, and any unit of mass: forces are in
 /// mass · length / s².
@@ -45,7 +45,11 @@ impl Material {
         check("the mass", self.mass, false)?;
         check("the stiffness", self.stiffness, true)?;
         check("the shear stiffness", self.shear, true)?;
-        check("the rest length's factor", self.rest, false)?;
+        let rest = check("the rest length's factor", self.rest, false)?;
+        if !(1e-3..=1e3).contains(&rest) {
+            let needed = "give a number between 0.001 and 1000";
+            return Err(DynamicsError::Number { what: "the rest length's factor", value: rest, needed });
+        }
         check("the bending stiffness", self.bending, true)?;
         check("the damping", self.damping, true)?;
         check("the viscosity", self.viscosity, true)?;

@@ -78,16 +78,18 @@ pub enum DynamicsError {
     },
     /// The numbers left all bounds.
     #[error(
-        "the simulation blows up after {} s: steps of {} s are too long for it ({}); give a smaller step, or scheme \"implicit\"",
-        Figure(*.time), Figure(*.step), what_is_stable(*.stable)
+        "the simulation blows up after {} s, in a step of {} s: {}",
+        Figure(*.time), Figure(*.step), what_to_do(*.step, *.stable, *.implicit)
     )]
     BlowsUp {
         /// When.
         time: f64,
         /// The step that was taken.
         step: f64,
-        /// What is known to be stable; infinite where nothing bounds it.
+        /// What is known to be stable of explicit steps; infinite where nothing bounds it.
         stable: f64,
+        /// Whether the step was implicit.
+        implicit: bool,
     },
     /// A step so short that the run would not end.
     #[error(
@@ -108,11 +110,15 @@ pub enum DynamicsError {
     Geometry(#[from] Error),
 }
 
-fn what_is_stable(step: f64) -> String {
-    if step.is_finite() {
-        format!("up to {} s are stable", Figure(step))
+fn what_to_do(step: f64, stable: f64, implicit: bool) -> String {
+    if implicit {
+        return "what is asked moves too much at once; give a smaller step, more damping, or targets that come more slowly".into();
+    }
+    let advice = "give a smaller step, or scheme \"implicit\"";
+    if step > stable {
+        format!("steps up to {} s are stable; {advice}", Figure(stable))
     } else {
-        "forces or pulls are too large".into()
+        format!("what is asked moves too much at once, or forces and pulls are too large; {advice}")
     }
 }
 
@@ -143,9 +149,13 @@ impl From<DynamicsError> for OperationError {
     }
 }
 
+/// Larger numbers are mistakes.
+const ABSURD: f64 = 1e100;
+
 /// A number that must be finite and positive, or not negative.
 pub(crate) fn check(what: &'static str, value: f64, zero: bool) -> Result<f64> {
-    let fine = value.is_finite() && (value > 0.0 || zero && value == 0.0);
-    let needed = if zero { "give a finite number, 0 or more" } else { "give a finite number above 0" };
+    let fine = value <= ABSURD && (value > 0.0 || zero && value == 0.0);
+    let needed =
+        if zero { "give a number of 0 or more, below 1e100" } else { "give a number above 0, below 1e100" };
     if fine { Ok(value) } else { Err(DynamicsError::Number { what, value, needed }) }
 }

@@ -117,6 +117,11 @@ impl Load {
         }
     }
 
+    /// Whether it draws to a place.
+    pub(crate) fn is_pull(&self) -> bool {
+        matches!(self.kind, Kind::Pull { .. })
+    }
+
     /// Whose it is, by where its vertices start.
     pub(crate) fn offset(&self) -> usize {
         self.offset

@@ -143,12 +143,14 @@ impl Operation for Simulate {
                 }
                 Ok(())
             };
+        let mut stretch = simulation.stretch(0)?;
         let started = context.clock.seconds();
         if run.frames > 0 {
             keep(&simulation, &mut frames)?;
             for frame in 0..run.frames {
                 simulation.advance(1.0 / run.rate)?;
                 keep(&simulation, &mut frames)?;
+                stretch = wider(stretch, simulation.stretch(0)?);
                 context.observer.proceed("simulate", frame as u64 + 1, run.frames as u64)?;
             }
         }
@@ -164,7 +166,7 @@ impl Operation for Simulate {
         } else {
             None
         };
-        let mut report = report(&object, &mut simulation, settled, before, &run.scheme)?;
+        let mut report = report(&object, &mut simulation, settled, (before, stretch), &run.scheme)?;
         report.prepare_seconds = Some(prepare_seconds);
         report.event_seconds = (steps > 0).then_some(event_seconds);
         report.notes.extend(run.notes);
@@ -309,6 +311,11 @@ impl Run {
             notes,
         })
     }
+}
+
+/// The larger of two stretches, whichever way.
+fn wider(a: f64, b: f64) -> f64 {
+    if b.abs() > a.abs() { b } else { a }
 }
 
 /// The rate, the number of frames after the first, and how long all takes.

@@ -144,7 +144,7 @@ impl Setup {
     /// When a number cannot be, a shape is not one that can move, a location is not on its shape, or constraints that hold from the start
     /// ask different things of the same.
     pub fn prepare(self) -> Result<Simulation> {
-        let Self { bodies, gravity, constraints, forces, pulls, scheme, epsilon, step, draw } = self;
+        let Self { bodies, gravity, mut constraints, forces, pulls, scheme, epsilon, step, draw } = self;
         if let Some(bad) = gravity.iter().find(|v| !v.is_finite()) {
             return Err(DynamicsError::Number {
                 what: "gravity",
@@ -156,6 +156,13 @@ impl Setup {
         check("the time in which constraints are drawn in", draw, false)?;
         if let Some(step) = step {
             check("the step", step, false)?;
+        }
+        // Those that are called the same are numbered.
+        let names: Vec<String> = constraints.iter().map(|constraint| constraint.name.clone()).collect();
+        for (index, constraint) in constraints.iter_mut().enumerate() {
+            if names.iter().filter(|name| **name == constraint.name).count() > 1 {
+                constraint.name = format!("{} (constraints[{index}])", names[index]);
+            }
         }
         let size = bodies.iter().map(Body::size).fold(0.0, f64::max);
         let mut moving = Vec::with_capacity(bodies.len());

@@ -266,6 +266,18 @@ fn what_cannot_be_is_refused() {
         DynamicsError::Conflict { names, .. } => assert_eq!(names, ["one", "other"]),
         other => panic!("{other}"),
     }
+    // Those that are called the same are numbered.
+    let unnamed = Setup::new(Body::new(&rope())).hold(fixed(1.0)).hold(fixed(1.0).to([0.0, 5.0, 0.0]));
+    match refused(unnamed) {
+        DynamicsError::Conflict { names, .. } => {
+            assert_eq!(names, ["fixed at 1 (constraints[0])", "fixed at 1 (constraints[1])"]);
+        }
+        other => panic!("{other}"),
+    }
+    // What falls for ever does not rest.
+    let mut falling = Setup::new(Body::new(&rope())).gravity([0.0, 0.0, -9.81]).prepare().unwrap();
+    assert!(falling.settle().unwrap_err().to_string().contains("never rests"));
+    assert!(matches!(refused(Setup::new(Body::new(&rope()).rest(1e300))), DynamicsError::Number { .. }));
     // The same twice is no contradiction.
     let mut same = Setup::new(Body::new(&rope())).hold(fixed(1.0)).hold(fixed(1.0)).prepare().unwrap();
     same.advance(0.01).unwrap();

@@ -12,7 +12,7 @@ pub(super) fn report(
     object: &str,
     simulation: &mut Simulation,
     settled: Option<Settled>,
-    before: f64,
+    (before, stretch): (f64, f64),
     scheme: &str,
 ) -> Result<StepReport, OperationError> {
     let errors = simulation.errors()?;
@@ -24,7 +24,7 @@ pub(super) fn report(
         let length = simulation.time() / simulation.sub_steps() as f64;
         notes.push(match scheme {
             "implicit" => format!(
-                "{} steps of {length:.3e} s and more, scheme implicit (explicit ones would be stable to {stable:.3e} s)",
+                "{} steps of {length:.3e} s (halved where they had to be), scheme implicit (explicit ones would be stable to {stable:.3e} s)",
                 simulation.sub_steps()
             ),
             _ => format!(
@@ -38,7 +38,9 @@ pub(super) fn report(
         ));
         notes.push(format!("constraints drifted by {:.2e} at most", simulation.worst_error()));
     }
-    notes.push(format!("it is stretched by {:.2} % at most", 100.0 * simulation.stretch(0)?));
+    let way = if stretch < 0.0 { "compressed" } else { "stretched" };
+    notes.push(format!("it is {way} by {:.2} % at most, in any frame", 100.0 * stretch.abs()));
+    notes.push(format!("at the end by {:.2} %", 100.0 * simulation.stretch(0)?));
     if let Some(Settled { residual, steps, rests, .. }) = settled {
         notes.push(if rests {
             format!("it rests: {residual:.1e} of the forces is left, after {steps} steps")

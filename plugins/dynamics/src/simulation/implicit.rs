@@ -18,6 +18,8 @@ const ITERATIONS: usize = 16;
 const ARRIVED: f64 = 1e-11;
 /// It will do where it is below this.
 const GOOD: f64 = 1e-7;
+/// A place slides by this share of its shape in a step, no farther.
+const SLIDES: f64 = 0.1;
 /// A step is halved as often as this.
 const HALVINGS: usize = 12;
 
@@ -98,17 +100,17 @@ impl Simulation {
         while done.is_ok() && end - self.time > 1e-9 * step {
             let own = length.min(end - self.time);
             match self.newton(&mut implicit, own) {
-                Ok(true) => self.time += own,
+                Ok(true) => {
+                    self.time += own;
+                    self.worst = self.worst.max(self.missed);
+                }
                 Ok(false) if halvings < most => {
                     halvings += 1;
                     length *= 0.5;
                 }
                 Ok(false) => {
-                    done = Err(DynamicsError::BlowsUp {
-                        time: self.time,
-                        step: own,
-                        stable: self.stable_step(),
-                    });
+                    let stable = self.stable_step();
+                    done = Err(DynamicsError::BlowsUp { time: self.time, step: own, stable, implicit: true });
                 }
                 Err(error) => done = Err(error),
             }
@@ -149,6 +151,8 @@ impl Simulation {
         }
         if let Ok(arrived) = &mut arrived {
             *arrived |= last <= GOOD * self.size;
+            // Another answer of the same equations, far away, is none.
+            *arrived &= self.is_near(implicit, step);
         }
         self.time = before;
         self.links.iter_mut().for_each(Link::begin_turns);
@@ -164,6 +168,19 @@ impl Simulation {
             }
         }
         arrived
+    }
+
+    /// Whether everything is where it may have come to within one step: places that slide within a tenth of their shape, beyond the way that
+    /// they were going, and vertices within the size of all, likewise.
+    fn is_near(&self, implicit: &Implicit, step: f64) -> bool {
+        let [before, now] = [&implicit.before, &self.half].map(|all| self.mean_speed(all));
+        let sliding = self.links.iter().zip(&implicit.sliding).all(|(link, (rates, ..))| {
+            link.slides.iter().zip(&link.rates).zip(rates).all(|((slide, now), before)| {
+                let length = (slide.interval.end - slide.interval.start) / slide.pace;
+                (now * step).abs() <= SLIDES * length + 2.0 * (before * step).abs()
+            })
+        });
+        sliding && now * step <= self.size + 2.0 * before * step
     }
 
     /// One correction of the velocities at the end of the step; how far it moves a shape (its root mean square), or a parameter.
@@ -190,6 +207,7 @@ impl Simulation {
             }
         }
         self.right.clear();
+        let mut missed = 0.0_f64;
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
             link.error = 0.0;
             for equation in link.first..link.first + link.equations {
@@ -197,29 +215,16 @@ impl Simulation {
                 let gap = self.desk.gap[equation];
                 self.right.push((let_go - gap) / step);
                 link.error = link.error.max(gap.abs());
+                missed = missed.max(if link.is_drawn_in(self.time) { (gap - let_go).abs() } else { 0.0 });
             }
         }
+        self.missed = missed;
         self.rank = self.space.factor();
         self.multipliers.resize(self.space.equations(), 0.0);
         implicit.change.copy_from_slice(&self.forces);
         self.space.solve(&mut implicit.change, &self.right, &mut self.multipliers, &mut self.rates);
-        let mut largest = 0.0_f64;
         self.half.iter_mut().zip(&implicit.change).for_each(|(v, change)| *v += change);
-        for body in &self.bodies {
-            let Some(mass) = &body.mass else { continue };
-            // How far the shape itself goes, on average: control vertices of high degrees go far for nothing.
-            let changes = &implicit.change[body.range()];
-            let mut whole = 0.0;
-            for (i, own) in changes.chunks_exact(3).enumerate() {
-                let sum = mass.matrix.row(i).fold(0.0, |sum, (j, m)| {
-                    sum + m * (0..3).map(|axis| own[axis] * changes[3 * j + axis]).sum::<f64>()
-                });
-                whole += sum;
-            }
-            let way = step * (whole.max(0.0) / mass.lumped.iter().sum::<f64>()).sqrt();
-            // Written so that NaN is the largest.
-            largest = if way <= largest && whole.is_finite() { largest } else { way.max(whole) };
-        }
+        let mut largest = step * self.mean_speed(&implicit.change);
         let mut parameter = 0;
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
             let mut by = [0.0; 4];

@@ -25,6 +25,10 @@ use crate::scheme::Scheme;
 
 /// More sub-steps than this for one step are not taken.
 const MOST: f64 = 1e6;
+/// In an implicit step nothing goes farther than so many times the size.
+const FAR: f64 = 100.0;
+/// Of so many explicit steps one is looked at.
+const LOOKS: usize = 16;
 /// A loop this short, as a share of the size, is drawn shut.
 const SHUT: f64 = 1e-6;
 
@@ -74,6 +78,8 @@ pub struct Simulation {
     sub_steps: usize,
     /// The largest error of a constraint since the last was drawn in.
     worst: f64,
+    /// The same at the last of Newton's steps.
+    missed: f64,
     pub(crate) rank: usize,
     /// Which share of the stable step keeps constraints where they are.
     fineness: f64,
@@ -126,6 +132,7 @@ impl Simulation {
             events: Vec::new(),
             sub_steps: 0,
             worst: 0.0,
+            missed: 0.0,
             rank: 0,
             fineness: 1.0,
             patience: 0,
@@ -269,6 +276,10 @@ impl Simulation {
             }
             let limit = self.limit();
             let needed = (left / limit * (1.0 - 1e-9)).ceil().max(1.0);
+            if needed > MOST && self.step == Some(limit) {
+                let needed = "give a longer one: a million would not be enough";
+                return Err(DynamicsError::Number { what: "the step", value: limit, needed });
+            }
             if needed > MOST {
                 return Err(DynamicsError::TooStiff { needed, step: seconds, stable: limit });
             }
@@ -329,10 +340,34 @@ impl Simulation {
             }
         }
         let sum: f64 = self.half.iter().sum();
-        if sum.is_finite() {
+        // On average nothing goes farther than this in a step that is stable. To look costs as much as a part of a step.
+        let reach = if self.scheme == Scheme::Implicit { FAR } else { 1.0 } * self.size;
+        let looks = self.sub_steps % LOOKS == 0 || self.scheme == Scheme::Implicit;
+        if sum.is_finite() && !(looks && self.mean_speed(&self.half) * step > reach) {
             return Ok(());
         }
-        Err(DynamicsError::BlowsUp { time: self.time, step, stable: self.stable })
+        let implicit = self.scheme == Scheme::Implicit;
+        Err(DynamicsError::BlowsUp { time: self.time, step, stable: self.stable, implicit })
+    }
+
+    /// The largest root mean square speed of a body, by its mass: of the shape itself, whose control vertices may go fast for nothing.
+    pub(crate) fn mean_speed(&self, velocities: &[f64]) -> f64 {
+        let mut most = 0.0_f64;
+        for body in &self.bodies {
+            let Some(mass) = &body.mass else { continue };
+            let own = &velocities[body.range()];
+            let mut whole = 0.0;
+            for (i, v) in own.chunks_exact(3).enumerate() {
+                let momentum = mass.matrix.row(i).fold([0.0; 3], |mut sum, (j, m)| {
+                    (0..3).for_each(|axis| sum[axis] += m * own[3 * j + axis]);
+                    sum
+                });
+                whole += (0..3).map(|axis| v[axis] * momentum[axis]).sum::<f64>();
+            }
+            let speed = (whole.max(0.0) / mass.lumped.iter().sum::<f64>()).sqrt();
+            most = if whole.is_finite() { most.max(speed) } else { f64::INFINITY };
+        }
+        most
     }
 
     /// Constraints come and go with their times. Whether one has come.

@@ -1,8 +1,12 @@
 //! The static answer: where everything rests.
 
+use loftsman_kernel::Vector;
+
 use super::Simulation;
 use super::implicit::Implicit;
 use crate::error::Result;
+use crate::link::Link;
+use crate::load::Load;
 use crate::scheme::Scheme;
 
 /// How a simulation came to rest.
@@ -54,6 +58,15 @@ impl Simulation {
 
     fn go_to_rest(&mut self) -> Result<Settled> {
         self.come_and_go()?;
+        let held = self.links.iter().any(Link::is_held) || self.loads.iter().any(Load::is_pull);
+        let driven = self.gravity != Vector::zeros() || !self.loads.is_empty();
+        if driven && !held {
+            return Err(loftsman_kernel::Error::Invalid(
+                "nothing holds what falls or is pushed, so that it never rests: give a constraint or a pull"
+                    .into(),
+            )
+            .into());
+        }
         let natural = self.natural_time();
         let mut step = natural;
         let mut settled = Settled { residual: f64::INFINITY, way: f64::INFINITY, steps: 0, rests: false };
