@@ -7,7 +7,7 @@ use crate::error::Result;
 const STEADY: f64 = 2.0;
 /// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable.
 const DRIFT: f64 = 3e-7;
-const FINEST: f64 = 1e-3;
+const FINEST: f64 = 1e-2;
 /// Steps between changes of their length.
 const PATIENCE: usize = 20;
 

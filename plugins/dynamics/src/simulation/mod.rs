@@ -287,7 +287,7 @@ impl Simulation {
         }
         // Sums of steps are rounded; their end is not.
         self.time = end;
-        Ok(())
+        self.bounded(self.last, true)
     }
 
     /// The longest step that is taken now.
@@ -339,14 +339,18 @@ impl Simulation {
                 });
             }
         }
+        self.bounded(step, self.sub_steps.is_multiple_of(LOOKS) || self.scheme == Scheme::Implicit)
+    }
+
+    /// Whether all numbers are numbers and, where it `looks`, nothing goes farther than it may in a step: on average, which costs as much as
+    /// a part of a step.
+    fn bounded(&self, step: f64, looks: bool) -> Result<()> {
+        let implicit = self.scheme == Scheme::Implicit;
+        let reach = if implicit { FAR } else { 1.0 } * self.size;
         let sum: f64 = self.half.iter().sum();
-        // On average nothing goes farther than this in a step that is stable. To look costs as much as a part of a step.
-        let reach = if self.scheme == Scheme::Implicit { FAR } else { 1.0 } * self.size;
-        let looks = self.sub_steps % LOOKS == 0 || self.scheme == Scheme::Implicit;
         if sum.is_finite() && !(looks && self.mean_speed(&self.half) * step > reach) {
             return Ok(());
         }
-        let implicit = self.scheme == Scheme::Implicit;
         Err(DynamicsError::BlowsUp { time: self.time, step, stable: self.stable, implicit })
     }
 
