@@ -184,7 +184,9 @@ impl Link {
                 Target::Value(value) if value.len() == whole.len() && value.iter().all(|v| v.is_finite()) => {
                     part.value.clone_from(value);
                 }
-                Target::Path(path) if whole.len() == 3 => part.value = path.at(0.0)[0].as_slice().to_vec(),
+                Target::Path(path) if whole.len() == 3 && path.is_finite() => {
+                    part.value = path.at(0.0)[0].as_slice().to_vec()
+                }
                 Target::Value(_) | Target::Path(_) => {
                     return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
                         "{}: {} finite numbers are needed for what it is to have",
@@ -200,10 +202,15 @@ impl Link {
     /// Another target for what it holds first.
     pub(crate) fn retarget(&mut self, target: Target) -> bool {
         let Some(part) = self.parts.first_mut() else { return false };
+        let fits = match &target {
+            Target::Keep => true,
+            Target::Value(value) => value.len() == part.value.len() && value.iter().all(|v| v.is_finite()),
+            Target::Path(path) => part.value.len() == 3 && path.is_finite(),
+        };
+        if !fits {
+            return false;
+        }
         if let Target::Value(value) = &target {
-            if value.len() != part.value.len() {
-                return false;
-            }
             part.value.copy_from_slice(value);
         }
         part.target = target;

@@ -274,6 +274,19 @@ fn what_cannot_be_is_refused() {
         }
         other => panic!("{other}"),
     }
+    // Places that are none.
+    let nowhere = [f64::NAN, 0.0, 0.0];
+    let error = refused(Setup::new(Body::new(&rope())).hold(fixed(1.0).to(nowhere))).to_string();
+    assert!(error.contains("finite"), "{error}");
+    let error = refused(Setup::new(Body::new(&rope())).pull(pull(1.0, nowhere, 5.0))).to_string();
+    assert!(error.contains("finite"), "{error}");
+    let mut led = Setup::new(Body::new(&rope()))
+        .hold(fixed(1.0))
+        .pull(pull(2.0, [1.0, 0.0, 0.0], 5.0))
+        .prepare()
+        .unwrap();
+    assert!(led.retarget(0, nowhere).is_err() && led.pull_to(0, nowhere).is_err());
+    led.advance(0.01).unwrap();
     // What falls for ever does not rest.
     let mut falling = Setup::new(Body::new(&rope())).gravity([0.0, 0.0, -9.81]).prepare().unwrap();
     assert!(falling.settle().unwrap_err().to_string().contains("never rests"));

@@ -124,7 +124,7 @@ fn assert_scaled(given: &Curve, tuned: &Curve, alpha: &Function<f64>, case: u64)
             let rounding = (most(tuned, 2) / slow + after * most(tuned, 1)) / slow
                 + (most(given, 2) / own.norm() + before * largest) / (own.norm() * a);
             assert!(
-                (after - before / a).abs() < 1e-10 * rounding,
+                (after - before / a).abs() < (1e-10 * rounding).min(1e-8 * (before / a + 1.0 / size(given))),
                 "{case}: κ at {u}: {after} {}",
                 before / a
             );

@@ -10,12 +10,25 @@ use crate::load::Kind;
 use crate::path::Path;
 use crate::place::{check_constraint, slide_of};
 
+/// A path whose places are all finite.
+fn known(path: Path) -> Result<Path> {
+    match path.points().iter().flat_map(|p| p.iter()).find(|v| !v.is_finite()) {
+        Some(bad) => Err(DynamicsError::Number {
+            what: "a coordinate of a target",
+            value: *bad,
+            needed: "give finite numbers",
+        }),
+        None => Ok(path),
+    }
+}
+
 impl Simulation {
     /// Another target for a constraint from now on: what it misses then is drawn in smoothly.
     ///
     /// # Errors
     /// When there are not as many constraints, or it is not of a point.
     pub fn retarget(&mut self, constraint: usize, to: impl Into<Path>) -> Result<()> {
+        let to = known(to.into())?;
         let count = self.links.len();
         let time = self.time;
         let link = self.links.get_mut(constraint).ok_or(DynamicsError::Missing {
@@ -23,7 +36,7 @@ impl Simulation {
             index: constraint,
             count,
         })?;
-        if !link.retarget(Target::Path(to.into())) {
+        if !link.retarget(Target::Path(to)) {
             return Err(DynamicsError::Missing { what: "target of constraint", index: constraint, count });
         }
         link.begin(time);
@@ -35,13 +48,14 @@ impl Simulation {
     /// # Errors
     /// When there are not as many pulls.
     pub fn pull_to(&mut self, pull: usize, path: impl Into<Path>) -> Result<()> {
+        let path = known(path.into())?;
         let mut pulls = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
             Kind::Pull { to, .. } => Some(to),
             Kind::Force(_) => None,
         });
         match pulls.nth(pull) {
             Some(to) => {
-                *to = path.into();
+                *to = path;
                 Ok(())
             }
             None => {
@@ -56,13 +70,21 @@ impl Simulation {
     /// # Errors
     /// When there are not as many.
     pub fn push_with(&mut self, force: usize, value: impl Into<Vector>) -> Result<()> {
+        let value: Vector = value.into();
+        if let Some(bad) = value.iter().find(|v| !v.is_finite()) {
+            return Err(DynamicsError::Number {
+                what: "a force",
+                value: *bad,
+                needed: "give finite numbers",
+            });
+        }
         let mut forces = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
             Kind::Force(own) => Some(own),
             Kind::Pull { .. } => None,
         });
         match forces.nth(force) {
             Some(own) => {
-                *own = value.into();
+                *own = value;
                 Ok(())
             }
             None => {
