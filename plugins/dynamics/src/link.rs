@@ -185,7 +185,7 @@ impl Link {
                     part.value.clone_from(value);
                 }
                 Target::Path(path) if whole.len() == 3 && path.is_finite() => {
-                    part.value = path.at(0.0)[0].as_slice().to_vec()
+                    part.value = path.at(0.0)[0].as_slice().to_vec();
                 }
                 Target::Value(_) | Target::Path(_) => {
                     return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
