@@ -10,7 +10,7 @@ cargo build -q --release --manifest-path ../Cargo.toml --bin loftsman --locked
 mkdir -p target
 names=("$@")
 [ ${#names[@]} -gt 0 ] || names=(evaluation grid threads tessellation least_adjustment interpolation area_volume quadratic_program fairing \
-    five_surfaces conversion fine_tuning)
+    five_surfaces conversion fine_tuning dynamics)
 results="${CRITERION_HOME:-${CARGO_TARGET_DIR:-target}/criterion}"
 for name in "${names[@]}"; do
     if [ -f "peers/$name.py" ]; then

@@ -117,6 +117,7 @@ impl Setup {
     }
 
     /// The mass of a floating parameter (scheme `Epsilon`), as a share of the body's mass between two control vertices: 0.001 by default.
+    /// Parameters are measured in lengths for this, by the mean pace along the shape: the number means the same for any knots.
     #[must_use]
     pub fn epsilon(mut self, share: f64) -> Self {
         self.epsilon = share;
