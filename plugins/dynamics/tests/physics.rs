@@ -210,6 +210,59 @@ fn a_cantilever_bends_as_it_should() {
     }
 }
 
+/// Beside PyElastica's Cosserat rod (`golden/cantilever.py`): where its tip rests under five loads, and how long a swing takes.
+#[test]
+fn a_cantilever_is_that_of_pyelastica() {
+    let golden: serde_json::Value = serde_json::from_str(include_str!("golden/cantilever.json")).unwrap();
+    let number = |name: &str| golden[name].as_f64().unwrap();
+    let length = number("length");
+    let clamped = |n: usize, load: f64, scheme: Scheme| {
+        let rod = line(3, n, [0.0; 3], [length, 0.0, 0.0]);
+        let end = rod.space().domain().1;
+        let direction = rod.derivative(0.0, 1).unwrap();
+        let material = Body::new(&rod).mass(number("mass")).stiffness(number("stiffness"));
+        let mut simulation = Setup::new(material.bending(number("bending")))
+            .hold(fixed(0.0).tangent(direction))
+            .push(force(end, [0.0, 0.0, -load]))
+            .scheme(scheme)
+            .prepare()
+            .unwrap();
+        let settled = simulation.settle().unwrap();
+        assert!(settled.rests, "{settled:?}");
+        simulation
+    };
+    let tip = |simulation: &Simulation| *simulation.shape(0).unwrap().control_vertices().last().unwrap();
+    let loads = golden["loads"].as_array().unwrap();
+    for (load, wanted) in loads.iter().zip(golden["tips"].as_array().unwrap()) {
+        let load = load.as_f64().unwrap();
+        let tip = tip(&clamped(24, load, Scheme::Implicit));
+        for axis in 0..3 {
+            let off = tip[axis] - wanted[axis].as_f64().unwrap();
+            assert!(off.abs() < 0.002 * length, "load {load}: {tip}, {wanted}");
+        }
+        assert!((tip.z / wanted[2].as_f64().unwrap() - 1.0).abs() < 0.01, "load {load}: {tip}, {wanted}");
+    }
+    // Let go from the smallest.
+    let mut simulation = clamped(8, loads[0].as_f64().unwrap(), Scheme::Exact);
+    simulation.push_with(0, [0.0; 3]).unwrap();
+    let (start, dt) = (simulation.time(), 0.02);
+    let (mut last, mut ups) = (tip(&simulation).z, Vec::new());
+    while ups.len() < 2 && simulation.time() < start + 40.0 {
+        simulation.advance(dt).unwrap();
+        let z = tip(&simulation).z;
+        if last < 0.0 && z >= 0.0 {
+            ups.push(simulation.time() - dt * z / (z - last));
+        }
+        last = z;
+    }
+    let (period, wanted) = (ups[1] - ups[0], number("period"));
+    assert!((period / wanted - 1.0).abs() < 0.002, "{period} {wanted}");
+    // Euler and Bernoulli: 2π / (1.8751² √(EI/m) / L²), but for the second mode, which swings along 6.27 times as fast and moves the crossings.
+    let beam = std::f64::consts::TAU * length * length
+        / (1.875_104_069_f64.powi(2) * (number("bending") / number("mass")).sqrt());
+    assert!((period / beam - 1.0).abs() < 0.01, "{period} {beam}");
+}
+
 fn thrown(n: usize) -> (Curve, Vec<Vector>) {
     let rope = line(3, n, [0.0; 3], [3.0, 0.0, 0.0]);
     let turn = |i: usize| f64::from(i as u32);
