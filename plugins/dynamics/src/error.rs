@@ -32,7 +32,7 @@ pub enum DynamicsError {
     /// The mass matrix is not positive definite.
     #[error(
         "the mass matrix of the shape is singular to rounding at control vertex {vertex}: its basis functions hardly differ there (very high \
-         degrees), or some have no part of the shape; fit a curve of lower degree, or simplify the shape"
+         degrees), or some have no part of the shape; fit a curve of lower degree, simplify the shape, or subdivide a cage once (where all vertices have three edges, as a cube's, its limit does not tell all of its vertices)"
     )]
     Massless {
         /// The control vertex.

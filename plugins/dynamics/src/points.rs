@@ -1,6 +1,6 @@
 //! The Gauss points of a body: where its energy is summed up, prepared once.
 
-use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of, rows_at};
+use loftsman_kernel::shape::{Cell, Derivative, Location, Shape, cells_of, rows_at};
 use loftsman_kernel::{Point, Vector};
 
 use crate::body::Material;
@@ -51,6 +51,16 @@ pub(crate) fn order(direction: usize, times: usize) -> Derivative {
     if direction == 0 { Derivative { u: times, v: 0 } } else { Derivative { u: 0, v: times } }
 }
 
+/// Round extraordinary vertices cells are halved again and again: the smaller its share of a face, the fewer points a cell needs.
+fn enough(cell: &Cell, direction: usize) -> usize {
+    let side = cell.sides.get(direction).map_or(1.0, |side| side.end - side.start);
+    match cell.face {
+        Some(_) if side <= 1.0 / 16.0 => 1,
+        Some(_) if side <= 1.0 / 4.0 => 2,
+        _ => usize::MAX,
+    }
+}
+
 impl Points {
     pub(crate) fn new(shape: &dyn Shape, material: &Material) -> Result<Self> {
         let directions = shape.domain().len();
@@ -62,7 +72,8 @@ impl Points {
         for cell in cells_of(shape, "a simulation")?.checked(shape)? {
             let count = |k: usize| {
                 let degree = cell.sides.get(k).map_or(0, |side| side.degree);
-                if cell.rational { degree + 4 } else { degree.max(1) }
+                let full = if cell.rational { degree + 4 } else { degree.max(1) };
+                full.min(enough(&cell, k))
             };
             let points = cell.gauss_points([count(0), count(1)]);
             let width = cell.vertices.len();
