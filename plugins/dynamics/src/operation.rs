@@ -242,6 +242,9 @@ impl Run {
             .iter()
             .map(|table| constraint(table, &mut names, &words))
             .collect::<Result<Vec<_>, OperationError>>()?;
+        for late in constraints.iter().filter(|constraint| constraint.from > seconds) {
+            notes.push(format!("\"{}\" never holds: it comes at {} s, after the end", late.name, late.from));
+        }
         let pulls = parameters
             .tables("pull")?
             .iter()

@@ -79,7 +79,9 @@ fn a_step_is_the_answer_of_a_problem() {
         // A parameter is measured in lengths, by the mean pace along the shape: 64 chords of it.
         let chords: f64 = (0..64)
             .map(|k| f64::from(k) / 64.0)
-            .map(|share| (rope.point(at(share + 1.0 / 64.0)).unwrap() - rope.point(at(share)).unwrap()).norm())
+            .map(|share| {
+                (rope.point(at(share + 1.0 / 64.0)).unwrap() - rope.point(at(share)).unwrap()).norm()
+            })
             .sum();
         let parameter = EPSILON * m.sum() / n as f64 * (chords / (end - start)).powi(2);
         for (scheme, weight) in [(Scheme::Exact, 0.0), (Scheme::Epsilon, parameter)] {
@@ -96,7 +98,8 @@ fn a_step_is_the_answer_of_a_problem() {
             let (free, _) = accelerations(setup(&rope, scheme).prepare().unwrap());
             let (all, simulation) = accelerations(held);
             // Without constraints all would go by `free`; constraints ask that what they look at goes by nothing.
-            let flight = Curve::new(rope.space().clone(), free.iter().map(|a| Point::from(*a)).collect()).unwrap();
+            let flight =
+                Curve::new(rope.space().clone(), free.iter().map(|a| Point::from(*a)).collect()).unwrap();
             let back = |share: f64| -flight.value(at(share).into(), Derivative::POSITION).unwrap();
             let problem = Edit::new(&rope)
                 .smooth(0)
@@ -118,7 +121,10 @@ fn a_step_is_the_answer_of_a_problem() {
             for (k, vertex) in assembly.vertices().enumerate() {
                 let found = free[vertex] + Vector::new(d[3 * k], d[3 * k + 1], d[3 * k + 2]);
                 let off = (found - all[vertex]).norm();
-                assert!(off < 1e-7 * largest, "round {round}, {scheme:?}, vertex {vertex}: {off} of {largest}");
+                assert!(
+                    off < 1e-7 * largest,
+                    "round {round}, {scheme:?}, vertex {vertex}: {off} of {largest}"
+                );
                 met += 1;
             }
             assert_eq!(met, n, "the mass metric takes all along");
@@ -126,11 +132,13 @@ fn a_step_is_the_answer_of_a_problem() {
             let mut multipliers = vec![0.0; rhs.len()];
             factored.multipliers_into(&rhs, &mut multipliers);
             let strongest = multipliers.iter().fold(0.0_f64, |m, l| m.max(l.abs()));
-            let own: Vec<f64> =
-                (0..4).flat_map(|k| simulation.force_of(k).unwrap().to_vec()).collect();
+            let own: Vec<f64> = (0..4).flat_map(|k| simulation.force_of(k).unwrap().to_vec()).collect();
             assert_eq!(own.len(), multipliers.len());
             for (a, b) in own.iter().zip(&multipliers) {
-                assert!((a - b).abs() < 1e-6 * strongest, "round {round}, {scheme:?}: {own:?} {multipliers:?}");
+                assert!(
+                    (a - b).abs() < 1e-6 * strongest,
+                    "round {round}, {scheme:?}: {own:?} {multipliers:?}"
+                );
             }
         }
     }

@@ -1,0 +1,80 @@
+//! The operation `simulate` in recipes: what it tells, what it leaves, what it refuses.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+
+use loftsman_dynamics::Dynamics;
+use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
+use loftsman_kernel::spline::{Curve, Space};
+
+use serde_json::{Value, json};
+
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    scene.unit = Unit::Metre;
+    let points = (0..12).map(|i| Point::new(0.2 * f64::from(i), 0.0, 0.1 * f64::from(i % 2))).collect();
+    let rope = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    scene.add(Object::new("rope", Geometry::Curve(rope))).unwrap();
+    scene
+}
+
+fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
+    let mut registry = Registry::new();
+    registry.add(&Dynamics);
+    loftsman_kernel::plugin::register_functionals(&mut registry);
+    let operation = registry.find_operation("simulate", "step[0]").unwrap();
+    operation.apply(scene, &Parameters::new(fields, "step[0]").unwrap(), &Context::quiet(&registry))
+}
+
+#[test]
+fn frames_are_kept_and_the_last_is_the_shape() {
+    let mut scene = scene();
+    let report = run(
+        &mut scene,
+        json!({ "seconds": 0.5, "mass": 0.2, "damping": 1, "constraints": [
+            { "kind": "fixed", "at": 0, "name": "nail" },
+            { "kind": "sliding", "near": 4, "name": "ring", "from": 0.25 },
+            { "kind": "fixed", "at": 9, "name": "late", "from": 0.6 },
+        ] }),
+    )
+    .unwrap();
+    let object = scene.object("rope").unwrap();
+    let frames = &object.animation.as_ref().unwrap().frames;
+    assert_eq!(frames.len(), 13, "the start and half a second of 24");
+    assert_eq!(frames.last().unwrap(), &object.geometry().points().to_vec());
+    let told = |what: &str| report.notes.iter().any(|note| note.contains(what));
+    assert!(told("\"late\" never holds: it comes at 0.6 s"), "{:?}", report.notes);
+    assert!(told("energy at the end") && told("constraints drifted"), "{:?}", report.notes);
+    let names: Vec<&str> = report.constraints.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["nail", "ring", "late"]);
+    // The ring's location is told, that of what never came is not.
+    let [nail, ring, late] = &report.constraints[..] else { unreachable!("three") };
+    assert_eq!(nail.location, Some(vec![0.0]));
+    assert!(ring.location.as_ref().unwrap()[0] != 4.0 && ring.multipliers.len() == 3);
+    assert!(late.location.is_none() && late.multipliers.is_empty());
+}
+
+#[test]
+fn nothing_changes_where_it_is_refused() {
+    for (fields, word) in [
+        (json!({ "seconds": 1, "mass": 0 }), "mass"),
+        (json!({ "seconds": 1, "stiffness": -1 }), "stiffness"),
+        (json!({ "seconds": 1, "step": 0 }), "step"),
+        (json!({ "seconds": -1 }), "time"),
+        (json!({}), "settle"),
+        (json!({ "seconds": 1, "constraints": [{ "kind": "sliding", "near": 20 }] }), "20"),
+        (
+            json!({ "seconds": 1, "constraints": [
+                { "kind": "fixed", "at": 3, "to": [0, 0, 0], "name": "one" },
+                { "kind": "fixed", "at": 3, "to": [1, 0, 0], "name": "other" },
+            ] }),
+            "other",
+        ),
+    ] {
+        let (mut scene, before) = (scene(), scene());
+        let refused = run(&mut scene, fields.clone()).unwrap_err().to_string();
+        assert!(refused.contains(word), "{fields}: {refused}");
+        assert_eq!(scene.object("rope").unwrap(), before.object("rope").unwrap(), "{fields}");
+    }
+}
