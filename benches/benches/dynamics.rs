@@ -96,11 +96,8 @@ fn main() {
     let mut criterion = measure::criterion();
     steps(&mut criterion);
     criterion.final_summary();
-    let case = |size: usize, count: usize| Case {
-        name: size.to_string(),
-        size: count as f64,
-        row: String::new(),
-    };
+    let case =
+        |size: usize, count: usize| Case { name: size.to_string(), size: count as f64, row: String::new() };
     let ropes: Vec<Case> = ROPES.into_iter().map(|(n, _)| case(n, n)).collect();
     let all = ["epsilon", "exact", "implicit", "MuJoCo cable", "PyElastica", "floor"];
     measure::summary("W6 rope, a step", &all, "epsilon", &["epsilon", "exact", "implicit"], &ropes);

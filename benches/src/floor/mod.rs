@@ -222,7 +222,10 @@ impl Banded {
                 let j = i - back;
                 // Columns k before j that both rows have.
                 let before: f64 = (back + 1..=i.min(3))
-                    .map(|further| row[3 - further] * if back == 0 { row[3 - further] } else { lower[j][3 + back - further] })
+                    .map(|further| {
+                        row[3 - further]
+                            * if back == 0 { row[3 - further] } else { lower[j][3 + back - further] }
+                    })
                     .sum();
                 let left = mass[back] - before;
                 row[3 - back] = if back == 0 { 1.0 / left.sqrt() } else { left * lower[j][3] };
