@@ -112,7 +112,11 @@ pub enum DynamicsError {
 
 fn what_to_do(step: f64, stable: f64, implicit: bool) -> String {
     if implicit {
-        return "what is asked moves too much at once; give a smaller step, more damping, or targets that come more slowly".into();
+        let explicit = Figure(stable);
+        return format!(
+            "what is asked moves too much at once; give a smaller step (explicit ones are stable up to {explicit} s), more damping, or targets \
+             that come more slowly"
+        );
     }
     let advice = "give a smaller step, or scheme \"implicit\"";
     if step > stable {

@@ -11,8 +11,8 @@ use crate::constraint::{Constraint, Place, Target};
 use crate::error::{DynamicsError, Result};
 use crate::place::Slide;
 
-/// A parameter that turned round so often in one step stays where it is.
-const TURNS: usize = 3;
+/// A parameter that turned round so often goes no slower: a millionth of its way.
+const TURNS: usize = 20;
 
 /// Whether a constraint holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,8 +40,8 @@ pub(crate) struct Link {
     pub(crate) slides: Vec<Slide>,
     pub(crate) rates: Vec<f64>,
     pub(crate) accelerations: Vec<f64>,
-    /// Of each parameter: its last change while Newton's iteration runs, and how often it turned round. At a corner of its shape it would
-    /// do so for ever: it stays there for that step.
+    /// Of each parameter: its last change while Newton's iteration runs, and how often it turned round. Each time halves its way, so that it
+    /// comes to rest where the shape turns sharply, and at a corner, where it would turn for ever.
     turns: Vec<(f64, usize)>,
     /// Its equations in the system of the present step, and their multipliers.
     pub(crate) first: usize,
@@ -82,6 +82,8 @@ pub(crate) struct Desk {
     pub(crate) curving: Vec<f64>,
     /// `(equation, parameter, by)`, parameters numbered through all links.
     pub(crate) changes: Vec<(usize, usize, f64)>,
+    /// `(parameter, factor)`: those that turned round, damped.
+    pub(crate) damped: Vec<(usize, f64)>,
     pub(crate) parameters: usize,
     value: Vec<f64>,
     along: Vec<f64>,
@@ -94,6 +96,7 @@ impl Desk {
         self.target_acceleration.clear();
         self.curving.clear();
         self.changes.clear();
+        self.damped.clear();
         self.parameters = 0;
     }
 }
@@ -321,8 +324,9 @@ impl Link {
                     Ok(term.functional.along(shapes, Derivative { u, v }, along)?)
                 };
                 for axis in 0..directions {
-                    if self.turns[own + axis].1 >= TURNS {
-                        continue;
+                    let turns = self.turns[own + axis].1.min(TURNS) as i32;
+                    if turns > 0 {
+                        desk.damped.push((first_parameter + own + axis, 2.0_f64.powi(turns) - 1.0));
                     }
                     let pace = self.slides[own + axis].pace;
                     let speed = self.rates[own + axis] * pace;
@@ -389,9 +393,36 @@ impl Link {
         self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 25.0 * self.draw
     }
 
-    /// A step of Newton's iteration begins.
-    pub(crate) fn begin_turns(&mut self) {
-        self.turns.fill((0.0, 0));
+    /// Whether a parameter has turned round.
+    pub(crate) fn has_turned(&self) -> bool {
+        self.turns.iter().any(|(_, turns)| *turns > 0)
+    }
+
+    /// Its places, those that float moved by a length along their shapes as far as these go.
+    pub(crate) fn moved(&self, by: f64) -> Vec<Location> {
+        let mut slides = self.slides.iter();
+        let mut along = |at: f64| {
+            let Some(Slide { interval, pace }) = slides.next() else { return at };
+            let to = at + by * pace;
+            match interval.periodic {
+                true => interval.start + (to - interval.start).rem_euclid(interval.end - interval.start),
+                false => to.clamp(interval.start, interval.end),
+            }
+        };
+        let moved = |place: &Place| match place.location {
+            _ if !place.floats => place.location,
+            Location::Curve(u) => Location::Curve(along(u)),
+            Location::Surface(u, v) => Location::Surface(along(u), along(v)),
+            Location::Face(face, u, v) => Location::Face(face, along(u), along(v)),
+            Location::Vertex(vertex) => Location::Vertex(vertex),
+        };
+        self.places.iter().map(moved).collect()
+    }
+
+    /// A step of Newton's iteration begins. Where it `remembers`, with what it learnt in the step before but the last turn.
+    pub(crate) fn begin_turns(&mut self, remembers: bool) {
+        let kept = |turns: usize| if remembers { turns.saturating_sub(1) } else { 0 };
+        self.turns.iter_mut().for_each(|(last, turns)| (*last, *turns) = (0.0, kept(*turns)));
     }
 
     /// Remembers which way its parameters went.

@@ -9,6 +9,10 @@ use crate::error::{DynamicsError, Result};
 /// Where the shape's speed is less than this share of the mean, it has no length there.
 const COLLAPSED: f64 = 1e-9;
 
+/// So many vertices a span, in each direction, are more than the points of a degree see; and how many points more do.
+const LOOSE: f64 = 1.2;
+const MORE: usize = 1;
+
 /// The Gauss points of one cell.
 #[derive(Debug, Clone)]
 pub(crate) struct CellPoints {
@@ -36,7 +40,8 @@ pub(crate) struct Rest {
     pub(crate) measure: f64,
 }
 
-/// Gauss points with the rows of first derivatives. With `p` points a span for degree `p`, squares of derivatives are exact.
+/// Gauss points with the rows of first derivatives. With `p` points a span for degree `p`, squares of derivatives are exact; where a span has
+/// more than its share of vertices (Bézier chains, few spans), one more in each direction, or what the points do not see would stretch.
 #[derive(Debug, Clone)]
 pub(crate) struct Points {
     pub(crate) directions: usize,
@@ -49,6 +54,11 @@ pub(crate) struct Points {
 /// First derivatives, rows of a direction's order.
 pub(crate) fn order(direction: usize, times: usize) -> Derivative {
     if direction == 0 { Derivative { u: times, v: 0 } } else { Derivative { u: 0, v: times } }
+}
+
+/// Whether there are many more vertices than cells: in each direction by a fifth.
+fn is_loose(vertices: usize, cells: usize, directions: usize) -> bool {
+    vertices as f64 > LOOSE.powi(directions as i32) * cells as f64
 }
 
 /// Round extraordinary vertices cells are halved again and again: the smaller its share of a face, the fewer points a cell needs.
@@ -69,10 +79,12 @@ impl Points {
         let vertices = shape.control_vertices();
         let mut least = (f64::INFINITY, None);
         let (mut speeds, mut weights) = (0.0, 0.0);
-        for cell in cells_of(shape, "a simulation")?.checked(shape)? {
+        let cells = cells_of(shape, "a simulation")?.checked(shape)?;
+        let more = if is_loose(vertices.len(), cells.len(), directions) { MORE } else { 0 };
+        for cell in cells {
             let count = |k: usize| {
                 let degree = cell.sides.get(k).map_or(0, |side| side.degree);
-                let full = if cell.rational { degree + 4 } else { degree.max(1) };
+                let full = if cell.rational { degree + 4 } else { degree.max(1) + more };
                 full.min(enough(&cell, k))
             };
             let points = cell.gauss_points([count(0), count(1)]);

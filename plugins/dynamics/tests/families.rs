@@ -97,7 +97,12 @@ fn all_curves_move_and_keep_what_holds_them() {
                 }
                 let errors = simulation.errors().unwrap();
                 // What slides over a corner is thrown off by the way of a step.
-                let allowed = if what.ends_with("degree 1") { 1e-2 } else { 1e-5 };
+                let allowed = match &what[..] {
+                    _ if what.ends_with("degree 1") => 1e-2,
+                    // Pieces only meet: these corners are blunt.
+                    _ if what.starts_with("pieces") => 1e-4,
+                    _ => 1e-5,
+                };
                 assert!(errors.iter().all(|e| *e < allowed), "{what}, {scheme:?}: {errors:?}");
                 let now = simulation.energy().total();
                 assert!(now < energy + 1e-2 * energy.abs().max(1.0), "{what}, {scheme:?}: {energy} → {now}");
@@ -164,6 +169,40 @@ fn a_constraint_that_leaves_its_shape_lets_go() {
     assert_eq!((event.name.as_str(), event.what), ("ring", "it left the shape"));
     // Its end went past the ring while this was held there.
     assert!(event.time > 0.5 && event.time < 3.0, "{event:?}");
+}
+
+/// Two that agree at first and are led apart contradict each other from then on; one that settling lets go is told of.
+#[test]
+fn what_comes_to_contradict_is_named() {
+    for scheme in [Scheme::Exact, Scheme::Epsilon, Scheme::Implicit] {
+        let rope = Curve::new(Space::clamped_uniform(3, 8).unwrap(), wave(8)).unwrap();
+        let at = rope.point(0.0).unwrap();
+        let path = vec![at, at + Vector::new(0.0, 0.0, 1.0)];
+        let mut simulation = Setup::new(Body::new(&rope).stiffness(1000.0))
+            .hold(fixed(0.0).called("nail"))
+            .hold(fixed(0.0).called("hand").to(Path::new(path, 0.0, 1.0).unwrap()))
+            .scheme(scheme)
+            .prepare()
+            .unwrap();
+        let ended = (0..24).try_for_each(|_| simulation.advance(1.0 / 24.0));
+        let message = ended.unwrap_err().to_string();
+        assert!(message.contains("\"nail\"") && message.contains("\"hand\""), "{scheme:?}: {message}");
+    }
+}
+
+#[test]
+fn settling_tells_what_it_lets_go() {
+    let rope = Curve::new(Space::clamped_uniform(3, 8).unwrap(), wave(8)).unwrap();
+    let mut simulation = Setup::new(Body::new(&rope).stiffness(1000.0))
+        .gravity([0.0, 0.0, -9.81])
+        .hold(fixed(0.0))
+        .hold(sliding(4.9).called("ring"))
+        .prepare()
+        .unwrap();
+    simulation.settle().unwrap();
+    assert!(!simulation.holds(1).unwrap());
+    let events = simulation.events();
+    assert!(events.len() == 1 && events[0].name == "ring", "{events:?}");
 }
 
 #[test]

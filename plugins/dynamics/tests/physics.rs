@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
 use loftsman_dynamics::{Body, Scheme, Setup, Simulation, Spot, fixed, force, sliding, tied};
-use loftsman_kernel::shape::Derivative;
+use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
@@ -68,6 +68,61 @@ fn a_rope_through_a_ring_settles_with_equal_stretch() {
     assert!((left / right - 1.0).abs() < 0.01 && (left - 1.6).abs() < 0.016, "{left} {right}");
     let (left, right) = stretch(false);
     assert!((left - 1.0).abs() < 0.01 && (right - 2.0).abs() < 0.01, "{left} {right}");
+}
+
+/// A ring that draws a rope aside pulls across it, never along: `λ · P' = 0`, with both sides stretched alike; by `settle` and by waiting.
+#[test]
+fn a_ring_pulls_across_its_rope() {
+    for (n, to, bending) in [
+        (21, [3.0, 0.0, 4.0], 0.0),
+        (21, [3.0, 0.0, 4.0], 5.0),
+        (41, [2.0, 1.0, 3.0], 10.0),
+        (41, [6.0, 0.0, 0.5], 0.5),
+    ] {
+        for (scheme, waits) in [
+            (Scheme::Implicit, false),
+            (Scheme::Exact, false),
+            (Scheme::Epsilon, false),
+            (Scheme::Implicit, true),
+        ] {
+            let rope = line(3, n, [0.0; 3], [10.0, 0.0, 0.0]);
+            let ends = rope.space().domain().1;
+            let body = Body::new(&rope).mass(0.2).stiffness(100.0).bending(bending).damping(2.0);
+            let mut simulation = Setup::new(body)
+                .hold(fixed(0.0))
+                .hold(fixed(ends).to([12.0, 0.0, 0.0]))
+                .hold(sliding(0.35 * ends).to(to))
+                .scheme(scheme)
+                .prepare()
+                .unwrap();
+            if waits {
+                for _ in 0..30 * 24 {
+                    simulation.advance(1.0 / 24.0).unwrap();
+                }
+            } else {
+                let settled = simulation.settle().unwrap();
+                assert!(settled.rests, "{n} {to:?} {bending} {scheme:?}: {settled:?}");
+            }
+            let at = simulation.locations(2).unwrap()[0];
+            let force = simulation.force_of(2).unwrap();
+            let force = Vector::new(force[0], force[1], force[2]);
+            let shape = simulation.shape(0).unwrap();
+            let tangent = shape.value(at, Derivative::from(1)).unwrap();
+            let along = force.dot(&tangent) / (force.norm() * tangent.norm());
+            assert!(along.abs() < 1e-4, "{n} {to:?} {bending} {scheme:?} {waits}: {along} at {at}");
+            // Tension is the same on both sides where the rope does not bend: half way to each end, but for how far spans of a cubic reach that
+            // cannot kink.
+            if bending < 1.0 {
+                let [Location::Curve(u)] = simulation.locations(2).unwrap()[..] else { panic!("a place") };
+                let speed = |u: f64| shape.value(u.into(), Derivative::from(1)).unwrap().norm();
+                let (left, right) = (speed(0.5 * u), speed(0.5 * (u + ends)));
+                assert!(
+                    (left / right - 1.0).abs() < 0.05,
+                    "{n} {to:?} {bending} {scheme:?} {waits}: {left} {right}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

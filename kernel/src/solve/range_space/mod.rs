@@ -41,6 +41,10 @@ pub struct RangeSpace {
     free: Vec<f64>,
     parameters: usize,
     weight: f64,
+    /// Of each parameter, how much stiffer it is than the rows make it.
+    damping: Vec<f64>,
+    /// What `L_s L_sᵀ` has of the small matrix.
+    share: f64,
     /// How the small system is solved.
     small: Small,
     gram: Vec<f64>,
@@ -121,6 +125,8 @@ impl RangeSpace {
             free: Vec::new(),
             parameters: 0,
             weight: 0.0,
+            damping: Vec::new(),
+            share: 0.0,
             small: Small::Alike,
             gram: Vec::new(),
             half: Vec::new(),
@@ -243,8 +249,19 @@ impl RangeSpace {
     /// So many parameters float, each with `½ weight · s²`; with 0 they cost nothing. [`change`](Self::change) says what they do.
     pub fn float(&mut self, parameters: usize, weight: f64) {
         (self.parameters, self.weight) = (parameters, weight);
+        self.damping.clear();
+        self.damping.resize(parameters, 0.0);
         self.free.clear();
         self.free.resize(parameters * self.equations, 0.0);
+    }
+
+    /// Lets a parameter without weight go a `1 / (1 + factor)` of its way: beside the rows' own stiffness `L_sᵀG⁻¹L_s` it has `factor`
+    /// times as much more. For iterations of a system that changes along with its parameters, which would overshoot: all equations are met, and
+    /// where the parameter rests, `L_sᵀλ = 0` holds as it does without.
+    pub fn damp(&mut self, parameter: usize, factor: f64) {
+        if let Some(damping) = self.damping.get_mut(parameter) {
+            *damping = factor.max(0.0);
+        }
     }
 
     /// Adds to how an equation changes with a parameter: an entry of `L_s`.
@@ -329,6 +346,7 @@ impl RangeSpace {
                 0.0 => 1.0,
                 weight => 1.0 / weight,
             };
+            self.share = share;
             rank = self.factor_products(share);
         }
         if self.parameters > 0 {
@@ -429,6 +447,11 @@ impl RangeSpace {
                 for j in 0..=i {
                     self.schur[i * k + j] += row[i] * row[j];
                 }
+            }
+        }
+        if self.weight == 0.0 {
+            for i in 0..k {
+                self.schur[i * k + i] *= 1.0 + self.damping[i];
             }
         }
         // With the parameters' share in G, they are told by L_sᵀλ alone; without weight they are unknowns still.
@@ -588,6 +611,11 @@ impl RangeSpace {
         if k > 0 && by_multipliers {
             for (lambda, row) in right.iter().zip(self.free.chunks_exact(k)) {
                 s.iter_mut().zip(row).for_each(|(s, change)| *s += change * lambda / self.weight);
+            }
+        } else if k > 0 && self.small == Small::Combined && self.damping.iter().any(|d| *d > 0.0) {
+            // What is damped leaves `L_sᵀλ`: its share in G is a part of the parameter.
+            for (lambda, row) in right.iter().zip(self.free.chunks_exact(k)) {
+                s.iter_mut().zip(row).for_each(|(s, change)| *s += self.share * change * lambda);
             }
         }
         multipliers.iter_mut().zip(&*right).for_each(|(all, new)| *all += new);

@@ -246,6 +246,66 @@ fn rows_that_repeat_or_vanish_take_no_part() {
     }
 }
 
+/// A damped parameter is one with a weight of `factor · L_sᵀG⁻¹L_s`; and where rows depend on one another, all of them hold still.
+#[test]
+fn what_is_damped_goes_a_part_of_its_way() {
+    let mut random = Sequence(5);
+    for case in 0..60 {
+        let (n, k) = (24, 1 + case % 3);
+        let a = band(n, 1 + case % 3, case % 4 == 0, &mut random);
+        let mut given = rows(4, n, case % 2 == 0, &mut random);
+        let dependent = case % 5 == 4;
+        if dependent {
+            given.push((vec![3], vec![DMatrix::zeros(3, 3)], true));
+        }
+        let changes = free(&given, k, &mut random);
+        let mut space = RangeSpace::new([(Weight::Vertices(envelope(&a)), None)]);
+        for (vertices, blocks, alike) in &given {
+            if *alike {
+                space.push_alike(vertices.iter().copied().zip(blocks.iter().map(|b| b[(0, 0)])));
+            } else {
+                space.push_coupled(
+                    vertices.iter().copied().zip(blocks.iter().map(|b| [b[(0, 0)], b[(0, 1)], b[(0, 2)]])),
+                );
+            }
+        }
+        let m = space.equations();
+        space.float(k, 0.0);
+        let factors: Vec<f64> =
+            (0..k).map(|j| if (case + j) % 3 == 0 { 0.0 } else { 3.0 * random.next().abs() }).collect();
+        (0..k).for_each(|j| space.damp(j, factors[j]));
+        (0..m).for_each(|i| (0..k).for_each(|j| space.change(i, j, changes[(i, j)])));
+        space.factor();
+        let f = DVector::from_fn(3 * n, |_, _| random.next());
+        let e = DVector::from_fn(m, |i, _| if dependent && i >= m - 3 { 0.0 } else { random.next() });
+        let mut found = f.as_slice().to_vec();
+        let (mut lambda, mut s) = (vec![0.0; m], vec![0.0; k]);
+        let missed = space.solve(&mut found, e.as_slice(), &mut lambda, &mut s);
+        if dependent {
+            continue;
+        }
+        assert!(missed < 1e-10, "{missed}");
+        let mut l = DMatrix::<f64>::zeros(m, 3 * n);
+        let mut at = 0;
+        for (vertices, blocks, _) in &given {
+            for (v, block) in vertices.iter().zip(blocks) {
+                for q in 0..block.nrows() {
+                    (0..3).for_each(|axis| l[(at + q, 3 * v + axis)] += block[(q, axis)]);
+                }
+            }
+            at += blocks[0].nrows();
+        }
+        let g: DMatrix<f64> = &l * thrice(&a).try_inverse().unwrap() * l.transpose();
+        let own = changes.transpose() * g.try_inverse().unwrap() * &changes;
+        let pull = changes.transpose() * DVector::from_column_slice(&lambda);
+        let size = lambda.iter().fold(1.0_f64, |size, v| size.max(v.abs()));
+        for j in 0..k {
+            let wanted = factors[j] * own[(j, j)] * s[j];
+            assert!((wanted - pull[j]).abs() < 1e-8 * size, "case {case}: {wanted} {}", pull[j]);
+        }
+    }
+}
+
 #[test]
 fn what_stays_takes_no_part() {
     let mut random = Sequence(4);

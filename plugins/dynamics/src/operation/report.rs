@@ -38,14 +38,22 @@ pub(super) fn report(
         ));
         notes.push(format!("constraints drifted by {:.2e} at most", simulation.worst_error()));
     }
-    let way = if stretch < 0.0 { "compressed" } else { "stretched" };
-    notes.push(format!("it is {way} by {:.2} % at most, in any frame", 100.0 * stretch.abs()));
-    notes.push(format!("at the end by {:.2} %", 100.0 * simulation.stretch(0)?));
+    let way = |stretch: f64| if stretch < 0.0 { "compressed" } else { "stretched" };
+    let end = simulation.stretch(0)?;
+    let told = format!("at the end it is {} by {:.2} %", way(end), 100.0 * end.abs());
+    let most = if stretch.abs() > end.abs() { stretch } else { end };
+    notes.push(match simulation.sub_steps() {
+        0 => told,
+        _ => format!("{told}, in any frame {} by {:.2} % at most", way(most), 100.0 * most.abs()),
+    });
     if let Some(Settled { residual, steps, rests, .. }) = settled {
         notes.push(if rests {
             format!("it rests: {residual:.1e} of the forces is left, after {steps} steps")
         } else {
-            format!("it does not rest yet: {residual:.1e} of the forces is left, after {steps} steps")
+            format!(
+                "it does not rest yet: {residual:.1e} of the forces is left, after {steps} steps; let it move before (`seconds`, with some \
+                 `damping`), or hold it at more places"
+            )
         });
     }
     notes.extend(
@@ -53,11 +61,13 @@ pub(super) fn report(
     );
     let mut constraints = Vec::with_capacity(errors.len());
     for (index, residual) in errors.iter().enumerate() {
-        let location = simulation.locations(index)?.first().map(|at| match *at {
+        // Of two places both, one behind the other.
+        let places = simulation.locations(index)?.into_iter().flat_map(|at| match at {
             Location::Curve(u) => vec![u],
             Location::Surface(u, v) | Location::Face(_, u, v) => vec![u, v],
             Location::Vertex(_) => Vec::new(),
         });
+        let location = Some(places.collect::<Vec<_>>()).filter(|all| !all.is_empty());
         constraints.push(ConstraintReport {
             name: simulation.name_of(index)?.into(),
             residual: *residual,

@@ -12,7 +12,7 @@ use crate::error::{DynamicsError, Result};
 use crate::link::{Link, Phase};
 use loftsman_kernel::shape::Location;
 
-/// Newton's steps before a step is taken in halves.
+/// Newton's steps before a step is taken in halves; three times as many where locations turn round.
 const ITERATIONS: usize = 16;
 /// It has arrived where the next change is below this share of the size.
 const ARRIVED: f64 = 1e-11;
@@ -129,10 +129,15 @@ impl Simulation {
         // Who looks for rest stands still in time: targets stay where they are.
         self.time = if self.settling { before } else { time };
         self.drift(step, 0.0);
-        self.links.iter_mut().for_each(Link::begin_turns);
+        let settling = self.settling;
+        self.links.iter_mut().for_each(|link| link.begin_turns(settling));
         let mut arrived = Ok(false);
         let mut last = f64::INFINITY;
-        for _ in 0..ITERATIONS {
+        for iteration in 0..3 * ITERATIONS {
+            // What is damped comes nearer by a part at a time.
+            if iteration >= ITERATIONS && !self.links.iter().any(Link::has_turned) {
+                break;
+            }
             match self.correct(implicit, step) {
                 Ok(change) if change <= ARRIVED * self.size => {
                     arrived = Ok(true);
@@ -155,7 +160,10 @@ impl Simulation {
             *arrived &= self.is_near(implicit, step);
         }
         self.time = before;
-        self.links.iter_mut().for_each(Link::begin_turns);
+        if !settling {
+            // Explicit steps, and reports, know nothing of it.
+            self.links.iter_mut().for_each(|link| link.begin_turns(false));
+        }
         if !matches!(arrived, Ok(true)) {
             self.half.copy_from_slice(&implicit.before);
             for (body, kept) in self.bodies.iter_mut().zip(&implicit.vertices) {

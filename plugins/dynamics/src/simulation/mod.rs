@@ -287,7 +287,19 @@ impl Simulation {
         }
         // Sums of steps are rounded; their end is not.
         self.time = end;
+        self.agree()?;
         self.bounded(self.last, true)
+    }
+
+    /// Where constraints say the same: whether they still do, for their targets may move.
+    pub(crate) fn agree(&mut self) -> Result<()> {
+        if self.rank >= self.space.equations() {
+            return Ok(());
+        }
+        let mut desk = std::mem::take(&mut self.desk);
+        let checked = contradictions(self, &mut desk);
+        self.desk = desk;
+        checked
     }
 
     /// The longest step that is taken now.
@@ -322,6 +334,12 @@ impl Simulation {
 
     /// What became of the constraints, and whether all numbers are numbers.
     fn look_after(&mut self, step: f64) -> Result<()> {
+        self.note_events();
+        self.bounded(step, self.sub_steps.is_multiple_of(LOOKS) || self.scheme == Scheme::Implicit)
+    }
+
+    /// Loops that are drawn shut let go; what let go is written down.
+    pub(crate) fn note_events(&mut self) {
         let (time, size) = (self.time, self.size);
         for (index, link) in self.links.iter_mut().enumerate() {
             let was = link.is_held();
@@ -339,7 +357,6 @@ impl Simulation {
                 });
             }
         }
-        self.bounded(step, self.sub_steps.is_multiple_of(LOOKS) || self.scheme == Scheme::Implicit)
     }
 
     /// Whether all numbers are numbers and, where it `looks`, nothing goes farther than it may in a step: on average, which costs as much as
@@ -416,6 +433,9 @@ impl Simulation {
         self.space.float(desk.parameters, weight);
         for &(equation, parameter, by) in &desk.changes {
             self.space.change(equation, parameter, by);
+        }
+        for &(parameter, factor) in &desk.damped {
+            self.space.damp(parameter, factor);
         }
         self.rates.clear();
         let held = self.links.iter().filter(|link| link.is_held());

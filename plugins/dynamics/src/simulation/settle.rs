@@ -1,6 +1,7 @@
 //! The static answer: where everything rests.
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::shape::Location;
 
 use super::Simulation;
 use super::implicit::Implicit;
@@ -12,7 +13,8 @@ use crate::scheme::Scheme;
 /// How a simulation came to rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settled {
-    /// What force is left on a control vertex that nothing balances, relative to the largest that acts on one.
+    /// What force is left on a control vertex that nothing balances, or along the shape at a place that slides (on both sides of which within
+    /// 1e-7 of the size it pulls the same way), relative to the largest that acts on one.
     pub residual: f64,
     /// The largest way of a control vertex in the last step.
     pub way: f64,
@@ -24,6 +26,8 @@ pub struct Settled {
 
 /// It rests where this is left of the forces.
 const RESTS: f64 = 1e-9;
+/// How far to both sides of a place that slides its forces are looked at, as a share of the size.
+const ACROSS: f64 = 1e-7;
 /// What a constraint misses by less than this share of the size is met at once.
 const NEAR: f64 = 1e-3;
 /// More steps than this are not taken.
@@ -45,14 +49,21 @@ impl Simulation {
             own
         });
         self.settling = true;
+        let worst = self.worst;
         let settled = self.go_to_rest();
+        self.note_events();
+        let agreed = self.agree();
         self.settling = false;
+        // What drifted on the way is not forgotten.
+        self.worst = self.worst.max(worst);
+        self.links.iter_mut().for_each(|link| link.begin_turns(false));
         self.rest();
         if let Some(space) = given {
             self.space = space;
             self.implicit = None;
             self.scheme = scheme;
         }
+        agreed?;
         settled
     }
 
@@ -85,7 +96,7 @@ impl Simulation {
             self.time = time;
             settled.steps += 1;
             settled.way = self.half.iter().fold(0.0_f64, |most, v| most.max((step * v).abs()));
-            settled.residual = self.unbalanced(step);
+            settled.residual = self.unbalanced(step)?;
             // Where what it lets constraints miss has been let go, and forces balance.
             let drawn =
                 self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= 1e-9 * self.size);
@@ -123,7 +134,8 @@ impl Simulation {
     }
 
     /// What accelerated it from rest, `M v / h`, relative to the largest force on a vertex.
-    fn unbalanced(&self, step: f64) -> f64 {
+    fn unbalanced(&mut self, step: f64) -> Result<f64> {
+        let along = self.pull_along()?;
         let (mut left, mut largest) = (0.0_f64, 0.0_f64);
         for body in &self.bodies {
             let (Some(mass), Some(elastic)) = (&body.mass, &body.elastic) else { continue };
@@ -140,6 +152,40 @@ impl Simulation {
             elastic.add_forces(q, body.velocity.control_vertices(), &mut forces);
             largest = forces.iter().fold(largest, |most, f| most.max(f.abs()));
         }
-        if largest > 0.0 { left / largest } else { left }
+        for link in self.links.iter().filter(|link| link.is_held()) {
+            largest = link.multipliers.iter().fold(largest, |most, f| most.max(f.abs()));
+        }
+        let left = left.max(along);
+        Ok(if largest > 0.0 { left / largest } else { left })
+    }
+
+    /// The largest force along a shape at a place that slides: nothing where it pulls it forth from behind and back from ahead, as at a
+    /// corner.
+    fn pull_along(&mut self) -> Result<f64> {
+        let links = || 0..self.links.len();
+        let here: Vec<Vec<Location>> = links().map(|k| self.links[k].locations().collect()).collect();
+        let near = ACROSS * self.size;
+        let sides: [Vec<Vec<Location>>; 2] =
+            [-near, near].map(|by| links().map(|k| self.links[k].moved(by)).collect());
+        let mut desk = std::mem::take(&mut self.desk);
+        let mut pulls: [Vec<f64>; 2] = Default::default();
+        let mut collected = Ok(());
+        for (pulls, places) in pulls.iter_mut().zip(&sides) {
+            self.links.iter_mut().zip(places).for_each(|(link, places)| link.put(places));
+            collected = collected.and_then(|()| self.collect(&mut desk));
+            pulls.resize(desk.parameters, 0.0);
+            for &(equation, parameter, by) in &desk.changes {
+                let holds = |link: &&Link| (link.first..link.first + link.equations).contains(&equation);
+                let link = self.links.iter().filter(|link| link.is_held()).find(holds);
+                let force = link.and_then(|link| link.multipliers.get(equation - link.first));
+                pulls[parameter] += by * force.copied().unwrap_or(0.0);
+            }
+        }
+        self.links.iter_mut().zip(&here).for_each(|(link, places)| link.put(places));
+        self.desk = desk;
+        collected?;
+        let [behind, ahead] = pulls;
+        let left = |(a, b): (&f64, &f64)| if a * b <= 0.0 { 0.0 } else { a.abs().min(b.abs()) };
+        Ok(behind.iter().zip(&ahead).map(left).fold(0.0, f64::max))
     }
 }
