@@ -60,6 +60,7 @@ pub mod convert;
 pub mod describe;
 mod error;
 pub mod file;
+pub mod measures;
 #[cfg_attr(not(feature = "picture"), path = "no_picture.rs")]
 pub mod picture;
 mod picture_name;

@@ -11,6 +11,8 @@
 //! ```
 
 mod aftermath;
+mod changes;
+mod closest;
 mod parse;
 mod place;
 mod report;
