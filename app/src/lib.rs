@@ -58,6 +58,7 @@
 pub mod compare;
 pub mod convert;
 pub mod describe;
+pub mod document;
 mod error;
 pub mod file;
 pub mod measures;

@@ -93,7 +93,11 @@ fn change(
         length: pair(|m| m.length),
         area: pair(|m| m.area),
         volume: pair(|m| m.volume),
-        deviation: before.zip(after).and_then(|(before, after)| deviation(before, after)),
+        deviation: before.zip(after).and_then(|(before, after)| {
+            let size = after.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+            // Less is rounding.
+            deviation(before, after).map(|found| if found <= 1e-13 * size { 0.0 } else { found })
+        }),
         unmeasured: new.unmeasured,
     }
 }

@@ -135,7 +135,8 @@ impl Resolving<'_> {
         let whole = value_of(at);
         let value = along.and_then(|k| whole.get(k).cloned()).unwrap_or(whole);
         let [x, y, z] = [point.x, point.y, point.z];
-        let mut note = format!("{path} = {value} on \"{name}\": the nearest place to ({x} {y} {z}), ");
+        let told = text_of(&value);
+        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x} {y} {z}), ");
         note += &if distance == 0.0 {
             "which it passes through".to_owned()
         } else {
@@ -169,6 +170,7 @@ struct Found {
 /// each of their polynomial pieces downhill.
 fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
     let shape = geometry.shape()?;
+    let short = |at| shortened(shape, at);
     let near = candidates(shape, point)?;
     let best = match geometry {
         Geometry::Curve(curve) => curve.closest(point).map(|c| (Location::Curve(c.at), c.distance))?,
@@ -189,7 +191,31 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
             others.push((candidate.at, candidate.point));
         }
     }
-    Ok(Found { at: best.0, distance: best.1, others: others.into_iter().map(|(at, _)| at).collect() })
+    let others = others.into_iter().map(|(at, _)| short(at)).collect();
+    Ok(Found { at: short(best.0), distance: best.1, others })
+}
+
+/// The location with parameters to a billionth of their domain, which people can read and copy: the place is the same to a
+/// billionth of the shape's size or so.
+fn shortened(shape: &dyn Shape, at: Location) -> Location {
+    let domain = shape.domain();
+    let short = |u: f64, side: usize| {
+        // On a face both parameters run from 0 to 1.
+        let (start, end) = match (at, domain.get(side)) {
+            (Location::Curve(_) | Location::Surface(..), Some(side)) => (side.start, side.end),
+            _ => (0.0, 1.0),
+        };
+        let decimals = 9 - (end - start).log10().floor().clamp(-300.0, 300.0) as i32;
+        let rounded =
+            usize::try_from(decimals).ok().and_then(|decimals| format!("{u:.decimals$}").parse().ok());
+        rounded.unwrap_or(u).clamp(start.min(u), end.max(u))
+    };
+    match at {
+        Location::Curve(u) => Location::Curve(short(u, 0)),
+        Location::Surface(u, v) => Location::Surface(short(u, 0), short(v, 1)),
+        Location::Face(face, u, v) => Location::Face(face, short(u, 0), short(v, 1)),
+        vertex @ Location::Vertex(_) => vertex,
+    }
 }
 
 fn of_surface(surface: &loftsman_kernel::spline::Surface, point: Point) -> Result<(Location, f64)> {
@@ -277,12 +303,83 @@ fn valleys(shape: &dyn Shape, cell: &Cell, point: Point, all: &mut Vec<Candidate
     Ok(())
 }
 
-/// A location as recipes write it.
+/// A location in the words of a recipe.
+fn text_of(value: &Value) -> String {
+    let Some(face) = value.get("face") else { return value.to_string() };
+    format!("{{ face = {face}, uv = {} }}", value.get("uv").unwrap_or(&Value::Null))
+}
+
+/// A location as a recipe's value.
 fn value_of(at: Location) -> Value {
     match at {
         Location::Curve(u) => json!(u),
         Location::Surface(u, v) => json!([u, v]),
         Location::Face(face, u, v) => json!({ "face": face, "uv": [u, v] }),
         Location::Vertex(vertex) => json!({ "vertex": vertex }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use loftsman_kernel::scene::Object;
+    use loftsman_kernel::spline::{Curve, Space};
+
+    fn scene() -> Scene {
+        let mut scene = Scene::new();
+        let arch = |y: f64| {
+            let points =
+                [(-1.0, 0.0), (-1.0, y), (1.0, y), (1.0, 0.0)].map(|(x, y)| Point::new(x, y, 0.0)).to_vec();
+            Curve::new(Space::clamped_uniform(3, 4).unwrap(), points).unwrap()
+        };
+        scene.add(Object::new("arch", arch(2.0).into())).unwrap();
+        scene.add(Object::new("low", arch(-1.0).into())).unwrap();
+        scene
+    }
+
+    fn resolved(step: Value) -> std::result::Result<(Value, Vec<String>), String> {
+        let mut notes = Vec::new();
+        let fields = Parameters::new(step, "step[0]").unwrap();
+        let found = resolve(&scene(), &fields, &mut notes).map_err(|e| e.to_string())?;
+        Ok((Value::Object(found.into_map()), notes))
+    }
+
+    #[test]
+    fn a_place_is_found_on_the_object_that_its_table_names() {
+        let step = json!({ "object": "arch", "constraints": [
+            { "at": { "closest": [0, 9, 0] }, "to": { "closest": [0, 0, 0] } },
+            { "at": 0.25, "with": { "object": "low", "at": { "closest": [-1, 0.1, 0] } } },
+            { "near": [{ "closest": [1, -1, 0] }, 0.5] },
+        ] });
+        let (found, notes) = resolved(step).unwrap();
+        let constraints = &found["constraints"];
+        assert_eq!(constraints[0]["at"], json!(0.5));
+        // What is no location is left for the operation to refuse.
+        assert_eq!(constraints[0]["to"], json!({ "closest": [0, 0, 0] }));
+        assert_eq!((&constraints[1]["at"], &constraints[1]["with"]["at"]), (&json!(0.25), &json!(0.0)));
+        assert_eq!(constraints[2]["near"], json!([1.0, 0.5]));
+        assert_eq!(notes.len(), 3, "{notes:?}");
+        assert!(notes[1].contains("constraints[1].with.at = 0.0 on \"low\""), "{notes:?}");
+        assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
+    }
+
+    #[test]
+    fn places_as_near_are_told() {
+        let (found, notes) = resolved(json!({ "object": "arch", "at": { "closest": [0, 0.2, 0] } })).unwrap();
+        assert!(found["at"].is_number() && notes[0].contains("as near"), "{found} {notes:?}");
+    }
+
+    #[test]
+    fn what_is_no_place_says_why() {
+        for (at, object, words) in [
+            (json!({ "closest": [1, 2] }), "arch", "step[0].at.closest: [1,2] where [x, y, z] is needed"),
+            (json!({ "closest": [1, 2, 3], "u": 1 }), "arch", "step[0].at: \"u\" stands beside closest"),
+            (json!({ "closest": [1, 2, 3] }), "arc", "arc"),
+        ] {
+            let error = resolved(json!({ "object": object, "at": at })).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+        let error = resolved(json!({ "at": { "closest": [1, 2, 3] } })).unwrap_err();
+        assert!(error.contains("say which object"), "{error}");
     }
 }

@@ -15,7 +15,7 @@ pub(super) fn change(change: &ObjectChange, unit: Unit) -> String {
     let mut facts: Vec<String> =
         quantities.iter().filter_map(|(name, measured, power)| pair(name, *measured, unit, *power)).collect();
     facts.extend(change.deviation.map(|d| match d {
-        0.0 => "the same shape".to_owned(),
+        0.0 => "nowhere off the old shape".to_owned(),
         d => format!("deviates by up to {}", quantity(d, unit, 1)),
     }));
     facts.extend(change.unmeasured.iter().map(|why| format!("not measured: {why}")));
