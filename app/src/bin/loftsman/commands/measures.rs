@@ -38,7 +38,7 @@ fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<Stri
                 let sign = if change < 0.0 { '-' } else { '+' };
                 return Some(format!("{} ({sign} {})", one(after), figure(change.abs())));
             }
-            let told = if ratio.is_finite() && ratio > 0.0 {
+            let told = if ratio.is_finite() && ratio > 0.0 && figure(ratio) != "1" {
                 format!(" (× {})", figure(ratio))
             } else {
                 String::new()
