@@ -7,6 +7,8 @@ use loftsman_kernel::plugin::{CustomShape, Fineness};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
 
+use crate::measures::{Measures, closed};
+
 /// The facts about a scene.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SceneFacts {
@@ -117,9 +119,12 @@ pub struct ObjectFacts {
     /// Frames of its animation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
-    /// The length of a curve or polyline; none where it is beyond what numbers can hold.
+    /// Loose lines of a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub length: Option<f64>,
+    pub lines: Option<usize>,
+    /// Length, area, volume, and whether a mesh is watertight; none where it is beyond what numbers can hold.
+    #[serde(flatten)]
+    pub measures: Measures,
     /// The corners of the axis-parallel box around it, the lower first: of a spline around the curve or surface
     /// itself, not its control vertices; of a plug-in's shape around its segments or triangles.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -196,6 +201,7 @@ fn shape(geometry: &Geometry) -> ObjectFacts {
         unknown: geometry.is_unknown(),
         vertices: has_points.then_some(points.len()),
         bounds: bounds(points),
+        measures: Measures::of(geometry),
         ..ObjectFacts::default()
     };
     match geometry {
@@ -205,17 +211,10 @@ fn shape(geometry: &Geometry) -> ObjectFacts {
         Geometry::Trimmed(t) => ObjectFacts { loops: Some(t.loops().count()), ..surface(t.surface(), facts) },
         Geometry::Custom(custom) => shape_of_plugin(custom, facts),
         Geometry::Mesh(m) => {
-            ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), ..facts }
+            let lines = Some(m.lines().count()).filter(|&count| count > 0);
+            ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), lines, ..facts }
         }
-        Geometry::Polyline(line) => {
-            let open: f64 = line.points.windows(2).map(|p| distance(&p[0], &p[1])).sum();
-            let back = match (line.closed, line.points.first(), line.points.last()) {
-                (true, Some(first), Some(last)) => distance(first, last),
-                _ => 0.0,
-            };
-            let length = Some(open + back).filter(|length| length.is_finite());
-            ObjectFacts { closed: Some(line.closed), length, ..facts }
-        }
+        Geometry::Polyline(line) => ObjectFacts { closed: Some(line.closed), ..facts },
         _ => facts,
     }
 }
@@ -228,7 +227,6 @@ fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
         periodic: vec![curve.is_periodic()],
         closed: Some(closed(curve)),
         domain: vec![[start, end]],
-        length: curve.length(1e-10).ok().map(|length| length.value),
         bounds: Some(corners(curve.bounds())),
         ..facts
     }
@@ -245,21 +243,6 @@ fn shape_of_plugin(custom: &CustomShape, facts: ObjectFacts) -> ObjectFacts {
         bounds: seen.and_then(|seen| bounds(seen.drawn.points())).or(facts.bounds),
         ..facts
     }
-}
-
-/// Whether a curve's end meets its start, to rounding of its size.
-fn closed(curve: &Curve) -> bool {
-    let (start, end) = curve.domain();
-    let (low, high) = curve.hull_bounds();
-    let size = (high - low).amax();
-    let gap = curve.point(start).and_then(|a| Ok(distance(&curve.point(end)?, &a)));
-    curve.is_periodic() || gap.is_ok_and(|gap| gap.is_finite() && gap <= 1e-12 * size)
-}
-
-/// A distance whose squares neither overflow nor vanish.
-fn distance(p: &Point, q: &Point) -> f64 {
-    let d = q - p;
-    d.x.hypot(d.y).hypot(d.z)
 }
 
 fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {

@@ -58,8 +58,10 @@
 pub mod compare;
 pub mod convert;
 pub mod describe;
+pub mod document;
 mod error;
 pub mod file;
+pub mod measures;
 #[cfg_attr(not(feature = "picture"), path = "no_picture.rs")]
 pub mod picture;
 mod picture_name;

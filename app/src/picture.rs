@@ -65,6 +65,12 @@ pub const FIELDS: &[Field] = &[
     ),
     Field::optional("segments", "true | false", "false", "the segments of curves dark and light in turn"),
     Field::optional("labels", "true | false", "true", "labels of what was asked"),
+    Field::optional(
+        "parameters",
+        "true | false",
+        "false",
+        "parameters written beside curves and along two edges of surfaces: what `at` takes",
+    ),
     Field::optional("marks", "true | false", "true", "what was asked: points moved and kept, directions, …"),
     Field::optional("legend", "true | false", "true", "what is what, axes and scale"),
     Field::optional("dark", "true | false", "false", "light on dark"),
@@ -121,6 +127,8 @@ pub struct Look {
     pub segments: bool,
     /// Labels of marks.
     pub labels: bool,
+    /// Parameters beside curves and along edges of surfaces.
+    pub parameters: bool,
     /// Marks of what was asked.
     pub marks: bool,
     /// The legend.
@@ -153,6 +161,7 @@ impl Default for Look {
             movements: false,
             segments: false,
             labels: true,
+            parameters: false,
             marks: true,
             legend: true,
             dark: false,
@@ -213,6 +222,7 @@ impl Look {
             movements: flag("movements", usual.movements)?,
             segments: flag("segments", usual.segments)?,
             labels: flag("labels", usual.labels)?,
+            parameters: flag("parameters", usual.parameters)?,
             marks: flag("marks", usual.marks)?,
             legend: flag("legend", usual.legend)?,
             dark: flag("dark", usual.dark)?,
@@ -273,6 +283,7 @@ impl Look {
             .movements(self.movements)
             .alternate(self.segments)
             .labels(self.labels)
+            .parameters(self.parameters)
             .legend(self.legend)
             .theme(if self.dark { Theme::Dark } else { Theme::Light });
         if let (true, Some(before)) = (self.before, before) {

@@ -27,6 +27,29 @@ pub fn clip_to(most: usize, text: &str) -> String {
     short
 }
 
+/// A number in about four figures, as people write it: plain from a ten-thousandth to ten million, else with an exponent.
+///
+/// ```
+/// use loftsman_kernel::text::figure;
+///
+/// assert_eq!([0.0001976, 0.1, 2.165196, 12345.6, 3e-9].map(figure), ["0.0001976", "0.1", "2.165", "12346", "3e-9"]);
+/// ```
+pub fn figure(number: f64) -> String {
+    let size = number.abs();
+    if !(size == 0.0 || (1e-4..1e7).contains(&size)) {
+        let text = format!("{number:.3e}");
+        let Some((digits, exponent)) = text.split_once('e') else { return text };
+        return format!("{}e{exponent}", without_zeros(digits));
+    }
+    let decimals = if size == 0.0 { 0 } else { (3 - size.log10().floor() as i32).clamp(0, 8) as usize };
+    without_zeros(&format!("{number:.decimals$}")).to_owned()
+}
+
+/// Decimals without zeros at their end.
+fn without_zeros(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
 /// Writes the shortest decimals that read back as the same bits. Whole numbers come without a point, but for minus zero, whose
 /// sign most readers would lose otherwise.
 ///

@@ -98,13 +98,25 @@ impl Bench {
         self.program.json(self.folder.path(), arguments)
     }
 
-    /// A run that must fail with one clear error that has all of these words, print nothing else and change
-    /// nothing on the disk.
+    /// A run that must fail with one clear error that has all of these words, print nothing else (with `--json`, the
+    /// error as JSON) and change nothing on the disk.
     pub fn fails(&self, arguments: &[&str], code: i32, words: &[&str]) -> String {
         let before = self.snapshot();
         let run = self.run(arguments);
         assert_eq!(run.code, Some(code), "{arguments:?}: {} {}", run.out, run.err);
-        assert_eq!(run.out, "", "{arguments:?} printed on the standard output");
+        if arguments.contains(&"--json") {
+            let told: Value = serde_json::from_str(&run.out).unwrap_or_default();
+            let message = told["error"]["message"].as_str().unwrap_or_default();
+            let lines = run.err.lines().next().unwrap_or_default();
+            assert!(
+                !message.is_empty() && lines.contains(message.lines().next().unwrap_or_default()),
+                "{told} {}",
+                run.err
+            );
+            assert_eq!(told["error"]["status"], code, "{told}");
+        } else {
+            assert_eq!(run.out, "", "{arguments:?} printed on the standard output");
+        }
         assert!(run.err.starts_with("error: "), "{arguments:?}: {}", run.err);
         assert_eq!(run.err.matches("error: ").count(), 1, "{arguments:?}: {}", run.err);
         assert!(!run.err.contains("panicked"), "{arguments:?}: {}", run.err);

@@ -11,6 +11,8 @@
 //! ```
 
 mod aftermath;
+mod changes;
+mod closest;
 mod parse;
 mod place;
 mod report;
@@ -30,6 +32,43 @@ use crate::error::{Error, Result};
 use crate::file::Input;
 use crate::picture::Look;
 use loftsman_kernel::plugin::Source;
+
+/// What every constraint takes beside its kind's own fields.
+pub const WISHES: &[Field] = &[
+    Field::required("kind", "name", "what is asked; `loftsman plugins constraints` lists the kinds"),
+    Field::optional(
+        "to",
+        "number, or a list of as many as the kind has",
+        "one wish is needed",
+        "this value: [x, y, z] for a position or derivative, a number for a length, area or volume",
+    ),
+    Field::optional(
+        "by",
+        "number, or a list of as many as the kind has",
+        "one wish is needed",
+        "this change of its value",
+    ),
+    Field::optional("scale", "number", "one wish is needed", "so many times its value"),
+    Field::optional("keep", "true", "one wish is needed", "its value as it is"),
+    Field::optional(
+        "at_least",
+        "number, or a list of as many as the kind has",
+        "one wish is needed",
+        "no less than this, where the solver takes bounds",
+    ),
+    Field::optional(
+        "at_most",
+        "number, or a list of as many as the kind has",
+        "one wish is needed",
+        "no more than this",
+    ),
+    Field::optional(
+        "axis",
+        "\"x\" | \"y\" | \"z\"",
+        "all",
+        "only this coordinate, of kinds whose value is a vector: position, derivative, vertex, centroid",
+    ),
+];
 
 /// The fields of a recipe, beside its steps' own.
 pub const FIELDS: &[Field] = &[

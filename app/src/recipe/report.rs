@@ -1,10 +1,13 @@
 //! What a run did, as a value.
 
 use loftsman_kernel::plugin::{ReadReport, StepReport, Written};
+use loftsman_kernel::scene::Unit;
 
 /// What a recipe's run read, did and wrote.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct RunReport {
+    /// The unit of all lengths in the report.
+    pub unit: Unit,
     /// What was read; `None` where the recipe has no input.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<InputReport>,

@@ -11,6 +11,8 @@ use serde_json::Value;
 
 use super::Recipe;
 use super::aftermath::Beforehand;
+use super::changes::{self, Known};
+use super::closest;
 use super::report::{InputReport, OutputReport, RunReport};
 use super::within::{Lifted, UNIQUE};
 use crate::error::{Error, Result};
@@ -185,7 +187,8 @@ impl<'a> Runner<'a> {
                 (report.bytes, report.siblings) = (file.bytes, file.siblings);
             }
         }
-        Ok(RunReport { input: applied.input, steps: applied.steps, outputs: reports })
+        let unit = applied.scene.unit;
+        Ok(RunReport { unit, input: applied.input, steps: applied.steps, outputs: reports })
     }
 
     /// Refuses what is asked of outputs that the recipe does not have.
@@ -216,6 +219,7 @@ impl<'a> Runner<'a> {
         let steps = self.prepare(recipe)?;
         let mut applied = self.read(recipe)?;
         let context = Context { registry: self.registry, observer: self.observer, clock: self.clock };
+        let mut known = Known::default();
         for (number, Step { op, parameters, unique }) in steps.iter().enumerate() {
             self.observer.proceed(op, number as u64, steps.len() as u64)?;
             let operation = self.operation(recipe, op, number)?;
@@ -225,13 +229,16 @@ impl<'a> Runner<'a> {
             let mut notes = Vec::new();
             let lifted = Lifted::lift(&mut applied.scene, parameters, *unique, &mut notes).map_err(locate)?;
             let before = Beforehand::of(&applied.scene);
+            let geometry = changes::Before::of(&applied.scene);
+            let pointed = closest::resolve(&applied.scene, parameters, &mut notes).map_err(locate)?;
             let mut report = operation
-                .apply(&mut applied.scene, parameters, &context)
+                .apply(&mut applied.scene, &pointed, &context)
                 .map_err(|e| step_error(recipe, number, op, parameters, e))?;
             if report.op.is_empty() {
                 report.op.clone_from(op);
             }
             before.drop_stale(&mut applied.scene, &mut report)?;
+            geometry.tell(&applied.scene, &mut known, &mut report);
             if applied.scene.unit == Unit::Unknown && (report.area.is_some() || report.volume.is_some()) {
                 let what = "areas and volumes are of the file's numbers; give the recipe a `unit`";
                 report.notes.push(format!("the unit is unknown: {what}"));

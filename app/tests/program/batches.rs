@@ -36,5 +36,9 @@ fn two_inputs_never_become_one_file() {
         bench.run(&["convert", "wave.loft.json", "more/wave.loft.json", "--to", ".obj", "--into", "out"]);
     assert_eq!(run.code, Some(1));
     assert!(run.err.contains("same file") && run.out.contains("1 file converted, 1 failed"), "{}", run.err);
-    bench.fails(&["convert", "wave.loft.json", "--to", "obj", "--into", "none"], 1, &["none", "create it"]);
+    let into = |folder| ["convert", "wave.loft.json", "--into", folder];
+    bench.fails(&into("out/x"), 1, &["out/x", "this is a file"]);
+    // The folder is made, and what is written is glb unless told otherwise.
+    bench.done(&into("new/folder"));
+    assert!(bench.read("new/folder/wave.glb").starts_with(b"glTF"));
 }

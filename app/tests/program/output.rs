@@ -90,7 +90,6 @@ fn exit_status_2_is_for_the_command_line() {
         &["convert", "wave.loft.json", "b.obj", "--tolerance", "0"],
         &["convert", "wave.loft.json", "b.obj", "--tolerance", "nan"],
         &["convert", "wave.loft.json", "b.unheard-of"],
-        &["convert", "wave.loft.json", "--into", "."],
         &["convert", "wave.loft.json", "--to", "obj", "--into", ".", "--jobs", "0"],
         &["plot", "wave.loft.json", "b.obj"],
         &["run", "wave.loft.json", "--solver", "householder"],

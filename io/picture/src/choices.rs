@@ -60,4 +60,5 @@ pub(crate) struct Choices {
     pub(crate) movements: bool,
     pub(crate) alternate: bool,
     pub(crate) labels: bool,
+    pub(crate) parameters: bool,
 }

@@ -32,6 +32,11 @@ impl Ink {
         Self { area, columns, rows, cells: vec![0; columns * rows] }
     }
 
+    /// Where there is room for it.
+    pub(crate) fn area(&self) -> Rect {
+        self.area
+    }
+
     /// Inks a segment; `weight` says how bad it is to cover it. Cells keep the heaviest.
     pub(crate) fn segment(&mut self, from: Spot, to: Spot, weight: u16) {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::{Geometry, MOST_PLACED, Scene, Unit};
 
 use crate::chart::Chart;
@@ -90,8 +91,13 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     moments.dedup();
     let stills = moments.iter().map(|moment| scene.at(*moment)).collect::<Result<Vec<Scene>, _>>()?;
     let scenery = Scenery::new(&scene, (before.as_deref(), None), &marks, picture.frames, &panels)?;
-    let still = |still| Scenery::new(still, (None, Some(&*scene)), &[], Frames::Off, &panels);
-    let sceneries = stills.iter().map(still).collect::<Result<Vec<_>, PictureError>>()?;
+    let moving: Vec<Vec<Mark>> = stills.iter().map(|still| followed(&marks, still)).collect();
+    let still = |(still, marks)| Scenery::new(still, (None, Some(&*scene)), marks, Frames::Off, &panels);
+    let sceneries = stills
+        .iter()
+        .zip(moving.iter().map(Vec::as_slice))
+        .map(still)
+        .collect::<Result<Vec<_>, PictureError>>()?;
     let of = |panel: &Panel| {
         let at = panel.moment.and_then(|moment| moments.iter().position(|m| m.total_cmp(&moment).is_eq()));
         at.and_then(|at| sceneries.get(at)).unwrap_or(&scenery)
@@ -105,7 +111,13 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     let top = if picture.title.is_some() { MARGIN + 7.0 } else { MARGIN };
     let columns = picture.columns.unwrap_or_else(|| columns(&parts)).min(parts.len());
     let cell = ((picture.width - 2.0 * MARGIN) - GUTTER * (columns - 1) as f64) / columns as f64;
-    let usual = if parts.len() == 1 { 0.65 * picture.width } else { 0.9 * cell };
+    // Beside one another, what is higher than wide may be as high as a drawing alone.
+    let tallest = parts.iter().map(Part::tallness).fold(0.9, f64::max);
+    let usual = if parts.len() == 1 {
+        0.65 * picture.width
+    } else {
+        (tallest * cell).min(0.65 * picture.width).max(0.9 * cell)
+    };
     let highest = picture.height.unwrap_or(usual);
     parts.chunks_mut(columns).for_each(align);
     // One scale for all that have one: the smallest that each of them needs.
@@ -149,6 +161,18 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
         bottom = end + 0.6 * MARGIN;
     }
     Ok(document(picture, &content, bottom))
+}
+
+/// The marks where their places are in a scene at a moment; those that have none there are left out.
+fn followed(marks: &[Mark], still: &Scene) -> Vec<Mark> {
+    let follow = |mark: &Mark| {
+        let mut mark = mark.clone();
+        let there = still.get(&mark.object).is_some_and(|object| mark.follow(object.geometry()));
+        // Where it was before is not of this moment.
+        mark.before = mark.position;
+        there.then_some(mark)
+    };
+    marks.iter().filter_map(follow).collect()
 }
 
 /// Gives all combs one measure, and all drawings their bounds.
@@ -219,6 +243,17 @@ impl<'a> Part<'a> {
                 Self { panel, stage, content: Content::Chart(chart) }
             }
         })
+    }
+
+    /// How many times as high as wide a drawing is.
+    fn tallness(&self) -> f64 {
+        match &self.content {
+            Content::Drawing { bounds, .. } => {
+                let [width, height] = bounds.size();
+                if width > 0.0 { height / width } else { 0.0 }
+            }
+            Content::Chart(_) => 0.0,
+        }
     }
 
     /// The view of a drawing.

@@ -56,6 +56,7 @@ impl<'a> Picture<'a> {
                 movements: false,
                 alternate: false,
                 labels: true,
+                parameters: false,
             },
             frames: Frames::Off,
             legend: true,
@@ -152,6 +153,13 @@ impl<'a> Picture<'a> {
     #[must_use]
     pub fn control_polygons(mut self, on: bool) -> Self {
         self.choices.control_polygons = on;
+        self
+    }
+
+    /// Whether parameters are written beside curves and along two edges of surfaces; they are not unless asked for.
+    #[must_use]
+    pub fn parameters(mut self, on: bool) -> Self {
+        self.choices.parameters = on;
         self
     }
 

@@ -208,9 +208,11 @@ impl Caption {
     ) {
         if shown * 4 < all * 3 {
             let name = text::clipped(object, 30);
-            let (glyphs, verb) =
-                if shown == 1 { (glyphs.trim_end_matches('s'), "stands") } else { (glyphs, "stand") };
-            self.note(format!("{name}: {shown} {glyphs} {verb} for {all} {things}"));
+            let verb = if shown == 1 { "has a" } else { "have" };
+            let glyphs = if shown == 1 { glyphs.trim_end_matches('s') } else { glyphs };
+            self.note(format!(
+                "{name}: {shown} of {all} {things} {verb} {glyphs}; the others are as good as covered by them"
+            ));
         }
     }
 }

@@ -305,7 +305,7 @@ impl Parameters {
         location.ok_or_else(|| {
             self.error(
                 name,
-                format!("{} where a parameter u (or [u, v] on a surface) is needed", short(value)),
+                format!("{} where a location is needed: a parameter u, [u, v] on a surface, or {{ closest = [x, y, z] }}", short(value)),
             )
         })
     }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::text::figure;
+
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Smoothness};
 
 /// What solving an edit gave: printed by `Display`, kept by serde.
@@ -43,7 +45,11 @@ const REDUNDANT: usize = 5;
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { solver, equations, rank, residual, adjustment, .. } = self;
-        write!(f, "rank {rank} of {equations} · residual {residual:.1e} · ‖d‖ {adjustment:.4} · {solver}")?;
+        write!(
+            f,
+            "rank {rank} of {equations} · residual {} · ‖d‖ {adjustment:.4} · {solver}",
+            figure(*residual)
+        )?;
         if self.iterations > 1 {
             write!(f, " · {} iterations", self.iterations)?;
         }
@@ -57,7 +63,7 @@ impl fmt::Display for Report {
             let count = self.redundant.len();
             let plural = if count == 1 { "" } else { "s" };
             let named = self.redundant[..count.min(REDUNDANT)].join(", ");
-            write!(f, " · {count} redundant constraint{plural} dropped: {named}")?;
+            write!(f, " · {count} constraint{plural} that the others imply: {named}")?;
             if count > REDUNDANT {
                 write!(f, " and {} more", count - REDUNDANT)?;
             }
@@ -73,10 +79,10 @@ impl fmt::Display for Report {
 }
 
 impl Report {
-    /// What a best effort has missed, and by how much: `position at 0 by 1.000e0`. Rounding is not counted.
+    /// What a best effort has missed, and by how much: `position at 0 by 1`. Rounding is not counted.
     pub fn missed(&self) -> Vec<String> {
         let missed = self.constraints.iter().filter(|c| self.best_effort && c.residual > self.tolerance());
-        missed.map(|c| format!("{} by {:.3e}", c.name, c.residual)).collect()
+        missed.map(|c| format!("{} by {}", c.name, figure(c.residual))).collect()
     }
 
     /// Errors below this are rounding.

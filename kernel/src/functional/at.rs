@@ -68,13 +68,13 @@ impl At {
 pub(super) const AT_OR_NEAR: [Field; 2] = [
     Field::optional(
         "at",
-        "number, or [u, v] on a surface",
+        "number, [u, v] on a surface, or { closest = [x, y, z] }",
         "this or near is needed",
         "the location, in the shape's own parameters",
     ),
     Field::optional(
         "near",
-        "number, or [u, v] on a surface",
+        "number, [u, v] on a surface, or { closest = [x, y, z] }",
         "this or at is needed",
         "instead of at: the location floats, from here to where the change is least",
     ),

@@ -6,6 +6,7 @@ use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Sha
 use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::error::{Error, Result};
 use crate::shape::Location;
+use crate::text::figure;
 
 /// `|C'(u)|`, the speed of the parametrisation: one nonlinear equation with gradient `S'_i C'/|C'|`. Keeping it and
 /// the position while the direction turns is figure 2 (a) of paper 1; scaling it, figure 2 (b).
@@ -63,8 +64,8 @@ impl Functional for Magnitude {
         let Some(&wanted) = wanted.first().filter(|w| **w <= 0.0) else { return Ok(()) };
         let what = self.describe();
         Err(Error::Invalid(format!(
-            "{what}: it would be {wanted}, but it is a length, and where it vanishes the curve stands still and has no \
-             direction; ask for a positive one (to turn the tangent round, ask for the derivative)"
+            "{what}: a length of {} cannot be; ask for one above 0 (to turn the tangent round, ask for the derivative)",
+            figure(wanted)
         )))
     }
 

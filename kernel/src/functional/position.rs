@@ -91,8 +91,11 @@ impl Functional for Position {
 }
 
 /// The field that every kind with a location has.
-pub(super) const AT: Field =
-    Field::required("at", "number, or [u, v] on a surface", "the location, in the shape's own parameters");
+pub(super) const AT: Field = Field::required(
+    "at",
+    "number, [u, v] on a surface, or { closest = [x, y, z] }",
+    "the location, in the shape's own parameters",
+);
 
 /// The field that every kind has.
 pub(super) const OBJECT: Field =

@@ -7,6 +7,7 @@ use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
+use crate::text::figure;
 use crate::{Point, Vector};
 
 /// Every control vertex the mirror image of its partner: `P_i - M P_j - c = 0` for each pair, with
@@ -89,9 +90,10 @@ impl Symmetry {
                 }
                 _ => {
                     return Err(Error::Invalid(format!(
-                        "symmetry{}: control vertex {i} has no partner within {reach:.3e} of its mirror image; \
+                        "symmetry{}: control vertex {i} has no partner within {} of its mirror image; \
                          make the control polygon symmetric first",
-                        self.on
+                        self.on,
+                        figure(reach)
                     )));
                 }
             }

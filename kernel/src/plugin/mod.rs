@@ -4,6 +4,7 @@
 //! [`Registry`]; there is no link-time magic. Each comes with a [`Declaration`] of its fields, from which help, checks
 //! of unknown fields and `loftsman plugins` are made.
 
+mod change;
 mod constraints;
 mod format;
 mod frames;
@@ -17,6 +18,7 @@ pub use crate::declare::{Declaration, Field, ParameterError, Parameters, hint, n
 pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Name, Smoothness};
 pub use crate::tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};
+pub use change::{ChangeKind, Measured, ObjectChange};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
 pub use format::{

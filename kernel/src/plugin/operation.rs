@@ -1,5 +1,6 @@
 //! What a recipe step runs.
 
+use super::change::ObjectChange;
 use super::mark::Mark;
 use super::registry::Registry;
 use crate::declare::{Declaration, ParameterError, Parameters};
@@ -123,6 +124,12 @@ pub struct StepReport {
     /// The object it worked on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
+    /// What the step changed, object by object; filled in by who runs the step, not by the operation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<ObjectChange>,
+    /// How many objects it left as they were; filled in by who runs the step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unchanged: Option<usize>,
     /// The solver that was used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solver: Option<String>,

@@ -68,9 +68,13 @@ pub(crate) fn explain(problem: &Problem, assembly: &Assembly, dependency: &Depen
     let involved: Vec<&Constraint> = all.iter().map(|&k| constraints[k]).collect();
     let knot = knot_that_helps(&problem.shapes(), &involved, freedom);
     let insert = knot.map_or_else(String::new, |knot| format!(", or insert a knot at {knot}"));
-    let what = if per_vertex == 1 { "things a coordinate" } else { "things" };
+    let each = if per_vertex == 1 { " for each coordinate" } else { "" };
+    let vertices = match vertices {
+        1 => "only 1 control vertex that may move has".to_owned(),
+        n => format!("only {n} control vertices that may move have"),
+    };
     let text = format!(
-        "{release}{insert}: they ask {equations} {what} of {vertices} control vertices that may move"
+        "{release}{insert}: together they are {equations} equations{each}, and {vertices} a part in them"
     );
     SolveError::Conflict { constraints: labels, knot, text }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::name::Name;
 use crate::functional::Functional;
 use crate::shape::Location;
+use crate::text::figure;
 
 /// How a nonlinear problem converged.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
@@ -128,7 +129,7 @@ impl Corner {
 pub(crate) fn angle(degrees: f64) -> String {
     match degrees {
         d if d.to_radians() <= 1e-5 => "0°".to_owned(),
-        d if d < 0.1 => format!("{d:.1e}°"),
+        d if d < 0.1 => format!("{}°", figure(d)),
         d => format!("{d:.1}°"),
     }
 }
@@ -136,7 +137,7 @@ pub(crate) fn angle(degrees: f64) -> String {
 impl fmt::Display for Corner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(gap) = self.gap {
-            return write!(f, "a gap of {gap:.3e} {} (was closed)", self.place);
+            return write!(f, "a gap of {} {} (was closed)", figure(gap), self.place);
         }
         write!(f, "a corner of {} {}", angle(self.degrees.unwrap_or(0.0)), self.place)?;
         match self.before {

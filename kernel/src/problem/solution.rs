@@ -144,7 +144,7 @@ pub(crate) fn redundant(
         }
         let rows = assembly.slots(k).len() / sides;
         let name = bound[k].constraint.describe();
-        names.push(if lost < rows { format!("{name} ({lost} of {rows} rows)") } else { name });
+        names.push(if lost < rows { format!("{name} ({lost} of its {rows} equations)") } else { name });
     }
     (names, smooth)
 }

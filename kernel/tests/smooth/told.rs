@@ -84,7 +84,7 @@ fn closed_curves_stay_closed_and_smooth_where_they_were() {
     assert!(text.contains("smooth seam at 0") && text.contains("smooth = 0"), "{text}");
     let opened = Edit::new(&circle).smooth(0).ask(position(a).by([0.1, 0.0, 0.0])).solve().unwrap();
     assert!(
-        opened.report().notes.iter().any(|n| n.starts_with("a gap of 1.000e-1 at 0")),
+        opened.report().notes.iter().any(|n| n.starts_with("a gap of 0.1 at 0")),
         "{:?}",
         opened.report().notes
     );

@@ -126,7 +126,7 @@ impl Operation for Simulate {
         let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
         let run = Run::new(scene, parameters, context, &object)?;
         let start = context.clock.seconds();
-        let mut simulation = run.setup.prepare().map_err(OperationError::from)?;
+        let mut simulation = run.setup.prepare().map_err(|error| blamed(error, parameters, &run.asked))?;
         let prepare_seconds = context.clock.seconds() - start;
         let stable = simulation.stable_step();
         if run.frames > 0 && run.scheme != "implicit" && 1.0 / (run.rate * stable) > MOST_STEPS {
@@ -189,8 +189,25 @@ impl Operation for Simulate {
     }
 }
 
+/// The error at the place of the one constraint, force or pull that it is about, where it is about one: `asked` are their
+/// names, with the lists in the recipe and the places in these.
+fn blamed(error: DynamicsError, parameters: &Parameters, asked: &[(String, String)]) -> OperationError {
+    let text = error.to_string();
+    let about = |name: &str| {
+        let rest = text.strip_prefix(name).or_else(|| text.strip_prefix(&format!("\"{name}\"")));
+        rest.is_some_and(|rest| rest.starts_with([':', ' ']))
+    };
+    // Of several that a conflict names, the first.
+    match asked.iter().filter(|(name, _)| about(name)).max_by_key(|(name, _)| name.len()) {
+        Some((_, place)) => parameters.error(place, text).into(),
+        None => error.into(),
+    }
+}
+
 /// What a step says.
 struct Run {
+    /// What constraints, pulls and forces are called, and where each stands in the recipe.
+    asked: Vec<(String, String)>,
     setup: Setup,
     names: Vec<String>,
     still: Vec<bool>,
@@ -255,6 +272,16 @@ impl Run {
             .iter()
             .map(|table| force(table, &mut names))
             .collect::<Result<Vec<_>, OperationError>>()?;
+        let called = |list: &'static str, names: Vec<&String>| -> Vec<(String, String)> {
+            let place = |(index, name): (usize, &String)| (name.clone(), format!("{list}[{index}]"));
+            names.into_iter().enumerate().map(place).collect()
+        };
+        let asked = [
+            called("constraints", constraints.iter().map(|c| &c.name).collect()),
+            called("pull", pulls.iter().map(|p| &p.name).collect()),
+            called("forces", forces.iter().map(|f| &f.name).collect()),
+        ]
+        .concat();
         let SeenShapes { names, shapes, frames: seen } = names.into_parts()?;
         let own =
             material(parameters, Material { stiffness: f64::NAN, shear: f64::NAN, ..Material::default() })?;
@@ -301,6 +328,7 @@ impl Run {
         let scheme = parameters.text_or("scheme", "epsilon")?.to_owned();
         let settle_frames = parameters.flag("settle_frames")?;
         Ok(Self {
+            asked,
             setup,
             names,
             still,

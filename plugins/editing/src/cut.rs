@@ -42,8 +42,11 @@ pub struct Split;
 
 impl Operation for Split {
     fn declaration(&self) -> Declaration {
-        const FIELDS: &[Field] =
-            &[OBJECT, Field::required("at", "number", "the parameter to split at"), DIRECTION];
+        const FIELDS: &[Field] = &[
+            OBJECT,
+            Field::required("at", "number, or { closest = [x, y, z] }", "the parameter to split at"),
+            DIRECTION,
+        ];
         Declaration {
             name: "split",
             help: "cut in two at a parameter (a periodic shape is opened)",

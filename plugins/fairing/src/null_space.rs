@@ -147,13 +147,10 @@ pub(crate) fn notes(shape: &dyn Shape, squares: &Squares, ways: usize, kept: &[S
     let breaks = breaks(shape, squares.order(), kept);
     if ways > 0 {
         let what = if breaks.is_some() { "the shape or its parts" } else { "the whole shape" };
-        let what = if ways == 1 {
-            &format!("1 way to move {what} costs")
-        } else {
-            &format!("{ways} ways to move {what} cost")
-        };
+        let ways = if ways == 1 { "1 way".to_owned() } else { format!("{ways} ways") };
         notes.push(format!(
-            "{what} no energy, and no constraint forbids it: there the shape stays where the constraints alone bring it"
+            "nothing says where {what} should be in {ways} (shifted or stretched evenly it is as fair): there it stays as near to \
+             where it was as the constraints let it"
         ));
     }
     notes.extend(breaks);

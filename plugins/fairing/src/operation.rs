@@ -10,6 +10,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::Scene;
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Solver;
+use loftsman_kernel::text::figure;
 
 use crate::energy::{Datum, EnergySum, bend, data, near, stretch, variation};
 use crate::fair::{Fair, FairReport};
@@ -195,8 +196,12 @@ fn points(table: &Parameters) -> Result<Vec<Datum>, ParameterError> {
 }
 
 fn step_report(object: &str, report: &FairReport) -> StepReport {
-    let mut notes =
-        vec![format!("{}: {:.6e} → {:.6e}", report.energy, report.energy_before, report.energy_after)];
+    let mut notes = vec![format!(
+        "{}: {} → {}",
+        report.energy,
+        figure(report.energy_before),
+        figure(report.energy_after)
+    )];
     notes.extend(report.notes.iter().cloned());
     StepReport {
         op: "fair".into(),

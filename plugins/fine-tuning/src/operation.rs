@@ -16,6 +16,7 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::text::figure;
 
 use crate::{Ends, FineTune, TuneReport, alpha_of, alpha_space};
 
@@ -243,10 +244,10 @@ fn report(
 ) -> StepReport {
     let [least, most] = tuned.alpha;
     let mut notes = vec![format!(
-        "alpha {} to {}, changed by {:.2e} in the mean; degree {} → {}",
+        "alpha {} to {}, changed by {} in the mean; degree {} → {}",
         short(least),
         short(most),
-        tuned.change,
+        figure(tuned.change),
         before.degree(),
         after.degree()
     )];

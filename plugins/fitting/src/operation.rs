@@ -10,6 +10,7 @@ use loftsman_kernel::plugin::{
     StepReport, constraint_from, functional_from,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Error, Point};
 
 use crate::corner::Corners;
@@ -420,22 +421,24 @@ impl ShapeNames for OnlyItself<'_> {
 fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
     let vertices = fitted.curve.points().len();
     let mut notes = vec![format!(
-        "{vertices} control vertices for {} points: largest error {:.3e} (point {}), root mean square {:.3e}",
+        "{vertices} control vertices for {} points: largest error {} (point {}), root mean square {}",
         points.len(),
-        fitted.max_error,
+        figure(fitted.max_error),
         fitted.worst,
-        fitted.rms_error
+        figure(fitted.rms_error)
     )];
     match fitted.tolerance {
         Some(tolerance) if !fitted.met => {
-            notes.push(format!("best effort: the tolerance {tolerance:e} is not met"));
+            notes.push(format!("best effort: the tolerance {tolerance} is not met"));
         }
-        Some(tolerance) => notes.push(format!("the tolerance {tolerance:e} is met")),
+        Some(tolerance) => notes.push(format!("the tolerance {tolerance} is met")),
         None => {}
     }
     notes.push(format!(
-        "length {:.6e}, the polygon of the points {:.6e}; the nearest points of the curve are at most {:.3e} away",
-        fitted.length, fitted.polygon_length, fitted.distance
+        "length {}, the polygon of the points {}; the nearest points of the curve are at most {} away",
+        figure(fitted.length),
+        figure(fitted.polygon_length),
+        figure(fitted.distance)
     ));
     if fitted.interpolated {
         notes.push(if fitted.tolerance.is_some() {

@@ -80,14 +80,14 @@ pub(crate) struct ConvertArgs {
     /// one file for each frame of the animations.
     #[arg(required = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) files: Vec<PathBuf>,
-    /// The format to write, by its extension; needed with --into and where OUT is -.
+    /// The format to write, by its extension; needed where OUT is - [with --into: glb].
     #[arg(long, value_name = "EXT")]
     pub(crate) to: Option<String>,
     /// The format to read, by its extension, whatever the input is called.
     #[arg(long, value_name = "EXT")]
     pub(crate) from: Option<String>,
-    /// Write every input into this folder; one that fails does not stop the rest.
-    #[arg(long, value_name = "DIR", requires = "to", value_hint = ValueHint::DirPath)]
+    /// Write every input into this folder, which is made where it is missing; one that fails does not stop the rest.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) into: Option<PathBuf>,
     /// Conversions at once with --into; as many as the machine has cores unless given.
     #[arg(long, value_name = "N", requires = "into", value_parser = clap::value_parser!(u16).range(1..))]
@@ -258,7 +258,8 @@ pub(crate) struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct PluginsArgs {
-    /// Only the entry of this name.
+    /// Only the entry of this name; or all of a sort: formats, operations, constraints, solvers, shapes, wishes (what
+    /// every constraint takes), recipe, picture, document (what a *.loft.json holds).
     pub(crate) name: Option<String>,
     #[command(flatten)]
     pub(crate) json: Json,

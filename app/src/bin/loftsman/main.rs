@@ -5,6 +5,7 @@
 mod args;
 mod commands;
 mod console;
+mod failure;
 mod progress;
 
 use std::process::ExitCode;
@@ -39,7 +40,16 @@ impl std::error::Error for Interrupted {}
 
 /// What was typed.
 fn typed() -> Arguments {
-    Arguments::from_arg_matches(&args::command().get_matches()).unwrap_or_else(|error| error.exit())
+    let matches = args::command().try_get_matches();
+    matches.and_then(|matches| Arguments::from_arg_matches(&matches)).unwrap_or_else(|error| {
+        // Help that was asked for is no error.
+        if error.use_stderr() && failure::asked_for() {
+            let text = error.render().to_string();
+            let problem = text.lines().next().unwrap_or_default();
+            failure::print(&failure::Failure::usage(problem.trim_start_matches("error: ")));
+        }
+        error.exit()
+    })
 }
 
 fn main() -> ExitCode {
@@ -60,6 +70,7 @@ fn main() -> ExitCode {
         // Whoever read our output has seen enough (`| head`).
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) if is_cancelled(&error) => {
+            failure::tell(&error, 130);
             console::error("interrupted: nothing was written");
             ExitCode::from(progress::INTERRUPTED)
         }
@@ -68,8 +79,10 @@ fn main() -> ExitCode {
             ExitCode::from(progress::INTERRUPTED)
         }
         Err(error) => {
+            let status = if error.is::<Usage>() { 2 } else { 1 };
+            failure::tell(&error, status);
             console::error(&error.to_string());
-            ExitCode::from(if error.is::<Usage>() { 2 } else { 1 })
+            ExitCode::from(status)
         }
     }
 }

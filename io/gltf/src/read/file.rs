@@ -97,7 +97,7 @@ pub(super) fn parse<'a, T: Deserialize<'a>>(above: &str, text: &'a str) -> Resul
     let (below, error) = error;
     let below = if below == "." { "" } else { below.as_str() };
     let dot = if above.is_empty() || below.is_empty() || below.starts_with('[') { "" } else { "." };
-    let problem = json_problem(text, &error);
+    let problem = plain(json_problem(text, &error));
     let (problem, place) = if above.is_empty() {
         let at = format!("{problem} (line {}, column {})", error.line(), error.column());
         (at, if below.is_empty() { Place::Line(error.line().max(1)) } else { Place::Path(below.to_owned()) })
@@ -107,7 +107,45 @@ pub(super) fn parse<'a, T: Deserialize<'a>>(above: &str, text: &'a str) -> Resul
     Err(FormatError::new(place, problem))
 }
 
+/// What the parser says of a value, in words of the format and not of the program that reads it.
+fn plain(problem: String) -> String {
+    if let Some(field) = problem.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
+        return format!("the field \"{field}\" is missing, which is needed here");
+    }
+    let kinds = ["invalid type: ", "invalid value: "];
+    let rest = kinds.into_iter().find_map(|kind| problem.strip_prefix(kind));
+    let Some((found, expected)) = rest.and_then(|rest| rest.rsplit_once(", expected ")) else {
+        return problem;
+    };
+    let needed = match expected {
+        "a sequence" => "a list".to_owned(),
+        "a string" => "a text".to_owned(),
+        "f64" | "f32" => "a number".to_owned(),
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0".to_owned(),
+        "a map" => "a table { … }".to_owned(),
+        text if text.starts_with("struct ") => "a table { … }".to_owned(),
+        other => other.to_owned(),
+    };
+    format!("{needed} is needed here, and this is {found}")
+}
+
 /// The start of a text, on one line: what a file says may be a megabyte long.
 pub(super) fn clip(text: &str) -> String {
     clip_to(160, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_parser_says_is_said_in_plain_words() {
+        let told = |problem: &str| plain(problem.to_owned());
+        let number = "invalid type: integer `3`, expected struct Primitive";
+        assert_eq!(told(number), "a table { … } is needed here, and this is integer `3`");
+        let word = "invalid type: string \"a, expected b\", expected a sequence";
+        assert_eq!(told(word), "a list is needed here, and this is string \"a, expected b\"");
+        assert_eq!(told("missing field `buffers`"), "the field \"buffers\" is missing, which is needed here");
+        assert_eq!(told("anything else"), "anything else");
+    }
 }

@@ -10,6 +10,7 @@ use crate::stage::{Spotlight, Stage};
 use crate::svg::{Element, escaped, length};
 use crate::text;
 use crate::theme::Theme;
+use crate::view::Lens;
 
 /// Length of arrows for directions, of arrow heads, and of an osculating arc to each side, in millimetres.
 const ARROW: f64 = 13.0;
@@ -90,7 +91,8 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
         MarkKind::Direction => {
             if let Some(direction) = light.vector.and_then(|v| unit(sheet.layout.shift(&light.position, &v)))
             {
-                let to = [0, 1].map(|i| spot[i] + direction[i] * ARROW);
+                let length = within(sheet, spot, direction);
+                let to = [0, 1].map(|i| spot[i] + direction[i] * length);
                 sheet.ink.segment(spot, to, 5);
                 out.push_str(&arrow(spot, to, theme.ink().hex(), 0.3));
             }
@@ -101,6 +103,29 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
     out.push_str(&point(theme, light.mark.kind, spot));
     sheet.ink.segment(spot, spot, 8);
     out
+}
+
+/// How long an arrow is that ends on the sheet; half as long as others at least, so that it is seen to be one.
+fn within(sheet: &Sheet, spot: Spot, direction: Spot) -> f64 {
+    let room = sheet.ink.area();
+    let free = (0..2).map(|i| match direction[i] {
+        d if d > 0.0 => (room.high[i] - spot[i]) / d,
+        d if d < 0.0 => (room.low[i] - spot[i]) / d,
+        _ => f64::INFINITY,
+    });
+    free.fold(ARROW, f64::min).max(0.5 * ARROW)
+}
+
+/// The directions in the picture's plane in which a mark's glyph reaches out from its place, x to the right and y up.
+pub(crate) fn reaches(light: &Spotlight<'_>, lens: Lens) -> Vec<Spot> {
+    let Some(vector) = light.vector else { return Vec::new() };
+    let flat = lens.shift(&light.position, &vector);
+    match (light.mark.kind, unit([flat.x, flat.y])) {
+        (MarkKind::Direction, Some(along)) => vec![along],
+        // The arc runs across the curvature vector.
+        (MarkKind::Curvature, Some([x, y])) => vec![[-y, x], [y, -x]],
+        _ => Vec::new(),
+    }
 }
 
 /// The glyph at the place itself.

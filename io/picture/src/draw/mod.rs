@@ -8,6 +8,7 @@ pub(crate) mod legend;
 pub(crate) mod mark;
 pub(crate) mod movement;
 pub(crate) mod net;
+pub(crate) mod parameter;
 pub(crate) mod surface;
 
 use loftsman_kernel::Vector;
@@ -70,8 +71,20 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
         take(&light.before);
     }
     combs.tips().for_each(|tip| take(&tip));
+    // Glyphs have a size on the page: their share of a drawing of usual size has room on the stage.
+    let [width, height] = rect.size();
+    let reach = GLYPH * width.max(height);
+    for light in &stage.marks {
+        let at = lens.flat(&light.position);
+        for [x, y] in mark::reaches(light, lens) {
+            rect.take([at.x + x * reach, at.y + y * reach]);
+        }
+    }
     rect
 }
+
+/// The length of a mark's arrow, as a share of a drawing of usual size.
+const GLYPH: f64 = 0.1;
 
 /// Draws everything but labels and legend.
 ///
@@ -110,6 +123,11 @@ pub(crate) fn draw(
     }
     for body in &stage.new {
         bead::draw(sheet, body, choices.beads);
+    }
+    if choices.parameters {
+        for body in &stage.new {
+            parameter::draw(sheet, body);
+        }
     }
     mark::draw(sheet, stage, choices.labels);
     Ok(())

@@ -23,8 +23,13 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
         data.iter_mut().zip(parts).for_each(|(data, part)| data.push_str(&part));
     };
     let points: &[Vector] = match &body.form {
-        // Which vertices of a plug-in's shape are neighbours nobody guesses: squares without lines.
-        _ if !body.vertices.is_empty() => &body.vertices,
+        // Which vertices of a plug-in's shape are neighbours nobody guesses: without edges they are squares alone.
+        _ if !body.vertices.is_empty() => {
+            for [a, b] in &body.edges {
+                add(sheet, vec![body.vertices[*a], body.vertices[*b]], false, 1);
+            }
+            &body.vertices
+        }
         Form::Curve { net, closed, .. } => {
             add(sheet, net.clone(), *closed, 2);
             net
@@ -69,6 +74,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     sheet.caption.note_thinned(body.object.name(), (shown, "squares"), (all, "control vertices"));
     if !old {
         let what = match body.form {
+            _ if !body.edges.is_empty() => "control cage",
             _ if !body.vertices.is_empty() => "control vertices",
             Form::Curve { .. } => "control polygon",
             _ => "control net",

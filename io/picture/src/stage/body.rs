@@ -24,6 +24,8 @@ pub(crate) struct Body<'a> {
     /// The control vertices of a plug-in's shape, of which the form has none: it may be drawn as splines that have
     /// others.
     pub(crate) vertices: Vec<Vector>,
+    /// The edges between them, of a shape that says which are neighbours.
+    pub(crate) edges: Vec<[usize; 2]>,
 }
 
 impl<'a> Body<'a> {
@@ -36,7 +38,8 @@ impl<'a> Body<'a> {
     ) -> Result<Self, PictureError> {
         let custom = matches!(object.geometry(), Geometry::Custom(_));
         let vertices = if custom { points.clone() } else { Vec::new() };
-        Ok(Self { object, index, form: Form::of(object.geometry(), points, normal)?, vertices })
+        let edges = edges(object.geometry());
+        Ok(Self { object, index, form: Form::of(object.geometry(), points, normal)?, vertices, edges })
     }
 
     /// The control vertices, of what has them.
@@ -47,6 +50,18 @@ impl<'a> Body<'a> {
             _ => None,
         }
     }
+}
+
+/// The edges of the cage of a plug-in's shape; none where it does not say which vertices are neighbours.
+fn edges(geometry: &Geometry) -> Vec<[usize; 2]> {
+    let Geometry::Custom(custom) = geometry else { return Vec::new() };
+    let Some(neighbours) = custom.shape().ok().and_then(|shape| shape.neighbours()) else {
+        return Vec::new();
+    };
+    let count = custom.points().len();
+    let later =
+        |v: usize| neighbours.around(v).into_iter().filter(move |&w| v < w && w < count).map(move |w| [v, w]);
+    (0..count).flat_map(later).collect()
 }
 
 /// What there is to draw of an object.

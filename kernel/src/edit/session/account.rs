@@ -20,6 +20,7 @@ use crate::problem::solution::{overflow, redundant};
 use crate::problem::{Numbers, angle, view};
 use crate::shape::Shape;
 use crate::solve::Dependency;
+use crate::text::figure;
 
 impl<S: Shape> Session<S> {
     /// What solving gave: residuals (measured afresh on the shapes as they are), rank, condition, multipliers. Not free: not
@@ -124,9 +125,9 @@ impl<S: Shape> Session<S> {
                     format!("; the angle between them, which nothing bounds, is {} at most", angle(degrees))
                 });
                 report.notes.push(format!(
-                    "{}: {:.3e} apart at most, of the {tolerance:e} allowed{crease}",
+                    "{}: {} apart at most, of the {tolerance} allowed{crease}",
                     bound.constraint.label(),
-                    between.error
+                    figure(between.error)
                 ));
             }
         }

@@ -401,7 +401,7 @@ impl DeclaredFunctional for Join {
         fields: &[
             Field::required(
                 "at",
-                "number, [u, v], or an edge \"u0\" | \"u1\" | \"v0\" | \"v1\"",
+                "number, [u, v], { closest = [x, y, z] }, or an edge \"u0\" | \"u1\" | \"v0\" | \"v1\"",
                 "where on this shape",
             ),
             Field::required("with", "{ object, at }", "the other shape and where on it"),

@@ -6,6 +6,7 @@ use loftsman_kernel::plugin::{Field, OperationError, ParameterError, Parameters,
 use loftsman_kernel::solve::Solver;
 use loftsman_kernel::spline::algebra::{Field as Net, Function};
 use loftsman_kernel::spline::{Direction, Surface};
+use loftsman_kernel::text::figure;
 
 use super::{check_solved, continuity, ends, function, places, short, space};
 use crate::{FineTuneSurface, Scaling, SurfaceReport, surface_alpha_of, surface_alpha_spaces};
@@ -64,9 +65,9 @@ fn report(before: &Surface, after: &Surface, tuned: &SurfaceReport) -> StepRepor
     for (k, name) in ["u", "v"].into_iter().enumerate() {
         let [least, most] = tuned.alpha[k];
         if least != 1.0 || most != 1.0 {
-            let change = tuned.change[k];
+            let change = figure(tuned.change[k]);
             notes.push(format!(
-                "alpha along {name} {} to {}, changed by {change:.2e} in the mean",
+                "alpha along {name} {} to {}, changed by {change} in the mean",
                 short(least),
                 short(most)
             ));

@@ -40,6 +40,9 @@ pub(crate) struct PlotArgs {
     /// Show the segments of curves dark and light in turn.
     #[arg(long)]
     pub(crate) segments: bool,
+    /// Write parameters beside curves and along two edges of surfaces: what `at` takes in a recipe.
+    #[arg(long)]
+    pub(crate) parameters: bool,
     /// Show arrows from control vertices before to where they are.
     #[arg(long, requires = "before")]
     pub(crate) movements: bool,

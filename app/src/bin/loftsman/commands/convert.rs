@@ -58,7 +58,7 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<ExitCode> {
         return super::convert_many::run(args, folder);
     }
     let [input, output] = args.files.as_slice() else {
-        let text = "convert takes IN and OUT; for many inputs give --to EXT and --into DIR";
+        let text = "convert takes IN and OUT; for many inputs give --into DIR";
         return Err(Usage(text.to_owned()).into());
     };
     let to_stdout = output.as_os_str() == "-";

@@ -28,13 +28,18 @@ enum Outcome {
     Failed { input: String, error: String },
 }
 
+/// The extension of what is written unless told otherwise.
+const USUAL: &str = "glb";
+
 pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode> {
-    let extension = args.to.as_deref().unwrap_or_default().trim_start_matches('.');
+    let extension = args.to.as_deref().unwrap_or(USUAL).trim_start_matches('.');
     let format = format_of(extension)?;
     let conversion = args.how.conversion(format.as_ref())?;
-    if !folder.is_dir() {
-        anyhow::bail!("{}: there is no such folder; create it first", folder.display());
+    if folder.exists() && !folder.is_dir() {
+        anyhow::bail!("{}: this is a file; --into names a folder", folder.display());
     }
+    std::fs::create_dir_all(folder)
+        .map_err(|e| anyhow::anyhow!("{}: the folder cannot be made: {e}", folder.display()))?;
     let jobs = usize::from(args.jobs.unwrap_or(0));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build()?;
     let targets = targets(&args.files, folder, extension);

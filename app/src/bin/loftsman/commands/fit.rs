@@ -47,7 +47,8 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
     }
     drop(progress);
     let input = InputReport { path: Source::name(&input).to_owned(), format: format.name, report: read };
-    let whole = RunReport { input: Some(input), steps: vec![step], outputs: vec![written] };
+    let unit = scene.unit;
+    let whole = RunReport { unit, input: Some(input), steps: vec![step], outputs: vec![written] };
     if args.json.wanted {
         if let Some(input) = &whole.input {
             report::warn(&input.path, &input.report);

@@ -12,7 +12,7 @@ use loftsman::kernel::scene::{Scene, Unit};
 use serde_json::{Map, Value};
 
 use super::convert::format_of;
-use super::report;
+use super::{measures, report};
 use crate::args::{InfoArgs, check_options};
 use crate::console::{self, BOLD, DIM, count, figure, styled};
 use crate::progress::Progress;
@@ -89,10 +89,10 @@ fn text(info: &Info) -> String {
     let unit = if scene.unit == Unit::Unknown { "unknown unit".into() } else { scene.unit.name() };
     let facts = format!("{} · {unit} · {up} · {objects}", info.format);
     let mut text = format!("{} · {facts}\n", styled(BOLD, &info.file));
-    list(&scene.objects, "  ", &mut text);
+    list(&scene.objects, scene.unit, "  ", &mut text);
     for definition in &scene.definitions {
         let _ = writeln!(text, "  {} {}", styled(BOLD, "definition"), definition.name);
-        list(&definition.objects, "    ", &mut text);
+        list(&definition.objects, scene.unit, "    ", &mut text);
     }
     for layer in &scene.layers {
         let _ = writeln!(text, "  {} {}  {}", styled(BOLD, "layer"), layer.name, self::layer(layer));
@@ -122,7 +122,7 @@ fn layer(layer: &LayerFacts) -> String {
 const FEW: usize = 8;
 
 /// A line for each object; many instances of one definition are one line, where the first of them would be.
-fn list(objects: &[ObjectFacts], indent: &str, text: &mut String) {
+fn list(objects: &[ObjectFacts], unit: Unit, indent: &str, text: &mut String) {
     let mut instances: HashMap<&str, usize> = HashMap::new();
     for definition in objects.iter().filter_map(|o| o.shows.as_deref()) {
         *instances.entry(definition).or_default() += 1;
@@ -138,11 +138,17 @@ fn list(objects: &[ObjectFacts], indent: &str, text: &mut String) {
             }
             continue;
         }
-        let _ = writeln!(text, "{indent}{:width$}  {:8}  {}", object.name, object.kind, self::object(object));
+        let _ = writeln!(
+            text,
+            "{indent}{:width$}  {:8}  {}",
+            object.name,
+            object.kind,
+            self::object(object, unit)
+        );
     }
 }
 
-fn object(object: &ObjectFacts) -> String {
+fn object(object: &ObjectFacts, unit: Unit) -> String {
     let mut facts = Vec::new();
     if object.unknown {
         facts.push("its plug-in is not here".to_owned());
@@ -173,7 +179,8 @@ fn object(object: &ObjectFacts) -> String {
         facts.push("closed".to_owned());
     }
     facts.extend(object.domain.iter().map(|[a, b]| format!("domain {} to {}", figure(*a), figure(*b))));
-    facts.extend(object.length.map(|l| format!("length {}", figure(l))));
+    facts.extend(object.lines.map(|n| count(n, "line")));
+    facts.extend(measures::all(&object.measures, unit));
     if let Some([low, high]) = object.bounds {
         let size: Vec<String> = (0..3).map(|i| figure(high[i] - low[i])).collect();
         facts.push(format!("size {}", size.join(" × ")));

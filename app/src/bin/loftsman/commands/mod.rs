@@ -6,6 +6,7 @@ pub(crate) mod convert;
 mod convert_many;
 pub(crate) mod fit;
 pub(crate) mod info;
+mod measures;
 #[cfg_attr(not(feature = "picture"), path = "no_plot.rs")]
 pub(crate) mod plot;
 pub(crate) mod plugins;

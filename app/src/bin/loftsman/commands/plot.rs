@@ -137,6 +137,7 @@ fn look(args: &PlotArgs) -> Look {
         polygons: !args.no_polygons,
         movements: args.movements,
         segments: args.segments,
+        parameters: args.parameters,
         legend: !args.no_legend,
         dark: args.dark,
         width: args.width,

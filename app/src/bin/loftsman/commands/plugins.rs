@@ -10,48 +10,93 @@ use crate::Usage;
 use crate::args::PluginsArgs;
 use crate::console::{self, BOLD, DIM, styled};
 
-#[derive(serde::Serialize)]
+#[derive(Clone, Default, serde::Serialize)]
 struct Known {
     formats: Vec<FormatDeclaration>,
     operations: Vec<Declaration>,
     constraints: Vec<Declaration>,
     solvers: Vec<String>,
     shapes: Vec<Declaration>,
+    wishes: Vec<Field>,
     recipe: Vec<Field>,
     picture: Vec<Field>,
+    document: Vec<Field>,
 }
+
+impl Known {
+    /// Everything.
+    fn all(registry: &Registry) -> Self {
+        Self {
+            formats: registry.formats().iter().map(|f| f.declaration()).collect(),
+            operations: registry.operations().iter().map(|o| o.declaration()).collect(),
+            constraints: registry.functionals().collect(),
+            solvers: registry.solvers().iter().map(|s| s.name().to_owned()).collect(),
+            shapes: registry.shape_kinds().iter().map(|k| k.declaration()).collect(),
+            wishes: recipe::WISHES.to_vec(),
+            recipe: recipe::FIELDS.to_vec(),
+            picture: loftsman::picture::FIELDS.to_vec(),
+            document: loftsman::document::FIELDS.to_vec(),
+        }
+    }
+
+    /// All of one sort; `None` where the word is none of a sort.
+    fn sort(self, word: &str) -> Option<Self> {
+        let none = Self::default();
+        Some(match word {
+            "format" | "formats" => Self { formats: self.formats, ..none },
+            "operation" | "operations" => Self { operations: self.operations, ..none },
+            "constraint" | "constraints" => {
+                Self { constraints: self.constraints, wishes: self.wishes, ..none }
+            }
+            "solver" | "solvers" => Self { solvers: self.solvers, ..none },
+            "shape" | "shapes" => Self { shapes: self.shapes, ..none },
+            "wish" | "wishes" => Self { wishes: self.wishes, ..none },
+            "recipe" => Self { recipe: self.recipe, ..none },
+            "picture" => Self { picture: self.picture, ..none },
+            "document" => Self { document: self.document, ..none },
+            _ => return None,
+        })
+    }
+
+    /// The entries of one name, a constraint with what every constraint takes.
+    fn entry(mut self, name: &str) -> Option<Self> {
+        self.formats.retain(|f| f.name == name);
+        self.operations.retain(|o| o.name == name);
+        self.constraints.retain(|c| c.name == name);
+        self.solvers.retain(|s| s == name);
+        self.shapes.retain(|k| k.name == name);
+        let declared = self.operations.len() + self.constraints.len() + self.shapes.len();
+        if self.formats.len() + declared + self.solvers.len() == 0 {
+            return None;
+        }
+        if self.constraints.is_empty() {
+            self.wishes.clear();
+        }
+        Some(Self { recipe: Vec::new(), picture: Vec::new(), document: Vec::new(), ..self })
+    }
+}
+
+/// What all of a sort are called.
+const SORTS: [&str; 9] =
+    ["formats", "operations", "constraints", "solvers", "shapes", "wishes", "recipe", "picture", "document"];
 
 pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
     let registry = loftsman::registry();
-    let mut known = Known {
-        formats: registry.formats().iter().map(|f| f.declaration()).collect(),
-        operations: registry.operations().iter().map(|o| o.declaration()).collect(),
-        constraints: registry.functionals().collect(),
-        solvers: registry.solvers().iter().map(|s| s.name().to_owned()).collect(),
-        shapes: registry.shape_kinds().iter().map(|k| k.declaration()).collect(),
-        recipe: recipe::FIELDS.to_vec(),
-        picture: loftsman::picture::FIELDS.to_vec(),
+    let all = Known::all(registry);
+    let known = match &args.name {
+        None => all,
+        Some(name) => match all.clone().entry(name).or_else(|| all.clone().sort(name)) {
+            Some(known) => known,
+            None => {
+                let names = all.formats.iter().map(|f| f.name).chain(all.operations.iter().map(|o| o.name));
+                let names = names.chain(all.constraints.iter().map(|c| c.name));
+                let names = names.chain(all.shapes.iter().map(|k| k.name)).chain(SORTS);
+                let near = nearest(name, names.chain(all.solvers.iter().map(String::as_str)));
+                let hint = near.map(|n| format!("; did you mean {n}?")).unwrap_or_default();
+                return Err(Usage(format!("nothing is called {name}{hint}")).into());
+            }
+        },
     };
-    if let Some(name) = &args.name {
-        let near = {
-            let names = known.formats.iter().map(|f| f.name).chain(known.operations.iter().map(|o| o.name));
-            let names = names.chain(known.constraints.iter().map(|c| c.name));
-            let names = names.chain(known.shapes.iter().map(|k| k.name));
-            nearest(name, names.chain(known.solvers.iter().map(String::as_str))).map(str::to_owned)
-        };
-        known.formats.retain(|f| f.name == name);
-        known.operations.retain(|o| o.name == name);
-        known.constraints.retain(|c| c.name == name);
-        known.solvers.retain(|s| s == name);
-        known.shapes.retain(|k| k.name == name);
-        known.recipe.clear();
-        known.picture.clear();
-        let declared = known.operations.len() + known.constraints.len() + known.shapes.len();
-        if known.formats.len() + declared + known.solvers.len() == 0 {
-            let hint = near.map(|n| format!("; did you mean {n}?")).unwrap_or_default();
-            return Err(Usage(format!("nothing is called {name}{hint}")).into());
-        }
-    }
     if args.json.wanted {
         console::print_json(&known)?;
     } else {
@@ -96,6 +141,8 @@ fn text(known: &Known, registry: &Registry) -> String {
             fields(&mut text, entry.fields);
         }
     }
+    heading(&mut text, "What every constraint takes", !known.wishes.is_empty());
+    fields(&mut text, &known.wishes);
     heading(&mut text, "Solvers", !known.solvers.is_empty());
     for solver in registry.solvers().iter().filter(|s| known.solvers.iter().any(|name| name == s.name())) {
         let _ = writeln!(text, "  {}  {}", styled(BOLD, solver.name()), solver.help());
@@ -104,6 +151,8 @@ fn text(known: &Known, registry: &Registry) -> String {
     fields(&mut text, &known.recipe);
     heading(&mut text, "The fields of its picture", !known.picture.is_empty());
     fields(&mut text, &known.picture);
+    heading(&mut text, "What a document (*.loft.json) holds", !known.document.is_empty());
+    fields(&mut text, &known.document);
     text
 }
 

@@ -3,9 +3,11 @@
 use std::fmt::Write;
 
 use loftsman::file::input::left_out;
-use loftsman::kernel::plugin::{Fate, ReadReport, StepReport, Written};
+use loftsman::kernel::plugin::{ChangeKind, Fate, ReadReport, StepReport, Written};
+use loftsman::kernel::scene::Unit;
 use loftsman::recipe::{InputReport, OutputReport, RunReport};
 
+use super::measures;
 use crate::console::{self, BOLD, DIM, bytes, count, figure, seconds, styled};
 
 /// A whole run.
@@ -15,7 +17,7 @@ pub(crate) fn run(report: &RunReport) -> String {
         text += &self::input(input);
     }
     for step in &report.steps {
-        text += &self::step(step);
+        text += &self::step(step, report.unit);
     }
     for output in &report.outputs {
         text += &self::output(output);
@@ -54,20 +56,47 @@ pub(crate) fn read(report: &ReadReport) -> String {
 /// So many redundant constraints are named.
 const REDUNDANT: usize = 5;
 
-/// One step, on a line: `edit "section"  rank 5 of 5 · residual 3e-16 · ‖d‖ 0.21`.
-fn step(step: &StepReport) -> String {
+/// So many objects of a step have a line each.
+const OBJECTS: usize = 8;
+
+/// One step: what it changed, in the user's quantities, then how it was solved.
+fn step(step: &StepReport, unit: Unit) -> String {
     let object = step.object.as_ref().map(|o| format!(" \"{o}\"")).unwrap_or_default();
-    let head = styled(BOLD, &format!("{}{object}", step.op));
+    let mut text = styled(BOLD, &format!("{}{object}", step.op));
+    // The object that the step names needs no second name.
+    let (own, others): (Vec<_>, Vec<_>) = step.objects.iter().partition(|change| {
+        step.object.as_ref() == Some(&change.name) && change.change == ChangeKind::Changed
+    });
+    let told = own.first().map(|change| measures::change(change, unit)).unwrap_or_default();
+    text += &if told.is_empty() { "\n".to_owned() } else { format!("  {told}\n") };
+    for change in others.iter().take(OBJECTS) {
+        let told = measures::change(change, unit);
+        let what = match change.change {
+            ChangeKind::Changed => String::new(),
+            ChangeKind::New => "new".to_owned(),
+            ChangeKind::Gone => "gone".to_owned(),
+        };
+        let all: Vec<String> = [what, told].into_iter().filter(|part| !part.is_empty()).collect();
+        let _ = writeln!(text, "  {}  {}", styled(BOLD, &format!("\"{}\"", change.name)), all.join(" · "));
+    }
+    if others.len() > OBJECTS {
+        let _ = writeln!(text, "  … and {} more", others.len() - OBJECTS);
+    }
+    if let Some(count) = step.unchanged.filter(|&count| count > 0) {
+        let _ = writeln!(text, "  {}", styled(DIM, &format!("{} as before", self::count(count, "object"))));
+    }
+    if !step.active.is_empty() {
+        let _ = writeln!(text, "  bounds touched: {}", step.active.join(", "));
+    }
     let facts = facts(step).join(" · ");
-    let mut text = if facts.is_empty() { format!("{head}\n") } else { format!("{head}  {facts}\n") };
+    if !facts.is_empty() {
+        let _ = writeln!(text, "  {}", styled(DIM, &facts));
+    }
     for name in step.redundant.iter().take(REDUNDANT) {
-        let _ = writeln!(text, "  redundant, dropped: {name}");
+        let _ = writeln!(text, "  follows from the others: {name}");
     }
     if step.redundant.len() > REDUNDANT {
         let _ = writeln!(text, "  … and {} more", step.redundant.len() - REDUNDANT);
-    }
-    if !step.active.is_empty() {
-        let _ = writeln!(text, "  active: {}", step.active.join(", "));
     }
     if let Some(smooth) = step.smooth.as_ref().filter(|smooth| smooth.knots > 0) {
         let _ = writeln!(text, "  {}", styled(DIM, &smooth.to_string()));
@@ -78,7 +107,7 @@ fn step(step: &StepReport) -> String {
     text
 }
 
-/// The figures of a step that has them.
+/// The figures of a step that was solved.
 pub(crate) fn facts(step: &StepReport) -> Vec<String> {
     let rank = match (step.rank, step.equations) {
         (Some(rank), Some(equations)) => Some(format!("rank {rank} of {equations}")),
@@ -90,9 +119,8 @@ pub(crate) fn facts(step: &StepReport) -> Vec<String> {
         step.solver.clone(),
         rank,
         step.residual.map(|r| format!("residual {}", figure(r))),
+        step.condition.map(|c| format!("condition {}", figure(c))),
         step.adjustment.map(|d| format!("‖d‖ {}", figure(d))),
-        step.area.map(|a| format!("area {}", figure(a))),
-        step.volume.map(|v| format!("volume {}", figure(v))),
         step.iterations.filter(|&n| n > 1).map(|n| count(n, "iteration")),
         step.prepare_seconds.filter(|&t| t > 0.0).map(|t| format!("prepared in {}", seconds(t))),
         step.event_seconds.filter(|&t| t > 0.0).map(|t| format!("{} an event", seconds(t))),
@@ -144,14 +172,19 @@ mod tests {
     fn a_step_ends_where_its_words_end_and_names_a_few_of_many() {
         let plain =
             StepReport { op: "simplify".into(), object: Some("arch".into()), ..StepReport::default() };
-        let text = step(&plain);
+        let text = step(&plain, Unit::Metre);
         assert!(text.lines().all(|line| line == line.trim_end()), "{text:?}");
         let redundant =
             |count: usize| StepReport { redundant: vec!["C0 join".into(); count], ..plain.clone() };
-        let lines =
-            |count: usize| step(&redundant(count)).lines().filter(|line| line.contains("redundant")).count();
+        let lines = |count: usize| {
+            step(&redundant(count), Unit::Metre).lines().filter(|line| line.contains("follows")).count()
+        };
         assert_eq!([lines(0), lines(1), lines(5), lines(400)], [0, 1, 5, 5]);
-        assert!(step(&redundant(400)).ends_with("\n  … and 395 more\n"), "{}", step(&redundant(400)));
-        assert!(!step(&redundant(5)).contains("more"));
+        assert!(
+            step(&redundant(400), Unit::Metre).ends_with("\n  … and 395 more\n"),
+            "{}",
+            step(&redundant(400), Unit::Metre)
+        );
+        assert!(!step(&redundant(5), Unit::Metre).contains("more"));
     }
 }

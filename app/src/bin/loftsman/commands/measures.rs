@@ -1,0 +1,113 @@
+//! Lengths, areas and volumes in words.
+
+use loftsman::kernel::plugin::{Measured, ObjectChange};
+use loftsman::kernel::scene::Unit;
+use loftsman::measures::{Leaks, Measures};
+
+use crate::console::{count, figure};
+
+/// Below this a ratio is 1: rounding of what was kept.
+const KEPT: f64 = 1e-9;
+
+/// What a step changed of an object: `area 0.0822 → 0.0904 m² (× 1.1) · deviates by up to 0.02 m`.
+pub(super) fn change(change: &ObjectChange, unit: Unit) -> String {
+    let quantities = [("area", change.area, 2), ("volume", change.volume, 3), ("length", change.length, 1)];
+    let mut facts: Vec<String> =
+        quantities.iter().filter_map(|(name, measured, power)| pair(name, *measured, unit, *power)).collect();
+    facts.extend(change.deviation.map(|d| match d {
+        0.0 => "nowhere off the old shape".to_owned(),
+        d => format!("deviates by up to {}", quantity(d, unit, 1)),
+    }));
+    facts.extend(change.unmeasured.iter().map(|why| format!("not measured: {why}")));
+    facts.join(" · ")
+}
+
+/// A quantity before and after.
+fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<String> {
+    let one = |number: f64| format!("{name} {}", quantity(number, unit, power));
+    Some(match (measured.before, measured.after) {
+        (None, None) => return None,
+        (None, Some(after)) => one(after),
+        (Some(before), None) => format!("{} before", one(before)),
+        (Some(before), Some(after)) if (after - before).abs() <= KEPT * before.abs().max(after.abs()) => {
+            format!("{} as before", one(after))
+        }
+        (Some(before), Some(after)) => {
+            let (ratio, change) = (after / before, after - before);
+            if figure(before) == figure(after) {
+                let sign = if change < 0.0 { '-' } else { '+' };
+                return Some(format!("{} ({sign} {})", one(after), figure(change.abs())));
+            }
+            let told = if ratio.is_finite() && ratio > 0.0 && figure(ratio) != "1" {
+                format!(" (× {})", figure(ratio))
+            } else {
+                String::new()
+            };
+            format!("{name} {} → {}{told}", figure(before), quantity(after, unit, power))
+        }
+    })
+}
+
+/// What is known of an object: `area 6 m² · volume 1 m³ · watertight`.
+pub(super) fn all(measures: &Measures, unit: Unit) -> Vec<String> {
+    let length = measures.length.map(|l| format!("length {}", quantity(l, unit, 1)));
+    let area = measures.area.map(|a| format!("area {}", quantity(a, unit, 2)));
+    let volume = measures.volume.map(|v| {
+        let inside = if v < 0.0 { ", inside out" } else { "" };
+        format!("volume {}{inside}", quantity(v, unit, 3))
+    });
+    let tight = match (measures.watertight, &measures.leaks) {
+        (Some(true), _) => Some("watertight".to_owned()),
+        (_, Some(leaks)) => Some(self::leaks(leaks)),
+        _ => None,
+    };
+    let mut facts: Vec<String> = [length, area, volume, tight].into_iter().flatten().collect();
+    facts.extend(measures.unmeasured.iter().map(|why| format!("not measured: {why}")));
+    facts
+}
+
+/// `not watertight: 4 open edges in 1 rim, near (0.5 0 1)`.
+fn leaks(leaks: &Leaks) -> String {
+    let kinds = [
+        (leaks.open_edges > 0)
+            .then(|| format!("{} in {}", count(leaks.open_edges, "open edge"), count(leaks.rims, "rim"))),
+        (leaks.turned_edges > 0).then(|| {
+            format!("{} between faces that run against each other", count(leaks.turned_edges, "edge"))
+        }),
+        (leaks.crowded_edges > 0)
+            .then(|| format!("{} of three or more faces", count(leaks.crowded_edges, "edge"))),
+    ];
+    let kinds: Vec<String> = kinds.into_iter().flatten().collect();
+    format!("not watertight: {}, near ({})", kinds.join(", "), leaks.at.map(figure).join(" "))
+}
+
+/// A number of a unit's first, second or third power: `2 m²`, `2` where the unit is unknown.
+fn quantity(number: f64, unit: Unit, power: usize) -> String {
+    let raised = ["", "", "²", "³"].get(power).copied().unwrap_or_default();
+    match unit {
+        Unit::Unknown => figure(number),
+        Unit::Metres(_) => format!("{} × {}{raised}", figure(number), unit.one()),
+        named => format!("{} {}{raised}", figure(number), named.name()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_kept_is_told_from_what_changed() {
+        let area =
+            |before, after| ObjectChange { area: Measured { before, after }, ..ObjectChange::default() };
+        let told = |before, after, unit| change(&area(before, after), unit);
+        assert_eq!(told(Some(0.0822), Some(0.09042), Unit::Metre), "area 0.0822 → 0.09042 m² (× 1.1)");
+        assert_eq!(told(Some(2.0), Some(2.0 + 1e-13), Unit::Unknown), "area 2 as before");
+        assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² (- 3e-5)");
+        assert_eq!(told(None, Some(3.0), Unit::Millimetre), "area 3 mm²");
+        assert_eq!(told(Some(3.0), None, Unit::Inch), "area 3 in² before");
+        assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1");
+        assert_eq!(told(None, None, Unit::Metre), "");
+        let odd = Unit::of_metres(0.3).unwrap();
+        assert_eq!(told(None, Some(3.0), odd), "area 3 × (0.3 m)²");
+    }
+}

@@ -1,0 +1,321 @@
+//! How long, how large and how full a geometry is: the quantities that people ask of it first.
+
+use std::collections::HashMap;
+
+use loftsman_area_volume::{area_of, surface_area, volume_of};
+use loftsman_kernel::functional::{Functional, Shapes};
+use loftsman_kernel::mesh::{Mesh, Polyline};
+use loftsman_kernel::scene::Geometry;
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::{Point, Vector};
+
+/// Length, area and volume of a geometry, in its own coordinates. What does not apply is left out when it is serialised.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Measures {
+    /// The length of a curve or polyline, or of the loose lines of a mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// The area of a surface or mesh; of a curve that is closed and planar, the area inside it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// The volume inside a closed surface or watertight mesh; negative where it is inside out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<f64>,
+    /// Whether a mesh is watertight: along each edge of it as many faces run one way as run the other way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub watertight: Option<bool>,
+    /// Where a mesh is not watertight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaks: Option<Leaks>,
+    /// What was not measured, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unmeasured: Vec<String>,
+}
+
+/// Where a mesh is not watertight.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Leaks {
+    /// Edges that only one face has.
+    pub open_edges: usize,
+    /// The connected sets that these make, rims of holes as a rule.
+    pub rims: usize,
+    /// Edges with neighbours of which one is turned over.
+    pub turned_edges: usize,
+    /// Edges that three or more faces share, and not in pairs that run both ways.
+    pub crowded_edges: usize,
+    /// The middle of one of the edges.
+    pub at: [f64; 3],
+}
+
+/// The most polynomial pieces of a surface whose area and volume are integrated.
+const CELLS: usize = 4096;
+/// The most spans of a curve whose area is integrated.
+const SPANS: usize = 100_000;
+
+impl Measures {
+    /// The measures of a geometry. `O(n)` for curves, polylines and surfaces, by quadrature on every polynomial piece; for
+    /// meshes `O(e log e)` in their edges. Points of a mesh that have the same coordinates count as one. Surfaces of more
+    /// than 4096 pieces are not integrated, and it is said.
+    pub fn of(geometry: &Geometry) -> Self {
+        match geometry {
+            Geometry::Curve(curve) => of_curve(curve),
+            Geometry::Surface(surface) => of_surface(surface),
+            Geometry::Trimmed(_) => Self {
+                unmeasured: vec!["the area inside trimming loops; tessellate it first".to_owned()],
+                ..Self::default()
+            },
+            Geometry::Custom(custom) => custom.shape().map_or_else(|_| Self::default(), of_shape),
+            Geometry::Mesh(mesh) => of_mesh(mesh),
+            Geometry::Polyline(line) => Self { length: of_polyline(line), ..Self::default() },
+            _ => Self::default(),
+        }
+    }
+}
+
+fn of_curve(curve: &Curve) -> Measures {
+    let length = curve.length(1e-10).ok().map(|length| length.value);
+    let spans = curve.space().spans().count();
+    let measurable = spans <= SPANS;
+    let area = if measurable && closed(curve) { finite(area_of(curve).ok()) } else { None };
+    let unmeasured =
+        if measurable { Vec::new() } else { vec![format!("the area inside: there are {spans} spans")] };
+    Measures { length, area, unmeasured, ..Measures::default() }
+}
+
+/// Whether a curve's end meets its start, to rounding of its size.
+pub(crate) fn closed(curve: &Curve) -> bool {
+    let (start, end) = curve.domain();
+    let (low, high) = curve.hull_bounds();
+    let size = (high - low).amax();
+    let gap = curve.point(start).and_then(|a| Ok(distance(&curve.point(end)?, &a)));
+    curve.is_periodic() || gap.is_ok_and(|gap| gap.is_finite() && gap <= 1e-12 * size)
+}
+
+fn of_surface(surface: &Surface) -> Measures {
+    let cells = surface.u().spans().count().saturating_mul(surface.v().spans().count());
+    measured(surface, cells)
+}
+
+/// A shape of a plug-in.
+fn of_shape(shape: &dyn Shape) -> Measures {
+    match shape.cells() {
+        Some(cells) if shape.domain().len() == 2 => measured(shape, cells.count()),
+        _ => Measures::default(),
+    }
+}
+
+/// The area of a surface of so many pieces, and the volume inside where it is closed.
+fn measured(surface: &dyn Shape, cells: usize) -> Measures {
+    if cells > CELLS {
+        let why = format!(
+            "area and volume: there are {cells} polynomial pieces, and no more than {CELLS} are integrated"
+        );
+        return Measures { unmeasured: vec![why], ..Measures::default() };
+    }
+    let mut area = [0.0];
+    let told = surface_area().value(&Shapes::one(surface), &mut area);
+    let volume = finite(volume_of(surface).ok());
+    Measures { area: finite(told.ok().map(|()| area[0])), volume, ..Measures::default() }
+}
+
+fn of_polyline(line: &Polyline) -> Option<f64> {
+    let open: f64 = line.points.windows(2).map(|p| distance(&p[0], &p[1])).sum();
+    let back = match (line.closed, line.points.first(), line.points.last()) {
+        (true, Some(first), Some(last)) => distance(first, last),
+        _ => 0.0,
+    };
+    finite(Some(open + back))
+}
+
+fn of_mesh(mesh: &Mesh) -> Measures {
+    let at = |index: u32| mesh.points()[index as usize];
+    let lines = mesh.lines().map(|line| line.windows(2).map(|p| distance(&at(p[0]), &at(p[1]))).sum::<f64>());
+    let length = (mesh.lines().next().is_some()).then(|| lines.sum());
+    if mesh.face_count() == 0 {
+        return Measures { length: finite(length), ..Measures::default() };
+    }
+    // Relative to a point of its own: far from the origin nothing cancels then.
+    let origin = mesh.points().first().copied().unwrap_or_default();
+    let (mut area, mut volume) = (0.0, 0.0);
+    for face in mesh.faces() {
+        let first = at(face[0]) - origin;
+        let mut normal = Vector::zeros();
+        for pair in face[1..].windows(2) {
+            let (a, b) = (at(pair[0]) - origin, at(pair[1]) - origin);
+            normal += (a - first).cross(&(b - first));
+            volume += first.dot(&a.cross(&b));
+        }
+        // The area vector is right for faces that are not convex, too.
+        area += normal.norm() / 2.0;
+    }
+    let leaks = leaks(mesh);
+    let watertight = leaks.is_none();
+    Measures {
+        length: finite(length),
+        area: finite(Some(area)),
+        volume: finite(watertight.then_some(volume / 6.0)),
+        watertight: Some(watertight),
+        leaks,
+        unmeasured: Vec::new(),
+    }
+}
+
+/// Where faces of a mesh have no neighbour, or none that fits; `None` where it is watertight.
+fn leaks(mesh: &Mesh) -> Option<Leaks> {
+    let same = welded(mesh.points());
+    // Both ends of an edge, the lower first, and whether a face runs from it to the higher.
+    let mut edges: Vec<(u64, bool)> = Vec::with_capacity(mesh.corners().len());
+    for face in mesh.faces() {
+        let ends = face.iter().zip(face.iter().skip(1).chain(face.first()));
+        for (a, b) in ends.map(|(a, b)| (same[*a as usize], same[*b as usize])).filter(|(a, b)| a != b) {
+            edges.push((u64::from(a.min(b)) << 32 | u64::from(a.max(b)), a < b));
+        }
+    }
+    edges.sort_unstable();
+    let (mut open, mut turned, mut crowded) = (Vec::new(), Vec::new(), Vec::new());
+    for uses in edges.chunk_by(|a, b| a.0 == b.0) {
+        let forth = uses.iter().filter(|(_, forth)| *forth).count();
+        match uses.len() {
+            n if n == 2 * forth => {}
+            1 => open.push(uses[0].0),
+            2 => turned.push(uses[0].0),
+            _ => crowded.push(uses[0].0),
+        }
+    }
+    let ends = |edge: u64| [(edge >> 32) as u32, edge as u32];
+    let one = *open.first().or(turned.first()).or(crowded.first())?;
+    let [a, b] = ends(one).map(|index| mesh.points()[index as usize].coords);
+    Some(Leaks {
+        open_edges: open.len(),
+        rims: connected(open.iter().map(|&edge| ends(edge))),
+        turned_edges: turned.len(),
+        crowded_edges: crowded.len(),
+        at: (a * 0.5 + b * 0.5).into(),
+    })
+}
+
+/// For each point the first that has its coordinates.
+fn welded(points: &[Point]) -> Vec<u32> {
+    // 0.0 and -0.0 are one place.
+    let key = |p: &Point| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    order.sort_unstable_by_key(|&index| (key(&points[index as usize]), index));
+    let mut same = vec![0; points.len()];
+    for run in order.chunk_by(|&a, &b| key(&points[a as usize]) == key(&points[b as usize])) {
+        run.iter().for_each(|&index| same[index as usize] = run[0]);
+    }
+    same
+}
+
+/// How many connected sets edges make.
+fn connected(edges: impl Iterator<Item = [u32; 2]>) -> usize {
+    let mut above: HashMap<u32, u32> = HashMap::new();
+    let mut sets = 0;
+    for ends in edges {
+        let [a, b] = ends.map(|end| {
+            sets += usize::from(!above.contains_key(&end));
+            let mut top = *above.entry(end).or_insert(end);
+            while let Some(&next) = above.get(&top).filter(|&&next| next != top) {
+                // Half of the way is shortened each time.
+                let beyond = above.get(&next).copied().unwrap_or(next);
+                above.insert(top, beyond);
+                top = beyond;
+            }
+            top
+        });
+        if a != b {
+            above.insert(a.max(b), a.min(b));
+            sets -= 1;
+        }
+    }
+    sets
+}
+
+fn finite(measure: Option<f64>) -> Option<f64> {
+    measure.filter(|measure| measure.is_finite())
+}
+
+/// A distance whose squares neither overflow nor vanish.
+fn distance(p: &Point, q: &Point) -> f64 {
+    let d = q - p;
+    d.x.hypot(d.y).hypot(d.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use loftsman_kernel::spline::Space;
+
+    /// A cube of edge `size`, each face with points of its own, as formats with a normal for each point have them.
+    fn cube(size: f64, shift: f64) -> (Vec<Point>, Vec<[usize; 4]>) {
+        const FACES: [[usize; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let corner = |k: usize| {
+            Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64) * size + Vector::repeat(shift)
+        };
+        let points = FACES.iter().flatten().map(|&k| corner(k)).collect();
+        (points, (0..6).map(|f| [4 * f, 4 * f + 1, 4 * f + 2, 4 * f + 3]).collect())
+    }
+
+    fn of(points: Vec<Point>, faces: &[[usize; 4]]) -> Measures {
+        Measures::of(&Geometry::Mesh(Mesh::new(points, faces).unwrap()))
+    }
+
+    #[test]
+    fn a_cube_is_watertight_whatever_points_its_faces_share() {
+        for (size, shift) in [(2.0, 0.0), (2e-6, 1.0), (2e6, -3e6)] {
+            let (points, faces) = cube(size, shift);
+            let all = of(points, &faces);
+            // What the coordinates themselves hold.
+            let near = |found: Option<f64>, wanted: f64| {
+                (found.unwrap() / wanted - 1.0).abs() < 1e-14 + 1e-15 * (shift / size).abs()
+            };
+            assert!(near(all.area, 6.0 * size * size) && near(all.volume, size.powi(3)), "{all:?}");
+            assert_eq!((all.watertight, all.leaks), (Some(true), None));
+        }
+    }
+
+    #[test]
+    fn what_is_not_watertight_says_where() {
+        let (points, mut faces) = cube(1.0, 0.0);
+        let top = faces.remove(1);
+        let leaks = of(points.clone(), &faces).leaks.unwrap();
+        assert_eq!((leaks.open_edges, leaks.rims, leaks.turned_edges), (4, 1, 0));
+        assert!((leaks.at[2] - 1.0).abs() < 1e-15, "{leaks:?}");
+        // Two opposite faces are missing, or one is turned over, or there twice.
+        faces.remove(0);
+        assert_eq!(of(points.clone(), &faces).leaks.unwrap().rims, 2);
+        let (_, mut faces) = cube(1.0, 0.0);
+        faces[1].reverse();
+        let turned = of(points.clone(), &faces);
+        assert_eq!((turned.volume, turned.leaks.unwrap().turned_edges), (None, 4));
+        faces[1].reverse();
+        faces.push(top);
+        assert_eq!(of(points, &faces).leaks.unwrap().crowded_edges, 4);
+    }
+
+    #[test]
+    fn a_face_that_is_not_convex_has_its_own_area() {
+        let corners = [(0.0, 0.0), (4.0, 0.0), (1.0, 1.0), (0.0, 4.0)];
+        let points = corners.map(|(x, y)| Point::new(x, y, 7.0)).to_vec();
+        // As seen from any corner: a fan without signs would say 8 from the second.
+        for first in 0..4 {
+            let all = of(points.clone(), &[[0, 1, 2, 3].map(|k| (k + first) % 4)]);
+            assert!((all.area.unwrap() - 4.0).abs() < 1e-14, "{all:?}");
+        }
+    }
+
+    #[test]
+    fn a_closed_planar_curve_has_an_area_and_others_have_none() {
+        let square = |lift: f64| {
+            let points =
+                [(0.0, 0.0, 0.0), (2.0, 0.0, lift), (2.0, 3.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.0)];
+            let points = points.map(|(x, y, z)| Point::new(x, y, z)).to_vec();
+            Geometry::Curve(Curve::new(Space::clamped_uniform(1, 5).unwrap(), points).unwrap())
+        };
+        let flat = Measures::of(&square(0.0));
+        assert!((flat.area.unwrap() - 6.0).abs() < 1e-13 && (flat.length.unwrap() - 10.0).abs() < 1e-9);
+        assert_eq!(Measures::of(&square(1.0)).area, None);
+    }
+}

@@ -1,0 +1,171 @@
+//! What a step changed: every object before and after, measured where it is another than before. One place for all
+//! operations, whoever wrote them.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{ChangeKind, Measured, ObjectChange, StepReport};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::spline::{Curve, Surface};
+
+use crate::measures::Measures;
+
+/// Places of a curve at which its distance from another is taken, about as many.
+const ON_CURVES: usize = 256;
+/// The same of a surface, in each direction.
+const ON_SURFACES: usize = 12;
+/// The most pieces of the other shape, all places together, that a search for closest points looks at.
+const EFFORT: usize = 1_000_000;
+
+/// The objects of a scene before a step. It shares their geometry: no number is copied.
+pub(super) struct Before(HashMap<String, Arc<Geometry>>);
+
+/// Measures of geometries that were taken before, by the geometry; that of a step's end is that of the next one's start.
+#[derive(Default)]
+pub(super) struct Known(HashMap<usize, (Arc<Geometry>, Measures)>);
+
+impl Known {
+    fn measures(&mut self, geometry: &Arc<Geometry>) -> Measures {
+        let id = Arc::as_ptr(geometry).cast::<()>() as usize;
+        let (_, measures) =
+            self.0.entry(id).or_insert_with(|| (Arc::clone(geometry), Measures::of(geometry)));
+        measures.clone()
+    }
+}
+
+impl Before {
+    /// Looks at a scene. `O(objects)`.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let objects = scene.objects().iter();
+        Self(objects.map(|o| (o.name().to_owned(), Arc::clone(o.shared_geometry()))).collect())
+    }
+
+    /// Says in a step's report what is not as it was.
+    pub(super) fn tell(self, scene: &Scene, known: &mut Known, report: &mut StepReport) {
+        let mut unchanged = 0;
+        let known_before: HashSet<*const Geometry> = self.0.values().map(Arc::as_ptr).collect();
+        let known_after: HashSet<*const Geometry> =
+            scene.objects().iter().map(|object| Arc::as_ptr(object.shared_geometry())).collect();
+        for object in scene.objects() {
+            let after = object.shared_geometry();
+            let before = self.0.get(object.name());
+            match before {
+                Some(before) if Arc::ptr_eq(before, after) || before == after => unchanged += 1,
+                None if matches!(**after, Geometry::Group | Geometry::Instance(_)) => {}
+                // Copied, or under another name.
+                None if known_before.contains(&Arc::as_ptr(after)) => {}
+                before => report.objects.push(change(object.name(), before, Some(after), known)),
+            }
+        }
+        let mut gone: Vec<_> = self.0.iter().filter(|(name, _)| scene.get(name).is_none()).collect();
+        gone.retain(|(_, before)| {
+            let shown = matches!(***before, Geometry::Group | Geometry::Instance(_));
+            !shown && !known_after.contains(&Arc::as_ptr(before))
+        });
+        gone.sort_unstable_by_key(|(name, _)| *name);
+        for (name, before) in gone {
+            report.objects.push(change(name, Some(before), None, known));
+        }
+        report.unchanged = Some(unchanged);
+        // Only the state after this step is asked for again.
+        let there: HashSet<usize> = scene.objects().iter().map(|object| object.geometry_id()).collect();
+        known.0.retain(|id, _| there.contains(id));
+    }
+}
+
+fn change(
+    name: &str,
+    before: Option<&Arc<Geometry>>,
+    after: Option<&Arc<Geometry>>,
+    known: &mut Known,
+) -> ObjectChange {
+    let [old, new] = [before, after].map(|geometry| geometry.map(|g| known.measures(g)).unwrap_or_default());
+    let kind = match (before, after) {
+        (Some(_), Some(_)) => ChangeKind::Changed,
+        (None, _) => ChangeKind::New,
+        (_, None) => ChangeKind::Gone,
+    };
+    let pair = |of: fn(&Measures) -> Option<f64>| Measured { before: of(&old), after: of(&new) };
+    ObjectChange {
+        name: name.to_owned(),
+        change: kind,
+        length: pair(|m| m.length),
+        area: pair(|m| m.area),
+        volume: pair(|m| m.volume),
+        deviation: before.zip(after).and_then(|(before, after)| {
+            let size = after.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+            // Less is rounding.
+            deviation(before, after).map(|found| if found <= 1e-13 * size { 0.0 } else { found })
+        }),
+        unmeasured: new.unmeasured,
+    }
+}
+
+/// The largest distance from places of the new shape to the old shape: for curves and surfaces to the nearest point of it,
+/// for points to the point of the same number. `None` where the two are of different kinds, or a search would take long.
+fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
+    match (before, after) {
+        (Geometry::Curve(before), Geometry::Curve(after)) => of_curves(before, after),
+        (Geometry::Surface(before), Geometry::Surface(after)) => of_surfaces(before, after),
+        (Geometry::Trimmed(before), Geometry::Trimmed(after)) => {
+            of_surfaces(before.surface(), after.surface())
+        }
+        (Geometry::Custom(_), _) | (_, Geometry::Custom(_)) => None,
+        (before, after) if before.kind() == after.kind() => {
+            let (before, after) = (before.points(), after.points());
+            (before.len() == after.len() && !after.is_empty())
+                .then(|| largest(before.iter().zip(after).map(|(a, b)| Some(distance(a, b)))))?
+        }
+        _ => None,
+    }
+}
+
+fn of_curves(before: &Curve, after: &Curve) -> Option<f64> {
+    let breaks = after.space().breakpoints();
+    let places = places(&breaks, ON_CURVES);
+    if before.space().spans().count().saturating_mul(places.len()) <= EFFORT {
+        return largest(places.iter().map(|&u| Some(before.closest(after.point(u).ok()?).ok()?.distance)));
+    }
+    // The way of each point: it bounds the distance.
+    let same = before.space() == after.space();
+    same.then(|| {
+        largest(places.iter().map(|&u| Some(distance(&before.point(u).ok()?, &after.point(u).ok()?))))
+    })?
+}
+
+fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
+    let [u, v] = [after.u(), after.v()].map(|space| places(&space.breakpoints(), ON_SURFACES));
+    let pieces = before.u().spans().count().saturating_mul(before.v().spans().count());
+    let pairs = || u.iter().flat_map(|&u| v.iter().map(move |&v| (u, v)));
+    if pieces.saturating_mul(u.len() * v.len()) <= EFFORT {
+        return largest(pairs().map(|(u, v)| Some(before.closest(after.point(u, v).ok()?).ok()?.distance)));
+    }
+    let same = before.u() == after.u() && before.v() == after.v();
+    same.then(|| {
+        largest(pairs().map(|(u, v)| Some(distance(&before.point(u, v).ok()?, &after.point(u, v).ok()?))))
+    })?
+}
+
+/// At least so many parameters, evenly between breakpoints; of very many breakpoints some.
+fn places(breaks: &[f64], count: usize) -> Vec<f64> {
+    let spans = breaks.len().saturating_sub(1).max(1);
+    let (each, stride) = (count.div_ceil(spans), spans.div_ceil(count));
+    let pairs = breaks.windows(2).step_by(stride);
+    let inside = pairs.flat_map(|pair| {
+        (0..each).map(move |k| {
+            let t = k as f64 / each as f64;
+            pair[0] * (1.0 - t) + pair[1] * t
+        })
+    });
+    inside.chain(breaks.last().copied()).collect()
+}
+
+fn largest(mut distances: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    distances.try_fold(0.0, |most: f64, distance| Some(most.max(distance?))).filter(|d| d.is_finite())
+}
+
+fn distance(p: &Point, q: &Point) -> f64 {
+    let d = q - p;
+    d.x.hypot(d.y).hypot(d.z)
+}

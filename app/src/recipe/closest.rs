@@ -1,0 +1,385 @@
+//! Places of a recipe that are pointed at: `at = { closest = [x, y, z] }` is the location of the shape's nearest point.
+//! One place for all operations, whoever wrote them: before a step runs, such a table becomes the parameters found.
+
+use loftsman_kernel::plugin::{ParameterError, Parameters, editable, object_name};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
+use loftsman_kernel::{Point, Result};
+use serde_json::{Map, Value, json};
+
+/// The field of the table.
+const CLOSEST: &str = "closest";
+/// The fields that hold locations, of the object that the second field names.
+const FIELDS: [(&str, &str); 4] =
+    [("at", "object"), ("near", "object"), ("other_at", "other"), ("other_near", "other")];
+/// The most polynomial pieces that are searched where a shape has no search of its own, or for further places as near.
+const CELLS: usize = 20_000;
+/// Two distances that differ by less than this share of the shape's size are one.
+const AS_NEAR: f64 = 1e-7;
+
+/// The fields of a step with each place that is pointed at found on the shape as it is now, and a note on each for the report.
+/// `O(fields)` and a search for each place.
+///
+/// # Errors
+/// When the table is no `{ closest = [x, y, z] }`, or its object is no shape with parameters.
+pub(super) fn resolve(
+    scene: &Scene,
+    parameters: &Parameters,
+    notes: &mut Vec<String>,
+) -> std::result::Result<Parameters, ParameterError> {
+    let mut resolving = Resolving { scene, step: parameters, notes };
+    let mut map = parameters.clone().into_map();
+    resolving.table(&mut map, "", None)?;
+    Parameters::new(Value::Object(map), parameters.path())
+}
+
+struct Resolving<'a> {
+    scene: &'a Scene,
+    step: &'a Parameters,
+    notes: &'a mut Vec<String>,
+}
+
+impl Resolving<'_> {
+    /// A table at a path below the step, and the object that tables around it are about.
+    fn table(
+        &mut self,
+        map: &mut Map<String, Value>,
+        path: &str,
+        around: Option<&str>,
+    ) -> std::result::Result<(), ParameterError> {
+        let named = |field: &str| map.get(field).and_then(Value::as_str).map(str::to_owned);
+        let (own, other) = (named("object"), named("other"));
+        let object = own.as_deref().or(around);
+        // Of a surface that is asked about along one direction, one parameter is the location.
+        let along = match map.get("direction").and_then(Value::as_str) {
+            Some("u") => Some(0),
+            Some("v") => Some(1),
+            _ => None,
+        };
+        for (name, value) in map.iter_mut() {
+            let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+            match FIELDS.iter().find(|(field, _)| field == name) {
+                Some((_, "other")) => self.place(value, &path, other.as_deref(), along)?,
+                Some(_) => self.place(value, &path, object, along)?,
+                None => self.inside(value, &path, object)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Tables further inside.
+    fn inside(
+        &mut self,
+        value: &mut Value,
+        path: &str,
+        object: Option<&str>,
+    ) -> std::result::Result<(), ParameterError> {
+        match value {
+            Value::Object(map) => self.table(map, path, object),
+            Value::Array(list) => list
+                .iter_mut()
+                .enumerate()
+                .try_for_each(|(index, value)| self.inside(value, &format!("{path}[{index}]"), object)),
+            _ => Ok(()),
+        }
+    }
+
+    /// A location, or a list of them.
+    fn place(
+        &mut self,
+        value: &mut Value,
+        path: &str,
+        object: Option<&str>,
+        along: Option<usize>,
+    ) -> std::result::Result<(), ParameterError> {
+        match value {
+            Value::Object(map) if map.contains_key(CLOSEST) => {
+                let table = Parameters::new(value.take(), format!("{}.{path}", self.step.path()))?;
+                if let Some(beside) = table.names().find(|name| *name != CLOSEST) {
+                    let problem = format!(
+                        "\"{beside}\" stands beside closest: {{ closest = [x, y, z] }} is a whole location"
+                    );
+                    return Err(table.error("", problem));
+                }
+                let point = table.point(CLOSEST)?;
+                *value = self.find(&table, path, point, object, along)?;
+                Ok(())
+            }
+            Value::Array(list) => list
+                .iter_mut()
+                .enumerate()
+                .try_for_each(|(index, value)| self.place(value, &format!("{path}[{index}]"), object, along)),
+            _ => self.inside(value, path, object),
+        }
+    }
+
+    fn find(
+        &mut self,
+        table: &Parameters,
+        path: &str,
+        point: Point,
+        object: Option<&str>,
+        along: Option<usize>,
+    ) -> std::result::Result<Value, ParameterError> {
+        let name = match object {
+            Some(name) => name.to_owned(),
+            None => object_name(self.scene, self.step, editable(self.scene), "curve or surface")?,
+        };
+        let fail = |e: loftsman_kernel::Error| table.error("", e.to_string());
+        let geometry = self.scene.object(&name).map_err(fail)?.geometry();
+        let Found { at, distance, others } = nearest(geometry, point).map_err(|e| {
+            let problem =
+                format!("the closest place of \"{name}\" was asked for, but {e}; give its parameters");
+            table.error("", problem)
+        })?;
+        let whole = value_of(at);
+        let value = along.and_then(|k| whole.get(k).cloned()).unwrap_or(whole);
+        let [x, y, z] = [point.x, point.y, point.z];
+        let told = text_of(&value);
+        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x} {y} {z}), ");
+        note += &if distance == 0.0 {
+            "which it passes through".to_owned()
+        } else {
+            format!("{distance:.4} away")
+        };
+        if let Some(other) = others.first() {
+            let more = if others.len() > 1 {
+                format!(" and {} more places", others.len() - 1)
+            } else {
+                String::new()
+            };
+            note += &format!(
+                "; {}{more} are as near: give the parameter if one of them is meant",
+                value_of(*other)
+            );
+        }
+        self.notes.push(note);
+        Ok(value)
+    }
+}
+
+/// The nearest place of a shape.
+struct Found {
+    at: Location,
+    distance: f64,
+    /// Further places that are as near.
+    others: Vec<Location>,
+}
+
+/// The place of a geometry that is nearest to a point: of curves and surfaces certified, of shapes of plug-ins from places of
+/// each of their polynomial pieces downhill.
+fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
+    let shape = geometry.shape()?;
+    let short = |at| shortened(shape, at);
+    let near = candidates(shape, point)?;
+    let best = match geometry {
+        Geometry::Curve(curve) => curve.closest(point).map(|c| (Location::Curve(c.at), c.distance))?,
+        Geometry::Surface(surface) => of_surface(surface, point)?,
+        Geometry::Trimmed(trimmed) => of_surface(trimmed.surface(), point)?,
+        _ => near.first().map(|c| (c.at, c.distance)).ok_or_else(|| {
+            invalid("it does not say of which polynomial pieces it consists, or has too many to be searched")
+        })?,
+    };
+    let size = geometry.points().iter().map(|p| (p - point).amax()).fold(0.0, f64::max);
+    let place = shape.value(best.0, Derivative::POSITION)?;
+    let mut others: Vec<(Location, Point)> = Vec::new();
+    for candidate in near.iter().take_while(|c| c.distance <= best.1 + AS_NEAR * size) {
+        let apart = |at: Location, p: Point| {
+            (candidate.point - p).norm() > 1e3 * AS_NEAR * size || crossing(shape, candidate.at, at)
+        };
+        if apart(best.0, place.into()) && others.iter().all(|(at, p)| apart(*at, *p)) {
+            others.push((candidate.at, candidate.point));
+        }
+    }
+    let others = others.into_iter().map(|(at, _)| short(at)).collect();
+    Ok(Found { at: short(best.0), distance: best.1, others })
+}
+
+/// The location with parameters to a billionth of their domain, which people can read and copy: the place is the same to a
+/// billionth of the shape's size or so.
+fn shortened(shape: &dyn Shape, at: Location) -> Location {
+    let domain = shape.domain();
+    let short = |u: f64, side: usize| {
+        // On a face both parameters run from 0 to 1.
+        let (start, end) = match (at, domain.get(side)) {
+            (Location::Curve(_) | Location::Surface(..), Some(side)) => (side.start, side.end),
+            _ => (0.0, 1.0),
+        };
+        let decimals = 9 - (end - start).log10().floor().clamp(-300.0, 300.0) as i32;
+        let rounded =
+            usize::try_from(decimals).ok().and_then(|decimals| format!("{u:.decimals$}").parse().ok());
+        rounded.unwrap_or(u).clamp(start.min(u), end.max(u))
+    };
+    match at {
+        Location::Curve(u) => Location::Curve(short(u, 0)),
+        Location::Surface(u, v) => Location::Surface(short(u, 0), short(v, 1)),
+        Location::Face(face, u, v) => Location::Face(face, short(u, 0), short(v, 1)),
+        vertex @ Location::Vertex(_) => vertex,
+    }
+}
+
+fn of_surface(surface: &loftsman_kernel::spline::Surface, point: Point) -> Result<(Location, f64)> {
+    surface.closest(point).map(|c| (Location::Surface(c.at.0, c.at.1), c.distance))
+}
+
+fn invalid(what: &str) -> loftsman_kernel::Error {
+    loftsman_kernel::Error::Invalid(what.to_owned())
+}
+
+/// Whether a curve passes one point at two parameters, which are not its two ends.
+fn crossing(shape: &dyn Shape, a: Location, b: Location) -> bool {
+    let (Location::Curve(a), Location::Curve(b)) = (a, b) else { return false };
+    let domain = shape.domain();
+    let Some(side) = domain.first() else { return false };
+    let apart = (a - b).abs() / (side.end - side.start);
+    (1e-3..1.0 - 1e-3).contains(&apart)
+}
+
+/// A place that is nearer than those around it.
+struct Candidate {
+    at: Location,
+    point: Point,
+    distance: f64,
+}
+
+/// Places of a shape that are nearer to a point than those around them in their polynomial piece, the nearest first; none
+/// where it does not say of which pieces it consists, or has too many.
+fn candidates(shape: &dyn Shape, point: Point) -> Result<Vec<Candidate>> {
+    let Some(cells) = shape.cells().filter(|cells| cells.count() <= CELLS) else { return Ok(Vec::new()) };
+    let mut all = Vec::new();
+    for cell in cells.iter() {
+        valleys(shape, &cell, point, &mut all)?;
+    }
+    all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    Ok(all)
+}
+
+/// The valleys of the distance on one cell: from a grid, those of its places that are nearer than their neighbours, each
+/// followed downhill by a grid that shrinks around it.
+fn valleys(shape: &dyn Shape, cell: &Cell, point: Point, all: &mut Vec<Candidate>) -> Result<()> {
+    let (rows, columns) = if cell.sides.len() < 2 { (13, 1) } else { (7, 7) };
+    let share = |k: usize, of: usize| if of == 1 { 0.0 } else { k as f64 / (of - 1) as f64 };
+    let look = |shares: [f64; 2]| -> Result<(Point, f64)> {
+        let at = Point::from(shape.value(cell.at(shares), Derivative::POSITION)?);
+        Ok((at, (at - point).norm()))
+    };
+    let mut grid = Vec::with_capacity(rows * columns);
+    for i in 0..rows {
+        for j in 0..columns {
+            grid.push(look([share(i, rows), share(j, columns)])?.1);
+        }
+    }
+    let nearest = grid.iter().copied().fold(f64::INFINITY, f64::min);
+    let reach = grid.iter().copied().fold(0.0, f64::max) - nearest;
+    if all.iter().any(|c: &Candidate| c.distance < nearest - reach) {
+        return Ok(());
+    }
+    for (k, &distance) in grid.iter().enumerate() {
+        let (i, j) = (k / columns, k % columns);
+        let around = (i.saturating_sub(1)..(i + 2).min(rows))
+            .flat_map(|i| (j.saturating_sub(1)..(j + 2).min(columns)).map(move |j| (i, j)));
+        if around.into_iter().any(|(i, j)| grid[i * columns + j] < distance) {
+            continue;
+        }
+        let mut best = ([share(i, rows), share(j, columns)], look([share(i, rows), share(j, columns)])?);
+        let mut step = share(1, rows);
+        while step > 1e-12 {
+            let (centre, before) = (best.0, best.1.1);
+            for du in [-1.0, 0.0, 1.0] {
+                for dv in if columns == 1 { &[0.0][..] } else { &[-1.0, 0.0, 1.0] } {
+                    let next = [centre[0] + du * step, centre[1] + dv * step].map(|x| x.clamp(0.0, 1.0));
+                    let found = look(next)?;
+                    if found.1 < best.1.1 {
+                        best = (next, found);
+                    }
+                }
+            }
+            if best.1.1 >= before {
+                step *= 0.5;
+            }
+        }
+        all.push(Candidate { at: cell.at(best.0), point: best.1.0, distance: best.1.1 });
+    }
+    Ok(())
+}
+
+/// A location in the words of a recipe.
+fn text_of(value: &Value) -> String {
+    let Some(face) = value.get("face") else { return value.to_string() };
+    format!("{{ face = {face}, uv = {} }}", value.get("uv").unwrap_or(&Value::Null))
+}
+
+/// A location as a recipe's value.
+fn value_of(at: Location) -> Value {
+    match at {
+        Location::Curve(u) => json!(u),
+        Location::Surface(u, v) => json!([u, v]),
+        Location::Face(face, u, v) => json!({ "face": face, "uv": [u, v] }),
+        Location::Vertex(vertex) => json!({ "vertex": vertex }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use loftsman_kernel::scene::Object;
+    use loftsman_kernel::spline::{Curve, Space};
+
+    fn scene() -> Scene {
+        let mut scene = Scene::new();
+        let arch = |y: f64| {
+            let points =
+                [(-1.0, 0.0), (-1.0, y), (1.0, y), (1.0, 0.0)].map(|(x, y)| Point::new(x, y, 0.0)).to_vec();
+            Curve::new(Space::clamped_uniform(3, 4).unwrap(), points).unwrap()
+        };
+        scene.add(Object::new("arch", arch(2.0).into())).unwrap();
+        scene.add(Object::new("low", arch(-1.0).into())).unwrap();
+        scene
+    }
+
+    fn resolved(step: Value) -> std::result::Result<(Value, Vec<String>), String> {
+        let mut notes = Vec::new();
+        let fields = Parameters::new(step, "step[0]").unwrap();
+        let found = resolve(&scene(), &fields, &mut notes).map_err(|e| e.to_string())?;
+        Ok((Value::Object(found.into_map()), notes))
+    }
+
+    #[test]
+    fn a_place_is_found_on_the_object_that_its_table_names() {
+        let step = json!({ "object": "arch", "constraints": [
+            { "at": { "closest": [0, 9, 0] }, "to": { "closest": [0, 0, 0] } },
+            { "at": 0.25, "with": { "object": "low", "at": { "closest": [-1, 0.1, 0] } } },
+            { "near": [{ "closest": [1, -1, 0] }, 0.5] },
+        ] });
+        let (found, notes) = resolved(step).unwrap();
+        let constraints = &found["constraints"];
+        assert_eq!(constraints[0]["at"], json!(0.5));
+        // What is no location is left for the operation to refuse.
+        assert_eq!(constraints[0]["to"], json!({ "closest": [0, 0, 0] }));
+        assert_eq!((&constraints[1]["at"], &constraints[1]["with"]["at"]), (&json!(0.25), &json!(0.0)));
+        assert_eq!(constraints[2]["near"], json!([1.0, 0.5]));
+        assert_eq!(notes.len(), 3, "{notes:?}");
+        assert!(notes[1].contains("constraints[1].with.at = 0.0 on \"low\""), "{notes:?}");
+        assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
+    }
+
+    #[test]
+    fn places_as_near_are_told() {
+        let (found, notes) = resolved(json!({ "object": "arch", "at": { "closest": [0, 0.2, 0] } })).unwrap();
+        assert!(found["at"].is_number() && notes[0].contains("as near"), "{found} {notes:?}");
+    }
+
+    #[test]
+    fn what_is_no_place_says_why() {
+        for (at, object, words) in [
+            (json!({ "closest": [1, 2] }), "arch", "step[0].at.closest: [1,2] where [x, y, z] is needed"),
+            (json!({ "closest": [1, 2, 3], "u": 1 }), "arch", "step[0].at: \"u\" stands beside closest"),
+            (json!({ "closest": [1, 2, 3] }), "arc", "arc"),
+        ] {
+            let error = resolved(json!({ "object": object, "at": at })).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+        let error = resolved(json!({ "at": { "closest": [1, 2, 3] } })).unwrap_err();
+        assert!(error.contains("say which object"), "{error}");
+    }
+}
