@@ -94,10 +94,10 @@ impl<B: Shape> Answer<'_, B> {
     fn one(&self, x: &[f64; 3], y: &[f64; 3], reach: f64) -> Result<bool> {
         let mut y = *y;
         for k in 0..3 {
-            // Around a closed direction the shorter way counts.
+            // The shorter way around: where a direction is not closed, the points on it are not near.
             let Some(space) = self.spaces[k] else { continue };
             let length = space.length();
-            if (y[k] - x[k]).abs() > 0.5 * length && self.closed(k) {
+            if (y[k] - x[k]).abs() > 0.5 * length {
                 y[k] += if y[k] < x[k] { length } else { -length };
             }
             if (y[k] - x[k]).abs() > 0.05 * length {
@@ -125,22 +125,14 @@ impl<B: Shape> Answer<'_, B> {
         Ok(true)
     }
 
-    /// Whether a direction comes back to where it starts, as its knots or its points say.
-    fn closed(&self, k: usize) -> bool {
-        self.spaces[k].is_some_and(Space::is_periodic) || {
-            // Where it only looks closed, the ends are places of their own unless their points are one.
-            self.spaces[k].is_some()
-        }
-    }
-
     fn of(&self, search: Search) -> Result<Intersections> {
         let near = 4.0 * self.tolerance;
-        let runs = self.joined(search.runs)?;
+        let runs = self.joined(search.runs.clone())?;
         let mut kept: Vec<Found> = Vec::new();
         let mut found = search.found;
         found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.at[0].total_cmp(&y.at[0])));
         'next: for place in found {
-            for run in &runs {
+            for run in &search.runs {
                 let slack = 1e-3 * (run.to[0] - run.from[0]);
                 if place.at[0] >= run.from[0] - slack && place.at[0] <= run.to[0] + slack {
                     let end = if (place.at[0] - run.from[0]).abs() < (place.at[0] - run.to[0]).abs() {
