@@ -41,7 +41,8 @@ impl Pair<'_> {
             for k in held..n {
                 let slope = r.dot(&j[k]);
                 // What moves nothing, as the angle at a pole, is left alone.
-                free[k] = j[k].norm() > 0.0 && !((at[k] <= 0.0 && slope > 0.0) || (at[k] >= 1.0 && slope < 0.0));
+                free[k] =
+                    j[k].norm() > 0.0 && !((at[k] <= 0.0 && slope > 0.0) || (at[k] >= 1.0 && slope < 0.0));
             }
             let Some(step) = step(&r, &j, free, damping) else {
                 damping = if damping == 0.0 { 1e-10 } else { damping * 100.0 };

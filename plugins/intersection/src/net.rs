@@ -51,12 +51,8 @@ impl Range {
 
     pub(crate) fn times(self, other: Self) -> Self {
         let mut range = Self::EMPTY;
-        for x in [
-            self.low * other.low,
-            self.low * other.high,
-            self.high * other.low,
-            self.high * other.high,
-        ] {
+        for x in [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high]
+        {
             range.add(x);
         }
         range

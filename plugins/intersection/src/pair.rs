@@ -100,7 +100,8 @@ impl<B: Shape> Answer<'_, B> {
             if (y[k] - x[k]).abs() > 0.5 * length {
                 y[k] += if y[k] < x[k] { length } else { -length };
             }
-            if (y[k] - x[k]).abs() > 0.05 * length {
+            // At a pole one point has all parameters of the other shape.
+            if k == 0 && (y[k] - x[k]).abs() > 0.05 * length {
                 return Ok(false);
             }
         }
@@ -133,6 +134,9 @@ impl<B: Shape> Answer<'_, B> {
         found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.at[0].total_cmp(&y.at[0])));
         'next: for place in found {
             for run in &search.runs {
+                if self.on_run(&place.at, run) {
+                    continue 'next;
+                }
                 let slack = 1e-3 * (run.to[0] - run.from[0]);
                 if place.at[0] >= run.from[0] - slack && place.at[0] <= run.to[0] + slack {
                     let end = if (place.at[0] - run.from[0]).abs() < (place.at[0] - run.to[0]).abs() {
@@ -197,6 +201,21 @@ impl<B: Shape> Answer<'_, B> {
                 let length = space.length();
                 apart <= 1e-12 * length || space.is_periodic() && apart >= (1.0 - 1e-12) * length
             })
+        })
+    }
+
+    /// Whether a place is between two places of a run, in all parameters.
+    fn on_run(&self, at: &[f64; 3], run: &Run) -> bool {
+        run.places.windows(2).any(|pair| {
+            at[0] >= pair[0][0]
+                && at[0] <= pair[1][0]
+                && (1..3).all(|k| {
+                    let Some(space) = self.spaces[k] else { return true };
+                    let (low, high) = (pair[0][k].min(pair[1][k]), pair[0][k].max(pair[1][k]));
+                    // As much again to either side, for it need not run evenly.
+                    let room = (high - low) + 1e-9 * space.length();
+                    at[k] >= low - room && at[k] <= high + room
+                })
         })
     }
 

@@ -4,7 +4,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Surface};
 
 use crate::error::Result;
-use crate::net::{Frame, Four, Piece, Range};
+use crate::net::{Four, Frame, Piece, Range};
 
 /// The pieces of a shape in a frame, and a balanced tree of boxes over them.
 #[derive(Debug)]

@@ -105,17 +105,19 @@ fn merge(curve: &Curve, plane: &Plane, answer: &mut Intersections) -> Result<()>
         }
         // The seam of a closed curve is one place.
         let (start, end) = curve.domain();
-        if curve.is_periodic()
-            && kept.first().is_some_and(|first| {
-                (first.at - start) + (end - meeting.at) <= 1e-12 * length
-            })
+        let seam = (curve.point(start)? - curve.point(end)?).norm() <= answer.tolerance;
+        if let (true, Some(first)) = (seam, kept.first())
+            && (first.at - start) + (end - meeting.at) < 0.05 * length
+            && near(start, first.at)?
+            && near(meeting.at, end)?
         {
             continue;
         }
         if let Some(last) = kept.last_mut() {
             let both = last.contact == Contact::Crossing && meeting.contact == Contact::Crossing;
             if (meeting.at - last.at).abs() <= 1e-12 * length || !both && near(last.at, meeting.at)? {
-                if meeting.contact == Contact::Crossing && !both || meeting.distance < last.distance && !both {
+                if meeting.contact == Contact::Crossing && !both || meeting.distance < last.distance && !both
+                {
                     let contact =
                         if last.contact == Contact::Crossing { Contact::Crossing } else { meeting.contact };
                     *last = Meeting { contact, ..*meeting };

@@ -101,7 +101,8 @@ impl Search {
 
 fn found(pair: &Pair<'_>, spot: &Spot, simple: bool) -> Found {
     let n = pair.unknowns();
-    let own = simple && spot.distance <= 1e-12 && spot.at[..n].iter().all(|x| (1e-6..=1.0 - 1e-6).contains(x));
+    let own =
+        simple && spot.distance <= 1e-12 && spot.at[..n].iter().all(|x| (1e-6..=1.0 - 1e-6).contains(x));
     let at = [
         pair.a.parameter(0, spot.at[0]),
         pair.b.parameter(0, spot.at[1]),
@@ -120,7 +121,11 @@ fn separate(pair: &Pair<'_>, tolerance: f64) -> bool {
         columns[1].cross(&columns[2])
     } else {
         let square = columns[0].norm_squared();
-        if square > 0.0 { difference - columns[0] * (difference.dot(&columns[0]) / square) } else { difference }
+        if square > 0.0 {
+            difference - columns[0] * (difference.dot(&columns[0]) / square)
+        } else {
+            difference
+        }
     };
     let length = direction.norm();
     if length.is_nan() || length <= 1e-150 {

@@ -9,10 +9,12 @@ use crate::meeting::Pair;
 const SAMPLES: usize = 16;
 
 /// A run: parameters `(t; u, v)` of both shapes where it starts and ends.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Run {
     pub(crate) from: [f64; 3],
     pub(crate) to: [f64; 3],
+    /// Places of it, in order.
+    pub(crate) places: Vec<[f64; 3]>,
     /// The largest distance that was measured along it, in the frame.
     pub(crate) distance: f64,
 }
@@ -25,7 +27,8 @@ pub(crate) fn together(pair: &Pair<'_>, tolerance: f64) -> Vec<Run> {
         if (0..3).any(|k| point[k] < bounds[k].low - tolerance || point[k] > bounds[k].high + tolerance) {
             return None;
         }
-        let tried = near.or(last).map(|s| pair.nearest([t, s[1], s[2]], 1)).filter(|s| s.distance <= tolerance);
+        let tried =
+            near.or(last).map(|s| pair.nearest([t, s[1], s[2]], 1)).filter(|s| s.distance <= tolerance);
         let spot = match tried {
             Some(spot) => spot,
             None => pair.nearest(coarse(pair, t), 1),
@@ -61,8 +64,14 @@ pub(crate) fn together(pair: &Pair<'_>, tolerance: f64) -> Vec<Run> {
         }
         if let (true, Some(final_spot)) = (end - k >= 2, spots[end]) {
             let mut distance = spots[k..=end].iter().flatten().map(|s| s.1).fold(0.0, f64::max);
-            let degrees =
-                pair.a.orders.iter().chain(&pair.b.orders).map(|o| o - 1).filter(|d| *d > 0).product::<usize>();
+            let degrees = pair
+                .a
+                .orders
+                .iter()
+                .chain(&pair.b.orders)
+                .map(|o| o - 1)
+                .filter(|d| *d > 0)
+                .product::<usize>();
             // More than Bézout's number of places, between those that are known.
             let places = (degrees + 2).clamp(8, 400);
             let (low, high) = (at(k), at(end));
@@ -86,7 +95,10 @@ pub(crate) fn together(pair: &Pair<'_>, tolerance: f64) -> Vec<Run> {
                 };
                 let from = if k > 0 { bisect(first, at(k - 1)) } else { first.0 };
                 let to = if end < SAMPLES { bisect(final_spot, at(end + 1)) } else { final_spot.0 };
-                runs.push(Run { from: global(pair, from), to: global(pair, to), distance });
+                let (from, to) = (global(pair, from), global(pair, to));
+                let inner = spots[k..=end].iter().flatten().map(|s| global(pair, s.0));
+                let places = std::iter::once(from).chain(inner).chain([to]).collect();
+                runs.push(Run { from, to, places, distance });
             }
         }
         k = end + 1;

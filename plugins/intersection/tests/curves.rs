@@ -12,7 +12,10 @@ fn circles_cross_touch_and_overlap() {
         let found = curves(&ring(0.0, 1.0), &ring(1.2, 1.0), &o).unwrap();
         assert_eq!((found.meetings.len(), found.overlaps.len()), (2, 0), "{found:#?}");
         for m in &found.meetings {
-            assert!((m.point.x - away - 0.6 * scale).abs() < 1e-11 * (scale + away) && m.contact == Contact::Crossing);
+            assert!(
+                (m.point.x - away - 0.6 * scale).abs() < 1e-11 * (scale + away)
+                    && m.contact == Contact::Crossing
+            );
         }
         let found = curves(&ring(0.0, 1.0), &ring(3.0, 2.0), &o).unwrap();
         assert_eq!((found.meetings.len(), found.overlaps.len()), (1, 0), "{found:#?}");
@@ -38,7 +41,8 @@ fn a_line_and_a_wave_and_a_ball() {
     let line = Curve::line(Point::new(-1.0, 0.0, 0.0), Point::new(12.0, 0.0, 0.0)).unwrap();
     let found = curves(&line, &wave, &Options::default()).unwrap();
     assert_eq!(found.meetings.len(), 11, "{found:#?}");
-    let half = Curve::arc(Point::new(0.0, 0.0, -2.0), Point::origin(), Vector::y(), std::f64::consts::PI).unwrap();
+    let half =
+        Curve::arc(Point::new(0.0, 0.0, -2.0), Point::origin(), Vector::y(), std::f64::consts::PI).unwrap();
     let ball = Surface::revolution(&half, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
     let line = Curve::line(Point::new(-5.0, 0.3, 0.4), Point::new(5.0, 0.5, -0.2)).unwrap();
     let found = curve_surface(&line, &ball, &Options::default()).unwrap();

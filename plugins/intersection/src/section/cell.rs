@@ -75,8 +75,7 @@ impl<'a> Cells<'a> {
                 continue;
             }
             let values = distances(self.shift).collect();
-            let mut open =
-                vec![Cell { patch, low: piece.low, high: piece.high, values, depth: 0, along: 0 }];
+            let mut open = vec![Cell { patch, low: piece.low, high: piece.high, values, depth: 0, along: 0 }];
             while let Some(mut cell) = open.pop() {
                 let f = Polynomial::new(cell.values.clone());
                 if f.has_one_sign() {
@@ -162,7 +161,10 @@ fn graph(cell: &Cell, orders: [usize; 2]) -> Option<usize> {
         })
     };
     // Monotone across v: a graph over u, whose edges are those of fixed v.
-    [(1, 0), (0, 1)].into_iter().find(|&(across, _)| one_way(across) && simple(across)).map(|(_, along)| along)
+    [(1, 0), (0, 1)]
+        .into_iter()
+        .find(|&(across, _)| one_way(across) && simple(across))
+        .map(|(_, along)| along)
 }
 
 /// The part of the section in a cell that is a graph; none where it only passes a corner.
@@ -206,8 +208,8 @@ pub(crate) fn across(cell: &Cell, orders: [usize; 2], along: f64) -> [f64; 2] {
     };
     let mut at = [0.0; 2];
     at[d] = along;
-    at[other] = (cell.low[other] + (cell.high[other] - cell.low[other]) * x)
-        .clamp(cell.low[other], cell.high[other]);
+    at[other] =
+        (cell.low[other] + (cell.high[other] - cell.low[other]) * x).clamp(cell.low[other], cell.high[other]);
     at
 }
 

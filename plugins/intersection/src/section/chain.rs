@@ -22,7 +22,9 @@ pub(crate) fn chains(cells: &Cells<'_>, surface: &Surface) -> Vec<Chain> {
     // Branches first, from their ends; what is left then are loops.
     for round in 0..2 {
         for start in 0..cells.parts.len() {
-            let Some(first) = (0..2).find(|&e| round == 1 || links[2 * start + e].is_none()) else { continue };
+            let Some(first) = (0..2).find(|&e| round == 1 || links[2 * start + e].is_none()) else {
+                continue;
+            };
             if used[start] {
                 continue;
             }
@@ -63,9 +65,8 @@ fn links(cells: &Cells<'_>, surface: &Surface) -> Vec<Option<usize>> {
         let (fixed, at, upper, x, id) = ends[k];
         let reach = SAME * spaces[1 - fixed].length();
         // The nearest on the other side of the line, next to it in order.
-        let partner = ends.get(k + 1).filter(|o| {
-            o.0 == fixed && o.1 == at && o.2 != upper && (o.3 - x).abs() <= reach
-        });
+        let partner =
+            ends.get(k + 1).filter(|o| o.0 == fixed && o.1 == at && o.2 != upper && (o.3 - x).abs() <= reach);
         if let Some(partner) = partner {
             links[id] = Some(partner.4);
             links[partner.4] = Some(id);

@@ -107,8 +107,7 @@ impl Line<'_> {
         for x in [0.2, 0.4, 0.6, 0.8] {
             let y: f64 = 1.0 - x;
             let [a, b, c, e] = cubic.vertices;
-            let point =
-                a * (y * y * y) + b * (3.0 * y * y * x) + c * (3.0 * y * x * x) + e * (x * x * x);
+            let point = a * (y * y * y) + b * (3.0 * y * y * x) + c * (3.0 * y * x * x) + e * (x * x * x);
             // The section's point beside it: that to which the way is across the section.
             let (mut low, mut high) = (0.0, 1.0);
             let mut best = f64::INFINITY;
@@ -168,7 +167,8 @@ fn join(cubics: &[Cubic], closed: bool, frame: &Frame) -> Result<Curve> {
         points.extend([cubic.vertices[1], cubic.vertices[2]]);
         at += cubic.length * frame.size;
     }
-    let last = if closed { cubics.first().map(|c| c.vertices[0]) } else { cubics.last().map(|c| c.vertices[3]) };
+    let last =
+        if closed { cubics.first().map(|c| c.vertices[0]) } else { cubics.last().map(|c| c.vertices[3]) };
     points.extend(last);
     knots.extend([at; 4]);
     let points: Vec<Point> = points.into_iter().map(|p| frame.center + p * frame.size).collect();
