@@ -116,8 +116,7 @@ fn merge(curve: &Curve, plane: &Plane, answer: &mut Intersections) -> Result<()>
         if let Some(last) = kept.last_mut() {
             let both = last.contact == Contact::Crossing && meeting.contact == Contact::Crossing;
             if (meeting.at - last.at).abs() <= 1e-12 * length || !both && near(last.at, meeting.at)? {
-                if meeting.contact == Contact::Crossing && !both || meeting.distance < last.distance && !both
-                {
+                if !both && (meeting.contact == Contact::Crossing || meeting.distance < last.distance) {
                     let contact =
                         if last.contact == Contact::Crossing { Contact::Crossing } else { meeting.contact };
                     *last = Meeting { contact, ..*meeting };

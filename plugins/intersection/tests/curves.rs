@@ -1,4 +1,5 @@
 //! Curves with curves.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 use loftsman_intersection::{Contact, Options, curve_surface, curves};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};

@@ -1,4 +1,5 @@
 //! Against OpenCASCADE, and against a search of our own that samples.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 use loftsman_intersection::{Options, Plane, curve_plane, curve_surface, curves, section};
 use loftsman_kernel::spline::{Curve, Space, Surface};

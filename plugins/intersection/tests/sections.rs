@@ -1,4 +1,5 @@
 //! Sections of surfaces, and curves with planes.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 use loftsman_intersection::{Options, Plane, curve_plane, section};
 use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
