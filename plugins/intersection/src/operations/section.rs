@@ -152,35 +152,32 @@ impl Operation for CutBy {
 
 /// The planes of a step.
 fn planes(parameters: &Parameters, geometry: &Geometry) -> Result<Vec<Plane>, OperationError> {
-    if parameters.has("plane") == parameters.has("axis") {
-        return Err(parameters
-            .error("", "give either plane = { point, normal } or axis with at or count")
-            .into());
-    }
-    if parameters.has("plane") {
-        for name in ["at", "count"] {
-            if parameters.has(name) {
-                return Err(parameters.error(name, "goes with axis, not with plane: leave it out").into());
-            }
+    // Each field is read for itself first, so that what is wrong with one is said of it.
+    let plane = if parameters.has("plane") { Some(read_plane(parameters)?) } else { None };
+    let axes = [("x", 0), ("y", 1), ("z", 2)];
+    let axis = if parameters.has("axis") { Some(parameters.choice("axis", &axes)?) } else { None };
+    let at = match parameters.value("at") {
+        Some(value) if value.is_array() => Some(parameters.numbers("at")?),
+        Some(_) => Some(vec![parameters.number("at")?]),
+        None => None,
+    };
+    let count = if parameters.has("count") { Some(parameters.count("count")?) } else { None };
+    let axis = match (plane, axis) {
+        (Some(plane), None) if at.is_none() && count.is_none() => return Ok(vec![plane]),
+        (None, Some(axis)) => axis,
+        _ => {
+            let problem = "give either plane = { point, normal } alone, or axis with at or count";
+            return Err(parameters.error("", problem).into());
         }
-        let table = parameters.table("plane")?;
-        table.check(PLANE)?;
-        let point = if table.has("point") { table.point("point")? } else { Point::origin() };
-        return Ok(vec![
-            Plane::new(point, table.vector("normal")?).map_err(|e| table.error("normal", e.to_string()))?,
-        ]);
-    }
-    let axis = parameters.choice("axis", &[("x", 0), ("y", 1), ("z", 2)])?;
+    };
     let mut normal = Vector::zeros();
     normal[axis] = 1.0;
-    let places = match (parameters.value("at"), parameters.has("count")) {
-        (Some(_), true) | (None, false) => {
+    let places = match (at, count) {
+        (Some(_), Some(_)) | (None, None) => {
             return Err(parameters.error("", "axis goes with one of at and count").into());
         }
-        (Some(value), false) if value.is_array() => parameters.numbers("at")?,
-        (Some(_), false) => vec![parameters.number("at")?],
-        (None, true) => {
-            let count = parameters.count("count")?;
+        (Some(places), None) => places,
+        (None, Some(count)) => {
             if count == 0 || count > MOST {
                 return Err(parameters.error("count", format!("{count} where 1 to {MOST} is needed")).into());
             }
@@ -204,4 +201,11 @@ fn planes(parameters: &Parameters, geometry: &Geometry) -> Result<Vec<Plane>, Op
     }
     let plane = |at: f64| Plane::new(Point::from(normal * at), normal).map_err(OperationError::from);
     places.into_iter().map(plane).collect()
+}
+
+fn read_plane(parameters: &Parameters) -> Result<Plane, OperationError> {
+    let table = parameters.table("plane")?;
+    table.check(PLANE)?;
+    let point = if table.has("point") { table.point("point")? } else { Point::origin() };
+    Plane::new(point, table.vector("normal")?).map_err(|e| table.error("normal", e.to_string()).into())
 }
