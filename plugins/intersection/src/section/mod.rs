@@ -86,6 +86,10 @@ pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Se
         let mut cells = Cells::new(&pieces, plane.normal(), distance, sign * shift);
         cells.search(CELLS);
         for chain in chain::chains(&cells, surface) {
+            // The other side is asked for peaks and pits only.
+            if !main && !(chain.closed && is_small(&cells, &chain)) {
+                continue;
+            }
             let traced = trace::trace(&cells, &chain, &frame, plane, inner)?;
             if traced.closed && is_touching(&traced, &cells, plane, &frame, shift) {
                 result.touching.push(middle(&traced.curve));
@@ -99,6 +103,19 @@ pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Se
         }
     }
     Ok(result)
+}
+
+/// Whether all of a chain is within a hundredth of the surface's size.
+fn is_small(cells: &Cells<'_>, chain: &chain::Chain) -> bool {
+    let mut ranges = [Range::EMPTY; 3];
+    for &(index, _) in &chain.parts {
+        let part = &cells.parts[index];
+        for end in &part.ends {
+            let point = cells.jet(&part.cell, end.at).0.point;
+            (0..3).for_each(|k| ranges[k].add(point[k]));
+        }
+    }
+    ranges.iter().all(|r| r.high - r.low <= 1e-2)
 }
 
 fn middle(curve: &Curve) -> Point {
