@@ -99,6 +99,8 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "rename" => json!({ "object": "group", "to": "all" }),
         "fill" => json!({ "objects": ["square"], "size": 0.5 }),
         "extrude" => json!({ "objects": ["square"], "by": [0, 0, 2], "surfaces": true }),
+        "intersect" => json!({ "object": curve, "with": "patch", "tolerance": 0.5 }),
+        "section" => json!({ "object": "patch", "axis": "x", "count": 2 }),
         "loft" => json!({ "sections": ["square", "lid"], "surface": true }),
         "fine-tune" => json!({ "object": curve, "alpha": 1.3, "ends": "free" }),
         "subdivide" => json!({ "object": "square", "levels": 2 }),

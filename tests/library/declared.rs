@@ -514,6 +514,37 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("loft", "degree", json!({ "sections": ["round", "round middle", "round top"] }), json!(1), json!(2));
     add("loft", "caps", none(), json!(true), json!(false));
     add("loft", "surface", none(), json!(false), json!(true));
+    let meet = || json!({ "object": "short line", "with": "round" });
+    add("intersect", "object", json!({ "with": "round" }), json!("line"), json!("round half"));
+    add(
+        "intersect",
+        "with",
+        json!({ "object": "line", "tolerance": 1e-6 }),
+        json!("round"),
+        json!("round half"),
+    );
+    add("intersect", "tolerance", meet(), json!(1e-6), json!(0.3));
+    add("intersect", "name", meet(), json!("a"), json!("b"));
+    let cut = || json!({ "object": "round", "axis": "x", "at": 0.1, "count": null });
+    add("section", "object", json!({ "axis": "x", "at": 0.1, "count": null }), json!("round"), json!("line"));
+    add(
+        "section",
+        "plane",
+        json!({ "object": "round", "axis": null, "count": null }),
+        json!({ "normal": [1, 0, n()] }),
+        json!({ "point": [0.1, 0, 0], "normal": [1, 0.5, 0] }),
+    );
+    add("section", "axis", json!({ "object": "round", "at": 0.1, "count": null }), json!("x"), json!("y"));
+    add(
+        "section",
+        "at",
+        json!({ "object": "round", "axis": "x", "count": null }),
+        json!(0.1),
+        json!([0.2, 0.3]),
+    );
+    add("section", "count", json!({ "object": "round", "axis": "x" }), json!(1), json!(3));
+    add("section", "tolerance", json!({ "axis": "x", "count": 2 }), json!(0.1), json!(1e-5));
+    add("section", "name", cut(), json!("a"), json!("b"));
     add("fit-shape", "object", none(), json!("clamped curve"), json!("rational"));
     add("fit-shape", "points", none(), json!("chain"), json!("spiral"));
     let even = || json!((0..40).map(|k| 1 + k % 2).collect::<Vec<i32>>());
@@ -565,8 +596,13 @@ fn furnished() -> tempfile::TempDir {
             json!([cos, sin, 0])
         })
         .collect();
+    let line = |a: f64, b: f64| json!({ "degree": 1, "periodic": false, "knots": [0, 0, 1, 1], "points": [[a, 0, 0], [b, 0, 0]] });
     for (name, kind, what) in [
         ("kinked", "curve", kinked),
+        ("line", "curve", line(-2.0, 2.0)),
+        // It ends within the ring, 0.2 or so from it.
+        ("short line", "curve", line(0.0, 0.7)),
+        ("round half", "curve", ring(0.0, 0.5)),
         ("round", "curve", ring(0.0, 1.0)),
         ("round middle", "curve", ring(1.0, 1.6)),
         ("round top", "curve", ring(2.0, 0.8)),

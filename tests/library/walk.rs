@@ -679,6 +679,50 @@ fn loft(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// A ring round the middle and a line through it: two points, each on both.
+fn intersect(walk: &mut Walk<'_>) -> Outcome {
+    let ring = walk.ring(0.0, 1.0);
+    let angle = walk.between(0.0, 6.0);
+    let (x, y) = (3.0 * angle.cos(), 3.0 * angle.sin());
+    let line =
+        json!({ "degree": 1, "periodic": false, "knots": [0, 0, 1, 1], "points": [[-x, -y, 0], [x, y, 0]] });
+    let fields = json!({ "object": "l", "with": "r", "name": "both" });
+    let after = walk.run(&[("l", "curve", &line), ("r", "curve", &ring)], "intersect", fields)?;
+    let points = object(&after, "both")["cloud"]["points"].as_array().unwrap().clone();
+    assert!(!points.is_empty(), "{ring}");
+    let samples: Vec<_> = walk.parameters(&ring, 4000).into_iter().map(|u| curve_point(&ring, u)).collect();
+    for p in points.iter().map(numbers) {
+        assert!((p[0] * y - p[1] * x).abs() < 1e-8, "{p:?} is not on the line");
+        let near = samples.iter().map(|s| (s[0] - p[0]).hypot(s[1] - p[1])).fold(f64::INFINITY, f64::min);
+        assert!(near < 0.02, "{p:?} is {near} from the ring");
+    }
+    Ok(())
+}
+
+/// Every point of a section is in the plane; where the surface changes sides there is a section.
+fn section(walk: &mut Walk<'_>) -> Outcome {
+    let surface = walk.surface();
+    let (low, high) =
+        surface["points"].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap()).fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(low, high), p| {
+                let z = numbers(p)[2];
+                (low.min(z), high.max(z))
+            },
+        );
+    let at = walk.between(low, high);
+    let fields = json!({ "object": "s", "axis": "z", "at": at, "name": "cut" });
+    let after = walk.run(&[("s", "surface", &surface)], "section", fields)?;
+    for found in after["objects"].as_array().unwrap().iter().filter(|o| o["name"] != "s") {
+        let curve = &found["curve"];
+        for u in walk.parameters(curve, 50) {
+            let p = curve_point(curve, u);
+            assert!((p[2] - at).abs() <= 2e-6 * (high - low).max(at.abs()), "{p:?} is not at {at}");
+        }
+    }
+    Ok(())
+}
+
 fn tessellate(walk: &mut Walk<'_>) -> Outcome {
     let curve = walk.curve(0);
     let size = size_of(&curve);
@@ -891,7 +935,7 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 24] = [
+const STEPS: [(&str, Step, u32); 26] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -907,6 +951,8 @@ const STEPS: [(&str, Step, u32); 24] = [
     ("fill", fill, 0),
     ("extrude", extrude, 0),
     ("loft", loft, 3),
+    ("intersect", intersect, 0),
+    ("section", section, 0),
     ("simulate", simulate, 3),
     ("subdivide", subdivide, 0),
     ("patches", patches, 0),

@@ -1,0 +1,86 @@
+//! Sections of meshes by planes.
+
+use std::collections::BTreeMap;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::mesh::{Mesh, Polyline};
+
+use crate::intersections::Plane;
+
+/// The section of a mesh by a plane: polylines from face to face, closed where the mesh goes all round.
+///
+/// A vertex on the plane counts as above it, so that each face is crossed at an even number of edges and what lies in
+/// the plane is bounded by its lower neighbours. Where the plane passes a vertex the section has that vertex, to the last
+/// bit. A face that bends is cut along its edges only. `O(n log n)`.
+pub fn mesh_section(mesh: &Mesh, plane: &Plane) -> Vec<Polyline> {
+    let points = mesh.points();
+    let distances: Vec<f64> = points.iter().map(|p| plane.distance(p)).collect();
+    // The edges that are crossed, and which of them each is joined to by a face.
+    let mut joined: BTreeMap<(u32, u32), Vec<(u32, u32)>> = BTreeMap::new();
+    for face in mesh.faces() {
+        let mut crossed: Vec<(u32, u32)> = Vec::new();
+        for (k, &a) in face.iter().enumerate() {
+            let b = face[(k + 1) % face.len()];
+            if (distances[a as usize] < 0.0) != (distances[b as usize] < 0.0) {
+                crossed.push((a.min(b), a.max(b)));
+            }
+        }
+        if crossed.len() > 2 {
+            // Along the line, first with second, third with fourth: what is inside a face that is not convex.
+            let at = |e: &(u32, u32)| crossing(points, &distances, *e);
+            let spread = at(&crossed[crossed.len() - 1]) - at(&crossed[0]);
+            crossed.sort_by(|x, y| at(x).coords.dot(&spread).total_cmp(&at(y).coords.dot(&spread)));
+        }
+        for pair in crossed.chunks_exact(2) {
+            joined.entry(pair[0]).or_default().push(pair[1]);
+            joined.entry(pair[1]).or_default().push(pair[0]);
+        }
+    }
+    // Open lines from their ends first, then the loops. Where more than two faces share an edge, lines end there.
+    let ends: Vec<_> = joined.iter().filter(|(_, next)| next.len() != 2).map(|(e, _)| *e).collect();
+    let all: Vec<_> = joined.keys().copied().collect();
+    let mut lines = Vec::new();
+    for start in ends.into_iter().chain(all) {
+        while let Some(mut next) = joined.get_mut(&start).and_then(Vec::pop) {
+            let mut line = vec![crossing(points, &distances, start)];
+            let mut here = start;
+            let closed = loop {
+                if let Some(back) = joined.get_mut(&next)
+                    && let Some(k) = back.iter().position(|e| *e == here)
+                {
+                    back.swap_remove(k);
+                }
+                if next == start {
+                    break true;
+                }
+                line.push(crossing(points, &distances, next));
+                here = next;
+                let onward = joined.get_mut(&here).filter(|n| n.len() == 1).and_then(Vec::pop);
+                let Some(onward) = onward else { break false };
+                next = onward;
+            };
+            line.dedup();
+            if closed && line.len() > 1 && line.first() == line.last() {
+                line.pop();
+            }
+            if line.len() > 1 {
+                lines.push(Polyline { points: line, closed });
+            }
+        }
+    }
+    lines
+}
+
+/// Where an edge, given by its lesser end first, passes the plane.
+fn crossing(points: &[Point], distances: &[f64], (a, b): (u32, u32)) -> Point {
+    let (p, q) = (points[a as usize], points[b as usize]);
+    let (d, e) = (distances[a as usize], distances[b as usize]);
+    if d == 0.0 {
+        return p;
+    }
+    if e == 0.0 {
+        return q;
+    }
+    let share = d / (d - e);
+    Point::from(p.coords * (1.0 - share) + q.coords * share)
+}

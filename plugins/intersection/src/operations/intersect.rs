@@ -1,0 +1,121 @@
+//! `intersect`: where a curve meets a curve or a surface.
+
+use loftsman_kernel::Error;
+use loftsman_kernel::mesh::Cloud;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::Location;
+use loftsman_kernel::text::a;
+
+use super::{NAME, add_beside, base_name, tolerance};
+use crate::{Contact, Intersections, Options, curve_surface, curves};
+
+/// The operation `intersect`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Intersect;
+
+impl Operation for Intersect {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::required("object", "text", "a curve, or a surface where the other is a curve"),
+            Field::required("with", "text", "the other: a curve or a surface, placed as the object is"),
+            Field::optional(
+                "tolerance",
+                "length",
+                "1e-9 of the size",
+                "two points no further apart than this count as one",
+            ),
+            NAME,
+        ];
+        Declaration {
+            name: "intersect",
+            help: "where a curve meets a curve or a surface: the points become a cloud, what runs together a curve",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        _context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        parameters.check(self.declaration().fields)?;
+        let (object, with) = (parameters.text("object")?, parameters.text("with")?);
+        if object == with {
+            return Err(parameters.error("with", "is the object itself: name another").into());
+        }
+        let name = base_name(parameters, object, "meetings")?;
+        let options = Options { tolerance: tolerance(parameters)? };
+        let (first, second) = (scene.object(object)?, scene.object(with)?);
+        if first.parent != second.parent || first.transform != second.transform {
+            return Err(parameters
+                .error("with", format!("\"{with}\" is placed otherwise than \"{object}\": give both the same parent and transform"))
+                .into());
+        }
+        let (found, curve) = match (first.geometry(), second.geometry()) {
+            (Geometry::Curve(a), Geometry::Curve(b)) => (curves(a, b, &options)?, a),
+            (Geometry::Curve(a), Geometry::Surface(b)) | (Geometry::Surface(b), Geometry::Curve(a)) => {
+                (curve_surface(a, b, &options)?, a)
+            }
+            (Geometry::Curve(_) | Geometry::Surface(_), other) | (other, _) => {
+                let name = if std::ptr::eq(other, second.geometry()) { with } else { object };
+                let problem = format!(
+                    "\"{name}\" is {}: a curve is intersected with a curve or a surface (a trimmed surface: untrim it first; \
+                     a mesh or a surface by a plane: section)",
+                    a(other.kind())
+                );
+                return Err(Error::Invalid(problem).into());
+            }
+        };
+        let mut geometries: Vec<Geometry> = Vec::new();
+        if !found.meetings.is_empty() {
+            geometries.push(Cloud { points: found.meetings.iter().map(|m| m.point).collect() }.into());
+        }
+        for overlap in &found.overlaps {
+            geometries.push(curve.between(overlap.range.0, overlap.range.1)?.into());
+        }
+        let mut notes = notes(&found);
+        let added = add_beside(scene, object, &name, geometries)?;
+        notes.extend(added.iter().map(|name| format!("\"{name}\" added")));
+        Ok(StepReport {
+            op: "intersect".into(),
+            object: Some(object.to_owned()),
+            residual: Some(found.distance()),
+            notes,
+            ..StepReport::default()
+        })
+    }
+}
+
+fn notes(found: &Intersections) -> Vec<String> {
+    let place = |with: Option<Location>| match with {
+        Some(Location::Curve(s)) => format!(" and {s}"),
+        Some(Location::Surface(u, v)) => format!(" and [{u}, {v}]"),
+        _ => String::new(),
+    };
+    let mut notes = Vec::new();
+    if found.meetings.is_empty() && found.overlaps.is_empty() {
+        notes.push(format!("they do not meet within {:e}", found.tolerance));
+    }
+    for m in &found.meetings {
+        let how = match m.contact {
+            Contact::Crossing => "cross",
+            Contact::Touching => "touch",
+        };
+        let [x, y, z] = [m.point.x, m.point.y, m.point.z];
+        notes.push(format!("they {how} at ({x}, {y}, {z}), parameters {}{}", m.at, place(m.with)));
+    }
+    for o in &found.overlaps {
+        notes.push(format!("they run together from {} to {} of the curve", o.range.0, o.range.1));
+    }
+    for u in &found.undecided {
+        notes.push(format!(
+            "undecided: between {} and {} of the curve there may be more meetings; a larger tolerance tells",
+            u.range.0, u.range.1
+        ));
+    }
+    notes
+}

@@ -1,0 +1,65 @@
+//! The operations of recipes.
+
+mod intersect;
+mod section;
+
+use loftsman_kernel::plugin::{Field, OperationError, Parameters};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+
+pub use intersect::Intersect;
+pub use section::CutBy;
+
+const NAME: Field =
+    Field::optional("name", "text", "after the object", "what the names of the results begin with");
+
+/// Adds objects beside the one that they were made of: placed and layered as it is. All of them, or none.
+fn add_beside(
+    scene: &mut Scene,
+    source: &str,
+    name: &str,
+    geometries: Vec<Geometry>,
+) -> Result<Vec<String>, OperationError> {
+    let source = scene.object(source)?.clone();
+    let mut added: Vec<String> = Vec::with_capacity(geometries.len());
+    for geometry in geometries {
+        let mut object = Object::new(scene.unique_name(name), geometry);
+        object.parent.clone_from(&source.parent);
+        object.transform = source.transform;
+        object.layer.clone_from(&source.layer);
+        let name = object.name().to_owned();
+        if let Err(error) = scene.add(object) {
+            for name in added.iter().rev() {
+                scene.remove(name)?;
+            }
+            return Err(error.into());
+        }
+        added.push(name);
+    }
+    Ok(added)
+}
+
+/// What the results are called: as asked for, or after the object.
+fn base_name(parameters: &Parameters, object: &str, what: &str) -> Result<String, OperationError> {
+    if !parameters.has("name") {
+        return Ok(format!("{object} {what}"));
+    }
+    let name = parameters.text("name")?;
+    if name.is_empty() {
+        return Err(parameters.error("name", "is empty: give a name, or leave the field out").into());
+    }
+    Ok(name.to_owned())
+}
+
+/// The tolerance of a step, if it says one.
+fn tolerance(parameters: &Parameters) -> Result<Option<f64>, OperationError> {
+    if !parameters.has("tolerance") {
+        return Ok(None);
+    }
+    let tolerance = parameters.number("tolerance")?;
+    if tolerance <= 0.0 {
+        return Err(parameters
+            .error("tolerance", format!("{tolerance} where a positive length is needed"))
+            .into());
+    }
+    Ok(Some(tolerance))
+}

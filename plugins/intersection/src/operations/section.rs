@@ -1,0 +1,211 @@
+//! `section`: what planes cut from a surface, a mesh or a curve.
+
+use loftsman_kernel::mesh::Cloud;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::text::a;
+use loftsman_kernel::{Error, Point, Vector};
+
+use super::{NAME, add_beside, base_name, tolerance};
+use crate::{Options, Plane, curve_plane, mesh_section, section};
+
+/// The most planes of a step.
+const MOST: usize = 10_000;
+
+/// The operation `section`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct CutBy;
+
+const PLANE: &[Field] = &[
+    Field::optional("point", "[x, y, z]", "[0, 0, 0]", "a point of the plane"),
+    Field::required("normal", "[x, y, z]", "the plane's normal, of any length"),
+];
+
+impl Operation for CutBy {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::required("object", "text", "a surface, a mesh or a curve"),
+            Field::optional(
+                "plane",
+                "{ point, normal }",
+                "this or axis is needed",
+                "the plane, in the object's coordinates",
+            ),
+            Field::optional("axis", "x | y | z", "this or plane is needed", "planes across this axis"),
+            Field::optional(
+                "at",
+                "number or [numbers]",
+                "this or count, with axis",
+                "where the planes are on the axis",
+            ),
+            Field::optional(
+                "count",
+                "1 to 10000",
+                "this or at, with axis",
+                "so many planes, evenly between the object's ends",
+            ),
+            Field::optional(
+                "tolerance",
+                "length",
+                "1e-6 of the size",
+                "largest distance of a surface's section curves from it",
+            ),
+            NAME,
+        ];
+        Declaration {
+            name: "section",
+            help: "what planes cut: of a surface curves, of a mesh polylines, of a curve points",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        parameters.check(self.declaration().fields)?;
+        let object = parameters.text("object")?;
+        let name = base_name(parameters, object, "section")?;
+        let options = Options { tolerance: tolerance(parameters)? };
+        let geometry = scene.object(object)?.geometry();
+        let planes = planes(parameters, geometry)?;
+        let mut geometries: Vec<Geometry> = Vec::new();
+        let mut notes = Vec::new();
+        let mut residual = None;
+        for (k, plane) in planes.iter().enumerate() {
+            context.observer.proceed("sections", k as u64, planes.len() as u64)?;
+            let p = plane.point();
+            let at = format!("({}, {}, {})", p.x, p.y, p.z);
+            let before = geometries.len();
+            match geometry {
+                Geometry::Surface(surface) => {
+                    let cut = section(surface, plane, &options)?;
+                    for branch in cut.curves {
+                        residual = Some(branch.distance.max(residual.unwrap_or(0.0)));
+                        geometries.push(branch.curve.into());
+                    }
+                    for q in cut.touching {
+                        notes.push(format!(
+                            "the plane through {at} touches it at ({}, {}, {})",
+                            q.x, q.y, q.z
+                        ));
+                    }
+                    for [u, v] in cut.coincident {
+                        notes.push(format!(
+                            "it lies in the plane through {at} for u from {} to {}, v from {} to {}",
+                            u.0, u.1, v.0, v.1
+                        ));
+                    }
+                    for [u, v] in cut.undecided {
+                        notes.push(format!(
+                            "undecided in the plane through {at} for u from {} to {}, v from {} to {}",
+                            u.0, u.1, v.0, v.1
+                        ));
+                    }
+                }
+                Geometry::Mesh(mesh) => {
+                    geometries.extend(mesh_section(mesh, plane).into_iter().map(Geometry::from));
+                }
+                Geometry::Curve(curve) => {
+                    let cut = curve_plane(curve, plane, &options)?;
+                    residual = Some(cut.distance().max(residual.unwrap_or(0.0)));
+                    if !cut.meetings.is_empty() {
+                        geometries
+                            .push(Cloud { points: cut.meetings.iter().map(|m| m.point).collect() }.into());
+                    }
+                    for o in cut.overlaps {
+                        notes.push(format!(
+                            "it lies in the plane through {at} from {} to {}",
+                            o.range.0, o.range.1
+                        ));
+                    }
+                }
+                other => {
+                    let problem = format!(
+                        "\"{object}\" is {}: a section is cut from a surface, a mesh or a curve (a trimmed surface: untrim it first)",
+                        a(other.kind())
+                    );
+                    return Err(Error::Invalid(problem).into());
+                }
+            }
+            let count = geometries.len() - before;
+            notes.push(format!(
+                "the plane through {at} cuts {count} {}",
+                if count == 1 { "piece" } else { "pieces" }
+            ));
+        }
+        let added = add_beside(scene, object, &name, geometries)?;
+        notes.extend(added.iter().map(|name| format!("\"{name}\" added")));
+        Ok(StepReport {
+            op: "section".into(),
+            object: Some(object.to_owned()),
+            residual,
+            notes,
+            ..StepReport::default()
+        })
+    }
+}
+
+/// The planes of a step.
+fn planes(parameters: &Parameters, geometry: &Geometry) -> Result<Vec<Plane>, OperationError> {
+    // Each field is read for itself first, so that what is wrong with one is said of it.
+    let plane = if parameters.has("plane") { Some(read_plane(parameters)?) } else { None };
+    let axes = [("x", 0), ("y", 1), ("z", 2)];
+    let axis = if parameters.has("axis") { Some(parameters.choice("axis", &axes)?) } else { None };
+    let at = match parameters.value("at") {
+        Some(value) if value.is_array() => Some(parameters.numbers("at")?),
+        Some(_) => Some(vec![parameters.number("at")?]),
+        None => None,
+    };
+    let count = if parameters.has("count") { Some(parameters.count("count")?) } else { None };
+    let axis = match (plane, axis) {
+        (Some(plane), None) if at.is_none() && count.is_none() => return Ok(vec![plane]),
+        (None, Some(axis)) => axis,
+        _ => {
+            let problem = "give either plane = { point, normal } alone, or axis with at or count";
+            return Err(parameters.error("", problem).into());
+        }
+    };
+    let mut normal = Vector::zeros();
+    normal[axis] = 1.0;
+    let places = match (at, count) {
+        (Some(_), Some(_)) | (None, None) => {
+            return Err(parameters.error("", "axis goes with one of at and count").into());
+        }
+        (Some(places), None) => places,
+        (None, Some(count)) => {
+            if count == 0 || count > MOST {
+                return Err(parameters.error("count", format!("{count} where 1 to {MOST} is needed")).into());
+            }
+            let (low, high) = match geometry {
+                Geometry::Surface(surface) => surface.bounds(),
+                Geometry::Curve(curve) => curve.bounds(),
+                other => {
+                    let points = other.points();
+                    let first = points.first().copied().unwrap_or_else(Point::origin);
+                    points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)))
+                }
+            };
+            let step = (high[axis] - low[axis]) / (count + 1) as f64;
+            (1..=count).map(|k| low[axis] + step * k as f64).collect()
+        }
+    };
+    if places.is_empty() || places.len() > MOST {
+        return Err(parameters
+            .error("at", format!("{} places where 1 to {MOST} are needed", places.len()))
+            .into());
+    }
+    let plane = |at: f64| Plane::new(Point::from(normal * at), normal).map_err(OperationError::from);
+    places.into_iter().map(plane).collect()
+}
+
+fn read_plane(parameters: &Parameters) -> Result<Plane, OperationError> {
+    let table = parameters.table("plane")?;
+    table.check(PLANE)?;
+    let point = if table.has("point") { table.point("point")? } else { Point::origin() };
+    Plane::new(point, table.vector("normal")?).map_err(|e| table.error("normal", e.to_string()).into())
+}

@@ -1,0 +1,256 @@
+//! Curves with curves and surfaces: the search, and what is made of what it found.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+
+use crate::error::{IntersectionError, Result};
+use crate::intersections::{Contact, Intersections, Meeting, Options, Overlap, Undecided};
+use crate::net::Frame;
+use crate::pieces::Pieces;
+use crate::search::{Found, Search};
+use crate::together::Run;
+
+/// Where two curves meet, in space or in a plane: all points no further apart than the tolerance, and the parts that run
+/// together.
+///
+/// Bézier pieces whose boxes are near (by a tree over each curve) are cut until they are apart, or their derivatives show
+/// that they meet once at most, which Newton's method then settles to rounding. Touching ones, which never show that, are told
+/// by the tolerance. `O((n + m) log)` for the trees, then what comes near.
+///
+/// ```
+/// use loftsman_intersection::{Contact, Options, curves};
+/// use loftsman_kernel::{Point, Vector, spline::Curve};
+/// let ring = Curve::circle(Point::origin(), Vector::z(), 1.0)?;
+/// let line = Curve::line(Point::new(-2.0, 0.6, 0.0), Point::new(2.0, 0.6, 0.0))?;
+/// let found = curves(&line, &ring, &Options::default())?;
+/// assert_eq!(found.meetings.len(), 2);
+/// assert!((found.meetings[0].point.x + 0.8).abs() < 1e-14);
+/// assert!(found.is_complete() && found.meetings[0].contact == Contact::Crossing);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the tolerance is no length, or the shapes are too large for numbers.
+pub fn curves(a: &Curve, b: &Curve, options: &Options) -> Result<Intersections> {
+    let (frame, tolerance) = setting(&[a.hull_bounds(), b.hull_bounds()], options)?;
+    let inner = tolerance / frame.size;
+    let search = Search::new(&Pieces::of_curve(a, &frame)?, &Pieces::of_curve(b, &frame)?, inner);
+    Answer { a, b, spaces: [Some(a.space()), Some(b.space()), None], frame, tolerance, both: Location::Curve }
+        .of(search)
+}
+
+/// Where a curve meets a surface: as [`curves`].
+///
+/// # Errors
+/// As for [`curves`].
+pub fn curve_surface(curve: &Curve, surface: &Surface, options: &Options) -> Result<Intersections> {
+    let (frame, tolerance) = setting(&[curve.hull_bounds(), surface.hull_bounds()], options)?;
+    let inner = tolerance / frame.size;
+    let search = Search::new(&Pieces::of_curve(curve, &frame)?, &Pieces::of_surface(surface, &frame)?, inner);
+    let spaces = [Some(curve.space()), Some(surface.u()), Some(surface.v())];
+    Answer { a: curve, b: surface, spaces, frame, tolerance, both: |u| Location::Surface(u, 0.0) }.of(search)
+}
+
+/// The frame of shapes with these boxes, and the tolerance.
+pub(crate) fn setting(boxes: &[(Point, Point)], options: &Options) -> Result<(Frame, f64)> {
+    let frame = Frame::around(boxes).ok_or(IntersectionError::TooLarge)?;
+    // Nothing is nearer than the rounding of its coordinates.
+    let rounding = 16.0 * f64::EPSILON * (frame.center.coords.amax() + frame.size);
+    let tolerance = match options.tolerance {
+        Some(t) if !(t.is_finite() && t > 0.0) => return Err(IntersectionError::Tolerance(t)),
+        Some(t) => t,
+        None => 1e-9 * frame.size,
+    };
+    Ok((frame, tolerance.max(rounding)))
+}
+
+struct Answer<'a, B> {
+    a: &'a Curve,
+    b: &'a B,
+    spaces: [Option<&'a Space>; 3],
+    frame: Frame,
+    tolerance: f64,
+    /// Tells curves from surfaces.
+    both: fn(f64) -> Location,
+}
+
+impl<B: Shape> Answer<'_, B> {
+    fn location(&self, at: &[f64; 3]) -> Location {
+        match (self.both)(at[1]) {
+            Location::Surface(u, _) => Location::Surface(u, at[2]),
+            other => other,
+        }
+    }
+
+    /// How far apart the shapes are at these parameters, and the curve's point.
+    fn measure(&self, at: &[f64; 3]) -> Result<(Point, f64)> {
+        let p = self.a.point(at[0])?;
+        let q = Point::from(self.b.value(self.location(at), Derivative::POSITION)?);
+        Ok((p, (p - q).norm()))
+    }
+
+    /// Whether all between two places is as near as places are: they are one then, as far as the tolerance tells.
+    fn one(&self, x: &[f64; 3], y: &[f64; 3], reach: f64) -> Result<bool> {
+        let mut y = *y;
+        for k in 0..3 {
+            // The shorter way around: where a direction is not closed, the points on it are not near.
+            let Some(space) = self.spaces[k] else { continue };
+            let length = space.length();
+            if (y[k] - x[k]).abs() > 0.5 * length {
+                y[k] += if y[k] < x[k] { length } else { -length };
+            }
+            // At a pole one point has all parameters of the other shape.
+            if k == 0 && (y[k] - x[k]).abs() > 0.05 * length {
+                return Ok(false);
+            }
+        }
+        for step in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            let mut at = [0.0; 3];
+            for k in 0..3 {
+                at[k] = x[k] + (y[k] - x[k]) * step;
+                if let Some(space) = self.spaces[k] {
+                    let (low, high) = space.domain();
+                    if at[k] < low {
+                        at[k] += high - low;
+                    } else if at[k] > high {
+                        at[k] -= high - low;
+                    }
+                    at[k] = at[k].clamp(low, high);
+                }
+            }
+            if self.measure(&at)?.1 > reach {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn of(&self, search: Search) -> Result<Intersections> {
+        let near = 4.0 * self.tolerance;
+        let runs = self.joined(search.runs.clone())?;
+        let mut kept: Vec<Found> = Vec::new();
+        let mut found = search.found;
+        found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.at[0].total_cmp(&y.at[0])));
+        'next: for place in found {
+            for run in &search.runs {
+                if self.on_run(&place.at, run) {
+                    continue 'next;
+                }
+                let slack = 1e-3 * (run.to[0] - run.from[0]);
+                if place.at[0] >= run.from[0] - slack && place.at[0] <= run.to[0] + slack {
+                    let end = if (place.at[0] - run.from[0]).abs() < (place.at[0] - run.to[0]).abs() {
+                        &run.from
+                    } else {
+                        &run.to
+                    };
+                    if self.one(&place.at, end, near)? {
+                        continue 'next;
+                    }
+                }
+            }
+            for other in &kept {
+                let apart = self.same(&place.at, &other.at);
+                if apart || !(place.own && other.own) && self.one(&place.at, &other.at, near)? {
+                    continue 'next;
+                }
+            }
+            kept.push(place);
+        }
+        kept.sort_by(|x, y| {
+            x.at[0].total_cmp(&y.at[0]).then(x.at[1].total_cmp(&y.at[1])).then(x.at[2].total_cmp(&y.at[2]))
+        });
+        let mut answer = Intersections { tolerance: self.tolerance, ..Intersections::default() };
+        for place in kept {
+            let (mut point, mut distance) = self.measure(&place.at)?;
+            if distance > 2.0 * self.tolerance {
+                // At a torn knot a parameter is a place of the piece after it: this one is on the piece before.
+                point = self.frame.center + place.point * self.frame.size;
+                distance = place.distance * self.frame.size;
+            }
+            let contact = if place.simple { Contact::Crossing } else { Contact::Touching };
+            let with = Some(self.location(&place.at));
+            answer.meetings.push(Meeting { at: place.at[0], with, point, distance, contact });
+        }
+        for run in runs {
+            let (from, to) = (self.measure(&run.from)?.0, self.measure(&run.to)?.0);
+            answer.overlaps.push(Overlap {
+                range: (run.from[0], run.to[0]),
+                with: Some([self.location(&run.from), self.location(&run.to)]),
+                points: [from, to],
+                distance: run.distance * self.frame.size,
+            });
+        }
+        for (low, high, near) in search.undecided {
+            let near = self.frame.center + near * self.frame.size;
+            match answer.undecided.last_mut() {
+                Some(last) if last.range.1 >= low && last.range.0 <= high => {
+                    last.range = (last.range.0.min(low), last.range.1.max(high));
+                }
+                _ => answer.undecided.push(Undecided { range: (low, high), near }),
+            }
+        }
+        Ok(answer)
+    }
+
+    /// Whether two places have the same parameters, to rounding.
+    fn same(&self, x: &[f64; 3], y: &[f64; 3]) -> bool {
+        (0..3).all(|k| {
+            self.spaces[k].is_none_or(|space| {
+                let apart = (x[k] - y[k]).abs();
+                let length = space.length();
+                apart <= 1e-12 * length || space.is_periodic() && apart >= (1.0 - 1e-12) * length
+            })
+        })
+    }
+
+    /// Whether a place is between two places of a run, in all parameters.
+    fn on_run(&self, at: &[f64; 3], run: &Run) -> bool {
+        run.places.windows(2).any(|pair| {
+            at[0] >= pair[0][0]
+                && at[0] <= pair[1][0]
+                && (1..3).all(|k| {
+                    let Some(space) = self.spaces[k] else { return true };
+                    let (low, high) = (pair[0][k].min(pair[1][k]), pair[0][k].max(pair[1][k]));
+                    // As much again to either side, for it need not run evenly.
+                    let room = (high - low) + 1e-9 * space.length();
+                    at[k] >= low - room && at[k] <= high + room
+                })
+        })
+    }
+
+    /// Runs end to end, and twice the same, as one.
+    fn joined(&self, mut runs: Vec<Run>) -> Result<Vec<Run>> {
+        runs.sort_by(|x, y| x.from[0].total_cmp(&y.from[0]).then(y.to[0].total_cmp(&x.to[0])));
+        let mut joined: Vec<Run> = Vec::new();
+        for run in runs {
+            let mut taken = false;
+            for before in &mut joined {
+                let reach = 1e-9 * self.a.space().length();
+                let follows = (run.from[0] - before.to[0]).abs() <= reach
+                    && self.one(&before.to, &run.from, 4.0 * self.tolerance)?;
+                let again = run.from[0] >= before.from[0] - reach
+                    && run.to[0] <= before.to[0] + reach
+                    && self.one(&self.at(before, run.from[0]), &run.from, 4.0 * self.tolerance)?;
+                if follows {
+                    before.to = run.to;
+                }
+                if follows || again {
+                    before.distance = before.distance.max(run.distance);
+                    taken = true;
+                    break;
+                }
+            }
+            if !taken {
+                joined.push(run);
+            }
+        }
+        Ok(joined)
+    }
+
+    /// About where a run is at a parameter of the curve.
+    fn at(&self, run: &Run, t: f64) -> [f64; 3] {
+        let share = ((t - run.from[0]) / (run.to[0] - run.from[0])).clamp(0.0, 1.0);
+        [0, 1, 2].map(|k| run.from[k] + (run.to[k] - run.from[k]) * share)
+    }
+}

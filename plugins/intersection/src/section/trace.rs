@@ -1,0 +1,176 @@
+//! A branch of a section as a spline: cubic pieces with its points and directions, halved until they are near enough.
+
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
+
+use super::SectionCurve;
+use super::cell::{Cell, Cells, across};
+use super::chain::Chain;
+use crate::error::Result;
+use crate::intersections::Plane;
+use crate::net::Frame;
+
+/// Halvings of one cell's part.
+const HALVINGS: usize = 24;
+
+/// A place of the section and its direction.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    at: [f64; 2],
+    point: Vector,
+    tangent: Vector,
+}
+
+/// A cubic piece in Bézier form, and its length.
+struct Cubic {
+    vertices: [Vector; 4],
+    length: f64,
+    start: Place,
+    end: Place,
+}
+
+pub(crate) fn trace(
+    cells: &Cells<'_>,
+    chain: &Chain,
+    frame: &Frame,
+    plane: &Plane,
+    tolerance: f64,
+) -> Result<SectionCurve> {
+    let mut cubics: Vec<Cubic> = Vec::new();
+    let mut distance = 0.0_f64;
+    for &(index, backwards) in &chain.parts {
+        let part = &cells.parts[index];
+        let [mut a, mut b] = part.ends.map(|e| e.at);
+        if backwards {
+            std::mem::swap(&mut a, &mut b);
+        }
+        let d = part.cell.along;
+        let line = Line { cells, cell: &part.cell, plane, forward: (b[d] - a[d]).signum() };
+        let mut open = vec![(line.place(a), line.place(b), 0)];
+        while let Some((start, end, depth)) = open.pop() {
+            let (from, to) = (start.at[d], end.at[d]);
+            let middle = line.place(line.at(0.5 * (from + to)));
+            let cubic = hermite(start, end, &middle);
+            if cubic.length == 0.0 {
+                continue;
+            }
+            let off = line.measure(&cubic);
+            let inside = 0.5 * (from + to);
+            let halvable = (from < inside && inside < to) || (to < inside && inside < from);
+            if off > 0.8 * tolerance && depth < HALVINGS && halvable {
+                open.push((middle, end, depth + 1));
+                open.push((start, middle, depth + 1));
+                continue;
+            }
+            distance = distance.max(off);
+            cubics.push(cubic);
+        }
+    }
+    let parameters =
+        cubics.iter().map(|c| c.start.at).chain(cubics.last().map(|c| c.end.at)).collect::<Vec<_>>();
+    let curve = join(&cubics, chain.closed, frame)?;
+    Ok(SectionCurve { curve, closed: chain.closed, distance: distance * frame.size, parameters })
+}
+
+struct Line<'a> {
+    cells: &'a Cells<'a>,
+    cell: &'a Cell,
+    plane: &'a Plane,
+    forward: f64,
+}
+
+impl Line<'_> {
+    fn at(&self, along: f64) -> [f64; 2] {
+        across(self.cell, self.cells.piece(self.cell).orders, along)
+    }
+
+    fn place(&self, at: [f64; 2]) -> Place {
+        let (jet, [fu, fv]) = self.cells.jet(self.cell, at);
+        let mut tangent = jet.along[0] * fv - jet.along[1] * fu;
+        // It runs the way that the parameter does.
+        let way = if self.cell.along == 0 { fv } else { -fu };
+        if way * self.forward < 0.0 {
+            tangent = -tangent;
+        }
+        let normal = self.plane.normal();
+        tangent -= normal * normal.dot(&tangent);
+        let length = tangent.norm();
+        let tangent = if length > 0.0 { tangent / length } else { Vector::zeros() };
+        Place { at, point: jet.point, tangent }
+    }
+
+    /// The largest distance from the section among a few points between the ends.
+    fn measure(&self, cubic: &Cubic) -> f64 {
+        let d = self.cell.along;
+        let (from, to) = (cubic.start.at[d], cubic.end.at[d]);
+        let mut largest = 0.0_f64;
+        for x in [0.2, 0.4, 0.6, 0.8] {
+            let y: f64 = 1.0 - x;
+            let [a, b, c, e] = cubic.vertices;
+            let point = a * (y * y * y) + b * (3.0 * y * y * x) + c * (3.0 * y * x * x) + e * (x * x * x);
+            // The section's point beside it: that to which the way is across the section.
+            let (mut low, mut high) = (0.0, 1.0);
+            let mut best = f64::INFINITY;
+            let mut s: f64 = x;
+            for _ in 0..24 {
+                let place = self.place(self.at(from + (to - from) * s));
+                let away = point - place.point;
+                best = best.min(away.norm());
+                let ahead = away.dot(&place.tangent);
+                if ahead.abs() <= 0.01 * away.norm() {
+                    break;
+                }
+                if ahead > 0.0 {
+                    low = s;
+                } else {
+                    high = s;
+                }
+                let newton = s + ahead / cubic.length;
+                s = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            }
+            largest = largest.max(best);
+        }
+        largest
+    }
+}
+
+/// The cubic with the places' points and directions, at about the speed 1.
+fn hermite(start: Place, end: Place, middle: &Place) -> Cubic {
+    let chord = (end.point - start.point).norm();
+    let halves = (middle.point - start.point).norm() + (end.point - middle.point).norm();
+    let length = (4.0 * halves - chord) / 3.0;
+    let vertices = [
+        start.point,
+        start.point + start.tangent * (length / 3.0),
+        end.point - end.tangent * (length / 3.0),
+        end.point,
+    ];
+    Cubic { vertices, length, start, end }
+}
+
+/// The pieces as one spline: knots twice where directions agree, else three times.
+fn join(cubics: &[Cubic], closed: bool, frame: &Frame) -> Result<Curve> {
+    let mut points = Vec::with_capacity(2 * cubics.len() + 2);
+    let mut knots = vec![0.0; 4];
+    let mut at = 0.0;
+    for (k, cubic) in cubics.iter().enumerate() {
+        let smooth = k > 0 && (cubic.start.tangent - cubics[k - 1].end.tangent).norm() <= 1e-6;
+        if k == 0 {
+            points.push(cubic.vertices[0]);
+        } else {
+            knots.extend([at, at]);
+            if !smooth {
+                knots.push(at);
+                points.push(cubic.vertices[0]);
+            }
+        }
+        points.extend([cubic.vertices[1], cubic.vertices[2]]);
+        at += cubic.length * frame.size;
+    }
+    let last =
+        if closed { cubics.first().map(|c| c.vertices[0]) } else { cubics.last().map(|c| c.vertices[3]) };
+    points.extend(last);
+    knots.extend([at; 4]);
+    let points: Vec<Point> = points.into_iter().map(|p| frame.center + p * frame.size).collect();
+    Ok(Curve::new(Space::open(3, knots)?, points)?)
+}

@@ -1,0 +1,89 @@
+//! Sections of surfaces, and curves with planes.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+use loftsman_intersection::{Options, Plane, curve_plane, section};
+use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::{Point, Vector};
+use std::f64::consts::{PI, TAU};
+
+fn ball(scale: f64, away: f64) -> Surface {
+    let at = |z: f64| Point::new(away, 0.0, z * scale);
+    let half = Curve::arc(at(-2.0), at(0.0), Vector::y(), PI).unwrap();
+    Surface::revolution(&half, at(0.0), Vector::z(), TAU).unwrap()
+}
+
+fn torus() -> Surface {
+    let ring = Curve::circle(Point::new(3.0, 0.0, 0.0), Vector::y(), 1.0).unwrap();
+    Surface::revolution(&ring, Point::origin(), Vector::z(), TAU).unwrap()
+}
+
+#[test]
+fn balls_are_cut_in_circles_of_the_right_length() {
+    for (scale, away) in [(1.0, 0.0), (1e-9, 0.0), (1e9, 0.0), (1.0, 1e4)] {
+        for height in [0.3, 0.0, -1.0, 1.99] {
+            for normal in [Vector::z(), Vector::x(), Vector::new(1.0, 2.0, -0.5)] {
+                let normal = normal.normalize();
+                let plane =
+                    Plane::new(Point::new(away, 0.0, 0.0) + normal * (height * scale), normal).unwrap();
+                let cut = section(&ball(scale, away), &plane, &Options::within(1e-7 * scale)).unwrap();
+                assert!(cut.undecided.is_empty() && cut.touching.is_empty());
+                assert!(
+                    cut.curves.len() == 1 || normal == Vector::x() && height == 0.0,
+                    "{normal} {height}: {cut:#?}"
+                );
+                let length: f64 = cut.curves.iter().map(|c| c.curve.length(1e-9).unwrap().value).sum();
+                let radius = (4.0_f64 - height * height).sqrt();
+                assert!((length / scale - TAU * radius).abs() < 1e-5, "{scale} {normal} {height}: {length}");
+                for c in &cut.curves {
+                    assert!(c.distance <= 1e-7 * scale, "{}", c.distance);
+                    let (a, b) = c.curve.domain();
+                    for k in 0..=1000 {
+                        let p = c.curve.point((a + (b - a) * f64::from(k) / 1000.0).min(b)).unwrap();
+                        let off = (p - Point::new(away, 0.0, 0.0)).norm() - 2.0 * scale;
+                        assert!(off.abs() <= 1.1e-7 * scale + 1e-11 * away, "{off:e}");
+                        assert!(plane.distance(&p).abs() <= 1e-7 * scale);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_torus_has_two_loops_one_loop_or_touches() {
+    let cut = |z: f64, normal: Vector| {
+        section(&torus(), &Plane::new(Point::new(0.0, 0.0, z), normal).unwrap(), &Options::default()).unwrap()
+    };
+    assert_eq!(cut(0.5, Vector::z()).curves.len(), 2);
+    assert_eq!(cut(0.5, Vector::z()).curves.iter().filter(|c| c.closed).count(), 2);
+    assert_eq!(cut(0.0, Vector::x()).curves.len(), 2);
+    assert_eq!(cut(1.5, Vector::z()).curves.len(), 0);
+    let villarceau = cut(0.0, Vector::new(1.0, 0.0, -8.0_f64.sqrt()));
+    assert!(villarceau.undecided.is_empty());
+    let length: f64 = villarceau.curves.iter().map(|c| c.curve.length(1e-9).unwrap().value).sum();
+    // Where the two circles cross, corners are cut by about the root of the distance that the plane is moved.
+    assert!((length - 2.0 * TAU * 3.0).abs() < 3e-3, "{length}");
+    let ball_top = section(
+        &ball(1.0, 0.0),
+        &Plane::new(Point::new(2.0, 0.0, 0.0), Vector::x()).unwrap(),
+        &Options::default(),
+    )
+    .unwrap();
+    assert_eq!((ball_top.curves.len(), ball_top.touching.len()), (0, 1), "{ball_top:#?}");
+}
+
+#[test]
+fn curves_meet_planes() {
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let cut = |x: f64| {
+        curve_plane(&ring, &Plane::new(Point::new(x, 0.0, 0.0), Vector::x()).unwrap(), &Options::default())
+            .unwrap()
+    };
+    assert_eq!(cut(0.5).meetings.len(), 2);
+    assert_eq!(cut(0.0).meetings.len(), 2);
+    assert_eq!(cut(1.0).meetings.len(), 1, "{:?}", cut(1.0));
+    assert_eq!(cut(-1.0).meetings.len(), 1, "{:?}", cut(-1.0));
+    assert_eq!(cut(1.1).meetings.len(), 0);
+    let flat =
+        curve_plane(&ring, &Plane::new(Point::origin(), Vector::z()).unwrap(), &Options::default()).unwrap();
+    assert_eq!((flat.meetings.len(), flat.overlaps.len()), (0, 1));
+}
