@@ -73,6 +73,7 @@ mod registry;
 pub use error::{Error, Result};
 pub use file::{read, read_scene, read_with, write, write_with};
 pub use loftsman_area_volume as area_volume;
+pub use loftsman_construction as construction;
 pub use loftsman_dynamics as dynamics;
 pub use loftsman_editing as editing;
 pub use loftsman_fairing as fairing;

@@ -18,6 +18,7 @@ pub struct BuiltIn;
 
 impl Plugin for BuiltIn {
     fn register(&self, registry: &mut Registry) {
+        registry.add(&loftsman_construction::Construction);
         registry.add(&loftsman_dynamics::Dynamics);
         registry.add(&loftsman_editing::Editing);
         registry.add(&loftsman_fairing::Fairing);

@@ -142,6 +142,12 @@ impl Material {
             statements: Vec::new(),
         }
     }
+
+    /// The same material under another name.
+    #[must_use]
+    pub fn renamed(&self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self.clone() }
+    }
 }
 
 impl Named for Material {

@@ -111,6 +111,15 @@ pub(crate) fn operation_sample(name: &str) -> Value {
             let held = json!([{ "kind": "position", "at": 1.2 }]);
             json!({ "object": curve, "seconds": 0.25, "scheme": "implicit", "gravity": [0, 0, -9.81], "constraints": held })
         }
+        "line" => json!({ "from": [0, 0, 0], "to": [1, 2, 3] }),
+        "polyline" => json!({ "points": [[0, 0, 0], [1, 2, 3], [2, 0, 1]], "curve": true }),
+        "circle" => json!({ "radius": 2.0, "center": [1, 2, 3], "normal": [0, 1, 1] }),
+        "arc" => json!({ "from": [1, 0, 0], "degrees": 100 }),
+        "ellipse" => json!({ "x": [2, 0, 0], "y": [0, 1, 0.5] }),
+        "revolve" => json!({ "object": curve, "axis": [0, 1, 1], "degrees": 200 }),
+        "isocurve" => json!({ "object": "patch", "u": 0.7, "name": "iso" }),
+        "edge" => json!({ "object": "patch", "edge": "v1" }),
+        "sample" => json!({ "object": curve, "count": 12 }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }
 }

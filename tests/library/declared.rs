@@ -331,6 +331,59 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("tube", "uvs", none(), json!(true), json!(false));
     add("tube", "keep", none(), json!(true), json!(false));
     add("tube", "name", none(), json!("hose"), json!("pipe"));
+    for op in ["line", "polyline", "circle", "arc", "ellipse", "revolve", "edge", "sample"] {
+        add(op, "name", none(), json!("one"), json!("other"));
+    }
+    add("line", "from", none(), json!([n(), 0, 0]), json!([0, n(), 0]));
+    add("line", "to", none(), json!([n(), 0, 0]), json!([0, n(), 0]));
+    add(
+        "polyline",
+        "points",
+        none(),
+        json!([[n(), 0, 0], [1, 1, 1], [2, 1, 0]]),
+        json!([[0, n(), 0], [1, 0, 0]]),
+    );
+    add("polyline", "closed", none(), json!(false), json!(true));
+    add("polyline", "curve", none(), json!(false), json!(true));
+    add("circle", "radius", none(), json!(n()), json!(1.0 + n()));
+    add("circle", "periodic", none(), json!(false), json!(true));
+    add("ellipse", "periodic", none(), json!(false), json!(true));
+    let apart = || json!({ "center": null, "normal": null });
+    for op in ["circle", "arc", "ellipse"] {
+        let base = if op == "ellipse" { none() } else { apart() };
+        add(op, "center", base.clone(), json!([0, n(), 0]), json!([0, 1.0 + n(), 0]));
+        if op != "ellipse" {
+            add(op, "normal", base, json!([0, n(), 1]), json!([n(), 0, 2]));
+        }
+    }
+    add("arc", "from", none(), json!([n(), 1, 0]), json!([1.0 + n(), 0, 2]));
+    let three = |field: &str| {
+        let mut base = json!({ "degrees": null, "through": [0, 2, 1], "to": [-1, 0, 0] });
+        base[field] = json!(null);
+        base
+    };
+    add("arc", "through", three("through"), json!([0, n(), 1]), json!([1, 2.0 + n(), 0]));
+    add("arc", "to", three("to"), json!([0, n(), 0]), json!([-1, 0, n()]));
+    for op in ["arc", "ellipse", "revolve"] {
+        add(op, "degrees", none(), json!(10.0 + 90.0 * n()), json!(-180.0 - 90.0 * n()));
+    }
+    add("ellipse", "x", none(), json!([n(), 0, 0]), json!([1.0 + n(), 0, 0]));
+    add("ellipse", "y", none(), json!([0, n(), 0]), json!([0, 1.0 + n(), 0]));
+    add("ellipse", "start", none(), json!(90.0 * n()), json!(100.0 + 90.0 * n()));
+    add("revolve", "object", none(), json!("clamped curve"), json!("rational"));
+    add("revolve", "point", none(), json!([n(), 0, 0]), json!([1.0 + n(), 0, 0]));
+    add("revolve", "axis", none(), json!([n(), 0, 1]), json!([0, n(), 1]));
+    add("revolve", "periodic", json!({ "degrees": null }), json!(false), json!(true));
+    add("isocurve", "object", none(), json!("patch"), json!("clamped curve"));
+    add("isocurve", "u", none(), json!(n()), json!([n(), 1.0 + n()]));
+    add("isocurve", "v", json!({ "u": null }), json!(n()), json!([0.5 * n(), 0.9 * n()]));
+    add("isocurve", "name", none(), json!("one"), json!("other"));
+    add("edge", "object", json!({ "edge": "v0" }), json!("patch"), json!("clamped curve"));
+    add("edge", "edge", none(), json!("u0"), json!("v0"));
+    add("sample", "object", none(), json!("clamped curve"), json!("chain"));
+    add("sample", "count", none(), json!(5), json!(9));
+    add("sample", "spacing", json!({ "count": null }), json!(n() * 100.0), json!(n() * 300.0 + 100.0));
+    add("sample", "as", none(), json!("cloud"), json!("polyline"));
     add("simulate", "object", none(), json!("clamped curve"), json!("rational"));
     add("simulate", "seconds", none(), json!(0.125), json!(0.5));
     add("simulate", "settle", none(), json!(true), json!(false));

@@ -932,10 +932,187 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// Adds a curve made of numbers only; what each of its points must be, `off` away at most.
+fn made(walk: &mut Walk<'_>, op: &str, fields: Value, off: impl Fn([f64; 3]) -> f64) -> Outcome {
+    let after = walk.run(&[], op, fields)?;
+    let curve = object(&after, op)["curve"].clone();
+    for u in walk.parameters(&curve, 12) {
+        let p = curve_point(&curve, u);
+        assert!(off(p) <= 1e-12 * size_of(&curve), "{op}: {p:?} at {u} of {curve}");
+    }
+    Ok(())
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+fn norm(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+fn triple(value: &Value) -> [f64; 3] {
+    let all = numbers(value);
+    [all[0], all[1], all[2]]
+}
+
+fn line(walk: &mut Walk<'_>) -> Outcome {
+    let (from, to) = (walk.point(10.0), walk.point(10.0));
+    let (a, b) = (triple(&from), triple(&to));
+    made(walk, "line", json!({ "from": from, "to": to }), |p| {
+        norm(cross(minus(p, a), minus(b, a))) / norm(minus(b, a))
+    })
+}
+
+fn circle(walk: &mut Walk<'_>) -> Outcome {
+    let (center, normal, radius) = (walk.point(10.0), walk.point(1.0), walk.between(0.1, 20.0));
+    let (c, n) = (triple(&center), triple(&normal));
+    let fields = json!({ "center": center, "normal": normal, "radius": radius, "periodic": walk.flip() });
+    made(walk, "circle", fields, |p| {
+        let arm = minus(p, c);
+        (norm(arm) - radius).abs() + (dot(arm, n) / norm(n)).abs()
+    })
+}
+
+fn arc(walk: &mut Walk<'_>) -> Outcome {
+    let [from, through, to] = [walk.point(10.0), walk.point(10.0), walk.point(10.0)];
+    let fields = json!({ "from": from, "through": through, "to": to });
+    let after = walk.run(&[], "arc", fields)?;
+    let curve = &object(&after, "arc")["curve"];
+    let (a, b) = Direction::new(curve).domain();
+    // Three points that are nearly on a line have a circle as large as they are far from it.
+    let near = 1e-10 * size_of(curve);
+    assert!(apart(curve_point(curve, a), triple(&from)) <= near, "{curve}");
+    assert!(apart(curve_point(curve, b), triple(&to)) <= near, "{curve}");
+    let middle = (0..=2000).map(|k| curve_point(curve, a + (b - a) * f64::from(k) / 2000.0));
+    let gap = middle.map(|p| apart(p, triple(&through))).fold(f64::INFINITY, f64::min);
+    assert!(gap <= 0.01 * size_of(curve), "{gap}: {curve}");
+    Ok(())
+}
+
+fn ellipse(walk: &mut Walk<'_>) -> Outcome {
+    let (x, y) = (walk.point(10.0), walk.point(10.0));
+    let fields =
+        json!({ "x": x, "y": y, "start": walk.between(-400.0, 400.0), "degrees": walk.between(5.0, 360.0) });
+    let (x, y) = (triple(&x), triple(&y));
+    // p = x cos t + y sin t: by the dual basis of x and y in their plane.
+    let n = cross(x, y);
+    let area = dot(n, n);
+    let flat = (dot(x, x) * dot(y, y) / area).sqrt();
+    made(walk, "ellipse", fields, |p| {
+        let (c, s) = (dot(cross(p, y), n) / area, dot(cross(x, p), n) / area);
+        ((c.hypot(s) - 1.0).abs() / flat + (dot(p, n) / area.sqrt()).abs()) / flat
+    })
+}
+
+fn polyline(walk: &mut Walk<'_>) -> Outcome {
+    let count = 3 + walk.up_to(9);
+    let points: Vec<Value> = (0..count).map(|_| walk.point(10.0)).collect();
+    let closed = walk.flip();
+    let fields = json!({ "points": points, "closed": closed, "curve": true });
+    let after = walk.run(&[], "polyline", fields)?;
+    let curve = &object(&after, "polyline")["curve"];
+    for (k, point) in points.iter().enumerate() {
+        assert!(apart(curve_point(curve, k as f64), triple(point)) <= 1e-13, "{k} of {curve}");
+    }
+    Ok(())
+}
+
+/// Each point is one of the profile, as far along the axis and as far from it.
+fn revolve(walk: &mut Walk<'_>) -> Outcome {
+    let curve = walk.curve(0);
+    let size = size_of(&curve);
+    let (point, axis) = (walk.point(size), walk.point(1.0));
+    let degrees = walk.between(-360.0, 360.0);
+    let fields = json!({ "point": point, "axis": axis, "degrees": degrees, "name": "r" });
+    let after = walk.run(&[("c", "curve", &curve)], "revolve", fields)?;
+    let surface = &object(&after, "r")["surface"];
+    let (point, axis) = (triple(&point), triple(&axis));
+    let unit = axis.map(|c| c / norm(axis));
+    let place = |p: [f64; 3]| {
+        let arm = minus(p, point);
+        (dot(arm, unit), norm(cross(arm, unit)))
+    };
+    let (a, b) = Direction::new(&surface["u"]).domain();
+    assert!((b - a - degrees.abs().to_radians()).abs() < 1e-12, "{a} to {b} for {degrees}");
+    for v in walk.parameters(&curve, 6) {
+        let u = walk.between(a, b);
+        let (q, p) = (place(surface_point(surface, u, v)), place(curve_point(&curve, v)));
+        assert!((q.0 - p.0).abs() + (q.1 - p.1).abs() <= 1e-12 * size, "{q:?} {p:?} of {curve}");
+    }
+    Ok(())
+}
+
+fn isocurve(walk: &mut Walk<'_>) -> Outcome {
+    let surface = walk.surface();
+    let along_u = walk.flip();
+    let (a, b) = Direction::new(&surface[if along_u { "v" } else { "u" }]).domain();
+    let at = walk.between(a, b);
+    let edge = walk.flip();
+    let (op, fields) = match (edge, along_u) {
+        (false, true) => ("isocurve", json!({ "v": at, "name": "c" })),
+        (false, false) => ("isocurve", json!({ "u": at, "name": "c" })),
+        (true, true) => ("edge", json!({ "edge": "v1", "name": "c" })),
+        (true, false) => ("edge", json!({ "edge": "u1", "name": "c" })),
+    };
+    let after = match walk.run(&[("s", "surface", &surface)], op, fields) {
+        // What is closed there has no edge.
+        Err(problem) if edge && problem.contains("there is no edge") => return Ok(()),
+        other => other?,
+    };
+    let curve = object(&after, "c")["curve"].clone();
+    let at = if edge { b } else { at };
+    for t in walk.parameters(&curve, 8) {
+        let (u, v) = if along_u { (t, at) } else { (at, t) };
+        let error = apart(curve_point(&curve, t), surface_point(&surface, u, v));
+        assert!(error <= 1e-12 * size_of(&surface), "{error:e} at {t} of {surface}");
+    }
+    Ok(())
+}
+
+/// By chords of many points between: the length from each point to the next is the same.
+fn sample(walk: &mut Walk<'_>) -> Outcome {
+    let curve = walk.curve(0);
+    let count = 3 + walk.up_to(5);
+    let after = walk.run(&[("c", "curve", &curve)], "sample", json!({ "count": count, "name": "s" }))?;
+    let points: Vec<[f64; 3]> =
+        object(&after, "s")["polyline"]["points"].as_array().unwrap().iter().map(triple).collect();
+    assert_eq!(points.len(), count);
+    let (a, b) = Direction::new(&curve).domain();
+    let fine = 20_000;
+    let all: Vec<[f64; 3]> =
+        (0..=fine).map(|k| curve_point(&curve, a + (b - a) * f64::from(k) / f64::from(fine))).collect();
+    let mut lengths = vec![0.0];
+    for pair in all.windows(2) {
+        lengths.push(lengths[lengths.len() - 1] + norm(minus(pair[1], pair[0])));
+    }
+    let closed = apart(all[0], all[all.len() - 1]) <= 1e-12 * size_of(&curve);
+    let steps = if closed { count } else { count - 1 };
+    let whole = lengths[lengths.len() - 1];
+    for (k, p) in points.iter().enumerate() {
+        let wanted = whole * k as f64 / steps as f64;
+        // Where the curve passes twice, only the place that is as far along counts.
+        let near = |i: usize| (lengths[i] - wanted).abs() <= 2e-3 * whole;
+        let gap =
+            (0..all.len()).filter(|&i| near(i)).map(|i| apart(all[i], *p)).fold(f64::INFINITY, f64::min);
+        assert!(gap <= 1e-3 * whole, "{gap:e} of {whole:e} at {k}: {curve}");
+    }
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 26] = [
+const STEPS: [(&str, Step, u32); 35] = [
+    ("line", line, 0),
+    ("polyline", polyline, 0),
+    ("circle", circle, 0),
+    ("arc", arc, 0),
+    ("ellipse", ellipse, 0),
+    ("revolve", revolve, 0),
+    ("isocurve", isocurve, 0),
+    ("edge", isocurve, 0),
+    ("sample", sample, 0),
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),

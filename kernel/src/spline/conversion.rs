@@ -22,6 +22,17 @@ pub enum Direction {
     V,
 }
 
+impl Direction {
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::U => Self::V,
+            Self::V => Self::U,
+        }
+    }
+}
+
 /// A sparse matrix that gives the control vertices of a spline in a larger space: `Q_k = Σ_i c_ki P_i`.
 ///
 /// Every coefficient is non-negative and every row sums to one (to rounding), so that no conversion amplifies

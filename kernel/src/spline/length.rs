@@ -15,7 +15,7 @@ pub struct Length {
 }
 
 /// A length that is a number.
-fn finite(length: Length) -> Result<Length> {
+pub(super) fn finite(length: Length) -> Result<Length> {
     if length.value.is_finite() {
         return Ok(length);
     }
@@ -25,9 +25,9 @@ fn finite(length: Length) -> Result<Length> {
 }
 
 /// Halvings of a span after which an interval is taken as it is, its error estimate counted.
-const DEPTH: usize = 48;
+pub(super) const DEPTH: usize = 48;
 /// Halvings allowed in all, for each span.
-const HALVINGS: usize = 500;
+pub(super) const HALVINGS: usize = 500;
 
 impl Curve {
     /// The length of the whole curve; see [`length_between`](Self::length_between).
@@ -107,7 +107,7 @@ impl Curve {
 
     /// The curve in units in which no square overflows or vanishes, and that unit; none where it is so already. A common
     /// factor on all weights changes nothing. Powers of two, so that nothing is rounded.
-    fn within_reach(&self) -> Result<Option<(Self, f64)>> {
+    pub(super) fn within_reach(&self) -> Result<Option<(Self, f64)>> {
         let largest = self.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
         let weight = self.weights().map_or(1.0, |w| w.iter().copied().fold(0.0, f64::max));
         let unit = match largest {
@@ -124,7 +124,8 @@ impl Curve {
     }
 
     /// The parameter at which the curve, from its start, has the given length: Newton's method on the length, kept
-    /// within a bracket. A length beyond the whole by less than `accuracy` gives the end.
+    /// within a bracket. A length beyond the whole by less than `accuracy` gives the end. For many lengths, see
+    /// [`parameters_at_lengths`](Self::parameters_at_lengths).
     ///
     /// # Errors
     /// When the length is negative or more than the whole, or `accuracy` is not between 0 and 1.

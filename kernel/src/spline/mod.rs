@@ -2,6 +2,7 @@
 //!
 //! * [`space`]: degree and knot vector.
 //! * [`algebra`]: products, integrals and sums of spline functions.
+//! * [`arc_length`]: parameters at arc lengths, many at once.
 //! * [`basis`]: B-spline basis functions and their derivatives.
 //! * [`batch`]: evaluation of many points at once.
 //! * [`bezier`]: Bézier form, pieces and de Casteljau's algorithm.
@@ -19,6 +20,7 @@
 //! * [`gram`]: Gram matrices of basis functions.
 //! * [`hodograph`]: the derivative as a spline.
 //! * [`insert`]: knot insertion.
+//! * [`isocurve`]: curves on a surface along which one parameter stands still.
 //! * [`join`]: two shapes end to end.
 //! * [`length`]: arc length.
 //! * [`remove`]: knot removal.
@@ -30,6 +32,7 @@
 //! * [`trimmed`]: surfaces of which loops in the parameter plane bound a part.
 
 pub mod algebra;
+pub mod arc_length;
 pub mod basis;
 pub mod batch;
 pub mod bezier;
@@ -49,6 +52,7 @@ pub mod extrude;
 pub mod gram;
 pub mod hodograph;
 pub mod insert;
+pub mod isocurve;
 mod jet;
 pub mod join;
 pub mod length;
@@ -66,6 +70,7 @@ pub mod trimmed;
 
 pub(crate) use crate::quadrature::binomial;
 pub use crate::space::{self, Space};
+pub use arc_length::ArcLength;
 pub use catmull_rom::{CatmullRom, Spacing};
 pub use conversion::{Conversion, Direction};
 pub use curve::Curve;

@@ -1,0 +1,132 @@
+//! `isocurve` and `edge`: curves of surfaces, exactly.
+
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
+    object_name,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::{Shape, edges_of};
+use loftsman_kernel::spline::Direction;
+use loftsman_kernel::text::a;
+use loftsman_kernel::topology::EdgeCurve;
+
+use crate::fields::{NAME, figure, free_name, length_note, like, made, named};
+
+/// The operation `isocurve`: [`Surface::isocurve`](loftsman_kernel::spline::Surface::isocurve).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Isocurve;
+
+impl Operation for Isocurve {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only surface", "the surface"),
+            Field::optional("u", "number or [number, …]", "u or v is needed", "where u stands still"),
+            Field::optional("v", "number or [number, …]", "u or v is needed", "where v stands still"),
+            NAME,
+        ];
+        Declaration {
+            name: "isocurve",
+            help: "add the curves on a surface along which u or v stands still, exactly; reports their lengths",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        let source = object_name(scene, p, |g| matches!(g, Geometry::Surface(_)), "surface")?;
+        let surface = scene.surface(&source).map_err(|e| p.error("object", e.to_string()))?.clone();
+        let mut changed = scene.clone();
+        let mut notes = Vec::new();
+        let mut first = None;
+        let count = places(p, "u")?.len() + places(p, "v")?.len();
+        if count == 0 {
+            return Err(p.error("", "say where: u or v = number, or [number, …]").into());
+        }
+        for (field, direction) in [("u", Direction::U), ("v", Direction::V)] {
+            for at in places(p, field)? {
+                let curve = surface.isocurve(direction, at).map_err(|e| p.error(field, e.to_string()))?;
+                let wanted = format!("{source} {field} = {}", figure(at));
+                let name = match p.has("name") {
+                    true if count > 1 => changed.unique_name(p.text("name")?),
+                    _ => free_name(&changed, p, &wanted)?,
+                };
+                notes.push(format!("\"{name}\": {}", length_note(&curve)?));
+                let object = like(scene, &source, &name, curve.into());
+                changed.add(object)?;
+                first.get_or_insert(name);
+            }
+        }
+        *scene = changed;
+        Ok(made("isocurve", first.unwrap_or_default(), notes))
+    }
+}
+
+/// A number or several; none where the field is left out.
+fn places(p: &Parameters, field: &str) -> Result<Vec<f64>, ParameterError> {
+    match p.value(field) {
+        None => Ok(Vec::new()),
+        Some(value) if value.is_array() => p.numbers(field),
+        Some(_) => Ok(vec![p.number(field)?]),
+    }
+}
+
+/// The operation `edge`: [`EdgeCurve::of`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EdgeOf;
+
+impl Operation for EdgeOf {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only shape with edges", "the surface"),
+            Field::required("edge", "u0 | u1 | v0 | v1 | name", "the edge: where u or v starts or ends"),
+            NAME,
+        ];
+        Declaration {
+            name: "edge",
+            help: "add an edge of a surface as a curve, exactly; reports its length",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        let with_edges = |g: &Geometry| g.shape().is_ok_and(|shape| edges_of(shape, "edge").is_ok());
+        let source = object_name(scene, p, with_edges, "shape with edges")?;
+        let geometry = scene.object(&source)?.geometry();
+        let shape = geometry.shape().map_err(|_| {
+            p.error(
+                "object",
+                format!("\"{source}\" is {}, which has no edges: name a surface", a(geometry.kind())),
+            )
+        })?;
+        let edge = p.text("edge")?;
+        let index = edge_index(shape, edge).map_err(|problem| p.error("edge", problem))?;
+        let curve = EdgeCurve::of(shape, index, "edge").map_err(named(&source))?.curve;
+        let name = free_name(scene, p, &format!("{source} {edge}"))?;
+        let notes = vec![length_note(&curve)?];
+        let object = like(scene, &source, &name, curve.into());
+        scene.add(object)?;
+        Ok(made("edge", name, notes))
+    }
+}
+
+/// The number of the edge that is called so; else which there are.
+pub(crate) fn edge_index(shape: &dyn Shape, name: &str) -> Result<usize, String> {
+    let edges = edges_of(shape, "edge").map_err(|e| e.to_string())?;
+    let found = edges.iter().position(|edge| edge.name == name);
+    found.ok_or_else(|| {
+        let names: Vec<_> = edges.iter().map(|edge| edge.name).collect();
+        let names = if names.is_empty() { "none: it is closed".into() } else { names.join(", ") };
+        format!("there is no edge \"{}\": its edges are {names}", loftsman_kernel::text::clip(name))
+    })
+}

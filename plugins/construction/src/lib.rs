@@ -1,0 +1,46 @@
+//! Shapes made from nothing and from one another, exactly where that can be:
+//!
+//! * `line`, `polyline`, `circle`, `arc`, `ellipse`: curves from numbers;
+//! * `revolve`: the surface that a curve goes through when turned about an axis;
+//! * `isocurve`, `edge`: curves of surfaces;
+//! * `sample`: points spread evenly along a curve or polyline.
+//!
+//! ```
+//! use loftsman_construction::{Spread, spread};
+//! use loftsman_kernel::{Point, Vector, spline::Curve};
+//! let circle = Curve::circle(Point::origin(), Vector::z(), 2.0)?;
+//! let ring = spread(&circle, Spread::Count(12))?;
+//! assert!(ring.closed && ring.points.len() == 12);
+//! # Ok::<(), loftsman_kernel::Error>(())
+//! ```
+
+mod fields;
+mod isocurve;
+mod primitives;
+mod revolve;
+mod sample;
+
+use loftsman_kernel::plugin::{Plugin, Registry};
+
+pub use isocurve::{EdgeOf, Isocurve};
+pub use primitives::{Arc, Circle, Ellipse, Line, PolylineOf, arc_through};
+pub use revolve::Revolve;
+pub use sample::{Sample, Sampled, Spread, spread};
+
+/// Registers the operations.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Construction;
+
+impl Plugin for Construction {
+    fn register(&self, registry: &mut Registry) {
+        registry.operation(Line);
+        registry.operation(PolylineOf);
+        registry.operation(Circle);
+        registry.operation(Arc);
+        registry.operation(Ellipse);
+        registry.operation(Revolve);
+        registry.operation(Isocurve);
+        registry.operation(EdgeOf);
+        registry.operation(Sample);
+    }
+}

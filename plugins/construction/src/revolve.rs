@@ -1,0 +1,116 @@
+//! `revolve`: the surface that a curve goes through when turned about an axis.
+
+use loftsman_kernel::functional::{ShapeNames, Shapes};
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::{Curve, Direction, Surface};
+use loftsman_kernel::{Error, Point, Vector};
+
+use crate::fields::{NAME, direction, free_name, like, made, named, point_or_origin, turn};
+
+/// What lies nearer to the axis than this part of the curve's size is on it, to rounding.
+const ON_AXIS: f64 = 1e-14;
+
+/// The operation `revolve`: [`Surface::revolution`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Revolve;
+
+impl Operation for Revolve {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only curve", "the curve to turn"),
+            Field::optional("point", "[x, y, z]", "[0, 0, 0]", "a point of the axis"),
+            Field::optional("axis", "[x, y, z]", "[0, 0, 1]", "the direction of the axis"),
+            Field::optional(
+                "degrees",
+                "degrees, -360 to 360",
+                "360",
+                "how far it turns, counterclockwise as seen from the tip of the axis",
+            ),
+            Field::optional(
+                "periodic",
+                "true | false",
+                "false",
+                "without a seam round the axis: of a full turn",
+            ),
+            NAME,
+        ];
+        Declaration {
+            name: "revolve",
+            help: "turn a curve about an axis: an exact rational surface, u the angle, v the curve; reports its area",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        let source = object_name(scene, p, |g| matches!(g, Geometry::Curve(_)), "curve")?;
+        let curve = scene.curve(&source).map_err(|e| p.error("object", e.to_string()))?;
+        let (point, axis) = (point_or_origin(p, "point")?, direction(p, "axis", Vector::z())?);
+        let sweep = turn(p, "degrees")?;
+        if on_axis(curve, point, axis) {
+            let problem = format!("\"{source}\" lies on the axis: move the axis, or the curve");
+            return Err(p.error("axis", problem).into());
+        }
+        let mut surface = Surface::revolution(curve, point, axis, sweep).map_err(named(&source))?;
+        if p.flag("periodic")? {
+            if sweep.abs() < std::f64::consts::TAU {
+                let problem = "a part of a turn has ends: leave it out, or degrees";
+                return Err(p.error("periodic", problem).into());
+            }
+            surface = surface.to_periodic(Direction::U, 0.0)?.shape;
+        }
+        let name = free_name(scene, p, &format!("{source} revolved"))?;
+        let (u, v) = (surface.u(), surface.v());
+        let notes = vec![format!(
+            "degree {} × {}, {} × {} control vertices",
+            u.degree(),
+            v.degree(),
+            u.len(),
+            v.len()
+        )];
+        let area = measured(context, "surface-area", &surface);
+        let object = like(scene, &source, &name, surface.into());
+        scene.add(object)?;
+        Ok(StepReport { area, ..made("revolve", name, notes) })
+    }
+}
+
+/// Whether all of a curve lies on an axis, to rounding.
+fn on_axis(curve: &Curve, point: Point, axis: Vector) -> bool {
+    let direction = (axis / axis.amax()).normalize();
+    let size = curve.points().iter().map(|p| (p - point).amax()).fold(0.0, f64::max);
+    curve.points().iter().all(|p| {
+        let arm = p - point;
+        (arm - direction * direction.dot(&arm)).amax() <= ON_AXIS * size
+    })
+}
+
+/// No other shapes.
+struct Alone;
+
+impl ShapeNames for Alone {
+    fn shape(&mut self, object: &str) -> loftsman_kernel::Result<usize> {
+        Err(Error::Invalid(format!("there is no \"{object}\" here")))
+    }
+}
+
+/// What the registry's functional of this name says of a shape; nothing where it is not here, or does not know.
+pub(crate) fn measured(context: &Context<'_>, functional: &str, shape: &dyn Shape) -> Option<f64> {
+    let functional =
+        context.registry.build_functional(functional, &Parameters::empty("report"), &mut Alone).ok()?;
+    let mut value = [0.0];
+    if functional.equations() != 1 {
+        return None;
+    }
+    loftsman_kernel::functional::value_of(functional.as_ref(), &Shapes::new([shape]), &mut value).ok()?;
+    Some(value[0]).filter(|value| value.is_finite())
+}

@@ -1,0 +1,205 @@
+//! `sample`: points spread evenly along a curve or polyline.
+
+use loftsman_kernel::error::{Error, Figure, Result};
+use loftsman_kernel::mesh::{Cloud, Polyline};
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Point, text::a};
+
+use crate::fields::{NAME, figure, free_name, length, like, made, named};
+use crate::primitives::curve_through;
+
+/// The accuracy of the lengths between points, relative to the whole.
+const ACCURACY: f64 = 1e-12;
+/// The most points: 240 MB.
+const MOST: usize = 10_000_000;
+/// Ends nearer than this part of the size are one, to rounding.
+const CLOSED: f64 = 1e-14;
+
+/// How points are spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spread {
+    /// So many points, those at the ends included.
+    Count(usize),
+    /// As few points as are no further apart along the curve than this, a length.
+    Spacing(f64),
+}
+
+/// Points spread evenly along a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sampled {
+    /// Their parameters.
+    pub parameters: Vec<f64>,
+    /// The points.
+    pub points: Vec<Point>,
+    /// Whether the curve ends where it starts, so that the last point is followed by the first.
+    pub closed: bool,
+    /// The length of the curve from each to the next.
+    pub spacing: f64,
+    /// What each of these lengths may be wrong by (estimated from above, as in
+    /// [`Length`](loftsman_kernel::spline::length::Length)).
+    pub error: f64,
+}
+
+/// Points of a curve that are the same length apart, measured along it: with both ends, or, round a curve that ends where it
+/// starts, without the end. `O(n p² + k log n)` for `k` points.
+///
+/// # Errors
+/// When fewer than 2 or more than 10 million points are asked for, the spacing is not a positive number, or the curve has no
+/// length.
+pub fn spread(curve: &Curve, spread: Spread) -> Result<Sampled> {
+    let (start, end) = curve.domain();
+    let size = curve.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let closed = curve.is_periodic() || (curve.point(end)? - curve.point(start)?).amax() <= CLOSED * size;
+    let table = curve.arc_length(ACCURACY)?;
+    let length = table.length();
+    let count = match spread {
+        Spread::Count(count) => count,
+        Spread::Spacing(spacing) if spacing > 0.0 && spacing.is_finite() => {
+            // A spacing that divides the length but for rounding needs no further point.
+            let steps = (length.value / spacing * (1.0 - ACCURACY)).ceil().max(1.0);
+            if steps > MOST as f64 { usize::MAX } else { steps as usize + usize::from(!closed) }
+        }
+        Spread::Spacing(spacing) => {
+            return Err(Error::Invalid(format!("{} is no length: give a number above 0", Figure(spacing))));
+        }
+    };
+    if count > MOST {
+        return Err(Error::Invalid(format!("these are more than {MOST} points: ask for fewer")));
+    }
+    let count = if matches!(spread, Spread::Spacing(_)) { count.max(2) } else { count };
+    let parameters = table.evenly(count, !closed)?;
+    let mut points = vec![Point::origin(); count];
+    curve.points_into(&parameters, &mut points)?;
+    let steps = if closed { count } else { count - 1 };
+    Ok(Sampled {
+        parameters,
+        points,
+        closed,
+        spacing: length.value / steps as f64,
+        error: 2.0 * length.error,
+    })
+}
+
+/// The operation `sample`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sample;
+
+impl Operation for Sample {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional(
+                "object",
+                "text",
+                "the only curve or polyline",
+                "what the points are spread along",
+            ),
+            Field::optional(
+                "count",
+                "count",
+                "count or spacing is needed",
+                "how many points, both ends included",
+            ),
+            Field::optional(
+                "spacing",
+                "length",
+                "count or spacing is needed",
+                "the furthest that neighbours may be apart along the curve",
+            ),
+            Field::optional("as", "polyline | cloud", "polyline", "what they become"),
+            NAME,
+        ];
+        Declaration {
+            name: "sample",
+            help: "add points spread evenly by length along a curve or polyline; reports the length from each to the next",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Polyline(_));
+        let source = object_name(scene, p, fits, "curve or polyline")?;
+        let curve = match scene.object(&source)?.geometry() {
+            Geometry::Curve(curve) => curve.clone(),
+            Geometry::Polyline(line) => curve_through(line).map_err(named(&source))?,
+            other => {
+                let problem = format!("\"{source}\" is {}: name a curve or a polyline", a(other.kind()));
+                return Err(p.error("object", problem).into());
+            }
+        };
+        let (field, asked) = match (p.has("count"), p.has("spacing")) {
+            (true, false) => ("count", Spread::Count(p.count("count")?)),
+            (false, true) => ("spacing", Spread::Spacing(length(p, "spacing")?)),
+            (true, true) => {
+                return Err(p.error("spacing", "is what count says, too: leave one of them out").into());
+            }
+            (false, false) => return Err(p.error("", "say count = …, or spacing = …").into()),
+        };
+        let as_cloud = p.choice_or("as", &[("polyline", false), ("cloud", true)], false)?;
+        let sampled = spread(&curve, asked).map_err(|e| match e {
+            Error::NoExtent(_) => {
+                p.error("object", format!("\"{source}\" has no length to spread points along"))
+            }
+            e => p.error(field, e.to_string()),
+        })?;
+        let name = free_name(scene, p, &format!("{source} points"))?;
+        let Sampled { points, closed, spacing, .. } = sampled;
+        let steps = if closed { points.len() } else { points.len() - 1 };
+        let notes = vec![
+            format!("length {}", figure(spacing * steps as f64)),
+            format!("{} points, {} from each to the next along the curve", points.len(), figure(spacing)),
+        ];
+        let geometry: Geometry =
+            if as_cloud { Cloud { points }.into() } else { Polyline { points, closed }.into() };
+        let object = like(scene, &source, &name, geometry);
+        scene.add(object)?;
+        Ok(made("sample", name, notes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use loftsman_kernel::Vector;
+
+    use super::*;
+
+    #[test]
+    fn a_helix_is_divided_as_its_formula_says() {
+        // A parabola y = x² from 0 to 1, at whose points the length is x √(1 + 4x²)/2 + asinh(2x)/4.
+        let parabola =
+            Curve::bezier([[0.0, 0.0], [0.5, 0.0], [1.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec())
+                .unwrap();
+        let along = |x: f64| 0.5 * x * (1.0 + 4.0 * x * x).sqrt() + 0.25 * (2.0 * x).asinh();
+        let sampled = spread(&parabola, Spread::Count(11)).unwrap();
+        for (k, p) in sampled.points.iter().enumerate() {
+            assert!((along(p.x) - 0.1 * k as f64 * along(1.0)).abs() < 1e-12, "{k}");
+        }
+        let spaced = spread(&parabola, Spread::Spacing(sampled.spacing)).unwrap();
+        assert_eq!(spaced.points.len(), 11);
+        assert_eq!(spread(&parabola, Spread::Spacing(1e9)).unwrap().points.len(), 2);
+    }
+
+    #[test]
+    fn what_is_closed_has_no_last_point_twice() {
+        let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+        let ring = spread(&circle, Spread::Count(6)).unwrap();
+        assert!(ring.closed && (ring.spacing - std::f64::consts::PI / 3.0).abs() < 1e-13);
+        for pair in ring.points.windows(2) {
+            assert!(((pair[1] - pair[0]).norm() - 1.0).abs() < 1e-12);
+        }
+        assert!(spread(&circle, Spread::Count(1)).is_err());
+        assert!(spread(&circle, Spread::Spacing(0.0)).is_err());
+        assert!(spread(&circle, Spread::Spacing(f64::NAN)).is_err());
+        assert!(spread(&circle, Spread::Spacing(1e-300)).is_err());
+        assert!(spread(&circle, Spread::Count(usize::MAX)).is_err());
+    }
+}
