@@ -91,7 +91,9 @@ fn a_few_of_many_redundant_constraints_are_named() {
     };
     let text = ask(4).to_string();
     assert!(
-        text.ends_with("3 constraints that the others imply: position at 4.5, position at 4.5, position at 4.5"),
+        text.ends_with(
+            "3 constraints that the others imply: position at 4.5, position at 4.5, position at 4.5"
+        ),
         "{text}"
     );
     let report = ask(300);

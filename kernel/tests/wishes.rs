@@ -144,7 +144,7 @@ fn magnitudes_are_positive() {
         json!({ "kind": "magnitude", "at": 2.5, "at_most": -1 }),
     ] {
         let error = solved(&curve(), &[table]).unwrap_err();
-        assert!(error.contains("tangent magnitude at 2.5") && error.contains("it is a length"), "{error}");
+        assert!(error.contains("tangent magnitude at 2.5") && error.contains("a length of"), "{error}");
     }
     let longer = Edit::new(&curve()).ask(magnitude(2.5).to(3.0)).solve().unwrap();
     assert!((longer.shape().derivative(2.5, 1).unwrap().norm() - 3.0).abs() < 1e-12);

@@ -303,7 +303,10 @@ impl<'a> Runner<'a> {
                     recipe.error("read", "there is no input to be read so: name one, or leave this out")
                 );
             }
-            return Ok(Applied::new(Scene::new()));
+            // Nothing is read that could say another unit.
+            let mut scene = Scene::new();
+            scene.unit = recipe.conversion.unit.unwrap_or_default();
+            return Ok(Applied::new(scene));
         };
         let input = Input::open(recipe.resolve(name)).map_err(|e| match e {
             Error::File { path, problem, .. } => recipe.error("input", format!("{path}: {problem}")),

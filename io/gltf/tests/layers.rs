@@ -92,8 +92,8 @@ fn layers_that_cannot_be_are_left_out_and_said_to_be() {
         (json!([{ "name": "a", "parent": "b" }]), "does not exist"),
         (json!([{ "name": "a" }, { "name": "a" }]), "two layers"),
         (json!([{ "name": "" }]), "empty"),
-        (json!([{ "name": "a", "color": [1, "x"] }]), "needed here"),
-        (json!(7), "needed here"),
+        (json!([{ "name": "a", "color": [1, "x"] }]), "invalid type"),
+        (json!(7), "invalid type"),
     ] {
         let mut json = json_of(&file);
         json["asset"]["extras"]["loftsman"]["layers"] = layers;

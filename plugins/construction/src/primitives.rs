@@ -208,7 +208,10 @@ impl Operation for Arc {
         p.check(self.declaration().fields)?;
         let from = p.point("from")?;
         let curve = if p.has("through") || p.has("to") {
-            let (through, to) = (p.point("through")?, p.point("to")?);
+            // What is there is read before what is missing is asked for.
+            let to = if p.has("to") { Some(p.point("to")?) } else { None };
+            let through = p.point("through")?;
+            let to = to.map_or_else(|| p.point("to"), Ok)?;
             if let Some(field) = ["center", "normal", "degrees"].into_iter().find(|field| p.has(field)) {
                 let problem = "says nothing of an arc through three points: leave it out, or through and to";
                 return Err(p.error(field, problem).into());

@@ -160,11 +160,12 @@ impl Simulation {
             *arrived &= self.is_near(implicit, step);
         }
         self.time = before;
-        if !settling {
+        let arrives = matches!(arrived, Ok(true));
+        if !settling || !arrives {
             // Explicit steps, and reports, know nothing of it.
             self.links.iter_mut().for_each(|link| link.begin_turns(false));
         }
-        if !matches!(arrived, Ok(true)) {
+        if !arrives {
             self.half.copy_from_slice(&implicit.before);
             for (body, kept) in self.bodies.iter_mut().zip(&implicit.vertices) {
                 body.body.shape.control_vertices_mut().copy_from_slice(kept);

@@ -28,6 +28,8 @@ pub struct Settled {
 const RESTS: f64 = 1e-9;
 /// How far to both sides of a place that slides its forces are looked at, as a share of the size.
 const ACROSS: f64 = 1e-7;
+/// The share of what constraints miss that they are drawn nearer in a step, less where that cannot be.
+const SHARE: f64 = 0.5;
 /// What a constraint misses by less than this share of the size is met at once.
 const NEAR: f64 = 1e-3;
 /// More steps than this are not taken.
@@ -79,17 +81,17 @@ impl Simulation {
             .into());
         }
         let natural = self.natural_time();
-        let mut step = natural;
+        let (mut step, mut share) = (natural, SHARE);
         let mut settled = Settled { residual: f64::INFINITY, way: f64::INFINITY, steps: 0, rests: false };
         let time = self.time;
         while settled.steps < MOST && !settled.rests {
             self.rest();
-            self.approach()?;
+            self.approach(share)?;
             match self.step_implicitly(step) {
                 Ok(()) => {}
                 Err(error) if step < 1e-9 * natural => return Err(error),
                 Err(_) => {
-                    step *= 0.125;
+                    (step, share) = (0.125 * step, 0.5 * share);
                     continue;
                 }
             }
@@ -102,6 +104,7 @@ impl Simulation {
                 self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= 1e-9 * self.size);
             settled.rests = settled.residual <= RESTS && drawn;
             step = (2.0 * step).min(1e6 * natural);
+            share = (2.0 * share).min(SHARE);
             if settled.way <= 1e-15 * self.size && step >= 1e6 * natural {
                 break;
             }
@@ -110,11 +113,13 @@ impl Simulation {
         Ok(settled)
     }
 
-    /// Constraints may miss half of what they miss now, so that nothing is torn to its place at once.
-    fn approach(&mut self) -> Result<()> {
+    /// Constraints come nearer by a share of what they miss now, so that nothing is torn to its place at once.
+    fn approach(&mut self, share: f64) -> Result<()> {
         let mut desk = std::mem::take(&mut self.desk);
         let collected = self.collect(&mut desk);
-        desk.gap.iter_mut().for_each(|gap| *gap *= if gap.abs() > NEAR * self.size { 0.5 } else { 0.0 });
+        desk.gap
+            .iter_mut()
+            .for_each(|gap| *gap *= if gap.abs() > NEAR * self.size { 1.0 - share } else { 0.0 });
         let none = vec![0.0; desk.gap.len()];
         let time = self.time;
         for link in self.links.iter_mut().filter(|link| link.is_held()) {

@@ -71,7 +71,8 @@ impl Operation for CutBy {
         let object = parameters.text("object")?;
         let name = base_name(parameters, object, "section")?;
         let options = Options { tolerance: tolerance(parameters)? };
-        let geometry = scene.object(object)?.geometry();
+        let geometry =
+            scene.object(object).map_err(|e| parameters.error("object", e.to_string()))?.geometry();
         let planes = planes(parameters, geometry)?;
         let mut geometries: Vec<Geometry> = Vec::new();
         let mut notes = Vec::new();

@@ -87,7 +87,8 @@ pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Se
         cells.search(CELLS);
         for chain in chain::chains(&cells, surface) {
             // The other side is asked for peaks and pits only.
-            if !main && !(chain.closed && is_small(&cells, &chain)) {
+            let small = chain.closed && is_small(&cells, &chain);
+            if !(main || small) {
                 continue;
             }
             let traced = trace::trace(&cells, &chain, &frame, plane, inner)?;
