@@ -70,7 +70,8 @@ pub struct Intersections {
     pub meetings: Vec<Meeting>,
     /// The parts that run together; no point of them is among the meetings.
     pub overlaps: Vec<Overlap>,
-    /// What could not be decided: where this is empty, nothing is missing.
+    /// What could not be decided: where this is empty, every pair of pieces was shown to be apart or to meet once, but for what is
+    /// closer together than the tolerance, or to an overlap than that. Bounds are computed in floating point, without directed rounding.
     pub undecided: Vec<Undecided>,
     /// The tolerance that was used.
     pub tolerance: f64,

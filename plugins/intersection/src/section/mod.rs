@@ -47,7 +47,7 @@ pub struct Section {
     pub touching: Vec<Point>,
     /// Parameters `[(u₀, u₁), (v₀, v₁)]` of patches that lie in the plane.
     pub coincident: Vec<[(f64, f64); 2]>,
-    /// Parameters, as these, of cells where the search was given up: where this is empty, nothing is missing.
+    /// Parameters, as these, of cells where the search was given up: where this is empty, every branch and loop larger than the tolerance was found.
     pub undecided: Vec<[(f64, f64); 2]>,
     /// The tolerance that was used.
     pub tolerance: f64,
