@@ -136,6 +136,9 @@ impl Link {
                 let own =
                     term.place.filter(|&index| places[index].floats).map(|index| places[index].location);
                 let functional = own.and_then(|at| functional.moved(at)).unwrap_or(functional);
+                // Of the shapes at the start: which ends meet, what is opposite what.
+                let bound = if functional.floats() { None } else { functional.bind(shapes)? };
+                let functional = bound.unwrap_or(functional);
                 terms.push(HeldTerm { sign: term.sign, functional, place: term.place });
             }
             held.push(HeldPart { terms, target: part.target, value: Vec::new() });

@@ -22,6 +22,7 @@ fn scene() -> Scene {
 fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
     let mut registry = Registry::new();
     registry.add(&Dynamics);
+    registry.add(&loftsman_area_volume::AreaVolume);
     loftsman_kernel::plugin::register_functionals(&mut registry);
     let operation = registry.find_operation("simulate", "step[0]").unwrap();
     operation.apply(scene, &Parameters::new(fields, "step[0]").unwrap(), &Context::quiet(&registry))
@@ -53,6 +54,23 @@ fn frames_are_kept_and_the_last_is_the_shape() {
     assert_eq!(nail.location, Some(vec![0.0]));
     assert!(ring.location.as_ref().unwrap()[0] != 4.0 && ring.multipliers.len() == 3);
     assert!(late.location.is_none() && late.multipliers.is_empty());
+}
+
+/// A functional that looks at the shapes at the start: ends that meet stay together.
+#[test]
+fn what_is_closed_stays_closed() {
+    let mut scene = Scene::new();
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.5, 1.0], [0.5, 1.8], [-0.3, 0.9], [0.0, 0.0]];
+    let points = corners.map(|[x, z]| Point::new(x, 0.0, z)).to_vec();
+    let loose = Curve::new(Space::clamped_uniform(2, 6).unwrap(), points).unwrap();
+    scene.add(Object::new("loop", Geometry::Curve(loose))).unwrap();
+    let fields = json!({ "seconds": 0.5, "scheme": "implicit", "constraints": [
+        { "kind": "fixed", "at": 0 }, { "kind": "closed" },
+    ] });
+    run(&mut scene, fields).unwrap();
+    let points = scene.object("loop").unwrap().geometry().points().to_vec();
+    assert!((points[5] - points[0]).norm() < 1e-8, "{points:?}");
+    assert!((points[3] - Point::new(0.5, 0.0, 1.8)).norm() > 0.1, "it moves: {points:?}");
 }
 
 #[test]

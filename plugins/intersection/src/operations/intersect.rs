@@ -77,9 +77,8 @@ impl Operation for Intersect {
         for overlap in &found.overlaps {
             geometries.push(curve.between(overlap.range.0, overlap.range.1)?.into());
         }
-        let mut notes = notes(&found);
-        let added = add_beside(scene, object, &name, geometries)?;
-        notes.extend(added.iter().map(|name| format!("\"{name}\" added")));
+        let notes = notes(&found);
+        add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {
             op: "intersect".into(),
             object: Some(object.to_owned()),

@@ -18,7 +18,7 @@ fn add_beside(
     source: &str,
     name: &str,
     geometries: Vec<Geometry>,
-) -> Result<Vec<String>, OperationError> {
+) -> Result<(), OperationError> {
     let source = scene.object(source)?.clone();
     let mut added: Vec<String> = Vec::with_capacity(geometries.len());
     for geometry in geometries {
@@ -35,7 +35,7 @@ fn add_beside(
         }
         added.push(name);
     }
-    Ok(added)
+    Ok(())
 }
 
 /// What the results are called: as asked for, or after the object.

@@ -5,7 +5,7 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::a;
+use loftsman_kernel::text::{a, figure};
 use loftsman_kernel::{Error, Point, Vector};
 
 use super::{NAME, add_beside, base_name, tolerance};
@@ -80,7 +80,7 @@ impl Operation for CutBy {
         for (k, plane) in planes.iter().enumerate() {
             context.observer.proceed("sections", k as u64, planes.len() as u64)?;
             let p = plane.point();
-            let at = format!("({}, {}, {})", p.x, p.y, p.z);
+            let at = format!("({}, {}, {})", figure(p.x), figure(p.y), figure(p.z));
             let before = geometries.len();
             match geometry {
                 Geometry::Surface(surface) => {
@@ -139,8 +139,7 @@ impl Operation for CutBy {
                 if count == 1 { "piece" } else { "pieces" }
             ));
         }
-        let added = add_beside(scene, object, &name, geometries)?;
-        notes.extend(added.iter().map(|name| format!("\"{name}\" added")));
+        add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {
             op: "section".into(),
             object: Some(object.to_owned()),
