@@ -41,7 +41,7 @@ pub(crate) struct Rest {
 }
 
 /// Gauss points with the rows of first derivatives. With `p` points a span for degree `p`, squares of derivatives are exact; where a span has
-/// more than its share of vertices (Bézier chains, few spans), one more in each direction, or what the points do not see would stretch.
+/// more than its share of vertices (Bézier chains, few spans), one more in each direction from degree 3 on, or what the points do not see would stretch.
 #[derive(Debug, Clone)]
 pub(crate) struct Points {
     pub(crate) directions: usize,
@@ -84,6 +84,7 @@ impl Points {
         for cell in cells {
             let count = |k: usize| {
                 let degree = cell.sides.get(k).map_or(0, |side| side.degree);
+                let more = if degree < 3 { 0 } else { more };
                 let full = if cell.rational { degree + 4 } else { degree.max(1) + more };
                 full.min(enough(&cell, k))
             };

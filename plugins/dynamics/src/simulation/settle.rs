@@ -157,11 +157,10 @@ impl Simulation {
             elastic.add_forces(q, body.velocity.control_vertices(), &mut forces);
             largest = forces.iter().fold(largest, |most, f| most.max(f.abs()));
         }
-        for link in self.links.iter().filter(|link| link.is_held()) {
-            largest = link.multipliers.iter().fold(largest, |most, f| most.max(f.abs()));
-        }
-        let left = left.max(along);
-        Ok(if largest > 0.0 { left / largest } else { left })
+        let held = self.links.iter().filter(|link| link.is_held()).flat_map(|link| &link.multipliers);
+        let holding = held.fold(largest, |most, f| most.max(f.abs()));
+        let share = |left: f64, of: f64| if of > 0.0 { left / of } else { left };
+        Ok(share(left, largest).max(share(along, holding)))
     }
 
     /// The largest force along a shape at a place that slides: nothing where it pulls it forth from behind and back from ahead, as at a
