@@ -88,6 +88,26 @@ impl Conversion {
         input.read(format.as_ref(), &options, registry)
     }
 
+    /// Reads a further input beside one of the format of the name `first`: with that one's options where it is of the same
+    /// format.
+    ///
+    /// # Errors
+    /// As for [`Input::read`].
+    pub fn read_beside(
+        &self,
+        first: &str,
+        input: &Input,
+        observer: &dyn Observer,
+        registry: &Registry,
+    ) -> Result<Content> {
+        let format = input.format(registry)?;
+        let mut options = ReadOptions { observer, ..self.read_options(&format.declaration()) };
+        if format.declaration().name != first {
+            options.own = Parameters::empty("read");
+        }
+        input.read(format.as_ref(), &options, registry)
+    }
+
     /// How to read an input of a format.
     fn read_options(&self, format: &FormatDeclaration) -> ReadOptions<'static> {
         let assumed = if format.holds.unit == UnitRule::None { self.unit } else { None };

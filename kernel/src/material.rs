@@ -172,6 +172,20 @@ pub enum ImageData {
     },
 }
 
+impl ImageData {
+    /// The media type of a picture, by its first bytes; `None` for what is none of PNG, JPEG, WebP, KTX2 and AVIF.
+    pub fn media_type_of(bytes: &[u8]) -> Option<&'static str> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => Some("image/png"),
+            [0xFF, 0xD8, 0xFF, ..] => Some("image/jpeg"),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some("image/webp"),
+            [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', 0xBB, ..] => Some("image/ktx2"),
+            [_, _, _, _, b'f', b't', b'y', b'p', b'a', b'v', b'i', b'f', ..] => Some("image/avif"),
+            _ => None,
+        }
+    }
+}
+
 /// A picture that textures show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {

@@ -13,6 +13,7 @@
 mod aftermath;
 mod changes;
 mod closest;
+mod inputs;
 mod parse;
 mod place;
 mod report;
@@ -72,7 +73,12 @@ pub const WISHES: &[Field] = &[
 
 /// The fields of a recipe, beside its steps' own.
 pub const FIELDS: &[Field] = &[
-    Field::optional("input", "file", "an empty scene", "any readable format; relative to the recipe"),
+    Field::optional(
+        "input",
+        "file or [file, …]",
+        "an empty scene",
+        "any readable format; relative to the recipe; several become one scene, in the unit and with the up axis of the first",
+    ),
     Field::optional("output", "file or [file, …]", "[]", "any writable format, .svg and .png for pictures"),
     Field::optional(
         "step",
@@ -94,7 +100,12 @@ pub const FIELDS: &[Field] = &[
     ),
     Field::optional("up", "\"x\" | \"y\" | \"z\" | \"keep\"", "the format's", "the up axis of the outputs"),
     Field::optional("tolerance", "length or \"percent%\"", "\"0.1%\"", "of tessellated splines"),
-    Field::optional("read", "{ option = value, … }", "none", "options of the input's format"),
+    Field::optional(
+        "read",
+        "{ option = value, … }",
+        "none",
+        "options of the input's format, of several inputs of those in the first one's",
+    ),
     Field::optional("write", "{ format = { option = value, … }, … }", "none", "options of output formats"),
     Field::optional(
         "picture",
@@ -112,8 +123,8 @@ pub struct Recipe {
     /// The folder that its paths are relative to.
     folder: PathBuf,
     text: parse::Text,
-    /// The file to read, as it was written; an empty scene where there is none.
-    pub input: Option<String>,
+    /// The files to read, as they were written; an empty scene where there is none, one scene of several.
+    pub inputs: Vec<String>,
     /// The files to write, as they were written.
     pub outputs: Vec<String>,
     /// Whether missing folders of outputs are made.
@@ -159,18 +170,7 @@ impl Recipe {
     ) -> std::result::Result<Self, loftsman_kernel::plugin::ParameterError> {
         let fields = Parameters::new(table, "")?;
         fields.check(FIELDS)?;
-        let outputs = match fields.value("output") {
-            None => Vec::new(),
-            Some(Value::Array(list)) => list
-                .iter()
-                .enumerate()
-                .map(|(i, file)| match file {
-                    Value::String(file) => Ok(file.clone()),
-                    _ => Err(fields.error(&format!("output[{i}]"), "a file name is needed here")),
-                })
-                .collect::<std::result::Result<_, _>>()?,
-            Some(_) => vec![fields.text("output")?.to_owned()],
-        };
+        let (inputs, outputs) = (files(&fields, "input")?, files(&fields, "output")?);
         let mut steps = Vec::new();
         for step in fields.tables("step")? {
             step.text("op")?;
@@ -180,7 +180,7 @@ impl Recipe {
             name: name.to_owned(),
             folder: folder.to_path_buf(),
             text: text.clone(),
-            input: if fields.has("input") { Some(fields.text("input")?.to_owned()) } else { None },
+            inputs,
             outputs,
             create_folders: fields.flag("create_folders")?,
             conversion: crate::convert::Conversion::from_parameters(&fields)?,
@@ -217,5 +217,24 @@ impl Recipe {
 
     fn error(&self, path: impl Into<String>, problem: impl Into<String>) -> Error {
         self.text.locate(RecipeError::at(&self.name, path, problem)).into()
+    }
+}
+
+/// The files that a field names: one, or a list.
+fn files(
+    fields: &Parameters,
+    name: &str,
+) -> std::result::Result<Vec<String>, loftsman_kernel::plugin::ParameterError> {
+    match fields.value(name) {
+        None => Ok(Vec::new()),
+        Some(Value::Array(list)) => list
+            .iter()
+            .enumerate()
+            .map(|(i, file)| match file {
+                Value::String(file) => Ok(file.clone()),
+                _ => Err(fields.error(&format!("{name}[{i}]"), "a file name is needed here")),
+            })
+            .collect(),
+        Some(_) => Ok(vec![fields.text(name)?.to_owned()]),
     }
 }

@@ -11,6 +11,9 @@ pub struct RunReport {
     /// What was read; `None` where the recipe has no input.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<InputReport>,
+    /// The inputs after the first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub more_inputs: Vec<InputReport>,
     /// Each step.
     pub steps: Vec<StepReport>,
     /// Each output.
@@ -26,6 +29,9 @@ pub struct InputReport {
     pub format: &'static str,
     /// What was kept and what was left out.
     pub report: ReadReport,
+    /// What had to change where it joined the inputs before it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// A file that was written.

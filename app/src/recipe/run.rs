@@ -13,11 +13,12 @@ use super::Recipe;
 use super::aftermath::Beforehand;
 use super::changes::{self, Known};
 use super::closest;
+use super::inputs::Inputs;
 use super::report::{InputReport, OutputReport, RunReport};
 use super::within::{Lifted, UNIQUE};
 use crate::error::{Error, Result};
 use crate::file::output::format_for;
-use crate::file::{Content, Input, Outputs, Produced, Sequence};
+use crate::file::{Input, Outputs, Produced, Sequence};
 use crate::picture;
 use crate::recipe_error::RecipeError;
 
@@ -38,8 +39,10 @@ pub struct Applied {
     pub scene: Scene,
     /// Each object as it was before the steps that edit it: for a fitted curve, as the fit left it.
     pub before: Scene,
-    /// The input, where there was one.
+    /// The input, where there was one; the first of several.
     pub input: Option<InputReport>,
+    /// The inputs after the first.
+    pub more_inputs: Vec<InputReport>,
     /// Each step.
     pub steps: Vec<StepReport>,
     /// What a picture of the scene should mark: the marks of all steps, where their places are after the last.
@@ -53,16 +56,18 @@ pub struct Applied {
 
 impl Applied {
     /// No steps yet.
-    fn new(scene: Scene) -> Self {
+    fn new(inputs: Inputs) -> Self {
+        let Inputs { scene, first, more, format, source } = inputs;
         Self {
             before: scene.clone(),
             scene,
-            input: None,
+            input: first,
+            more_inputs: more,
             steps: Vec::new(),
             marks: Vec::new(),
             lost_marks: 0,
-            format: None,
-            source: None,
+            format,
+            source,
         }
     }
 }
@@ -102,7 +107,7 @@ impl<'a> Runner<'a> {
             .unwrap_or_else(|| recipe.outputs.iter().map(|o| recipe.resolve(o)).collect());
         let mut outputs = Outputs::new().create_folders(recipe.create_folders);
         outputs.protect(&recipe.name);
-        if let Some(input) = &recipe.input {
+        for input in &recipe.inputs {
             outputs.protect(recipe.resolve(input));
         }
         if self.outputs.is_none() && !files.is_empty() {
@@ -187,8 +192,8 @@ impl<'a> Runner<'a> {
                 (report.bytes, report.siblings) = (file.bytes, file.siblings);
             }
         }
-        let unit = applied.scene.unit;
-        Ok(RunReport { unit, input: applied.input, steps: applied.steps, outputs: reports })
+        let Applied { scene, input, more_inputs, steps, .. } = applied;
+        Ok(RunReport { unit: scene.unit, input, more_inputs, steps, outputs: reports })
     }
 
     /// Refuses what is asked of outputs that the recipe does not have.
@@ -217,7 +222,7 @@ impl<'a> Runner<'a> {
     /// When the input cannot be read or a step fails.
     pub fn apply(&self, recipe: &Recipe) -> Result<Applied> {
         let steps = self.prepare(recipe)?;
-        let mut applied = self.read(recipe)?;
+        let mut applied = Applied::new(Inputs::read(recipe, self.observer, self.registry)?);
         let context = Context { registry: self.registry, observer: self.observer, clock: self.clock };
         let mut known = Known::default();
         for (number, Step { op, parameters, unique }) in steps.iter().enumerate() {
@@ -294,30 +299,6 @@ impl<'a> Runner<'a> {
         self.registry
             .find_operation(op, &format!("step[{number}].op"))
             .map_err(|e| recipe.error(e.path, e.problem))
-    }
-
-    fn read(&self, recipe: &Recipe) -> Result<Applied> {
-        let Some(name) = &recipe.input else {
-            if !recipe.conversion.read.is_empty() {
-                return Err(
-                    recipe.error("read", "there is no input to be read so: name one, or leave this out")
-                );
-            }
-            // Nothing is read that could say another unit.
-            let mut scene = Scene::new();
-            scene.unit = recipe.conversion.unit.unwrap_or_default();
-            return Ok(Applied::new(scene));
-        };
-        let input = Input::open(recipe.resolve(name)).map_err(|e| match e {
-            Error::File { path, problem, .. } => recipe.error("input", format!("{path}: {problem}")),
-            other => other,
-        })?;
-        let Content { scene, report, format } =
-            recipe.conversion.read(&input, self.observer, self.registry)?;
-        let path = Source::name(&input).to_owned();
-        let source = Some(input.without_bytes());
-        let input = Some(InputReport { path, format: format.name, report });
-        Ok(Applied { input, format: Some(format), source, ..Applied::new(scene) })
     }
 }
 

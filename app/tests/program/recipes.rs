@@ -172,3 +172,45 @@ fn what_is_wrong_is_said_with_its_place() {
         bench.fails(&["run", "r.toml"], 1, &[&["r.toml"], *words].concat());
     }
 }
+
+/// A triangle in metres with a picture in a folder of its own, and a wave in millimetres, z up.
+#[test]
+fn several_inputs_become_one_scene() {
+    let bench = LOFTSMAN.bench().with_wave();
+    bench.write("parts/paint.png", b"\x89PNG not looked into");
+    bench.write("parts/paint.mtl", "newmtl paint\nKd 1 0.5 0\nmap_Kd paint.png\n");
+    bench.write(
+        "parts/sail.obj",
+        "# Loftsman; unit m, y up\nmtllib paint.mtl\no wave\nusemtl paint\nv 0 0 0\nv 1 0 0\nv 0 2 0\nvt 0 0\nf 1/1 2/1 3/1\n",
+    );
+    let recipe =
+        "input = [\"wave.loft.json\", \"parts/sail.obj\"]\noutput = [\"all.loft.json\", \"all.glb\"]\n";
+    bench.write("r.toml", recipe);
+    let report = bench.json(&["run", "r.toml"]);
+    assert_eq!(report["input"]["path"].as_str().unwrap().rsplit('/').next(), Some("wave.loft.json"));
+    let more = &report["more_inputs"][0];
+    assert_eq!(more["format"], "obj");
+    let notes = more["notes"].to_string();
+    assert!(notes.contains("the object \\\"wave\\\" is \\\"wave.001\\\" here"), "{notes}");
+    let all: serde_json::Value = serde_json::from_slice(&bench.read("all.loft.json")).unwrap();
+    let objects = all["objects"].as_array().unwrap();
+    assert_eq!(objects.len(), 2);
+    assert_eq!((objects[1]["name"].as_str(), objects[1]["label"].as_str()), (Some("wave.001"), Some("wave")));
+    // Millimetres, as the first; OBJ's y up is z up here.
+    let points: Vec<[f64; 3]> = serde_json::from_value(objects[1]["mesh"]["points"].clone()).unwrap();
+    assert_eq!(points, [[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0], [0.0, 0.0, 2000.0]]);
+    // The picture comes along although it lies in another folder than the outputs.
+    let glb = bench.read("all.glb");
+    assert!(glb.windows(16).any(|w| w == b"PNG not looked i"), "the picture is in the glb");
+    let text = bench.done(&["run", "r.toml"]);
+    assert!(text.contains("read ") && text.contains("sail.obj") && text.contains("wave.001"), "{text}");
+
+    bench.write("bad.toml", "input = [\"wave.loft.json\", \"mast.glb\"]\noutput = \"x.glb\"\n");
+    bench.fails(&["run", "bad.toml"], 1, &["input[1]", "mast.glb"]);
+    // What is read is never written over.
+    bench.write(
+        "over.toml",
+        "input = [\"wave.loft.json\", \"parts/sail.obj\"]\noutput = \"parts/sail.obj\"\n",
+    );
+    bench.fails(&["run", "over.toml"], 1, &["sail.obj"]);
+}

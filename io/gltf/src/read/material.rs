@@ -13,7 +13,7 @@ use super::file::{File, clip, parse};
 use super::report::LARGEST;
 use super::schema;
 use crate::texture::flipped;
-use crate::words::{EXTRAS, PREFIX, SOURCES, media_type};
+use crate::words::{EXTRAS, PREFIX, SOURCES};
 
 /// What a material of the file became.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ fn images(
         };
         let data = match data {
             Ok((media_type_said, bytes)) => {
-                let found = media_type(&bytes).map(str::to_owned);
+                let found = ImageData::media_type_of(&bytes).map(str::to_owned);
                 let media_type =
                     if media_type_said.is_empty() { found.unwrap_or_default() } else { media_type_said };
                 ImageData::Embedded { media_type, bytes: Arc::from(bytes) }

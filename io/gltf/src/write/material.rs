@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::bin::{Bin, percent_encoded};
 use super::schema::Root;
 use crate::texture::flipped_back;
-use crate::words::{EXTRAS, MATERIAL, NONE, PREFIX, SOURCES, media_type};
+use crate::words::{EXTRAS, MATERIAL, NONE, PREFIX, SOURCES};
 
 /// The materials that were written, and what they refer to.
 pub(super) struct Materials<'a> {
@@ -429,7 +429,7 @@ impl<'a> Materials<'a> {
     /// The media type of a picture, whose bytes were `found` where it is a file.
     fn media(&self, image: &Image, found: Option<&[u8]>) -> Option<&'static str> {
         match (&image.data, found) {
-            (ImageData::File(_), Some(bytes)) => media_type(bytes),
+            (ImageData::File(_), Some(bytes)) => ImageData::media_type_of(bytes),
             (ImageData::File(file), None) => {
                 let ending = file.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
                 match ending.as_str() {
@@ -442,7 +442,7 @@ impl<'a> Materials<'a> {
                 }
             }
             // What the bytes say counts, whatever they are called.
-            (ImageData::Embedded { bytes, .. }, _) => media_type(bytes),
+            (ImageData::Embedded { bytes, .. }, _) => ImageData::media_type_of(bytes),
         }
     }
 }

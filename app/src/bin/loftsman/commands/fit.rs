@@ -46,9 +46,15 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
         (written.bytes, written.siblings) = (produced.bytes, produced.siblings);
     }
     drop(progress);
-    let input = InputReport { path: Source::name(&input).to_owned(), format: format.name, report: read };
-    let unit = scene.unit;
-    let whole = RunReport { unit, input: Some(input), steps: vec![step], outputs: vec![written] };
+    let path = Source::name(&input).to_owned();
+    let input = InputReport { path, format: format.name, report: read, notes: Vec::new() };
+    let whole = RunReport {
+        unit: scene.unit,
+        input: Some(input),
+        more_inputs: Vec::new(),
+        steps: vec![step],
+        outputs: vec![written],
+    };
     if args.json.wanted {
         if let Some(input) = &whole.input {
             report::warn(&input.path, &input.report);

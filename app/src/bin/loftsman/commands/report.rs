@@ -13,7 +13,7 @@ use crate::console::{self, BOLD, DIM, bytes, count, figure, seconds, styled};
 /// A whole run.
 pub(crate) fn run(report: &RunReport) -> String {
     let mut text = String::new();
-    if let Some(input) = &report.input {
+    for input in report.input.iter().chain(&report.more_inputs) {
         text += &self::input(input);
     }
     for step in &report.steps {
@@ -29,7 +29,12 @@ pub(crate) fn run(report: &RunReport) -> String {
 }
 
 fn input(input: &InputReport) -> String {
-    format!("read {} {}\n{}", styled(BOLD, &input.path), styled(DIM, input.format), read(&input.report))
+    let mut text =
+        format!("read {} {}\n{}", styled(BOLD, &input.path), styled(DIM, input.format), read(&input.report));
+    for note in &input.notes {
+        let _ = writeln!(text, "  {}", styled(DIM, note));
+    }
+    text
 }
 
 /// Says on the standard error what a reader left out.

@@ -33,7 +33,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     drop(progress);
     if args.json.wanted {
         // People read it in the report below; programs get it beside their JSON.
-        if let Some(input) = &report.input {
+        for input in report.input.iter().chain(&report.more_inputs) {
             report::warn(&input.path, &input.report);
         }
         for output in &report.outputs {
