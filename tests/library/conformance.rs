@@ -119,12 +119,15 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "revolve" => json!({ "object": curve, "axis": [0, 1, 1], "degrees": 200 }),
         "isocurve" => json!({ "object": "patch", "u": 0.7, "name": "iso" }),
         "edge" => json!({ "object": "patch", "edge": "v1" }),
+        "match" => {
+            json!({ "object": "patch", "edge": "u1", "with": { "object": "cap", "edge": "u0" }, "tolerance": 10.0, "angle": 100 })
+        }
         "sample" => json!({ "object": curve, "count": 12 }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }
 }
 
-/// The sample scene, two planar outlines above one another, and two surfaces of cages.
+/// The sample scene, two planar outlines above one another, a sheet beside its patch, and two surfaces of cages.
 pub(crate) fn with_squares() -> Scene {
     let mut scene = sample_scene();
     for (name, z) in [("square", 0.0), ("lid", 2.0)] {
@@ -132,6 +135,9 @@ pub(crate) fn with_squares() -> Scene {
         let points = corners.iter().map(|c| Point::new(c[0], c[1], z)).collect();
         scene.add(Object::new(name, Polyline { points, closed: true }.into())).unwrap();
     }
+    let (u, v) = (Space::clamped_uniform(2, 3).unwrap(), Space::clamped_uniform(2, 4).unwrap());
+    let at = |k: usize| Point::new(8.0 + (k / 4) as f64, 300.0 * (k % 4) as f64, (k % 3) as f64);
+    scene.add(Object::new("cap", Surface::new(u, v, (0..12).map(at).collect()).unwrap().into())).unwrap();
     for (name, length) in [("cushion", 1.0), ("bolster", 3.0)] {
         let corner = |k: usize| Point::new(length * (k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -171,6 +177,15 @@ fn every_functional() {
         let at = |i: i32| Point::new(f64::from(i) - 3.0, f64::from((i - 3) * (i - 3)), 0.5);
         Curve::new(Space::clamped_uniform(3, 7).unwrap(), (0..7).map(at).collect()).unwrap()
     };
+    let sheet = |x: f64| {
+        let (u, v) = (Space::clamped_uniform(3, 5).unwrap(), Space::clamped_uniform(2, 5).unwrap());
+        let at = |k: usize| Point::new(x + (k / 5) as f64, (k % 5) as f64, 0.3 * ((3 * k) % 7) as f64);
+        Surface::new(u, v, (0..25).map(at).collect()).unwrap()
+    };
+    let rail = {
+        let at = |k: i32| Point::new(4.5, f64::from(k), 0.2 * f64::from(k * k % 3));
+        Curve::new(Space::clamped_uniform(2, 5).unwrap(), (0..5).map(at).collect()).unwrap()
+    };
     let curves = || -> Vec<Box<dyn Shape>> { vec![Box::new(arch.clone()), Box::new(ring(9))] };
     let loops = || -> Vec<Box<dyn Shape>> { vec![Box::new(ring(9)), Box::new(ring(8))] };
     let surfaces = || -> Vec<Box<dyn Shape>> { vec![Box::new(torus.clone())] };
@@ -187,6 +202,16 @@ fn every_functional() {
             "linear" => vec![(curves(), json!({ "terms": [{ "vertex": 0, "vector": [1, 2, 3] }] }))],
             "join" => {
                 vec![(loops(), json!({ "at": 1.9, "with": { "object": "b", "at": 0.2 }, "continuity": 2 }))]
+            }
+            "edge" => {
+                let with_rail =
+                    || -> Vec<Box<dyn Shape>> { vec![Box::new(sheet(0.0)), Box::new(rail.clone())] };
+                vec![(with_rail(), json!({ "edge": "u1", "curve": "b" }))]
+            }
+            "match" => {
+                let two = || -> Vec<Box<dyn Shape>> { vec![Box::new(sheet(0.0)), Box::new(sheet(5.0))] };
+                let fields = |k: usize| json!({ "edge": "u1", "with": { "object": "b", "edge": "u0" }, "continuity": k });
+                vec![(two(), fields(0)), (two(), fields(1)), (two(), fields(2))]
             }
             "symmetry" => vec![(curves(), json!({ "normal": [1, 0, 0] }))],
             "area" => vec![(loops(), json!({})), (loops(), json!({ "normal": [0.3, -0.2, 1.0] }))],
@@ -209,5 +234,5 @@ fn every_functional() {
         }
         kinds += 1;
     }
-    assert!(kinds >= 18, "{kinds}");
+    assert!(kinds >= 20, "{kinds}");
 }

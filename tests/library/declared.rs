@@ -126,7 +126,10 @@ fn missing_fields_are_errors_that_name_the_place() {
                 table[other.name] = match other.name {
                     "at" => json!(1.2),
                     "index" => json!(0),
+                    "with" if declaration.name == "match" => json!({ "object": "cap", "edge": "u0" }),
                     "with" => json!({ "object": "rational", "at": 0.0 }),
+                    "edge" => json!("u1"),
+                    "curve" => json!("rational"),
                     "terms" => json!([{ "vertex": 0, "vector": [1, 2, 3] }]),
                     _ => json!([0, 0, 1]),
                 };
@@ -567,6 +570,21 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("loft", "degree", json!({ "sections": ["round", "round middle", "round top"] }), json!(1), json!(2));
     add("loft", "caps", none(), json!(true), json!(false));
     add("loft", "surface", none(), json!(false), json!(true));
+    let lax = || json!({ "tolerance": 10.0, "angle": 170, "curvature": 1e9 });
+    add("match", "object", lax(), json!("patch"), json!("clamped curve"));
+    add("match", "edge", lax(), json!("u0"), json!("u1"));
+    let beside = |edge: &str| json!({ "object": "cap", "edge": edge });
+    add("match", "with", lax(), beside("u0"), beside("u1"));
+    add("match", "continuity", lax(), json!(0), json!(1));
+    let coarse = json!({ "object": "cap", "edge": "v0", "with": { "object": "patch", "edge": "v0" },
+        "continuity": 0, "refine": false });
+    add("match", "tolerance", coarse, json!(1e-9), json!(1e5));
+    add("match", "angle", json!({ "refine": false }), json!(1e-9), json!(170));
+    let curved = || json!({ "continuity": 2, "refine": false, "angle": 180 });
+    add("match", "curvature", curved(), json!(1e-9), json!(1e9));
+    add("match", "keep", lax(), json!(0), json!("nothing"));
+    add("match", "metric", lax(), json!("least"), json!("bend"));
+    add("match", "refine", json!({ "angle": 20 }), json!(false), json!(true));
     let meet = || json!({ "object": "short line", "with": "round" });
     add("intersect", "object", json!({ "with": "round" }), json!("line"), json!("round half"));
     add(

@@ -1102,10 +1102,45 @@ fn sample(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// The edge comes to the other one, place by place, which has not moved; so does what is beside the opposite edge.
+fn matched(walk: &mut Walk<'_>) -> Outcome {
+    let (moving, still) = (walk.surface(), walk.surface());
+    let size = size_of(&moving).max(size_of(&still));
+    let (along_u, there_u) = (walk.flip(), walk.flip());
+    let edge = |along_u: bool| if along_u { "v1" } else { "u1" };
+    let fields = json!({ "object": "s", "edge": edge(along_u), "with": { "object": "t", "edge": edge(there_u) },
+        "continuity": 0, "tolerance": 0.02 * size });
+    let both = [("s", "surface", &moving), ("t", "surface", &still)];
+    let after = match walk.run(&both, "match", fields) {
+        // What is closed there has no edge.
+        Err(problem) if problem.contains("there is no edge") => return Ok(()),
+        other => other?,
+    };
+    let (moved, stood) = (&object(&after, "s")["surface"], &object(&after, "t")["surface"]);
+    let points = |s: &Value| serde_json::from_value::<Vec<Vec<[f64; 3]>>>(s["points"].clone()).unwrap();
+    assert_eq!(points(stood), points(&still));
+    let end = |surface: &Value, along_u: bool, part: f64| {
+        let [u, v] = ["u", "v"].map(|d| Direction::new(&surface[d]).domain());
+        let ((a, b), fixed) = if along_u { (u, v.1) } else { (v, u.1) };
+        let t = a + part * (b - a);
+        surface_derivative(surface, if along_u { [t, fixed] } else { [fixed, t] }, [0, 0])
+    };
+    let fine = 600;
+    let edge: Vec<[f64; 3]> =
+        (0..=fine).map(|k| end(stood, there_u, f64::from(k) / f64::from(fine))).collect();
+    let longest = edge.windows(2).map(|pair| apart(pair[0], pair[1])).fold(0.0, f64::max);
+    for k in 0..=12 {
+        let point = end(moved, along_u, f64::from(k) / 12.0);
+        let gap = edge.iter().map(|p| apart(*p, point)).fold(f64::INFINITY, f64::min);
+        assert!(gap <= 0.02 * size * 1.01 + 0.5 * longest, "{gap:e} of {size:e} at {k}: {moving} {still}");
+    }
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 35] = [
+const STEPS: [(&str, Step, u32); 36] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -1141,6 +1176,7 @@ const STEPS: [(&str, Step, u32); 35] = [
     ("sample", sample, 0),
     ("intersect", intersect, 0),
     ("section", section, 0),
+    ("match", matched, 3),
 ];
 
 #[test]

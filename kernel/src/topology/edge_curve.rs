@@ -69,8 +69,11 @@ impl EdgeCurve {
         }
     }
 
-    /// The edge in another space: of a rational one, `c_i W_i / Σ c_i W_i` of each stencil.
-    fn converted(&self, conversion: &Conversion) -> Result<Self> {
+    /// The edge in another space: of a rational one, `c_i W_i / Σ c_i W_i` of each stencil. `O(n p)`.
+    ///
+    /// # Errors
+    /// When the conversion is of another space, or a number overflows.
+    pub fn convert(&self, conversion: &Conversion) -> Result<Self> {
         let weight = |i: usize| self.curve.weights().map_or(1.0, |w| w[i]);
         let row = |k: usize| -> Stencil {
             let total: f64 = conversion.row(k).map(|(i, c)| c * weight(i)).sum();
@@ -88,7 +91,7 @@ impl EdgeCurve {
     fn through(&self, steps: &[Conversion]) -> Result<Self> {
         let mut edge = self.clone();
         for step in steps {
-            edge = edge.converted(step)?;
+            edge = edge.convert(step)?;
         }
         Ok(edge)
     }
@@ -102,7 +105,7 @@ pub fn coincide(first: &EdgeCurve, second: &EdgeCurve, near: f64) -> Option<Matc
         let Match { first, second, reversed } = coincide(second, first, near)?;
         return Some(Match { first: second, second: first, reversed });
     }
-    let reversed = second.converted(&second.curve.space().reversing().ok()?).ok()?;
+    let reversed = second.convert(&second.curve.space().reversing().ok()?).ok()?;
     let mut candidates = vec![(second, false), (&reversed, true)];
     // A periodic curve starts where the other one does.
     let mut turned = Vec::new();
@@ -136,7 +139,7 @@ pub fn coincide(first: &EdgeCurve, second: &EdgeCurve, near: f64) -> Option<Matc
 /// them, made of nothing but rounding, would ask for ties that say nearly the same.
 fn snapped(edge: &EdgeCurve, to: &Space) -> Option<EdgeCurve> {
     let (a, b) = to.domain();
-    let moved = edge.converted(&edge.curve.space().reparametrising(a, b).ok()?).ok()?;
+    let moved = edge.convert(&edge.curve.space().reparametrising(a, b).ok()?).ok()?;
     let (targets, slack) = (to.breakpoints(), TOGETHER * (b - a));
     let nearest = |&k: &f64| {
         let at = targets.partition_point(|&t| t < k - slack);
@@ -161,7 +164,7 @@ fn starting(edge: &EdgeCurve, point: Point) -> Option<EdgeCurve> {
     // Where that is a knot but for rounding, it is the knot.
     let slack = TOGETHER * space.length();
     let start = space.breakpoints().into_iter().find(|k| (k - found).abs() <= slack).unwrap_or(found);
-    edge.converted(&space.restricting(start, start + space.length()).ok()?).ok()
+    edge.convert(&space.restricting(start, start + space.length()).ok()?).ok()
 }
 
 /// Whether two spaces are the same but for where their domains lie.

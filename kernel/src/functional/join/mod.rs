@@ -15,6 +15,7 @@ use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters, nearest};
 use crate::error::{Error, Result};
 use crate::shape::{Derivative, Location, Shape, edges_of};
+use crate::text::clip;
 use crate::topology::pair::Track;
 use crate::topology::{Pair, SurfaceEdge};
 
@@ -35,8 +36,11 @@ pub enum Edge {
 
 impl Edge {
     /// The edge's number on a shape, its four sides by their names.
-    fn index(self, shape: &dyn Shape, on: &On) -> Result<usize> {
-        let edges = edges_of(shape, "join").map_err(|error| Error::Invalid(format!("{error}{on}")))?;
+    ///
+    /// # Errors
+    /// When the shape has no edges, or not this one; the error lists those that it has.
+    pub fn number_on(self, shape: &dyn Shape) -> Result<usize> {
+        let edges = edges_of(shape, "edge")?;
         let found = match self {
             Self::Number(index) => Some(index).filter(|&index| index < edges.count()),
             _ => edges.iter().position(|edge| edge.name == self.to_string()),
@@ -44,8 +48,30 @@ impl Edge {
         found.ok_or_else(|| {
             let names: Vec<_> = edges.iter().map(|edge| edge.name).collect();
             let names = if names.is_empty() { "none: it is closed".into() } else { names.join(", ") };
-            Error::Invalid(format!("there is no edge {self}{on}: its edges are {names}"))
+            Error::Invalid(format!("there is no edge {self}: the surface's edges are {names}"))
         })
+    }
+
+    /// The edge that a field of a recipe names.
+    ///
+    /// # Errors
+    /// When it is missing or no edge's name, with the nearest one.
+    pub fn from_parameters(parameters: &Parameters, field: &str) -> Result<Self, ParameterError> {
+        let text = parameters.text(field)?;
+        if let Some(index) = text.strip_prefix("edge ").and_then(|number| number.parse().ok()) {
+            return Ok(Self::Number(index));
+        }
+        match EDGES.iter().find(|(name, _)| *name == text) {
+            Some((_, edge)) => Ok(*edge),
+            None => {
+                let hint = nearest(text, EDGES.iter().map(|(name, _)| *name)).unwrap_or("u0");
+                let clipped = clip(text);
+                Err(parameters.error(
+                    field,
+                    format!("unknown edge \"{clipped}\": u0, u1, v0 or v1; did you mean \"{hint}\"?"),
+                ))
+            }
+        }
     }
 }
 
@@ -239,7 +265,8 @@ impl Join {
 
     fn edge<'a>(&self, shapes: &Shapes<'a>, on: &On, edge: Edge) -> Result<SurfaceEdge<'a>> {
         let shape = shapes.get(on.shape)?;
-        SurfaceEdge::new(shape, edge.index(shape, on)?, self.continuity, &self.describe())
+        let index = edge.number_on(shape).or_else(|error| self.fail(format!("{error}{on}")))?;
+        SurfaceEdge::new(shape, index, self.continuity, &self.describe())
     }
 
     fn places(&self, shapes: &Shapes<'_>, a: Location, b: Location) -> Result<Resolved> {
@@ -440,18 +467,9 @@ impl DeclaredFunctional for Join {
 }
 
 fn place(parameters: &Parameters) -> Result<Place, ParameterError> {
-    let Some(text) = parameters.value("at").and_then(|v| v.as_str()) else {
-        return parameters.location("at").map(Place::At);
-    };
-    if let Some(index) = text.strip_prefix("edge ").and_then(|number| number.parse().ok()) {
-        return Ok(Place::Along(Edge::Number(index)));
-    }
-    match EDGES.iter().find(|(name, _)| *name == text) {
-        Some((_, edge)) => Ok(Place::Along(*edge)),
-        None => {
-            let hint = nearest(text, EDGES.iter().map(|(name, _)| *name)).unwrap_or("u0");
-            Err(parameters
-                .error("at", format!("unknown edge \"{text}\": u0, u1, v0 or v1; did you mean \"{hint}\"?")))
-        }
+    if parameters.value("at").is_some_and(|at| at.is_string()) {
+        Edge::from_parameters(parameters, "at").map(Place::Along)
+    } else {
+        parameters.location("at").map(Place::At)
     }
 }

@@ -1,0 +1,79 @@
+//! How well two surfaces meet along an edge, and how well they should.
+
+use std::fmt;
+
+use loftsman_kernel::text::figure;
+
+/// What a match may miss between the places where it is imposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// The largest distance; none: to rounding, or refused.
+    pub distance: Option<f64>,
+    /// The largest angle between the tangent planes, in radians.
+    pub angle: f64,
+    /// The largest difference of the curvatures across, as a part of the largest curvature there (and of that of a circle as
+    /// large as the edge, where both are flatter).
+    pub curvature: f64,
+}
+
+impl Default for Limits {
+    /// Positions to rounding, tangent planes to 0.1°, curvatures to 5 %.
+    fn default() -> Self {
+        Self { distance: None, angle: 0.1_f64.to_radians(), curvature: 0.05 }
+    }
+}
+
+/// How far two surfaces are from one another along an edge: the largest of each at places all along it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Deviation {
+    /// The largest distance between the edges, place by place.
+    pub distance: f64,
+    /// The largest angle between the surfaces, in radians: 0 where they are smooth, π where they are folded.
+    pub angle: f64,
+    /// The largest difference of their curvatures across the edge.
+    pub curvature: f64,
+    /// That as a part of what [`Limits::curvature`] says.
+    pub part: f64,
+}
+
+impl Deviation {
+    /// Whether it is within limits, up to a continuity; `distance` is the allowed one.
+    pub(crate) fn within(&self, continuity: usize, distance: f64, limits: &Limits) -> bool {
+        self.excess(continuity, distance, limits) <= 1.0
+    }
+
+    /// How many times what is allowed it is, up to a continuity: 1 or less within the limits.
+    pub(crate) fn excess(&self, continuity: usize, distance: f64, limits: &Limits) -> f64 {
+        let all = [self.distance / distance, self.angle / limits.angle, self.part / limits.curvature];
+        all[..=continuity].iter().fold(0.0, |m, x| f64::max(m, *x))
+    }
+
+    /// The larger of each.
+    pub(crate) fn or_worse(self, other: Self) -> Self {
+        Self {
+            distance: self.distance.max(other.distance),
+            angle: self.angle.max(other.angle),
+            curvature: self.curvature.max(other.curvature),
+            part: self.part.max(other.part),
+        }
+    }
+
+    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`, as much of it as belongs to a continuity.
+    pub(crate) fn up_to(&self, continuity: usize) -> String {
+        let [distance, angle, curvature, part] =
+            [self.distance, self.angle.to_degrees(), self.curvature, 100.0 * self.part].map(figure);
+        let all = [
+            format!("position {distance}"),
+            format!("angle {angle}°"),
+            format!("curvature {curvature} ({part} %)"),
+        ];
+        all[..=continuity.min(2)].join(", ")
+    }
+}
+
+impl fmt::Display for Deviation {
+    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.up_to(2))
+    }
+}

@@ -1,0 +1,278 @@
+//! An edge kept on a curve.
+
+use std::sync::Arc;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::error::{Error, Figure, Result};
+use loftsman_kernel::functional::{
+    Accuracy, DeclaredFunctional, Edge, Functional, Linearity, On, Rows, ShapeNames, Shapes,
+};
+use loftsman_kernel::plugin::{Declaration, Field, ParameterError, Parameters};
+use loftsman_kernel::shape::{Derivative, Location, Stencil};
+
+use crate::beside::{Beside, curve_of, edge_of};
+
+pub(crate) const OBJECT: Field =
+    Field::optional("object", "text", "the step's object", "the surface whose edge it is");
+
+/// A whole edge of a surface that lies on a curve: `S(e(t)) = C(u(t))` with the parameters of both running evenly with one another,
+/// the way (and where both are closed, from the place) that brings them nearest when the edit starts. The curve is another
+/// shape of the problem and stands still: the edge goes to where it was at the start.
+///
+/// Linear, alike in all axes. Where the edge's space, with its weights, holds the curve (no lower degree, all of its knots), the
+/// equations are those of coefficients, and the edge **is** the curve, to rounding. Elsewhere it is refused, or with a
+/// [tolerance](Self::within) it meets the curve at as many places as it has control vertices (its Greville abscissae), and what is
+/// left between is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EdgeOn {
+    on: On,
+    edge: Edge,
+    curve: On,
+    tolerance: Option<f64>,
+    bound: Option<Arc<Bound>>,
+}
+
+/// An edge of the first shape on a curve, shape `curve` of the problem.
+pub fn edge_on(edge: Edge, curve: impl Into<On>) -> EdgeOn {
+    EdgeOn { on: On::default(), edge, curve: curve.into(), tolerance: None, bound: None }
+}
+
+/// What is fixed when an edit starts.
+#[derive(Debug, PartialEq)]
+struct Bound {
+    rows: Vec<(Stencil, Point)>,
+    between: Vec<(Location, Point)>,
+}
+
+impl EdgeOn {
+    /// The same with the edge of another shape of the problem.
+    #[must_use]
+    pub fn on(mut self, shape: impl Into<On>) -> Self {
+        self.on = shape.into();
+        self
+    }
+
+    /// The same where the edge need lie on the curve only to within a length.
+    #[must_use]
+    pub fn within(mut self, tolerance: f64) -> Self {
+        self.tolerance = Some(tolerance);
+        self
+    }
+
+    fn fixed(&self, shapes: &Shapes<'_>) -> Result<Arc<Bound>> {
+        if let Some(bound) = &self.bound {
+            return Ok(Arc::clone(bound));
+        }
+        let what = self.describe();
+        if let Some(tolerance) = self.tolerance.filter(|t| !(*t > 0.0 && t.is_finite())) {
+            let problem =
+                format!("{what}: tolerance {} is no length; give a number above 0", Figure(tolerance));
+            return Err(Error::Invalid(problem));
+        }
+        if self.on.shape == self.curve.shape {
+            return Err(Error::Invalid(format!("{what}: a curve is needed, not the surface itself")));
+        }
+        let curve = curve_of(shapes, &self.curve, &what)?;
+        let beside = Beside::new(edge_of(shapes, &self.on, self.edge, &what)?, curve)?;
+        let (rows, exact) = rows(&beside, shapes, &self.on, self.tolerance, &what)?;
+        let between = beside.between(exact).into_iter();
+        let between = between.map(|t| Ok((beside.at(t), beside.curve.point(t)?))).collect::<Result<_>>()?;
+        Ok(Arc::new(Bound { rows, between }))
+    }
+
+    /// How far the edge is from the curve, now: the largest distance at places all along it.
+    ///
+    /// # Errors
+    /// When it cannot be asked of these shapes.
+    pub fn distance(&self, shapes: &Shapes<'_>) -> Result<f64> {
+        Ok(self.gap(shapes)?.iter().map(|x| x * x).sum::<f64>().sqrt())
+    }
+
+    /// The difference where it is largest.
+    fn gap(&self, shapes: &Shapes<'_>) -> Result<[f64; 3]> {
+        let mut largest = [0.0; 3];
+        let square = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+        for (at, point) in &self.fixed(shapes)?.between {
+            let apart = shapes.value(self.on.shape, *at, Derivative::POSITION)? - point.coords;
+            let apart: [f64; 3] = apart.into();
+            if square(&apart) > square(&largest) {
+                largest = apart;
+            }
+        }
+        Ok(largest)
+    }
+}
+
+/// The equations of an edge that is a curve, and whether they hold everywhere or only at some places.
+///
+/// # Errors
+/// Without a tolerance where they would not: why, and what to do.
+pub(crate) fn rows(
+    beside: &Beside,
+    shapes: &Shapes<'_>,
+    on: &On,
+    tolerance: Option<f64>,
+    what: &str,
+) -> Result<(Vec<(Stencil, Point)>, bool)> {
+    match (beside.exactly()?, tolerance) {
+        (Ok(rows), _) => Ok((rows, true)),
+        (Err(_), Some(_)) => Ok((beside.at_places(shapes.get(on.shape)?)?, false)),
+        (Err(why), None) => Err(Error::Invalid(format!(
+            "{what}: {why}, so that the edge cannot lie on it to rounding: elevate or refine the surface along the edge, or give a \
+             `tolerance`"
+        ))),
+    }
+}
+
+impl Functional for EdgeOn {
+    fn equations(&self) -> usize {
+        self.bound.as_ref().map_or(3, |bound| 3 * bound.rows.len())
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, _: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        let Some(bound) = &self.bound else { return Err(unbound(&self.describe())) };
+        for (stencil, point) in &bound.rows {
+            rows.alike(self.on.shape, stencil);
+            rows.constant(-point.coords);
+        }
+        Ok(())
+    }
+
+    /// Before it is bound, the difference where it is largest.
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        let Some(bound) = &self.bound else {
+            out.copy_from_slice(&self.gap(shapes)?);
+            return Ok(());
+        };
+        let vertices = shapes.get(self.on.shape)?.control_vertices();
+        for ((stencil, point), out) in bound.rows.iter().zip(out.chunks_exact_mut(3)) {
+            out.copy_from_slice((stencil.apply(vertices) - point.coords).as_slice());
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("edge {}{} on the curve{}", self.edge, self.on, self.curve)
+    }
+
+    fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
+        let bound = Self { bound: None, ..self.clone() }.fixed(shapes)?;
+        Ok(Some(Arc::new(Self { bound: Some(bound), ..self.clone() })))
+    }
+
+    fn is_condition(&self) -> bool {
+        true
+    }
+
+    fn accuracy(&self) -> Accuracy {
+        self.tolerance.map_or(Accuracy::Rounding, Accuracy::Within)
+    }
+
+    fn witness(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
+        let bound = self.fixed(shapes)?;
+        Ok(Some(Arc::new(Between {
+            name: self.describe(),
+            on: self.on.shape,
+            places: bound.between.clone(),
+            accuracy: self.accuracy(),
+        })))
+    }
+}
+
+/// That a functional has been asked for rows too early.
+pub(crate) fn unbound(what: &str) -> Error {
+    Error::Invalid(format!("{what}: its equations are known once it is bound; bind it to the shapes first"))
+}
+
+/// The edge looked at between the places where it was imposed.
+#[derive(Debug)]
+struct Between {
+    name: String,
+    on: usize,
+    places: Vec<(Location, Point)>,
+    accuracy: Accuracy,
+}
+
+impl Functional for Between {
+    fn equations(&self) -> usize {
+        3 * self.places.len()
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        for (at, point) in &self.places {
+            rows.alike(self.on, &shapes.stencil(self.on, *at, Derivative::POSITION)?);
+            rows.constant(-point.coords);
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("{}, all along", self.name)
+    }
+
+    fn is_condition(&self) -> bool {
+        true
+    }
+
+    fn accuracy(&self) -> Accuracy {
+        self.accuracy
+    }
+}
+
+impl DeclaredFunctional for EdgeOn {
+    const DECLARATION: Declaration = Declaration {
+        name: "edge",
+        help: "an edge of a surface lies on a curve, which stands still",
+        fields: &[
+            Field::required(
+                "edge",
+                "u0 | u1 | v0 | v1 | \"edge 3\"",
+                "the edge: where u or v starts or ends",
+            ),
+            Field::required("curve", "text", "the curve that it lies on, another object of the scene"),
+            Field::optional(
+                "tolerance",
+                "length",
+                "none: to rounding, or refused",
+                "how far it may be from the curve",
+            ),
+            OBJECT,
+        ],
+    };
+
+    fn from_parameters(p: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
+        Ok(Self {
+            edge: Edge::from_parameters(p, "edge")?,
+            curve: named(p, "curve", names)?,
+            on: On::from_parameters(p, names)?,
+            tolerance: tolerance(p, "tolerance")?,
+            bound: None,
+        })
+    }
+}
+
+/// The shape of the problem that a field names.
+pub(crate) fn named(p: &Parameters, field: &str, names: &mut dyn ShapeNames) -> Result<On, ParameterError> {
+    let name = p.text(field)?;
+    let shape = names.shape(name).map_err(|e| p.error(field, e.to_string()))?;
+    Ok(On { shape, name: Some(name.into()) })
+}
+
+/// A number above 0, where there is one.
+pub(crate) fn tolerance(p: &Parameters, field: &str) -> Result<Option<f64>, ParameterError> {
+    if !p.has(field) {
+        return Ok(None);
+    }
+    match p.number(field)? {
+        t if t > 0.0 => Ok(Some(t)),
+        t => Err(p.error(field, format!("{} is too small: give a number above 0", Figure(t)))),
+    }
+}

@@ -1,0 +1,443 @@
+//! An edge kept on another surface's edge, with its tangent planes and its curvature.
+
+use std::sync::Arc;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::error::{Error, Result};
+use loftsman_kernel::functional::{
+    Accuracy, DeclaredFunctional, Edge, Functional, Linearity, On, Rows, ShapeNames, Shapes,
+};
+use loftsman_kernel::plugin::{Declaration, Field, ParameterError, Parameters};
+use loftsman_kernel::shape::{Derivative, Stencil, strips};
+use loftsman_kernel::topology::EdgeCurve;
+
+use crate::beside::{Beside, edge_of};
+use crate::contact::{Contact, Frame};
+use crate::deviation::{Deviation, Limits};
+use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
+
+/// Positions that are to be equal to rounding are looked at between with this part of the edge's size.
+const ROUNDING: f64 = 1e-9;
+
+/// A whole edge of a surface that meets the edge of another one, which stands still: with continuity 0 in position, with 1 in
+/// the tangent planes too (G¹), with 2 in the curvature across (G²), whatever the parametrisations. At places `t` of the edge,
+/// with the other surface's unit normal `n`, its second fundamental form `II` and `S₁`, `S₂` the derivatives across:
+///
+/// ```text
+/// S = T,   n·S₁ = 0,   n·S₂ = II(S₁, S₁)
+/// ```
+///
+/// Position as in [`EdgeOn`](crate::EdgeOn), everywhere to rounding where the edge's space holds the other edge; the others at the edge's
+/// Greville abscissae, as many places as it has control vertices. Where position and tangent planes agree all along an edge, these
+/// are all there is to curvature: what runs along the edge agrees by itself. Linear up to continuity 1. Between these places all is
+/// [measured](Self::deviation), and refused where it is outside the [`Limits`]: more knots along the edge bring it nearer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matching {
+    on: On,
+    edge: Edge,
+    other: On,
+    other_edge: Edge,
+    continuity: usize,
+    limits: Limits,
+    bound: Option<Arc<Bound>>,
+}
+
+/// An edge of the first shape that meets the edge of shape `other` of the problem with continuity 0, 1 or 2.
+pub fn matching(
+    edge: Edge,
+    other: impl Into<On>,
+    other_edge: Edge,
+    continuity: usize,
+    limits: Limits,
+) -> Matching {
+    Matching { on: On::default(), edge, other: other.into(), other_edge, continuity, limits, bound: None }
+}
+
+/// What is fixed when an edit starts.
+#[derive(Debug, PartialEq)]
+struct Bound {
+    rows: Vec<(Stencil, Point)>,
+    contacts: Vec<Contact>,
+    between: Vec<Place>,
+    /// How far the edges may be apart between the places where they meet.
+    distance: f64,
+    /// What differences of curvatures are measured by.
+    curvature: f64,
+}
+
+/// A place between those where anything is imposed.
+#[derive(Debug, Clone, PartialEq)]
+struct Place {
+    /// Where on both edges, by the first one's parameter.
+    t: f64,
+    point: Point,
+    contact: Contact,
+}
+
+impl Matching {
+    /// The same with the edge of another shape of the problem.
+    #[must_use]
+    pub fn on(mut self, shape: impl Into<On>) -> Self {
+        self.on = shape.into();
+        self
+    }
+
+    /// How far the surfaces are from one another, now: position, angle and curvature at places all along the edge, between those
+    /// where they are imposed.
+    ///
+    /// # Errors
+    /// When the match cannot be asked of these shapes.
+    pub fn deviation(&self, shapes: &Shapes<'_>) -> Result<Deviation> {
+        let each = self.profile(shapes)?;
+        Ok(each.into_iter().fold(Deviation::default(), |all, (_, one)| all.or_worse(one)))
+    }
+
+    /// The same with everything fixed that it takes from the shapes' state.
+    pub(crate) fn bound_to(&self, shapes: &Shapes<'_>) -> Result<Self> {
+        let bound = Self { bound: None, ..self.clone() }.fixed(shapes)?;
+        Ok(Self { bound: Some(bound), ..self.clone() })
+    }
+
+    /// The deviation at each of these places, by the edge's parameter.
+    pub(crate) fn profile(&self, shapes: &Shapes<'_>) -> Result<Vec<(f64, Deviation)>> {
+        self.deviations(shapes, &*self.fixed(shapes)?)
+    }
+
+    fn deviations(&self, shapes: &Shapes<'_>, bound: &Bound) -> Result<Vec<(f64, Deviation)>> {
+        let shape = shapes.get(self.on.shape)?;
+        let each = bound.between.iter().map(|place| {
+            let apart = shape.value(place.contact.at, Derivative::POSITION)? - place.point.coords;
+            let found = place.contact.measure(shape)?;
+            let curvature = found.curvature.abs();
+            let deviation = Deviation {
+                distance: apart.norm(),
+                // Where a surface leaves the edge in no direction, it is nothing but wrong.
+                angle: found.angle.unwrap_or(std::f64::consts::PI),
+                curvature,
+                part: curvature / bound.curvature,
+            };
+            Ok((place.t, deviation))
+        });
+        each.collect()
+    }
+
+    fn fail<T>(&self, problem: &str) -> Result<T> {
+        Err(Error::Invalid(format!("{}: {problem}", self.describe())))
+    }
+
+    fn fixed(&self, shapes: &Shapes<'_>) -> Result<Arc<Bound>> {
+        if let Some(bound) = &self.bound {
+            return Ok(Arc::clone(bound));
+        }
+        let (what, limits) = (self.describe(), &self.limits);
+        if self.continuity > 2 {
+            return self.fail(&format!("continuity {} is not 0, 1 or 2", self.continuity));
+        }
+        let wrong = |x: f64| !(x > 0.0 && x.is_finite());
+        if limits.distance.is_some_and(wrong) || wrong(limits.angle) || wrong(limits.curvature) {
+            return self.fail("its limits are to be finite numbers above 0");
+        }
+        if self.on.shape == self.other.shape {
+            return self.fail("a surface cannot be matched to itself: it would have to stand still");
+        }
+        let other = shapes.get(self.other.shape)?;
+        let there = edge_of(shapes, &self.other, self.other_edge, &what)?;
+        if there.spread() == 0.0 {
+            return self.fail("the edge beside is a point (a pole), which runs along nothing");
+        }
+        let edge = edge_of(shapes, &self.on, self.edge, &what)?;
+        let size = edge.spread().max(there.spread());
+        let beside = Beside::new(edge, &there.curve)?;
+        let (rows, exact) = rows(&beside, shapes, &self.on, limits.distance, &what)?;
+        let step = self.step(shapes)?;
+        let contact = |t: f64| -> Result<Contact> {
+            Ok(Contact {
+                at: beside.at(t),
+                across: [beside.edge.edge.across(1), beside.edge.edge.across(2)],
+                along: beside.edge.edge.along(1),
+                at_end: beside.edge.edge.at_end,
+                step,
+                frame: Frame::new(other, &there.edge, beside.there(t))?,
+            })
+        };
+        let contacts = if self.continuity > 0 {
+            beside.greville().into_iter().map(contact).collect::<Result<_>>()?
+        } else {
+            Vec::new()
+        };
+        let between = self.between(&beside, exact && self.continuity == 0, &there, &contact)?;
+        let shape = shapes.get(self.on.shape)?;
+        let mut curvature = 1.0 / size;
+        for place in &between {
+            curvature = curvature.max(place.contact.measure(shape)?.beside.abs());
+        }
+        let distance = limits.distance.unwrap_or(ROUNDING * size);
+        Ok(Arc::new(Bound { rows, contacts, between, distance, curvature }))
+    }
+
+    /// The parameter step by which derivatives across are made lengths.
+    fn step(&self, shapes: &Shapes<'_>) -> Result<f64> {
+        let shape = shapes.get(self.on.shape)?;
+        let largest =
+            strips(shape, self.edge.number_on(shape)?, 1)?.get(1).map_or(0.0, |strip| strip.largest);
+        let step = 1.0 / largest;
+        if step > 0.0 && step.is_finite() {
+            return Ok(step);
+        }
+        self.fail("the surface is too short across the edge: choose a longer domain")
+    }
+
+    fn between(
+        &self,
+        beside: &Beside,
+        exact: bool,
+        there: &EdgeCurve,
+        contact: &dyn Fn(f64) -> Result<Contact>,
+    ) -> Result<Vec<Place>> {
+        let mut all = Vec::new();
+        for t in beside.between(exact) {
+            let point = there.curve.point(beside.there(t))?;
+            match contact(t) {
+                Ok(contact) => all.push(Place { t, point, contact }),
+                // Of position alone, a pole somewhere matters not.
+                Err(_) if self.continuity == 0 => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(all)
+    }
+}
+
+impl Functional for Matching {
+    fn equations(&self) -> usize {
+        match &self.bound {
+            Some(bound) => 3 * bound.rows.len() + self.continuity * bound.contacts.len(),
+            None => 3 + self.continuity,
+        }
+    }
+
+    fn linearity(&self) -> Linearity {
+        if self.continuity < 2 { Linearity::Linear } else { Linearity::Nonlinear }
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        let Some(bound) = &self.bound else { return Err(unbound(&self.describe())) };
+        for (stencil, point) in &bound.rows {
+            rows.alike(self.on.shape, stencil);
+            rows.constant(-point.coords);
+        }
+        for contact in &bound.contacts {
+            put(rows, shapes, self.on.shape, contact, self.continuity, [1.0, 1.0])?;
+        }
+        Ok(())
+    }
+
+    /// Before it is bound: the difference of position where it is largest, then the largest of the others.
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        let shape = shapes.get(self.on.shape)?;
+        let Some(bound) = &self.bound else {
+            let found = self.deviation(shapes)?;
+            let all = [found.distance, 0.0, 0.0, found.angle, found.curvature];
+            out.iter_mut().zip(all).for_each(|(out, value)| *out = value);
+            return Ok(());
+        };
+        let (positions, others) = out.split_at_mut(3 * bound.rows.len());
+        for ((stencil, point), out) in bound.rows.iter().zip(positions.chunks_exact_mut(3)) {
+            out.copy_from_slice((stencil.apply(shape.control_vertices()) - point.coords).as_slice());
+        }
+        for (contact, out) in bound.contacts.iter().zip(others.chunks_exact_mut(self.continuity.max(1))) {
+            let found = contact.measure(shape)?;
+            out.iter_mut().zip([found.slope, found.bend]).for_each(|(out, value)| *out = value);
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("G{} match of {}{} to {}{}", self.continuity, self.edge, self.on, self.other_edge, self.other)
+    }
+
+    fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
+        Ok(Some(Arc::new(self.bound_to(shapes)?)))
+    }
+
+    fn is_condition(&self) -> bool {
+        true
+    }
+
+    fn witness(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
+        let bound = self.fixed(shapes)?;
+        Ok(Some(Arc::new(Between { of: Self { bound: Some(bound), ..self.clone() } })))
+    }
+}
+
+/// The rows of a contact, each times a factor.
+fn put(
+    rows: &mut Rows<'_>,
+    shapes: &Shapes<'_>,
+    on: usize,
+    contact: &Contact,
+    continuity: usize,
+    by: [f64; 2],
+) -> Result<()> {
+    let normal = contact.frame.normal;
+    let first = shapes.stencil(on, contact.at, contact.across[0])?;
+    rows.equation().along(on, &first, normal * (contact.step * by[0]));
+    if continuity > 1 {
+        let second = shapes.stencil(on, contact.at, contact.across[1])?;
+        let vertices = shapes.get(on)?.control_vertices();
+        let half = contact.frame.second(&first.apply(vertices)).1;
+        let step = contact.step * contact.step * by[1];
+        rows.equation().along(on, &second, normal * step).along(on, &first, half * (-2.0 * step));
+    }
+    Ok(())
+}
+
+/// The match looked at between the places where it was imposed: every number divided by its limit and multiplied by the
+/// allowed distance, so that one accuracy judges all.
+#[derive(Debug)]
+struct Between {
+    of: Matching,
+}
+
+impl Between {
+    fn bound(&self) -> Result<&Bound> {
+        self.of.bound.as_deref().ok_or_else(|| unbound(&self.of.describe()))
+    }
+
+    /// The factors of slope and bend at a place that make them lengths to be judged by the allowed distance.
+    fn factors(&self, shapes: &Shapes<'_>, bound: &Bound, contact: &Contact) -> Result<[f64; 2]> {
+        let across = shapes.value(self.of.on.shape, contact.at, contact.across[0])?.norm() * contact.step;
+        let limits = &self.of.limits;
+        let slope = bound.distance / (limits.angle.sin() * across);
+        let bend = bound.distance / (limits.curvature * bound.curvature * across * across);
+        Ok([slope, bend].map(|factor| if factor.is_finite() { factor } else { 1.0 }))
+    }
+}
+
+impl Functional for Between {
+    fn equations(&self) -> usize {
+        let count = self.of.bound.as_ref().map_or(0, |bound| bound.between.len());
+        (3 + self.of.continuity) * count
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Nonlinear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        let (bound, on) = (self.bound()?, self.of.on.shape);
+        for place in &bound.between {
+            rows.alike(on, &shapes.stencil(on, place.contact.at, Derivative::POSITION)?);
+            rows.constant(-place.point.coords);
+            if self.of.continuity > 0 {
+                let by = self.factors(shapes, bound, &place.contact)?;
+                put(rows, shapes, on, &place.contact, self.of.continuity, by)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
+        let (bound, on) = (self.bound()?, self.of.on.shape);
+        let shape = shapes.get(on)?;
+        for (place, out) in bound.between.iter().zip(out.chunks_exact_mut(3 + self.of.continuity)) {
+            let apart = shape.value(place.contact.at, Derivative::POSITION)? - place.point.coords;
+            let found = place.contact.measure(shape)?;
+            let by = self.factors(shapes, bound, &place.contact)?;
+            // The planes may differ along the edge as well, where positions do: what counts is the whole angle.
+            let angle = found.angle.unwrap_or(std::f64::consts::PI) / self.of.limits.angle * bound.distance;
+            let all = [apart.x, apart.y, apart.z, angle.copysign(found.slope), found.bend * by[1]];
+            out.iter_mut().zip(all).for_each(|(out, value)| *out = value);
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("{}, all along", self.of.describe())
+    }
+
+    fn is_condition(&self) -> bool {
+        true
+    }
+
+    fn accuracy(&self) -> Accuracy {
+        self.of.bound.as_ref().map_or(Accuracy::Rounding, |bound| Accuracy::Within(bound.distance))
+    }
+}
+
+pub(crate) const LIMITS: [Field; 3] = [
+    Field::optional("tolerance", "length", "none: to rounding, or refused", "how far the edges may be apart"),
+    Field::optional(
+        "angle",
+        "degrees",
+        "0.1",
+        "the largest angle between the surfaces, from continuity 1 on",
+    ),
+    Field::optional(
+        "curvature",
+        "percent",
+        "5",
+        "the largest difference of curvatures across, of the largest there, with continuity 2",
+    ),
+];
+
+/// The limits that fields give.
+pub(crate) fn limits(p: &Parameters) -> Result<Limits, ParameterError> {
+    let default = Limits::default();
+    Ok(Limits {
+        distance: tolerance(p, "tolerance")?,
+        angle: tolerance(p, "angle")?.map_or(default.angle, f64::to_radians),
+        curvature: tolerance(p, "curvature")?.map_or(default.curvature, |percent| percent / 100.0),
+    })
+}
+
+pub(crate) const EDGE: Field = Field::required(
+    "edge",
+    "u0 | u1 | v0 | v1 | \"edge 3\"",
+    "the edge that moves: where u or v starts or ends",
+);
+pub(crate) const WITH: Field =
+    Field::required("with", "{ object, edge }", "the surface that stands still, and which of its edges");
+
+/// What the field `with` names.
+pub(crate) fn other(p: &Parameters) -> Result<Parameters, ParameterError> {
+    const FIELDS: [Field; 2] = [
+        Field::required("object", "text", "the surface that stands still"),
+        Field::required("edge", "u0 | u1 | v0 | v1 | \"edge 3\"", "its edge"),
+    ];
+    let with = p.table("with")?;
+    with.check(&FIELDS)?;
+    Ok(with)
+}
+
+pub(crate) const CONTINUITY: Field =
+    Field::optional("continuity", "0 | 1 | 2", "1", "position, tangent planes (G1), curvature across (G2)");
+
+/// The field `continuity`.
+pub(crate) fn continuity(p: &Parameters) -> Result<usize, ParameterError> {
+    match p.count_or("continuity", 1)? {
+        order @ 0..=2 => Ok(order),
+        order => Err(p.error("continuity", format!("{order} is not 0, 1 or 2"))),
+    }
+}
+
+impl DeclaredFunctional for Matching {
+    const DECLARATION: Declaration = Declaration {
+        name: "match",
+        help: "an edge meets the edge of another surface, which stands still: in position, tangent planes (G1), curvature (G2)",
+        fields: &[EDGE, WITH, CONTINUITY, LIMITS[0], LIMITS[1], LIMITS[2], OBJECT],
+    };
+
+    fn from_parameters(p: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
+        let with = other(p)?;
+        Ok(Self {
+            edge: Edge::from_parameters(p, "edge")?,
+            other: named(&with, "object", names)?,
+            other_edge: Edge::from_parameters(&with, "edge")?,
+            on: On::from_parameters(p, names)?,
+            continuity: continuity(p)?,
+            limits: limits(p)?,
+            bound: None,
+        })
+    }
+}

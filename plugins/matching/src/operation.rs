@@ -1,0 +1,409 @@
+//! `match`: an edge of a surface made to meet another surface's edge, with as many knots as that needs.
+
+use std::any::Any;
+
+use loftsman_kernel::edit::{Ask, Edit, Edited, Metric};
+use loftsman_kernel::error::Error;
+use loftsman_kernel::functional::{Edge, On, Shapes};
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, SceneShapes, SeenShapes, StepReport,
+    object_name, put_back,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::{Direction, Surface};
+use loftsman_kernel::text::a;
+use loftsman_kernel::topology::EdgeCurve;
+
+use crate::beside::{Beside, edge_of};
+use crate::deviation::{Deviation, Limits};
+use crate::matching::{CONTINUITY, EDGE, LIMITS, Matching, WITH, continuity, limits, matching, other};
+
+/// The default tolerance, of the edge's size.
+const TOLERANCE: f64 = 1e-4;
+/// The most control vertices along the edge, or twice as many as it had.
+const MOST: usize = 256;
+/// Spans that are shorter than this part of the domain are not halved.
+const SHORTEST: f64 = 1e-6;
+
+/// Where twice as many knots, and twice again, have left more than this part of what is too much, more will not help.
+const NEARER: f64 = 0.7;
+
+/// The operation `match`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MatchOperation;
+
+impl Operation for MatchOperation {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only other surface", "the surface that moves"),
+            EDGE,
+            WITH,
+            CONTINUITY,
+            Field::optional(
+                "tolerance",
+                "length",
+                "1/10,000 of the edge's size",
+                "how far the edges may be apart",
+            ),
+            LIMITS[1],
+            LIMITS[2],
+            Field::optional(
+                "keep",
+                "0 | 1 | 2 | \"nothing\"",
+                "as continuity",
+                "what stays at the opposite edge: position, tangent planes, curvature",
+            ),
+            Field::optional(
+                "metric",
+                "\"bend\" | \"least\"",
+                "bend",
+                "whether the whole surface follows, bending little, or only what is beside the edge",
+            ),
+            Field::optional(
+                "refine",
+                "true | false",
+                "true",
+                "insert knots where that brings it within the limits",
+            ),
+        ];
+        Declaration {
+            name: "match",
+            help: "move an edge of a surface to another surface's, smoothly (G1, G2), with knots inserted as needed; reports what \
+                   is left",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        let with = other(p)?;
+        let beside = with.text("object")?.to_owned();
+        scene.object(&beside).map_err(|e| with.error("object", e.to_string()))?;
+        let object = if p.has("object") {
+            object_name(scene, p, |_| true, "surface")?
+        } else {
+            let mut rest = scene.clone();
+            rest.retain(|o| o.name() != beside);
+            object_name(&rest, p, |g| matches!(g, Geometry::Surface(_)), "other surface")?
+        };
+        if object == beside {
+            return Err(with
+                .error("object", "the surface that moves cannot stand still: name another")
+                .into());
+        }
+        if !matches!(scene.object(&object)?.geometry(), Geometry::Surface(_)) {
+            let kind = a(scene.object(&object)?.geometry().kind());
+            let problem = format!(
+                "\"{object}\" is {kind}: only B-spline surfaces get knots as they need them; ask for the constraint `match` in an \
+                 `edit`"
+            );
+            return Err(p.error("object", problem).into());
+        }
+        let mut names = SceneShapes::new(scene, &object)?;
+        let asked = Asked::new(p, &with, &mut names, &beside)?;
+        let SeenShapes { names, shapes, frames } = names.into_parts()?;
+        let [first, second] = &shapes[..] else {
+            return Err(Error::Invalid("two surfaces are needed".into()).into());
+        };
+        let any: &dyn Any = first.as_shape();
+        let Some(surface) = any.downcast_ref::<Surface>() else {
+            return Err(Error::Invalid(format!("\"{object}\" is no B-spline surface")).into());
+        };
+        let made = asked.run(surface, second.as_ref(), context)?;
+        let mut report = made.report("match", &object, &asked);
+        report.notes.extend(frames.note());
+        let mut edited = scene.clone();
+        put_back(&mut edited, &names[0], frames.own_shape(0, made.edited.shape()).as_ref())?;
+        *scene = edited;
+        Ok(report)
+    }
+}
+
+/// What is asked.
+struct Asked {
+    edge: Edge,
+    other: On,
+    other_edge: Edge,
+    continuity: usize,
+    limits: Limits,
+    keep: Option<usize>,
+    bend: bool,
+    refine: bool,
+}
+
+/// What became of it.
+struct Made {
+    edited: Edited<Surface>,
+    before: Deviation,
+    after: Deviation,
+    /// Control vertices along the edge, before and after.
+    along: [usize; 2],
+    /// The same across.
+    across: [usize; 2],
+    /// Degrees along and across, before and after.
+    degrees: [[usize; 2]; 2],
+}
+
+impl Asked {
+    fn new(
+        p: &Parameters,
+        with: &Parameters,
+        names: &mut SceneShapes<'_>,
+        beside: &str,
+    ) -> Result<Self, OperationError> {
+        let other = crate::edge_on::named(with, "object", names)?;
+        debug_assert_eq!(other.name.as_deref(), Some(beside));
+        let continuity = continuity(p)?;
+        let keep = if !p.has("keep") {
+            Some(continuity)
+        } else if p.value("keep").is_some_and(|keep| keep.is_string()) {
+            p.choice("keep", &[("nothing", None)])?
+        } else {
+            match p.count("keep")? {
+                order @ 0..=2 => Some(order),
+                order => {
+                    return Err(p.error("keep", format!("{order} is not 0, 1, 2 or \"nothing\"")).into());
+                }
+            }
+        };
+        Ok(Self {
+            edge: Edge::from_parameters(p, "edge")?,
+            other,
+            other_edge: Edge::from_parameters(with, "edge")?,
+            continuity,
+            limits: limits(p)?,
+            keep,
+            bend: !p.has("metric") || p.choice("metric", &[("bend", true), ("least", false)])?,
+            refine: !p.has("refine") || p.flag("refine")?,
+        })
+    }
+
+    /// The match with these limits.
+    fn matching(&self, limits: Limits) -> Matching {
+        matching(self.edge, self.other.clone(), self.other_edge, self.continuity, limits)
+    }
+
+    /// Rows of control vertices, from an edge on, that a continuity moves.
+    fn rows(continuity: usize) -> usize {
+        continuity + 1
+    }
+
+    fn run(
+        &self,
+        surface: &Surface,
+        other: &dyn Shape,
+        context: &Context<'_>,
+    ) -> Result<Made, OperationError> {
+        let shapes = Shapes::new([surface as &dyn Shape, other]);
+        let edge = edge_of(&shapes, &On::default(), self.edge, "match")?;
+        let there = edge_of(&shapes, &self.other, self.other_edge, "match")?;
+        let size = edge.spread().max(there.spread());
+        let distance = self.limits.distance.unwrap_or(TOLERANCE * size);
+        let limits = Limits { distance: Some(distance), ..self.limits };
+        let along = if edge.edge.along_u { Direction::U } else { Direction::V };
+        let before = self.matching(limits).deviation(&shapes)?;
+        let mut start = self.with_rows(surface, along.other())?;
+        if self.refine
+            && let Some(alike) = as_the_other(&start, along, edge, &there)?
+        {
+            start = alike;
+        }
+        // What the equations leave between is judged here, by the limits.
+        let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e6 };
+        let mut history: Vec<f64> = Vec::new();
+        loop {
+            let count = start.space(along).len();
+            context.observer.proceed("match", count as u64, MOST as u64)?;
+            let asked = self.matching(lax).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
+            let mut edit = Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?);
+            if let Some(name) = &self.other.name {
+                edit = edit.named(1, name.clone());
+            }
+            if self.bend {
+                edit = edit.metric(Metric::Bend);
+            }
+            let edited = edit.ask(asked.clone().hold()).solve()?;
+            let profile = asked.profile(&Shapes::new([edited.shape() as &dyn Shape, other]))?;
+            let worst = profile.iter().fold(Deviation::default(), |all, (_, one)| all.or_worse(*one));
+            if worst.within(self.continuity, distance, &self.limits) {
+                let degrees = |s: &Surface| [along, along.other()].map(|d| s.space(d).degree());
+                let count = |s: &Surface, direction| s.space(direction).len();
+                let (along, across) = (along, along.other());
+                return Ok(Made {
+                    before,
+                    after: worst,
+                    along: [count(surface, along), count(&start, along)],
+                    across: [count(surface, across), count(&start, across)],
+                    degrees: [degrees(surface), degrees(&start)],
+                    edited,
+                });
+            }
+            let excess = worst.excess(self.continuity, distance, &self.limits);
+            let before = history.len().checked_sub(2).map(|at| history[at]);
+            let stuck = before.is_some_and(|before| excess > NEARER * before);
+            let folded = profile.iter().filter(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2).count();
+            let hopeless = stuck || self.continuity > 0 && 2 * folded > profile.len();
+            start = self.halved(
+                &start,
+                along,
+                &profile,
+                (distance, hopeless, surface.space(along).len()),
+                worst,
+            )?;
+            history.push(excess);
+        }
+    }
+
+    /// The surface with enough rows across: those that move, and those that stay.
+    fn with_rows(&self, surface: &Surface, across: Direction) -> Result<Surface, Error> {
+        let mut surface = surface.clone();
+        let degree = surface.space(across).degree();
+        let least = Self::rows(self.continuity);
+        if degree < least {
+            surface = surface.elevate(across, least - degree)?;
+        }
+        let needed = least + self.keep.map_or(1, Self::rows);
+        while surface.space(across).len() < needed {
+            let breaks = surface.space(across).breakpoints();
+            let longest = breaks.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+            let Some(&[a, b]) = longest else { break };
+            surface = surface.insert_knots(across, &[0.5 * a + 0.5 * b])?;
+        }
+        Ok(surface)
+    }
+
+    /// The rows at the opposite edge that stay.
+    fn locked(&self, surface: &Surface, along: Direction) -> Result<Vec<i64>, Error> {
+        let Some(keep) = self.keep else { return Ok(Vec::new()) };
+        let (rows, columns) = (surface.u().len(), surface.v().len());
+        let edge = self.edge.number_on(surface)?;
+        let edge = EdgeCurve::of(surface, edge, "match")?.edge;
+        // Those that have a say at the far edge: all of the last span's, where it is not clamped.
+        let across = surface.space(along.other());
+        let say = if across.is_clamped() { Self::rows(keep) } else { across.degree().max(Self::rows(keep)) };
+        let count = across.len();
+        let stays = |i: usize| if edge.at_end { i < say } else { i + say >= count };
+        let mut locked = Vec::new();
+        for i in 0..rows {
+            for j in 0..columns {
+                if stays(if along == Direction::U { j } else { i }) {
+                    locked.push((i * columns + j) as i64);
+                }
+            }
+        }
+        Ok(locked)
+    }
+
+    /// The surface with the spans halved along which the match is outside its limits.
+    fn halved(
+        &self,
+        surface: &Surface,
+        along: Direction,
+        profile: &[(f64, Deviation)],
+        (distance, hopeless, own): (f64, bool, usize),
+        worst: Deviation,
+    ) -> Result<Surface, OperationError> {
+        let space = surface.space(along);
+        let outside = |a: f64, b: f64| {
+            let within = |one: &Deviation| one.within(self.continuity, distance, &self.limits);
+            profile.iter().any(|(t, one)| *t >= a && *t <= b && !within(one))
+        };
+        let mut knots = Vec::new();
+        for piece in space.breakpoints().windows(2) {
+            let (a, b) = (piece[0], piece[1]);
+            if outside(a, b) && b - a > SHORTEST * space.length() {
+                knots.push(0.5 * a + 0.5 * b);
+            }
+        }
+        let most = space.len() + knots.len() > MOST.max(2 * own);
+        if hopeless || knots.is_empty() || most || !self.refine {
+            let folded = worst.angle > std::f64::consts::FRAC_PI_2 && self.continuity > 0;
+            let remedy = if folded {
+                "the surface lies folded back on the other: turn it round first, or ask for continuity 0"
+            } else if self.refine {
+                "allow more, or smooth the edge that stands still"
+            } else {
+                "let knots be inserted (refine = true), or allow more"
+            };
+            let count = space.len();
+            return Err(Error::Invalid(format!(
+                "with {count} control vertices along the edge the surfaces are still apart by {}: {remedy}",
+                worst.up_to(self.continuity)
+            ))
+            .into());
+        }
+        Ok(surface.insert_knots(along, &knots)?)
+    }
+}
+
+/// The surface raised and refined along its edge so that its space there holds the other edge; None where it does already, or
+/// where knots and degrees do not bring that about.
+fn as_the_other(
+    surface: &Surface,
+    along: Direction,
+    edge: EdgeCurve,
+    there: &EdgeCurve,
+) -> Result<Option<Surface>, Error> {
+    let beside = Beside::new(edge, &there.curve)?;
+    if beside.exactly()?.is_ok() {
+        return Ok(None);
+    }
+    let Ok(common) = surface.space(along).common(beside.curve.space()) else { return Ok(None) };
+    if common.first.last().is_some_and(|step| step.to().len() > MOST / 2) {
+        return Ok(None);
+    }
+    let mut refined = surface.clone();
+    for step in &common.first {
+        refined = refined.convert(along, step)?;
+    }
+    let shapes = [&refined as &dyn Shape];
+    let index = beside.edge.edge.name.clone();
+    let shape = shapes[0];
+    let number = loftsman_kernel::shape::edges_of(shape, "match")?.iter().position(|e| e.name == index);
+    let Some(number) = number else { return Ok(None) };
+    let alike = Beside::new(EdgeCurve::of(shape, number, "match")?, &there.curve)?;
+    Ok(alike.exactly()?.is_ok().then_some(refined))
+}
+
+impl Made {
+    fn report(&self, op: &str, object: &str, asked: &Asked) -> StepReport {
+        let report = self.edited.report();
+        let mut notes = vec![
+            format!("along the edge, before: {}", self.before.up_to(asked.continuity.max(1))),
+            format!("along the edge, now: {}", self.after.up_to(2)),
+        ];
+        for (what, [before, after], [old, new]) in [
+            ("along", self.along, [self.degrees[0][0], self.degrees[1][0]]),
+            ("across", self.across, [self.degrees[0][1], self.degrees[1][1]]),
+        ] {
+            if before != after {
+                let degree =
+                    if old == new { String::new() } else { format!(", of degree {new} instead of {old}") };
+                notes.push(format!("{after} control vertices {what} the edge instead of {before}{degree}"));
+            }
+        }
+        notes.extend(report.notes.iter().cloned());
+        StepReport {
+            op: op.into(),
+            object: Some(object.into()),
+            solver: Some(report.solver.clone()),
+            equations: Some(report.equations),
+            rank: Some(report.rank),
+            residual: Some(report.residual),
+            condition: Some(report.condition),
+            adjustment: Some(report.adjustment),
+            iterations: Some(report.iterations),
+            convergence: report.convergence,
+            constraints: report.constraints.clone(),
+            smooth: Some(report.smooth.clone()).filter(|smooth| !smooth.is_empty()),
+            notes,
+            ..StepReport::default()
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! The operation `match`: rough surfaces brought to others, measured by an evaluator of the test's own.
+
+use loftsman_kernel::plugin::{Context, NoClock, Operation, Parameters, Plugin, Quiet, Registry};
+use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use loftsman_matching::{MatchOperation, MatchingPlugin};
+use serde_json::{Value, json};
+
+fn run(scene: &mut Scene, fields: Value) -> Result<Vec<String>, String> {
+    let mut registry = Registry::new();
+    MatchingPlugin.register(&mut registry);
+    let context = Context { registry: &registry, observer: &Quiet, clock: &NoClock };
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    MatchOperation.apply(scene, &parameters, &context).map(|report| report.notes).map_err(|e| e.to_string())
+}
+
+/// A hull: `u1` is its upper edge, wavy; another parametrisation than the deck's.
+fn hull(p: usize, q: usize) -> Surface {
+    let (u, v) = (Space::clamped_uniform(p, p + 3).unwrap(), Space::clamped_uniform(q, q + 5).unwrap());
+    let (rows, columns) = (u.len(), v.len());
+    let at = |k: usize| {
+        let (i, j) = ((k / columns) as f64 / (rows - 1) as f64, (k % columns) as f64 / (columns - 1) as f64);
+        let beam = 1.0 + 0.4 * (3.0 * j).sin();
+        Point::new(10.0 * j * j.sqrt(), beam * (0.3 + i * (2.0 - i)), 2.0 * i * i + 0.3 * (2.0 * j).cos())
+    };
+    Surface::new(u, v, (0..rows * columns).map(at).collect()).unwrap()
+}
+
+/// A deck that starts above and inside the hull's edge.
+fn deck(p: usize, q: usize) -> Surface {
+    let (u, v) = (Space::clamped_uniform(p, p + 4).unwrap(), Space::clamped_uniform(q, q + 3).unwrap());
+    let (rows, columns) = (u.len(), v.len());
+    let at = |k: usize| {
+        let (i, j) = ((k / columns) as f64 / (rows - 1) as f64, (k % columns) as f64 / (columns - 1) as f64);
+        Point::new(9.8 * j + 0.1, 1.2 - i, 2.6 + i)
+    };
+    Surface::new(u, v, (0..rows * columns).map(at).collect()).unwrap()
+}
+
+fn scene(hull: &Surface, deck: &Surface) -> Scene {
+    let mut scene = Scene::new();
+    scene.add(Object::new("hull", hull.clone().into())).unwrap();
+    scene.add(Object::new("deck", deck.clone().into())).unwrap();
+    scene
+}
+
+/// Position, the sine of the angle between the normals, and the difference of the normal curvatures in the direction in which
+/// `s` leaves its edge, at places of `s`'s edge `u0`; the nearest point of the hull's edge is looked for.
+fn measured(s: &Surface, hull: &Surface, along: Direction) -> [f64; 3] {
+    let end = hull.space(along).domain().1;
+    let edge = hull.isocurve(along, end).unwrap();
+    let (a, b) = s.v().domain();
+    let mut worst = [0.0_f64; 3];
+    for i in 1..400 {
+        let (u, v) = (s.u().domain().0, a + (b - a) * f64::from(i) / 400.0);
+        let d = |a: usize, b: usize| s.derivative(u, v, a, b).unwrap();
+        let near = edge.closest(Point::from(d(0, 0))).unwrap();
+        let t = |a: usize, b: usize| match along {
+            Direction::U => hull.derivative(end, near.at, a, b).unwrap(),
+            Direction::V => hull.derivative(near.at, end, a, b).unwrap(),
+        };
+        let normal = t(1, 0).cross(&t(0, 1)).normalize();
+        let own = d(1, 0).cross(&d(0, 1)).normalize();
+        // Where the direction lies in the hull's parameters: least squares.
+        let (x, y, w) = (t(1, 0), t(0, 1), d(1, 0));
+        let (g, h, k) = (x.dot(&x), x.dot(&y), y.dot(&y));
+        let det = g * k - h * h;
+        let (p, q) = ((k * x.dot(&w) - h * y.dot(&w)) / det, (g * y.dot(&w) - h * x.dot(&w)) / det);
+        let second = t(2, 0) * p * p + t(1, 1) * 2.0 * p * q + t(0, 2) * q * q;
+        let curvature = (normal.dot(&d(2, 0)) - normal.dot(&second)) / w.norm_squared();
+        for (worst, now) in worst.iter_mut().zip([
+            (near.point.coords - d(0, 0)).norm(),
+            normal.cross(&own).norm(),
+            curvature.abs(),
+        ]) {
+            *worst = worst.max(now);
+        }
+    }
+    worst
+}
+
+#[test]
+fn a_deck_comes_to_the_hull_within_its_limits() {
+    let mut done = 0;
+    for (p, q) in [(1, 1), (2, 3), (3, 1), (3, 3), (4, 5), (5, 2), (7, 7)] {
+        for continuity in 0..=2_usize {
+            let (hull, deck) = (hull(3, 4), deck(p, q));
+            let mut both = scene(&hull, &deck);
+            let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" },
+                "continuity": continuity, "angle": 0.5, "curvature": 10, "tolerance": 0.001 });
+            let notes = run(&mut both, fields).unwrap_or_else(|e| panic!("{p} {q} {continuity}: {e}"));
+            let after = both.surface("deck").unwrap();
+            let [position, sine, curvature] = measured(after, &hull, Direction::U);
+            assert!(position < 0.001, "{p} {q} {continuity}: {position} {notes:?}");
+            assert!(continuity < 1 || sine < 0.5_f64.to_radians() * 1.01, "{p} {q} {continuity}: {sine}");
+            let note = notes.iter().find(|note| note.contains("now: ")).unwrap();
+            if continuity == 2 {
+                let told: f64 =
+                    note.split("curvature ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+                assert!(curvature < told * 1.02 + 1e-9, "{p} {q}: {curvature}, told {note}");
+            }
+            assert_eq!(both.surface("hull").unwrap(), &hull, "the hull stands still");
+            // What is kept at the far edge: position, tangents, curvature, at the same parameters.
+            for j in 0..=20 {
+                let v = after.v().domain().1 * f64::from(j) / 20.0;
+                for order in 0..=continuity {
+                    let (old, new) = (deck.u().domain().1, after.u().domain().1);
+                    let kept = deck.derivative(old, v, order, 0).unwrap()
+                        - after.derivative(new, v, order, 0).unwrap();
+                    assert!(
+                        kept.norm() < 1e-9,
+                        "{p} {q} {continuity}: derivative {order} at the far edge: {kept}"
+                    );
+                }
+            }
+            done += 1;
+        }
+    }
+    assert_eq!(done, 21);
+}
+
+/// The lower outer part of a torus: `v` runs up its circle to nearly the equator.
+fn bowl() -> Surface {
+    let quarter =
+        Curve::arc(Point::new(3.0, 0.0, -1.0), Point::new(3.0, 0.0, 0.0), -Vector::y(), 1.4).unwrap();
+    Surface::revolution(&quarter, Point::origin(), Vector::z(), 1.5).unwrap()
+}
+
+#[test]
+fn polynomial_and_rational_sheets_meet_a_torus() {
+    let bowl = bowl();
+    for (p, q, weighted) in [(3, 3, false), (2, 4, true), (5, 2, true)] {
+        for continuity in 1..=2_usize {
+            let flat = deck(p, q);
+            let (u, v, points, _) = flat.into_parts();
+            let points: Vec<Point> = points
+                .iter()
+                .map(|at| {
+                    let turn = 0.1 + 1.3 * at.x / 10.0;
+                    let radius = 3.9 + 0.2 * (at.y - 1.2);
+                    Point::new(radius * turn.cos(), radius * turn.sin(), at.z - 2.4)
+                })
+                .collect();
+            let weights = weighted.then(|| (0..points.len()).map(|k| 1.0 + 0.4 * (k as f64).sin()).collect());
+            let rim = Surface::build(u, v, points, weights).unwrap();
+            let mut both = scene(&bowl, &rim);
+            let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "v1" },
+                "continuity": continuity, "angle": 0.2, "curvature": 5, "tolerance": 1e-3 });
+            let notes = run(&mut both, fields).unwrap_or_else(|e| panic!("{p} {q} {continuity}: {e}"));
+            let [position, sine, curvature] = measured(both.surface("deck").unwrap(), &bowl, Direction::V);
+            assert!(position < 1.01e-3 && sine < 0.2_f64.to_radians() * 1.05, "{position} {sine} {notes:?}");
+            // 5 % of the torus's 1, and what positions a little apart make of it.
+            assert!(continuity < 2 || curvature < 0.06, "{p} {q}: {curvature} {notes:?}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_is_said() {
+    let (hull, deck) = (hull(3, 4), deck(3, 3));
+    let base = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" } });
+    let with = |field: &str, value: Value| {
+        let mut fields = base.clone();
+        fields[field] = value;
+        let mut both = scene(&hull, &deck);
+        let refused = run(&mut both, fields).unwrap_err();
+        assert_eq!(both.surface("deck").unwrap(), &deck, "{field}: changed although refused");
+        refused
+    };
+    for (field, value, words) in [
+        ("edge", json!("w0"), "unknown edge \"w0\""),
+        ("with", json!({ "object": "hull" }), "edge"),
+        ("with", json!({ "object": "mast", "edge": "u1" }), "mast"),
+        ("with", json!({ "object": "deck", "edge": "u1" }), "cannot stand still"),
+        ("continuity", json!(3), "3 is not 0, 1 or 2"),
+        ("keep", json!(7), "is not 0, 1, 2 or"),
+        ("keep", json!("all"), "nothing"),
+        ("tolerance", json!(0), "above 0"),
+        ("angle", json!(-1), "above 0"),
+        ("metric", json!("falloff"), "bend"),
+        ("objekt", json!("deck"), "object"),
+    ] {
+        let refused = with(field, value);
+        assert!(refused.contains(words), "{field}: {refused}");
+    }
+    // So narrow that no number of knots will do, and without knots.
+    let refused = with("refine", json!(false));
+    assert!(refused.contains("refine = true") && refused.contains("angle"), "{refused}");
+    let refused = with("angle", json!(1e-13));
+    assert!(refused.contains("still apart by position"), "{refused}");
+    // One that lies folded over the other.
+    let mut folded = scene(&hull, &hull);
+    folded.rename("deck", "cover").unwrap();
+    let fields = json!({ "object": "cover", "edge": "u1", "with": { "object": "hull", "edge": "u1" }, "metric": "least" });
+    let refused = run(&mut folded, fields).unwrap_err();
+    assert!(refused.contains("folded back"), "{refused}");
+}
