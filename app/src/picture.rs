@@ -64,6 +64,7 @@ pub const FIELDS: &[Field] = &[
         "arrows from control vertices before to where they are",
     ),
     Field::optional("segments", "true | false", "false", "the segments of curves dark and light in turn"),
+    Field::optional("faces", FACES_TAKE, "shaded", FACES),
     Field::optional("labels", "true | false", "true", "labels of what was asked"),
     Field::optional(
         "parameters",
@@ -79,6 +80,21 @@ pub const FIELDS: &[Field] = &[
     Field::optional("pixels", "count", "1600", "the width of a PNG"),
 ];
 
+const FACES_TAKE: &str = "shaded | zebra | mean | gaussian | maximum | minimum | deviation";
+const FACES: &str = "what the colours of faces show: stripes that a striped world is mirrored in, a curvature, the distance from the \
+                     state before; with a scale";
+
+/// The words of `faces`.
+pub const FACE_WORDS: [(&str, Faces); 7] = [
+    ("shaded", Faces::Shaded),
+    ("zebra", Faces::Zebra),
+    ("mean", Faces::Curvature(Curvature::Mean)),
+    ("gaussian", Faces::Curvature(Curvature::Gaussian)),
+    ("maximum", Faces::Curvature(Curvature::Maximum)),
+    ("minimum", Faces::Curvature(Curvature::Minimum)),
+    ("deviation", Faces::Deviation),
+];
+
 /// The fields of a panel.
 const PANEL: &[Field] = &[
     Field::optional("caption", "text", "none", "a line below the panel"),
@@ -90,6 +106,7 @@ const PANEL: &[Field] = &[
         "a chart of curvature against this",
     ),
     Field::optional("objects", "[name, …]", "the picture's", "what it shows"),
+    Field::optional("faces", FACES_TAKE, "the picture's", FACES),
 ];
 
 const VIEW: &str =
@@ -125,6 +142,8 @@ pub struct Look {
     pub movements: bool,
     /// Segments dark and light in turn.
     pub segments: bool,
+    /// What the colours of faces show.
+    pub faces: Faces,
     /// Labels of marks.
     pub labels: bool,
     /// Parameters beside curves and along edges of surfaces.
@@ -160,6 +179,7 @@ impl Default for Look {
             polygons: true,
             movements: false,
             segments: false,
+            faces: Faces::Shaded,
             labels: true,
             parameters: false,
             marks: true,
@@ -221,6 +241,7 @@ impl Look {
             polygons: flag("polygons", usual.polygons)?,
             movements: flag("movements", usual.movements)?,
             segments: flag("segments", usual.segments)?,
+            faces: faces(fields)?.unwrap_or_default(),
             labels: flag("labels", usual.labels)?,
             parameters: flag("parameters", usual.parameters)?,
             marks: flag("marks", usual.marks)?,
@@ -282,11 +303,15 @@ impl Look {
             .control_polygons(self.polygons)
             .movements(self.movements)
             .alternate(self.segments)
+            .faces(self.faces)
+            .draw_before(self.before)
             .labels(self.labels)
             .parameters(self.parameters)
             .legend(self.legend)
             .theme(if self.dark { Theme::Dark } else { Theme::Light });
-        if let (true, Some(before)) = (self.before, before) {
+        // What is compared with is needed whether it is drawn or not.
+        let compared = self.faces == Faces::Deviation || self.panels.iter().any(Panel::compares);
+        if let (true, Some(before)) = (self.before || compared, before) {
             picture = picture.before(before);
         }
         if self.marks {
@@ -335,10 +360,20 @@ fn panel(fields: &Parameters) -> std::result::Result<Panel, ParameterError> {
     if fields.has("caption") {
         panel = panel.caption(fields.text("caption")?);
     }
+    if let Some(faces) = faces(fields)? {
+        if !panel.is_drawing() {
+            return Err(fields.error("faces", "a profile has no faces: leave one of both out"));
+        }
+        panel = panel.faces(faces);
+    }
     Ok(match objects(fields)? {
         Some(names) => panel.objects(names),
         None => panel,
     })
+}
+
+fn faces(fields: &Parameters) -> std::result::Result<Option<Faces>, ParameterError> {
+    fields.has("faces").then(|| fields.choice("faces", &FACE_WORDS)).transpose()
 }
 
 fn view(fields: &Parameters) -> std::result::Result<View, ParameterError> {

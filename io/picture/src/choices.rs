@@ -1,5 +1,7 @@
 //! What is drawn of each object.
 
+use loftsman_kernel::spline::curvature::SurfaceCurvature;
+
 /// Whether curvature combs are drawn, and how long their teeth are.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -51,6 +53,62 @@ impl From<bool> for Frames {
     }
 }
 
+/// What the colours of faces show.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Faces {
+    /// Objects in their own colours, lit. The default.
+    #[default]
+    Shaded,
+    /// Stripes that a striped world would be mirrored in: where surfaces meet, stripes that break show a gap, those with kinks show a
+    /// jump of curvature (G¹ only), smooth ones G².
+    Zebra,
+    /// The curvature of surfaces: blue where it is negative, vermilion where it is positive.
+    Curvature(Curvature),
+    /// The distance from the state before, to its nearest point; blue on the side away from its normal. Of meshes how far each point
+    /// has moved.
+    Deviation,
+}
+
+/// A curvature of a surface.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Curvature {
+    /// Half the sum of the principal curvatures.
+    Mean,
+    /// Their product.
+    Gaussian,
+    /// The larger one.
+    Maximum,
+    /// The smaller one.
+    Minimum,
+}
+
+impl Curvature {
+    pub(crate) fn of(self, at: &SurfaceCurvature) -> f64 {
+        match self {
+            Self::Mean => at.mean,
+            Self::Gaussian => at.gaussian,
+            Self::Maximum => at.principal[0],
+            Self::Minimum => at.principal[1],
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Mean => "mean curvature",
+            Self::Gaussian => "Gaussian curvature",
+            Self::Maximum => "larger principal curvature",
+            Self::Minimum => "smaller principal curvature",
+        }
+    }
+
+    /// By which power of a length it is divided.
+    pub(crate) fn power(self) -> i32 {
+        if self == Self::Gaussian { 2 } else { 1 }
+    }
+}
+
 /// What the modules of `draw` need to know of a picture.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Choices {
@@ -61,4 +119,7 @@ pub(crate) struct Choices {
     pub(crate) alternate: bool,
     pub(crate) labels: bool,
     pub(crate) parameters: bool,
+    pub(crate) faces: Faces,
+    /// Whether the state before is drawn; it may be there to compare with alone.
+    pub(crate) old: bool,
 }

@@ -47,7 +47,7 @@ mod text;
 mod theme;
 mod view;
 
-pub use choices::{Beads, Combs, Frames};
+pub use choices::{Beads, Combs, Curvature, Faces, Frames};
 pub use error::PictureError;
 pub use panel::{Against, Panel};
 pub use picture::Picture;

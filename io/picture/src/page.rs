@@ -6,8 +6,9 @@ use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::{Geometry, MOST_PLACED, Scene, Unit};
 
 use crate::chart::Chart;
-use crate::choices::{Choices, Frames};
+use crate::choices::{Choices, Faces, Frames};
 use crate::draw::comb::{Combing, Measure};
+use crate::draw::paint::Painting;
 use crate::draw::{self, legend};
 use crate::error::PictureError;
 use crate::film;
@@ -42,7 +43,7 @@ struct Part<'a> {
 }
 
 enum Content {
-    Drawing { combs: Combing, bounds: Rect },
+    Drawing { combs: Combing, bounds: Rect, painting: Painting },
     Chart(Chart),
 }
 
@@ -183,8 +184,19 @@ fn measure(parts: &mut [Part<'_>], choices: &Choices) {
     });
     let size = parts.first().map_or(1.0, |part| part.stage.projection.size);
     let measure = Measure::of(combings, choices.combs, size);
+    // Colours of one thing mean the same in all drawings.
+    let ends: Vec<(Faces, f64)> = parts
+        .iter()
+        .filter_map(|part| match &part.content {
+            Content::Drawing { painting, .. } => Some(painting.end()),
+            Content::Chart(_) => None,
+        })
+        .collect();
     for part in parts {
-        if let Content::Drawing { combs, bounds } = &mut part.content {
+        if let Content::Drawing { combs, bounds, painting } = &mut part.content {
+            let (faces, _) = painting.end();
+            let alike = ends.iter().filter(|(other, _)| *other == faces);
+            *painting = std::mem::take(painting).ending(alike.map(|(_, end)| *end).fold(0.0, f64::max));
             *combs = std::mem::take(combs).measured(measure);
             *bounds = draw::bounds(&part.stage, combs, choices);
         }
@@ -235,7 +247,8 @@ impl<'a> Part<'a> {
             Shown::Drawing(view) => {
                 let stage = scenery.stage(view, only)?;
                 let combs = Combing::of(&stage, choices);
-                Self { panel, stage, content: Content::Drawing { combs, bounds: Rect::NONE } }
+                let painting = Painting::of(&stage, panel.faces.unwrap_or(choices.faces));
+                Self { panel, stage, content: Content::Drawing { combs, bounds: Rect::NONE, painting } }
             }
             Shown::Profile(against) => {
                 let stage = scenery.stage(View::Automatic, only)?;
@@ -325,7 +338,9 @@ impl<'a> Part<'a> {
 
     fn draw(&self, sheet: &mut Sheet, choices: &Choices, unit: Unit) -> Result<(), PictureError> {
         match &self.content {
-            Content::Drawing { combs, .. } => draw::draw(sheet, &self.stage, combs, choices, unit),
+            Content::Drawing { combs, painting, .. } => {
+                draw::draw(sheet, &self.stage, (combs, painting), choices, unit)
+            }
             Content::Chart(chart) => {
                 let area = sheet.layout.area;
                 chart.draw(sheet, &self.stage, &area, unit);

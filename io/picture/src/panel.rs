@@ -1,5 +1,6 @@
 //! The parts of a picture: drawings from several sides, and charts.
 
+use crate::choices::Faces;
 use crate::view::View;
 
 /// What the curvature of a profile is drawn against.
@@ -30,18 +31,25 @@ pub struct Panel {
     pub(crate) objects: Option<Vec<String>>,
     /// The moment of its animations, in seconds.
     pub(crate) moment: Option<f64>,
+    /// What the colours of faces show, where it is not what the picture says.
+    pub(crate) faces: Option<Faces>,
 }
 
 impl Panel {
     /// A drawing of the scene. All parallel views of a picture have one scale.
     pub fn view(view: View) -> Self {
-        Self { shown: Shown::Drawing(view), caption: None, objects: None, moment: None }
+        Self { shown: Shown::Drawing(view), caption: None, objects: None, moment: None, faces: None }
     }
 
     /// A chart of the curvature of all curves, before and after. Where all curves are in one plane, curvature has a sign: positive to
     /// the left of the curve, as the automatic view of the scene shows it.
     pub fn profile(against: Against) -> Self {
-        Self { shown: Shown::Profile(against), caption: None, objects: None, moment: None }
+        Self { shown: Shown::Profile(against), caption: None, objects: None, moment: None, faces: None }
+    }
+
+    /// Whether it shows how far things are from the state before.
+    pub fn compares(&self) -> bool {
+        self.faces == Some(Faces::Deviation)
     }
 
     /// Whether it is a drawing, and no chart.
@@ -65,6 +73,12 @@ impl Panel {
     #[must_use]
     pub fn at(self, seconds: f64) -> Self {
         Self { moment: Some(seconds), ..self }
+    }
+
+    /// What the colours of faces show here.
+    #[must_use]
+    pub fn faces(self, faces: Faces) -> Self {
+        Self { faces: Some(faces), ..self }
     }
 
     /// A line of text below the panel.

@@ -4,7 +4,7 @@ use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::Scene;
 
-use crate::choices::{Beads, Choices, Combs, Frames};
+use crate::choices::{Beads, Choices, Combs, Faces, Frames};
 use crate::error::PictureError;
 use crate::panel::Panel;
 use crate::theme::Theme;
@@ -57,6 +57,8 @@ impl<'a> Picture<'a> {
                 alternate: false,
                 labels: true,
                 parameters: false,
+                faces: Faces::Shaded,
+                old: true,
             },
             frames: Frames::Off,
             legend: true,
@@ -160,6 +162,21 @@ impl<'a> Picture<'a> {
     #[must_use]
     pub fn parameters(mut self, on: bool) -> Self {
         self.choices.parameters = on;
+        self
+    }
+
+    /// What the colours of faces show, in all panels that do not say it themselves.
+    #[must_use]
+    pub fn faces(mut self, faces: Faces) -> Self {
+        self.choices.faces = faces;
+        self
+    }
+
+    /// Whether the state [before](Self::before) is drawn; it is unless it is there to be compared with alone
+    /// ([`Faces::Deviation`]).
+    #[must_use]
+    pub fn draw_before(mut self, on: bool) -> Self {
+        self.choices.old = on;
         self
     }
 

@@ -117,6 +117,8 @@ pub(crate) enum Sample {
 pub(crate) struct Caption {
     /// Sample and words of each entry of the legend, in the order in which they came up.
     pub(crate) legend: Vec<(Sample, String)>,
+    /// What colours of faces mean: the words, and the value at the end of the map, beyond which there may be more.
+    pub(crate) scales: Vec<(String, f64, bool)>,
     /// What was left out.
     pub(crate) notes: Vec<String>,
     /// The same, to be found.
@@ -143,6 +145,14 @@ impl Caption {
         let words = words.into();
         if !self.legend.iter().any(|(s, w)| *s == sample && *w == words) {
             self.legend.push((sample, words));
+        }
+    }
+
+    /// Explains the colours of faces, once.
+    pub(crate) fn scale(&mut self, words: String, end: f64, beyond: bool) {
+        match self.scales.iter_mut().find(|(known, ..)| *known == words) {
+            Some((.., more)) => *more |= beyond,
+            None => self.scales.push((words, end, beyond)),
         }
     }
 

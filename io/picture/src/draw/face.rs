@@ -8,7 +8,8 @@ use loftsman_kernel::Vector;
 
 use crate::depth::{Depth, ON_FACE, Run};
 use crate::draw::color;
-use crate::draw::surface::{Line, Samples, kept, loop_of, parts, samples};
+use crate::draw::paint::{Brush, Painting};
+use crate::draw::surface::{Line, Samples, kept, loop_of, parts};
 use crate::error::PictureError;
 use crate::layout::Rect;
 use crate::path::{Path, Spot};
@@ -68,23 +69,16 @@ struct Lines {
 ///
 /// # Errors
 /// When the image of the faces cannot be made.
-pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureError> {
+pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) -> Result<(), PictureError> {
     let solid = |form: &Form| matches!(form, Form::Surface { .. } | Form::Mesh { .. });
     if !stage.new.iter().any(|body| solid(&body.form)) {
         return Ok(());
     }
-    let surfaces = stage.surfaces();
     let lens = stage.projection.lens();
     let area = sheet.layout.area.grown(0.5);
-    let mut grids = Vec::new();
-    let mut covered = 0.0;
-    for body in &stage.new {
-        if let Form::Surface { surface, .. } = &body.form {
-            let grid = samples(surface, surfaces);
-            covered += of_grid(&grid, sheet, &area);
-            grids.push(grid);
-        }
-    }
+    let grid = |index: usize| painting.body(index).and_then(|painted| painted.grid.as_ref());
+    let grids = (0..stage.new.len()).filter_map(grid);
+    let covered: f64 = grids.map(|grid| of_grid(grid, sheet, &area)).sum();
     let mut copies = Copies::default();
     let mut of_faces = faces(stage, sheet, &area, &mut copies);
     if covered + of_faces > OFTEN * area.size()[0] * area.size()[1] {
@@ -100,17 +94,17 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
             .caption
             .note(format!("faces cover one another so often that they are drawn in cells of {cell} mm"));
     }
-    let mut grids = grids.into_iter();
     let mut all = Vec::new();
-    for body in &stage.new {
+    for (index, body) in stage.new.iter().enumerate() {
         let base = color(sheet, body, false);
         let tones = tones(sheet.theme, base);
+        let paint = (tones.as_slice(), painting.brush(index, sheet.theme));
         let mut lines = Lines { color: base.mixed(sheet.theme.ink(), 0.25), chains: Vec::new() };
         match &body.form {
             Form::Surface { surface, trim, .. } => {
-                let Some(grid) = grids.next() else { continue };
+                let Some(grid) = grid(index) else { continue };
                 let mask = trim.as_ref().map(|trim| Mask::new(trim, surface));
-                of_surface(&grid, mask.as_ref(), sheet, lens, &mut depth, &tones, &mut lines);
+                of_surface(grid, mask.as_ref(), sheet, lens, &mut depth, paint, &mut lines);
                 for points in trim.iter().flat_map(|trim| &trim.loops) {
                     let edge = loop_of(surface, points).iter().map(|p| sheet.layout.place(p)).collect();
                     lines.chains.push((Weight::Border, edge));
@@ -118,7 +112,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>) -> Result<(), PictureEr
             }
             Form::Mesh { points, corners, starts, normals, colors } => {
                 let mesh = (points.as_slice(), corners.as_slice(), starts.as_slice());
-                of_mesh(mesh, (normals, colors), sheet, lens, (&mut depth, &mut copies), &tones, &mut lines);
+                of_mesh(mesh, (normals, colors), sheet, lens, (&mut depth, &mut copies), paint, &mut lines);
             }
             _ => continue,
         }
@@ -269,7 +263,7 @@ fn of_surface(
     sheet: &Sheet,
     lens: Lens,
     depth: &mut Depth,
-    tones: &[Color],
+    (tones, brush): (&[Color], Option<Brush<'_>>),
     lines: &mut Lines,
 ) {
     let (rows, columns) = (grid.rows.len(), grid.columns.len());
@@ -290,8 +284,19 @@ fn of_surface(
                     let [p, q, r] = corners;
                     [0, 1].map(|i| p[i] + (q[i] - p[i]) * v + (r[i] - p[i]) * w)
                 };
+                let points = [a, b, c].map(|i| grid.points[i]);
                 depth.triangle([&places[a], &places[b], &places[c]], |v, w| {
-                    has(between(v, w)).then(|| tone(tones, &(p + (q - p) * v + (r - p) * w)))
+                    let mix = |[p, q, r]: [Vector; 3]| p + (q - p) * v + (r - p) * w;
+                    has(between(v, w)).then(|| {
+                        let normal = mix([p, q, r]);
+                        match &brush {
+                            None => tone(tones, &normal),
+                            Some(brush) => {
+                                let at = (lens, &mix(points));
+                                brush.color([a, b, c], [v, w], &normal, at, light(&normal))
+                            }
+                        }
+                    })
                 });
                 if has(between(1.0 / 3.0, 1.0 / 3.0)) {
                     turns.triangle([a, b, c], &facing, &places);
@@ -489,7 +494,7 @@ fn of_mesh(
     sheet: &Sheet,
     lens: Lens,
     (depth, copies): (&mut Depth, &mut Copies),
-    tones: &[Color],
+    (tones, brush): (&[Color], Option<Brush<'_>>),
     lines: &mut Lines,
 ) {
     let places: Vec<Vector> = points.iter().map(|p| sheet.layout.place(p)).collect();
@@ -514,6 +519,12 @@ fn of_mesh(
         };
         match (colors, given) {
             _ if !is_new => {}
+            _ if let Some(brush) = &brush => depth.face(&flat, |at, v, w| {
+                let corners = at.map(|k| face_corners[k] as usize);
+                let [p, q, r] = corners.map(|i| points[i]);
+                let (point, normal) = (p + (q - p) * v + (r - p) * w, there(at, v, w));
+                brush.color(corners, [v, w], &normal, (lens, &point), light(&normal))
+            }),
             (Some(colors), _) => depth.face(&flat, |at, v, w| {
                 sheet.theme.painted(between(at.map(|k| colors[k]), v, w), light(&there(at, v, w)))
             }),

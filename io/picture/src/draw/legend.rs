@@ -2,7 +2,9 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
+use loftsman_kernel::text::figure;
 
+use crate::draw::paint::mapped;
 use crate::draw::{dots, mark};
 use crate::sheet::{Caption, Sample, Stroke};
 use crate::stage::Projection;
@@ -52,6 +54,13 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     // Entries flow in rows of the width that is left.
     let (start, end) = (margin + room, width - margin);
     let (mut x, mut y) = (start, top + 1.5);
+    for (words, most, beyond) in &caption.scales {
+        let fits =
+            ((end - x) / (text::width(words).max(1e-9) * SIZE) * words.chars().count() as f64) as usize;
+        out.push_str(&words_at(&text::clipped(words, fits.max(4)), x, y + 0.35 * SIZE, theme.ink()));
+        out.push_str(&color_bar(theme, (*most, *beyond), BAR.min(end - x), [x, y + ROW]));
+        y += 3.0 * ROW;
+    }
     for (sample, words) in &caption.legend {
         let wide = SAMPLE + 1.5 + text::width(words) * SIZE;
         if x > start && x + wide > end {
@@ -70,6 +79,38 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     }
     let left = if room > 0.0 { top + 8.0 } else { bottom };
     (Element::new("g").attribute("id", "legend").around(&out), bottom.max(left))
+}
+
+/// How long a bar of colours is, and of how many pieces it is made.
+const BAR: f64 = 48.0;
+const PIECES: usize = 64;
+
+/// A bar of colours with the values at its ends (and beyond them) and in its middle.
+fn color_bar(theme: Theme, (most, beyond): (f64, bool), long: f64, [x, y]: [f64; 2]) -> String {
+    let mut out = String::new();
+    let wide = long / PIECES as f64;
+    for i in 0..PIECES {
+        let share = 2.0 * (i as f64 + 0.5) / PIECES as f64 - 1.0;
+        // Each a little over the next, so that no gap shows between them.
+        let piece = Element::new("rect").length("x", x + i as f64 * wide).length("y", y - 1.5);
+        let piece = piece.length("width", wide + 0.05).length("height", 3.0);
+        out.push_str(&piece.attribute("fill", &mapped(share).hex()).empty());
+    }
+    let frame = Element::new("rect").length("x", x).length("y", y - 1.5).length("width", long);
+    let frame =
+        frame.length("height", 3.0).attribute("fill", "none").attribute("stroke", &theme.faint().hex());
+    out.push_str(&frame.length("stroke-width", 0.2).empty());
+    let (least, more) = if beyond { ("≤ ", "≥ ") } else { ("", "") };
+    let ends = [(0.0, least, -most, "start"), (0.5, "", 0.0, "middle"), (1.0, more, most, "end")];
+    for (share, sign, value, anchor) in ends {
+        if most == 0.0 && share != 0.5 {
+            continue;
+        }
+        let text = Element::new("text").length("x", x + share * long).length("y", y + 1.5 + 1.1 * SIZE);
+        let text = text.length("font-size", SIZE).attribute("text-anchor", anchor);
+        out.push_str(&text.attribute("fill", &theme.ink().hex()).text(&format!("{sign}{}", figure(value))));
+    }
+    out
 }
 
 fn words_at(words: &str, x: f64, y: f64, color: Color) -> String {

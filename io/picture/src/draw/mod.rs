@@ -8,6 +8,7 @@ pub(crate) mod legend;
 pub(crate) mod mark;
 pub(crate) mod movement;
 pub(crate) mod net;
+pub(crate) mod paint;
 pub(crate) mod parameter;
 pub(crate) mod surface;
 
@@ -24,6 +25,7 @@ use crate::svg::Element;
 use crate::text;
 use crate::theme::Color;
 use comb::Combing;
+use paint::Painting;
 
 /// Objects that the legend names; more are counted.
 const NAMED: usize = 8;
@@ -52,7 +54,7 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
                 }
             }
             Form::Surface { surface, net, .. } => {
-                surface::samples(surface, surfaces).points.iter().for_each(&mut take);
+                surface::samples(surface, surfaces, 1).points.iter().for_each(&mut take);
                 if choices.control_polygons && body.vertices.is_empty() {
                     net.iter().for_each(&mut take);
                 }
@@ -93,17 +95,18 @@ const GLYPH: f64 = 0.1;
 pub(crate) fn draw(
     sheet: &mut Sheet,
     stage: &Stage<'_>,
-    combs: &Combing,
+    (combs, painting): (&Combing, &Painting),
     choices: &Choices,
     unit: Unit,
 ) -> Result<(), PictureError> {
     let surfaces = stage.surfaces();
     // First, so that it is known what the faces hide of the rest.
-    face::draw(sheet, stage)?;
+    face::draw(sheet, stage, painting)?;
+    painting.explain(&mut sheet.caption, unit);
     for body in &stage.new {
         object(sheet, body, false, surfaces, choices.alternate);
     }
-    for body in &stage.old {
+    for body in stage.old.iter().filter(|_| choices.old) {
         object(sheet, body, true, surfaces, false);
     }
     for (body, ghost) in &stage.frames {
@@ -111,7 +114,7 @@ pub(crate) fn draw(
     }
     combs.draw(sheet, stage, unit);
     if choices.control_polygons {
-        for body in &stage.old {
+        for body in stage.old.iter().filter(|_| choices.old) {
             net::draw(sheet, body, true);
         }
         for body in &stage.new {

@@ -63,14 +63,15 @@ impl Samples {
     }
 }
 
-/// Samples a surface, one of `among`: the more there are, the fewer cells each has.
-pub(crate) fn samples(surface: &Surface, among: usize) -> Samples {
+/// Samples a surface, one of `among`: the more there are, the fewer cells each has. Cells are as many times finer as is asked.
+pub(crate) fn samples(surface: &Surface, among: usize, finer: usize) -> Samples {
     let cells = match among {
         0..=4 => CELLS,
         5..=12 => 6,
         13..=40 => 3,
         _ => 1,
     };
+    let cells = cells * finer;
     let (u, rows) = parameters(surface.u(), cells);
     let (v, columns) = parameters(surface.v(), cells);
     let mut points = Vec::with_capacity(u.len() * v.len());
@@ -161,7 +162,7 @@ fn subdivided(values: &[f64], parts: usize) -> Vec<f64> {
 
 /// The isoparametric lines and loops of a surface that hides nothing, as far as no face hides them, as path data.
 pub(crate) fn wires(sheet: &mut Sheet, surface: &Surface, trim: Option<&Trim>, among: usize) -> String {
-    let grid = samples(surface, among);
+    let grid = samples(surface, among, 1);
     let mask = trim.map(|trim| Mask::new(trim, surface));
     let (rows, columns) = (grid.rows.len(), grid.columns.len());
     let mut data = String::new();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, ValueHint};
-use loftsman::picture::{Against, PIXELS, View, WIDEST};
+use loftsman::picture::{Against, FACE_WORDS, Faces, PIXELS, View, WIDEST};
 
 use super::{Json, positive};
 
@@ -43,6 +43,10 @@ pub(crate) struct PlotArgs {
     /// Write parameters beside curves and along two edges of surfaces: what `at` takes in a recipe.
     #[arg(long)]
     pub(crate) parameters: bool,
+    /// What the colours of faces show: shaded, zebra, mean, gaussian, maximum or minimum curvature, or deviation (from
+    /// --before).
+    #[arg(long, value_name = "WHAT", value_parser = faces)]
+    pub(crate) faces: Option<Faces>,
     /// Show arrows from control vertices before to where they are.
     #[arg(long, requires = "before")]
     pub(crate) movements: bool,
@@ -81,6 +85,15 @@ pub(crate) struct PlotArgs {
     pub(crate) pixels: u32,
     #[command(flatten)]
     pub(crate) json: Json,
+}
+
+/// What faces show, by its name.
+fn faces(text: &str) -> Result<Faces, String> {
+    let found = FACE_WORDS.iter().find(|(word, _)| *word == text);
+    found.map(|(_, faces)| *faces).ok_or_else(|| {
+        let words: Vec<&str> = FACE_WORDS.iter().map(|(word, _)| *word).collect();
+        format!("it is one of {}", words.join(", "))
+    })
 }
 
 /// From where a scene is seen.

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use loftsman::convert::Conversion;
 use loftsman::file::{Content, Input, Outputs, Produced};
 use loftsman::kernel::plugin::{ReadReport, Source};
-use loftsman::picture::{self, Beads, Combs, Frames, Look, Panel, View};
+use loftsman::picture::{self, Beads, Combs, Faces, Frames, Look, Panel, View};
 
 use super::report;
 use crate::Usage;
@@ -36,6 +36,11 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     if sequence.is_some() && (args.before.is_some() || args.film.is_some() || args.frames.is_some()) {
         let text =
             "each picture of a sequence shows one frame: leave out --before, --film and --frames, or the #";
+        return Err(Usage(text.to_owned()).into());
+    }
+    if args.faces == Some(Faces::Deviation) && args.before.is_none() {
+        let text =
+            "--faces deviation shows how far things are from the state before: give it with --before FILE";
         return Err(Usage(text.to_owned()).into());
     }
     let look = look(args);
@@ -137,6 +142,7 @@ fn look(args: &PlotArgs) -> Look {
         polygons: !args.no_polygons,
         movements: args.movements,
         segments: args.segments,
+        faces: args.faces.unwrap_or_default(),
         parameters: args.parameters,
         legend: !args.no_legend,
         dark: args.dark,

@@ -1,0 +1,313 @@
+//! What the colours of faces say: zebra stripes, curvature, the distance from the state before.
+
+use loftsman_kernel::scene::Unit;
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::{Point, Vector};
+
+use crate::choices::Faces;
+use crate::draw::surface::{Samples, samples};
+use crate::sheet::Caption;
+use crate::stage::Stage;
+use crate::stage::body::{Body, Form};
+use crate::theme::{Color, Theme};
+use crate::view::Lens;
+
+/// Stripes of a zebra from one side of the world to the other.
+const STRIPES: f64 = 24.0;
+/// Where stripes meet, this part of one is between light and dark, so that their edges are smooth.
+const SOFT: f64 = 0.12;
+/// This part of all values is within the ends of the map: a few may be far out.
+const WITHIN: f64 = 0.98;
+/// The cells of faces that are painted are finer, so that stripes and colours change smoothly.
+const FINER: usize = 3;
+
+/// The colours of all bodies of a stage.
+#[derive(Debug, Default)]
+pub(crate) struct Painting {
+    faces: Faces,
+    bodies: Vec<Painted>,
+    /// The values at the ends of the map, from minus this to this, in the scene's units.
+    end: f64,
+    /// What cannot be painted.
+    notes: Vec<String>,
+}
+
+/// What a body has at its points.
+#[derive(Debug, Default)]
+pub(crate) struct Painted {
+    /// Of a surface, its points on a grid.
+    pub(crate) grid: Option<Samples>,
+    /// At each point of the grid, or of the mesh, what its colour shows; none where faces are shaded, or the body has none.
+    values: Vec<f64>,
+    /// Of a surface that is striped, the unit normals.
+    normals: Vec<Vector>,
+}
+
+impl Painting {
+    /// What there is to paint on a stage.
+    pub(crate) fn of(stage: &Stage<'_>, faces: Faces) -> Self {
+        let mut painting = Self { faces, ..Self::default() };
+        let surfaces = stage.surfaces();
+        for body in &stage.new {
+            let painted = painting.painted(stage, body, surfaces);
+            painting.bodies.push(painted);
+        }
+        let mut all: Vec<f64> = painting.bodies.iter().flat_map(|b| &b.values).map(|v| v.abs()).collect();
+        all.sort_by(f64::total_cmp);
+        // A single place that is far out is not to make all others white.
+        let most = ((all.len() as f64 * WITHIN).ceil() as usize).saturating_sub(1);
+        painting.end = all.get(most).copied().filter(|end| end.is_finite()).map_or(0.0, rounded);
+        painting
+    }
+
+    fn painted(&mut self, stage: &Stage<'_>, body: &Body<'_>, surfaces: usize) -> Painted {
+        let size = stage.projection.size;
+        match &body.form {
+            Form::Surface { surface, .. } => {
+                let finer = if matches!(self.faces, Faces::Zebra | Faces::Curvature(_)) { FINER } else { 1 };
+                let grid = samples(surface, surfaces, finer);
+                let mut painted = Painted::default();
+                match self.faces {
+                    Faces::Shaded => {}
+                    Faces::Zebra => painted.normals = normals(surface, &grid),
+                    Faces::Curvature(which) => {
+                        let power = which.power();
+                        let value = |u: f64, v: f64| {
+                            let found = surface.curvature(u, v).ok().flatten()?;
+                            Some(which.of(&found) / size.powi(power)).filter(|value| value.is_finite())
+                        };
+                        painted.values = filled(&grid, |u, v, _| value(u, v));
+                    }
+                    Faces::Deviation => {
+                        let old = stage.old.iter().find(|old| old.object.name() == body.object.name());
+                        let old = old.map(|old| &old.form);
+                        painted.values = match old {
+                            Some(Form::Surface { surface: old, .. }) => {
+                                filled(&grid, |_, _, p| deviation(old, p).map(|d| d * size))
+                            }
+                            Some(_) => self.without(body, "was something else before"),
+                            // It is as it was.
+                            None => vec![0.0; grid.points.len()],
+                        };
+                    }
+                }
+                painted.grid = Some(grid);
+                painted
+            }
+            Form::Mesh { points, .. } => {
+                let values = match self.faces {
+                    Faces::Curvature(_) => self.without(body, "is a mesh, which has no curvature of its own"),
+                    Faces::Deviation => {
+                        let old = stage.old.iter().find(|old| old.object.name() == body.object.name());
+                        match old.map(|old| &old.form) {
+                            Some(Form::Mesh { points: old, .. }) if old.len() == points.len() => {
+                                points.iter().zip(old).map(|(p, q)| (p - q).norm() * size).collect()
+                            }
+                            None => vec![0.0; points.len()],
+                            Some(_) => self.without(body, "had other points before"),
+                        }
+                    }
+                    Faces::Shaded | Faces::Zebra => Vec::new(),
+                };
+                Painted { values, ..Painted::default() }
+            }
+            _ => Painted::default(),
+        }
+    }
+
+    /// Says that a body cannot be painted.
+    fn without(&mut self, body: &Body<'_>, why: &str) -> Vec<f64> {
+        self.notes.push(format!("\"{}\" {why}: it is shaded", body.object.name()));
+        Vec::new()
+    }
+
+    /// What the body of this number has.
+    pub(crate) fn body(&self, index: usize) -> Option<&Painted> {
+        self.bodies.get(index)
+    }
+
+    /// Where the map ends, and whether it is of the same thing: maps of one thing in one picture end alike.
+    pub(crate) fn end(&self) -> (Faces, f64) {
+        (self.faces, self.end)
+    }
+
+    /// The same with another end of the map.
+    pub(crate) fn ending(self, end: f64) -> Self {
+        Self { end, ..self }
+    }
+
+    /// Says in the legend what the colours are.
+    pub(crate) fn explain(&self, caption: &mut Caption, unit: Unit) {
+        for note in &self.notes {
+            caption.note(note.clone());
+        }
+        let unit = unit.one();
+        let title = match self.faces {
+            Faces::Shaded | Faces::Zebra => return,
+            Faces::Curvature(which) => match which.power() {
+                2 => format!("{}, 1/{unit}²", which.name()),
+                _ => format!("{}, 1/{unit}", which.name()),
+            },
+            Faces::Deviation => format!("distance from before, {unit}"),
+        };
+        if self.bodies.iter().all(|body| body.values.is_empty()) {
+            return;
+        }
+        let beyond = self.bodies.iter().flat_map(|b| &b.values).any(|v| v.abs() > self.end * (1.0 + 1e-6));
+        caption.scale(title, self.end, beyond);
+    }
+
+    /// The colour of a value.
+    fn color(&self, value: f64) -> Color {
+        mapped(if self.end > 0.0 { value / self.end } else { 0.0 })
+    }
+
+    /// How the faces of a body are painted where they do not show what they are lit by; None where they do.
+    pub(crate) fn brush<'a>(&'a self, index: usize, theme: Theme) -> Option<Brush<'a>> {
+        let body = self.bodies.get(index)?;
+        match self.faces {
+            Faces::Zebra => {
+                // Without the objects' colours, so that stripes are seen to go on where objects meet.
+                let (dark, light) = (Color([38; 3]), Color([240; 3]));
+                Some(Brush::Zebra { normals: &body.normals, dark, light })
+            }
+            _ if body.values.is_empty() => None,
+            _ => Some(Brush::Values { painting: self, values: &body.values, theme }),
+        }
+    }
+}
+
+/// How faces are painted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Brush<'a> {
+    /// By where they mirror the world: dark and light in turn. A mesh has no normals here.
+    Zebra { normals: &'a [Vector], dark: Color, light: Color },
+    /// By values at their corners.
+    Values { painting: &'a Painting, values: &'a [f64], theme: Theme },
+}
+
+impl Brush<'_> {
+    /// The colour within a triangle of the grid or of a mesh: at the point `at` of the stage, with the normal there as far as it is
+    /// known otherwise.
+    pub(crate) fn color(
+        &self,
+        [a, b, c]: [usize; 3],
+        [v, w]: [f64; 2],
+        normal: &Vector,
+        (lens, at): (Lens, &Vector),
+        light: f64,
+    ) -> Color {
+        match self {
+            Self::Zebra { normals, dark, light } => {
+                let own = match (normals.get(a), normals.get(b), normals.get(c)) {
+                    (Some(p), Some(q), Some(r)) => p + (q - p) * v + (r - p) * w,
+                    _ => *normal,
+                };
+                stripe(&own, &lens.toward(at)).map_or(*dark, |share| dark.mixed(*light, share))
+            }
+            Self::Values { painting, values, theme } => {
+                let at = |i: usize| values.get(i).copied().unwrap_or(0.0);
+                let value = at(a) + (at(b) - at(a)) * v + (at(c) - at(a)) * w;
+                theme.painted(painting.color(value), light)
+            }
+        }
+    }
+}
+
+/// How light the stripe is that a face with a normal mirrors to the viewer, from 0 to 1: the world is striped by horizontal rings.
+fn stripe(normal: &Vector, toward: &Vector) -> Option<f64> {
+    let (n, t) = (normal.try_normalize(0.0)?, toward.try_normalize(0.0)?);
+    let mirrored = n * (2.0 * n.dot(&t)) - t;
+    let along = mirrored.y.clamp(-1.0, 1.0).acos() * STRIPES / std::f64::consts::PI;
+    // How far inside its stripe, which begins and ends at whole numbers.
+    let within = along - along.floor();
+    let edge = (within.min(1.0 - within) / SOFT).min(1.0);
+    let is_light = (along.floor() as i64) % 2 == 0;
+    Some(if is_light { 0.5 + 0.5 * edge } else { 0.5 - 0.5 * edge })
+}
+
+/// Values at the points of a grid; where there is none that of the point before.
+fn filled(grid: &Samples, value: impl Fn(f64, f64, &Vector) -> Option<f64>) -> Vec<f64> {
+    let columns = grid.v.len();
+    let mut last = 0.0;
+    grid.points
+        .iter()
+        .enumerate()
+        .map(|(i, p)| {
+            last = value(grid.u[i / columns], grid.v[i % columns], p).unwrap_or(last);
+            last
+        })
+        .collect()
+}
+
+/// The unit normals at the points of a grid; zero where there are none.
+fn normals(surface: &Surface, grid: &Samples) -> Vec<Vector> {
+    let places = grid.u.iter().flat_map(|&u| grid.v.iter().map(move |&v| (u, v)));
+    places
+        .map(|(u, v)| surface.normal(u, v).ok().and_then(|n| n.vector()).unwrap_or_else(Vector::zeros))
+        .collect()
+}
+
+/// How far a point is from a surface, negative on the side away from its normal.
+fn deviation(from: &Surface, p: &Vector) -> Option<f64> {
+    let found = from.closest(Point::from(*p)).ok()?;
+    let away = p - found.point.coords;
+    let normal = from.normal(found.at.0, found.at.1).ok().and_then(|n| n.vector());
+    let side = normal.map_or(1.0, |n| if n.dot(&away) < 0.0 { -1.0 } else { 1.0 });
+    Some(side * away.norm())
+}
+
+/// The colour at a share of the map, -1 to 1: blue, white, vermilion (Okabe and Ito 2008).
+pub(crate) fn mapped(share: f64) -> Color {
+    let (end, by) =
+        if share < 0.0 { (Color([0x00, 0x72, 0xb2]), -share) } else { (Color([0xd5, 0x5e, 0x00]), share) };
+    Color([245, 245, 245]).mixed(end, by.clamp(0.0, 1.0))
+}
+
+/// A number not smaller that has two digits.
+fn rounded(value: f64) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
+    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
+    let up = (value / unit * (1.0 - 1e-12)).ceil() * unit;
+    // Without the digits that multiplying leaves.
+    format!("{up:.1e}").parse().unwrap_or(up)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_map_has_its_ends_and_its_middle() {
+        assert_eq!(mapped(0.0), Color([245, 245, 245]));
+        assert_eq!(mapped(-2.0), Color([0x00, 0x72, 0xb2]));
+        assert_eq!(mapped(1.0), Color([0xd5, 0x5e, 0x00]));
+        for (value, up) in [(0.0123, 0.013), (0.013, 0.013), (9.99, 10.0), (1234.0, 1300.0), (4e-9, 4e-9)] {
+            assert_eq!(rounded(value), up, "{value}");
+        }
+    }
+
+    #[test]
+    fn stripes_turn_twice_as_fast_as_the_normal_and_know_no_side() {
+        let toward = Vector::z();
+        let at = |degrees: f64| {
+            let (s, c) = degrees.to_radians().sin_cos();
+            stripe(&Vector::new(0.0, 3.0 * s, 3.0 * c), &toward).unwrap()
+        };
+        // 24 stripes over half a turn of the mirrored ray, so one for 3.75 degrees of the normal.
+        let mut changes = 0;
+        let fine: Vec<f64> = (0..=900).map(|i| at(f64::from(i) * 0.1 - 45.0)).collect();
+        for pair in fine.windows(2) {
+            changes += usize::from((pair[0] > 0.5) != (pair[1] > 0.5));
+        }
+        assert!((23..=25).contains(&changes), "{changes}");
+        for degrees in [-30.0, -1.0, 7.0, 33.3] {
+            let (s, c) = f64::to_radians(degrees).sin_cos();
+            let back = stripe(&-Vector::new(0.0, s, c), &toward).unwrap();
+            assert!((back - at(degrees)).abs() < 1e-12);
+        }
+        assert_eq!(stripe(&Vector::zeros(), &toward), None);
+    }
+}
