@@ -52,7 +52,9 @@
 //! | a file's scene, a scene's file, several files or none | [`mod@file`] |
 //! | steps in TOML or JSON | [`recipe`] |
 //! | what is in a scene | [`describe`] |
+//! | a file in another format | [`convert`](fn@convert), [`mod@convert`] |
 //! | do the solvers agree | [`mod@compare`] |
+//! | the command line with a registry of one's own | [`program`] |
 //! | what is known by name, and how to add to it | [`registry`](fn@registry), [`BuiltIn`] |
 
 pub mod compare;
@@ -66,10 +68,12 @@ pub mod measures;
 pub mod picture;
 mod picture_name;
 pub mod prelude;
+pub mod program;
 pub mod recipe;
 mod recipe_error;
 mod registry;
 
+pub use convert::convert;
 pub use error::{Error, Result};
 pub use file::{read, read_scene, read_with, write, write_with};
 pub use loftsman_area_volume as area_volume;

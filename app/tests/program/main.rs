@@ -14,6 +14,7 @@ mod hostile;
 mod manual;
 mod measures;
 mod output;
+mod own;
 mod pictures;
 mod recipes;
 mod scenes;

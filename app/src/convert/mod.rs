@@ -1,5 +1,7 @@
 //! What may be asked of a conversion: unit, up axis, fineness, and the formats' own options.
 
+mod run;
+
 use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{
@@ -12,6 +14,8 @@ use serde_json::{Map, Value};
 use crate::error::Result;
 use crate::file::Input;
 use crate::file::input::Content;
+
+pub use run::{Converted, Converter, convert};
 
 /// Unit, axes, fineness and formats' options of a conversion, as a person asks for them.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,9 +1,11 @@
 //! What went wrong, as the one JSON object that `--json` promises.
 
-use loftsman::Error;
-use loftsman::kernel::plugin::Place;
+use std::ffi::OsString;
 
-use crate::console;
+use crate::Error;
+use loftsman_kernel::plugin::Place;
+
+use crate::program::console;
 
 /// Why a command failed. What is not known is left out.
 #[derive(serde::Serialize, Default)]
@@ -76,13 +78,13 @@ impl Failure {
 }
 
 /// Whether `--json` was typed: an error on the command line comes before it is read.
-pub(crate) fn asked_for() -> bool {
-    std::env::args_os().skip(1).take_while(|arg| arg != "--").any(|arg| arg == "--json")
+pub(crate) fn asked_for(arguments: &[OsString]) -> bool {
+    arguments.iter().skip(1).take_while(|arg| *arg != "--").any(|arg| arg == "--json")
 }
 
 /// Prints why a command failed, where JSON is asked for.
-pub(crate) fn tell(error: &anyhow::Error, status: u8) {
-    if asked_for() {
+pub(crate) fn tell(error: &anyhow::Error, status: u8, json: bool) {
+    if json {
         print(&Failure::of(error, status));
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use loftsman::kernel::plugin::{Clock, Observer};
+use loftsman_kernel::plugin::{Clock, Observer};
 
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -24,7 +24,7 @@ pub(crate) fn listen() {
             std::process::exit(i32::from(INTERRUPTED));
         }
         if std::io::stderr().is_terminal() {
-            crate::console::warning("stopping; Ctrl-C again ends at once");
+            crate::program::console::warning("stopping; Ctrl-C again ends at once");
         }
     };
     // Where there is no such thing, Ctrl-C ends the program as it always did.

@@ -3,19 +3,19 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use loftsman::compare::{Comparison, compare};
-use loftsman::kernel::plugin::StepReport;
-use loftsman::recipe::Recipe;
+use crate::compare::{Comparison, compare};
+use crate::recipe::Recipe;
+use loftsman_kernel::plugin::{Registry, StepReport};
 
 use super::report;
-use crate::args::CompareArgs;
-use crate::console::{self, BOLD, DIM, figure, seconds, styled};
-use crate::progress::Progress;
+use crate::program::args::CompareArgs;
+use crate::program::console::{self, BOLD, DIM, figure, seconds, styled};
+use crate::program::progress::Progress;
 
-pub(crate) fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
+pub(crate) fn run(args: &CompareArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
     let recipe = Recipe::read(&args.recipe)?;
     let progress = Progress::start();
-    let comparison = compare(&recipe, loftsman::registry(), &progress, &progress)?;
+    let comparison = compare(&recipe, registry, &progress, &progress)?;
     drop(progress);
     if args.json.wanted {
         console::print_json(&comparison)?;

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use loftsman::file::input::left_out;
-use loftsman::kernel::plugin::{ChangeKind, Fate, ReadReport, StepReport, Written};
-use loftsman::kernel::scene::Unit;
-use loftsman::recipe::{InputReport, OutputReport, RunReport};
+use crate::file::input::left_out;
+use crate::recipe::{InputReport, OutputReport, RunReport};
+use loftsman_kernel::plugin::{ChangeKind, Fate, ReadReport, StepReport, Written};
+use loftsman_kernel::scene::Unit;
 
 use super::measures;
-use crate::console::{self, BOLD, DIM, bytes, count, figure, seconds, styled};
+use crate::program::console::{self, BOLD, DIM, bytes, count, figure, seconds, styled};
 
 /// A whole run.
 pub(crate) fn run(report: &RunReport) -> String {

@@ -3,12 +3,12 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use loftsman::kernel::plugin::{Declaration, Field, FormatDeclaration, Registry, nearest};
-use loftsman::recipe;
+use crate::recipe;
+use loftsman_kernel::plugin::{Declaration, Field, FormatDeclaration, Registry, nearest};
 
-use crate::Usage;
-use crate::args::PluginsArgs;
-use crate::console::{self, BOLD, DIM, styled};
+use crate::program::Usage;
+use crate::program::args::PluginsArgs;
+use crate::program::console::{self, BOLD, DIM, styled};
 
 #[derive(Clone, Default, serde::Serialize)]
 struct Known {
@@ -34,8 +34,8 @@ impl Known {
             shapes: registry.shape_kinds().iter().map(|k| k.declaration()).collect(),
             wishes: recipe::WISHES.to_vec(),
             recipe: recipe::FIELDS.to_vec(),
-            picture: loftsman::picture::FIELDS.to_vec(),
-            document: loftsman::document::FIELDS.to_vec(),
+            picture: crate::picture::FIELDS.to_vec(),
+            document: crate::document::FIELDS.to_vec(),
         }
     }
 
@@ -80,8 +80,7 @@ impl Known {
 const SORTS: [&str; 9] =
     ["formats", "operations", "constraints", "solvers", "shapes", "wishes", "recipe", "picture", "document"];
 
-pub(crate) fn run(args: &PluginsArgs) -> anyhow::Result<ExitCode> {
-    let registry = loftsman::registry();
+pub(crate) fn run(args: &PluginsArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
     let all = Known::all(registry);
     let known = match &args.name {
         None => all,

@@ -1,10 +1,10 @@
 //! Lengths, areas and volumes in words.
 
-use loftsman::kernel::plugin::{Measured, ObjectChange};
-use loftsman::kernel::scene::Unit;
-use loftsman::measures::{Leaks, Measures};
+use crate::measures::{Leaks, Measures};
+use loftsman_kernel::plugin::{Measured, ObjectChange};
+use loftsman_kernel::scene::Unit;
 
-use crate::console::{count, figure};
+use crate::program::console::{count, figure};
 
 /// Below this a ratio is 1: rounding of what was kept.
 const KEPT: f64 = 1e-9;

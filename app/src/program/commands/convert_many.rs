@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use loftsman::convert::Conversion;
-use loftsman::kernel::plugin::Format;
+use loftsman_kernel::plugin::Registry;
 use rayon::prelude::*;
 
-use super::convert::{Converted, convert, format_of, open};
-use crate::args::ConvertArgs;
-use crate::console::{self, bytes, count};
-use crate::progress::{self, Silent};
-use crate::{Interrupted, Usage};
+use super::convert::{convert, format_of, open, warn};
+use crate::convert::{Converted, Converter};
+use crate::program::args::ConvertArgs;
+use crate::program::console::{self, bytes, count};
+use crate::program::progress::{self, Silent};
+use crate::program::{Interrupted, Usage};
 
 #[derive(serde::Serialize)]
 struct Summary {
@@ -31,10 +31,10 @@ enum Outcome {
 /// The extension of what is written unless told otherwise.
 const USUAL: &str = "glb";
 
-pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode> {
+pub(super) fn run(args: &ConvertArgs, folder: &Path, registry: &Registry) -> anyhow::Result<ExitCode> {
     let extension = args.to.as_deref().unwrap_or(USUAL).trim_start_matches('.');
-    let format = format_of(extension)?;
-    let conversion = args.how.conversion(format.as_ref())?;
+    let format = format_of(extension, registry)?;
+    let conversion = args.how.conversion(format.as_ref(), registry)?;
     if folder.exists() && !folder.is_dir() {
         anyhow::bail!("{}: this is a file; --into names a folder", folder.display());
     }
@@ -42,15 +42,17 @@ pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode>
         .map_err(|e| anyhow::anyhow!("{}: the folder cannot be made: {e}", folder.display()))?;
     let jobs = usize::from(args.jobs.unwrap_or(0));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build()?;
-    let targets = targets(&args.files, folder, extension);
+    let targets = targets(&args.files, folder, extension, registry);
     let bar = progress::bar(targets.len() as u64);
     let files: Vec<Outcome> = pool.install(|| {
         let work = targets.par_iter().map(|(input, output)| {
             if progress::interrupted() {
-                let error = loftsman::Error::Cancelled.to_string();
+                let error = crate::Error::Cancelled.to_string();
                 return Outcome::Failed { input: input.display().to_string(), error };
             }
-            let outcome = one(input, output, format.as_ref(), &conversion, args);
+            let converter =
+                Converter { format: format.as_ref(), conversion: &conversion, observer: &Silent, registry };
+            let outcome = one(input, output, &converter, args);
             bar.inc(1);
             outcome
         });
@@ -68,7 +70,7 @@ pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode>
     let summary = Summary { converted: files.len() - failed, failed, files };
     for file in &summary.files {
         match file {
-            Outcome::Done(done) => done.warn(),
+            Outcome::Done(done) => warn(done),
             Outcome::Failed { error, .. } => console::error(error),
         }
     }
@@ -81,14 +83,19 @@ pub(super) fn run(args: &ConvertArgs, folder: &Path) -> anyhow::Result<ExitCode>
 }
 
 /// Where each input goes, or why it cannot go anywhere: two inputs must not become one file.
-fn targets(inputs: &[PathBuf], folder: &Path, extension: &str) -> Vec<(PathBuf, Result<PathBuf, String>)> {
+fn targets(
+    inputs: &[PathBuf],
+    folder: &Path,
+    extension: &str,
+    registry: &Registry,
+) -> Vec<(PathBuf, Result<PathBuf, String>)> {
     let mut taken: BTreeMap<PathBuf, &PathBuf> = BTreeMap::new();
     let mut targets = Vec::with_capacity(inputs.len());
     for input in inputs {
         let target = if input.as_os_str() == "-" {
             Err("-: the standard input has no name to write under; give --into files".to_owned())
         } else {
-            let output = folder.join(format!("{}.{extension}", stem(input)));
+            let output = folder.join(format!("{}.{extension}", stem(input, registry)));
             match taken.insert(output.clone(), input) {
                 None => Ok(output),
                 Some(first) => Err(format!(
@@ -105,10 +112,10 @@ fn targets(inputs: &[PathBuf], folder: &Path, extension: &str) -> Vec<(PathBuf, 
 }
 
 /// The name without the extension of its format, compound ones (`loft.json`) included.
-fn stem(input: &Path) -> String {
+fn stem(input: &Path, registry: &Registry) -> String {
     let name = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let lower = name.to_lowercase();
-    let known = loftsman::registry().formats().iter().flat_map(|f| f.declaration().extensions);
+    let known = registry.formats().iter().flat_map(|f| f.declaration().extensions);
     let longest = known.filter(|e| lower.ends_with(&format!(".{e}"))).map(|e| e.len() + 1).max();
     match longest {
         Some(length) if length < name.len() => name[..name.len() - length].to_owned(),
@@ -119,14 +126,13 @@ fn stem(input: &Path) -> String {
 fn one(
     input: &Path,
     output: &Result<PathBuf, String>,
-    format: &dyn Format,
-    conversion: &Conversion,
+    converter: &Converter<'_>,
     args: &ConvertArgs,
 ) -> Outcome {
     let name = input.display().to_string();
     let result = match output {
-        Ok(output) => open(input, args.from.as_deref())
-            .and_then(|file| convert(&file, output, format, conversion, &Silent)),
+        Ok(output) => open(input, args.from.as_deref(), converter.registry)
+            .and_then(|file| convert(converter, &file, output)),
         Err(problem) => Err(Usage(problem.clone()).into()),
     };
     match result {

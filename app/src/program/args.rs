@@ -1,15 +1,15 @@
-//! The command line as it is typed. What it means is in [`crate::commands`].
+//! The command line as it is typed. What it means is in [`crate::program::commands`].
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use crate::convert::{self, Conversion, UPS};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
-use loftsman::convert::{self, Conversion, UPS};
-use loftsman::kernel::plugin::{Chord, Fineness, Format, FormatDeclaration, UpChoice, nearest};
-use loftsman::kernel::scene::{Unit, Up};
+use loftsman_kernel::plugin::{Chord, Fineness, Format, FormatDeclaration, Registry, UpChoice, nearest};
+use loftsman_kernel::scene::{Unit, Up};
 use serde_json::{Map, Value};
 
-use crate::Usage;
+use crate::program::Usage;
 pub(crate) use plot::PlotArgs;
 
 #[cfg_attr(not(feature = "picture"), path = "args/no_plot.rs")]
@@ -137,21 +137,21 @@ impl ConversionArgs {
     ///
     /// # Errors
     /// When meshes alone are asked for, which the format cannot leave to itself, and for an option that it does not have.
-    pub(crate) fn conversion(&self, output: &dyn Format) -> Result<Conversion, Usage> {
+    pub(crate) fn conversion(&self, output: &dyn Format, registry: &Registry) -> Result<Conversion, Usage> {
         let usual = Fineness::default();
         let mut write: Map<String, Value> = self.write.iter().cloned().collect();
         if self.meshes_only {
             let declaration = output.declaration();
             if !declaration.options.iter().any(|option| option.name == MESHES_ONLY) {
                 let has = |d: &FormatDeclaration| d.options.iter().any(|option| option.name == MESHES_ONLY);
-                let all = loftsman::registry().formats().iter().map(|format| format.declaration());
+                let all = registry.formats().iter().map(|format| format.declaration());
                 let others: Vec<&str> = all.filter(has).map(|format| format.name).collect();
                 let (name, others) = (declaration.name, others.join(", "));
                 return Err(Usage(format!("--meshes-only: {name} has no such option; {others} has")));
             }
             write.insert(MESHES_ONLY.to_owned(), Value::Bool(true));
         }
-        check_options("--write", &output.declaration(), &write)?;
+        check_options("--write", &output.declaration(), &write, registry)?;
         Ok(Conversion {
             unit: self.unit,
             from_unit: self.from_unit,
@@ -286,6 +286,7 @@ pub(crate) fn check_options(
     flag: &str,
     format: &FormatDeclaration,
     options: &Map<String, Value>,
+    registry: &Registry,
 ) -> Result<(), Usage> {
     let known = |d: &FormatDeclaration| -> Vec<&str> {
         let reads = flag == "--read";
@@ -296,7 +297,7 @@ pub(crate) fn check_options(
     let Some(wrong) = options.keys().find(|name| !known(format).contains(&name.as_str())) else {
         return Ok(());
     };
-    let all = loftsman::registry().formats().iter().map(|format| format.declaration());
+    let all = registry.formats().iter().map(|format| format.declaration());
     let others: Vec<&str> = all.filter(|d| known(d).contains(&wrong.as_str())).map(|d| d.name).collect();
     let there = match (others.as_slice(), known(format).as_slice()) {
         ([], []) => format!("{} has no options on this way", format.name),

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::CommandFactory;
 
-use crate::args::{Arguments, CompletionsArgs};
-use crate::console;
+use crate::program::args::{Arguments, CompletionsArgs};
+use crate::program::console;
 
 pub(crate) fn run(args: &CompletionsArgs) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();

@@ -3,23 +3,24 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use loftsman::convert::Conversion;
-use loftsman::file::{Content, Input, Outputs};
-use loftsman::kernel::plugin::{Context, OperationError, Parameters, Source, StepReport, WriteOptions};
-use loftsman::kernel::scene::{Geometry, Scene};
-use loftsman::picture::{self, Look};
-use loftsman::recipe::{InputReport, OutputReport, RunReport};
+use crate::convert::Conversion;
+use crate::file::{Content, Input, Outputs};
+use crate::picture::{self, Look};
+use crate::recipe::{InputReport, OutputReport, RunReport};
+use loftsman_kernel::plugin::{
+    Context, OperationError, Parameters, Registry, Source, StepReport, WriteOptions,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
 use serde_json::{Map, Value};
 
 use super::report;
-use crate::Usage;
-use crate::args::FitArgs;
-use crate::console;
-use crate::progress::Progress;
+use crate::program::Usage;
+use crate::program::args::FitArgs;
+use crate::program::console;
+use crate::program::progress::Progress;
 
-pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
-    let registry = loftsman::registry();
-    super::convert::check_output(&args.out)?;
+pub(crate) fn run(args: &FitArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
+    super::convert::check_output(&args.out, registry)?;
     picture::check(&args.out)?;
     let mut outputs = Outputs::new();
     outputs.protect(&args.points);
@@ -29,7 +30,7 @@ pub(crate) fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
     let Content { mut scene, report: read, format } =
         Conversion::default().read(&input, &progress, registry)?;
     let object = object(&scene, args, Source::name(&input))?;
-    let step = fit(&mut scene, &object, args, &progress)?;
+    let step = fit(&mut scene, &object, args, &progress, registry)?;
     let mut written = OutputReport { path: args.out.display().to_string(), ..OutputReport::default() };
     if picture::is_picture(&args.out) {
         let (bytes, undrawn) = picture::draw(&args.out, &Look::default(), &scene, None, &step.marks)?;
@@ -91,8 +92,13 @@ fn object(scene: &Scene, args: &FitArgs, file: &str) -> anyhow::Result<String> {
     }
 }
 
-fn fit(scene: &mut Scene, object: &str, args: &FitArgs, progress: &Progress) -> anyhow::Result<StepReport> {
-    let registry = loftsman::registry();
+fn fit(
+    scene: &mut Scene,
+    object: &str,
+    args: &FitArgs,
+    progress: &Progress,
+    registry: &Registry,
+) -> anyhow::Result<StepReport> {
     let fields = fields(object, args);
     let parameters = Parameters::new(Value::Object(fields), "")?;
     let context = Context { registry, observer: progress, clock: progress };
@@ -102,7 +108,7 @@ fn fit(scene: &mut Scene, object: &str, args: &FitArgs, progress: &Progress) -> 
         OperationError::Parameter(e) => {
             Usage(format!("--{}: {}", e.path.replace('_', "-"), e.problem)).into()
         }
-        OperationError::Cancelled => loftsman::Error::Cancelled.into(),
+        OperationError::Cancelled => crate::Error::Cancelled.into(),
         other => anyhow::anyhow!("{}, object \"{object}\": {other}", args.points.display()),
     })
 }

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
-use loftsman::convert::Conversion;
-use loftsman::file::{Content, Input, Outputs, Produced};
-use loftsman::kernel::plugin::{ReadReport, Source};
-use loftsman::picture::{self, Beads, Combs, Faces, Frames, Look, Panel, View};
+use crate::convert::Conversion;
+use crate::file::{Content, Input, Outputs, Produced};
+use crate::picture::{self, Beads, Combs, Faces, Frames, Look, Panel, View};
+use loftsman_kernel::plugin::{ReadReport, Registry, Source};
 
 use super::report;
-use crate::Usage;
-use crate::args::PlotArgs;
-use crate::console::{self, BOLD, bytes, styled};
-use crate::progress::Progress;
+use crate::program::Usage;
+use crate::program::args::PlotArgs;
+use crate::program::console::{self, BOLD, bytes, styled};
+use crate::program::progress::Progress;
 
 /// What was drawn.
 #[derive(serde::Serialize)]
@@ -28,7 +28,7 @@ struct Plotted<'a> {
     report: &'a ReadReport,
 }
 
-pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
+pub(crate) fn run(args: &PlotArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
     if !picture::is_picture(&args.out) {
         return Err(Usage(format!("{}: a picture is .svg or .png", args.out.display())).into());
     }
@@ -46,8 +46,10 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
     let look = look(args);
     let mut outputs = Outputs::new();
     let progress = Progress::start();
-    let (name, Content { scene, report: read, format }) = open(&args.file, &mut outputs, &progress)?;
-    let before = args.before.as_ref().map(|file| open(file, &mut outputs, &progress)).transpose()?;
+    let (name, Content { scene, report: read, format }) =
+        open(&args.file, &mut outputs, &progress, registry)?;
+    let before =
+        args.before.as_ref().map(|file| open(file, &mut outputs, &progress, registry)).transpose()?;
     match &sequence {
         Some(sequence) => outputs.claim(sequence.file(0))?,
         None => outputs.claim(&args.out)?,
@@ -92,11 +94,16 @@ pub(crate) fn run(args: &PlotArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// Reads a file, which must not be written over; its name.
-fn open(file: &Path, outputs: &mut Outputs, progress: &Progress) -> anyhow::Result<(String, Content)> {
+fn open(
+    file: &Path,
+    outputs: &mut Outputs,
+    progress: &Progress,
+    registry: &Registry,
+) -> anyhow::Result<(String, Content)> {
     let input = Input::open(file)?;
     let name = Source::name(&input).to_owned();
     outputs.protect(&name);
-    Ok((name, Conversion::default().read(&input, progress, loftsman::registry())?))
+    Ok((name, Conversion::default().read(&input, progress, registry)?))
 }
 
 /// How the picture is to look.

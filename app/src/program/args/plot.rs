@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::picture::{Against, FACE_WORDS, Faces, PIXELS, View, WIDEST};
 use clap::{Args, ValueEnum, ValueHint};
-use loftsman::picture::{Against, FACE_WORDS, Faces, PIXELS, View, WIDEST};
 
 use super::{Json, positive};
 

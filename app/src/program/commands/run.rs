@@ -2,22 +2,21 @@
 
 use std::process::ExitCode;
 
-use loftsman::kernel::plugin::Fate;
-use loftsman::recipe::{Recipe, Runner};
+use crate::recipe::{Recipe, Runner};
+use loftsman_kernel::plugin::{Fate, Registry};
 
 use super::report;
-use crate::Usage;
-use crate::args::RunArgs;
-use crate::console;
-use crate::progress::Progress;
+use crate::program::Usage;
+use crate::program::args::RunArgs;
+use crate::program::console;
+use crate::program::progress::Progress;
 
-pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let registry = loftsman::registry();
+pub(crate) fn run(args: &RunArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
     if let Some(solver) = &args.solver {
         registry.find_solver(solver, "--solver").map_err(|e| Usage(e.to_string()))?;
     }
     for file in &args.outputs {
-        super::convert::check_output(file)?;
+        super::convert::check_output(file, registry)?;
     }
     let recipe = Recipe::read(&args.recipe)?;
     let progress = Progress::start();

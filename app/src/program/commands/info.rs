@@ -4,18 +4,18 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use loftsman::convert::Conversion;
-use loftsman::describe::{Degree, LayerFacts, ObjectFacts, SceneFacts, describe};
-use loftsman::file::{Content, Input};
-use loftsman::kernel::plugin::{Format, ReadReport, Source, WriteOptions};
-use loftsman::kernel::scene::{Scene, Unit};
+use crate::convert::Conversion;
+use crate::describe::{Degree, LayerFacts, ObjectFacts, SceneFacts, describe};
+use crate::file::{Content, Input};
+use loftsman_kernel::plugin::{Format, ReadReport, Registry, Source, WriteOptions};
+use loftsman_kernel::scene::{Scene, Unit};
 use serde_json::{Map, Value};
 
 use super::convert::format_of;
 use super::{measures, report};
-use crate::args::{InfoArgs, check_options};
-use crate::console::{self, BOLD, DIM, count, figure, styled};
-use crate::progress::Progress;
+use crate::program::args::{InfoArgs, check_options};
+use crate::program::console::{self, BOLD, DIM, count, figure, styled};
+use crate::program::progress::Progress;
 
 #[derive(serde::Serialize)]
 struct Info {
@@ -40,11 +40,11 @@ struct Losses {
 }
 
 impl Losses {
-    fn of(scene: &Scene, format: &dyn Format, options: &Map<String, Value>) -> Self {
+    fn of(scene: &Scene, format: &dyn Format, options: &Map<String, Value>, registry: &Registry) -> Self {
         let to = format.declaration().name;
         let conversion =
             Conversion { write: BTreeMap::from([(to.to_owned(), options.clone())]), ..Conversion::default() };
-        let tessellator = loftsman::registry().tessellator();
+        let tessellator = registry.tessellator();
         let options = WriteOptions { tessellator, ..conversion.write_options(None, to) };
         match format.losses(scene, &options) {
             Ok(losses) => Self { to, losses, refused: None },
@@ -53,20 +53,20 @@ impl Losses {
     }
 }
 
-pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
-    let to = args.to.as_deref().map(format_of).transpose()?;
+pub(crate) fn run(args: &InfoArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
+    let to = args.to.as_deref().map(|to| format_of(to, registry)).transpose()?;
     let options: Map<String, Value> = args.write.iter().cloned().collect();
     if let Some(format) = &to {
-        check_options("--write", &format.declaration(), &options)?;
+        check_options("--write", &format.declaration(), &options, registry)?;
     }
     let input = Input::open(&args.file)?;
     let Content { scene, report, format } =
-        Conversion::default().read(&input, &Progress::start(), loftsman::registry())?;
+        Conversion::default().read(&input, &Progress::start(), registry)?;
     let info = Info {
         file: Source::name(&input).to_owned(),
         bytes: input.bytes().len(),
         format: format.name,
-        conversion: to.map(|to| Losses::of(&scene, to.as_ref(), &options)),
+        conversion: to.map(|to| Losses::of(&scene, to.as_ref(), &options, registry)),
         scene: describe(&scene),
         report,
     };

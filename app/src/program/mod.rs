@@ -1,6 +1,6 @@
-//! The program `loftsman`: recipes, conversions and facts from the command line.
+//! The program `loftsman`: recipes, conversions and facts from the command line, for any [registry](main).
 //!
-//! [`args`] is what was typed; each of [`commands`] is what it means. Everything it can do, the library can.
+//! `args` is what was typed; each of `commands` is what it means. Everything it can do, the library can.
 
 mod args;
 mod commands;
@@ -8,11 +8,13 @@ mod console;
 mod failure;
 mod progress;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::FromArgMatches;
+use loftsman_kernel::plugin::Registry;
 
-use crate::args::{Arguments, Command};
+use crate::program::args::{Arguments, Command};
 
 /// The command line is at fault: exit status 2.
 #[derive(Debug)]
@@ -39,11 +41,11 @@ impl std::fmt::Display for Interrupted {
 impl std::error::Error for Interrupted {}
 
 /// What was typed.
-fn typed() -> Arguments {
-    let matches = args::command().try_get_matches();
+fn typed(arguments: &[OsString]) -> Arguments {
+    let matches = args::command().try_get_matches_from(arguments);
     matches.and_then(|matches| Arguments::from_arg_matches(&matches)).unwrap_or_else(|error| {
         // Help that was asked for is no error.
-        if error.use_stderr() && failure::asked_for() {
+        if error.use_stderr() && failure::asked_for(arguments) {
             let text = error.render().to_string();
             let problem = text.lines().next().unwrap_or_default();
             failure::print(&failure::Failure::usage(problem.trim_start_matches("error: ")));
@@ -52,17 +54,38 @@ fn typed() -> Arguments {
     })
 }
 
-fn main() -> ExitCode {
-    let arguments = typed();
+/// Runs the program with what was typed and with what a registry knows: what a plug-in's author needs for a command line of
+/// the same commands with more formats, operations, constraints and solvers.
+///
+/// ```no_run
+/// use std::process::ExitCode;
+///
+/// fn main() -> ExitCode {
+///     let registry = loftsman::registry().clone();
+///     // registry.add(&MyPlugin);
+///     loftsman::program::main(&registry)
+/// }
+/// ```
+///
+/// It ends the process where help or the version is asked for, or what was typed cannot be understood.
+pub fn main(registry: &Registry) -> ExitCode {
+    main_with(registry, std::env::args_os())
+}
+
+/// The same with other arguments, the program's own name first.
+pub fn main_with(registry: &Registry, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let given: Vec<OsString> = arguments.into_iter().collect();
+    let arguments = typed(&given);
+    let json = failure::asked_for(&given);
     progress::listen();
     let result = match arguments.command {
-        Command::Run(args) => commands::run::run(&args),
-        Command::Convert(args) => commands::convert::run(&args),
-        Command::Info(args) => commands::info::run(&args),
-        Command::Fit(args) => commands::fit::run(&args),
-        Command::Plot(args) => commands::plot::run(&args),
-        Command::Compare(args) => commands::compare::run(&args),
-        Command::Plugins(args) => commands::plugins::run(&args),
+        Command::Run(args) => commands::run::run(&args, registry),
+        Command::Convert(args) => commands::convert::run(&args, registry),
+        Command::Info(args) => commands::info::run(&args, registry),
+        Command::Fit(args) => commands::fit::run(&args, registry),
+        Command::Plot(args) => commands::plot::run(&args, registry),
+        Command::Compare(args) => commands::compare::run(&args, registry),
+        Command::Plugins(args) => commands::plugins::run(&args, registry),
         Command::Completions(args) => commands::completions::run(&args),
     };
     match result {
@@ -70,7 +93,7 @@ fn main() -> ExitCode {
         // Whoever read our output has seen enough (`| head`).
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) if is_cancelled(&error) => {
-            failure::tell(&error, 130);
+            failure::tell(&error, 130, json);
             console::error("interrupted: nothing was written");
             ExitCode::from(progress::INTERRUPTED)
         }
@@ -80,7 +103,7 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             let status = if error.is::<Usage>() { 2 } else { 1 };
-            failure::tell(&error, status);
+            failure::tell(&error, status, json);
             console::error(&error.to_string());
             ExitCode::from(status)
         }
@@ -92,5 +115,5 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 }
 
 fn is_cancelled(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<loftsman::Error>().is_some_and(loftsman::Error::is_cancelled)
+    error.downcast_ref::<crate::Error>().is_some_and(crate::Error::is_cancelled)
 }
