@@ -35,13 +35,23 @@ pub fn clip_to(most: usize, text: &str) -> String {
 /// assert_eq!([0.0001976, 0.1, 2.165196, 12345.6, 3e-9].map(figure), ["0.0001976", "0.1", "2.165", "12346", "3e-9"]);
 /// ```
 pub fn figure(number: f64) -> String {
+    figures(number, 4)
+}
+
+/// The same in about two figures, for what is only said to tell how large it is: `0.0077`, `2.4e-16`.
+pub fn short(number: f64) -> String {
+    figures(number, 2)
+}
+
+fn figures(number: f64, digits: usize) -> String {
     let size = number.abs();
     if !(size == 0.0 || (1e-4..1e7).contains(&size)) {
-        let text = format!("{number:.3e}");
+        let text = format!("{number:.*e}", digits - 1);
         let Some((digits, exponent)) = text.split_once('e') else { return text };
         return format!("{}e{exponent}", without_zeros(digits));
     }
-    let decimals = if size == 0.0 { 0 } else { (3 - size.log10().floor() as i32).clamp(0, 8) as usize };
+    let digits = digits as i32 - 1;
+    let decimals = if size == 0.0 { 0 } else { (digits - size.log10().floor() as i32).clamp(0, 8) as usize };
     without_zeros(&format!("{number:.decimals$}")).to_owned()
 }
 

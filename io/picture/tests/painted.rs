@@ -1,4 +1,5 @@
 //! Faces painted with stripes, curvature and deviation, where these are known.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::scene::{Object, Scene, Unit};
@@ -110,7 +111,7 @@ fn the_deviation_of_a_lifted_sheet_is_its_height() {
             let said = texts(&picture);
             assert!(said.iter().any(|t| t == "distance from before, mm"), "{said:?}");
             let end = loftsman_kernel::text::figure(0.1 * side);
-            assert!(said.iter().any(|t| *t == end), "{end}: {said:?}");
+            assert!(said.contains(&end), "{end}: {said:?}");
             let [r, _, b] = middle(&pixels(&picture));
             assert!(r.abs_diff(b) > 100, "{side} {by}: {r} {b}");
         }

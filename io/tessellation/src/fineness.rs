@@ -1,6 +1,7 @@
 //! A fineness as two numbers, checked against what the shape's coordinates can resolve.
 
 use loftsman_kernel::plugin::{Chord, Fineness};
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Error, Point, Result};
 
 /// A shape's own frame: control points are taken about `centre` and divided by `size`, so that no square of a
@@ -122,7 +123,8 @@ pub(crate) fn over_budget(
         Some(needed) => {
             let enough = tolerance * (needed / budget as f64).powf(1.0 / power);
             format!(
-                "{asked} about {needed:.0} {what}, more than {budget}: choose a coarser one, {enough:.1e}{of} or more"
+                "{asked} about {needed:.0} {what}, more than {budget}: choose a coarser one, {enough}{of} or more",
+                enough = short(enough)
             )
         }
         None => format!(

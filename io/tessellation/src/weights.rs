@@ -6,6 +6,7 @@
 //! (Newton's polygon). So the steepest slope says how near to an end of the piece the curve turns from one vertex to the
 //! next: vertices below the hull never count, whatever their weights are.
 
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Error, Result};
 
 use crate::patch::Homogeneous;
@@ -60,7 +61,7 @@ fn check_range(weights: impl Iterator<Item = f64>) -> Result<f64> {
 
 fn too_unlike(range: f64) -> Error {
     let by = if range.is_finite() {
-        format!("by a factor of {range:.0e}")
+        format!("by a factor of {range}", range = short(range))
     } else {
         "by more than 1e308".to_owned()
     };

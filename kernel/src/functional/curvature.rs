@@ -1,5 +1,6 @@
 //! The curvature of a curve: how strongly it turns, and in which plane.
 
+use crate::text::{figure, short};
 use std::sync::Arc;
 
 use smallvec::SmallVec;
@@ -267,10 +268,12 @@ impl Functional for Curvature {
         let size = self.frames.as_ref().map_or(0.0, |[frame, _]| frame.size);
         if let Some(kappa) = wanted.iter().find(|w| w.abs() * size > RESOLVABLE) {
             return Err(Error::Invalid(format!(
-                "{}: a curvature of {kappa:.3e} is out of all proportion to the curve there, whose control vertices are {size:.1e} \
-                 apart (it is that of a circle of radius {:.1e}); ask for less",
+                "{}: a curvature of {kappa} is out of all proportion to the curve there, whose control vertices are {size} \
+                 apart (it is that of a circle of radius {}); ask for less",
                 self.describe(),
-                1.0 / kappa.abs()
+                short(1.0 / kappa.abs()),
+                kappa = figure(*kappa),
+                size = short(size)
             )));
         }
         let straight =

@@ -3,6 +3,7 @@
 use super::Shapes;
 use crate::error::{Error, Result};
 use crate::shape::{Location, Side, Stencil};
+use crate::text::{figure, short};
 use crate::{Point, Vector};
 
 /// `C'` and `C''` at a place where the curvature can be told.
@@ -57,9 +58,13 @@ impl Jet {
         if !known {
             let name = name();
             return Err(Error::Invalid(format!(
-                "{name}: it cannot be resolved there: beside the control vertices ({size:.1e} apart) C' is so small \
-                 ({speed:.1e}) that rounding of them decides the curvature ({curvature:.3e}, give or take {noise:.0e}); ask \
-                 farther from where the curve stands still, or (where a curvature out of all proportion was asked) for less"
+                "{name}: it cannot be resolved there: beside the control vertices ({size} apart) C' is so small \
+                 ({speed}) that rounding of them decides the curvature ({curvature}, give or take {noise}); ask \
+                 farther from where the curve stands still, or (where a curvature out of all proportion was asked) for less",
+                size = short(size),
+                speed = short(speed),
+                curvature = figure(curvature),
+                noise = short(noise)
             )));
         }
         Ok(Self { stencils, first, second, speed, noise, curvature, size })

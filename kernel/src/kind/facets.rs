@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Polyline};
 use crate::shape::Location;
+use crate::text::short;
 use crate::{Point, Vector};
 
 /// What a shape is drawn as.
@@ -83,7 +84,9 @@ impl Faceted {
     /// What to say of how near it is, where that is not certified: the distance in units of `scale`.
     pub fn remark(&self, scale: f64) -> Option<String> {
         let apart = self.error * scale;
-        (!self.certified).then(|| format!("its error of {apart:.1e} was found in many places, not certified"))
+        (!self.certified).then(|| {
+            format!("its error of {apart} was found in many places, not certified", apart = short(apart))
+        })
     }
 }
 

@@ -11,6 +11,7 @@ use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::{Derivative, Domain, Location, Shape};
 use crate::tessellator::{Chord, Fineness};
+use crate::text::short;
 
 /// Pieces of a direction in which nothing bends are so many times halved at most for the sake of the angle: corners
 /// stay.
@@ -143,9 +144,9 @@ impl<'s> Sampler<'s> {
 
     fn too_many(&self) -> Error {
         Error::Invalid(format!(
-            "more than {MOST} points would be needed to come within {:.1e} of the shape: \
+            "more than {MOST} points would be needed to come within {} of the shape: \
              ask for a larger tolerance or angle",
-            self.tolerance
+            short(self.tolerance)
         ))
     }
 

@@ -8,6 +8,7 @@ use crate::measure::PROPORTION;
 use crate::problem::solution::overflow;
 use crate::shape::Shape;
 use crate::solve::{SparseRows, System};
+use crate::text::short;
 use crate::{Point, Vector};
 
 impl Problem {
@@ -55,10 +56,11 @@ impl Problem {
         let reach = reach.chain(targets).fold(0.0, f64::max);
         if reach > 0.0 && farthest > PROPORTION * reach {
             return Err(Error::Invalid(format!(
-                "the energy \"{}\" alone would take control vertices {farthest:.1e} away, {:.1e} times the size of the shapes: let it pull \
+                "the energy \"{}\" alone would take control vertices {farthest} away, {} times the size of the shapes: let it pull \
                  less, or weigh more what holds them",
                 self.metric.describe(),
-                farthest / reach
+                short(farthest / reach),
+                farthest = short(farthest)
             ))
             .into());
         }

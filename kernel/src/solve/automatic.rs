@@ -3,6 +3,7 @@
 use super::{
     Adjoint, DenseLu, Factored, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse, System, SystemMetric,
 };
+use crate::text::short;
 
 /// Chooses by size: [`Adjoint`] up to three equations, [`Sparse`] above ([`SaddlePoint`] in a metric that is a sparse matrix,
 /// where no row depends on others); [`HouseholderQr`] where they find the system too ill-conditioned, and [`DenseLu`] where that does. [`Factored::solver`] says which one did the work.
@@ -50,8 +51,9 @@ impl Solver for Automatic {
 fn neither(first: &SolveError, last: SolveError) -> SolveError {
     match (first, last) {
         (_, SolveError::IllConditioned { condition, .. }) => SolveError::Unsupported(format!(
-            "the constraints are so nearly dependent (condition {condition:.1e}) that no solver meets them to rounding: \
-             take away one of those that nearly coincide, or ask for fewer at once"
+            "the constraints are so nearly dependent (condition {condition}) that no solver meets them to rounding: \
+             take away one of those that nearly coincide, or ask for fewer at once",
+            condition = short(condition)
         )),
         (SolveError::IllConditioned { .. }, SolveError::TooLarge { equations, unknowns, .. }) => {
             SolveError::Unsupported(format!(

@@ -4,6 +4,7 @@ use super::rank::{Dependency, Diagnosis, Reflections};
 use super::refine::Refinement;
 use super::system::System;
 use super::{DenseLu, Factored, SolveError, Solver};
+use crate::text::short;
 
 /// Householder QR of `Fᵀ` (reflections applied to `F` from the right, paper 4 §3–4): `F H₁H₂… = L`, forward
 /// substitution, and the reflections undone. Rows are pivoted, so that rank shows; the condition number is not
@@ -62,8 +63,9 @@ pub(super) fn beyond(system: &System, condition: f64) -> SolveError {
         return SolveError::IllConditioned { solver: HouseholderQr.name().into(), condition, better: "lu" };
     }
     SolveError::Unsupported(format!(
-        "the constraints are so nearly dependent (condition {condition:.1e}) that they are not met to rounding: take \
-         away one of those that nearly coincide, or ask for fewer at once"
+        "the constraints are so nearly dependent (condition {condition}) that they are not met to rounding: take \
+         away one of those that nearly coincide, or ask for fewer at once",
+        condition = short(condition)
     ))
 }
 

@@ -6,6 +6,7 @@ use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::{Shape, Stencil, Tear, edges_of, torn};
 use crate::spline::Curve;
+use crate::text::figure;
 
 /// A surface that is part of a shell, and what messages call it.
 #[derive(Debug, Clone)]
@@ -239,8 +240,9 @@ fn unmatched(edges: &[(usize, EdgeCurve)], k: usize, members: &[Member<'_>], nea
         )
     } else {
         format!(
-            "{what}: the boundary is open: the edge {edge} is {distance:.3e} away from the nearest other one, {other}; close \
-             it, or name all of its patches in \"objects\""
+            "{what}: the boundary is open: the edge {edge} is {distance} away from the nearest other one, {other}; close \
+             it, or name all of its patches in \"objects\"",
+            distance = figure(distance)
         )
     })
 }

@@ -3,6 +3,7 @@
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{On, Shapes};
 use loftsman_kernel::shape::{Derivative, Tear, torn};
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Result};
 
 use crate::members::{Member, curve, extent, name_of};
@@ -63,10 +64,10 @@ impl Contour {
                     (name_of(&members[joint.from.member]), name_of(&members[joint.to.member]));
                 let end = |last: bool| if last { "end" } else { "start" };
                 return Err(Error::Invalid(format!(
-                    "{what}: the boundary is open: the {} of {name} is {:.3e} away from the {} of {other}; close it, or \
+                    "{what}: the boundary is open: the {} of {name} is {} away from the {} of {other}; close it, or \
                      name all of its pieces in \"objects\"",
                     end(joint.from.last),
-                    joint.distance,
+                    figure(joint.distance),
                     end(joint.to.last)
                 )));
             }

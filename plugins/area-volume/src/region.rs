@@ -1,5 +1,6 @@
 //! Regions of a plane bounded by curves: which way each curve counts, and the plane.
 
+use loftsman_kernel::text::figure;
 use std::sync::Arc;
 
 use loftsman_kernel::error::Error;
@@ -160,9 +161,9 @@ fn check_planar(shapes: &Shapes<'_>, members: &[On], plane: &Plane, size: f64, w
         return Ok(());
     }
     Err(Error::Invalid(format!(
-        "{what}: it is not planar: its control vertices leave its plane by {:.3e}; give a \"normal\", and the area of its \
+        "{what}: it is not planar: its control vertices leave its plane by {}; give a \"normal\", and the area of its \
          projection along that is meant",
-        high - low
+        figure(high - low)
     )))
 }
 

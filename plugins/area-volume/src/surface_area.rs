@@ -1,5 +1,6 @@
 //! How large surfaces are.
 
+use loftsman_kernel::text::short;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -94,10 +95,10 @@ impl SurfaceArea {
             }
             if error > ENOUGH * area {
                 return Err(Error::Invalid(format!(
-                    "{what}: that of {name} can be told to {:.1e} of itself only, which is not enough to keep it or bring \
+                    "{what}: that of {name} can be told to {} of itself only, which is not enough to keep it or bring \
                      it to a value: the surface folds over or is creased along lines that are not knots, as it is or on the way \
                      to what is asked; unfold it, insert knots there, or ask for less at once",
-                    error / area
+                    short(error / area)
                 )));
             }
             total.area += area;

@@ -7,6 +7,8 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::text::figure;
+use loftsman_kernel::text::short;
 
 use crate::problem::OBJECT;
 use crate::representation::{direction, done, not_a_spline, spline};
@@ -73,10 +75,10 @@ impl Operation for Simplify {
             other => return Err(not_a_spline(&name, other).into()),
         };
         let note = format!(
-            "{} of {before} knots removed, {} control vertices left; moved by {:.1e} at most, measured",
+            "{} of {before} knots removed, {} control vertices left; moved by {} at most, measured",
             simplified.removed,
             simplified.shape.points().len(),
-            simplified.moved
+            short(simplified.moved)
         );
         if tolerance > 0.0 {
             scene.replace(&name, simplified.shape)?;
@@ -236,9 +238,10 @@ fn simplify<S: Spline>(
         last = moved;
     }
     Err(Error::Invalid(format!(
-        "removing knots would move the shape by {last:.3e}, more than {:.3e}: its weights differ too much for its knots to \
+        "removing knots would move the shape by {last}, more than {}: its weights differ too much for its knots to \
          be removed safely; give a larger tolerance",
-        tolerance.max(2.0 * rounding)
+        figure(tolerance.max(2.0 * rounding)),
+        last = figure(last)
     )))
 }
 

@@ -1,5 +1,6 @@
 //! Fairing being said, and what comes of it.
 
+use loftsman_kernel::text::{figure, short};
 use std::fmt;
 use std::sync::Arc;
 
@@ -182,9 +183,12 @@ impl fmt::Display for FairReport {
         let Self { energy, energy_before, energy_after, rank, equations, residual, adjustment, .. } = self;
         write!(
             f,
-            "{energy} {energy_before:.4e} → {energy_after:.4e} · rank {rank} of {equations} · residual {residual:.1e} · \
+            "{energy} {energy_before} → {energy_after} · rank {rank} of {equations} · residual {residual} · \
              ‖d‖ {adjustment:.4} · {} steps",
-            self.iterations
+            self.iterations,
+            energy_before = figure(*energy_before),
+            energy_after = figure(*energy_after),
+            residual = short(*residual)
         )?;
         if self.smooth.knots > 0 {
             write!(f, " · {}", self.smooth)?;

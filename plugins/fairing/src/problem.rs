@@ -1,5 +1,6 @@
 //! A fairing problem: its energy, its equations, and the least energy under them.
 
+use loftsman_kernel::text::figure;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -374,9 +375,8 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let allowed = energy_before * (1.0 + 1e-9) + NOTHING * size;
         if energy_after.is_nan() || feasible && energy_after > allowed {
             return Err(SolveError::Unsupported(format!(
-                "the search ended at an energy of {energy_after:.3e}, and the shape as it was has {energy_before:.3e}: it \
-                 cannot be made fairer with numbers of this size"
-            ))
+                "the search ended at an energy of {energy_after}, and the shape as it was has {energy_before}: it \
+                 cannot be made fairer with numbers of this size", energy_after = figure(energy_after), energy_before = figure(energy_before)))
             .into());
         }
         let smooth = stage.asked.smoothness(&shapes);

@@ -1,5 +1,6 @@
 //! Edges that stay, as equations for the net of α: `∫ (α - 1) S_u du = 0` for all `v`.
 
+use loftsman_kernel::text::short;
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Edit, Report, Unknowns};
@@ -79,11 +80,11 @@ impl Edges<'_> {
             let bound = LEAST * alpha.extremes()?[0].clamp(0.0, 1.0);
             (values, report) = problem.solve(Some(bound))?;
             let held = free.iter().filter(|k| values[**k] <= bound * (1.0 + 1e-9)).count();
-            report.active = vec![format!("{held} of {} values of alpha ≥ {bound:.1e}", values.len())];
+            report.active =
+                vec![format!("{held} of {} values of alpha ≥ {bound}", values.len(), bound = short(bound))];
             report.notes.push(format!(
-                "without a bound alpha would not be positive: {held} of its values are kept at {bound:.1e}, where the curvature grows by its \
-                 reciprocal; ask for an alpha nearer to what the edges allow"
-            ));
+                "without a bound alpha would not be positive: {held} of its values are kept at {bound}, where the curvature grows by its \
+                 reciprocal; ask for an alpha nearer to what the edges allow", bound = short(bound)));
         }
         Ok((alpha.with(values)?, Some(report)))
     }

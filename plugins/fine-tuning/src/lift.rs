@@ -2,6 +2,7 @@
 
 use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::spline::{Direction, Space, Surface};
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use crate::alpha::{check_degree, extremes};
@@ -192,8 +193,9 @@ fn closed_integral(integrand: &Field<Vector>, start: &Function<Vector>) -> Resul
     let extent = start.coefficients().iter().fold(size(&closed), |m, c| m.max(c.amax()));
     if gap > 1e-9 * extent {
         return Err(FineTuneError::Contradiction(format!(
-            "the scaled derivatives of the closed surface leave a gap of {gap:.1e}: let α be changed (ends = \"exact\"), or open it \
-             (ends = \"free\")"
+            "the scaled derivatives of the closed surface leave a gap of {gap}: let α be changed (ends = \"exact\"), or open it \
+             (ends = \"free\")",
+            gap = short(gap)
         )));
     }
     plus_row(&plus_row(&closed, &start_row(&closed)?, -1.0)?, start, 1.0)

@@ -3,6 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::algebra::{Coefficient, Field, Function};
 use loftsman_kernel::spline::{Direction, Space};
+use loftsman_kernel::text::short;
 
 use crate::error::{FineTuneError, Result};
 
@@ -131,8 +132,9 @@ pub(crate) fn closed_u(field: &Field<Vector>, what: &str) -> Result<Field<Vector
     let gap = first.iter().zip(last).fold(0.0_f64, |m, (a, b)| m.max((a - b).amax()));
     if gap > 1e-9 * size(field) {
         return Err(FineTuneError::Contradiction(format!(
-            "the surface is closed along {what}, and would have a gap of {gap:.1e} there: give α(u, v) a periodic space along \
-             {what}, or tune a region of it"
+            "the surface is closed along {what}, and would have a gap of {gap} there: give α(u, v) a periodic space along \
+             {what}, or tune a region of it",
+            gap = short(gap)
         )));
     }
     // The open space's first B-spline is the first that the span behind the seam knows.

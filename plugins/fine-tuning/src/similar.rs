@@ -3,6 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::Direction;
 use loftsman_kernel::spline::algebra::Field;
+use loftsman_kernel::text::short;
 use nalgebra::{Matrix3, Rotation3, SVD};
 
 use crate::error::{FineTuneError, Result};
@@ -40,7 +41,8 @@ pub(crate) fn matched(
     if off.is_nan() || off > 1e-9 * extent {
         return Err(FineTuneError::Contradiction(format!(
             "the {name}-lines of the surface want different rotations and scales to keep their ends: the nearest that is one for all \
-             of them misses by {off:.1e}. Use ends = \"exact\" with α(u, v), which changes α for each of them"
+             of them misses by {off}. Use ends = \"exact\" with α(u, v), which changes α for each of them",
+            off = short(off)
         )));
     }
     let mut all: Vec<Vector> = tuned.coefficients().iter().map(|c| similarity.apply(c)).collect();

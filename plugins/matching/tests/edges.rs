@@ -1,4 +1,5 @@
 //! Edges on curves and on other surfaces' edges, against closed forms and evaluated all along.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 use loftsman_kernel::conformance::functional_conformance;
 use loftsman_kernel::edit::{Ask, Edit};

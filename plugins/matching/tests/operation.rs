@@ -1,4 +1,5 @@
 //! The operation `match`: rough surfaces brought to others, measured by an evaluator of the test's own.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 use loftsman_kernel::plugin::{Context, NoClock, Operation, Parameters, Plugin, Quiet, Registry};
 use loftsman_kernel::scene::{Object, Scene};

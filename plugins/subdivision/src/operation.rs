@@ -8,6 +8,8 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
+use loftsman_kernel::text::figure;
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use crate::carry::Carried;
@@ -208,8 +210,9 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         let left = match surface.left_out() {
             Ok(left) if left.count == 0 => "areas and volumes are exact".to_owned(),
             Ok(left) => format!(
-                "areas leave out at most {:.1e}, volumes {:.1e}, round extraordinary vertices",
-                left.area, left.volume
+                "areas leave out at most {}, volumes {}, round extraordinary vertices",
+                short(left.area),
+                short(left.volume)
             ),
             Err(error) => format!("what areas and volumes leave out has no bound: {error}"),
         };
@@ -237,7 +240,8 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         check_size(parameters, levels, first * 4.0_f64.powf(levels as f64), "faces")?;
         let size = cage.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()));
         let tuned = tuned(parameters, cage)?;
-        strain = format!("; edges differ by {:.2e} of their lengths from what they are to be", tuned.strain);
+        strain =
+            format!("; edges differ by {} of their lengths from what they are to be", figure(tuned.strain));
         let fine = catmull_clark::refine_times(&tuned.cage, levels)?;
         if limit { welded(&fine, &catmull_clark::limit_frames(&fine)?, size)? } else { fine.to_mesh()? }
     } else {
@@ -335,8 +339,10 @@ fn put_at(mesh: &mut Mesh, frames: &[LimitFrame]) {
 
 fn check_size(parameters: &Parameters, levels: usize, count: f64, what: &str) -> Result<(), ParameterError> {
     if count > MOST {
-        let problem =
-            format!("{levels} levels would make {count:.1e} {what}, and {MOST:.0e} are the most: take fewer");
+        let problem = format!(
+            "{levels} levels would make {count} {what}, and {MOST:.0e} are the most: take fewer",
+            count = short(count)
+        );
         return Err(parameters.error("levels", problem));
     }
     Ok(())

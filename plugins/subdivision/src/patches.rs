@@ -1,5 +1,6 @@
 //! `patches`: a subdivision surface becomes bicubic splines, in recipes.
 
+use loftsman_kernel::text::short;
 use std::any::Any;
 
 use loftsman_kernel::error::Error;
@@ -68,7 +69,9 @@ impl Operation for ToPatches {
         *scene = made;
         let near = match count - patches.exact {
             0 => "all of them exactly".to_owned(),
-            last => format!("{} exactly, {last} within {:.1e} (certified)", patches.exact, patches.deviation),
+            last => {
+                format!("{} exactly, {last} within {} (certified)", patches.exact, short(patches.deviation))
+            }
         };
         Ok(StepReport {
             op: "patches".into(),

@@ -13,6 +13,7 @@ mod shape;
 mod shared;
 mod tangent;
 
+use loftsman_kernel::text::short;
 use std::borrow::Cow;
 
 use loftsman_kernel::placement::Change;
@@ -120,7 +121,8 @@ fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
     let mut report = WriteReport::default();
     if rounding > 0.0 {
         report.notes.push(format!(
-            "coordinates are rounded by at most {rounding:.1e} {unit}: glTF has single precision"
+            "coordinates are rounded by at most {rounding} {unit}: glTF has single precision",
+            rounding = short(rounding)
         ));
     }
     let broken = |list: &[(String, String)]| {

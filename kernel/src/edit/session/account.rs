@@ -1,5 +1,6 @@
 //! What solving gave, told.
 
+use crate::text::short;
 use std::any::Any;
 
 use smallvec::SmallVec;
@@ -168,8 +169,8 @@ impl<S: Shape> Session<S> {
         let mut again = self.solver.factor(&assembly.system).ok()?;
         let names = fighting(&self.problem.bound, assembly, again.as_mut(), rhs);
         Some(format!(
-            "the adjustment is {:.0e} times what its equations ask one by one: nearly contradictory: {}",
-            found.times,
+            "the adjustment is {} times what its equations ask one by one: nearly contradictory: {}",
+            short(found.times),
             names.join(", ")
         ))
     }

@@ -11,6 +11,7 @@ use crate::problem::conflict::quoted;
 use crate::problem::view;
 use crate::shape::Shape;
 use crate::solve::SolveError;
+use crate::text::figure;
 
 /// Iterations before an event is given up.
 const ITERATIONS: usize = 200;
@@ -279,7 +280,7 @@ impl<S: Shape> Session<S> {
                 (self.problem.bound[k].target[e] - border.here.value[row]).abs(),
             )
         });
-        let worst = format!("{}, {wanted:.3e} wanted", quoted(&self.border_name(row)));
+        let worst = format!("{}, {wanted} wanted", quoted(&self.border_name(row)), wanted = figure(wanted));
         SolveError::NotConverged { iterations, residual, worst }
     }
 

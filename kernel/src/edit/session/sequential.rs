@@ -20,6 +20,7 @@ use crate::problem::solution::overflow;
 use crate::problem::{Numbers, view};
 use crate::shape::Shape;
 use crate::solve::{Sense, SolveError};
+use crate::text::figure;
 
 /// Iterations before a problem is given up.
 const ITERATIONS: usize = 100;
@@ -294,7 +295,7 @@ impl<S: Shape> Session<S> {
             (residual, Some(bound)) => {
                 let mut worst = quoted(&bound.constraint.label());
                 if let [wanted] = bound.target[..] {
-                    worst = format!("{worst}, {wanted:.3e} wanted");
+                    worst = format!("{worst}, {wanted} wanted", wanted = figure(wanted));
                 }
                 SolveError::NotConverged { iterations, residual, worst }.into()
             }

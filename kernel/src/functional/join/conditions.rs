@@ -15,6 +15,7 @@ use crate::error::{Error, MAX_DEGREE, Result};
 use crate::shape::Stencil;
 use crate::spline::binomial;
 use crate::spline::space::{MAX_ORDER, Space};
+use crate::text::short;
 use crate::topology::pair::{Common, Map, Terms};
 use crate::topology::{Pair, SurfaceEdge};
 
@@ -487,7 +488,11 @@ fn too_many(width: usize) -> Refusal {
 }
 
 fn percent(part: f64) -> String {
-    if part >= 1e-3 { format!("{:.3} %", 100.0 * part) } else { format!("{part:.1e} of itself") }
+    if part >= 1e-3 {
+        format!("{:.3} %", 100.0 * part)
+    } else {
+        format!("{part} of itself", part = short(part))
+    }
 }
 
 fn overflow() -> Error {

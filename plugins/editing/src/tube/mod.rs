@@ -4,6 +4,7 @@ mod frames;
 mod line;
 mod sweep;
 
+use loftsman_kernel::text::{figure, short};
 use std::f64::consts::PI;
 
 use loftsman_kernel::Point;
@@ -207,7 +208,8 @@ impl Asked {
                 let needed = (2.0 * PI / chord_angle(line.tolerance, self.radius)).ceil();
                 if needed > SIDES as f64 {
                     let problem = format!(
-                        "a circle would need {needed:.1e} sides, and {SIDES} are the most: give `sides`, or a larger tolerance"
+                        "a circle would need {needed} sides, and {SIDES} are the most: give `sides`, or a larger tolerance",
+                        needed = short(needed)
                     );
                     return Err(p.error(if p.has("tolerance") { "tolerance" } else { "sides" }, problem));
                 }
@@ -282,6 +284,7 @@ fn overlap(line: &Line, radius: f64) -> Option<String> {
     let place = at.map_or_else(|| " (at a corner)".to_owned(), |at| format!(" (at {at:.4})"));
     let frame = state.checked_sub(1).map_or_else(String::new, |frame| format!(" in frame {frame}"));
     Some(format!(
-        "the tube overlaps itself: its radius is {radius}, and the least radius of curvature is {least:.4e}{frame}{place}"
+        "the tube overlaps itself: its radius is {radius}, and the least radius of curvature is {least}{frame}{place}",
+        least = figure(least)
     ))
 }

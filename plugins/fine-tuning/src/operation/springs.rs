@@ -1,5 +1,6 @@
 //! `fine-tune` of the edges of meshes and polylines.
 
+use loftsman_kernel::text::figure;
 use std::collections::BTreeSet;
 
 use loftsman_kernel::mesh::Layer;
@@ -86,7 +87,8 @@ pub(super) fn sprung(
         op: "fine-tune".into(),
         object: Some(object.into()),
         notes: vec![format!(
-            "springs: the edges differ by {strain:.2e} of their lengths from what they are to be"
+            "springs: the edges differ by {strain} of their lengths from what they are to be",
+            strain = figure(strain)
         )],
         ..StepReport::default()
     })

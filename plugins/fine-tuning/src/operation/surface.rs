@@ -76,11 +76,9 @@ fn report(before: &Surface, after: &Surface, tuned: &SurfaceReport) -> StepRepor
             notes.push(format!("scaled by {} to keep its ends along {name}", short(tuned.scale[k])));
         }
     }
-    notes.extend(
-        tuned
-            .residual
-            .map(|r| format!("the derivatives differ by {r:.2e} of their lengths from what they are to be")),
-    );
+    notes.extend(tuned.residual.map(|r| {
+        format!("the derivatives differ by {r} of their lengths from what they are to be", r = figure(r))
+    }));
     notes.extend(tuned.notes.iter().cloned());
     let solved: Vec<_> = tuned.solved.iter().flatten().collect();
     let [first, ..] = solved[..] else { return StepReport { notes, ..StepReport::default() } };

@@ -10,6 +10,7 @@ mod rows;
 mod step;
 mod tree;
 
+use loftsman_kernel::text::{figure, short};
 use std::fmt;
 use std::sync::Arc;
 
@@ -263,16 +264,19 @@ impl fmt::Display for CloudReport {
         let Self { before, rms, largest, worst, iterations, .. } = self;
         write!(
             f,
-            "rms {before:.3e} → {rms:.3e} · largest {largest:.3e} at point {worst} · {iterations} steps"
+            "rms {before} → {rms} · largest {largest} at point {worst} · {iterations} steps",
+            before = figure(*before),
+            rms = figure(*rms),
+            largest = figure(*largest)
         )?;
         if !self.converged {
-            write!(f, ", not enough (the last one still moved a foot by {:.1e})", self.change)?;
+            write!(f, ", not enough (the last one still moved a foot by {})", short(self.change))?;
         }
         if let Some(weight) = self.fair {
-            write!(f, " · energy with weight {weight:.1e}")?;
+            write!(f, " · energy with weight {weight}", weight = short(weight))?;
         }
         if self.equations > 0 {
-            write!(f, " · rank {} of {} · residual {:.1e}", self.rank, self.equations, self.residual)?;
+            write!(f, " · rank {} of {} · residual {}", self.rank, self.equations, short(self.residual))?;
         }
         Ok(())
     }

@@ -1,5 +1,7 @@
 //! `fit-shape`: a shape is brought near to points.
 
+use loftsman_kernel::text::figure;
+use loftsman_kernel::text::short;
 use std::sync::Arc;
 
 use loftsman_kernel::energy::Energy;
@@ -212,18 +214,21 @@ fn fit_of(
 
 fn report_of(object: &str, report: &CloudReport, points: usize) -> StepReport {
     let mut notes = vec![format!(
-        "{points} points: rms {:.6e} → {:.6e}, largest distance {:.6e} at point {}",
-        report.before, report.rms, report.largest, report.worst
+        "{points} points: rms {} → {}, largest distance {} at point {}",
+        figure(report.before),
+        figure(report.rms),
+        figure(report.largest),
+        report.worst
     )];
     if let Some(weight) = report.fair {
         notes.push(format!(
-            "the energy's weight follows from the noise: fair = {weight:.3e} asks for the same, fair = 0 for none"
-        ));
+            "the energy's weight follows from the noise: fair = {weight} asks for the same, fair = 0 for none", weight = figure(weight)));
     }
     if !report.converged {
         notes.push(format!(
-            "after {} steps the last one still moved a foot by {:.1e}: more iterations would come nearer",
-            report.iterations, report.change
+            "after {} steps the last one still moved a foot by {}: more iterations would come nearer",
+            report.iterations,
+            short(report.change)
         ));
     }
     StepReport {

@@ -2,6 +2,7 @@
 
 use loftsman_kernel::measure::{Error, place};
 use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
 
 use super::align::{Aligned, area_vector};
@@ -44,8 +45,9 @@ impl Lofted {
                 self.deviation = self.deviation.max(error);
                 if !(Error { error, allowed: allowed + 32.0 * blur }.holds()) {
                     return Err(RegionError::Sections(format!(
-                        "the surface misses section {k} by {error:.3e}, more than rounding explains: lower the degree, or \
-                         leave out sections that nearly coincide"
+                        "the surface misses section {k} by {error}, more than rounding explains: lower the degree, or \
+                         leave out sections that nearly coincide",
+                        error = figure(error)
                     )));
                 }
             }

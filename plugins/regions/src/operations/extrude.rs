@@ -5,6 +5,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::spline::Surface;
+use loftsman_kernel::text::figure;
 
 use super::{
     ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, finite, like, refinement,
@@ -64,8 +65,9 @@ impl Operation for Extrude {
                 .error(
                     "by",
                     format!(
-                        "{:e} is nothing beside outlines of size {size:.3e}: give a longer vector",
-                        by.norm()
+                        "{:e} is nothing beside outlines of size {size}: give a longer vector",
+                        by.norm(),
+                        size = figure(size)
                     ),
                 )
                 .into());
