@@ -214,3 +214,19 @@ fn several_inputs_become_one_scene() {
     );
     bench.fails(&["run", "over.toml"], 1, &["sail.obj"]);
 }
+
+#[test]
+fn a_derivative_above_the_degree_says_what_to_do() {
+    let bench = LOFTSMAN.bench().with_wave();
+    let recipe = |more: &str| {
+        format!(
+            "input = \"wave.loft.json\"\noutput = \"o.obj\"\n[[step]]\nop = \"edit\"\nobject = \"wave\"\n{more}constraints = [{{ \
+             kind = \"derivative\", at = 2.5, order = 4, by = [0, 1, 0] }}]\n"
+        )
+    };
+    bench.write("r.toml", recipe(""));
+    bench.fails(&["run", "r.toml"], 1, &["derivative 4 at 2.5", "above the degree is always 0", "elevate"]);
+    // Where vertices are locked, they may be why.
+    bench.write("r.toml", recipe("lock = [0]\n"));
+    bench.fails(&["run", "r.toml"], 1, &["no control vertex that may move has any influence"]);
+}

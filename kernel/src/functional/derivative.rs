@@ -79,6 +79,10 @@ impl Functional for DerivativeAt {
         true
     }
 
+    fn powerless(&self) -> Option<&'static str> {
+        Some("a derivative of an order above the degree is always 0; elevate the degree first")
+    }
+
     fn location(&self) -> Option<(usize, Location)> {
         Some((self.on.shape, self.at.location))
     }

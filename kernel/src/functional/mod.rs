@@ -234,6 +234,12 @@ pub trait Functional: Any + Debug + Send + Sync {
         None
     }
 
+    /// Why no control vertex may have any influence on it though all may move, and what to do; `None` (the default) where that does
+    /// not happen by itself.
+    fn powerless(&self) -> Option<&'static str> {
+        None
+    }
+
     /// What it is in Rust, for messages about functionals that are wrong.
     fn type_name(&self) -> &'static str {
         std::any::type_name::<Self>()

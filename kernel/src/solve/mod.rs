@@ -49,6 +49,7 @@ mod symmetric;
 mod system;
 mod unit;
 
+use crate::text::{figure, short};
 pub use active_set::{Outcome, Program, Sense};
 pub use adjoint::Adjoint;
 pub use automatic::Automatic;
@@ -184,7 +185,8 @@ pub enum SolveError {
     },
     /// The system is so ill-conditioned that this solver would lose the answer.
     #[error(
-        "the constraints are nearly dependent (condition {condition:.1e}), too much so for the solver \"{solver}\": use \"{better}\""
+        "the constraints are nearly dependent (condition {condition}), too much so for the solver \"{solver}\": use \"{better}\"",
+        condition = short(*condition)
     )]
     IllConditioned {
         /// The solver's name.
@@ -205,7 +207,9 @@ pub enum SolveError {
     },
     /// An answer that misses an equation by more than rounding explains: it is not handed out.
     #[error(
-        "{constraint} would be missed by {error:.1e}, more than rounding explains ({allowed:.1e}), so the answer of the solver \"{solver}\" is not taken: {advice}"
+        "{constraint} would be missed by {error}, more than rounding explains ({allowed}), so the answer of the solver \"{solver}\" is not taken: {advice}",
+        error = short(*error),
+        allowed = short(*allowed)
     )]
     Missed {
         /// What is missed.
@@ -221,7 +225,9 @@ pub enum SolveError {
     },
     /// An answer that is farther from an equation than the tolerance that it was given: it is not handed out.
     #[error(
-        "{constraint} would be missed by {error:.3e}, more than its tolerance of {tolerance:e} allows: allow more, refine what it is asked of, or (edges that should meet) leave the tolerance out, for edges that are made one where that can be"
+        "{constraint} would be missed by {error}, more than its tolerance of {tolerance} allows: allow more, refine what it is asked of, or (edges that should meet) leave the tolerance out, for edges that are made one where that can be",
+        error = figure(*error),
+        tolerance = figure(*tolerance)
     )]
     OutOfTolerance {
         /// What is missed.
@@ -233,8 +239,11 @@ pub enum SolveError {
     },
     /// Constraints that all hold only by an adjustment out of all proportion to what each of them asks.
     #[error(
-        "{names} nearly contradict one another (condition {condition:.1e}): to meet them all, control vertices would go {length:.1e}, {times:.0e} times as far as each alone would take; release one of them, ask the same of those whose places are so near, move the places apart, or say force = true to take it",
-        names = constraints.join(", ")
+        "{names} nearly contradict one another (condition {condition}): to meet them all, control vertices would go {length}, {times} times as far as each alone would take; release one of them, ask the same of those whose places are so near, move the places apart, or say force = true to take it",
+        names = constraints.join(", "),
+        condition = short(*condition),
+        length = short(*length),
+        times = short(*times)
     )]
     NearConflict {
         /// The constraints that fight each other, as people know them.
@@ -261,7 +270,8 @@ pub enum SolveError {
     Unsupported(String),
     /// A nonlinear problem whose iterations did not arrive.
     #[error(
-        "not solved after {iterations} iterations: the largest constraint error is still {residual:.3e} (in {worst}); ask for less at once"
+        "not solved after {iterations} iterations: the largest constraint error is still {residual} (in {worst}); ask for less at once",
+        residual = figure(*residual)
     )]
     NotConverged {
         /// Iterations made.
@@ -273,7 +283,8 @@ pub enum SolveError {
     },
     /// A nonlinear problem whose constraints are met, but whose adjustment is not yet the least one.
     #[error(
-        "not solved after {iterations} iterations: every constraint is met, but the adjustment still changes by {change:.1e} of itself, so it is not the least one; ask for less at once"
+        "not solved after {iterations} iterations: every constraint is met, but the adjustment still changes by {change} of itself, so it is not the least one; ask for less at once",
+        change = short(*change)
     )]
     StillMoving {
         /// Iterations made.

@@ -2,6 +2,7 @@
 
 use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::OperationError;
+use loftsman_kernel::text::{figure, short};
 
 /// The result of a fit.
 pub type Result<T, E = FitError> = std::result::Result<T, E>;
@@ -99,7 +100,8 @@ pub enum FitError {
     },
     /// The equations are so nearly dependent that their solution would be noise.
     #[error(
-        "the equations are singular to working precision (condition {condition:.1e}, near parameter {near}): {advice}"
+        "the equations are singular to working precision (condition {condition}, near parameter {near}): {advice}",
+        condition = short(*condition)
     )]
     IllConditioned {
         /// Estimate of the condition number; infinite where exactly singular.
@@ -111,7 +113,9 @@ pub enum FitError {
     },
     /// The tolerance could not be met; the largest error of the best curve is a tolerance that can.
     #[error(
-        "the tolerance {tolerance:e} is not met: {vertices} control vertices come as near as {error:.3e} (at point {worst}); {advice}"
+        "the tolerance {tolerance} is not met: {vertices} control vertices come as near as {error} (at point {worst}); {advice}",
+        tolerance = figure(*tolerance),
+        error = figure(*error)
     )]
     NotMet {
         /// What was asked for, in document units.
@@ -146,7 +150,9 @@ pub enum FitError {
     },
     /// A constraint that the curve, measured, does not meet.
     #[error(
-        "the fitted curve misses the constraint \"{name}\" by {error:.3e} where rounding allows {allowed:.1e}: hold fewer constraints that are near one another, or allow more control vertices"
+        "the fitted curve misses the constraint \"{name}\" by {error} where rounding allows {allowed}: hold fewer constraints that are near one another, or allow more control vertices",
+        error = figure(*error),
+        allowed = short(*allowed)
     )]
     Missed {
         /// Its name.

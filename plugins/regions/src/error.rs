@@ -4,6 +4,7 @@ use loftsman_kernel::Error;
 use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::OperationError;
 use loftsman_kernel::text::a;
+use loftsman_kernel::text::{figure, short};
 
 /// The result of working with regions.
 pub type Result<T, E = RegionError> = std::result::Result<T, E>;
@@ -22,7 +23,8 @@ pub enum RegionError {
     },
     /// A curve that does not come back to its start, and no other that leads there.
     #[error(
-        "\"{object}\" is open: its ends are {gap:.3e} apart, and no other of the curves given starts where it ends; name the curve that does, or say bridge = true for a straight line"
+        "\"{object}\" is open: its ends are {gap} apart, and no other of the curves given starts where it ends; name the curve that does, or say bridge = true for a straight line",
+        gap = figure(*gap)
     )]
     Open {
         /// The object (the last of a chain).
@@ -32,7 +34,8 @@ pub enum RegionError {
     },
     /// Points off the plane.
     #[error(
-        "\"{object}\" is not planar: it leaves the plane of the region by {distance:.3e}; flatten it first"
+        "\"{object}\" is not planar: it leaves the plane of the region by {distance}; flatten it first",
+        distance = figure(*distance)
     )]
     NotPlanar {
         /// The object.
@@ -92,7 +95,10 @@ pub enum RegionError {
     },
     /// A refinement that would need too many triangles.
     #[error(
-        "triangles of size {size:e} would be {count:.1e}: at most {most:.0e} are made; ask for a larger size"
+        "triangles of size {size} would be {count}: at most {most} are made; ask for a larger size",
+        size = figure(*size),
+        count = short(*count),
+        most = short(*most)
     )]
     TooFine {
         /// The size asked for.
