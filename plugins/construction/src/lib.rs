@@ -3,6 +3,9 @@
 //! * `line`, `polyline`, `circle`, `arc`, `ellipse`: curves from numbers;
 //! * `revolve`: the surface that a curve goes through when turned about an axis;
 //! * `isocurve`, `edge`: curves of surfaces;
+//! * `offset`: planar curves at a distance from one, within a tolerance, loops cut away;
+//! * `sweep`: the surface that a curve goes through when moved along another;
+//! * `symmetrize`: shapes made exactly symmetric about a plane;
 //! * `sample`: points spread evenly along a curve or polyline.
 //!
 //! ```
@@ -16,16 +19,22 @@
 
 mod fields;
 mod isocurve;
+mod offset;
 mod primitives;
 mod revolve;
 mod sample;
+mod sweep;
+mod symmetrize;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
 pub use isocurve::{EdgeOf, Isocurve};
+pub use offset::{Corners, Offset, OffsetOf, OffsetOptions, offset};
 pub use primitives::{Arc, Circle, Ellipse, Line, PolylineOf, arc_through};
 pub use revolve::Revolve;
 pub use sample::{Sample, Sampled, Spread, spread};
+pub use sweep::{Sweep, Swept, Turning, sweep};
+pub use symmetrize::{Half, Mirror, Symmetric, Symmetrize, symmetrize, symmetrize_surface};
 
 /// Registers the operations.
 #[derive(Debug, Clone, Copy, Default)]
@@ -42,5 +51,8 @@ impl Plugin for Construction {
         registry.operation(Isocurve);
         registry.operation(EdgeOf);
         registry.operation(Sample);
+        registry.operation(OffsetOf);
+        registry.operation(Sweep);
+        registry.operation(Symmetrize);
     }
 }

@@ -1,0 +1,81 @@
+//! How far places are from the curve, or from all of it but some pieces.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::error::Result;
+use loftsman_kernel::spline::Curve;
+
+/// The curve in polynomial pieces that turn by no more than a right angle, and the boxes around them.
+pub(super) struct Around {
+    pub(super) pieces: Vec<Curve>,
+    boxes: Vec<(Point, Point)>,
+}
+
+/// Halvings of a piece that turns.
+const HALVINGS: usize = 8;
+
+impl Around {
+    /// Pieces that are points are left out. A torn curve is that on both sides of a tear.
+    pub(super) fn new(curve: &Curve, least: f64) -> Result<Self> {
+        let mut pieces = Vec::new();
+        for segment in curve.bezier_segments()? {
+            if segment.points().iter().all(|q| (q - segment.points()[0]).norm() <= least) {
+                continue;
+            }
+            let mut open = vec![(segment, 0)];
+            while let Some((piece, depth)) = open.pop() {
+                let (a, b) = piece.domain();
+                let middle = 0.5 * a + 0.5 * b;
+                if depth < HALVINGS
+                    && turning(&piece) > std::f64::consts::FRAC_PI_2
+                    && a < middle
+                    && middle < b
+                {
+                    let halves = piece.split(middle)?;
+                    open.extend(halves.into_iter().rev().map(|half| (half, depth + 1)));
+                } else {
+                    pieces.push(piece);
+                }
+            }
+        }
+        let boxes = pieces.iter().map(Curve::hull_bounds).collect();
+        Ok(Self { pieces, boxes })
+    }
+
+    /// The distance of a point from all pieces but some, and the place there; none where it is not below `most`.
+    pub(super) fn nearest(
+        &self,
+        point: &Point,
+        without: [usize; 2],
+        most: f64,
+    ) -> Result<Option<(f64, Point)>> {
+        let mut near: Vec<(f64, usize)> = (self.boxes.iter().enumerate())
+            .map(|(k, (low, high))| ((point.sup(low).inf(high) - point).norm(), k))
+            .filter(|(bound, k)| *bound < most && !without.contains(k))
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut best: Option<(f64, Point)> = None;
+        for (bound, k) in near {
+            let least = best.map_or(most, |b| b.0);
+            if bound >= least {
+                break;
+            }
+            let found = self.pieces[k].closest(*point)?;
+            if found.distance < least {
+                best = Some((found.distance, found.point));
+            }
+        }
+        Ok(best)
+    }
+
+    /// The distance of a point from the curve.
+    pub(super) fn distance(&self, point: &Point) -> Result<f64> {
+        Ok(self.nearest(point, [usize::MAX; 2], f64::INFINITY)?.map_or(f64::INFINITY, |found| found.0))
+    }
+}
+
+/// How far the control polygon turns, and so the piece at most.
+fn turning(piece: &Curve) -> f64 {
+    let legs: Vec<_> =
+        piece.points().windows(2).map(|w| w[1] - w[0]).filter(|leg| leg.norm() > 0.0).collect();
+    legs.windows(2).map(|w| w[0].cross(&w[1]).norm().atan2(w[0].dot(&w[1]))).sum()
+}

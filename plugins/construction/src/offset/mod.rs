@@ -1,0 +1,158 @@
+//! Offsets of planar curves: what lies at a distance from a curve, on one side of it.
+//!
+//! Every polynomial piece is moved along its normal, corners are joined, and of all that is kept what is no nearer to the
+//! curve than the distance: asked of the curve's certified closest points, place after place. What is kept meets where the moved pieces
+//! cross, so that loops are cut away and a curve that is moved far inwards falls into several.
+
+mod around;
+mod chain;
+mod element;
+mod keep;
+mod measure;
+mod operation;
+mod plane;
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::error::{Error, Figure, Result};
+use loftsman_kernel::spline::Curve;
+
+use element::elements;
+pub use operation::OffsetOf;
+
+/// What happens where the curve has a corner, on the side where its offset falls apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Corners {
+    /// An arc about the corner: all of it is as far from the curve as asked for.
+    #[default]
+    Round,
+    /// Both sides are prolonged until they meet, as long as that is no further than four distances from the corner; round else.
+    Sharp,
+    /// Nothing: the offset ends there, and begins again.
+    Open,
+}
+
+/// How an offset is made.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct OffsetOptions {
+    /// How far the offset may be from where it should be: a length; `None`: 1e-6 of the curve's size.
+    pub tolerance: Option<f64>,
+    /// What becomes of corners.
+    pub corners: Corners,
+    /// Across the plane; needed for straight lines, which lie in many. Of any length.
+    pub normal: Option<Vector>,
+}
+
+/// The offset of a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Offset {
+    /// Its pieces, in the order in which the curve passes them; those that end where they start are closed to the last bit.
+    pub curves: Vec<Curve>,
+    /// The largest deviation that was measured: of places of the offset from the distance asked for (the tips of sharp corners left out),
+    /// and of places that it should pass from it.
+    pub deviation: f64,
+    /// The tolerance that was used.
+    pub tolerance: f64,
+    /// How often parts nearer to the curve than the distance were cut away.
+    pub cut: usize,
+    /// Corners too sharp for a tip, which are round.
+    pub blunted: usize,
+}
+
+/// The offset of a planar curve at a signed distance: outwards of a closed curve where positive, else to the right of its
+/// way as seen from the tip of the normal (without one given: the tip whose largest component is positive).
+///
+/// Lines, arcs of circles and the joins between pieces come out exact; all else are cubics through places of the offset and
+/// along its derivatives, with the curve's own parameters, halved until they are near enough. Then the deviation is measured afresh,
+/// both ways, on the curves that are handed out.
+///
+/// A part is kept where no place of the curve is nearer than the distance, to 2e-9 of it and 1e-11 of the size. Between the places
+/// where that is asked the rest of the curve is too far away to be nearer by more than the tolerance. `O(n k)` closest points for `n` pieces and `k` places.
+///
+/// ```
+/// use loftsman_construction::{OffsetOptions, offset};
+/// use loftsman_kernel::{Point, Vector, spline::Curve};
+/// let ring = Curve::circle(Point::origin(), Vector::z(), 2.0)?;
+/// let wider = offset(&ring, 0.5, &OffsetOptions::default())?;
+/// assert!((wider.curves[0].length(1e-12)?.value - 5.0 * std::f64::consts::PI).abs() < 1e-10);
+/// # Ok::<(), loftsman_kernel::Error>(())
+/// ```
+///
+/// # Errors
+/// When the distance is 0 or the tolerance no length; the curve is a point, leaves its plane by more than 1e-9 of its size, or is straight
+/// and no normal is given; it stops on its way; or nothing is left at that distance (the message says up to where something is).
+pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<Offset> {
+    if !distance.is_finite() || distance == 0.0 {
+        let problem = "give a distance that is not 0, positive outwards or to the right";
+        return Err(Error::Invalid(format!("{} is no distance to move by: {problem}", Figure(distance))));
+    }
+    let plane = plane::Plane::of(curve, options.normal)?;
+    let tolerance = options.tolerance.unwrap_or(1e-6 * plane.size);
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(Error::Invalid(format!("{} is no tolerance: give a length above 0", Figure(tolerance))));
+    }
+    let size = plane.size + distance.abs();
+    if !(size < 1e150 && size > 1e-150) {
+        return Err(Error::Invalid(
+            "the curve and the distance are too large or too small for their squares to be numbers: scale them"
+                .into(),
+        ));
+    }
+    let around = around::Around::new(curve, 1e-14 * size)?;
+    let job = Job { curve, around, plane, distance, tolerance, size, corners: options.corners };
+    let mut last = 0.0;
+    for round in 0..3 {
+        let (elements, blunted) = elements(&job)?;
+        let kept = keep::kept(&job, &elements, round)?;
+        if kept.intervals.is_empty() {
+            let reach = keep::reach(&job, &elements)?;
+            return Err(Error::Invalid(format!(
+                "nothing of the curve is {} away on that side: something is up to about {}",
+                Figure(distance.abs()),
+                crate::fields::figure(0.999 * reach)
+            )));
+        }
+        let cut = kept.cut;
+        let chains = chain::chains(&job, &elements, kept.intervals, round)?;
+        let deviation = measure::deviation(&job, &elements, &chains)?;
+        if deviation <= tolerance {
+            let curves = chains.into_iter().map(|c| c.curve).collect();
+            return Ok(Offset { curves, deviation, tolerance, cut, blunted });
+        }
+        last = deviation;
+    }
+    Err(Error::Invalid(format!(
+        "the offset at {} misses its place by {} where {} is allowed: give a larger tolerance, or split the curve",
+        Figure(distance),
+        crate::fields::figure(last),
+        Figure(tolerance)
+    )))
+}
+
+/// What is to be done, checked.
+struct Job<'a> {
+    curve: &'a Curve,
+    around: around::Around,
+    plane: plane::Plane,
+    distance: f64,
+    tolerance: f64,
+    /// Of the curve and the distance together.
+    size: f64,
+    corners: Corners,
+}
+
+impl Job<'_> {
+    /// What the distance to the curve may lack by rounding.
+    fn slack(&self) -> f64 {
+        2e-9 * self.distance.abs() + 1e-11 * self.size
+    }
+
+    /// What comes nearer than the distance by the tolerance does so over this length.
+    fn blind(&self) -> f64 {
+        2.0 * (2.0 * self.distance.abs() * self.tolerance.min(self.distance.abs())).sqrt()
+    }
+
+    /// How far pieces may be apart where they are put together.
+    fn snap(&self) -> f64 {
+        0.1 * self.tolerance
+    }
+}

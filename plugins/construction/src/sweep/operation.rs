@@ -1,0 +1,105 @@
+//! The operation `sweep`.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::error::Figure;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+
+use super::{Turning, sweep};
+use crate::fields::{NAME, direction, figure, free_name, length, like, made, named};
+use crate::revolve::measured;
+
+/// The operation `sweep`: [`sweep`](fn@super::sweep).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sweep;
+
+impl Operation for Sweep {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::required("object", "text", "the curve that is moved, where it is at the path's start"),
+            Field::required("path", "text", "the curve that it is moved along"),
+            Field::optional(
+                "frame",
+                "least | upright | parallel",
+                "least",
+                "turning with the path and about it as little as can be, or with `up` staying up, or not at all",
+            ),
+            Field::optional("up", "[x, y, z]", "[0, 0, 1]", "what stays up, where the frame is upright"),
+            Field::optional(
+                "tolerance",
+                "length",
+                "1e-6 of the size",
+                "how far the surface may be from the sweep",
+            ),
+            NAME,
+        ];
+        Declaration {
+            name: "sweep",
+            help: "move a curve along another: a surface, u along the path, v the curve; parallel exactly, else within a tolerance; reports area and deviation",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        p.text("object")?;
+        let source = object_name(scene, p, |g| matches!(g, Geometry::Curve(_)), "curve")?;
+        let profile = scene.curve(&source).map_err(|e| p.error("object", e.to_string()))?;
+        let path = scene.curve(p.text("path")?).map_err(|e| p.error("path", e.to_string()))?;
+        let frames = [
+            ("least", Turning::Least),
+            ("upright", Turning::Upright(Vector::z())),
+            ("parallel", Turning::Parallel),
+        ];
+        let mut turning = p.choice_or("frame", &frames, Turning::Least)?;
+        if let Turning::Upright(up) = &mut turning {
+            *up = direction(p, "up", Vector::z())?;
+        } else if p.has("up") {
+            return Err(p.error("up", "is for frame = \"upright\" only: leave it out, or say so").into());
+        }
+        let tolerance = if p.has("tolerance") { Some(length(p, "tolerance")?) } else { None };
+        let swept = sweep(profile, path, turning, tolerance).map_err(named(&source))?;
+        let name = free_name(scene, p, &format!("{source} swept"))?;
+        let surface = swept.surface;
+        let (u, v) = (surface.u(), surface.v());
+        let mut notes = vec![format!(
+            "degree {} × {}, {} × {} control vertices",
+            u.degree(),
+            v.degree(),
+            u.len(),
+            v.len()
+        )];
+        notes.push(if turning == Turning::Parallel {
+            "exact".into()
+        } else {
+            format!(
+                "{} from the sweep at most, measured; {} were allowed",
+                figure(swept.deviation),
+                Figure(swept.tolerance)
+            )
+        });
+        if swept.twist.abs() > 1e-9 {
+            notes.push(format!(
+                "turned about the path by {} degrees on the way round, so that the ends meet",
+                figure(swept.twist.to_degrees())
+            ));
+        }
+        if let Some(at) = swept.folds {
+            notes.push(format!(
+                "folds back at {} of the path, whose bend is too narrow for the curve",
+                figure(at)
+            ));
+        }
+        let area = measured(context, "surface-area", &surface);
+        let object = like(scene, &source, &name, surface.into());
+        scene.add(object)?;
+        Ok(StepReport { area, ..made("sweep", name, notes) })
+    }
+}

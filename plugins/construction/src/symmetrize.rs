@@ -1,0 +1,384 @@
+//! `symmetrize`: shapes made exactly symmetric about a plane.
+
+use loftsman_kernel::error::{Error, Result};
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::text::a;
+use loftsman_kernel::{Point, Vector};
+
+use crate::fields::{direction, figure, made, named, point_or_origin};
+
+/// Samples of a span for the places where a curve crosses the plane.
+const SAMPLES: usize = 16;
+/// What is nearer to the plane than this part of the size is in it.
+const IN_PLANE: f64 = 1e-9;
+
+/// A plane to mirror in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mirror {
+    point: Point,
+    normal: Vector,
+}
+
+/// Which half of a shape the other is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Half {
+    /// The mean of both: of all symmetric shapes with these knots the one whose control vertices are nearest.
+    #[default]
+    Both,
+    /// That on the side to which the normal points.
+    Front,
+    /// The other.
+    Back,
+}
+
+/// A symmetric shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Symmetric<T> {
+    /// The shape: for parameters that mirror one another the points do so, too.
+    pub shape: T,
+    /// The furthest that a control vertex has moved, once knots were inserted so that they are symmetric; none where a half is new.
+    pub moved: Option<f64>,
+}
+
+impl Mirror {
+    /// The plane through a point, with a normal of any length.
+    ///
+    /// # Errors
+    /// When a number is not finite or the normal is 0.
+    pub fn new(point: Point, normal: Vector) -> Result<Self> {
+        let largest = normal.amax();
+        if !(largest > 0.0 && normal.iter().chain(point.iter()).all(|x| x.is_finite())) {
+            return Err(Error::Invalid("the plane needs a finite point, and a normal that is not 0".into()));
+        }
+        Ok(Self { point, normal: (normal / largest).normalize() })
+    }
+
+    fn height(&self, point: &Point) -> f64 {
+        (point - self.point).dot(&self.normal)
+    }
+
+    fn image(&self, point: &Point) -> Point {
+        point - self.normal * (2.0 * self.height(point))
+    }
+}
+
+/// A curve made symmetric about a plane: with `Half::Both` the mean of the curve and its mirror image run backwards, else one half and its
+/// mirror image. A closed curve is begun where it crosses the plane first; with both halves, at the crossing from which it changes least.
+///
+/// The mean of vertices `P` with weights `w` and mirrored ones `Q` with `ω`, both over knots that are symmetric, is
+/// `(w P + ω Q) / (w + ω)` with weights `(w + ω) / 2`. `O(n p)`.
+///
+/// ```
+/// use loftsman_construction::{Half, Mirror, symmetrize};
+/// use loftsman_kernel::{Point, Vector, spline::Curve};
+/// let points = [[-2.0, 0.1], [-1.0, 2.0], [1.1, 2.0], [2.0, 0.0]].map(|[x, y]| Point::new(x, y, 0.0));
+/// let mirror = Mirror::new(Point::origin(), Vector::x())?;
+/// let even = symmetrize(&Curve::bezier(points.to_vec())?, &mirror, Half::Both)?.shape;
+/// let (p, q) = (even.point(0.2)?, even.point(0.8)?);
+/// assert!((p.x + q.x).abs() + (p.y - q.y).abs() < 1e-15);
+/// # Ok::<(), loftsman_kernel::Error>(())
+/// ```
+///
+/// # Errors
+/// When half of the curve is asked for and it does not cross the plane once (closed: twice); when a closed curve does not cross it at all.
+pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetric<Curve>> {
+    let (start, end) = curve.domain();
+    let size = curve.points().iter().map(|p| (p - curve.points()[0]).norm()).fold(0.0, f64::max);
+    let closed =
+        curve.is_periodic() || (curve.point(start)? - curve.point(end)?).norm() <= IN_PLANE * 1e-3 * size;
+    if half == Half::Both {
+        if !closed {
+            return mean(curve, mirror);
+        }
+        let mut best: Option<Symmetric<Curve>> = None;
+        for at in crossings(curve, mirror)? {
+            let found = mean(&curve.started_at(at)?, mirror)?;
+            if best.as_ref().is_none_or(|b| found.moved < b.moved) {
+                best = Some(found);
+            }
+        }
+        return best.ok_or_else(|| {
+            Error::Invalid("the closed curve does not cross the plane: move the plane, or the curve".into())
+        });
+    }
+    let side = if half == Half::Front { 1.0 } else { -1.0 };
+    let cuts = crossings(curve, mirror)?;
+    let wanted = if closed { 2 } else { 1 };
+    if cuts.len() != wanted {
+        let kind = if closed { "a closed curve twice" } else { "an open curve once" };
+        return Err(Error::Invalid(format!(
+            "the curve crosses the plane {} times: to keep one half {kind}",
+            cuts.len()
+        )));
+    }
+    let opened = if closed { curve.started_at(cuts[0])?.to_clamped()? } else { curve.to_clamped()? };
+    let (a, b) = opened.domain();
+    // The other crossing, on the curve as it begins now.
+    let last = cuts[cuts.len() - 1];
+    let last = if last < a { last + (end - start) } else { last };
+    if !(a < last && last < b) {
+        return Err(Error::Invalid(
+            "the curve ends in the plane, and has no other half there: join it first".into(),
+        ));
+    }
+    let parts = opened.split(last)?;
+    let [before, after] = &parts[..] else {
+        return Err(Error::Invalid("the curve cannot be cut at the plane: it is torn there".into()));
+    };
+    let (c, d) = before.domain();
+    let kept = if mirror.height(&before.point(0.5 * c + 0.5 * d)?) * side > 0.0 { before } else { after };
+    let first_is_in = closed || std::ptr::eq(kept, after);
+    let (space, mut points, weights) = kept.clone().into_parts();
+    let n = points.len();
+    let onto = |p: Point| p - mirror.normal * mirror.height(&p);
+    if closed || first_is_in {
+        points[0] = onto(points[0]);
+    }
+    if closed || !first_is_in {
+        points[n - 1] = onto(points[n - 1]);
+    }
+    let kept = Curve::build(space, points, weights)?;
+    let image = mirrored(&kept, mirror)?;
+    // Both end in the plane, to rounding.
+    let snap = 1e-12 * (size + kept.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max));
+    let whole = if first_is_in && !closed { image.join(&kept, snap)? } else { kept.join(&image, snap)? };
+    let mut shape = whole.shape;
+    if closed && curve.is_periodic() {
+        shape = shape.to_periodic(1e-14 * size)?.shape;
+    }
+    Ok(Symmetric { shape, moved: None })
+}
+
+/// A surface made symmetric about a plane, run backwards in a direction in the mirror: the mean of itself and its mirror image, as
+/// [`symmetrize`] of all curves along it.
+///
+/// # Errors
+/// When the direction is periodic: it has no place to begin at.
+pub fn symmetrize_surface(
+    surface: &Surface,
+    mirror: &Mirror,
+    direction: Direction,
+) -> Result<Symmetric<Surface>> {
+    if surface.space(direction).is_periodic() {
+        let name = if direction == Direction::U { "u" } else { "v" };
+        return Err(Error::Invalid(format!(
+            "the surface is periodic in {name} and has no ends there that could mirror one another: split it where the plane cuts it"
+        )));
+    }
+    let open = surface.convert(direction, &surface.space(direction).clamping()?)?;
+    let common = symmetric_space(open.space(direction))?;
+    let fine = open.insert_knots(direction, &missing(open.space(direction), &common))?;
+    let image = fine.reverse(direction)?;
+    let image_points: Vec<Point> = image.points().iter().map(|p| mirror.image(p)).collect();
+    let (points, weights, moved) =
+        averaged((fine.points(), fine.weights()), (&image_points, image.weights()));
+    let shape = Surface::build(
+        if direction == Direction::U { common.clone() } else { fine.u().clone() },
+        if direction == Direction::V { common } else { fine.v().clone() },
+        points,
+        weights,
+    )?;
+    Ok(Symmetric { shape, moved: Some(moved) })
+}
+
+fn mirrored(curve: &Curve, mirror: &Mirror) -> Result<Curve> {
+    let (space, points, weights) = curve.reverse()?.into_parts();
+    Curve::build(space, points.iter().map(|p| mirror.image(p)).collect(), weights)
+}
+
+fn mean(curve: &Curve, mirror: &Mirror) -> Result<Symmetric<Curve>> {
+    let open = curve.to_clamped()?;
+    let common = symmetric_space(open.space())?;
+    let fine = open.insert_knots(&missing(open.space(), &common))?;
+    let image = mirrored(&fine, mirror)?;
+    let (points, weights, moved) =
+        averaged((fine.points(), fine.weights()), (image.points(), image.weights()));
+    let size = points.iter().map(|p| (p - points[0]).norm().max(p.coords.amax())).fold(0.0, f64::max);
+    let mut shape = Curve::build(common, points, weights)?;
+    if curve.is_periodic() {
+        shape = shape.to_periodic(1e-14 * size)?.shape;
+    }
+    Ok(Symmetric { shape, moved: Some(moved) })
+}
+
+type Net<'a> = (&'a [Point], Option<&'a [f64]>);
+
+/// The mean of two nets, and how far the first one's vertices have moved.
+fn averaged(first: Net<'_>, second: Net<'_>) -> (Vec<Point>, Option<Vec<f64>>, f64) {
+    let n = first.0.len();
+    let weight = |net: &Net<'_>, k: usize| net.1.map_or(1.0, |w| w[k]);
+    let points: Vec<Point> = (0..n)
+        .map(|k| {
+            let (w, v) = (weight(&first, k), weight(&second, k));
+            Point::from((first.0[k].coords * w + second.0[k].coords * v) / (w + v))
+        })
+        .collect();
+    let weights =
+        first.1.map(|_| (0..n).map(|k| 0.5 * weight(&first, k) + 0.5 * weight(&second, k)).collect());
+    let moved = points.iter().zip(first.0).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+    (points, weights, moved)
+}
+
+/// The space with the mirrored knots inserted, and knots that are nearly mirrored moved by rounding, so that all are.
+fn symmetric_space(space: &Space) -> Result<Space> {
+    let (a, b) = space.domain();
+    let near = 1e-12 * space.length();
+    let p = space.degree();
+    let mut inner: Vec<(f64, usize)> = Vec::new();
+    let breaks = space.breakpoints();
+    for &k in breaks.iter().filter(|&&k| k > a && k < b) {
+        let times = space.multiplicity(k).min(p + 1);
+        for at in [k, a + (b - k)] {
+            match inner.iter_mut().find(|(x, _)| (*x - at).abs() <= near) {
+                Some((_, most)) => *most = times.max(*most),
+                None => inner.push((at, times)),
+            }
+        }
+    }
+    inner.sort_by(|x, y| x.0.total_cmp(&y.0));
+    let mut knots = vec![a; p + 1];
+    knots.extend(inner.iter().flat_map(|&(x, times)| vec![x; times]));
+    knots.extend(vec![b; p + 1]);
+    Space::open(p, knots)
+}
+
+/// What has to be inserted for a space to be another one.
+fn missing(space: &Space, wanted: &Space) -> Vec<f64> {
+    let near = 1e-12 * space.length();
+    let mut old = space.flat().to_vec();
+    let mut missing = Vec::new();
+    for &k in wanted.flat() {
+        match old.iter().position(|x| (x - k).abs() <= near) {
+            Some(index) => drop(old.remove(index)),
+            None => missing.push(k),
+        }
+    }
+    missing
+}
+
+/// The parameters where a curve changes sides; the seam of a closed curve once.
+fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
+    let height = |u: f64| curve.point(u).map(|p| mirror.height(&p));
+    let mut found: Vec<f64> = Vec::new();
+    let mut last: Option<(f64, f64)> = None;
+    for span in curve.space().breakpoints().windows(2) {
+        for k in 0..=SAMPLES {
+            let u = if k == SAMPLES {
+                span[1]
+            } else {
+                span[0] + (span[1] - span[0]) * k as f64 / SAMPLES as f64
+            };
+            let h = height(u)?;
+            // A sample in the plane says nothing: the next one does.
+            if h == 0.0 {
+                continue;
+            }
+            if let Some((before, value)) = last
+                && (value < 0.0) != (h < 0.0)
+            {
+                let (mut low, mut high) = (before, u);
+                for _ in 0..200 {
+                    let middle = 0.5 * low + 0.5 * high;
+                    if !(low < middle && middle < high) {
+                        break;
+                    }
+                    if (height(middle)? < 0.0) == (value < 0.0) {
+                        low = middle;
+                    } else {
+                        high = middle;
+                    }
+                }
+                found.push(if height(low)?.abs() <= height(high)?.abs() { low } else { high });
+            }
+            last = Some((u, h));
+        }
+    }
+    // A closed curve may change sides at its seam.
+    let (a, b) = curve.domain();
+    let closes = curve.is_periodic() || (curve.point(a)? - curve.point(b)?).norm() == 0.0;
+    if closes && found.len() % 2 == 1 {
+        found.insert(0, a);
+    }
+    Ok(found)
+}
+
+/// The operation `symmetrize`: [`symmetrize`](fn@symmetrize), [`symmetrize_surface`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Symmetrize;
+
+impl Operation for Symmetrize {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only curve or surface", "what becomes symmetric"),
+            Field::optional("point", "[x, y, z]", "[0, 0, 0]", "a point of the plane"),
+            Field::optional("normal", "[x, y, z]", "[1, 0, 0]", "across the plane"),
+            Field::optional(
+                "half",
+                "both | front | back",
+                "both",
+                "the mean of both, or one kept and mirrored: front is where the normal points (curves)",
+            ),
+            Field::optional(
+                "direction",
+                "u | v",
+                "u",
+                "of a surface: the parameter that runs across the plane",
+            ),
+        ];
+        Declaration {
+            name: "symmetrize",
+            help: "make a curve or surface exactly symmetric about a plane, by the least change or from one half; reports how far vertices moved",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
+        let source = object_name(scene, p, fits, "curve or surface")?;
+        let normal = direction(p, "normal", Vector::x())?;
+        let mirror = Mirror::new(point_or_origin(p, "point")?, normal)
+            .map_err(|e| p.error("normal", e.to_string()))?;
+        let halves = [("both", Half::Both), ("front", Half::Front), ("back", Half::Back)];
+        let half = p.choice_or("half", &halves, Half::Both)?;
+        let along = p.choice_or("direction", &[("u", Direction::U), ("v", Direction::V)], Direction::U)?;
+        let (geometry, moved): (Geometry, _) = match scene.object(&source)?.geometry() {
+            Geometry::Curve(curve) => {
+                if p.has("direction") {
+                    return Err(p
+                        .error("direction", "is of a surface: a curve has one only, leave it out")
+                        .into());
+                }
+                let even = symmetrize(curve, &mirror, half).map_err(named(&source))?;
+                (even.shape.into(), even.moved)
+            }
+            Geometry::Surface(surface) => {
+                if half != Half::Both {
+                    let problem = "is of a curve: of a surface leave it out, for the mean of both halves";
+                    return Err(p.error("half", problem).into());
+                }
+                let even = symmetrize_surface(surface, &mirror, along).map_err(named(&source))?;
+                (even.shape.into(), even.moved)
+            }
+            other => {
+                let problem = format!("\"{source}\" is {}: name a curve or a surface", a(other.kind()));
+                return Err(p.error("object", problem).into());
+            }
+        };
+        let notes = vec![match moved {
+            Some(moved) => format!("control vertices moved by {} at most", figure(moved)),
+            None => "one half is kept, and the other is its mirror image".into(),
+        }];
+        *scene.object_mut(&source)?.geometry_mut() = geometry;
+        Ok(made("symmetrize", source, notes))
+    }
+}

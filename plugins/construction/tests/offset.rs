@@ -1,0 +1,280 @@
+//! Offsets of planar curves.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+
+use std::f64::consts::{PI, TAU};
+
+use loftsman_construction::{Corners, OffsetOptions, offset};
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
+
+fn polygon(points: &[[f64; 2]]) -> Curve {
+    let n = points.len();
+    let space = Space::periodic(1, (0..=n).map(|k| k as f64).collect()).unwrap();
+    let mut points: Vec<Point> = points.iter().map(|p| Point::new(p[0], p[1], 0.0)).collect();
+    points.rotate_left(1);
+    Curve::new(space, points).unwrap()
+}
+
+fn with(corners: Corners) -> OffsetOptions {
+    OffsetOptions { corners, ..OffsetOptions::default() }
+}
+
+fn length(curves: &[Curve]) -> f64 {
+    curves.iter().map(|c| c.length(1e-12).unwrap().value).sum()
+}
+
+fn places(curve: &Curve, count: usize) -> Vec<Point> {
+    let (a, b) = curve.domain();
+    (0..=count).map(|k| curve.point((a + (b - a) * k as f64 / count as f64).min(b)).unwrap()).collect()
+}
+
+/// The largest difference of the distance from `away` among many places.
+fn off(source: &Curve, curves: &[Curve], away: f64) -> f64 {
+    // A torn curve's places beside its tears are asked piece by piece.
+    let torn = source.space().most_repeated() > source.degree();
+    let parts = if torn { source.bezier_segments().unwrap() } else { vec![source.clone()] };
+    let near = |p: Point| parts.iter().map(|c| c.closest(p).unwrap().distance).fold(f64::INFINITY, f64::min);
+    curves.iter().flat_map(|c| places(c, 500)).map(|p| (near(p) - away.abs()).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn lines_and_circles_are_exact_at_any_size() {
+    for scale in [1.0, 1e-9, 1e9] {
+        let center = Point::new(3.0, -2.0, 1.0) * scale;
+        let tilted = Vector::new(1.0, 2.0, -0.5);
+        let ring = Curve::circle(center, tilted, 2.0 * scale).unwrap();
+        for away in [0.5, -0.5, 7.0] {
+            let found = offset(&ring, away * scale, &OffsetOptions::default()).unwrap();
+            let [curve] = &found.curves[..] else { panic!("{found:#?}") };
+            assert_eq!((curve.degree(), curve.points().len()), (2, ring.points().len()), "{away}");
+            assert_eq!(curve.points().first(), curve.points().last());
+            for p in places(curve, 100) {
+                assert!(((p - center).norm() - (2.0 + away) * scale).abs() < 1e-14 * 20.0 * scale);
+            }
+        }
+        let hidden = ring.to_periodic(0.0).unwrap().shape;
+        let found = offset(&hidden, 0.5 * scale, &OffsetOptions::default()).unwrap();
+        assert!(found.curves[0].is_periodic() && found.curves[0].points().len() == hidden.points().len());
+        let line = Curve::line(Point::origin(), Point::new(scale, 0.0, 0.0)).unwrap();
+        let up = OffsetOptions { normal: Some(Vector::new(0.1, 0.0, 1.0)), ..OffsetOptions::default() };
+        let right = offset(&line, 0.25 * scale, &up).unwrap();
+        assert_eq!(
+            right.curves[0].points(),
+            [Point::new(0.0, -0.25, 0.0) * scale, Point::new(1.0, -0.25, 0.0) * scale]
+        );
+    }
+}
+
+#[test]
+fn squares_have_round_sharp_or_open_corners() {
+    let square = polygon(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+    let backwards = square.reverse().unwrap();
+    for square in [square, backwards] {
+        let round = offset(&square, 0.5, &with(Corners::Round)).unwrap();
+        assert!(round.curves.len() == 1 && (length(&round.curves) - 8.0 - PI).abs() < 1e-12, "{round:#?}");
+        assert!(off(&square, &round.curves, 0.5) < 1e-14);
+        let sharp = offset(&square, 0.5, &with(Corners::Sharp)).unwrap();
+        assert!((length(&sharp.curves) - 12.0).abs() < 1e-13 && sharp.curves[0].degree() == 1);
+        // One vertex a corner, and one at the seam, which is where the curve has it.
+        assert_eq!(sharp.curves[0].points().len(), 5, "{sharp:#?}");
+        let open = offset(&square, 0.5, &with(Corners::Open)).unwrap();
+        assert!(open.curves.len() == 4 && (length(&open.curves) - 8.0).abs() < 1e-13);
+        for corners in [Corners::Round, Corners::Sharp, Corners::Open] {
+            let inner = offset(&square, -0.5, &with(corners)).unwrap();
+            assert!((length(&inner.curves) - 4.0).abs() < 1e-13 && inner.curves.len() == 1, "{inner:#?}");
+            assert_eq!(inner.curves[0].points().len(), 4);
+            assert!(off(&square, &inner.curves, 0.5) < 1e-14);
+        }
+        let message = offset(&square, -1.5, &with(Corners::Round)).unwrap_err().to_string();
+        assert!(
+            message
+                .starts_with("nothing of the curve is 1.5 away on that side: something is up to about 0.9"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn tips_are_as_long_as_four_distances() {
+    let needle = polygon(&[[0.0, 0.0], [10.0, 1.0], [0.0, 2.0]]);
+    let sharp = offset(&needle, 0.5, &with(Corners::Sharp)).unwrap();
+    assert_eq!((sharp.curves.len(), sharp.blunted), (1, 1));
+    let arrow = polygon(&[[0.0, 0.0], [4.0, 2.0], [0.0, 4.0]]);
+    let sharp = offset(&arrow, 0.5, &with(Corners::Sharp)).unwrap();
+    assert_eq!((sharp.curves.len(), sharp.blunted, sharp.curves[0].points().len()), (1, 0, 4));
+}
+
+#[test]
+fn what_is_moved_far_inwards_falls_apart() {
+    // Two rooms and a passage 0.6 wide.
+    let rooms = polygon(&[
+        [0.0, 0.0],
+        [3.0, 0.0],
+        [3.0, 1.2],
+        [4.0, 1.2],
+        [4.0, 0.0],
+        [7.0, 0.0],
+        [7.0, 3.0],
+        [4.0, 3.0],
+        [4.0, 1.8],
+        [3.0, 1.8],
+        [3.0, 3.0],
+        [0.0, 3.0],
+    ]);
+    let near = offset(&rooms, -0.2, &OffsetOptions::default()).unwrap();
+    assert_eq!(near.curves.len(), 1);
+    assert!(off(&rooms, &near.curves, 0.2) < 1e-9);
+    let far = offset(&rooms, -0.5, &OffsetOptions::default()).unwrap();
+    assert_eq!(far.curves.len(), 2, "{far:#?}");
+    assert!(far.cut > 0 && off(&rooms, &far.curves, 0.5) < 1e-9);
+    for c in &far.curves {
+        assert!(c.points().first() == c.points().last() || c.is_periodic());
+    }
+}
+
+#[test]
+fn an_ellipse_moved_beyond_its_radius_of_curvature_has_no_loops() {
+    let ellipse = Curve::ellipse(Point::origin(), Vector::x() * 3.0, Vector::y()).unwrap();
+    // Curvature at the tips: radius b²/a = 1/3.
+    for (away, tolerance) in
+        [(0.3, 1e-7), (-0.3, 1e-7), (-0.5, 1e-7), (-0.5, 1e-4), (-0.9, 1e-6), (4.0, 1e-6)]
+    {
+        let options = OffsetOptions { tolerance: Some(tolerance), ..OffsetOptions::default() };
+        let found = offset(&ellipse, away, &options).unwrap();
+        assert_eq!(found.curves.len(), 1, "{away}: {found:#?}");
+        let measured = off(&ellipse, &found.curves, away);
+        assert!(measured <= tolerance && found.deviation <= tolerance, "{away}: {measured:e}");
+        // Up to one swallowtail at each tip.
+        assert_eq!(found.cut > 0, away < -1.0 / 3.0, "{away}: {}", found.cut);
+    }
+    // A parallel curve is longer by 2πd (Steiner), as long as it has no cusps.
+    let longer = offset(&ellipse, 0.7, &OffsetOptions::default()).unwrap();
+    assert!((length(&longer.curves) - length(&[ellipse]) - TAU * 0.7).abs() < 1e-5);
+}
+
+/// Numbers that look like chance and are not.
+struct Sequence(u64);
+
+impl Sequence {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() * n as f64) as usize
+    }
+
+    /// A planar curve of any family.
+    fn curve(&mut self) -> Curve {
+        let degree = 1 + self.below(7);
+        let n = degree + 1 + self.below(8);
+        let space = match self.below(4) {
+            0 => Space::clamped_uniform(degree, n).unwrap(),
+            1 => Space::floating_uniform(degree, n).unwrap(),
+            2 => Space::periodic_uniform(degree, n.max(3)).unwrap(),
+            _ => {
+                let breaks: Vec<f64> = (1..=(n - degree - 1) / 2).map(|k| k as f64).collect();
+                // A knot that tears the curve, and one that gives it a corner.
+                let times = if degree < 6 && self.next() < 0.3 { degree + 1 } else { degree };
+                let inner = breaks.iter().flat_map(|b| vec![*b; times]);
+                let ends = |x: f64| vec![x; degree + 1];
+                let last = breaks.len() as f64 + 1.0;
+                Space::open(degree, ends(0.0).into_iter().chain(inner).chain(ends(last)).collect()).unwrap()
+            }
+        };
+        let n = space.len();
+        let points =
+            (0..n).map(|_| Point::new(4.0 * self.next() - 2.0, 4.0 * self.next() - 2.0, 0.0)).collect();
+        if self.next() < 0.5 {
+            return Curve::new(space, points).unwrap();
+        }
+        Curve::rational(space, points, (0..n).map(|_| 0.3 + 2.0 * self.next()).collect()).unwrap()
+    }
+}
+
+#[test]
+fn every_place_is_as_far_away_as_asked_for() {
+    let mut random = Sequence(5);
+    let (mut curves, mut cut, mut refused) = (0, 0, 0);
+    for case in 0..25 {
+        let source = random.curve();
+        let away = [0.01, 0.1, 0.4][random.below(3)] * if random.next() < 0.5 { -1.0 } else { 1.0 };
+        let found = match offset(
+            &source,
+            away,
+            &OffsetOptions { tolerance: Some(1e-5), normal: Some(Vector::z()), ..OffsetOptions::default() },
+        ) {
+            Ok(found) => found,
+            // A thin loop has no inside that far away.
+            Err(error) if error.to_string().starts_with("nothing of the curve is") => {
+                refused += 1;
+                continue;
+            }
+            Err(error) => panic!("case {case}: {error} {source:?}"),
+        };
+        let measured = off(&source, &found.curves, away);
+        assert!(measured <= 1.05e-5, "case {case}, {away}: {measured:e} and not {:e}", found.deviation);
+        curves += found.curves.len();
+        cut += found.cut;
+    }
+    println!("{curves} curves, {cut} parts cut away");
+    assert!(refused <= 2, "{refused}");
+    assert!(curves >= 40 && cut >= 40, "{curves} {cut}");
+}
+
+#[test]
+fn what_has_no_offset_is_told_why() {
+    let said = |curve: &Curve, away: f64, options: &OffsetOptions| {
+        offset(curve, away, options).unwrap_err().to_string()
+    };
+    let o = OffsetOptions::default();
+    let line = Curve::line(Point::origin(), Point::new(1.0, 0.0, 0.0)).unwrap();
+    assert!(said(&line, 1.0, &o).contains("is straight and lies in many planes: say which by normal"));
+    let along = OffsetOptions { normal: Some(Vector::x()), ..o };
+    assert!(said(&line, 1.0, &along).contains("points along the line"));
+    for bad in [Vector::zeros(), Vector::new(f64::NAN, 0.0, 0.0)] {
+        assert!(said(&line, 1.0, &OffsetOptions { normal: Some(bad), ..o }).contains("has no direction"));
+    }
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    assert!(said(&ring, 1.0, &along).contains("no normal of the curve's plane"));
+    for bad in [0.0, f64::NAN, f64::INFINITY] {
+        assert!(said(&ring, bad, &o).contains("is no distance to move by"));
+        assert!(said(&ring, 1.0, &OffsetOptions { tolerance: Some(-bad), ..o }).contains("is no tolerance"));
+    }
+    assert!(said(&ring, 1e200, &o).contains("too large or too small"));
+    assert!(said(&ring, -2.0, &o).contains("something is up to about 0.99"));
+    let helix = Curve::bezier(
+        (0..5).map(|i| Point::new((f64::from(i)).cos(), (f64::from(i)).sin(), f64::from(i))).collect(),
+    );
+    assert!(said(&helix.unwrap(), 1.0, &o).contains("leaves its plane by"));
+    let point = Curve::bezier(vec![Point::new(1.0, 2.0, 3.0); 4]).unwrap();
+    assert!(said(&point, 1.0, &o).contains("is a point"));
+    let huge = Curve::line(Point::origin(), Point::new(1e300, 0.0, 0.0)).unwrap();
+    assert!(said(&huge, 1.0, &o).contains("too large"));
+}
+
+#[test]
+fn ends_whose_vertices_fall_together_have_a_direction() {
+    let p = |x: f64, y: f64| Point::new(x, y, 0.0);
+    for points in [
+        vec![p(0.0, 0.0), p(0.0, 0.0), p(1.0, 1.0), p(3.0, 0.0)],
+        vec![p(0.0, 0.0), p(1.0, 1.0), p(3.0, 0.0), p(3.0, 0.0)],
+        vec![p(0.0, 0.0), p(0.0, 0.0), p(0.0, 0.0), p(1.0, 1.0), p(3.0, 0.0)],
+        vec![p(0.0, 0.0), p(1.0, 1.0), p(3.0, 0.0), p(3.0, 0.0), p(3.0, 0.0)],
+    ] {
+        let curve = Curve::bezier(points).unwrap();
+        for away in [0.1, -0.1] {
+            let found = offset(&curve, away, &OffsetOptions::default()).unwrap();
+            assert!(found.curves.len() == 1 && off(&curve, &found.curves, away) < 4e-6, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn the_highest_degree_is_no_other() {
+    let at = |k: usize| Point::new(k as f64 * 0.2, if k.is_multiple_of(2) { 1.0 } else { -1.0 }, 0.0);
+    let curve = Curve::bezier((0..=25).map(at).collect()).unwrap();
+    let found = offset(&curve, 0.2, &OffsetOptions::default()).unwrap();
+    assert!(off(&curve, &found.curves, 0.2) <= found.tolerance, "{found:?}");
+}

@@ -1,0 +1,171 @@
+//! Sweeps along paths.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+
+use std::f64::consts::{PI, TAU};
+
+use loftsman_construction::{Turning, sweep};
+use loftsman_kernel::spline::{Curve, Direction, Space};
+use loftsman_kernel::{Point, Vector};
+
+fn spiral(knots: usize, pitch: f64) -> Curve {
+    let at = |i: usize| {
+        let a = 0.7 * i as f64;
+        Point::new(2.0 * a.cos(), 2.0 * a.sin(), pitch * a)
+    };
+    Curve::new(Space::clamped_uniform(5, knots).unwrap(), (0..knots).map(at).collect()).unwrap()
+}
+
+#[test]
+fn a_circle_along_a_circle_is_a_torus() {
+    for scale in [1.0, 1e-9, 1e9] {
+        for sweep_angle in [TAU, 2.0] {
+            let path =
+                Curve::arc(Point::new(3.0, 0.0, 0.0) * scale, Point::origin(), Vector::z(), sweep_angle)
+                    .unwrap();
+            let ring = Curve::circle(Point::new(3.0, 0.0, 0.0) * scale, Vector::y(), scale).unwrap();
+            let swept = sweep(&ring, &path, Turning::Least, Some(1e-6 * scale)).unwrap();
+            assert!(swept.deviation <= 1e-6 * scale && swept.twist.abs() < 1e-12 && swept.folds.is_none());
+            let s = &swept.surface;
+            for u in 0..=40 {
+                for v in 0..=40 {
+                    let at = |k: i32, space: &Space| {
+                        let (a, b) = space.domain();
+                        (a + (b - a) * f64::from(k) / 40.0).min(b)
+                    };
+                    let p = s.point(at(u, s.u()), at(v, s.v())).unwrap() / scale;
+                    let off = ((p.x.hypot(p.y) - 3.0).hypot(p.z) - 1.0).abs();
+                    assert!(off <= 1e-6, "{off:e}");
+                }
+            }
+            if sweep_angle == TAU {
+                let n = ring.points().len();
+                assert_eq!(s.points()[..n], s.points()[s.points().len() - n..]);
+            }
+        }
+    }
+    let path = Curve::circle(Point::origin(), Vector::z(), 3.0).unwrap().to_periodic(0.0).unwrap().shape;
+    let ring = Curve::circle(path.point(0.0).unwrap(), Vector::y(), 1.0).unwrap();
+    let swept = sweep(&ring, &path, Turning::Least, None).unwrap();
+    assert!(swept.surface.u().is_periodic() && swept.deviation <= swept.tolerance);
+}
+
+#[test]
+fn parallel_sweeps_are_exact() {
+    let path = spiral(9, 0.4);
+    let profile = Curve::circle(Point::new(2.0, 0.0, 0.0), Vector::y(), 0.3).unwrap();
+    let swept = sweep(&profile, &path, Turning::Parallel, None).unwrap();
+    let s = &swept.surface;
+    assert_eq!((s.u(), s.v()), (path.space(), profile.space()));
+    let start = path.point(path.domain().0).unwrap();
+    for k in 0..=20 {
+        let (u, v) = (path.domain().1 * f64::from(k) / 20.0, profile.domain().1 * f64::from(20 - k) / 20.0);
+        let expected = path.point(u).unwrap() + (profile.point(v).unwrap() - start);
+        assert!((s.point(u, v).unwrap() - expected).norm() < 1e-14);
+    }
+}
+
+#[test]
+fn frames_turn_as_little_as_can_be() {
+    // Along a helix frames turn back against the normal by the torsion: -∫ τ ds (Bishop 1975). A helix within 1e-10 of a spline.
+    let n = 400;
+    let (turns, h) = (1.5, 0.5);
+    let at = |t: f64| Point::new(t.cos(), t.sin(), h * t);
+    let step = turns * TAU / f64::from(n);
+    let (mut points, mut knots) = (vec![at(0.0)], vec![0.0; 4]);
+    for k in 0..n {
+        let (s, e) = (step * f64::from(k), step * f64::from(k + 1));
+        let d = |t: f64| Vector::new(-t.sin(), t.cos(), h) * (step / 3.0);
+        points.extend([at(s) + d(s), at(e) - d(e)]);
+        knots.extend([e; 2]);
+    }
+    points.push(at(turns * TAU));
+    knots.extend([turns * TAU; 2]);
+    let path = Curve::new(Space::open(3, knots).unwrap(), points).unwrap();
+    // The profile points to the axis at the start.
+    let profile = Curve::line(at(0.0), Point::new(0.9, 0.0, 0.0)).unwrap();
+    let swept = sweep(&profile, &path, Turning::Least, Some(1e-8)).unwrap();
+    let end = swept.surface.isocurve(Direction::U, turns * TAU).unwrap();
+    let way = (end.points()[1] - end.points()[0]) / 0.1;
+    let t = turns * TAU;
+    let normal = -Vector::new(t.cos(), t.sin(), 0.0);
+    let tangent = Vector::new(-t.sin(), t.cos(), h).normalize();
+    let angle = normal.cross(&way).dot(&tangent).atan2(normal.dot(&way));
+    let expected = -h / (1.0 + h * h) * t * (1.0 + h * h).sqrt();
+    let off = (angle - expected) / TAU;
+    assert!((off - off.round()).abs() < 1e-6, "{angle} is not {expected}");
+}
+
+#[test]
+fn closed_paths_meet_their_start() {
+    let at = |i: usize| {
+        let a = TAU * i as f64 / 11.0;
+        Point::new(3.0 * a.cos(), 3.0 * a.sin(), (2.0 * a).sin() + 0.7 * (3.0 * a).cos())
+    };
+    let path = Curve::new(Space::periodic_uniform(4, 11).unwrap(), (0..11).map(at).collect()).unwrap();
+    let start = path.point(path.domain().0).unwrap();
+    let square = Curve::new(
+        Space::clamped(1, &[0.0, 1.0, 2.0]).unwrap(),
+        vec![start + Vector::z() * 0.2, start, start + Vector::x() * 0.3],
+    )
+    .unwrap();
+    let swept = sweep(&square, &path, Turning::Least, Some(1e-5)).unwrap();
+    assert!(swept.twist.abs() > 0.01 && swept.surface.u().is_periodic());
+    // As far from the path everywhere as at the start, and across it as much.
+    let s = &swept.surface;
+    let (a, b) = path.domain();
+    for k in 0..100 {
+        let u = a + (b - a) * f64::from(k) / 100.0;
+        let arms = [0.0, 2.0].map(|v| s.point(u, v).unwrap() - path.point(u).unwrap());
+        assert!((arms[0].norm() - 0.2).abs() < 2e-5 && (arms[1].norm() - 0.3).abs() < 2e-5);
+        let along = path.derivative(u, 1).unwrap().normalize();
+        let before = path.derivative(a, 1).unwrap().normalize().z * 0.2;
+        assert!((arms[0].dot(&along) - before).abs() < 3e-5);
+    }
+}
+
+#[test]
+fn upright_stays_upright() {
+    let path = spiral(9, 0.4);
+    let start = path.points()[0];
+    let across = Vector::z().cross(&path.derivative(0.0, 1).unwrap());
+    let profile = Curve::line(start, start + across).unwrap();
+    let swept = sweep(&profile, &path, Turning::Upright(Vector::z()), Some(1e-7)).unwrap();
+    let s = &swept.surface;
+    for k in 0..=50 {
+        let u = path.domain().1 * f64::from(k) / 50.0;
+        let arm = s.point(u, 1.0).unwrap() - s.point(u, 0.0).unwrap();
+        assert!(arm.z.abs() < 3e-7 && arm.dot(&path.derivative(u, 1).unwrap()).abs() < 2e-5, "{arm}");
+    }
+}
+
+#[test]
+fn what_cannot_be_swept_is_told_why() {
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let said =
+        |path: &Curve, turning, tolerance| sweep(&ring, path, turning, tolerance).unwrap_err().to_string();
+    let corner = Curve::new(
+        Space::clamped(1, &[0.0, 1.0, 2.0]).unwrap(),
+        vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(1.0, 1.0, 0.0)],
+    )
+    .unwrap();
+    assert!(said(&corner, Turning::Least, None).contains("the path has a corner at 1"));
+    assert!(sweep(&ring, &corner, Turning::Parallel, None).is_ok());
+    let line = Curve::line(Point::origin(), Point::new(0.0, 0.0, 2.0)).unwrap();
+    assert!(
+        said(&line, Turning::Upright(Vector::z()), None).contains("runs along the upright direction at 0")
+    );
+    assert!(said(&line, Turning::Upright(Vector::zeros()), None).contains("is none"));
+    assert!(said(&line, Turning::Least, Some(0.0)).contains("0 is no tolerance"));
+    assert!(said(&line, Turning::Least, Some(f64::NAN)).contains("NaN is no tolerance"));
+    let point = Curve::bezier(vec![Point::new(1.0, 2.0, 3.0); 4]).unwrap();
+    assert!(said(&point, Turning::Least, None).contains("the path stops at"));
+    let torn = Curve::new(
+        Space::open(1, vec![0.0, 0.0, 1.0, 1.0, 2.0, 2.0]).unwrap(),
+        [0.0, 1.0, 2.0, 3.0].map(|x| Point::new(x, 0.0, 0.0)).to_vec(),
+    )
+    .unwrap();
+    assert!(said(&torn, Turning::Least, None).contains("the path is torn at 1"));
+    let bend = Curve::arc(Point::new(0.5, 0.0, 0.0), Point::origin(), Vector::y(), PI).unwrap();
+    let folded = sweep(&ring, &bend, Turning::Least, None).unwrap();
+    assert!(folded.folds.is_some() && folded.deviation <= folded.tolerance);
+}

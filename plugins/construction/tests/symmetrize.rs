@@ -1,0 +1,162 @@
+//! Shapes made symmetric.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+
+use std::f64::consts::TAU;
+
+use loftsman_construction::{Half, Mirror, symmetrize, symmetrize_surface};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+
+fn mirror() -> (Mirror, impl Fn(Point) -> Point) {
+    let (point, normal) = (Point::new(0.3, -0.2, 0.1), Vector::new(1.0, 0.5, -0.2));
+    let unit = normal.normalize();
+    (Mirror::new(point, normal).unwrap(), move |p: Point| p - unit * (2.0 * (p - point).dot(&unit)))
+}
+
+fn wave(space: Space, rational: bool) -> Curve {
+    let n = space.len();
+    let points = (0..n)
+        .map(|i| (i as f64, i as f64 * 1.3))
+        .map(|(i, a)| Point::new(i - 0.5 * n as f64, a.sin(), a.cos()));
+    let weights = (0..n).map(|i| 1.0 + 0.5 * (2.1 * i as f64).sin()).collect();
+    Curve::build(space, points.collect(), rational.then_some(weights)).unwrap()
+}
+
+#[test]
+fn the_mean_is_symmetric_and_near() {
+    let (plane, image) = mirror();
+    for degree in [1, 2, 3, 4, 5, 6, 7, 25] {
+        for rational in [false, true] {
+            let n = degree + 5;
+            let mut knots = vec![0.0; degree + 1];
+            // Knots that are not symmetric, one of them of the highest multiplicity.
+            knots.push(0.3);
+            knots.extend(vec![1.1; degree]);
+            knots.extend(vec![2.0; degree + 1]);
+            let spaces = [
+                Space::clamped_uniform(degree, n).unwrap(),
+                Space::floating_uniform(degree, n).unwrap(),
+                Space::open(degree, knots).unwrap(),
+            ];
+            for space in spaces {
+                let curve = wave(space, rational);
+                let even = symmetrize(&curve, &plane, Half::Both).unwrap();
+                let (a, b) = even.shape.domain();
+                assert_eq!((a, b), curve.domain());
+                let mut largest = 0.0_f64;
+                for k in 0..=40 {
+                    let u = (a + (b - a) * f64::from(k) / 40.0).min(b);
+                    let (p, q) =
+                        (even.shape.point(u).unwrap(), even.shape.point((a + (b - u)).clamp(a, b)).unwrap());
+                    assert!((image(p) - q).norm() < 1e-11, "{degree} {rational}: {p} {q}");
+                    largest = largest.max((p - curve.point(u).unwrap()).norm());
+                }
+                if !rational {
+                    assert!(largest <= even.moved.unwrap() * (1.0 + 1e-9), "{largest} {:?}", even.moved);
+                }
+                // Once symmetric it stays as it is.
+                let again = symmetrize(&even.shape, &plane, Half::Both).unwrap();
+                assert!(again.moved.unwrap() < 1e-11 * n as f64, "{:?}", again.moved);
+            }
+        }
+    }
+}
+
+#[test]
+fn closed_curves_begin_in_the_plane() {
+    let (plane, image) = mirror();
+    for degree in [2, 3, 5] {
+        let at = |i: usize| {
+            let a = TAU * i as f64 / 9.0 + 0.4;
+            Point::new(2.0 * a.cos() + 0.2 * (3.0 * a).cos(), 2.0 * a.sin(), 0.3 * a.sin())
+        };
+        let ring = Curve::new(Space::periodic_uniform(degree, 9).unwrap(), (0..9).map(at).collect()).unwrap();
+        for half in [Half::Both, Half::Front, Half::Back] {
+            for curve in [ring.clone(), ring.to_clamped().unwrap()] {
+                let even = symmetrize(&curve, &plane, half).unwrap();
+                let shape = &even.shape;
+                assert_eq!(shape.is_periodic(), curve.is_periodic());
+                assert_eq!(even.moved.is_some(), half == Half::Both);
+                let (a, b) = shape.domain();
+                assert!((image(shape.point(a).unwrap()) - shape.point(a).unwrap()).norm() < 1e-13);
+                for k in 0..=40 {
+                    let u = (a + (b - a) * f64::from(k) / 40.0).min(b);
+                    let q = shape.point((a + (b - u)).clamp(a, b)).unwrap();
+                    assert!((image(shape.point(u).unwrap()) - q).norm() < 1e-12);
+                    if half == Half::Both {
+                        assert!(ring.closest(q).unwrap().distance <= even.moved.unwrap() * 1.0001);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_half_is_kept_to_the_bit() {
+    let plane = Mirror::new(Point::new(0.25, 0.0, 0.0), Vector::x()).unwrap();
+    let curve = wave(Space::clamped_uniform(3, 8).unwrap(), true);
+    for (half, kept) in [(Half::Front, 1.0), (Half::Back, 0.0)] {
+        let even = symmetrize(&curve, &plane, half).unwrap().shape;
+        let (a, b) = even.domain();
+        let end = even.point(a + kept * (b - a)).unwrap();
+        let (c, d) = curve.domain();
+        assert_eq!(end, curve.point(c + kept * (d - c)).unwrap());
+        for k in 0..=60 {
+            let p = even.point((a + (b - a) * f64::from(k) / 60.0).min(b)).unwrap();
+            let inside =
+                if (p.x > 0.25) == (half == Half::Front) { p } else { Point::new(0.5 - p.x, p.y, p.z) };
+            assert!(curve.closest(inside).unwrap().distance < 1e-13);
+        }
+    }
+}
+
+#[test]
+fn surfaces_are_symmetric_along_either_direction() {
+    let (plane, image) = mirror();
+    for degree in [1, 3, 6] {
+        let (u, v) =
+            (Space::clamped_uniform(degree, degree + 3).unwrap(), Space::floating_uniform(2, 6).unwrap());
+        let (n, m) = (u.len(), v.len());
+        let at = |k: usize| {
+            let (i, j) = ((k / m) as f64, (k % m) as f64);
+            Point::new(i, j, (i * 1.3 + j).sin())
+        };
+        let weights = (0..n * m).map(|k| 1.0 + 0.3 * (k as f64).sin()).collect();
+        let sheet = Surface::rational(u, v, (0..n * m).map(at).collect(), weights).unwrap();
+        for direction in [Direction::U, Direction::V] {
+            let even = symmetrize_surface(&sheet, &plane, direction).unwrap().shape;
+            let ((a, b), (c, d)) = (even.u().domain(), even.v().domain());
+            for i in 0..=10 {
+                for j in 0..=10 {
+                    let (u, v) = (a + (b - a) * f64::from(i) / 10.0, c + (d - c) * f64::from(j) / 10.0);
+                    let (x, y) = if direction == Direction::U { (a + (b - u), v) } else { (u, c + (d - v)) };
+                    let (p, q) = (
+                        even.point(u.min(b), v.min(d)).unwrap(),
+                        even.point(x.clamp(a, b), y.clamp(c, d)).unwrap(),
+                    );
+                    assert!((image(p) - q).norm() < 1e-11);
+                }
+            }
+        }
+    }
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap().to_periodic(0.0).unwrap().shape;
+    let pipe = Surface::extrusion(&ring, Vector::z()).unwrap();
+    let message = symmetrize_surface(&pipe, &plane, Direction::U).unwrap_err().to_string();
+    assert!(message.contains("periodic in u"), "{message}");
+    assert!(symmetrize_surface(&pipe, &plane, Direction::V).is_ok());
+}
+
+#[test]
+fn what_has_no_mirror_image_is_told_why() {
+    let plane = Mirror::new(Point::new(9.0, 0.0, 0.0), Vector::x()).unwrap();
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let said = |curve: &Curve, half| symmetrize(curve, &plane, half).unwrap_err().to_string();
+    assert!(said(&ring, Half::Both).contains("does not cross the plane"));
+    assert!(said(&ring, Half::Front).contains("0 times: to keep one half a closed curve twice"));
+    let line = Curve::line(Point::origin(), Point::new(1.0, 0.0, 0.0)).unwrap();
+    assert!(said(&line, Half::Back).contains("0 times: to keep one half an open curve once"));
+    assert!(symmetrize(&line, &plane, Half::Both).is_ok());
+    assert!(Mirror::new(Point::origin(), Vector::zeros()).is_err());
+    assert!(Mirror::new(Point::new(f64::NAN, 0.0, 0.0), Vector::x()).is_err());
+}
