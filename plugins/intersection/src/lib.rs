@@ -3,6 +3,7 @@
 //! | question | answer |
 //! |---|---|
 //! | where do two curves meet | [`curves`] |
+//! | where does a curve meet itself | [`self_intersections`] |
 //! | where does a curve meet a surface | [`curve_surface`] |
 //! | where does a curve meet a plane | [`curve_plane`] |
 //! | the section of a surface by a plane | [`section`](fn@section) |
@@ -16,6 +17,7 @@ mod bernstein;
 mod certificate;
 mod error;
 mod intersections;
+mod itself;
 mod meeting;
 mod mesh;
 mod net;
@@ -31,6 +33,7 @@ use loftsman_kernel::plugin::{Plugin, Registry};
 
 pub use error::{IntersectionError, Result};
 pub use intersections::{Contact, Intersections, Meeting, Options, Overlap, Plane, Undecided};
+pub use itself::self_intersections;
 pub use mesh::mesh_section;
 pub use operations::{CutBy, Intersect};
 pub use pair::{curve_surface, curves};

@@ -65,14 +65,14 @@ pub(crate) fn setting(boxes: &[(Point, Point)], options: &Options) -> Result<(Fr
     Ok((frame, tolerance.max(rounding)))
 }
 
-struct Answer<'a, B> {
-    a: &'a Curve,
-    b: &'a B,
-    spaces: [Option<&'a Space>; 3],
-    frame: Frame,
-    tolerance: f64,
+pub(crate) struct Answer<'a, B> {
+    pub(crate) a: &'a Curve,
+    pub(crate) b: &'a B,
+    pub(crate) spaces: [Option<&'a Space>; 3],
+    pub(crate) frame: Frame,
+    pub(crate) tolerance: f64,
     /// Tells curves from surfaces.
-    both: fn(f64) -> Location,
+    pub(crate) both: fn(f64) -> Location,
 }
 
 impl<B: Shape> Answer<'_, B> {
@@ -126,7 +126,7 @@ impl<B: Shape> Answer<'_, B> {
         Ok(true)
     }
 
-    fn of(&self, search: Search) -> Result<Intersections> {
+    pub(crate) fn of(&self, search: Search) -> Result<Intersections> {
         let near = 4.0 * self.tolerance;
         let runs = self.joined(search.runs.clone())?;
         let mut kept: Vec<Found> = Vec::new();

@@ -60,7 +60,7 @@ impl Pieces {
         Ok(Self::new(pieces.collect()))
     }
 
-    fn new(pieces: Vec<Piece>) -> Self {
+    pub(crate) fn new(pieces: Vec<Piece>) -> Self {
         let bounds: Vec<[Range; 3]> = pieces.iter().map(Piece::bounds).collect();
         let mut nodes = Vec::with_capacity(2 * pieces.len());
         let mut order: Vec<usize> = (0..pieces.len()).collect();

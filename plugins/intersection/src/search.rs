@@ -49,6 +49,21 @@ impl Search {
         search
     }
 
+    /// Looks at all pairs of pieces of one curve, but for those that are said to pass into one another.
+    pub(crate) fn itself(pieces: &Pieces, passes: &impl Fn(usize, usize) -> bool, tolerance: f64) -> Self {
+        let mut search = Self::default();
+        for (i, j) in pieces.near(pieces, tolerance) {
+            if i >= j || passes(i, j) {
+                continue;
+            }
+            let pair = Pair { a: &pieces.pieces[i], b: &pieces.pieces[j] };
+            let runs = together(&pair, tolerance);
+            search.spans(&pair, &runs, tolerance);
+            search.runs.extend(runs);
+        }
+        search
+    }
+
     fn spans(&mut self, spans: &Pair<'_>, runs: &[Run], tolerance: f64) {
         let small = (TERMINAL * spans.a.extent().min(spans.b.extent())).max(0.1 * tolerance);
         let mut open = vec![(spans.a.clone(), spans.b.clone())];

@@ -1,4 +1,4 @@
-//! `intersect`: where a curve meets a curve or a surface.
+//! `intersect`: where a curve meets a curve, a surface or itself.
 
 use loftsman_kernel::Error;
 use loftsman_kernel::mesh::Cloud;
@@ -10,7 +10,7 @@ use loftsman_kernel::shape::Location;
 use loftsman_kernel::text::a;
 
 use super::{NAME, add_beside, base_name, tolerance};
-use crate::{Contact, Intersections, Options, curve_surface, curves};
+use crate::{Contact, Intersections, Options, curve_surface, curves, self_intersections};
 
 /// The operation `intersect`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -20,7 +20,12 @@ impl Operation for Intersect {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
             Field::required("object", "text", "a curve, or a surface where the other is a curve"),
-            Field::required("with", "text", "the other: a curve or a surface, placed as the object is"),
+            Field::optional(
+                "with",
+                "text",
+                "itself",
+                "the other: a curve or a surface, placed as the object is",
+            ),
             Field::optional(
                 "tolerance",
                 "length",
@@ -31,7 +36,7 @@ impl Operation for Intersect {
         ];
         Declaration {
             name: "intersect",
-            help: "where a curve meets a curve or a surface: the points become a cloud, what runs together a curve",
+            help: "where a curve meets a curve, a surface or itself: the points become a cloud, what runs together a curve",
             fields: FIELDS,
         }
     }
@@ -43,10 +48,8 @@ impl Operation for Intersect {
         _context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let (object, with) = (parameters.text("object")?, parameters.text("with")?);
-        if object == with {
-            return Err(parameters.error("with", "is the object itself: name another").into());
-        }
+        let object = parameters.text("object")?;
+        let with = parameters.text_or("with", object)?;
         let name = base_name(parameters, object, "meetings")?;
         let options = Options { tolerance: tolerance(parameters)? };
         let (first, second) = (scene.object(object)?, scene.object(with)?);
@@ -56,6 +59,7 @@ impl Operation for Intersect {
                 .into());
         }
         let (found, curve) = match (first.geometry(), second.geometry()) {
+            (Geometry::Curve(a), _) if object == with => (self_intersections(a, &options)?, a),
             (Geometry::Curve(a), Geometry::Curve(b)) => (curves(a, b, &options)?, a),
             (Geometry::Curve(a), Geometry::Surface(b)) | (Geometry::Surface(b), Geometry::Curve(a)) => {
                 (curve_surface(a, b, &options)?, a)
@@ -77,7 +81,8 @@ impl Operation for Intersect {
         for overlap in &found.overlaps {
             geometries.push(curve.between(overlap.range.0, overlap.range.1)?.into());
         }
-        let notes = notes(&found);
+        let who = if object == with { "it" } else { "they" };
+        let notes = notes(&found, who);
         add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {
             op: "intersect".into(),
@@ -89,7 +94,7 @@ impl Operation for Intersect {
     }
 }
 
-fn notes(found: &Intersections) -> Vec<String> {
+fn notes(found: &Intersections, who: &str) -> Vec<String> {
     let place = |with: Option<Location>| match with {
         Some(Location::Curve(s)) => format!(" and {s}"),
         Some(Location::Surface(u, v)) => format!(" and [{u}, {v}]"),
@@ -97,18 +102,22 @@ fn notes(found: &Intersections) -> Vec<String> {
     };
     let mut notes = Vec::new();
     if found.meetings.is_empty() && found.overlaps.is_empty() {
-        notes.push(format!("they do not meet within {:e}", found.tolerance));
+        let how = if who == "it" { "it does not meet itself" } else { "they do not meet" };
+        notes.push(format!("{how} within {:e}", found.tolerance));
     }
     for m in &found.meetings {
-        let how = match m.contact {
-            Contact::Crossing => "cross",
-            Contact::Touching => "touch",
+        let how = match (m.contact, who) {
+            (Contact::Crossing, "it") => "it crosses itself",
+            (Contact::Touching, "it") => "it touches itself",
+            (Contact::Crossing, _) => "they cross",
+            (Contact::Touching, _) => "they touch",
         };
         let [x, y, z] = [m.point.x, m.point.y, m.point.z];
-        notes.push(format!("they {how} at ({x}, {y}, {z}), parameters {}{}", m.at, place(m.with)));
+        notes.push(format!("{how} at ({x}, {y}, {z}), parameters {}{}", m.at, place(m.with)));
     }
     for o in &found.overlaps {
-        notes.push(format!("they run together from {} to {} of the curve", o.range.0, o.range.1));
+        let how = if who == "it" { "it runs together with itself" } else { "they run together" };
+        notes.push(format!("{how} from {} to {} of the curve", o.range.0, o.range.1));
     }
     for u in &found.undecided {
         notes.push(format!(
