@@ -123,6 +123,9 @@ pub(crate) fn operation_sample(name: &str) -> Value {
             json!({ "object": "patch", "edge": "u1", "with": { "object": "cap", "edge": "u0" }, "tolerance": 10.0, "angle": 100 })
         }
         "sample" => json!({ "object": curve, "count": 12 }),
+        "offset" => json!({ "object": "square", "distance": 0.1, "corners": "sharp" }),
+        "sweep" => json!({ "object": "rational", "path": curve, "tolerance": 0.01 }),
+        "symmetrize" => json!({ "object": curve, "normal": [0, 1, 1] }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }
 }

@@ -334,7 +334,8 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("tube", "uvs", none(), json!(true), json!(false));
     add("tube", "keep", none(), json!(true), json!(false));
     add("tube", "name", none(), json!("hose"), json!("pipe"));
-    for op in ["line", "polyline", "circle", "arc", "ellipse", "revolve", "edge", "sample"] {
+    for op in ["line", "polyline", "circle", "arc", "ellipse", "revolve", "edge", "sample", "offset", "sweep"]
+    {
         add(op, "name", none(), json!("one"), json!("other"));
     }
     add("line", "from", none(), json!([n(), 0, 0]), json!([0, n(), 0]));
@@ -387,6 +388,23 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("sample", "count", none(), json!(5), json!(9));
     add("sample", "spacing", json!({ "count": null }), json!(n() * 100.0), json!(n() * 300.0 + 100.0));
     add("sample", "as", none(), json!("cloud"), json!("polyline"));
+    add("offset", "object", none(), json!("square"), json!("lid"));
+    add("offset", "distance", none(), json!(0.1 + n()), json!(-0.1 - 0.1 * n()));
+    add("offset", "tolerance", none(), json!(1e-3), json!(1e-5));
+    add("offset", "corners", none(), json!("round"), json!("open"));
+    add("offset", "normal", none(), json!([0, 0, 1.0 + n()]), json!([1, 0, n()]));
+    add("sweep", "object", none(), json!("rational"), json!("clamped curve"));
+    add("sweep", "path", json!({ "frame": "parallel" }), json!("clamped curve"), json!("rational"));
+    add("sweep", "frame", none(), json!("parallel"), json!("least"));
+    let upright = json!({ "frame": "upright" });
+    add("sweep", "up", upright, json!([0, n(), 1.0 + n()]), json!([1.0 + n(), 0, n()]));
+    add("sweep", "tolerance", none(), json!(0.05), json!(0.005));
+    add("symmetrize", "object", none(), json!("clamped curve"), json!("rational"));
+    add("symmetrize", "point", none(), json!([0, n(), 0]), json!([0, 1.0 + n(), 0]));
+    add("symmetrize", "normal", none(), json!([0, 0, 1]), json!([1, n(), 0]));
+    let across = json!({ "point": [0, 0.1, 0], "normal": [0, 1, 0] });
+    add("symmetrize", "half", across, json!("both"), json!("front"));
+    add("symmetrize", "direction", json!({ "object": "patch" }), json!("u"), json!("v"));
     add("simulate", "object", none(), json!("clamped curve"), json!("rational"));
     add("simulate", "seconds", none(), json!(0.125), json!(0.5));
     add("simulate", "settle", none(), json!(true), json!(false));

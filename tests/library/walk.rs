@@ -1137,10 +1137,101 @@ fn matched(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// As far from the chords of the curve as asked for: a ring with any corners, outwards and inwards.
+fn offset(walk: &mut Walk<'_>) -> Outcome {
+    let ring = walk.ring(0.5, 1.0);
+    let away = walk.between(0.02, 0.4) * if walk.flip() { 1.0 } else { -1.0 };
+    let fields = json!({ "object": "r", "distance": away, "tolerance": 1e-5, "name": "o" });
+    let after = walk.run(&[("r", "curve", &ring)], "offset", fields)?;
+    let (a, b) = Direction::new(&ring).domain();
+    let at = |k: i32| curve_derivative(&ring, a + (b - a) * f64::from(k) / 2000.0, 0);
+    let chords: Vec<[f64; 3]> = (0..=2000).map(at).collect();
+    let found: Vec<&Value> =
+        after["objects"].as_array().unwrap().iter().filter(|o| o["name"] != "r").collect();
+    assert!(!found.is_empty());
+    let middle =
+        |points: &[[f64; 3]]| points.iter().map(|p| p[0].hypot(p[1])).sum::<f64>() / points.len() as f64;
+    for object in found {
+        let curve = &object["curve"];
+        let places: Vec<[f64; 3]> =
+            walk.parameters(curve, 40).into_iter().map(|u| curve_derivative(curve, u, 0)).collect();
+        for p in &places {
+            let far = chords.windows(2).map(|c| to_chord(*p, &c[0], &c[1])).fold(f64::INFINITY, f64::min);
+            assert!((far - away.abs()).abs() < 1e-3, "{far} is not {away} at {p:?} of {ring}");
+        }
+        assert!((middle(&places) > middle(&chords)) == (away > 0.0), "{away} of {ring}");
+    }
+    Ok(())
+}
+
+/// The curve is where it was at the start, and as far from the path all along as there.
+fn sweep(walk: &mut Walk<'_>) -> Outcome {
+    let profile = walk.curve(0);
+    let size = size_of(&profile);
+    let parallel = walk.flip();
+    let path = if parallel {
+        walk.curve(0)
+    } else {
+        let n = 5 + walk.up_to(4);
+        let mut knots = vec![0.0; 4];
+        knots.extend((1..n - 3).map(|k| k as f64));
+        knots.extend([(n - 3) as f64; 4]);
+        // Forwards, so that it does not stop.
+        let points: Value = (0..n)
+            .map(|i| json!([2.0 * size * i as f64, walk.between(-size, size), walk.between(-size, size)]))
+            .collect();
+        json!({ "degree": 3, "periodic": false, "knots": knots, "points": points })
+    };
+    let near = 1e-4 * size;
+    let frame = if parallel { "parallel" } else { "least" };
+    let fields = json!({ "object": "p", "path": "c", "frame": frame, "tolerance": near, "name": "s" });
+    let after = walk.run(&[("p", "curve", &profile), ("c", "curve", &path)], "sweep", fields)?;
+    let surface = &object(&after, "s")["surface"];
+    let (a, b) = Direction::new(&path).domain();
+    let start = curve_point(&path, a);
+    let near = if parallel { 1e-12 * (size + size_of(&path)) } else { 2.0 * near };
+    let places = walk.parameters(&profile, 6);
+    for v in &places {
+        let own = curve_point(&profile, *v);
+        assert!(apart(surface_point(surface, a, *v), own) <= near, "at {v} of {profile}");
+        let u = walk.between(a, b);
+        let (p, c) = (surface_point(surface, u, *v), curve_point(&path, u));
+        let (now, then) = (minus(p, c), minus(own, start));
+        assert!((norm(now) - norm(then)).abs() <= near, "at {u} {v} of {profile} along {path}");
+        if parallel {
+            assert!(apart(now, then) <= near, "at {u} {v} of {profile} along {path}");
+        }
+        let other = minus(surface_point(surface, u, places[0]), c);
+        let first = minus(curve_point(&profile, places[0]), start);
+        let turned = norm(minus(now, other)) - norm(minus(then, first));
+        assert!(turned.abs() <= 2.0 * near, "at {u} {v} of {profile} along {path}");
+    }
+    Ok(())
+}
+
+/// Places that mirror one another do so.
+fn symmetrize(walk: &mut Walk<'_>) -> Outcome {
+    let curve = walk.curve(0);
+    let size = size_of(&curve);
+    let normal = walk.point(1.0);
+    let fields = json!({ "object": "c", "normal": normal });
+    let after = walk.run(&[("c", "curve", &curve)], "symmetrize", fields)?;
+    let even = &object(&after, "c")["curve"];
+    let normal = triple(&normal);
+    let (a, b) = Direction::new(even).domain();
+    for u in walk.parameters(even, 12) {
+        let (p, q) = (curve_point(even, u), curve_point(even, (a + (b - u)).clamp(a, b)));
+        let height = dot(p, normal) / dot(normal, normal);
+        let image = [0, 1, 2].map(|k| p[k] - 2.0 * height * normal[k]);
+        assert!(apart(image, q) <= 1e-9 * size, "{p:?} {q:?} at {u} of {curve}");
+    }
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 36] = [
+const STEPS: [(&str, Step, u32); 39] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -1177,6 +1268,9 @@ const STEPS: [(&str, Step, u32); 36] = [
     ("intersect", intersect, 0),
     ("section", section, 0),
     ("match", matched, 3),
+    ("offset", offset, 0),
+    ("sweep", sweep, 0),
+    ("symmetrize", symmetrize, 3),
 ];
 
 #[test]

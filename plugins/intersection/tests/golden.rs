@@ -1,7 +1,9 @@
 //! Against OpenCASCADE, and against a search of our own that samples.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
-use loftsman_intersection::{Options, Plane, curve_plane, curve_surface, curves, section};
+use loftsman_intersection::{
+    Options, Plane, curve_plane, curve_surface, curves, section, self_intersections,
+};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use serde_json::Value;
@@ -59,6 +61,21 @@ fn curves_meet_where_opencascade_finds_it() {
     }
     assert!(count >= 60, "{count}");
     println!("{count} meetings of curves, {more} more of ours");
+}
+
+#[test]
+fn curves_meet_themselves_where_opencascade_finds_it() {
+    let (mut count, mut more) = (0, 0);
+    for case in golden()["itself"].as_array().unwrap() {
+        let own = curve(case, "a");
+        let found = self_intersections(&own, &Options::default()).unwrap();
+        assert!(found.is_complete() && found.overlaps.is_empty());
+        let theirs = points(&case["points"]);
+        compare(&theirs, &found.meetings, &mut more);
+        count += theirs.len();
+    }
+    assert!(count >= 150, "{count}");
+    println!("{count} meetings of curves with themselves, {more} more of ours");
 }
 
 #[test]

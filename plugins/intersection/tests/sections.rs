@@ -34,6 +34,7 @@ fn balls_are_cut_in_circles_of_the_right_length() {
                 let radius = (4.0_f64 - height * height).sqrt();
                 assert!((length / scale - TAU * radius).abs() < 1e-5, "{scale} {normal} {height}: {length}");
                 for c in &cut.curves {
+                    assert_eq!(c.curve.is_periodic(), c.closed);
                     assert!(c.distance <= 1e-7 * scale, "{}", c.distance);
                     let (a, b) = c.curve.domain();
                     for k in 0..=1000 {
@@ -55,6 +56,11 @@ fn a_torus_has_two_loops_one_loop_or_touches() {
     };
     assert_eq!(cut(0.5, Vector::z()).curves.len(), 2);
     assert_eq!(cut(0.5, Vector::z()).curves.iter().filter(|c| c.closed).count(), 2);
+    // A loop begins as smoothly as it goes on.
+    for ring in cut(0.5, Vector::z()).curves {
+        let space = ring.curve.space();
+        assert_eq!(space.multiplicity(space.domain().0), 2, "{ring:?}");
+    }
     assert_eq!(cut(0.0, Vector::x()).curves.len(), 2);
     assert_eq!(cut(1.5, Vector::z()).curves.len(), 0);
     let villarceau = cut(0.0, Vector::new(1.0, 0.0, -8.0_f64.sqrt()));

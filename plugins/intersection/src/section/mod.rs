@@ -30,7 +30,7 @@ const CELLS: usize = 400_000;
 pub struct SectionCurve {
     /// The branch: a cubic spline with continuous tangents, but where the surface has none.
     pub curve: Curve,
-    /// Whether it is a loop; its last point is its first then, to the last bit.
+    /// Whether it is a loop; the curve is periodic then.
     pub closed: bool,
     /// The largest distance from the section that was measured between its points.
     pub distance: f64,

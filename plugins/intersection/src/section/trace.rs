@@ -172,5 +172,7 @@ fn join(cubics: &[Cubic], closed: bool, frame: &Frame) -> Result<Curve> {
     points.extend(last);
     knots.extend([at; 4]);
     let points: Vec<Point> = points.into_iter().map(|p| frame.center + p * frame.size).collect();
-    Ok(Curve::new(Space::open(3, knots)?, points)?)
+    let curve = Curve::new(Space::open(3, knots)?, points)?;
+    // Where it begins it is as smooth as elsewhere, to rounding.
+    Ok(if closed { curve.to_periodic(16.0 * f64::EPSILON * frame.size)?.shape } else { curve })
 }

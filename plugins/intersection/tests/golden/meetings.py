@@ -70,7 +70,7 @@ def timed(name, work):
     return result
 
 
-golden = {"curves": [], "curve_surface": [], "sections": []}
+golden = {"curves": [], "curve_surface": [], "sections": [], "itself": []}
 for degree in (2, 3, 4, 5):
     for seed in range(5):
         p, q = wave(12, seed, True), [[0.9 * y + 5.5, 1.1 * x - 6.0, 0.0] for x, y, _ in wave(11, seed + 0.5, True)]
@@ -101,4 +101,13 @@ for degree in (2, 3, 4):
                 samples.append([x.X(), x.Y(), x.Z()])
         golden["sections"].append(dict(degree=degree, b=s, wb=ws, point=[4.0, 3.0, 0.1], normal=normal, length=length,
                                        lines=cut.NbLines(), samples=samples))
+for degree in (2, 3, 4, 5):
+    for seed in range(5):
+        # A way that winds across itself.
+        p = [[3 * math.sin(2.3 * i + seed) + 0.3 * i, 2.5 * math.cos(1.7 * i - seed), 0.0] for i in range(12)]
+        w = weights(12, seed)
+        c = curve(p, w, degree, True)
+        found = timed(f"itself {degree}", lambda: Geom2dAPI_InterCurveCurve(c, TOLERANCE))
+        points = sorted([found.Point(k + 1).X(), found.Point(k + 1).Y(), 0.0] for k in range(found.NbPoints()))
+        golden["itself"].append(dict(degree=degree, a=p, wa=w, points=points))
 json.dump(golden, sys.stdout)

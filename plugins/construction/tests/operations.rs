@@ -1,0 +1,174 @@
+//! What the operations say of wrong fields: the scene stays as it was, and the message says what is wrong.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+
+use loftsman_construction::Construction;
+use loftsman_kernel::mesh::{Cloud, Polyline};
+use loftsman_kernel::plugin::{Context, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use serde_json::{Value, json};
+
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    let mut add = |name: &str, geometry: Geometry| scene.add(Object::new(name, geometry)).unwrap();
+    let p = Point::new;
+    add("line", Curve::line(p(0.0, 0.0, 0.0), p(0.0, 0.0, 2.0)).unwrap().into());
+    add("ring", Curve::circle(p(3.0, 0.0, 0.0), Vector::y(), 1.0).unwrap().into());
+    add(
+        "helix",
+        Curve::bezier((0..5).map(|k| f64::from(k)).map(|t| p(t.cos(), t.sin(), t)).collect()).unwrap().into(),
+    );
+    let bent = vec![p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(1.0, 1.0, 0.0)];
+    add("bent", Curve::new(Space::clamped(1, &[0.0, 1.0, 2.0]).unwrap(), bent).unwrap().into());
+    let torn = (0..4).map(|k| p(f64::from(k), f64::from(k % 2), 0.0)).collect();
+    add(
+        "torn",
+        Curve::new(Space::open(1, vec![0.0, 0.0, 1.0, 1.0, 2.0, 2.0]).unwrap(), torn).unwrap().into(),
+    );
+    let ring = Curve::circle(p(3.0, 0.0, 0.0), Vector::y(), 1.0).unwrap();
+    let torus = Surface::revolution(&ring, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+    let torus = torus.to_periodic(Direction::U, 0.0).unwrap().shape;
+    add("torus", torus.to_periodic(Direction::V, 0.0).unwrap().shape.into());
+    add("sheet", Surface::extrusion(&ring, Vector::y()).unwrap().into());
+    add("dots", Cloud { points: vec![p(1.0, 2.0, 3.0)] }.into());
+    add("dot", Polyline { points: vec![p(1.0, 2.0, 3.0); 3], closed: true }.into());
+    scene
+}
+
+fn run(scene: &mut Scene, op: &str, fields: Value) -> Result<StepReport, String> {
+    let mut registry = Registry::new();
+    registry.add(&Construction);
+    let operation = registry.find_operation(op, "op").unwrap().clone();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    operation.apply(scene, &parameters, &Context::quiet(&registry)).map_err(|e| e.to_string())
+}
+
+#[test]
+fn wrong_fields_are_told() {
+    let cases = [
+        ("line", json!({ "from": [1, 2, 3], "to": [1, 2, 3] }), "to: is where the line starts"),
+        ("line", json!({ "from": [0, 0, 0], "to": [1, 0, 0], "name": "ring" }), "\"ring\" is taken or empty"),
+        ("polyline", json!({ "points": [[0, 0, 0]] }), "a polyline has 2 points at least, here are 1"),
+        ("polyline", json!({ "points": [[0, 0, 0], [1, 0, 0]], "closed": true }), "has 3 points at least"),
+        ("circle", json!({ "radius": 0 }), "0 is no length: give a number above 0"),
+        ("circle", json!({ "radius": 1, "normal": [0, 0, 0] }), "normal: [0, 0, 0] has no direction"),
+        ("arc", json!({ "from": [1, 0, 0], "degrees": 400 }), "400 degrees are no turn"),
+        ("arc", json!({ "from": [1, 0, 0], "degrees": 0 }), "0 degrees are no turn"),
+        ("arc", json!({ "from": [0, 0, 1] }), "from: "),
+        ("arc", json!({ "from": [0, 0, 0], "through": [1, 0, 0], "to": [2, 0, 0] }), "lie on a line"),
+        (
+            "arc",
+            json!({ "from": [0, 0, 0], "through": [1, 1, 0], "to": [2, 0, 0], "degrees": 5 }),
+            "says nothing of an arc",
+        ),
+        ("ellipse", json!({ "x": [1, 0, 0], "y": [0, 0, 0] }), "y: "),
+        (
+            "ellipse",
+            json!({ "x": [1, 0, 0], "y": [0, 1, 0], "degrees": 90, "periodic": true }),
+            "an arc has ends",
+        ),
+        ("revolve", json!({ "object": "line" }), "\"line\" lies on the axis"),
+        (
+            "revolve",
+            json!({ "object": "ring", "degrees": 90, "periodic": true }),
+            "a part of a turn has ends",
+        ),
+        ("revolve", json!({ "object": "dots" }), "object: "),
+        ("isocurve", json!({ "object": "torus" }), "say where: u or v"),
+        ("isocurve", json!({ "object": "sheet", "v": 1.5 }), "1.5 is outside the domain [0, 1]"),
+        (
+            "edge",
+            json!({ "object": "torus", "edge": "u0" }),
+            "there is no edge \"u0\": its edges are none: it is closed",
+        ),
+        ("edge", json!({ "object": "dots", "edge": "u0" }), "which has no edges: name a surface"),
+        ("sample", json!({ "object": "ring" }), "say count = …, or spacing"),
+        ("sample", json!({ "object": "ring", "count": 5, "spacing": 1 }), "leave one of them out"),
+        ("sample", json!({ "object": "dot", "count": 5 }), "\"dot\" has no length"),
+        ("sample", json!({ "object": "torus", "count": 5 }), "name a curve or a polyline"),
+        ("offset", json!({ "object": "ring", "distance": 0 }), "distance: 0 moves nothing"),
+        ("offset", json!({ "object": "ring", "distance": 1, "tolerance": -1 }), "tolerance: -1 is no length"),
+        (
+            "offset",
+            json!({ "object": "ring", "distance": -2 }),
+            "\"ring\": nothing of the curve is 2 away on that side",
+        ),
+        (
+            "offset",
+            json!({ "object": "line", "distance": 1 }),
+            "\"line\": the curve is straight and lies in many planes",
+        ),
+        ("offset", json!({ "object": "helix", "distance": 1 }), "\"helix\": the curve leaves its plane by"),
+        ("offset", json!({ "object": "torus", "distance": 1 }), "name a curve or a polyline"),
+        ("offset", json!({ "object": "ring", "distance": 1, "corners": "mitre" }), "corners: "),
+        ("offset", json!({ "object": "dot", "distance": 1 }), "\"dot\": the curve is a point"),
+        ("sweep", json!({ "object": "ring", "path": "bent" }), "\"ring\": the path has a corner at 1"),
+        ("sweep", json!({ "object": "ring", "path": "torn" }), "\"ring\": the path is torn at 1"),
+        ("sweep", json!({ "object": "ring", "path": "dots" }), "path: "),
+        ("sweep", json!({ "object": "torus", "path": "line" }), "object: "),
+        (
+            "sweep",
+            json!({ "object": "ring", "path": "line", "frame": "upright" }),
+            "runs along the upright direction at 0",
+        ),
+        (
+            "sweep",
+            json!({ "object": "ring", "path": "line", "up": [1, 0, 0] }),
+            "up: is for frame = \"upright\" only",
+        ),
+        ("sweep", json!({ "object": "ring", "path": "line", "tolerance": 0 }), "tolerance: 0 is no length"),
+        ("symmetrize", json!({ "object": "ring" }), "\"ring\": the closed curve does not cross the plane"),
+        (
+            "symmetrize",
+            json!({ "object": "line", "half": "front" }),
+            "\"line\": the curve crosses the plane 0 times",
+        ),
+        ("symmetrize", json!({ "object": "line", "direction": "v" }), "direction: is of a surface"),
+        ("symmetrize", json!({ "object": "sheet", "half": "back" }), "half: is of a curve"),
+        ("symmetrize", json!({ "object": "torus" }), "\"torus\": the surface is periodic in u"),
+        ("symmetrize", json!({ "object": "dots" }), "name a curve or a surface"),
+        (
+            "symmetrize",
+            json!({ "object": "line", "normal": [0, 0, 0] }),
+            "normal: [0, 0, 0] has no direction",
+        ),
+    ];
+    for (op, fields, said) in cases {
+        let mut after = scene();
+        let error =
+            run(&mut after, op, fields.clone()).err().unwrap_or_else(|| panic!("{op} {fields} is taken"));
+        assert!(error.contains(said), "{op} {fields}: not \"{said}\" but \"{error}\"");
+        assert_eq!(after, scene(), "{op} {fields}");
+    }
+}
+
+#[test]
+fn reports_say_what_was_measured() {
+    let mut scene = scene();
+    let wider =
+        run(&mut scene, "offset", json!({ "object": "ring", "distance": 0.5, "name": "wider" })).unwrap();
+    assert!(
+        wider.notes.iter().any(|n| n.contains("from where it should be at most, measured both ways")),
+        "{wider:?}"
+    );
+    assert!(
+        wider
+            .notes
+            .iter()
+            .any(|n| n.starts_with("\"wider\": degree 2, 9 control vertices, length 9.4247779")),
+        "{wider:?}"
+    );
+    let pipe =
+        run(&mut scene, "sweep", json!({ "object": "ring", "path": "helix", "name": "pipe" })).unwrap();
+    assert!(pipe.notes.iter().any(|n| n.contains("from the sweep at most, measured")), "{pipe:?}");
+    let shifted =
+        run(&mut scene, "sweep", json!({ "object": "ring", "path": "torn", "frame": "parallel" })).unwrap();
+    assert!(shifted.notes.contains(&"exact".to_owned()), "{shifted:?}");
+    let even = run(&mut scene, "symmetrize", json!({ "object": "bent" })).unwrap();
+    assert!(even.notes[0].starts_with("control vertices moved by 1 at most"), "{even:?}");
+    // What a curve with a tear has of offsets: each part its own.
+    let parts =
+        run(&mut scene, "offset", json!({ "object": "torn", "distance": 0.1, "name": "part" })).unwrap();
+    assert!(scene.get("part").is_some() && scene.get("part.001").is_some(), "{parts:?}");
+}

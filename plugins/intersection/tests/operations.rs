@@ -1,0 +1,200 @@
+//! Sections of meshes, torn curves, and what the operations say of wrong fields.
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+
+use loftsman_intersection::{
+    Intersection, IntersectionError, Options, Plane, curve_plane, curves, mesh_section,
+};
+use loftsman_kernel::mesh::{Cloud, Mesh};
+use loftsman_kernel::plugin::{Context, Parameters, Registry, StepReport};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use serde_json::{Value, json};
+
+fn cube() -> Mesh {
+    let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh::new((0..8).map(corner).collect(), &faces).unwrap()
+}
+
+fn plane(point: [f64; 3], normal: [f64; 3]) -> Plane {
+    Plane::new(Point::from(point), Vector::from(normal)).unwrap()
+}
+
+fn round(points: &[Point]) -> f64 {
+    (0..points.len()).map(|k| (points[(k + 1) % points.len()] - points[k]).norm()).sum()
+}
+
+#[test]
+fn meshes_are_cut_in_loops() {
+    let cube = cube();
+    let cut = mesh_section(&cube, &plane([0.0, 0.0, 0.3], [0.0, 0.0, 1.0]));
+    assert!(cut.len() == 1 && cut[0].closed && cut[0].points.len() == 4, "{cut:?}");
+    assert!((round(&cut[0].points) - 4.0).abs() < 1e-15);
+    // Across the space diagonal: a regular hexagon with sides √2/2.
+    let cut = mesh_section(&cube, &plane([0.5; 3], [1.0; 3]));
+    assert!(cut.len() == 1 && cut[0].closed && cut[0].points.len() == 6, "{cut:?}");
+    assert!((round(&cut[0].points) - 3.0 * 2.0_f64.sqrt()).abs() < 1e-14);
+    // Through corners and along edges: their points to the last bit; beside it nothing.
+    let cut = mesh_section(&cube, &plane([0.0; 3], [1.0, -1.0, 0.0]));
+    assert!(cut.iter().flat_map(|l| &l.points).all(|p| p.x == p.y) && !cut.is_empty(), "{cut:?}");
+    assert!(mesh_section(&cube, &plane([0.0, 0.0, 1.5], [0.0, 0.0, 1.0])).is_empty());
+    // Its lower face is on the plane and counts as above it: nothing is below.
+    assert!(mesh_section(&cube, &plane([0.0; 3], [0.0, 0.0, 1.0])).is_empty());
+    let open = Mesh::new(cube.points().to_vec(), &[[0, 1, 5, 4], [1, 3, 7, 5]]).unwrap();
+    let cut = mesh_section(&open, &plane([0.0, 0.0, 0.5], [0.0, 0.0, 1.0]));
+    assert!(cut.len() == 1 && !cut[0].closed && cut[0].points.len() == 3, "{cut:?}");
+    // A face that is not convex is cut twice.
+    let comb =
+        [[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [2.0, 2.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    let comb =
+        Mesh::new(comb.map(|[x, z]| Point::new(x, 0.0, z)).to_vec(), &[[0, 1, 2, 3, 4, 5, 6, 7]]).unwrap();
+    let cut = mesh_section(&comb, &plane([0.0, 0.0, 1.5], [0.0, 0.0, 1.0]));
+    assert_eq!(cut.len(), 2, "{cut:?}");
+    assert!(cut.iter().all(|l| (l.points[1] - l.points[0]).norm() == 1.0));
+}
+
+#[test]
+fn a_fine_ball_is_cut_in_nearly_a_circle() {
+    let (n, m) = (96_u32, 48_u32);
+    let at = |i: u32, j: u32| {
+        let (a, b) = (
+            std::f64::consts::TAU * f64::from(i % n) / f64::from(n),
+            std::f64::consts::PI * f64::from(j) / f64::from(m),
+        );
+        Point::new(b.sin() * a.cos(), b.sin() * a.sin(), b.cos())
+    };
+    let points = (0..n).flat_map(|i| (0..=m).map(move |j| (i, j))).map(|(i, j)| at(i, j)).collect();
+    let id = |i: u32, j: u32| ((i % n) * (m + 1) + j) as usize;
+    let faces: Vec<[usize; 4]> = (0..n)
+        .flat_map(|i| (1..m - 1).map(move |j| [id(i, j), id(i, j + 1), id(i + 1, j + 1), id(i + 1, j)]))
+        .collect();
+    let ball = Mesh::new(points, &faces).unwrap();
+    let cut = mesh_section(&ball, &plane([0.2, 0.1, 0.3], [1.0, 2.0, 0.0]));
+    assert!(cut.len() == 1 && cut[0].closed);
+    let unit = Vector::new(1.0, 2.0, 0.0).normalize();
+    let height = Vector::new(0.2, 0.1, 0.3).dot(&unit);
+    let expected = std::f64::consts::TAU * (1.0 - height * height).sqrt();
+    assert!((round(&cut[0].points) - expected).abs() < 2e-3 * expected);
+    assert!(cut[0].points.iter().all(|p| (p.coords.dot(&unit) - height).abs() < 1e-15 * 8.0));
+}
+
+#[test]
+fn torn_curves_are_met_on_both_sides() {
+    let points =
+        [[0.0, 0.0], [2.0, 2.0], [0.0, 2.0], [2.0, 0.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+    let torn = Curve::new(Space::open(1, vec![0.0, 0.0, 1.0, 1.0, 2.0, 2.0]).unwrap(), points).unwrap();
+    let line = Curve::line(Point::new(0.0, 1.5, 0.0), Point::new(3.0, 1.5, 0.0)).unwrap();
+    assert_eq!(curves(&line, &torn, &Options::default()).unwrap().meetings.len(), 2);
+    assert_eq!(curves(&torn, &line, &Options::default()).unwrap().meetings.len(), 2);
+    // Through the end of the first part, where the parameter is that of the second.
+    let end = Curve::line(Point::new(1.0, 2.0, 0.0), Point::new(3.0, 2.0, 0.0)).unwrap();
+    let found = curves(&end, &torn, &Options::default()).unwrap();
+    assert!(
+        found.meetings.len() == 1 && (found.meetings[0].point - Point::new(2.0, 2.0, 0.0)).norm() < 1e-9,
+        "{found:?}"
+    );
+    let across = curve_plane(&torn, &plane([1.5, 0.0, 0.0], [1.0, 0.0, 0.0]), &Options::default()).unwrap();
+    assert_eq!(across.meetings.len(), 2, "{across:?}");
+}
+
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let pipe = Surface::extrusion(&ring, Vector::z()).unwrap();
+    scene.add(Object::new("ring", ring.clone().into())).unwrap();
+    scene.add(Object::new("pipe", pipe.into())).unwrap();
+    scene.add(Object::new("cube", cube().into())).unwrap();
+    scene.add(Object::new("dots", Cloud { points: vec![Point::origin()] }.into())).unwrap();
+    let loops =
+        [[0.0, 0.0], [3.0, 3.0], [-2.0, 3.0], [1.0, 0.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+    scene.add(Object::new("loop", Curve::bezier(loops).unwrap().into())).unwrap();
+    let mut moved = Object::new("moved", ring.into());
+    moved.parent = Some("group".into());
+    scene.add(Object::new("group", Geometry::Group)).unwrap();
+    scene.add(moved).unwrap();
+    scene
+}
+
+fn run(scene: &mut Scene, op: &str, fields: Value) -> Result<StepReport, String> {
+    let mut registry = Registry::new();
+    registry.add(&Intersection);
+    let operation = registry.find_operation(op, "op").unwrap().clone();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    operation.apply(scene, &parameters, &Context::quiet(&registry)).map_err(|e| e.to_string())
+}
+
+#[test]
+fn wrong_fields_are_told() {
+    let cases = [
+        (
+            "intersect",
+            json!({ "object": "ring", "with": "dots" }),
+            "a curve is intersected with a curve or a surface",
+        ),
+        ("intersect", json!({ "object": "pipe" }), "is "),
+        ("intersect", json!({ "object": "ring", "with": "nobody" }), "nobody"),
+        (
+            "intersect",
+            json!({ "object": "ring", "with": "moved" }),
+            "\"moved\" is placed otherwise than \"ring\"",
+        ),
+        (
+            "intersect",
+            json!({ "object": "ring", "with": "pipe", "tolerance": 0 }),
+            "0 where a positive length is needed",
+        ),
+        ("intersect", json!({ "object": "ring", "with": "pipe", "name": "" }), "name: is empty"),
+        ("section", json!({ "object": "pipe" }), "give either plane"),
+        ("section", json!({ "object": "pipe", "axis": "x" }), "axis goes with one of at and count"),
+        (
+            "section",
+            json!({ "object": "pipe", "axis": "x", "at": 1, "count": 2 }),
+            "axis goes with one of at and count",
+        ),
+        ("section", json!({ "object": "pipe", "axis": "x", "count": 0 }), "0 where 1 to 10000 is needed"),
+        (
+            "section",
+            json!({ "object": "pipe", "axis": "x", "at": [] }),
+            "0 places where 1 to 10000 are needed",
+        ),
+        (
+            "section",
+            json!({ "object": "pipe", "plane": { "normal": [0, 0, 0] } }),
+            "the plane has no usable normal",
+        ),
+        (
+            "section",
+            json!({ "object": "pipe", "plane": { "normal": [0, 0, 1] }, "axis": "x" }),
+            "give either plane",
+        ),
+        (
+            "section",
+            json!({ "object": "dots", "axis": "x", "at": 0 }),
+            "a section is cut from a surface, a mesh or a curve",
+        ),
+        ("section", json!({ "object": "nobody", "axis": "x", "at": 0 }), "object: "),
+    ];
+    for (op, fields, said) in cases {
+        let mut after = scene();
+        let error =
+            run(&mut after, op, fields.clone()).err().unwrap_or_else(|| panic!("{op} {fields} is taken"));
+        assert!(error.contains(said), "{op} {fields}: not \"{said}\" but \"{error}\"");
+        assert_eq!(after, scene(), "{op} {fields}");
+    }
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = curves(&ring, &ring, &Options::within(bad)).unwrap_err();
+        assert!(matches!(error, IntersectionError::Tolerance(_)), "{error}");
+    }
+}
+
+#[test]
+fn a_curve_meets_itself_in_the_scene() {
+    let mut scene = scene();
+    let report = run(&mut scene, "intersect", json!({ "object": "loop", "name": "knot" })).unwrap();
+    assert!(report.notes[0].starts_with("it crosses itself at (0."), "{report:?}");
+    assert_eq!(scene.object("knot").unwrap().geometry().points().len(), 1);
+    let report = run(&mut scene, "intersect", json!({ "object": "ring", "with": "ring" })).unwrap();
+    assert!(report.notes[0].starts_with("it does not meet itself within"), "{report:?}");
+}
