@@ -278,3 +278,23 @@ fn the_highest_degree_is_no_other() {
     let found = offset(&curve, 0.2, &OffsetOptions::default()).unwrap();
     assert!(off(&curve, &found.curves, 0.2) <= found.tolerance, "{found:?}");
 }
+
+#[test]
+fn a_ring_found_by_chance() {
+    let points = [
+        [0.996875, 0.0],
+        [0.5958984375000002, 1.0321263699009071],
+        [-0.43515624999999986, 0.7537127342311444],
+        [-1.00078125, 1.2256035544591871e-16],
+        [-0.49335937500000043, -0.8545235038904263],
+        [0.5714843749999993, -0.9898399732317457],
+    ];
+    let points = points.map(|[x, y]| Point::new(x, y, 0.5)).to_vec();
+    let ring = Curve::new(Space::periodic_uniform(3, 6).unwrap(), points).unwrap();
+    for away in [0.030390625, -0.030390625] {
+        let options = OffsetOptions { tolerance: Some(1e-5), ..OffsetOptions::default() };
+        let found = offset(&ring, away, &options).unwrap();
+        println!("{found:?}");
+        assert!(off(&ring, &found.curves, away) <= 1e-5, "{found:?}");
+    }
+}
