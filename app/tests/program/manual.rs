@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use loftsman::kernel::plugin::{Declaration, Field};
+use loftsman::kernel::plugin::{Declaration, Field, Table};
 
 use crate::LOFTSMAN;
 
@@ -155,11 +155,23 @@ fn fields(page: &mut String, fields: &[Field]) {
 
 fn entries(title: &str, preface: &str, declared: impl IntoIterator<Item = Declaration>) -> String {
     let mut page = format!("# {title}\n\n{preface}\n\n");
-    for one in declared {
-        let _ = writeln!(page, "## {}\n\n{}\n", one.name, sentence(one.help));
-        fields(&mut page, one.fields);
-    }
+    declared.into_iter().for_each(|one| entry(&mut page, &one));
     page.trim_end().to_owned() + "\n"
+}
+
+fn entry(page: &mut String, one: &Declaration) {
+    let _ = writeln!(page, "## {}\n\n{}\n", one.name, sentence(one.help));
+    fields(page, one.fields);
+}
+
+/// What the tables take that a field lists.
+fn tables(page: &mut String, table: &Table) {
+    let _ = writeln!(page, "Each of `{}`: {}.\n", table.field, cell(table.help));
+    fields(page, table.fields);
+    for kind in table.kinds {
+        let _ = writeln!(page, "`kind = \"{}\"`: {}.\n", kind.name, cell(kind.help));
+        fields(page, kind.fields);
+    }
 }
 
 fn sentence(help: &str) -> String {
@@ -173,8 +185,15 @@ fn reference() -> Vec<(&'static str, String)> {
     let mut operations = entries(
         "Operations",
         "Each is a step of a recipe, named by `op`. Made from what the operations declare; `loftsman plugins` prints the same.",
-        registry.operations().iter().map(|o| o.declaration()),
+        [],
     );
+    operations.push('\n');
+    for operation in registry.operations() {
+        entry(&mut operations, &operation.declaration());
+        operation.tables().iter().for_each(|table| tables(&mut operations, table));
+    }
+    operations.truncate(operations.trim_end().len());
+    operations.push('\n');
     operations.push_str("\n## Recipes\n\nThe fields of a recipe itself.\n\n");
     fields(&mut operations, loftsman::recipe::FIELDS);
     operations.push_str(

@@ -41,6 +41,19 @@ pub struct Declaration {
     pub fields: &'static [Field],
 }
 
+/// What the tables take that a field lists: `forces = [{ at = 1.5, force = [0, 0, 2] }, …]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct Table {
+    /// The field whose list they are in.
+    pub field: &'static str,
+    /// One line of help.
+    pub help: &'static str,
+    /// What each of them takes.
+    pub fields: &'static [Field],
+    /// What a table of one `kind` takes beside that; none where there are no kinds.
+    pub kinds: &'static [Declaration],
+}
+
 /// The name that was probably meant: the most similar of `names`, if one is similar at all.
 pub fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A long garbage string is similar to nothing, and measuring it would cost its length squared.

@@ -3,5 +3,5 @@
 mod declaration;
 mod parameters;
 
-pub use declaration::{Declaration, Field, hint, nearest};
+pub use declaration::{Declaration, Field, Table, hint, nearest};
 pub use parameters::{ParameterError, Parameters};

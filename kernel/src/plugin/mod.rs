@@ -14,7 +14,7 @@ mod operation;
 mod registry;
 mod step;
 
-pub use crate::declare::{Declaration, Field, ParameterError, Parameters, hint, nearest};
+pub use crate::declare::{Declaration, Field, ParameterError, Parameters, Table, hint, nearest};
 pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Name, Smoothness};
 pub use crate::tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};

@@ -3,7 +3,7 @@
 use super::change::ObjectChange;
 use super::mark::Mark;
 use super::registry::Registry;
-use crate::declare::{Declaration, ParameterError, Parameters};
+use crate::declare::{Declaration, ParameterError, Parameters, Table};
 use crate::edit::EditError;
 use crate::error::Error;
 use crate::problem::{ConstraintReport, Convergence, Smoothness};
@@ -154,6 +154,9 @@ pub struct StepReport {
     /// What was to be small, before and after.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<[f64; 2]>,
+    /// Steps in time that were taken, where something moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<usize>,
     /// Solves that were needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterations: Option<usize>,
@@ -166,7 +169,7 @@ pub struct StepReport {
     /// Time to prepare, in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prepare_seconds: Option<f64>,
-    /// Median time of one event, in seconds.
+    /// Median time of one event in seconds; where something moves, mean time of one step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub event_seconds: Option<f64>,
     /// Each constraint: its name, its error after the step and its multiplier.
@@ -184,6 +187,9 @@ pub struct StepReport {
     /// Anything else worth saying.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// What nobody should overlook: the program says it on the standard error.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// What a picture of the step should mark.
     #[serde(skip)]
     pub marks: Vec<Mark>,
@@ -193,6 +199,11 @@ pub struct StepReport {
 pub trait Operation: Send + Sync {
     /// Its name, help and fields. `op` is not among the fields; `object` is where it takes one.
     fn declaration(&self) -> Declaration;
+
+    /// What the tables take that its fields list, where that is more than what every constraint takes: for help, and for checks.
+    fn tables(&self) -> &'static [Table] {
+        &[]
+    }
 
     /// Does it. The scene is left as it was where this fails.
     ///

@@ -29,6 +29,14 @@ pub enum DynamicsError {
         /// Where, by its parameters.
         at: String,
     },
+    /// All of a shape that is to move is one point.
+    #[error(
+        "{body:?} is a single point: what moves needs a length, a sheet an area; give it control vertices that differ, or let another object move"
+    )]
+    Point {
+        /// What it is called.
+        body: String,
+    },
     /// The mass matrix is not positive definite.
     #[error(
         "the mass matrix of the shape is singular to rounding at control vertex {vertex}: its basis functions hardly differ there (very high \

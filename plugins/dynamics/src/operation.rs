@@ -1,12 +1,13 @@
 //! `simulate`: a shape in motion; the last shape stays in the object, and the frames as its animation.
 
 mod constraints;
+mod declared;
 mod report;
 
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Frames, Operation, OperationError, ParameterError, Parameters, SceneShapes,
-    SeenShapes, StepReport, editable, object_name, put_back,
+    Context, Declaration, Frames, Operation, OperationError, ParameterError, Parameters, SceneShapes,
+    SeenShapes, StepReport, Table, editable, object_name, put_back,
 };
 use loftsman_kernel::scene::Up;
 use loftsman_kernel::scene::{Animation, Scene};
@@ -14,6 +15,7 @@ use loftsman_kernel::shape::Shape;
 use loftsman_kernel::{Point, Vector};
 
 use self::constraints::{Words, constraint, force, pull};
+use self::declared::{BODY, FIELDS, TABLES};
 use self::report::{marks, report};
 use crate::body::{Body, Material};
 use crate::error::DynamicsError;
@@ -25,82 +27,10 @@ use crate::simulation::Simulation;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Simulate;
 
-const FIELDS: [Field; 21] = [
-    Field::optional("object", "text", "the only curve or surface", "what moves"),
-    Field::optional("seconds", "number", "this or settle is needed", "how long it moves"),
-    Field::optional(
-        "settle",
-        "true | false",
-        "false",
-        "go to where everything rests, at the end; with seconds left out, at once",
-    ),
-    Field::optional("scheme", "\"epsilon\" | \"exact\" | \"implicit\"", "epsilon", "how steps are taken"),
-    Field::optional(
-        "step",
-        "number (seconds)",
-        "as long as is stable",
-        "the longest step; explicit ones are shorter where they must be",
-    ),
-    Field::optional("frames_per_second", "number", "24", "the rate of the animation"),
-    Field::optional("mass", "number", "1", "a unit of length of a curve, of area of a surface"),
-    Field::optional(
-        "stiffness",
-        "number",
-        "200 times the weight",
-        "the force that would stretch it to twice its length",
-    ),
-    Field::optional(
-        "shear",
-        "number",
-        "half the stiffness",
-        "of a surface: the force for a shear by an angle of 1",
-    ),
-    Field::optional("rest", "number", "1", "what its length at rest is of its length now"),
-    Field::optional("bending", "number", "0", "the moment for a curvature of 1; it is straight by nature"),
-    Field::optional("damping", "number (1/s)", "0", "how fast motion dies away"),
-    Field::optional("viscosity", "number", "0", "the force that resists a rate of stretching of 1/s"),
-    Field::optional("gravity", "[x, y, z]", "9.81 m/s² down", "the acceleration of all that falls"),
-    Field::optional(
-        "constraints",
-        "[{ kind, at | near, to, from, until, axis, … }, …]",
-        "none",
-        "fixed, sliding, knot, double-sliding, sliding-tangent, sliding-curvature, tied, or any linear kind of constraint",
-    ),
-    Field::optional(
-        "pull",
-        "[{ at, to, stiffness, from, until, object }, …]",
-        "none",
-        "damped springs to a place or along a path: [[x, y, z], …]",
-    ),
-    Field::optional("forces", "[{ at, force, from, until, object }, …]", "none", "forces at places"),
-    Field::optional(
-        "bodies",
-        "[{ object, mass, stiffness, …, still }, …]",
-        "none",
-        "other objects that move along, made of what they say, else of the same; `still = true` for what others slide on",
-    ),
-    Field::optional(
-        "epsilon",
-        "number",
-        "0.001",
-        "the mass of a floating location, of that between two control vertices",
-    ),
-    Field::optional(
-        "draw",
-        "number (seconds)",
-        "0.05",
-        "the time in which a constraint draws in what it misses when it comes",
-    ),
-    Field::optional(
-        "settle_frames",
-        "true | false",
-        "false",
-        "keep the rest that settle finds as one more frame",
-    ),
-];
-
 /// How much heavier than itself what a rope carries would have to be to stretch it to twice its length.
 const STIFF: f64 = 200.0;
+/// How fast motion dies away where nothing is said of it: a swing loses two fifths of its speed in a second, so that a first try comes to rest.
+const AIR: f64 = 0.5;
 /// What falls, falls faster by so much every second: in metres.
 const FALL: f64 = 9.81;
 /// More steps than this for one frame would take minutes.
@@ -115,6 +45,10 @@ impl Operation for Simulate {
             help: "a curve or surface in motion, held by constraints that slide",
             fields: &FIELDS,
         }
+    }
+
+    fn tables(&self) -> &'static [Table] {
+        &TABLES
     }
 
     fn apply(
@@ -166,7 +100,8 @@ impl Operation for Simulate {
         } else {
             None
         };
-        let mut report = report(&object, &mut simulation, settled, (before, stretch), &run.scheme)?;
+        let mut report =
+            report(&object, &mut simulation, settled, (before, stretch), &run.scheme, &run.seen)?;
         report.prepare_seconds = Some(prepare_seconds);
         report.event_seconds = (steps > 0).then_some(event_seconds);
         report.notes.extend(run.notes);
@@ -242,9 +177,7 @@ impl Run {
         let tables = parameters.tables("bodies")?;
         let mut others = Vec::with_capacity(tables.len());
         for table in &tables {
-            let known =
-                ["object", "mass", "stiffness", "shear", "rest", "bending", "damping", "viscosity", "still"];
-            table.check(&known.map(|name| Field::optional(name, "", "", "")))?;
+            table.check(&BODY)?;
             let name = table.text("object")?;
             let index = names.shape(name).map_err(|e| table.error("object", e.to_string()))?;
             if index != others.len() + 1 {
@@ -283,8 +216,8 @@ impl Run {
         ]
         .concat();
         let SeenShapes { names, shapes, frames: seen } = names.into_parts()?;
-        let own =
-            material(parameters, Material { stiffness: f64::NAN, shear: f64::NAN, ..Material::default() })?;
+        let unsaid = Material { stiffness: f64::NAN, shear: f64::NAN, damping: AIR, ..Material::default() };
+        let own = material(parameters, unsaid)?;
         let mut still = Vec::with_capacity(names.len());
         let mut bodies = Vec::with_capacity(names.len());
         for (index, name) in names.iter().enumerate() {

@@ -4,7 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::solve::{RangeSpace, Weight};
 
-use crate::body::Body;
+use crate::body::{Body, extent};
 use crate::constraint::{Constraint, Force, Pull};
 use crate::elastic::Elastic;
 use crate::error::{DynamicsError, Result, check};
@@ -171,6 +171,9 @@ impl Setup {
         for body in bodies {
             body.material.check()?;
             let count = body.shape.control_vertices().len();
+            if !body.still && extent(body.shape.control_vertices()) == 0.0 {
+                return Err(DynamicsError::Point { body: body.name.clone() });
+            }
             let (elastic, mass, highest) = if body.still {
                 weights.push((Weight::Still(count), None));
                 (None, None, 0.0)

@@ -335,7 +335,10 @@ fn what_cannot_be_is_refused() {
     assert!(matches!(refused(Setup::new(Body::new(&rope())).step(0.0)), DynamicsError::Number { .. }));
     let points = vec![Point::origin(); 8];
     let still = Curve::new(Space::clamped_uniform(3, 8).unwrap(), points).unwrap();
-    assert!(matches!(refused(Setup::new(Body::new(&still))), DynamicsError::Collapsed { .. }));
+    assert!(matches!(refused(Setup::new(Body::new(&still))), DynamicsError::Point { .. }));
+    let points = [0, 1, 2, 2, 2, 2, 3, 4].map(|x| Point::new(f64::from(x), 0.0, 0.0)).to_vec();
+    let stands = Curve::new(Space::clamped_uniform(3, 8).unwrap(), points).unwrap();
+    assert!(matches!(refused(Setup::new(Body::new(&stands))), DynamicsError::Collapsed { .. }));
     // Steps that are far too long, taken as they are.
     let mut wild = Setup::new(Body::new(&rope()).stiffness(1e5))
         .gravity([0.0, 0.0, -9.81])

@@ -197,7 +197,10 @@ fn a_bead_on_a_hoop_has_its_period() {
 /// Irvine's elastic catenary between two nails on one level.
 #[test]
 fn a_hanging_rope_is_the_elastic_catenary() {
-    for (span, length, stiffness) in [(8.0, 10.0, 50.0), (9.0, 10.0, 5000.0), (3.0, 10.0, 200.0)] {
+    // How near 60 cubic vertices come: nearer the less the rope bends between them.
+    for (span, length, stiffness, near) in
+        [(8.0, 10.0, 50.0, 1e-7), (9.0, 10.0, 5000.0, 1e-8), (3.0, 10.0, 200.0, 4e-5)]
+    {
         let (w, n) = (0.3 * 9.81, 60);
         let rope = line(3, n, [0.0; 3], [length, 0.0, 0.0]);
         let end = rope.space().domain().1;
@@ -233,13 +236,13 @@ fn a_hanging_rope_is_the_elastic_catenary() {
             let p = shape.value((share * end).into(), Derivative::POSITION).unwrap();
             let (want_x, want_z) = (x(h, share * length), z(share * length));
             let off = (p.x - want_x).hypot(p.z - want_z);
-            assert!(off < 2e-3 * length, "span {span}: {share} {p} ({want_x}, {want_z})");
+            assert!(off < near * length, "span {span}: {share} {p} ({want_x}, {want_z})");
         }
         // The nails carry the rope.
         let force = |k: usize| simulation.force_of(k).unwrap().to_vec();
         let weight = force(0)[2] + force(1)[2];
-        assert!((weight / (w * length) - 1.0).abs() < 1e-6, "{weight} {}", w * length);
-        assert!((force(1)[0] / h - 1.0).abs() < 5e-3, "{} {h}", force(1)[0]);
+        assert!((weight / (w * length) - 1.0).abs() < 1e-8, "{weight} {}", w * length);
+        assert!((force(1)[0] / h - 1.0).abs() < 6e-5, "{} {h}", force(1)[0]);
     }
 }
 

@@ -4,16 +4,25 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use crate::recipe;
-use loftsman_kernel::plugin::{Declaration, Field, FormatDeclaration, Registry, nearest};
+use loftsman_kernel::plugin::{Declaration, Field, FormatDeclaration, Registry, Table, nearest};
 
 use crate::program::Usage;
 use crate::program::args::PluginsArgs;
 use crate::program::console::{self, BOLD, DIM, styled};
 
+/// What a step runs, with what the tables take that its fields list.
+#[derive(Clone, serde::Serialize)]
+struct Operation {
+    #[serde(flatten)]
+    declaration: Declaration,
+    #[serde(skip_serializing_if = "<[Table]>::is_empty")]
+    tables: &'static [Table],
+}
+
 #[derive(Clone, Default, serde::Serialize)]
 struct Known {
     formats: Vec<FormatDeclaration>,
-    operations: Vec<Declaration>,
+    operations: Vec<Operation>,
     constraints: Vec<Declaration>,
     solvers: Vec<String>,
     shapes: Vec<Declaration>,
@@ -28,7 +37,11 @@ impl Known {
     fn all(registry: &Registry) -> Self {
         Self {
             formats: registry.formats().iter().map(|f| f.declaration()).collect(),
-            operations: registry.operations().iter().map(|o| o.declaration()).collect(),
+            operations: registry
+                .operations()
+                .iter()
+                .map(|o| Operation { declaration: o.declaration(), tables: o.tables() })
+                .collect(),
             constraints: registry.functionals().collect(),
             solvers: registry.solvers().iter().map(|s| s.name().to_owned()).collect(),
             shapes: registry.shape_kinds().iter().map(|k| k.declaration()).collect(),
@@ -58,10 +71,17 @@ impl Known {
         })
     }
 
+    /// The operation and its field whose tables have a kind of this name.
+    fn kind_of(&self, name: &str) -> Option<(&'static str, &'static str)> {
+        let tables = self.operations.iter().flat_map(|o| o.tables.iter().map(|t| (o.declaration.name, t)));
+        let mut found = tables.filter(|(_, table)| table.kinds.iter().any(|kind| kind.name == name));
+        found.next().map(|(operation, table)| (operation, table.field))
+    }
+
     /// The entries of one name, a constraint with what every constraint takes.
     fn entry(mut self, name: &str) -> Option<Self> {
         self.formats.retain(|f| f.name == name);
-        self.operations.retain(|o| o.name == name);
+        self.operations.retain(|o| o.declaration.name == name);
         self.constraints.retain(|c| c.name == name);
         self.solvers.retain(|s| s == name);
         self.shapes.retain(|k| k.name == name);
@@ -87,7 +107,17 @@ pub(crate) fn run(args: &PluginsArgs, registry: &Registry) -> anyhow::Result<Exi
         Some(name) => match all.clone().entry(name).or_else(|| all.clone().sort(name)) {
             Some(known) => known,
             None => {
-                let names = all.formats.iter().map(|f| f.name).chain(all.operations.iter().map(|o| o.name));
+                if let Some((operation, field)) = all.kind_of(name) {
+                    let told = format!(
+                        "{name} is a kind of {field} of {operation}: see loftsman plugins {operation}"
+                    );
+                    return Err(Usage(told).into());
+                }
+                let names = all
+                    .formats
+                    .iter()
+                    .map(|f| f.name)
+                    .chain(all.operations.iter().map(|o| o.declaration.name));
                 let names = names.chain(all.constraints.iter().map(|c| c.name));
                 let names = names.chain(all.shapes.iter().map(|k| k.name)).chain(SORTS);
                 let near = nearest(name, names.chain(all.solvers.iter().map(String::as_str)));
@@ -131,8 +161,13 @@ fn text(known: &Known, registry: &Registry) -> String {
         let _ = writeln!(text, "    {}", styled(DIM, &format!("holds {}", format.holds)));
         fields(&mut text, format.options);
     }
-    let declared =
-        [("Operations", &known.operations), ("Constraints", &known.constraints), ("Shapes", &known.shapes)];
+    heading(&mut text, "Operations", !known.operations.is_empty());
+    for Operation { declaration, tables } in &known.operations {
+        let _ = writeln!(text, "  {}  {}", styled(BOLD, declaration.name), declaration.help);
+        fields(&mut text, declaration.fields);
+        tables.iter().for_each(|table| listed(&mut text, table));
+    }
+    let declared = [("Constraints", &known.constraints), ("Shapes", &known.shapes)];
     for (title, entries) in declared {
         heading(&mut text, title, !entries.is_empty());
         for entry in entries {
@@ -155,13 +190,33 @@ fn text(known: &Known, registry: &Registry) -> String {
     text
 }
 
+/// The tables that a field lists.
+fn listed(text: &mut String, table: &Table) {
+    let _ = writeln!(text, "    each of {}: {}", styled(BOLD, table.field), table.help);
+    indented(text, "      ", table.fields);
+    for kind in table.kinds {
+        let _ = writeln!(text, "      kind = {}  {}", styled(BOLD, &format!("\"{}\"", kind.name)), kind.help);
+        indented(text, "        ", kind.fields);
+    }
+}
+
 fn fields(text: &mut String, fields: &[Field]) {
+    indented(text, "    ", fields);
+}
+
+fn indented(text: &mut String, indent: &str, fields: &[Field]) {
     for field in fields {
         let default = match field.default {
             Some(default) => format!(" [default: {default}]"),
             None => " [needed]".to_owned(),
         };
-        let _ =
-            writeln!(text, "    {} = {}: {}{}", field.name, field.takes, field.help, styled(DIM, &default));
+        let _ = writeln!(
+            text,
+            "{indent}{} = {}: {}{}",
+            field.name,
+            field.takes,
+            field.help,
+            styled(DIM, &default)
+        );
     }
 }

@@ -114,7 +114,15 @@ fn step(step: &StepReport, unit: Unit) -> String {
 
 /// The figures of a step that was solved.
 pub(crate) fn facts(step: &StepReport) -> Vec<String> {
+    // What moves takes steps, each of which solves its equations; how many there are is in its notes.
+    let moves = step.steps.is_some();
     let rank = match (step.rank, step.equations) {
+        (Some(rank), Some(equations)) if moves => {
+            let more = equations.saturating_sub(rank);
+            let rest =
+                if more > 0 { format!(", {more} of which follow from the others") } else { String::new() };
+            Some(format!("{}{rest}", count(equations, "equation"))).filter(|_| equations > 0)
+        }
         (Some(rank), Some(equations)) => Some(format!("rank {rank} of {equations}")),
         (None, Some(equations)) => Some(count(equations, "equation")),
         (Some(rank), None) => Some(format!("rank {rank}")),
@@ -123,12 +131,14 @@ pub(crate) fn facts(step: &StepReport) -> Vec<String> {
     let all = [
         step.solver.clone(),
         rank,
-        step.residual.map(|r| format!("residual {}", figure(r))),
+        step.residual.map(|r| format!("{} {}", if moves { "missed by" } else { "residual" }, figure(r))),
         step.condition.map(|c| format!("condition {}", figure(c))),
         step.adjustment.map(|d| format!("‖d‖ {}", figure(d))),
-        step.iterations.filter(|&n| n > 1).map(|n| count(n, "iteration")),
+        step.iterations.filter(|&n| n > 1 && !moves).map(|n| count(n, "iteration")),
         step.prepare_seconds.filter(|&t| t > 0.0).map(|t| format!("prepared in {}", seconds(t))),
-        step.event_seconds.filter(|&t| t > 0.0).map(|t| format!("{} an event", seconds(t))),
+        step.event_seconds
+            .filter(|&t| t > 0.0)
+            .map(|t| format!("{} {}", seconds(t), if moves { "a step" } else { "an event" })),
     ];
     all.into_iter().flatten().collect()
 }

@@ -45,5 +45,8 @@ pub(crate) fn run(args: &RunArgs, registry: &Registry) -> anyhow::Result<ExitCod
     } else {
         console::print(&report::run(&report))?;
     }
+    for step in &report.steps {
+        step.warnings.iter().for_each(|warning| console::warning(&format!("{}: {warning}", step.op)));
+    }
     Ok(ExitCode::SUCCESS)
 }

@@ -2,10 +2,11 @@
 
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
-    Field, OperationError, ParameterError, Parameters, Registry, SceneShapes, functional_from, nearest,
+    OperationError, ParameterError, Parameters, Registry, SceneShapes, functional_from, nearest,
 };
 use loftsman_kernel::{Point, Vector};
 
+use super::declared::{ALL, FORCE, KINDS, PULL};
 use crate::constraint::{
     Constraint, Force, Pull, Spot, double_sliding, fixed, holds, knot, sliding, sliding_curvature,
     sliding_tangent, tied,
@@ -19,19 +20,6 @@ pub(super) struct Words<'a> {
     pub(super) seconds: f64,
 }
 
-/// The kinds of our own, with their fields.
-const KINDS: [(&str, &[&str]); 7] = [
-    ("fixed", &["at", "to", "arrive", "axis", "object"]),
-    ("sliding", &["near", "to", "arrive", "axis", "object"]),
-    ("knot", &["near", "at", "object"]),
-    ("double-sliding", &["near", "object"]),
-    ("sliding-tangent", &["near", "to", "arrive", "direction", "object"]),
-    ("sliding-curvature", &["near", "to", "arrive", "curvature", "object"]),
-    ("tied", &["at", "near", "object", "other", "other_at", "other_near"]),
-];
-/// The fields that all have.
-const ALL: [&str; 4] = ["kind", "from", "until", "name"];
-
 pub(super) fn constraint(
     table: &Parameters,
     names: &mut SceneShapes<'_>,
@@ -39,11 +27,9 @@ pub(super) fn constraint(
 ) -> Result<Constraint, OperationError> {
     let kind = table.text("kind")?.to_owned();
     let (from, until) = times(table)?;
-    let found = match KINDS.iter().find(|(name, _)| *name == kind) {
-        Some((_, own)) => {
-            let known: Vec<Field> =
-                own.iter().chain(&ALL).map(|name| Field::optional(name, "", "", "")).collect();
-            table.check(&known)?;
+    let found = match KINDS.iter().find(|own| own.name == kind) {
+        Some(own) => {
+            table.check(own.fields.iter().chain(&ALL))?;
             own_kind(&kind, table, names, words, from, until)?
         }
         None => other_kind(&kind, table, names, words)?,
@@ -96,21 +82,33 @@ fn own_kind(
         found = found.to(path(table, from, until.min(words.seconds))?);
     }
     if table.has("axis") {
-        let axes = table.choice("axis", &AXES)?;
-        found = found.axes(axes);
+        found = found.axes(axes(table)?);
     }
     Ok(found.on(body))
 }
 
-const AXES: [(&str, [bool; 3]); 7] = [
-    ("x", [true, false, false]),
-    ("y", [false, true, false]),
-    ("z", [false, false, true]),
-    ("xy", [true, true, false]),
-    ("xz", [true, false, true]),
-    ("yz", [false, true, true]),
-    ("xyz", [true, true, true]),
-];
+/// One coordinate, or a list of some.
+fn axes(table: &Parameters) -> Result<[bool; 3], ParameterError> {
+    let list = match table.value("axis") {
+        Some(value) if value.is_array() => table.list("axis")?.iter().collect(),
+        one => Vec::from_iter(one),
+    };
+    let mut axes = [false; 3];
+    for one in &list {
+        match one.as_str().and_then(|name| ["x", "y", "z"].iter().position(|axis| *axis == name)) {
+            Some(axis) if !axes[axis] => axes[axis] = true,
+            Some(_) => return Err(table.error("axis", format!("{one} is listed twice"))),
+            None => {
+                let problem = format!("{one} is no axis: give \"x\", \"y\" or \"z\", or a list of these");
+                return Err(table.error("axis", problem));
+            }
+        }
+    }
+    if list.is_empty() {
+        return Err(table.error("axis", "the list is empty: name an axis, or leave it out for all"));
+    }
+    Ok(axes)
+}
 
 /// Any kind of constraint that is registered and linear: it keeps its value, or gets one.
 fn other_kind(
@@ -121,7 +119,7 @@ fn other_kind(
 ) -> Result<Constraint, OperationError> {
     let declared = words.registry.find_functional(kind, table.path());
     if declared.is_err() {
-        let own = KINDS.iter().map(|(name, _)| *name);
+        let own = KINDS.iter().map(|own| own.name);
         let hint = match nearest(kind, own.clone()) {
             Some(near) => format!("did you mean \"{near}\"?"),
             None => {
@@ -141,16 +139,13 @@ fn other_kind(
         found = found.value(value);
     }
     if table.has("axis") {
-        found = found.axes(table.choice("axis", &AXES)?);
+        found = found.axes(axes(table)?);
     }
     Ok(found)
 }
 
 fn body(table: &Parameters, field: &str, names: &mut SceneShapes<'_>) -> Result<usize, ParameterError> {
     if !table.has(field) {
-        if field == "other" {
-            return Err(table.error("other", "say which object it is tied to"));
-        }
         return Ok(0);
     }
     names.shape(table.text(field)?).map_err(|e| table.error(field, e.to_string()))
@@ -188,8 +183,7 @@ pub(super) fn pull(
     names: &mut SceneShapes<'_>,
     words: &Words<'_>,
 ) -> Result<Pull, OperationError> {
-    let known = ["at", "to", "arrive", "stiffness", "from", "until", "object"];
-    table.check(&known.map(|name| Field::optional(name, "", "", "")))?;
+    table.check(&PULL)?;
     let (from, until) = times(table)?;
     let to = path(table, from, until.min(words.seconds))?;
     let stiffness = table.number("stiffness")?;
@@ -198,8 +192,7 @@ pub(super) fn pull(
 }
 
 pub(super) fn force(table: &Parameters, names: &mut SceneShapes<'_>) -> Result<Force, OperationError> {
-    let known = ["at", "force", "from", "until", "object"];
-    table.check(&known.map(|name| Field::optional(name, "", "", "")))?;
+    table.check(&FORCE)?;
     let (from, until) = times(table)?;
     let value: Vector = table.vector("force")?;
     let force = crate::constraint::force(table.location("at")?, value);

@@ -6,6 +6,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 
+use crate::body::extent;
 use crate::simulation::{Settled, Simulation};
 
 pub(super) fn report(
@@ -14,11 +15,12 @@ pub(super) fn report(
     settled: Option<Settled>,
     (before, stretch): (f64, f64),
     scheme: &str,
+    seen: &Frames,
 ) -> Result<StepReport, OperationError> {
     let errors = simulation.errors()?;
     let (equations, rank) = simulation.equations();
     let after = simulation.energy();
-    let mut notes = Vec::new();
+    let (mut notes, mut warnings) = (Vec::new(), Vec::new());
     if simulation.sub_steps() > 0 {
         let stable = simulation.stable_step();
         let length = simulation.time() / simulation.sub_steps() as f64;
@@ -47,18 +49,19 @@ pub(super) fn report(
         _ => format!("{told}, in any frame {} by {:.2} % at most", way(most), 100.0 * most.abs()),
     });
     if let Some(Settled { residual, steps, rests, .. }) = settled {
-        notes.push(if rests {
-            format!("it rests: {residual:.1e} of the forces is left, after {steps} steps")
+        if rests {
+            notes.push(format!("it rests: {residual:.1e} of the forces is left, after {steps} steps"));
         } else {
-            format!(
-                "it does not rest yet: {residual:.1e} of the forces is left, after {steps} steps; let it move before (`seconds`, with some \
-                 `damping`), or hold it at more places"
-            )
-        });
+            warnings.push(format!(
+                "{object:?} does not rest yet: {residual:.1e} of the forces is left, after {steps} steps; let it move before \
+                 (more `seconds`, with some `damping`), or hold it at more places"
+            ));
+        }
     }
     notes.extend(
         simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
     );
+    notes.extend(ends(simulation, seen)?);
     let mut constraints = Vec::with_capacity(errors.len());
     for (index, residual) in errors.iter().enumerate() {
         // Of two places both, one behind the other.
@@ -83,11 +86,66 @@ pub(super) fn report(
         rank: Some(rank),
         residual: Some(errors.iter().copied().fold(0.0, f64::max)),
         energy: Some([before, after.total()]),
-        iterations: Some(simulation.sub_steps() + settled.map_or(0, |s| s.steps)),
+        steps: Some(simulation.sub_steps()),
+        iterations: settled.map(|settled| settled.steps),
         constraints,
         notes,
+        warnings,
         ..StepReport::default()
     })
+}
+
+/// So many places that slide have a line each.
+const ENDS: usize = 20;
+
+/// Where the places ended that slide: their parameters, and their points as the objects' own.
+fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, OperationError> {
+    let mut lines = Vec::new();
+    let mut more = 0;
+    for index in 0..simulation.constraints() {
+        if !simulation.holds(index)? || !simulation.slides(index)? {
+            continue;
+        }
+        if lines.len() == ENDS {
+            more += 1;
+            continue;
+        }
+        let mut told = Vec::new();
+        let mut point = String::new();
+        for (body, at) in simulation.places(index)? {
+            let shape = seen.own_shape(body, simulation.shape(body)?);
+            let spans: Vec<f64> = shape.domain().iter().map(|range| range.end - range.start).collect();
+            let span = |axis: usize| spans.get(axis).copied().unwrap_or(1.0);
+            told.push(match at {
+                Location::Curve(u) => within(u, span(0)),
+                Location::Surface(u, v) => format!("[{}, {}]", within(u, span(0)), within(v, span(1))),
+                other => other.to_string(),
+            });
+            if point.is_empty() {
+                let place = shape.value(at, Derivative::POSITION)?;
+                let size = extent(shape.control_vertices());
+                let own: Vec<String> = place.iter().map(|x| within(*x, size)).collect();
+                point = own.join(", ");
+            }
+        }
+        let name = simulation.name_of(index)?;
+        lines.push(format!("\"{name}\" ends at {}, in [{point}]", told.join(" and ")));
+    }
+    if more > 0 {
+        lines.push(format!("… and {more} more that slide (with --json all)"));
+    }
+    Ok(lines)
+}
+
+/// A coordinate or parameter to a millionth of what is there to be told apart.
+fn within(value: f64, size: f64) -> String {
+    let decimals = 6.0 - size.log10().ceil();
+    if !(0.0..=12.0).contains(&decimals) {
+        return format!("{value:.6e}");
+    }
+    let text = format!("{value:.*}", decimals as usize);
+    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
 fn round(time: f64) -> f64 {
@@ -122,4 +180,35 @@ pub(super) fn marks(
         }
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Body, Setup, fixed};
+    use loftsman_kernel::plugin::Frames;
+    use loftsman_kernel::spline::{Curve, Space};
+
+    /// What does not rest is a warning that says what to do, what rests a note.
+    #[test]
+    fn what_does_not_rest_is_a_warning() {
+        let points = (0..5).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
+        let rope = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
+        for rests in [true, false] {
+            let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
+            let settled = Settled { residual: 2.5e-3, way: 0.1, steps: 2000, rests };
+            let report =
+                report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
+            let StepReport { notes, warnings, iterations, steps, .. } = report.unwrap();
+            assert_eq!((steps, iterations), (Some(0), Some(2000)));
+            let noted = notes.iter().any(|note| note.contains("it rests: 2.5e-3"));
+            assert_eq!((noted, warnings.len()), (rests, usize::from(!rests)));
+            for warning in warnings {
+                assert!(
+                    warning.contains("\"rope\" does not rest yet: 2.5e-3") && warning.contains("`damping`"),
+                    "{warning}"
+                );
+            }
+        }
+    }
 }

@@ -214,6 +214,14 @@ impl Simulation {
         Ok(self.link(constraint)?.is_held())
     }
 
+    /// Whether a place of a constraint floats along its shape.
+    ///
+    /// # Errors
+    /// When there are not as many constraints.
+    pub fn slides(&self, constraint: usize) -> Result<bool> {
+        Ok(self.link(constraint)?.places.iter().any(|place| place.floats))
+    }
+
     /// The forces with which a constraint holds: one number for each of its equations, `λ` of the last step. Of a point they are what is needed
     /// there, in x, y and z.
     ///
