@@ -2,7 +2,7 @@
 """Import files with real Blender (the `bpy` wheel, no window) and report what Blender sees.
 
     $LOFTSMAN_ORACLES/blender/bin/python blender_report.py FILE... [--render OUT.png] [--samples N]
-                                    [--validate] [--max-points N] [--eval] [--frames F,F,...]
+                                    [--validate] [--max-points N] [--eval] [--frames F,F,...] [--frame-points]
 
 FILE: .glb .gltf .obj .stl .ply .usd/.usda/.usdc/.usdz .svg .fbx .abc
 stdout: one JSON object for each file, one after another; each file is imported into an empty scene (one launch
@@ -13,7 +13,8 @@ All coordinates are Blender world coordinates (Z up) unless the key says `local`
 `--render` draws the imported objects with Cycles on the CPU (no display or GPU needed).
 `--eval` adds the polyline Blender evaluates for each curve (an oracle for NURBS evaluation).
 `--frames` adds where the drawn geometry is at those animation frames; without it the object reports hold
-Blender's frame after import (usually 1) and meshes without their shape keys.
+Blender's frame after import (usually 1) and meshes without their shape keys. `--frame-points` lists all points there,
+and says how smooth meshes are drawn.
 """
 import argparse
 import json
@@ -343,7 +344,24 @@ def curve_to_mesh_nodes():
     return group
 
 
-def frame_report(frame):
+def smoothness(obj):
+    """How a mesh is shaded now: faces that are smooth, and the largest angle between normals that meet at a point."""
+    held = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = held.to_mesh()
+    try:
+        met, apart, smooth = {}, 0.0, 0
+        for polygon in mesh.polygons:
+            smooth += polygon.use_smooth
+            for corner in polygon.loop_indices:
+                normal = mesh.corner_normals[corner].vector.copy()
+                first = met.setdefault(mesh.loops[corner].vertex_index, normal)
+                apart = max(apart, math.degrees(first.angle(normal, 0.0)))
+        return {"faces": len(mesh.polygons), "smooth_faces": smooth, "max_degrees_apart": round(apart, 4)}
+    finally:
+        held.to_mesh_clear()
+
+
+def frame_report(frame, with_points):
     """Where every object's drawn geometry is at one frame of the animation."""
     bpy.context.scene.frame_set(int(frame), subframe=frame - int(frame))
     out = {"frame": frame, "objects": {}}
@@ -353,6 +371,10 @@ def frame_report(frame):
         seen = drawn(obj)
         if seen is not None:
             entry["bbox"], entry["vertices"] = bounds(seen[0]), len(seen[0])
+            if with_points:
+                entry["points"] = [nums(p, 9) for p in seen[0]]
+                if obj.type == "MESH":
+                    entry["shading"] = smoothness(obj)
         out["objects"][obj.name] = entry
     return out
 
@@ -470,7 +492,7 @@ def report_on(file, args):
             kinds[obj.type] = kinds.get(obj.type, 0) + 1
         report["object_kinds"] = kinds
         if args.frames:
-            report["frames"] = [frame_report(float(f)) for f in args.frames.split(",")]
+            report["frames"] = [frame_report(float(f), args.frame_points) for f in args.frames.split(",")]
         report["materials"] = [material_report(m) for m in bpy.data.materials]
         report["images"] = [{"name": i.name, "size": list(i.size)} for i in bpy.data.images]
         report["actions"] = [action_report(a) for a in bpy.data.actions]
@@ -497,6 +519,7 @@ def main():
     parser.add_argument("--samples", type=int, default=8)
     parser.add_argument("--validate", action="store_true", help="run Blender's mesh repair on a copy")
     parser.add_argument("--max-points", type=int, default=200)
+    parser.add_argument("--frame-points", action="store_true", help="list the points at these frames")
     parser.add_argument("--frames", metavar="F,F,...", help="also report drawn bounds at these frames")
     parser.add_argument("--eval", action="store_true", help="list evaluated curve points")
     args = parser.parse_args()

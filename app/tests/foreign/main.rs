@@ -9,6 +9,7 @@ mod every_file;
 mod example;
 mod gltf;
 mod meshes;
+mod motion;
 mod obj;
 mod regions;
 mod subdivision;

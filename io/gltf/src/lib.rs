@@ -25,9 +25,10 @@
 //!   `.gltf` by their names, where the options say where to find them; else they are named only.
 //! * *Texture coordinates* point up in Loftsman and down in glTF: `v` goes out as `1 - v`.
 //! * *Frames* of an animation are morph targets, shown one after the other by an animation of their weights. A spline is cut
-//!   at the same parameters in all of them, as finely as each needs, and the report's error is that of the worst; its vertices
-//!   are those of the first frame. What is no spline keeps its vertices, and the mesh's weights show its first frame. Normals
-//!   are moved, too: turned as the faces around them are. Between frames points go straight (`LINEAR`). Of what does not move
+//!   at the same parameters in all of them, as finely as each needs, and the report's error is that of the worst. Vertices
+//!   are those of the shape itself (of its first frame where it is eight times as large as all of these), and the mesh's weights
+//!   show its first frame. Normals are moved, too: turned as the faces around them are; a millionth shorter where flat faces will
+//!   bend, which Blender would else leave flat. Between frames points go straight (`LINEAR`). Of what does not move
 //!   in a frame, and of weights, which are zero but for one a frame, nothing is written (sparse accessors).
 //! * *Torn curves* are a strip for each of their parts.
 //! * *Numbers* that single precision does not hold or tell apart (coordinates, places, times) are refused by the object's name,

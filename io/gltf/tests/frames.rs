@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
 use loftsman_gltf::Gltf;
-use loftsman_kernel::Point;
 use loftsman_kernel::mesh::{Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Chord, Fate, Fineness, Format, Memory, ReadOptions, WriteOptions, Written};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
 use loftsman_tessellation::Adaptive;
 
 type P = [f64; 3];
@@ -23,6 +23,10 @@ fn mix(a: P, b: P, t: f64) -> P {
 
 fn dot(a: P, b: P) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: P, b: P) -> P {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn length(a: P) -> f64 {
@@ -213,8 +217,21 @@ fn write(object: Object, fineness: Fineness) -> Result<File, String> {
 }
 
 impl File {
-    /// The points of the first primitive as they are before anything moves, and in each frame; the node's place added.
+    /// The points of the first primitive as they are before anything moves (by the mesh's weights), and in each frame.
     fn shown(&self) -> (Vec<P>, Vec<Vec<P>>) {
+        let (base, frames) = self.base();
+        match self.document.meshes().next().unwrap().weights() {
+            Some(weights) => {
+                let shown: Vec<usize> = (0..weights.len()).filter(|&k| weights[k] != 0.0).collect();
+                assert_eq!((weights.len(), &shown[..], weights[0]), (frames.len(), &[0][..], 1.0));
+                (frames[0].clone(), frames)
+            }
+            None => (base, frames),
+        }
+    }
+
+    /// The points of the first primitive as they are without weights, and in each frame; the node's place added.
+    fn base(&self) -> (Vec<P>, Vec<Vec<P>>) {
         let node = self.document.nodes().next().unwrap();
         let (shift, ..) = node.transform().decomposed();
         let primitive = node.mesh().unwrap().primitives().next().unwrap();
@@ -562,12 +579,121 @@ fn what_is_no_spline_starts_as_its_first_frame_too_and_comes_back_as_it_was() {
     let file = write(object.clone(), Fineness::default()).unwrap();
     let mesh = file.document.meshes().next().unwrap();
     assert_eq!(mesh.weights(), Some([1.0, 0.0, 0.0].as_slice()));
-    let (base, frames) = file.shown();
+    let (base, frames) = file.base();
     assert!(base[4][1] == 16.0 && frames[0][4][1] == 0.0 && frames[1][4][1] == 8.0);
     let (scene, report) = Gltf.read(&file.memory, &ReadOptions::default()).unwrap();
     assert_eq!(scene.objects()[0].geometry(), object.geometry());
     assert_eq!(scene.objects()[0].animation, object.animation);
     assert!(report.left_out.is_empty());
+}
+
+/// A rope, a sheet and a mesh alike: without their animation they are what the object is, which is a frame of it or none; the weights show the
+/// first frame.
+#[test]
+fn the_base_of_all_that_moves_is_the_shape_itself() {
+    let space = || Space::clamped_uniform(2, 4).unwrap();
+    let net = |bend: f64| -> Vec<Point> {
+        let at = |k: usize| Point::new((k / 4) as f64, (k % 4) as f64, bend * ((k / 4) * (k / 4)) as f64);
+        (0..16).map(at).collect()
+    };
+    let faces: Vec<[usize; 4]> = (0..9)
+        .map(|k| {
+            let a = k / 3 * 4 + k % 3;
+            [a, a + 4, a + 5, a + 1]
+        })
+        .collect();
+    let line = |bend: f64| -> Vec<Point> { net(bend).into_iter().step_by(4).collect() };
+    let curve = |bend: f64| Geometry::from(Curve::new(space(), line(bend)).unwrap());
+    let sheet = |bend: f64| Geometry::from(Surface::new(space(), space(), net(bend)).unwrap());
+    let mesh = |bend: f64| {
+        let mut mesh = Mesh::new(net(bend), &faces).unwrap();
+        mesh.normals = Layer::per_point(vec![Vector::z(); 16]);
+        Geometry::from(mesh.moved(net(bend)).unwrap())
+    };
+    let kinds: [(&dyn Fn(f64) -> Geometry, &dyn Fn(f64) -> Vec<Point>); 3] =
+        [(&curve, &line), (&sheet, &net), (&mesh, &net)];
+    for (number, (made, points)) in kinds.into_iter().enumerate() {
+        // It is its last frame; none of them; the first.
+        for own in [1.0, 2.0, 0.0] {
+            let mut object = Object::new("it", made(own));
+            let frames = vec![points(0.0), points(0.5), points(1.0)];
+            object.animation = Some(Animation { rate: 24.0, frames });
+            let fine = Fineness { chord: Chord::Absolute(1e-3), ..Fineness::default() };
+            let file = write(object.clone(), fine).unwrap();
+            let (base, shown) = file.base();
+            assert_eq!(shown.len(), 3);
+            // The far edge lies 9 times the bend up.
+            let high = |of: &[P]| of.iter().map(|p| p[2]).fold(f64::NEG_INFINITY, f64::max);
+            assert!((high(&base) - 9.0 * own).abs() < 1e-5, "{number} {own}: {}", high(&base));
+            for (frame, bend) in shown.iter().zip([0.0, 0.5, 1.0]) {
+                assert!((high(frame) - 9.0 * bend).abs() < 1e-5, "{number} {own}: {}", high(frame));
+            }
+            let weights = file.document.meshes().next().unwrap().weights().map(<[f32]>::to_vec);
+            assert_eq!(weights, (own != 0.0).then(|| vec![1.0, 0.0, 0.0]), "{number} {own}");
+            let (scene, report) = Gltf.read(&file.memory, &ReadOptions::default()).unwrap();
+            let back = &scene.objects()[0];
+            assert_eq!(back.geometry().points(), object.geometry().points(), "{number} {own}");
+            assert_eq!(back.animation, object.animation, "{number} {own}");
+            assert!(
+                report.left_out.keys().all(|reason| reason.starts_with("normals")),
+                "{:?}",
+                report.left_out
+            );
+        }
+    }
+}
+
+/// Where faces are flat that bend later, normals are a millionth shorter: Blender would take such faces for flat ones, and leave them so in all
+/// frames. What is to look flat (a face with points of its own) keeps its normals.
+#[test]
+fn what_is_flat_at_first_looks_smooth_when_it_bends() {
+    let product = |file: &File| -> f64 {
+        let primitive = file.document.meshes().next().unwrap().primitives().next().unwrap();
+        let reader = primitive.reader(|_| Some(&file.blob));
+        let points: Vec<P> = reader.read_positions().unwrap().map(|p| p.map(f64::from)).collect();
+        let normals: Vec<[f32; 3]> = reader.read_normals().unwrap().collect();
+        // Of each triangle the least product of its normal with those of its corners; of these the largest, as Blender looks at them.
+        let triangles = file.parts().concat();
+        let of = |t: &[u32]| {
+            let [a, b, c] = [0, 1, 2].map(|k| points[t[k] as usize]);
+            let across = cross(sub(b, a), sub(c, a));
+            let own = |&p: &u32| dot(normals[p as usize].map(f64::from), across) / length(across);
+            t.iter().map(own).fold(f64::INFINITY, f64::min)
+        };
+        triangles.chunks_exact(3).map(of).fold(0.0, f64::max)
+    };
+    let net = |bend: f64| -> Vec<Point> {
+        let at = |k: usize| Point::new((k / 4) as f64, (k % 4) as f64, bend * ((k / 4) * (k / 4)) as f64);
+        (0..16).map(at).collect()
+    };
+    let space = || Space::clamped_uniform(2, 4).unwrap();
+    let mut sheet = Object::new("sheet", Surface::new(space(), space(), net(0.0)).unwrap().into());
+    let still = write(sheet.clone(), Fineness::default()).unwrap();
+    assert!(product(&still) > 0.999_999_9, "{}", product(&still));
+    sheet.animation = Some(Animation { rate: 24.0, frames: vec![net(0.0), net(0.3)] });
+    let moving = write(sheet, Fineness::default()).unwrap();
+    assert!((0.999_998..0.999_999_8).contains(&product(&moving)), "{}", product(&moving));
+    // In each frame the sum is as long again.
+    let primitive = moving.document.meshes().next().unwrap().primitives().next().unwrap();
+    let reader = primitive.reader(|_| Some(&moving.blob));
+    let base: Vec<[f32; 3]> = reader.read_normals().unwrap().collect();
+    for (_, normals, _) in reader.read_morph_targets() {
+        for (base, delta) in base.iter().zip(normals.unwrap()) {
+            let long = length([0, 1, 2].map(|k| f64::from(base[k] + delta[k])));
+            assert!((long - 1.0).abs() < 2e-6, "{long}");
+        }
+    }
+    // Two triangles that share no point.
+    let corners = |bend: f64| {
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+            .map(|[x, y]| Point::new(x, y, bend * x * y))
+            .to_vec()
+    };
+    let mut mesh = Mesh::new(corners(0.0), &[[0, 1, 2], [3, 4, 5]]).unwrap();
+    mesh.normals = Layer::per_point(vec![Vector::z(); 6]);
+    let mut roof = Object::new("roof", mesh.into());
+    roof.animation = Some(Animation { rate: 24.0, frames: vec![corners(0.0), corners(0.5)] });
+    assert_eq!(product(&write(roof, Fineness::default()).unwrap()), 1.0);
 }
 
 #[test]

@@ -28,9 +28,12 @@ impl<'a> Moves<'a> {
         Self { base, frames }
     }
 
-    /// The moves of a shape whose base is its first frame.
-    pub(super) fn of(states: Vec<Vec<Point>>, rate: f64) -> Self {
+    /// The moves of a shape of [`states`], which starts as the first of these.
+    pub(super) fn of(mut states: Vec<Vec<Point>>, starts: bool, rate: f64) -> Self {
         let base = states.first().cloned().unwrap_or_default();
+        if !starts && !states.is_empty() {
+            states.remove(0);
+        }
         Self { base, frames: Cow::Owned(Animation { rate, frames: states }) }
     }
 
@@ -57,19 +60,34 @@ impl<'a> Moves<'a> {
     }
 }
 
-/// The states of a curve that are shown: its frames, or itself where it has none.
-pub(super) fn curves(curve: &Curve, frames: Option<&Animation>) -> Result<Vec<Curve>> {
-    let Some(frames) = frames else { return Ok(vec![curve.clone()]) };
-    let weights = || curve.weights().map(<[f64]>::to_vec);
-    frames.frames.iter().map(|f| Curve::build(curve.space().clone(), f.clone(), weights())).collect()
+/// Where a shape is so many times as large as all its frames, what these are would be lost in rounding beside it.
+const LARGE: f64 = 8.0;
+
+/// The control vertices of all states of a shape that are shown: its own first, as the base of all others, then its frames; and whether the
+/// first is a frame already. So it is where its own are the first frame, and where it is so large that it cannot be the base.
+pub(super) fn states<'f>(own: &'f [Point], frames: Option<&'f Animation>) -> (Vec<&'f [Point]>, bool) {
+    let frames = frames.map(|frames| frames.frames.as_slice()).unwrap_or_default();
+    let reach = |points: &[Point]| {
+        let Some(first) = points.first() else { return 0.0 };
+        points.iter().map(|p| (p - first).amax()).fold(0.0, f64::max)
+    };
+    let largest = frames.iter().map(|frame| reach(frame)).fold(0.0, f64::max);
+    let starts = frames.first().is_some_and(|first| first == own || reach(own) > LARGE * largest);
+    let beside = if starts { None } else { Some(own) };
+    (beside.into_iter().chain(frames.iter().map(Vec::as_slice)).collect(), starts)
 }
 
-/// The states of a surface that are shown.
-pub(super) fn surfaces(surface: &Surface, frames: Option<&Animation>) -> Result<Vec<Surface>> {
-    let Some(frames) = frames else { return Ok(vec![surface.clone()]) };
+/// A curve with the control vertices of each state.
+pub(super) fn curves(curve: &Curve, states: &[&[Point]]) -> Result<Vec<Curve>> {
+    let weights = || curve.weights().map(<[f64]>::to_vec);
+    states.iter().map(|f| Curve::build(curve.space().clone(), f.to_vec(), weights())).collect()
+}
+
+/// A surface with those of each state.
+pub(super) fn surfaces(surface: &Surface, states: &[&[Point]]) -> Result<Vec<Surface>> {
     let (u, v) = (surface.u(), surface.v());
     let weights = || surface.weights().map(<[f64]>::to_vec);
-    frames.frames.iter().map(|f| Surface::build(u.clone(), v.clone(), f.clone(), weights())).collect()
+    states.iter().map(|f| Surface::build(u.clone(), v.clone(), f.to_vec(), weights())).collect()
 }
 
 /// The keys of all objects that move, in one animation: Blender plays only one at a time.

@@ -11,6 +11,10 @@ const FAR: f64 = 8.0;
 /// longer, and the validator allows more.
 const UNIT: f64 = 0.01;
 
+/// How long normals of what moves are where the faces round them are flat. Blender takes a face for one that is to look flat, and leaves it so
+/// while it bends, where the products of its corners' normals with its own are all above 0.9999999.
+const SHORT: f64 = 1.0 - 1.0 / 1_048_576.0;
+
 /// From points of a shape to what is written: the change of unit and axes, and a move towards the origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
@@ -72,6 +76,12 @@ impl Frame {
         let n = if self.change.is_none() { *n } else { self.change.turn * n };
         let is_unit = (n.norm_squared() - 1.0).abs() <= UNIT;
         single(if is_unit { n } else { direction(&n).unwrap_or_else(Vector::z) })
+    }
+
+    /// The same a millionth shorter: see [`SHORT`].
+    pub(super) fn short_normal(&self, n: &Vector) -> [f32; 3] {
+        let n = if self.change.is_none() { *n } else { self.change.turn * n };
+        single(direction(&n).unwrap_or_else(Vector::z) * SHORT)
     }
 
     /// A tangent as it is written: of length 1, its sign 1 or -1.

@@ -74,6 +74,9 @@ fn shaped<'a>(
     }
 }
 
+/// A normal whose product with that of its triangle is at least this is the triangle's own.
+const FLAT: f64 = 1.0 - 1e-6;
+
 struct Planner<'m, 'a> {
     /// As the scene has it.
     original: &'m Mesh,
@@ -106,7 +109,8 @@ impl<'a> Planner<'_, 'a> {
         }
         let frame = Frame::of(self.flat.points(), self.change)?;
         let position = positions(bin, self.lend(Mesh::points), frame)?;
-        let attributes = self.attributes(frame, bin, &mut remarks)?;
+        let short = if self.moves { self.flat_all_round(&faces) } else { Vec::new() };
+        let attributes = self.attributes(frame, &short, bin, &mut remarks)?;
         let count = self.flat.points().len();
         let kind = Kind::indices(count);
         let (mut primitives, mut slots, mut triangles) = (Vec::new(), Vec::new(), 0);
@@ -153,7 +157,7 @@ impl<'a> Planner<'_, 'a> {
             remarks.push("its smoothing groups were left out".to_owned());
         }
         let turning = match attributes.normals.is_some() && self.moves {
-            true => Some(self.turning()?),
+            true => Some(self.turning(short)?),
             false => None,
         };
         let (doubled, made_tangents) = (self.doubled, false);
@@ -171,7 +175,7 @@ impl<'a> Planner<'_, 'a> {
     }
 
     /// What the normals turn with.
-    fn turning(&self) -> Result<Turning, FormatError> {
+    fn turning(&self, short: Vec<bool>) -> Result<Turning, FormatError> {
         let (original, flat) = (self.original, self.flat);
         let corners = original.corners().to_vec();
         let mut mesh = Mesh::from_parts(original.points().to_vec(), corners, original.starts().to_vec())?;
@@ -181,7 +185,37 @@ impl<'a> Planner<'_, 'a> {
         for (corner, (&own, &point)) in flat.corners().iter().zip(original.corners()).enumerate() {
             of[own as usize] = original.normals.index(corner, point);
         }
-        Ok(Turning { mesh, of })
+        Ok(Turning { mesh, of, short })
+    }
+
+    /// The points that flat triangles share whose normals are all the triangle's own; empty where there are none. Their faces are to look smooth
+    /// once they bend.
+    fn flat_all_round(&self, faces: &[(u32, Indices)]) -> Vec<bool> {
+        let (points, normals) = (self.flat.points(), self.flat.normals.values());
+        if normals.len() != points.len() {
+            return Vec::new();
+        }
+        let lists = || {
+            faces.iter().flat_map(|(_, list)| match list {
+                Indices::Corners(_) => self.flat.corners().chunks_exact(3),
+                Indices::List(list) => list.chunks_exact(3),
+            })
+        };
+        let mut uses = vec![0_u8; points.len()];
+        lists().flatten().for_each(|&p| uses[p as usize] = uses[p as usize].saturating_add(1));
+        let mut short = Vec::new();
+        for triangle in lists() {
+            let [a, b, c] = [0, 1, 2].map(|k| triangle[k] as usize);
+            let across = (points[b] - points[a]).cross(&(points[c] - points[a]));
+            let along = |p: usize| normals[p].dot(&across) >= FLAT * normals[p].norm() * across.norm();
+            if let Some(shared) = [a, b, c].into_iter().find(|&p| uses[p] > 1)
+                && [a, b, c].into_iter().all(along)
+            {
+                short.resize(points.len(), false);
+                short[shared] = true;
+            }
+        }
+        short
     }
 
     /// The triangles of each slot.
@@ -216,6 +250,7 @@ impl<'a> Planner<'_, 'a> {
     fn attributes(
         &self,
         frame: Frame,
+        short: &[bool],
         bin: &mut Bin<'a>,
         remarks: &mut Vec<String>,
     ) -> Result<Attributes, FormatError> {
@@ -226,9 +261,18 @@ impl<'a> Planner<'_, 'a> {
             // Points without faces may lack one.
             let of_corners = || flat.corners().iter().filter_map(|&p| flat.normals.values().get(p as usize));
             if flat.normals.values().iter().all(good) || of_corners().all(good) {
-                let list = self.lend(|m: &Mesh| m.normals.values());
-                let one = move |n: &Vector, out: &mut Out<'_>| put(frame.normal(n), out);
-                let accessor = values(bin, list, Kind::floats(3), Use::Vertices, None, one)?;
+                let accessor = if short.is_empty() {
+                    let list = self.lend(|m: &Mesh| m.normals.values());
+                    let one = move |n: &Vector, out: &mut Out<'_>| put(frame.normal(n), out);
+                    values(bin, list, Kind::floats(3), Use::Vertices, None, one)?
+                } else {
+                    let written = |(n, short): (&Vector, &bool)| {
+                        if *short { frame.short_normal(n) } else { frame.normal(n) }
+                    };
+                    let list: Vec<[f32; 3]> = flat.normals.values().iter().zip(short).map(written).collect();
+                    let one = |n: &[f32; 3], out: &mut Out<'_>| put(*n, out);
+                    values(bin, Cow::Owned(list), Kind::floats(3), Use::Vertices, None, one)?
+                };
                 found.normals = Some((accessor, self.slots(&original.normals, "normals", remarks)));
             } else {
                 remarks.push("normals without length were left out, and all others with them".to_owned());

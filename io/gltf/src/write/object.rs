@@ -9,6 +9,7 @@ use loftsman_kernel::plugin::{
     Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Written,
 };
 use loftsman_kernel::scene::{Animation, Geometry, Object};
+use loftsman_kernel::shape::Shape;
 use loftsman_kernel::text::a;
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
@@ -102,7 +103,8 @@ impl<'a> Writer<'a, '_> {
         };
         match geometry.as_ref() {
             Geometry::Curve(curve) => {
-                let states = animation::curves(curve, frames.as_deref())?;
+                let (states, from_first) = animation::states(curve.control_vertices(), frames.as_deref());
+                let states = animation::curves(curve, &states)?;
                 let line = match tessellator.moving_curve(&states, &fineness) {
                     Ok(line) if line.states.iter().any(|points| points.len() >= 2) => line,
                     Ok(_) => return Ok(self.unseen(object, "the curve has no extent", report)),
@@ -112,12 +114,13 @@ impl<'a> Writer<'a, '_> {
                 let points = states.first().cloned().unwrap_or_default();
                 report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
                 report.change("the curve became segments; the exact one is in extras");
-                let moves = frames.map(|frames| Moves::of(states, frames.rate));
+                let moves = frames.map(|frames| Moves::of(states, from_first, frames.rate));
                 let shaped = shape::chains(&points, &starts, closed, change, &mut self.bin)?;
                 Ok(self.exact(object, shaped, &points, moves))
             }
             Geometry::Surface(surface) => {
-                let states = animation::surfaces(surface, frames.as_deref())?;
+                let (states, from_first) = animation::states(surface.control_vertices(), frames.as_deref());
+                let states = animation::surfaces(surface, &states)?;
                 let found = match tessellator.moving_surface(&states, &fineness) {
                     Ok(found) => found,
                     Err(e) => return Ok(self.unseen(object, &seen(e)?, report)),
@@ -125,7 +128,7 @@ impl<'a> Writer<'a, '_> {
                 let MovingMesh { mesh, states, tolerance, error } = found;
                 report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
                 report.change("the surface became triangles; the exact one is in extras");
-                let moves = frames.map(|frames| Moves::of(states, frames.rate));
+                let moves = frames.map(|frames| Moves::of(states, from_first, frames.rate));
                 self.spline_mesh(object, mesh, (rest, change), moves, report)
             }
             Geometry::Trimmed(_) => {
@@ -145,8 +148,13 @@ impl<'a> Writer<'a, '_> {
         frames: Option<Cow<'a, Animation>>,
         report: &mut Written,
     ) -> Result<Shown<'a>, FormatError> {
-        let found = match frames.as_deref() {
-            Some(frames) => custom.tessellate_frames(&frames.frames, fineness),
+        let own = custom.points();
+        let (states, from_first) = animation::states(own, frames.as_deref());
+        let found = match frames {
+            Some(_) => {
+                let states: Vec<Vec<Point>> = states.into_iter().map(<[Point]>::to_vec).collect();
+                custom.tessellate_frames(&states, fineness)
+            }
             None => custom.tessellate(fineness),
         };
         let found = match found {
@@ -161,7 +169,7 @@ impl<'a> Writer<'a, '_> {
         let error = remark.is_none().then_some(found.error * in_scene);
         report.cut(self.options.fineness.chord.length(found.tolerance * in_scene), error);
         remark.iter().for_each(|remark| report.change(remark));
-        let moves = frames.map(|frames| Moves::of(found.states, frames.rate));
+        let moves = frames.map(|frames| Moves::of(found.states, from_first, frames.rate));
         match found.drawn {
             Drawn::Line(line) if line.points.len() < 2 => Ok(self.unseen(object, "it has no extent", report)),
             Drawn::Line(line) => {
@@ -216,6 +224,7 @@ impl<'a> Writer<'a, '_> {
     ) -> Shown<'a> {
         let mut own = ExtrasFields::of(object.geometry());
         own.shown_by = Some(shape::shown_by(points, &shaped.frame));
+        own.starts_at_first = moves.as_ref().is_some_and(Moves::starts_elsewhere);
         own.animation = object.animation.as_ref().map(AnimationFields::of);
         Shown::Shaped(Box::new(shaped), moves, Box::new(own))
     }

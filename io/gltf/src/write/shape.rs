@@ -63,6 +63,8 @@ pub(super) struct Shaped {
 pub(super) struct Turning {
     pub(super) mesh: Mesh,
     pub(super) of: Vec<u32>,
+    /// Which of the points that were written have a normal that is a little short; none at all where the list is empty.
+    pub(super) short: Vec<bool>,
 }
 
 impl Shaped {
@@ -210,14 +212,16 @@ pub(super) fn targets<'a>(
         }
         let bounds = Some([low.to_vec(), high.to_vec()]);
         let mut target = BTreeMap::from([("POSITION", differences(bin, moves, bounds)?)]);
-        if let Some(Turning { mesh, of }) = &shaped.turning {
+        if let Some(Turning { mesh, of, short }) = &shaped.turning {
             let turned = mesh.moved(moved)?;
-            let delta = |&normal: &u32| {
-                let normal = |mesh: &Mesh| mesh.normals.values().get(normal as usize).map(|n| at.normal(n));
+            let delta = |(point, &normal): (usize, &u32)| {
+                let is_short = short.get(point).is_some_and(|short| *short);
+                let written = |n: &Vector| if is_short { at.short_normal(n) } else { at.normal(n) };
+                let normal = |mesh: &Mesh| mesh.normals.values().get(normal as usize).map(written);
                 let (Some(from), Some(to)) = (normal(mesh), normal(&turned)) else { return [0.0; 3] };
                 single(Vector::from(to.map(f64::from)) - Vector::from(from.map(f64::from)))
             };
-            target.insert(NORMAL, differences(bin, of.iter().map(delta).collect(), None)?);
+            target.insert(NORMAL, differences(bin, of.iter().enumerate().map(delta).collect(), None)?);
         }
         targets.push(target);
     }
