@@ -9,7 +9,7 @@ use loftsman_kernel::plugin::{Mark, MarkKind};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
-use loftsman_picture::{Against, Beads, Combs, Panel, Picture, PictureError, Theme, View};
+use loftsman_picture::{Against, Beads, Combs, Frames, Panel, Picture, PictureError, Theme, View};
 use proptest::prelude::*;
 use roxmltree::Document;
 
@@ -258,6 +258,38 @@ fn frames_of_a_drag_are_dashed_and_the_last_is_the_curve() {
     assert_eq!(of_class(&svg, "frame", "stroke-dasharray").len(), 2);
     assert!(svg.contains(">frame 2<") && !svg.contains(">frame 3<"));
     assert!(of_class(&Picture::of(&scene).drawn(), "frame", "d").is_empty());
+}
+
+/// A prism of many sides that moves: its frames are outlines, not dots, and no lines between its faces.
+#[test]
+fn frames_of_a_mesh_are_outlines() {
+    let sides = 32_u32;
+    let ring = |z: f64| {
+        (0..sides).map(move |k| {
+            let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(sides)).sin_cos();
+            Point::new(cos, sin, z)
+        })
+    };
+    let points: Vec<Point> = ring(0.0).chain(ring(6.0)).collect();
+    let faces: Vec<Vec<u32>> = (0..sides)
+        .map(|k| vec![k, (k + 1) % sides, sides + (k + 1) % sides, sides + k])
+        .chain([(0..sides).rev().collect(), (sides..2 * sides).collect()])
+        .collect();
+    let mesh = Mesh::new(points.clone(), &faces).unwrap();
+    let mut object = Object::new("pipe", mesh.into());
+    let moved = |by: f64| points.iter().map(|p| p + Vector::x() * by).collect::<Vec<_>>();
+    object.animation = Some(Animation { rate: 24.0, frames: vec![moved(9.0), moved(4.5), moved(0.0)] });
+    let mut scene = Scene::new();
+    scene.add(object).unwrap();
+    let svg = Picture::of(&scene).view(View::Front).frames(Frames::Fading(3)).drawn();
+    let drawn = of_class(&svg, "frame", "d");
+    assert_eq!(drawn.len(), 2);
+    for data in drawn {
+        assert!(!data.contains("h.001"), "dots: {data}");
+        // Two sides, and two ends seen from their edge: their 32 segments each and no others.
+        let places = data.split(['M', 'L']).filter(|part| !part.is_empty()).count();
+        assert!(data.contains('L') && (40..=80).contains(&places), "{places}: {data}");
+    }
 }
 
 #[test]

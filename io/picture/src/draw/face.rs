@@ -9,6 +9,7 @@ use loftsman_kernel::Vector;
 use crate::depth::{Depth, ON_FACE, Run};
 use crate::draw::color;
 use crate::draw::paint::{Brush, Painting};
+use crate::draw::silhouette::weighed;
 use crate::draw::surface::{Line, Samples, kept, loop_of, parts};
 use crate::error::PictureError;
 use crate::layout::Rect;
@@ -28,12 +29,9 @@ const LEVELS: usize = 48;
 /// finer meshes they would be a smear.
 const LONG: f64 = 1.6;
 
-/// Faces that meet at more than this angle make a crease: the cosine of 30 degrees.
-const CREASE: f64 = 0.866;
-
 /// How heavy a line on a face is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Weight {
+pub(super) enum Weight {
     /// Isoparametric lines, edges between faces.
     Inner,
     /// Edges where a mesh bends sharply.
@@ -210,7 +208,7 @@ fn of_grid(grid: &Samples, sheet: &Sheet, area: &Rect) -> f64 {
 }
 
 /// Adds a run that is seen to a path.
-fn trace(sheet: &mut Sheet, run: &Run, path: &mut Path) {
+pub(super) fn trace(sheet: &mut Sheet, run: &Run, path: &mut Path) {
     if !run.seen {
         return;
     }
@@ -426,7 +424,7 @@ impl Turns {
 }
 
 /// Segments between numbered places as chains, as long as they go; each segment once. Linear but for a sort.
-fn linked(segments: &[(usize, usize)]) -> Vec<Vec<usize>> {
+pub(super) fn linked(segments: &[(usize, usize)]) -> Vec<Vec<usize>> {
     let mut ends: Vec<(usize, usize)> =
         segments.iter().enumerate().flat_map(|(i, (a, b))| [(*a, i), (*b, i)]).collect();
     ends.sort_unstable();
@@ -474,15 +472,6 @@ fn linked(segments: &[(usize, usize)]) -> Vec<Vec<usize>> {
     chains
 }
 
-/// The first of all points at a place, for each point: exporters split a mesh where normals or textures differ, which makes
-/// it no border. `O(points)`.
-fn merged(points: &[Vector]) -> Vec<u32> {
-    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(points.len());
-    // Adding 0 makes one zero of both.
-    let key = |p: &Vector| [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
-    points.iter().zip(0..).map(|(p, index)| *first.entry(key(p)).or_insert(index)).collect()
-}
-
 /// A mesh: faces that are smooth where their corners have normals, else flat; borders, outlines and creases, and all other edges where they are not too many to see.
 #[allow(
     clippy::too_many_arguments,
@@ -498,12 +487,8 @@ fn of_mesh(
     lines: &mut Lines,
 ) {
     let places: Vec<Vector> = points.iter().map(|p| sheet.layout.place(p)).collect();
-    let same = merged(points);
     let mut any = false;
-    let mut sides: Vec<Side> = Vec::with_capacity(corners.len());
-    let mut normals = Vec::with_capacity(starts.len());
-    let mut facing = Vec::with_capacity(starts.len());
-    for (face, range) in starts.windows(2).enumerate() {
+    for range in starts.windows(2) {
         let face_corners = &corners[range[0]..range[1]];
         let outline: Vec<Vector> = face_corners.iter().map(|&i| points[i as usize]).collect();
         let normal = newell(&outline);
@@ -534,40 +519,12 @@ fn of_mesh(
                 depth.face(&flat, |_, _, _| tone);
             }
         }
-        facing.push(outline.first().is_some_and(|p| normal.dot(&lens.toward(p)) > 0.0));
-        normals.push(normal.try_normalize(1e-200).unwrap_or_else(Vector::zeros));
-        for (i, &a) in face_corners.iter().enumerate() {
-            let [a, b] = [a, face_corners[(i + 1) % face_corners.len()]].map(|k| same[k as usize]);
-            sides.push(Side { ends: (a.min(b), a.max(b)), face, forward: a < b });
-        }
     }
     if !any {
         // All of it is where something else is already, lines included.
         return;
     }
-    sides.sort_unstable_by_key(|side| (side.ends, side.face));
-    let mut by_weight: [Vec<(usize, usize)>; 4] = Default::default();
-    let mut rest = &sides[..];
-    while let Some(first) = rest.first() {
-        let count = rest.iter().take_while(|side| side.ends == first.ends).count();
-        let weight = match &rest[..count] {
-            [one, other] => {
-                // Neighbours of one orientation run through their edge in opposite directions.
-                let flip = one.forward == other.forward;
-                let same = if flip { -1.0 } else { 1.0 };
-                if (facing[one.face] != facing[other.face]) != flip {
-                    Weight::Outline
-                } else if normals[one.face].dot(&normals[other.face]) * same < CREASE {
-                    Weight::Crease
-                } else {
-                    Weight::Inner
-                }
-            }
-            _ => Weight::Border,
-        };
-        by_weight[weight as usize].push((first.ends.0 as usize, first.ends.1 as usize));
-        rest = &rest[count..];
-    }
+    let by_weight = weighed((points, corners, starts), lens);
     let inner = &by_weight[Weight::Inner as usize];
     let length: f64 = inner.iter().map(|(a, b)| (places[*a] - places[*b]).xy().norm()).sum();
     let too_many = length < LONG * inner.len() as f64;
@@ -578,15 +535,8 @@ fn of_mesh(
     }
 }
 
-/// A side of a face: its ends in order, and whether the face runs from the first to the second.
-struct Side {
-    ends: (u32, u32),
-    face: usize,
-    forward: bool,
-}
-
 /// Newell's normal, right for faces that are neither plane nor triangles; as long as twice the area.
-fn newell(corners: &[Vector]) -> Vector {
+pub(super) fn newell(corners: &[Vector]) -> Vector {
     let from = |i: usize| corners[i % corners.len()] - corners[0];
     (0..corners.len()).fold(Vector::zeros(), |sum, i| sum + from(i).cross(&from(i + 1)))
 }
@@ -637,12 +587,6 @@ mod tests {
         assert_eq!(light(&corners), light(&turned));
         assert_eq!(light(&corners), light(&corners.map(|c| c * 1e-8)));
         assert_eq!(light(&[corners[0]; 3]), tones[0]);
-    }
-
-    #[test]
-    fn points_at_one_place_are_one() {
-        let points = [[0.0, 1.0, 2.0], [3.0, 1.0, 2.0], [-0.0, 1.0, 2.0], [3.0, 1.0, 2.0]].map(Vector::from);
-        assert_eq!(merged(&points), [0, 1, 0, 1]);
     }
 
     #[test]

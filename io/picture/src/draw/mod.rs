@@ -10,6 +10,7 @@ pub(crate) mod movement;
 pub(crate) mod net;
 pub(crate) mod paint;
 pub(crate) mod parameter;
+pub(crate) mod silhouette;
 pub(crate) mod surface;
 
 use loftsman_kernel::Vector;
@@ -24,6 +25,7 @@ use crate::stage::{Ghost, Stage};
 use crate::svg::Element;
 use crate::text;
 use crate::theme::Color;
+use crate::view::Lens;
 use comb::Combing;
 use paint::Painting;
 
@@ -110,7 +112,7 @@ pub(crate) fn draw(
         object(sheet, body, true, surfaces, false);
     }
     for (body, ghost) in &stage.frames {
-        frame(sheet, body, *ghost);
+        frame(sheet, body, *ghost, stage.projection.lens());
     }
     combs.draw(sheet, stage, unit);
     if choices.control_polygons {
@@ -266,8 +268,8 @@ fn parted(
 /// The dashes of frames, in turn.
 const DASHES: [&str; 4] = ["1.8 1", "0.3 0.9", "3 0.8 0.3 0.8", "0.9 0.6"];
 
-/// Draws a frame of an animation: its lines, or its points as dots.
-fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost) {
+/// Draws a frame of an animation: its lines, a mesh's outline, or its points as dots.
+fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost, lens: Lens) {
     let own = color(sheet, body, false);
     let (color, width, dashes) = match ghost {
         Ghost::Dashed(number) => {
@@ -286,6 +288,10 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost) {
         Form::Surface { surface, trim, .. } => (
             surface::wires(sheet, surface, trim.as_ref(), 13),
             Stroke { width: 0.15, dashes: None, ..stroke },
+        ),
+        Form::Mesh { points, corners, starts, .. } if starts.len() > 1 => (
+            silhouette::silhouette(sheet, lens, points, (corners, starts)),
+            Stroke { width: 0.2, dashes: None, ..stroke },
         ),
         Form::Mesh { points, .. } | Form::Cloud(points) => {
             let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 5_000);
