@@ -160,9 +160,16 @@ fn ctrl_c_stops_long_work_and_leaves_nothing_half_done() {
         "constraints": [{ "kind": "length", "keep": true }] });
     let recipe = json!({ "input": "rope.loft.json", "output": ["rope.obj", "rope.glb"], "step": [step] });
     bench.write("drag.json", recipe.to_string());
+    // A rope that swings for a quarter of an hour, in steps of a microsecond.
+    let step = json!({ "op": "simulate", "seconds": 1000, "step": 1e-6, "constraints": [{ "kind": "fixed", "at": 0 }] });
+    let recipe =
+        json!({ "input": "rope.loft.json", "output": ["rope.obj", "rope.glb", "new.svg"], "step": [step] });
+    bench.write("simulate.json", recipe.to_string());
     bench.write("rope.obj", "old").write("p0002.png", "old");
     let before = bench.files();
-    for arguments in [&["run", "drag.json"][..], &["plot", "rope.loft.json", "p####.png"]] {
+    for arguments in
+        [&["run", "drag.json"][..], &["run", "simulate.json"], &["plot", "rope.loft.json", "p####.png"]]
+    {
         let (code, said, took) = interrupted(&bench, arguments, Duration::from_millis(1500));
         assert_eq!(code, Some(130), "{arguments:?}: {said}");
         assert_eq!(said, "error: interrupted: nothing was written\n");
