@@ -53,10 +53,10 @@ fn a_sliding_middle_is_stretched_alike_on_both_sides_and_a_fixed_one_is_not() {
         long(curve(scene, name)) / long(rope) / 0.8
     };
     // Between where it is pulled and its middle, and behind that.
-    let fixed = [stretch("fixed", 3.5, 6.0), stretch("fixed", 6.0, 12.0)];
+    let fixed = [stretch("fixed", 4.0, 6.0), stretch("fixed", 6.0, 12.0)];
     assert!(fixed[0] > 1.2 * fixed[1], "{fixed:?}");
     let middle = location(&applied, 2, "middle")[0];
-    let sliding = [stretch("sliding", 3.5, middle), stretch("sliding", middle, 12.0)];
+    let sliding = [stretch("sliding", 4.0, middle), stretch("sliding", middle, 12.0)];
     assert!((sliding[0] / sliding[1] - 1.0).abs() < 0.01, "{sliding:?}");
     // So that what holds the middle has nothing to hold but the corner that the rope makes there.
     let force = |step: usize| {

@@ -263,15 +263,15 @@ fn frames_of_a_drag_are_dashed_and_the_last_is_the_curve() {
 /// A prism of many sides that moves: its frames are outlines, not dots, and no lines between its faces.
 #[test]
 fn frames_of_a_mesh_are_outlines() {
-    let sides = 32_u32;
+    let sides = 32_usize;
     let ring = |z: f64| {
         (0..sides).map(move |k| {
-            let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(sides)).sin_cos();
+            let (sin, cos) = (k as f64 * std::f64::consts::TAU / sides as f64).sin_cos();
             Point::new(cos, sin, z)
         })
     };
     let points: Vec<Point> = ring(0.0).chain(ring(6.0)).collect();
-    let faces: Vec<Vec<u32>> = (0..sides)
+    let faces: Vec<Vec<usize>> = (0..sides)
         .map(|k| vec![k, (k + 1) % sides, sides + (k + 1) % sides, sides + k])
         .chain([(0..sides).rev().collect(), (sides..2 * sides).collect()])
         .collect();
