@@ -1,4 +1,4 @@
-//! What stretches, shears and bends: energies, their forces, and how these change.
+//! What stretches, shears and bends: energies and their forces.
 //!
 //! Of a curve `½ ∫ k ε² ℓ du`, `ε = |P'|/ℓ - 1`, `ℓ` being the speed at rest; of a surface the same in each of its directions, and `½ ∫ k_s γ² dA`
 //! of the shear `γ = P_u·P_v/(ℓ_u ℓ_v) - cos θ`. Bending is `½ B ∫ |P_ss|² ds` by arc length at rest: quadratic, so that its matrix is made
@@ -52,7 +52,8 @@ impl Elastic {
         }
         if let Some(bend) = &self.bend {
             for i in 0..q.len() {
-                let sum = bend.row(i).fold(Vector::zeros(), |sum, (j, c)| sum + q[j].coords * c);
+                // Of differences, for its rows sum to nothing: far from the origin coordinates would round away what bends.
+                let sum = bend.row(i).fold(Vector::zeros(), |sum, (j, c)| sum + (q[j] - q[i]) * c);
                 (0..3).for_each(|axis| out[3 * i + axis] -= sum[axis]);
             }
         }
@@ -132,98 +133,15 @@ impl Elastic {
         }
         if let Some(bend) = &self.bend {
             for (i, p) in q.iter().enumerate() {
-                energy += 0.5 * bend.row(i).map(|(j, c)| c * p.coords.dot(&q[j].coords)).sum::<f64>();
+                let pull = bend.row(i).fold(Vector::zeros(), |sum, (j, c)| sum + (q[j] - p) * c);
+                energy += 0.5 * (p - q[0]).dot(&pull);
             }
         }
         (energy, largest)
     }
-
-    /// Adds `factor` times the matrix by which forces change with vertices (its negative semidefinite part left out: what is slack does not
-    /// push), and `rate` times that by which they change with velocities; entry by entry of the lower triangle, by coordinates.
-    pub(crate) fn add_stiffness(
-        &self,
-        q: &[Point],
-        factor: f64,
-        rate: f64,
-        mut add: impl FnMut(usize, usize, f64),
-    ) {
-        for cell in &self.points.cells {
-            let vertices = self.points.of(cell);
-            for point in 0..cell.count {
-                let rest = &self.points.rest[cell.first + point];
-                let directions = self.points.directions;
-                let size = if directions == 1 { 1.0 } else { rest.measure };
-                let mut blocks = [[nalgebra::Matrix3::<f64>::zeros(); 2]; 2];
-                let mut tangents = [Vector::zeros(); 2];
-                for k in 0..directions {
-                    tangents[k] = sum(self.points.row(cell, point, k), vertices, q);
-                    let speed = tangents[k].norm();
-                    // Of a curve ∂²/∂P'² of ½ k ε² ℓ; of a surface of ½ k ε² dA.
-                    let unit = if directions == 1 { rest.speed[0] } else { rest.speed[k] * rest.speed[k] };
-                    let axial = rest.weight * size * (factor * self.stiffness + rate * self.viscosity) / unit;
-                    if speed > 0.0 {
-                        let t = tangents[k] / speed;
-                        let along = t * t.transpose();
-                        let across = (speed - rest.speed[k]).max(0.0) / speed;
-                        let across = rest.weight * size * factor * self.stiffness / unit * across;
-                        blocks[k][k] = along * axial + (nalgebra::Matrix3::identity() - along) * across;
-                    } else {
-                        blocks[k][k] = nalgebra::Matrix3::identity() * axial;
-                    }
-                }
-                if directions == 2 {
-                    let lengths = rest.speed[0] * rest.speed[1];
-                    let scale = factor * rest.weight * size * self.shear / (lengths * lengths);
-                    let w = [tangents[1], tangents[0]];
-                    for a in 0..2 {
-                        for b in 0..2 {
-                            blocks[a][b] += w[a] * w[b].transpose() * scale;
-                        }
-                    }
-                }
-                self.add_blocks(cell, point, &blocks, &mut add);
-            }
-        }
-        if let Some(bend) = &self.bend {
-            for i in 0..q.len() {
-                for (j, value) in bend.row(i).filter(|(j, _)| *j <= i) {
-                    (0..3).for_each(|axis| add(3 * i + axis, 3 * j + axis, factor * value));
-                }
-            }
-        }
-    }
-
-    fn add_blocks(
-        &self,
-        cell: &CellPoints,
-        point: usize,
-        blocks: &[[nalgebra::Matrix3<f64>; 2]; 2],
-        add: &mut impl FnMut(usize, usize, f64),
-    ) {
-        let vertices = self.points.of(cell);
-        for (i, &row) in vertices.iter().enumerate() {
-            for (j, &column) in vertices.iter().enumerate().take_while(|(j, _)| *j <= i) {
-                let mut block = nalgebra::Matrix3::zeros();
-                for a in 0..self.points.directions {
-                    for b in 0..self.points.directions {
-                        let c = self.points.row(cell, point, a)[i] * self.points.row(cell, point, b)[j];
-                        block += blocks[a][b] * c;
-                    }
-                }
-                for a in 0..3 {
-                    for b in 0..3 {
-                        let (r, c) = (3 * row as usize + a, 3 * column as usize + b);
-                        if c <= r {
-                            add(r, c, block[(a, b)]);
-                        }
-                    }
-                }
-            }
-        }
-    }
 }
 
-fn sum(row: &[f64], vertices: &[u32], points: &[Point]) -> Vector {
+pub(crate) fn sum(row: &[f64], vertices: &[u32], points: &[Point]) -> Vector {
     let mut all = Vector::zeros();
     for (c, &v) in row.iter().zip(vertices) {
         all += points[v as usize].coords * *c;

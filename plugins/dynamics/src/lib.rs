@@ -51,6 +51,7 @@ mod scheme;
 mod setup;
 mod simulation;
 mod stability;
+mod stiffness;
 
 pub use body::{Body, Material};
 pub use constraint::{

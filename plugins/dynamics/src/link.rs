@@ -6,8 +6,9 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of};
 use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::solve::RangeSpace;
+use smallvec::SmallVec;
 
-use crate::constraint::{Constraint, Place, Target};
+use crate::constraint::{Constraint, Looks, Place, Target};
 use crate::error::{DynamicsError, Result};
 use crate::place::Slide;
 
@@ -24,6 +25,9 @@ pub(crate) enum Phase {
     /// It holds no more, and why.
     Off { time: f64, why: &'static str },
 }
+
+/// Locations of a constraint's places.
+pub(crate) type Places = SmallVec<[Location; 2]>;
 
 #[derive(Debug)]
 pub(crate) struct Link {
@@ -66,6 +70,17 @@ struct HeldTerm {
     sign: f64,
     functional: Arc<dyn Functional>,
     place: Option<usize>,
+    /// Of a derivative at its place (the point itself: 0), its order.
+    order: Option<usize>,
+}
+
+/// How what is held curves as places float, weighed by the multipliers: second derivatives of `λᵀg`.
+#[derive(Debug, Default)]
+pub(crate) struct Curving {
+    /// `∂²(λᵀg)/∂q∂s`: vertex, parameter, a number for each axis.
+    pub(crate) mixed: Vec<(usize, usize, Vector)>,
+    /// `∂²(λᵀg)/∂s²`: a pair of parameters, the second no later than the first.
+    pub(crate) twice: Vec<(usize, usize, f64)>,
 }
 
 /// What is written while rows are collected; kept from step to step.
@@ -139,7 +154,11 @@ impl Link {
                 // Of the shapes at the start: which ends meet, what is opposite what.
                 let bound = if functional.floats() { None } else { functional.bind(shapes)? };
                 let functional = bound.unwrap_or(functional);
-                terms.push(HeldTerm { sign: term.sign, functional, place: term.place });
+                let order = match term.looks {
+                    Looks::At(order) => Some(order),
+                    Looks::Functional(_) => None,
+                };
+                terms.push(HeldTerm { sign: term.sign, functional, place: term.place, order });
             }
             held.push(HeldPart { terms, target: part.target, value: Vec::new() });
         }
@@ -364,6 +383,48 @@ impl Link {
         Ok(())
     }
 
+    /// Adds how what it holds curves along its shapes; its parameters are numbered from `first` on. What is no derivative at a place counts as
+    /// straight.
+    pub(crate) fn curve(&self, shapes: &Shapes<'_>, first: usize, out: &mut Curving) -> Result<()> {
+        let mut equations = self.multipliers.iter();
+        for part in &self.parts {
+            let count = part.value.len();
+            let mut lambda = Vector::zeros();
+            for k in (0..count).filter(|&k| count != 3 || self.axes[k]) {
+                let multiplier = equations.next().copied().unwrap_or(0.0);
+                if count == 3 {
+                    lambda[k] = multiplier;
+                }
+            }
+            for term in &part.terms {
+                let Some((order, index)) = term.order.zip(term.place).filter(|(_, i)| self.places[*i].floats)
+                else {
+                    continue;
+                };
+                let Place { body, location, .. } = self.places[index];
+                let own: usize =
+                    self.places[..index].iter().filter(|p| p.floats).map(|p| p.location.parameters()).sum();
+                let shape = shapes.get(body)?;
+                for axis in 0..location.parameters() {
+                    let pace = self.slides[own + axis].pace;
+                    let (u, v) = if axis == 0 { (order + 1, 0) } else { (order, 1) };
+                    let pull = lambda * (term.sign * pace);
+                    let stencil = shape.stencil(location, Derivative { u, v })?;
+                    let start = shapes.offset(body);
+                    let entries = stencil.iter().map(|(i, c)| (start + i, first + own + axis, pull * c));
+                    out.mixed.extend(entries);
+                    for other in 0..=axis {
+                        let (u, v) = if other == 0 { (u + 1, v) } else { (u, v + 1) };
+                        let change = shape.value(location, Derivative { u, v })?;
+                        let by = pull.dot(&change) * self.slides[own + other].pace;
+                        out.twice.push((first + own + axis, first + own + other, by));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// What it is let miss at a time, with rate and acceleration: what was missing when it came dies away as
     /// `(g₀ + (ġ₀ + g₀/τ) t) e^(-t/τ)`, critically damped.
     pub(crate) fn offset(&self, equation: usize, time: f64) -> [f64; 3] {
@@ -401,25 +462,25 @@ impl Link {
         self.turns.iter().any(|(_, turns)| *turns > 0)
     }
 
-    /// Its places, those that float moved by a length along their shapes as far as these go.
-    pub(crate) fn moved(&self, by: f64) -> Vec<Location> {
-        let mut slides = self.slides.iter();
+    /// Its places, those that float moved by lengths along their shapes as far as these go, one for each of its parameters in turn; and whether
+    /// one would leave its shape.
+    pub(crate) fn moved(&self, by: impl Fn(usize) -> f64) -> (Places, bool) {
+        let (mut own, mut left) = (0, false);
         let mut along = |at: f64| {
-            let Some(Slide { interval, pace }) = slides.next() else { return at };
-            let to = at + by * pace;
-            match interval.periodic {
-                true => interval.start + (to - interval.start).rem_euclid(interval.end - interval.start),
-                false => to.clamp(interval.start, interval.end),
-            }
+            let Some(slide) = self.slides.get(own) else { return at };
+            let (to, leaves) = slide.moved(at, by(own));
+            (own, left) = (own + 1, left | leaves);
+            to
         };
-        let moved = |place: &Place| match place.location {
-            _ if !place.floats => place.location,
+        let places = self.places.iter().map(|place| match place.location {
+            location if !place.floats => location,
             Location::Curve(u) => Location::Curve(along(u)),
             Location::Surface(u, v) => Location::Surface(along(u), along(v)),
             Location::Face(face, u, v) => Location::Face(face, along(u), along(v)),
             Location::Vertex(vertex) => Location::Vertex(vertex),
-        };
-        self.places.iter().map(moved).collect()
+        });
+        let places = places.collect();
+        (places, left)
     }
 
     /// A step of Newton's iteration begins. Where it `remembers`, with what it learnt in the step before but the last turn.
@@ -438,52 +499,16 @@ impl Link {
 
     /// Moves its parameters by lengths along the shape; switches it off where one leaves its shape.
     pub(crate) fn slide(&mut self, by: &[f64], time: f64) {
-        let mut own = 0;
-        for index in 0..self.places.len() {
-            let place = &mut self.places[index];
-            if !place.floats {
-                continue;
-            }
-            let count = place.location.parameters();
-            let mut at = [0.0; 2];
-            match place.location {
-                Location::Curve(u) => at[0] = u,
-                Location::Surface(u, v) | Location::Face(_, u, v) => at = [u, v],
-                Location::Vertex(_) => {}
-            }
-            for axis in 0..count {
-                let Slide { interval, pace } = self.slides[own + axis];
-                let mut to = at[axis] + by[own + axis] * pace;
-                let length = interval.end - interval.start;
-                if interval.periodic {
-                    if !(interval.start..interval.end).contains(&to) && to.is_finite() {
-                        to = interval.start + (to - interval.start).rem_euclid(length);
-                    }
-                } else if to < interval.start || to > interval.end {
-                    // An end at rest may touch its place by rounding.
-                    if to < interval.start - 1e-9 * length || to > interval.end + 1e-9 * length {
-                        self.phase = Phase::Off { time, why: "it left the shape" };
-                    }
-                    to = to.clamp(interval.start, interval.end);
-                }
-                at[axis] = to;
-            }
-            place.location = match place.location {
-                Location::Curve(_) => Location::Curve(at[0]),
-                Location::Surface(..) => Location::Surface(at[0], at[1]),
-                Location::Face(face, ..) => Location::Face(face, at[0], at[1]),
-                Location::Vertex(vertex) => Location::Vertex(vertex),
-            };
-            own += count;
-            let location = place.location;
-            for term in self.parts.iter_mut().flat_map(|part| &mut part.terms) {
-                if term.place == Some(index)
-                    && let Some(functional) = Arc::get_mut(&mut term.functional)
-                {
-                    functional.slide(location);
-                }
-            }
+        let (places, left) = self.moved(|own| by[own]);
+        if left {
+            self.leave(time);
         }
+        self.put(&places);
+    }
+
+    /// It has left its shape, and holds no more.
+    pub(crate) fn leave(&mut self, time: f64) {
+        self.phase = Phase::Off { time, why: "it left the shape" };
     }
 
     /// Two places of one curve that have come together: a loop drawn shut.

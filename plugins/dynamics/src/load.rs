@@ -87,12 +87,14 @@ impl Load {
         self.stencil.iter().fold(Vector::zeros(), |sum, (v, c)| sum + of[v].coords * c)
     }
 
-    /// Adds it to the forces, three numbers a vertex through all bodies; `q` and `v` are its own body's.
-    pub(crate) fn add(&self, q: &[Point], v: &[Point], time: f64, out: &mut [f64]) {
+    /// Adds it to the forces, three numbers a vertex through all bodies; `q` and `v` are its own body's. Where time stands `still`, so does the
+    /// target of a pull.
+    pub(crate) fn add(&self, q: &[Point], v: &[Point], time: f64, still: bool, out: &mut [f64]) {
         let force = match &self.kind {
             Kind::Force(force) => *force,
             Kind::Pull { to, stiffness, damping, .. } => {
                 let [place, rate, _] = to.at(time);
+                let rate = if still { Vector::zeros() } else { rate };
                 (place - self.value(q)) * *stiffness + (rate - self.value(v)) * *damping
             }
         };
@@ -122,6 +124,14 @@ impl Load {
                 0.5 * stiffness * (to.at(time)[0] - self.value(q)).norm_squared()
             }
             Kind::Force(_) => 0.0,
+        }
+    }
+
+    /// What it would do on the way from the origin: of a force `-F·P`, of a pull the energy in its spring.
+    pub(crate) fn potential(&self, q: &[Point], time: f64) -> f64 {
+        match &self.kind {
+            Kind::Force(force) => -force.dot(&self.value(q)),
+            Kind::Pull { .. } => self.energy(q, time),
         }
     }
 

@@ -16,6 +16,41 @@ pub(crate) struct Slide {
     pub(crate) pace: f64,
 }
 
+/// Beyond an end by this share of its interval a parameter has left its shape; nearer, an end at rest touches its place by rounding.
+const BEYOND: f64 = 1e-9;
+
+impl Slide {
+    /// Where a parameter comes that goes on by a length along the shape: round where that is closed, else to the end at most; and whether it
+    /// would go beyond.
+    pub(crate) fn moved(&self, at: f64, by: f64) -> (f64, bool) {
+        let Self { interval, pace } = *self;
+        let (to, length) = (at + by * pace, interval.end - interval.start);
+        if interval.periodic {
+            let inside = (interval.start..interval.end).contains(&to) || !to.is_finite();
+            return (
+                if inside { to } else { interval.start + (to - interval.start).rem_euclid(length) },
+                false,
+            );
+        }
+        let beyond = to < interval.start - BEYOND * length || to > interval.end + BEYOND * length;
+        (to.clamp(interval.start, interval.end), beyond)
+    }
+
+    /// The whole length of the shape along the parameter.
+    pub(crate) fn length(&self) -> f64 {
+        (self.interval.end - self.interval.start) / self.pace
+    }
+
+    /// How far it is to where a parameter that goes this way leaves its shape, in lengths.
+    pub(crate) fn room(&self, at: f64, forward: bool) -> f64 {
+        match (self.interval.periodic, forward) {
+            (true, _) => f64::INFINITY,
+            (false, true) => (self.interval.end - at) / self.pace,
+            (false, false) => (at - self.interval.start) / self.pace,
+        }
+    }
+}
+
 /// Whether a constraint's places are on their shapes, and its times ascend.
 pub(crate) fn check_constraint(constraint: &Constraint, shapes: &Shapes<'_>) -> Result<()> {
     for place in &constraint.places {

@@ -135,6 +135,12 @@ impl Points {
         &self.vertices[cell.vertices..cell.vertices + cell.width]
     }
 
+    /// The rows of a point of a cell, one direction's behind the other's.
+    pub(crate) fn rows_of(&self, cell: &CellPoints, point: usize) -> &[f64] {
+        let length = self.directions * cell.width;
+        &self.rows[cell.rows + point * length..][..length]
+    }
+
     /// The row of a point of a cell in a direction.
     pub(crate) fn row(&self, cell: &CellPoints, point: usize, direction: usize) -> &[f64] {
         &self.rows[cell.rows + (point * self.directions + direction) * cell.width..][..cell.width]

@@ -296,6 +296,23 @@ impl RangeSpace {
         }
     }
 
+    /// Every entry of `L` as `(equation, coordinate, value)`, coordinates being `3 · vertex + axis`; a pair may come repeatedly, and its values
+    /// add up. Vertices that stay have theirs, too.
+    pub fn entries(&self, mut each: impl FnMut(usize, usize, f64)) {
+        for row in &self.rows {
+            let coefficients = &self.coefficients[row.coefficients..];
+            for (k, &vertex) in self.vertices[row.vertices.clone()].iter().enumerate() {
+                for axis in 0..3 {
+                    if row.alike {
+                        each(row.equation + axis, 3 * vertex + axis, coefficients[k]);
+                    } else {
+                        each(row.equation, 3 * vertex + axis, coefficients[3 * k + axis]);
+                    }
+                }
+            }
+        }
+    }
+
     /// All rows `[L L_s]` over the coordinates that they touch and that move, ascending, and the parameters: for a look at what depends on
     /// what. Allocates.
     pub fn rows(&self) -> SparseRows {

@@ -318,3 +318,22 @@ fn what_stays_takes_no_part() {
     assert!(space.solve(&mut x, &[1.0, 2.0, 3.0], &mut lambda, &mut []) < 1e-13);
     assert!(x[..15].iter().all(|v| *v == 0.0) && (x[15 + 6] - 1.0).abs() < 1e-13);
 }
+
+/// What is told of entries is what is applied.
+#[test]
+fn entries_are_those_of_the_rows() {
+    let mut random = Sequence(5);
+    let weights =
+        [(Weight::Vertices(envelope(&band(4, 1, false, &mut random))), None), (Weight::Still(2), None)];
+    let mut space = RangeSpace::new(weights);
+    space.push_alike([(0, 0.5), (3, 2.0), (0, 0.25)].into_iter());
+    space.push_coupled([(1, [1.0, -2.0, 3.0]), (5, [0.5, 0.0, 4.0])].into_iter());
+    let x: Vec<f64> = (0..18).map(|_| random.next()).collect();
+    let (mut applied, mut summed) = (vec![0.0; 4], vec![0.0; 4]);
+    space.float(0, 0.0);
+    space.apply(&x, &[], &mut applied);
+    space.entries(|equation, coordinate, value| summed[equation] += value * x[coordinate]);
+    for (a, b) in applied.iter().zip(&summed) {
+        assert!((a - b).abs() < 1e-15 * (1.0 + a.abs()), "{a} {b}");
+    }
+}

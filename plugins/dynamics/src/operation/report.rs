@@ -48,6 +48,12 @@ pub(super) fn report(
         0 => told,
         _ => format!("{told}, in any frame {} by {:.2} % at most", way(most), 100.0 * most.abs()),
     });
+    if let Some(Settled { stable: Some(false), .. }) = settled {
+        notes.push(
+            "the balance is unstable: the least push would let it crumple or fall over; with some `bending` it finds where it goes"
+                .into(),
+        );
+    }
     if let Some(Settled { residual, steps, rests, .. }) = settled {
         if rests {
             notes.push(format!("it rests: {residual:.1e} of the forces is left, after {steps} steps"));

@@ -10,6 +10,7 @@ use loftsman_kernel::solve::{EnvelopeCholesky, RangeSpace, Weight};
 use super::{Moving, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::{Link, Phase};
+use crate::stiffness::Part;
 use loftsman_kernel::shape::Location;
 
 /// Newton's steps before a step is taken in halves; three times as many where locations turn round.
@@ -278,7 +279,8 @@ impl Simulation {
                     (0..3).for_each(|axis| add(3 * i + axis, 3 * j + axis, damped * m));
                 }
             }
-            elastic.add_stiffness(body.body.shape.control_vertices(), step * step, step, &mut add);
+            let q = body.body.shape.control_vertices();
+            elastic.add_stiffness(q, Part::Convex, step * step, step, &mut add);
             let first = 3 * body.start;
             for load in loads.iter().filter(|load| load.acts(*time) && load.offset() == body.start) {
                 load.add_stiffness(step * step, step, |i, j, value| add(i - first, j - first, value));

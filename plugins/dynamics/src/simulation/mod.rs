@@ -1,11 +1,14 @@
 //! Bodies in motion: state, forces, one step after another.
 
 mod conflict;
+mod equilibrium;
 mod explicit;
 mod implicit;
 mod moving;
+mod saddle;
 mod settle;
 mod steer;
+mod tangent;
 mod told;
 
 use loftsman_kernel::Vector;
@@ -489,7 +492,7 @@ impl Simulation {
         for load in self.loads.iter().filter(|load| load.acts(self.time)) {
             let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) else { continue };
             let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
-            load.add(q, v, self.time, &mut self.forces);
+            load.add(q, v, self.time, self.settling, &mut self.forces);
         }
     }
 

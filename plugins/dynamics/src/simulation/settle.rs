@@ -2,8 +2,10 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::shape::Location;
+use loftsman_kernel::solve::{RangeSpace, Weight};
 
 use super::Simulation;
+use super::equilibrium::Found;
 use super::implicit::Implicit;
 use crate::error::Result;
 use crate::link::Link;
@@ -22,10 +24,14 @@ pub struct Settled {
     pub steps: usize,
     /// Whether it rests: the residual is below 1e-9.
     pub rests: bool,
+    /// Whether the balance is stable: the energy falls in no direction that the constraints allow, by its second derivatives, to 1e-10 of the
+    /// square of the highest frequency (a direction that is neither here nor there counts as none). `None` where these
+    /// do not tell, as at a corner that a place slid to.
+    pub stable: Option<bool>,
 }
 
 /// It rests where this is left of the forces.
-const RESTS: f64 = 1e-9;
+pub(super) const RESTS: f64 = 1e-9;
 /// How far to both sides of a place that slides its forces are looked at, as a share of the size.
 const ACROSS: f64 = 1e-7;
 /// The share of what constraints miss that they are drawn nearer in a step, less where that cannot be.
@@ -36,40 +42,15 @@ const NEAR: f64 = 1e-3;
 const MOST: usize = 2000;
 
 impl Simulation {
-    /// Goes to where everything rests, all constraints held that hold now: by implicit steps from rest that grow while they arrive, so that the last
-    /// are Newton's for the equilibrium itself. Time stands still; how far from rest it ends is said.
+    /// Goes to where everything rests, all constraints held that hold now: to a least energy that these allow, by Newton's method for vertices,
+    /// multipliers and places that slide (shortened and turned down where it would not lead there); from an unstable balance it goes on down.
+    /// Where that does not arrive, as where a place slides to a corner, by implicit steps from rest that grow while they do. Time stands
+    /// still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
     ///
     /// # Errors
     /// When a step cannot be taken however short it is.
     pub fn settle(&mut self) -> Result<Settled> {
-        let scheme = self.scheme;
-        let given = (scheme != Scheme::Implicit).then(|| {
-            let (implicit, space) = Implicit::new(&self.bodies);
-            let own = std::mem::replace(&mut self.space, space);
-            self.scheme = Scheme::Implicit;
-            self.implicit = Some(Box::new(implicit));
-            own
-        });
-        self.settling = true;
-        let worst = self.worst;
-        let settled = self.go_to_rest();
-        self.note_events();
-        let agreed = self.agree();
-        self.settling = false;
-        // What drifted on the way is not forgotten.
-        self.worst = self.worst.max(worst);
-        self.links.iter_mut().for_each(|link| link.begin_turns(false));
-        self.rest();
-        if let Some(space) = given {
-            self.space = space;
-            self.implicit = None;
-            self.scheme = scheme;
-        }
-        agreed?;
-        settled
-    }
-
-    fn go_to_rest(&mut self) -> Result<Settled> {
+        let (time, worst) = (self.time, self.worst);
         self.come_and_go()?;
         let held = self.links.iter().any(Link::is_held) || self.loads.iter().any(Load::is_pull);
         let driven = self.gravity != Vector::zeros() || !self.loads.is_empty();
@@ -80,11 +61,68 @@ impl Simulation {
             )
             .into());
         }
+        self.settling = true;
+        // Rows alone: nothing is solved in the metric of a step.
+        let still = self.bodies.iter().map(|body| (Weight::Still(body.count()), None));
+        let own = std::mem::replace(&mut self.space, RangeSpace::new(still));
+        let found = self.find_rest();
+        self.space = own;
+        let settled = match found {
+            Ok(Found { residual, way, steps, rests, stable, ends: true }) => {
+                Ok(Settled { residual, way, steps, rests, stable: Some(stable) })
+            }
+            Ok(Found { steps, .. }) => self.march_to_rest(steps),
+            Err(error) => Err(error),
+        };
+        self.note_events();
+        self.let_all_go();
+        let mut desk = std::mem::take(&mut self.desk);
+        let collected = self.collect(&mut desk);
+        self.desk = desk;
+        let agreed = collected.and_then(|()| self.agree());
+        self.settling = false;
+        self.time = time;
+        // What drifted on the way is not forgotten.
+        self.worst = self.worst.max(worst);
+        self.links.iter_mut().for_each(|link| link.begin_turns(false));
+        self.rest();
+        let settled = settled?;
+        agreed?;
+        Ok(settled)
+    }
+
+    /// By implicit steps from rest that grow while they arrive: where Newton's steps do not lead on, as where a place slides to a corner. `before`
+    /// steps were taken.
+    fn march_to_rest(&mut self, before: usize) -> Result<Settled> {
+        let scheme = self.scheme;
+        let given = (scheme != Scheme::Implicit).then(|| {
+            let (implicit, space) = Implicit::new(&self.bodies);
+            let own = std::mem::replace(&mut self.space, space);
+            self.scheme = Scheme::Implicit;
+            self.implicit = Some(Box::new(implicit));
+            own
+        });
+        let settled = self.march(before);
+        if let Some(space) = given {
+            self.space = space;
+            self.implicit = None;
+            self.scheme = scheme;
+        }
+        settled
+    }
+
+    fn march(&mut self, before: usize) -> Result<Settled> {
         let natural = self.natural_time();
         let (mut step, mut share) = (natural, SHARE);
-        let mut settled = Settled { residual: f64::INFINITY, way: f64::INFINITY, steps: 0, rests: false };
+        let mut settled = Settled {
+            residual: f64::INFINITY,
+            way: f64::INFINITY,
+            steps: before,
+            rests: false,
+            stable: None,
+        };
         let time = self.time;
-        while settled.steps < MOST && !settled.rests {
+        while settled.steps < before + MOST && !settled.rests {
             self.rest();
             self.approach(share)?;
             match self.step_implicitly(step) {
@@ -109,7 +147,6 @@ impl Simulation {
                 break;
             }
         }
-        self.let_all_go();
         Ok(settled)
     }
 
@@ -141,36 +178,45 @@ impl Simulation {
     /// What accelerated it from rest, `M v / h`, relative to the largest force on a vertex.
     fn unbalanced(&mut self, step: f64) -> Result<f64> {
         let along = self.pull_along()?;
-        let (mut left, mut largest) = (0.0_f64, 0.0_f64);
+        let mut left = 0.0_f64;
         for body in &self.bodies {
-            let (Some(mass), Some(elastic)) = (&body.mass, &body.elastic) else { continue };
+            let Some(mass) = &body.mass else { continue };
             let own = &self.half[body.range()];
             for i in 0..mass.matrix.size() {
                 for axis in 0..3 {
                     let momentum: f64 = mass.matrix.row(i).map(|(j, m)| m * own[3 * j + axis]).sum();
                     left = left.max((momentum / step).abs());
                 }
-                largest = largest.max((mass.lumped[i] * self.gravity.amax()).abs());
             }
-            let mut forces = vec![0.0; own.len()];
+        }
+        Ok(self.share_of_forces(left, along))
+    }
+
+    /// What is `left` of forces on a vertex and `along` shapes, relative to the largest that act on one.
+    pub(super) fn share_of_forces(&self, left: f64, along: f64) -> f64 {
+        let mut largest = 0.0_f64;
+        for body in &self.bodies {
+            let (Some(mass), Some(elastic)) = (&body.mass, &body.elastic) else { continue };
+            largest = mass.lumped.iter().fold(largest, |most, m| most.max((m * self.gravity.amax()).abs()));
             let q = body.body.shape.control_vertices();
+            let mut forces = vec![0.0; 3 * q.len()];
             elastic.add_forces(q, body.velocity.control_vertices(), &mut forces);
             largest = forces.iter().fold(largest, |most, f| most.max(f.abs()));
         }
         let held = self.links.iter().filter(|link| link.is_held()).flat_map(|link| &link.multipliers);
         let holding = held.fold(largest, |most, f| most.max(f.abs()));
         let share = |left: f64, of: f64| if of > 0.0 { left / of } else { left };
-        Ok(share(left, largest).max(share(along, holding)))
+        share(left, largest).max(share(along, holding))
     }
 
     /// The largest force along a shape at a place that slides: nothing where it pulls it forth from behind and back from ahead, as at a
     /// corner.
-    fn pull_along(&mut self) -> Result<f64> {
+    pub(super) fn pull_along(&mut self) -> Result<f64> {
         let links = || 0..self.links.len();
         let here: Vec<Vec<Location>> = links().map(|k| self.links[k].locations().collect()).collect();
         let near = ACROSS * self.size;
         let sides: [Vec<Vec<Location>>; 2] =
-            [-near, near].map(|by| links().map(|k| self.links[k].moved(by)).collect());
+            [-near, near].map(|by| links().map(|k| self.links[k].moved(|_| by).0.to_vec()).collect());
         let mut desk = std::mem::take(&mut self.desk);
         let mut pulls: [Vec<f64>; 2] = Default::default();
         let mut collected = Ok(());

@@ -1,0 +1,122 @@
+//! Balances that are not stable: found by their second derivatives, and left.
+
+use loftsman_kernel::Vector;
+
+use super::equilibrium::{LARGEST, LEAST, MEET, ROUNDING, Start};
+use super::tangent::{Tangent, dot};
+use super::{Moving, Simulation};
+use crate::error::Result;
+use crate::stiffness::Part;
+
+/// Steps of the search for the direction.
+const SEARCHES: usize = 40;
+/// A direction leads down where its frequency squared is below this share of the highest, negative.
+pub(super) const FALLS: f64 = -1e-10;
+/// And by this share of what energies are made of, or more.
+const DOWN: f64 = 1e-10;
+/// And clearly so below this.
+pub(super) const CLEARLY: f64 = -1e-9;
+
+impl Simulation {
+    /// Whether an unstable balance is left: not where nothing but tension and compression acts. What is slack without bending crumples at the
+    /// scale of its vertices, which says nothing of the shape.
+    pub(super) fn buckles(&self) -> bool {
+        let bends = |body: &Moving| body.elastic.as_ref().is_some_and(|elastic| elastic.bend.is_some());
+        self.gravity != Vector::zeros()
+            || !self.loads.is_empty()
+            || self.bodies.iter().any(bends)
+            || self.applied.iter().any(|force| *force != 0.0)
+    }
+
+    /// Whether the energy falls along some direction that the constraints allow.
+    pub(super) fn falls(&mut self, tangent: &mut Tangent) -> Result<bool> {
+        Ok(self.steepest(tangent, CLEARLY)?.is_some())
+    }
+
+    /// The direction in which the energy falls most, relative to the mass: the lowest frequency's, by inverse iteration on what the
+    /// constraints allow; none where it falls in none.
+    fn steepest(&mut self, tangent: &mut Tangent, below: f64) -> Result<Option<Vec<f64>>> {
+        let highest = self.highest();
+        let mut shift = LEAST * highest;
+        while !tangent.factor(self, Part::Whole, shift)? {
+            shift *= 10.0;
+            if shift > LARGEST * highest {
+                return Ok(None);
+            }
+        }
+        // A start with all frequencies in it, the same every time.
+        let n = tangent.unknowns();
+        let mut x: Vec<f64> =
+            (0..n).map(|i| 1.0 + ((i * 7 + 3) % 11) as f64 / 11.0 - 2.0 * (i % 2) as f64).collect();
+        let (mut weighed, mut lowest) = (Vec::new(), f64::NAN);
+        for _ in 0..SEARCHES {
+            tangent.weigh(&self.bodies, &x, &mut weighed);
+            let size = dot(&x, &weighed).max(0.0).sqrt();
+            if !(size > 0.0 && size.is_finite()) {
+                return Ok(None);
+            }
+            x.iter_mut().zip(&mut weighed).for_each(|(x, w)| (*x, *w) = (*x / size, *w / size));
+            let mut next = weighed.clone();
+            let mut none = vec![0.0; self.desk.gap.len()];
+            tangent.solve(&mut next, &mut none);
+            lowest = 1.0 / dot(&next, &weighed) - shift;
+            x = next;
+        }
+        Ok((lowest < below * highest).then_some(x))
+    }
+
+    /// On a saddle: along the direction in which the energy falls most, as far as it does. Whether there is one.
+    pub(super) fn leave_saddle(
+        &mut self,
+        tangent: &mut Tangent,
+        left: &[f64],
+        start: &mut Start,
+        below: f64,
+    ) -> Result<bool> {
+        let Some(mut x) = self.steepest(tangent, below)? else { return Ok(false) };
+        let n = tangent.unknowns();
+        if dot(&x, left) < 0.0 {
+            x.iter_mut().for_each(|v| *v = -*v);
+        }
+        let most = x[..n - self.desk.parameters].iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        if most <= 0.0 {
+            return Ok(false);
+        }
+        start.remember(self);
+        let (before, made_of) = self.potential();
+        let mut best: Option<(f64, f64)> = None;
+        let mut by = 1e-3 * self.size / most;
+        for _ in 0..40 {
+            self.go(tangent, &x, by);
+            for _ in 0..MEET {
+                self.recollect()?;
+                let mut back = vec![0.0; n];
+                let mut asked: Vec<f64> = self.desk.gap.iter().map(|gap| -gap).collect();
+                tangent.solve(&mut back, &mut asked);
+                self.go(tangent, &back, 1.0);
+            }
+            self.recollect()?;
+            let (now, sizes) = self.potential();
+            let met = self.desk.gap.iter().all(|gap| gap.abs() <= 1e-6 * self.size);
+            let falls = met && now < before - 10.0 * ROUNDING * (made_of + sizes);
+            // Shorter until it falls, then longer as long as it falls more.
+            match best {
+                None if falls => best = Some((by, now)),
+                None => {}
+                Some((_, least)) if falls && now < least => best = Some((by, now)),
+                Some((last, least)) => {
+                    start.back(self);
+                    if least > before - DOWN * made_of {
+                        break;
+                    }
+                    self.go(tangent, &x, last);
+                    return Ok(true);
+                }
+            }
+            start.back(self);
+            by *= if best.is_some() { 2.0 } else { 0.5 };
+        }
+        self.recollect()?;
+        Ok(false)
+    }
+}
