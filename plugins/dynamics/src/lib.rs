@@ -52,6 +52,7 @@ mod setup;
 mod simulation;
 mod stability;
 mod stiffness;
+mod strain;
 
 pub use body::{Body, Material};
 pub use constraint::{

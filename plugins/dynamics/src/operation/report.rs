@@ -41,8 +41,12 @@ pub(super) fn report(
         notes.push(format!("constraints drifted by {:.2e} at most", simulation.worst_error()));
     }
     let way = |stretch: f64| if stretch < 0.0 { "compressed" } else { "stretched" };
-    let end = simulation.stretch(0)?;
-    let told = format!("at the end it is {} by {:.2} %", way(end), 100.0 * end.abs());
+    let end = simulation.largest_stretch(0)?;
+    let told = format!(
+        "at the end it is {} by {:.2} % where it is most, whichever way",
+        way(end),
+        100.0 * end.abs()
+    );
     let most = if stretch.abs() > end.abs() { stretch } else { end };
     notes.push(match simulation.sub_steps() {
         0 => told,

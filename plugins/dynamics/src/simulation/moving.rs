@@ -15,6 +15,8 @@ pub(crate) struct Moving {
     /// A shape whose control vertices are velocities.
     pub(crate) velocity: Box<dyn Shape>,
     pub(crate) start: usize,
+    /// Its control vertices at the start.
+    pub(crate) first: Vec<Point>,
     pub(crate) elastic: Option<Elastic>,
     pub(crate) mass: Option<Mass>,
     pub(crate) highest: f64,
@@ -47,7 +49,8 @@ impl Moving {
                 vertex.coords = *v;
             }
         }
-        Ok(Self { body, velocity, start, elastic, mass, highest })
+        let first = body.shape.control_vertices().to_vec();
+        Ok(Self { body, velocity, start, first, elastic, mass, highest })
     }
 
     pub(crate) fn count(&self) -> usize {
