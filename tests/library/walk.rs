@@ -926,7 +926,7 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
     let after = walk.run(&[("c", "curve", &curve)], "simulate", fields)?;
     let after = &object(&after, "c")["curve"];
     let error = apart(curve_point(after, at), curve_point(&curve, at));
-    assert!(error <= 1e-6 * size, "{error:e} at {at}\n{curve}");
+    assert!(error <= 1e-12 * size, "{error:e} at {at}\n{curve}");
     // Its weight is lower: heights by the mass of a piece of it, that of its length at the start.
     let places: Vec<f64> = (0..=400).map(|k| a + (b - a) * f64::from(k) / 400.0).collect();
     let height = |of: &Value| -> f64 {
@@ -939,7 +939,6 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
     let (was, is) = (height(&curve), height(after));
     assert!(is < was, "{is:e} {was:e} of {curve}");
     let was = numbers_of(&curve["points"]);
-    println!("MEASURED walk held {:e}", error / size);
     // Held by nothing and without any air, all of it falls alike, by two implicit steps of an eighth of a second: g (1 + 2) / 64.
     let fields = json!({
         "scheme": "implicit", "seconds": 0.25, "frames_per_second": 8, "gravity": [0, 0, -size], "mass": 1, "stiffness": 40.0 * size * size,
@@ -949,10 +948,7 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
     let fallen = numbers_of(&object(&fallen, "c")["curve"]["points"]);
     for (k, (now, was)) in fallen.iter().zip(&was).enumerate() {
         let wanted = if k % 3 == 2 { was - 3.0 / 64.0 * size } else { *was };
-        if (now - wanted).abs() > 1e-12 * size {
-            println!("MEASURED walk free {:e}", (now - wanted).abs() / size);
-        }
-        assert!((now - wanted).abs() <= 1e-6 * size, "{now} for {wanted} at {k} of {curve}");
+        assert!((now - wanted).abs() <= 1e-8 * size, "{now} for {wanted} at {k} of {curve}");
     }
     Ok(())
 }

@@ -106,7 +106,7 @@ fn locations_on_sheets_have_both_parameters() {
     let report = run(
         &mut scene,
         json!({ "object": "rope", "seconds": 0.25, "scheme": "implicit", "constraints": [
-            { "kind": "tied", "near": 4, "other": "sheet", "other_near": [1.5, 1.5], "name": "bead" },
+            { "kind": "tied", "at": 4, "other": "sheet", "other_near": [1.5, 1.5], "name": "bead" },
         ] }),
     )
     .unwrap();
