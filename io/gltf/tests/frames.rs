@@ -610,8 +610,9 @@ fn the_base_of_all_that_moves_is_the_shape_itself() {
         mesh.normals = Layer::per_point(vec![Vector::z(); 16]);
         Geometry::from(mesh.moved(net(bend)).unwrap())
     };
-    let kinds: [(&dyn Fn(f64) -> Geometry, &dyn Fn(f64) -> Vec<Point>); 3] =
-        [(&curve, &line), (&sheet, &net), (&mesh, &net)];
+    type Made<'a> = &'a dyn Fn(f64) -> Geometry;
+    type Points<'a> = &'a dyn Fn(f64) -> Vec<Point>;
+    let kinds: [(Made<'_>, Points<'_>); 3] = [(&curve, &line), (&sheet, &net), (&mesh, &net)];
     for (number, (made, points)) in kinds.into_iter().enumerate() {
         // It is its last frame; none of them; the first.
         for own in [1.0, 2.0, 0.0] {
@@ -774,7 +775,7 @@ fn normals_turn_with_the_faces_of_each_frame() {
         }
     }
     let mut mesh = Mesh::new(turned_sheet(0.0).0, &faces).unwrap();
-    mesh.normals = Layer::per_corner(vec![loftsman_kernel::Vector::z()], vec![0; 64]);
+    mesh.normals = Layer::per_corner(vec![Vector::z()], vec![0; 64]);
     // Every face has a corner of the texture of its own: most points are doubled.
     mesh.uvs = Layer::per_corner(
         (0..64).map(|k| [f64::from(k) / 64.0, 0.25 * f64::from(k % 4)]).collect(),

@@ -17,7 +17,7 @@ fn scene() -> Scene {
     add("ring", Curve::circle(p(3.0, 0.0, 0.0), Vector::y(), 1.0).unwrap().into());
     add(
         "helix",
-        Curve::bezier((0..5).map(|k| f64::from(k)).map(|t| p(t.cos(), t.sin(), t)).collect()).unwrap().into(),
+        Curve::bezier((0..5).map(f64::from).map(|t| p(t.cos(), t.sin(), t)).collect()).unwrap().into(),
     );
     let bent = vec![p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(1.0, 1.0, 0.0)];
     add("bent", Curve::new(Space::clamped(1, &[0.0, 1.0, 2.0]).unwrap(), bent).unwrap().into());

@@ -206,7 +206,7 @@ mod tests {
         let rope = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
         for rests in [true, false] {
             let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
-            let settled = Settled { residual: 2.5e-3, way: 0.1, steps: 2000, rests };
+            let settled = Settled { residual: 2.5e-3, way: 0.1, steps: 2000, rests, stable: Some(rests) };
             let report =
                 report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
             let StepReport { notes, warnings, iterations, steps, .. } = report.unwrap();
