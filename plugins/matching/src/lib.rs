@@ -30,6 +30,24 @@
 //! assert!(apart.distance < 1e-12 && apart.angle < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! An edge on a curve:
+//!
+//! ```
+//! use loftsman_kernel::edit::{Ask, Edit};
+//! use loftsman_kernel::functional::Edge;
+//! use loftsman_kernel::spline::{Curve, Space, Surface};
+//! use loftsman_kernel::Point;
+//! use loftsman_matching::edge_on;
+//!
+//! let space = Space::clamped_uniform(3, 5)?;
+//! let points = (0..25).map(|k| Point::new((k / 5) as f64, (k % 5) as f64, 0.0)).collect();
+//! let sheet = Surface::new(space.clone(), space.clone(), points)?;
+//! let rail = Curve::new(space, (0..5).map(|k| Point::new(4.0, k as f64, (k % 2) as f64)).collect())?;
+//! let edited = Edit::new(&sheet).with(Box::new(rail.clone())).ask(edge_on(Edge::UEnd, 1).hold()).solve()?;
+//! assert!((edited.shape().point(1.0, 0.3)? - rail.point(0.3)?).norm() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod beside;
 mod contact;
