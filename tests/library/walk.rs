@@ -948,7 +948,8 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
     let fallen = numbers_of(&object(&fallen, "c")["curve"]["points"]);
     for (k, (now, was)) in fallen.iter().zip(&was).enumerate() {
         let wanted = if k % 3 == 2 { was - 3.0 / 64.0 * size } else { *was };
-        assert!((now - wanted).abs() <= 1e-8 * size, "{now} for {wanted} at {k} of {curve}");
+        // To rounding of the mass matrix, whose condition in degree 7 is some hundred millions.
+        assert!((now - wanted).abs() <= 1e-7 * size, "{now} for {wanted} at {k} of {curve}");
     }
     Ok(())
 }

@@ -36,8 +36,8 @@ fn what_encloses_nothing_is_told_with_what_to_do() {
     let nothing = json!({});
     let keep = |kind: &str| json!([{ "kind": kind, "keep": true }]);
     let cases: Vec<(&str, Value, &Value, &[&str])> = vec![
-        ("open", keep("area"), &nothing, &[CONSTRAINT, "the end of \"open\" is 7.071e-1 away", "close it"]),
-        ("bent", keep("area"), &nothing, &[CONSTRAINT, "\"bent\"", "not planar", "8.427e-1", "\"normal\""]),
+        ("open", keep("area"), &nothing, &[CONSTRAINT, "the end of \"open\" is 0.7071 away", "close it"]),
+        ("bent", keep("area"), &nothing, &[CONSTRAINT, "\"bent\"", "not planar", "0.8427", "\"normal\""]),
         ("flat", keep("area"), &nothing, &[CONSTRAINT, "\"flat\"", "encloses no area", "give it some first"]),
         (
             "rib",
@@ -45,7 +45,7 @@ fn what_encloses_nothing_is_told_with_what_to_do() {
             &nothing,
             &[CONSTRAINT, "\"rib\"", "area is zero", "is the normal right?"],
         ),
-        ("sail", keep("volume"), &nothing, &[CONSTRAINT, "\"sail\"", "open", "1.225e0 away", "close it"]),
+        ("sail", keep("volume"), &nothing, &[CONSTRAINT, "\"sail\"", "open", "1.225 away", "close it"]),
         ("sail", keep("area"), &nothing, &[CONSTRAINT, "\"sail\" is a surface", "ask for its volume"]),
         ("rib", keep("volume"), &nothing, &[CONSTRAINT, "\"rib\" is a curve", "ask for its area"]),
         ("panel", keep("volume"), &nothing, &["\"panel\" is a mesh", "fit"]),

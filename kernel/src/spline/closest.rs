@@ -14,7 +14,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::piece::{bezier, bezier_patch, halves, halves_of_rows};
-use super::{Curve, Surface, binomial};
+use super::{Curve, Space, Surface, binomial};
 use crate::error::{Error, Result};
 use crate::{Point, Vector};
 
@@ -86,7 +86,7 @@ impl Curve {
             let (bound, far) =
                 box_distance((span - p..=span).map(|k| self.points()[space.vertex(k)] - point));
             size = size.max(far);
-            let u = (space.flat()[span], space.flat()[span + 1]);
+            let u = (space.flat()[span], end_of(space, span));
             pieces.push(Piece { bound, order: span, u, v: u, net: Vec::new(), spans: (span, 0) });
         }
         let mut best = Best::new(space.domain().0, size);
@@ -190,7 +190,7 @@ impl Surface {
                 let block = (i - p..=i).flat_map(|r| (j - q..=j).map(move |c| (r, c)));
                 let (bound, far) = box_distance(block.map(|(r, c)| self.points()[index(r, c)] - point));
                 size = size.max(far);
-                let (u, v) = ((su.flat()[i], su.flat()[i + 1]), (sv.flat()[j], sv.flat()[j + 1]));
+                let (u, v) = ((su.flat()[i], end_of(su, i)), (sv.flat()[j], end_of(sv, j)));
                 pieces.push(Piece { bound, order: pieces.len(), u, v, net: Vec::new(), spans: (i, j) });
             }
         }
@@ -304,6 +304,14 @@ impl Surface {
         }
         Ok(at)
     }
+}
+
+/// Where a span ends. Where the shape is torn there, its value at the knot is that of what follows: the number before the knot
+/// stands for the end of this span.
+fn end_of(space: &Space, span: usize) -> f64 {
+    let end = space.flat()[span + 1];
+    let inside = space.is_periodic() || end < space.domain().1;
+    if inside && space.multiplicity(end) > space.degree() { end.next_down() } else { end }
 }
 
 /// The best point so far.
@@ -455,7 +463,6 @@ fn sign_changes(coefficients: &[f64]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Space;
     use super::*;
 
     fn noise(state: &mut u32) -> f64 {
@@ -535,6 +542,24 @@ mod tests {
             assert!((found.at - u).abs() < 1e-7 && found.distance < 1e-12, "{found:?}");
         }
         assert!(arc.closest(Point::new(f64::NAN, 0.0, 0.0)).is_err());
+    }
+
+    /// The ends of pieces on both sides of a tear are there to be found.
+    #[test]
+    fn the_ends_before_a_tear_are_points_of_the_shape() {
+        let space = Space::open(1, vec![0.0, 0.0, 1.0, 1.0, 2.0, 2.0]).unwrap();
+        let points = [[0.0, 0.0], [1.0, 0.0], [5.0, 5.0], [6.0, 5.0]].map(|[x, y]| Point::new(x, y, 0.0));
+        let torn = Curve::new(space.clone(), points.to_vec()).unwrap();
+        for (query, end, distance) in [([1.25, 0.0], [1.0, 0.0], 0.25), ([4.0, 5.0], [5.0, 5.0], 1.0)] {
+            let found = torn.closest(Point::new(query[0], query[1], 0.0)).unwrap();
+            assert!((found.distance - distance).abs() < 1e-15, "{found:?}");
+            assert!((found.point - Point::new(end[0], end[1], 0.0)).norm() < 1e-15, "{found:?}");
+            assert!((torn.point(found.at).unwrap() - found.point).norm() < 1e-15, "its place is that point");
+        }
+        let net = points.iter().flat_map(|p| [*p, p + Vector::z()]).collect();
+        let sheet = Surface::new(space, Space::clamped_uniform(1, 2).unwrap(), net).unwrap();
+        let found = sheet.closest(Point::new(1.25, 0.0, 0.5)).unwrap();
+        assert!((found.distance - 0.25).abs() < 1e-15, "{found:?}");
     }
 
     #[test]

@@ -375,7 +375,7 @@ fn with_a_tolerance_what_is_left_is_measured() {
             }
             Err(error) => {
                 assert!(
-                    left > 0.0497 && error.to_string().contains("more than its tolerance of 5e-2"),
+                    left > 0.0497 && error.to_string().contains("more than its tolerance of 0.05"),
                     "{seed}: {left}, {error}"
                 );
             }

@@ -45,7 +45,7 @@
 //! let sheet = Surface::new(space.clone(), space.clone(), points)?;
 //! let rail = Curve::new(space, (0..5).map(|k| Point::new(4.0, k as f64, (k % 2) as f64)).collect())?;
 //! let edited = Edit::new(&sheet).with(Box::new(rail.clone())).ask(edge_on(Edge::UEnd, 1).hold()).solve()?;
-//! assert!((edited.shape().point(1.0, 0.3)? - rail.point(0.3)?).norm() < 1e-12);
+//! assert!((edited.shape().point(2.0, 0.3)? - rail.point(0.3)?).norm() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -375,7 +375,7 @@ pub(crate) const LIMITS: [Field; 3] = [
     ),
     Field::optional(
         "curvature",
-        "percent",
+        "number (percent)",
         "5",
         "the largest difference of curvatures across, of the largest there, with continuity 2",
     ),

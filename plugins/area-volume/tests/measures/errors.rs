@@ -26,7 +26,7 @@ fn named(name: &str) -> On {
 fn what_cannot_be_asked_of_a_shape_says_so() {
     let mut open = pebble();
     open.control_vertices_mut()[0].y += 0.125;
-    refuses(&area().on(named("rib")), &[&open], &["\"rib\"", "open", "1.250e-1", "close it"]);
+    refuses(&area().on(named("rib")), &[&open], &["\"rib\"", "open", "0.125", "close it"]);
     let mut bent = oval();
     bent.control_vertices_mut()[3].z += 0.5;
     refuses(&area().on(named("rib")), &[&bent], &["\"rib\"", "not planar", "normal"]);

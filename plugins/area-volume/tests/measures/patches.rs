@@ -94,7 +94,7 @@ fn a_tin_with_lids_of_other_degrees_and_knots() {
     let tin = [wall, bottom, top];
     assert!((enclosed(&tin) / (2.0 * PI) - 1.0).abs() < 1e-12, "{}", enclosed(&tin));
     // Open: the lid is missing, and that is said with the name of what is there.
-    refused(&tin[..2], &["the boundary is open", "2.000e0", "the shape"]);
+    refused(&tin[..2], &["the boundary is open", "2 away", "the shape"]);
 }
 
 /// A ring of control vertices, turned by so many of them, at a height.

@@ -98,7 +98,7 @@ fn what_cannot_be_names_the_place_and_the_object() {
         }
     };
     let place = "step[0].constraints[0]";
-    refused("torn", json!({ "kind": "area", "keep": true }), &[place, "\"torn\"", "open", "5.000e-1"]);
+    refused("torn", json!({ "kind": "area", "keep": true }), &[place, "\"torn\"", "open", "0.5 away"]);
     refused("hull", json!({ "kind": "area", "keep": true }), &[place, "\"hull\"", "surface-area"]);
     refused("section", json!({ "kind": "volume", "keep": true }), &[place, "\"section\"", "curve"]);
     refused("section", json!({ "kind": "area", "to": -2 }), &["\"section\"", "same sign"]);

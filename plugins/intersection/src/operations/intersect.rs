@@ -52,7 +52,10 @@ impl Operation for Intersect {
         let with = parameters.text_or("with", object)?;
         let name = base_name(parameters, object, "meetings")?;
         let options = Options { tolerance: tolerance(parameters)? };
-        let (first, second) = (scene.object(object)?, scene.object(with)?);
+        let found = |field: &str, name: &str| {
+            scene.object(name).map_err(|e| parameters.error(field, e.to_string()))
+        };
+        let (first, second) = (found("object", object)?, found("with", with)?);
         if first.parent != second.parent || first.transform != second.transform {
             return Err(parameters
                 .error("with", format!("\"{with}\" is placed otherwise than \"{object}\": give both the same parent and transform"))
