@@ -298,3 +298,53 @@ fn a_ring_found_by_chance() {
         assert!(off(&ring, &found.curves, away) <= 1e-5, "{found:?}");
     }
 }
+
+/// Near to where nothing is left, what is left is short: it is found whole, or refused, and never handed out in pieces.
+#[test]
+fn polygons_near_their_inradius_stay_closed_or_are_refused() {
+    let polygon = |corners: &[[f64; 2]]| {
+        let points: Vec<Point> =
+            corners.iter().chain(&corners[..1]).map(|c| Point::new(c[0], c[1], 0.0)).collect();
+        let count = points.len();
+        Curve::new(Space::clamped_uniform(1, count).unwrap(), points).unwrap()
+    };
+    let box_of = polygon(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]);
+    let (mut made, mut refused) = (0, 0);
+    for below in [1e-1, 1e-2, 5e-4, 1e-4, 3e-5, 1e-5] {
+        match offset(&box_of, below - 0.5, &OffsetOptions::default()) {
+            Ok(found) => {
+                let length: f64 = found.curves.iter().map(|c| c.length(1e-12).unwrap().value).sum();
+                // A box of 1 + 2 below by 2 below.
+                assert!((length - 2.0 - 8.0 * below).abs() < 1e-5, "{below:e}: {length}");
+                for curve in &found.curves {
+                    assert_eq!(curve.points().first(), curve.points().last(), "{below:e}: open");
+                }
+                made += 1;
+            }
+            Err(error) => {
+                let text = error.to_string();
+                assert!(text.contains("too short") || text.contains("shorter than the tolerance"), "{text}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(made >= 4 && refused <= 2, "{made} {refused}");
+    // The offset of a chamfer is short as well.
+    for short in [1e-2, 1e-3, 1e-4] {
+        let c = short + 2.0 - f64::sqrt(2.0);
+        let chamfered = polygon(&[[c, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [0.0, c]]);
+        let found = offset(&chamfered, -1.0, &OffsetOptions::default()).unwrap();
+        let length = found.curves[0].length(1e-12).unwrap().value;
+        let wanted = 2.0 * 8.0 + 2.0 * (8.0 - short) + short * f64::sqrt(2.0);
+        assert!(
+            found.curves.len() == 1 && (length - wanted).abs() < 1e-4,
+            "{short}: {length} and not {wanted}"
+        );
+    }
+    // Of a circle moved to its centre nothing is left, which is no object without a name.
+    let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    for by in [-1.0, -0.999_999_9] {
+        let error = offset(&circle, by, &OffsetOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("nothing of the curve"), "{error}");
+    }
+}

@@ -41,7 +41,8 @@ pub(crate) struct Rest {
 }
 
 /// Gauss points with the rows of first derivatives. With `p` points a span for degree `p`, squares of derivatives are exact; where a span has
-/// more than its share of vertices (Bézier chains, few spans), one more in each direction from degree 3 on, or what the points do not see would stretch.
+/// more than its share of vertices (Bézier chains, few spans), one more from degree 3 on, or what the points do not see would stretch; on
+/// surfaces one more in each direction always.
 #[derive(Debug, Clone)]
 pub(crate) struct Points {
     pub(crate) directions: usize,
@@ -80,11 +81,12 @@ impl Points {
         let mut least = (f64::INFINITY, None);
         let (mut speeds, mut weights) = (0.0, 0.0);
         let cells = cells_of(shape, "a simulation")?.checked(shape)?;
-        let more = if is_loose(vertices.len(), cells.len(), directions) { MORE } else { 0 };
+        let loose = is_loose(vertices.len(), cells.len(), directions);
         for cell in cells {
             let count = |k: usize| {
                 let degree = cell.sides.get(k).map_or(0, |side| side.degree);
-                let more = if degree < 3 { 0 } else { more };
+                // With fewer a sheet has ways to stretch that cost nothing, most of them in degree 1: all of its cells are seen in full.
+                let more = if directions == 2 || degree >= 3 && loose { MORE } else { 0 };
                 let full = if cell.rational { degree + 4 } else { degree.max(1) + more };
                 full.min(enough(&cell, k))
             };

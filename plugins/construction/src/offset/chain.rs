@@ -1,5 +1,6 @@
 //! What is kept, put together: where one element goes over into the next, and where two cross.
 
+use loftsman_kernel::Point;
 use loftsman_kernel::error::Result;
 use loftsman_kernel::spline::Curve;
 
@@ -10,6 +11,8 @@ use super::keep::Interval;
 /// A piece of the offset: its intervals, and the curve that they became.
 pub(super) struct Chain {
     pub(super) curve: Curve,
+    /// Whether it goes round.
+    pub(super) closed: bool,
     /// Its intervals, each with the parameters of the curve that it has become.
     pub(super) parts: Vec<(Interval, (f64, f64))>,
 }
@@ -158,6 +161,12 @@ fn assembled(
     }
     curve = curve.remove_knots(0.0)?.shape;
     curve = curve.remove_knots(fit)?.shape;
+    // What ends where it starts goes round, however it was put together.
+    let gap = |points: &[Point]| match points {
+        [first, .., last] => (last - first).norm(),
+        _ => f64::INFINITY,
+    };
+    let closed = closed || job.plane.closed && parts.len() > 1 && gap(curve.points()) <= job.snap();
     if closed {
         let (space, mut points, weights) = curve.into_parts();
         if let [first, .., last] = &mut points[..] {
@@ -168,7 +177,7 @@ fn assembled(
             curve = curve.to_periodic(0.1 * job.tolerance)?.shape;
         }
     }
-    Ok(Some(Chain { curve, parts: placed }))
+    Ok(Some(Chain { curve, closed, parts: placed }))
 }
 
 /// All curves as one, two by two, so that each is copied a few times only.

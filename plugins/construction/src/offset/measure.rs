@@ -2,12 +2,50 @@
 
 use loftsman_kernel::error::Result;
 
-use super::Job;
 use super::chain::Chain;
 use super::element::Element;
+use super::{Corners, Job};
 
 /// Places of a span, and of a part that is kept.
 const PLACES: usize = 8;
+
+/// Whether everything that ends should end there. The offset of a piece is cut where another piece comes as near as the distance: where it
+/// comes so on the side that is offset, its own offset begins there, and what is put together goes on. (On the other side, as where the curve
+/// crosses itself, nothing does.)
+pub(super) fn complete(job: &Job<'_>, elements: &[Element], chains: &[Chain]) -> Result<bool> {
+    if job.corners == Corners::Open {
+        return Ok(true);
+    }
+    let ends = job.curve.domain();
+    let own_ends = [job.curve.point(ends.0)?, job.curve.point(ends.1)?];
+    for chain in chains.iter().filter(|chain| !chain.closed) {
+        let (a, b) = chain.curve.domain();
+        for (t, part) in [(a, chain.parts.first()), (b, chain.parts.last())] {
+            let end = chain.curve.point(t)?;
+            let own = part.map_or([usize::MAX; 2], |(interval, _)| elements[interval.element].own());
+            // The ends of an open curve are ends of its offset.
+            let near =
+                |p: &loftsman_kernel::Point| (p - end).norm() <= job.distance.abs() + 10.0 * job.tolerance;
+            if !job.plane.closed && own_ends.iter().any(near) {
+                continue;
+            }
+            let reach = job.distance.abs() + job.tolerance;
+            for (_, piece) in job.around.pieces.iter().enumerate().filter(|(k, _)| !own.contains(k)) {
+                let found = piece.closest(end)?;
+                let (c, d) = piece.domain();
+                let inside = found.at > c && found.at < d;
+                if found.distance <= reach && inside {
+                    let along = piece.derivative(found.at, 1)?;
+                    let side = along.cross(&job.plane.normal) * job.distance;
+                    if side.dot(&(end - found.point)) > 0.0 {
+                        return Ok(false);
+                    }
+                }
+            }
+        }
+    }
+    Ok(true)
+}
 
 /// The largest difference between the distance of a place of the offset from the curve and the one asked for, and the largest distance of
 /// a place that should be passed from the offset. Tips of sharp corners may be further away than asked for.

@@ -99,33 +99,62 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }
     let around = around::Around::new(curve, 1e-14 * size)?;
     let job = Job { curve, around, plane, distance, tolerance, size, corners: options.corners };
-    let mut last = 0.0;
-    for round in 0..3 {
-        let (elements, blunted) = elements(&job)?;
+    let (elements, blunted) = elements(&job)?;
+    let mut missed = Missed::Nothing;
+    for round in 0..ROUNDS {
         let kept = keep::kept(&job, &elements, round)?;
-        if kept.intervals.is_empty() {
-            let reach = keep::reach(&job, &elements)?;
-            return Err(Error::Invalid(format!(
-                "nothing of the curve is {} away on that side: something is up to about {}",
-                Figure(distance.abs()),
-                crate::fields::figure(0.999 * reach)
-            )));
-        }
         let cut = kept.cut;
-        let chains = chain::chains(&job, &elements, kept.intervals, round)?;
+        let chains = if kept.intervals.is_empty() {
+            Vec::new()
+        } else {
+            chain::chains(&job, &elements, kept.intervals, round)?
+        };
+        // What is left may be too short to be seen by wider steps.
+        if chains.is_empty() {
+            continue;
+        }
+        if !measure::complete(&job, &elements, &chains)? {
+            missed = Missed::Parts;
+            continue;
+        }
         let deviation = measure::deviation(&job, &elements, &chains)?;
         if deviation <= tolerance {
             let curves = chains.into_iter().map(|c| c.curve).collect();
             return Ok(Offset { curves, deviation, tolerance, cut, blunted });
         }
-        last = deviation;
+        missed = Missed::Place(deviation);
     }
-    Err(Error::Invalid(format!(
-        "the offset at {} misses its place by {} where {} is allowed: give a larger tolerance, or split the curve",
-        Figure(distance),
-        crate::fields::figure(last),
-        Figure(tolerance)
-    )))
+    Err(Error::Invalid(match missed {
+        Missed::Nothing => format!(
+            "nothing of the curve is {} away on that side: something is up to about {}, but for what is shorter than the tolerance of {}",
+            Figure(distance.abs()),
+            crate::fields::figure(0.999 * keep::reach(&job, &elements)?),
+            crate::fields::figure(tolerance)
+        ),
+        Missed::Parts => format!(
+            "what is left at {} is in parts too short to be followed: give a smaller tolerance, or another distance",
+            Figure(distance)
+        ),
+        Missed::Place(by) => format!(
+            "the offset at {} misses its place by {} where {} is allowed: give a larger tolerance, or split the curve",
+            Figure(distance),
+            crate::fields::figure(by),
+            crate::fields::figure(tolerance)
+        ),
+    }))
+}
+
+/// So often are the steps along the curve made shorter, four times each.
+const ROUNDS: u32 = 5;
+
+/// Why an offset is not handed out.
+enum Missed {
+    /// Nothing was found.
+    Nothing,
+    /// It ends where it should go on.
+    Parts,
+    /// It is so far from where it should be.
+    Place(f64),
 }
 
 /// What is to be done, checked.

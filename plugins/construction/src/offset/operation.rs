@@ -1,6 +1,5 @@
 //! The operation `offset`.
 
-use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
@@ -87,7 +86,7 @@ impl Operation for OffsetOf {
         let mut notes = vec![format!(
             "{} from where it should be at most, measured both ways; {} were allowed",
             figure(made_of.deviation),
-            Figure(made_of.tolerance)
+            figure(made_of.tolerance)
         )];
         if made_of.cut > 0 {
             let parts = if made_of.cut == 1 { "part was" } else { "parts were" };

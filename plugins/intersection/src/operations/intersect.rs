@@ -52,9 +52,8 @@ impl Operation for Intersect {
         let with = parameters.text_or("with", object)?;
         let name = base_name(parameters, object, "meetings")?;
         let options = Options { tolerance: tolerance(parameters)? };
-        let found = |field: &str, name: &str| {
-            scene.object(name).map_err(|e| parameters.error(field, e.to_string()))
-        };
+        let found =
+            |field: &str, name: &str| scene.object(name).map_err(|e| parameters.error(field, e.to_string()));
         let (first, second) = (found("object", object)?, found("with", with)?);
         if first.parent != second.parent || first.transform != second.transform {
             return Err(parameters
