@@ -377,7 +377,8 @@ pub(crate) const LIMITS: [Field; 3] = [
         "curvature",
         "number (percent)",
         "5",
-        "the largest difference of curvatures across, of the largest there, with continuity 2",
+        "with continuity 2, the largest difference of curvatures in the direction in which the surface leaves the edge, of the largest there \
+         or of 1/size of the edge",
     ),
 ];
 

@@ -140,6 +140,8 @@ struct Asked {
 /// What became of it.
 struct Made {
     edited: Edited<Surface>,
+    /// Whether corners could not be kept away.
+    cornered: bool,
     before: Deviation,
     after: Deviation,
     /// Control vertices along the edge, before and after.
@@ -221,14 +223,21 @@ impl Asked {
             let count = start.space(along).len();
             context.observer.proceed("match", count as u64, MOST as u64)?;
             let asked = self.matching(lax).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
-            let mut edit = Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?);
-            if let Some(name) = &self.other.name {
-                edit = edit.named(1, name.clone());
-            }
-            if self.bend {
-                edit = edit.metric(Metric::Bend);
-            }
-            let edited = edit.ask(asked.clone().hold()).solve()?;
+            let edit = |smooth: u8| -> Result<_, OperationError> {
+                let mut edit = Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?);
+                if let Some(name) = &self.other.name {
+                    edit = edit.named(1, name.clone());
+                }
+                if self.bend {
+                    edit = edit.metric(Metric::Bend);
+                }
+                Ok(edit.smooth(smooth).ask(asked.clone().hold()).solve())
+            };
+            // Where the other edge has corners that the surface has not, they appear.
+            let (edited, cornered) = match edit(1)? {
+                Ok(edited) => (edited, false),
+                Err(_) => (edit(0)??, true),
+            };
             let profile = asked.profile(&Shapes::new([edited.shape() as &dyn Shape, other]))?;
             let worst = profile.iter().fold(Deviation::default(), |all, (_, one)| all.or_worse(*one));
             if worst.within(self.continuity, distance, &self.limits) {
@@ -242,6 +251,7 @@ impl Asked {
                     across: [count(surface, across), count(&start, across)],
                     degrees: [degrees(surface), degrees(&start)],
                     edited,
+                    cornered,
                 });
             }
             let excess = worst.excess(self.continuity, distance, &self.limits);
@@ -387,6 +397,9 @@ impl Made {
                     if old == new { String::new() } else { format!(", of degree {new} instead of {old}") };
                 notes.push(format!("{after} control vertices {what} the edge instead of {before}{degree}"));
             }
+        }
+        if self.cornered {
+            notes.push("the other edge has corners, which appear here as well".into());
         }
         notes.extend(report.notes.iter().cloned());
         StepReport {
