@@ -948,7 +948,7 @@ fn simulate(walk: &mut Walk<'_>) -> Outcome {
     let fallen = numbers_of(&object(&fallen, "c")["curve"]["points"]);
     for (k, (now, was)) in fallen.iter().zip(&was).enumerate() {
         let wanted = if k % 3 == 2 { was - 3.0 / 64.0 * size } else { *was };
-        // To rounding of the mass matrix, whose condition in degree 7 is some hundred millions.
+        // To rounding of the mass matrix: its condition is 1e14 for eight vertices of degree 7 without clamped ends, and what was seen 1.4e-8.
         assert!((now - wanted).abs() <= 1e-7 * size, "{now} for {wanted} at {k} of {curve}");
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use loftsman_kernel::edit::{Ask, Edit, Edited, Metric};
+use loftsman_kernel::edit::{Ask, Edit, EditError, Edited, Metric};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Edge, On, Shapes};
 use loftsman_kernel::plugin::{
@@ -11,6 +11,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
+use loftsman_kernel::solve::SolveError;
 use loftsman_kernel::spline::{Direction, Surface};
 use loftsman_kernel::text::a;
 use loftsman_kernel::topology::EdgeCurve;
@@ -106,7 +107,7 @@ impl Operation for MatchOperation {
             return Err(p.error("object", problem).into());
         }
         let mut names = SceneShapes::new(scene, &object)?;
-        let asked = Asked::new(p, &with, &mut names, &beside)?;
+        let asked = Asked::new(p, &with, &mut names)?;
         let SeenShapes { names, shapes, frames } = names.into_parts()?;
         let [first, second] = &shapes[..] else {
             return Err(Error::Invalid("two surfaces are needed".into()).into());
@@ -153,14 +154,8 @@ struct Made {
 }
 
 impl Asked {
-    fn new(
-        p: &Parameters,
-        with: &Parameters,
-        names: &mut SceneShapes<'_>,
-        beside: &str,
-    ) -> Result<Self, OperationError> {
+    fn new(p: &Parameters, with: &Parameters, names: &mut SceneShapes<'_>) -> Result<Self, OperationError> {
         let other = crate::edge_on::named(with, "object", names)?;
-        debug_assert_eq!(other.name.as_deref(), Some(beside));
         let continuity = continuity(p)?;
         let keep = if !p.has("keep") {
             Some(continuity)
@@ -233,10 +228,13 @@ impl Asked {
                 }
                 Ok(edit.smooth(smooth).ask(asked.clone().hold()).solve())
             };
-            // Where the other edge has corners that the surface has not, they appear.
+            // Where the other edge has corners that the surface has not, the two conflict: there they appear.
             let (edited, cornered) = match edit(1)? {
                 Ok(edited) => (edited, false),
-                Err(_) => (edit(0)??, true),
+                Err(EditError::Solve(SolveError::Conflict { .. } | SolveError::NearConflict { .. })) => {
+                    (edit(0)??, true)
+                }
+                Err(error) => return Err(error.into()),
             };
             let profile = asked.profile(&Shapes::new([edited.shape() as &dyn Shape, other]))?;
             let worst = profile.iter().fold(Deviation::default(), |all, (_, one)| all.or_worse(*one));
@@ -399,7 +397,8 @@ impl Made {
             }
         }
         if self.cornered {
-            notes.push("the other edge has corners, which appear here as well".into());
+            let why = "meeting the other edge and staying smooth at all knots conflict";
+            notes.push(format!("{why}: corners may appear, as where that edge has some"));
         }
         notes.extend(report.notes.iter().cloned());
         StepReport {

@@ -197,3 +197,28 @@ fn what_cannot_be_is_said() {
     let refused = run(&mut folded, fields).unwrap_err();
     assert!(refused.contains("folded back"), "{refused}");
 }
+
+/// Corners of the other edge are met, and said; those that nobody asks for are not made.
+#[test]
+fn an_edge_with_corners_is_met_with_corners() {
+    let sheet = |x: f64, lift: f64| {
+        let (u, v) = (
+            Space::clamped_uniform(2, 5).unwrap(),
+            Space::open(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0]).unwrap(),
+        );
+        let columns = v.len();
+        let at = |k: usize| {
+            let (i, j) = (k / columns, k % columns);
+            Point::new(x + i as f64, j as f64, if j == columns / 2 { lift } else { 0.0 })
+        };
+        Surface::new(u, v, (0..5 * columns).map(at).collect()).unwrap()
+    };
+    for (lift, cornered) in [(1.0, true), (0.0, false)] {
+        let mut both = scene(&sheet(0.0, lift), &sheet(5.0, 0.0));
+        let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" }, "continuity": 0 });
+        let notes = run(&mut both, fields).unwrap();
+        assert_eq!(notes.iter().any(|note| note.contains("corners may appear")), cornered, "{notes:?}");
+        let [position, ..] = measured(both.surface("deck").unwrap(), &sheet(0.0, lift), Direction::U);
+        assert!(position < 1e-12, "{lift}: {position}");
+    }
+}
