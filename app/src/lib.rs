@@ -86,6 +86,7 @@ pub use loftsman_fitting as fitting;
 pub use loftsman_gltf as gltf;
 pub use loftsman_intersection as intersection;
 pub use loftsman_kernel as kernel;
+pub use loftsman_kernel::nalgebra;
 pub use loftsman_matching as matching;
 pub use loftsman_native as native;
 pub use loftsman_obj as obj;

@@ -19,6 +19,8 @@ pub const FIELDS: &[Field] = &[];
 pub struct Look {
     /// Marks of what was asked.
     pub marks: bool,
+    /// Whether the points are shown that something was fitted to.
+    pub points: bool,
 }
 
 impl Look {

@@ -42,6 +42,7 @@ pub const FIELDS: &[Field] = &[
     ),
     Field::optional("columns", "count", "by number and shape", "panels in a row"),
     Field::optional("before", "true | false", "true", "show each object as it was, lighter"),
+    Field::optional("points", "true | false", "true", "the points that curves and surfaces were fitted to"),
     Field::optional(
         "frames",
         "true | false | count",
@@ -53,7 +54,7 @@ pub const FIELDS: &[Field] = &[
         "combs",
         "true | false | scale",
         "false",
-        "curvature combs; a tooth is scale · curvature long",
+        "curvature combs, of surfaces on some lines of equal parameter; a tooth is scale · curvature long",
     ),
     Field::optional("knots", "true | false | count", "false", "beads at knots, or so many in each span"),
     Field::optional("polygons", "true | false", "true", "control polygons and nets"),
@@ -128,6 +129,8 @@ pub struct Look {
     pub columns: Option<usize>,
     /// Whether the state before is shown.
     pub before: bool,
+    /// Whether the points are shown that something was fitted to.
+    pub points: bool,
     /// Whether and how frames of animations are shown.
     pub frames: Frames,
     /// The moment of its animations that is shown, in seconds; as objects are if `None`.
@@ -172,6 +175,7 @@ impl Default for Look {
             panels: Vec::new(),
             columns: None,
             before: true,
+            points: true,
             frames: Frames::Off,
             moment: None,
             combs: Combs::Off,
@@ -234,6 +238,7 @@ impl Look {
             panels,
             columns: if fields.has("columns") { Some(fields.count("columns")?) } else { None },
             before: flag("before", usual.before)?,
+            points: flag("points", usual.points)?,
             frames,
             moment: None,
             combs,
@@ -260,31 +265,34 @@ impl Look {
         Self { moment: Some(seconds), ..self }
     }
 
-    /// What is not drawn: objects on hidden layers, and what was asked for of some objects that are shown, since combs, beads
-    /// and alternating segments are of curves only.
+    /// What is not drawn: objects on hidden layers, and what was asked for of some objects that are shown, since beads and
+    /// alternating segments are of curves only, and combs of curves and surfaces.
     pub fn unmet(&self, scene: &Scene) -> Vec<String> {
         let panels = self.shown();
         let shown = |name: &str| panels.iter().any(|panel| panel.is_drawing() && panel.shows(name));
         let hidden = scene.hidden_layers();
-        let others: Vec<String> = scene
-            .objects()
-            .iter()
-            .filter(|o| {
-                let passed =
-                    matches!(o.geometry(), Geometry::Curve(_) | Geometry::Group | Geometry::Instance(_));
-                !passed && shown(o.name()) && !hidden.hides(o)
-            })
-            .map(|o| format!("\"{}\" ({})", o.name(), o.geometry().kind()))
-            .collect();
-        let (few, more) = others.split_at(others.len().min(5));
-        let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+        let without = |of_surfaces: bool| -> Option<String> {
+            let has = |geometry: &Geometry| match geometry {
+                Geometry::Curve(_) | Geometry::Group | Geometry::Instance(_) => true,
+                Geometry::Surface(_) | Geometry::Trimmed(_) => of_surfaces,
+                _ => false,
+            };
+            let others = scene.objects().iter();
+            let others = others.filter(|o| !has(o.geometry()) && shown(o.name()) && !hidden.hides(o));
+            let others: Vec<String> =
+                others.map(|o| format!("\"{}\" ({})", o.name(), o.geometry().kind())).collect();
+            let (few, more) = others.split_at(others.len().min(5));
+            let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+            (!few.is_empty()).then(|| format!("{}{more}", few.join(", ")))
+        };
         let asked = [
-            (self.combs != Combs::Off, "curvature combs"),
-            (self.beads != Beads::Off, "beads at knots"),
-            (self.segments, "alternating segments"),
+            (self.combs != Combs::Off, "curvature combs are of curves and surfaces", true),
+            (self.beads != Beads::Off, "beads at knots are of curves", false),
+            (self.segments, "alternating segments are of curves", false),
         ];
-        let asked = asked.iter().filter(|(asked, _)| *asked && !few.is_empty());
-        let asked = asked.map(|(_, what)| format!("{what} are of curves: none for {}{more}", few.join(", ")));
+        let asked = asked.iter().filter(|(asked, ..)| *asked);
+        let asked =
+            asked.filter_map(|(_, what, surfaces)| Some(format!("{what}: none for {}", without(*surfaces)?)));
         let count = scene.hidden_count();
         let unseen = (count > 0).then(|| match count {
             1 => "one object is on a hidden layer: it is not drawn".to_owned(),
@@ -470,11 +478,8 @@ mod tests {
         let said = |table: Value| look(table).unwrap().unmet(&scene).join("\n");
         assert_eq!(said(json!({})), "");
         let combs = said(json!({ "combs": true }));
-        assert!(
-            combs.contains("combs") && combs.contains("\"s\" (surface)") && combs.contains("\"p\""),
-            "{combs}"
-        );
-        assert!(!combs.contains("\"c\""), "{combs}");
+        assert!(combs.contains("combs") && combs.contains("\"p\" (cloud)"), "{combs}");
+        assert!(!combs.contains("\"c\"") && !combs.contains("\"s\""), "{combs}");
         assert_eq!(said(json!({ "combs": 0.5, "objects": ["c"] })), "");
         assert_eq!(
             said(

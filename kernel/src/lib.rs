@@ -34,6 +34,8 @@ pub mod topology;
 mod unit;
 
 pub use error::{Error, Result};
+/// The crate of points, vectors and matrices here: who uses this one has the version that fits.
+pub use nalgebra;
 pub use scene::{connection, placement};
 
 /// A position in space. A planar shape has `z = 0`.

@@ -5,8 +5,8 @@ mod run;
 use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, FormatDeclaration, Observer, ParameterError, Parameters, ReadOptions, Registry,
-    UnitRule, UpChoice, WriteOptions, Written,
+    Chord, Fate, Fineness, Format, FormatDeclaration, Observer, ParameterError, Parameters, ReadOptions,
+    Registry, UnitRule, UpChoice, WriteOptions, Written,
 };
 use loftsman_kernel::scene::{Unit, Up};
 use serde_json::{Map, Value};
@@ -29,10 +29,12 @@ pub struct Conversion {
     pub up: UpChoice,
     /// The up axis of the input, whatever its format says.
     pub from_up: Option<Up>,
-    /// How fine splines are tessellated where the output cannot hold them.
-    pub fineness: Fineness,
-    /// Whether that was asked for; where nothing is tessellated then, that is said.
-    pub fineness_asked: bool,
+    /// How near splines are tessellated where the output cannot hold them, and the largest angle between neighbouring segments in
+    /// radians; what is not asked for is what the output's format [has](Format::fineness). Where one is asked for and nothing is
+    /// tessellated, that is said.
+    pub chord: Option<Chord>,
+    /// The angle.
+    pub angle: Option<f64>,
     /// Options of the input's format.
     pub read: Map<String, Value>,
     /// Options of output formats, by the format's name.
@@ -58,8 +60,7 @@ impl Conversion {
                 Some(number) => number.to_string(),
                 None => fields.text("tolerance")?.to_owned(),
             };
-            conversion.fineness.chord = chord(&text).map_err(|e| fields.error("tolerance", e))?;
-            conversion.fineness_asked = true;
+            conversion.chord = Some(chord(&text).map_err(|e| fields.error("tolerance", e))?);
         }
         if fields.has("read") {
             conversion.read = map(&fields.table("read")?);
@@ -76,7 +77,8 @@ impl Conversion {
     /// What to say where fineness was asked for and nothing of what was written needed it.
     pub fn idle_fineness<'w>(&self, written: impl IntoIterator<Item = &'w Written>) -> Option<String> {
         let fine = |w: &Written| w.tolerance.is_some() || w.error.is_some() || w.fate == Fate::Approximated;
-        let idle = self.fineness_asked && !written.into_iter().any(fine);
+        let asked = self.chord.is_some() || self.angle.is_some();
+        let idle = asked && !written.into_iter().any(fine);
         idle.then(|| {
             "nothing was tessellated, so that the tolerance or angle asked for changes nothing".to_owned()
         })
@@ -119,13 +121,21 @@ impl Conversion {
         ReadOptions { unit: self.from_unit.or(assumed), up: self.from_up, own, ..ReadOptions::default() }
     }
 
-    /// How to write, in the format of the name `output`, what came from an input of the format `input`, if from any.
-    pub fn write_options(&self, input: Option<&FormatDeclaration>, output: &str) -> WriteOptions<'static> {
+    /// How to write, in the format `output`, what came from an input of the format `input`, if from any.
+    pub fn write_options(
+        &self,
+        input: Option<&FormatDeclaration>,
+        output: &dyn Format,
+    ) -> WriteOptions<'static> {
+        let name = output.declaration().name;
+        let usual = output.fineness();
+        let fineness =
+            Fineness { chord: self.chord.unwrap_or(usual.chord), angle: self.angle.unwrap_or(usual.angle) };
         let has_none = input.is_some_and(|format| format.holds.unit == UnitRule::None);
         let unit = if has_none && self.from_unit.is_none() { None } else { self.unit };
         let none = Map::new();
-        let own = parameters(self.write.get(output).unwrap_or(&none), format!("write.{output}"));
-        WriteOptions { unit, up: self.up, fineness: self.fineness, own, ..WriteOptions::default() }
+        let own = parameters(self.write.get(name).unwrap_or(&none), format!("write.{name}"));
+        WriteOptions { unit, up: self.up, fineness, own, ..WriteOptions::default() }
     }
 }
 
@@ -184,19 +194,31 @@ pub fn chord(text: &str) -> Result<Chord, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use loftsman_kernel::plugin::Format;
 
     #[test]
     fn the_unit_is_the_inputs_where_its_format_has_none() {
         let (obj, gltf) = (&loftsman_obj::Obj.declaration(), &loftsman_gltf::Gltf.declaration());
         let mm = Conversion { unit: Some(Unit::Millimetre), ..Conversion::default() };
         assert_eq!(mm.read_options(obj).unit, Some(Unit::Millimetre));
-        assert_eq!(mm.write_options(Some(obj), "gltf").unit, None);
+        assert_eq!(mm.write_options(Some(obj), &loftsman_gltf::Gltf).unit, None);
         assert_eq!(mm.read_options(gltf).unit, None);
-        assert_eq!(mm.write_options(Some(gltf), "obj").unit, Some(Unit::Millimetre));
+        assert_eq!(mm.write_options(Some(gltf), &loftsman_obj::Obj).unit, Some(Unit::Millimetre));
         let both = Conversion { from_unit: Some(Unit::Inch), ..mm };
         assert_eq!(both.read_options(obj).unit, Some(Unit::Inch));
-        assert_eq!(both.write_options(Some(obj), "gltf").unit, Some(Unit::Millimetre));
+        assert_eq!(both.write_options(Some(obj), &loftsman_gltf::Gltf).unit, Some(Unit::Millimetre));
+    }
+
+    #[test]
+    fn what_is_not_asked_of_fineness_is_the_formats_own() {
+        let of = |asked: &Conversion, output: &dyn Format| asked.write_options(None, output).fineness;
+        let nothing = Conversion::default();
+        assert_eq!(of(&nothing, &loftsman_gltf::Gltf).chord, Chord::Relative(1e-4));
+        assert_eq!(of(&nothing, &loftsman_obj::Obj), Fineness::default());
+        let angle = Conversion { angle: Some(0.1), ..Conversion::default() };
+        let fine = of(&angle, &loftsman_gltf::Gltf);
+        assert_eq!((fine.chord, fine.angle), (Chord::Relative(1e-4), 0.1));
+        let chord = Conversion { chord: Some(Chord::Absolute(0.5)), ..Conversion::default() };
+        assert_eq!(of(&chord, &loftsman_gltf::Gltf).chord, Chord::Absolute(0.5));
     }
 
     #[test]

@@ -155,7 +155,7 @@ impl Converter<'_> {
         from: &FormatDeclaration,
         name: &str,
     ) -> Result<(Memory, WriteReport)> {
-        let asked = self.conversion.write_options(Some(from), self.format.declaration().name);
+        let asked = self.conversion.write_options(Some(from), self.format);
         let options = WriteOptions { observer: self.observer, pictures: Some(input), ..asked };
         output::encode(scene, name, self.format, &options, self.registry)
     }

@@ -12,10 +12,13 @@ pub mod sequence;
 
 use std::path::Path;
 
+#[cfg(doc)]
+use loftsman_kernel::plugin::Format;
 use loftsman_kernel::plugin::{ReadOptions, ReadReport, Registry, WriteOptions, WriteReport};
 use loftsman_kernel::scene::Scene;
 
 pub use input::{Content, Input};
+use output::format_for;
 pub use output::{Outputs, Produced};
 pub use sequence::Sequence;
 
@@ -53,13 +56,15 @@ pub fn read_with(
 }
 
 /// Writes a scene to a file, in the format of its extension. The file appears whole or not at all; an existing
-/// one survives a failure. Splines that the format cannot hold are tessellated to a thousandth of their size. The report
-/// says how each object went out.
+/// one survives a failure. Splines that the format cannot hold are tessellated as finely as it [has](Format::fineness) them by
+/// itself. The report says how each object went out.
 ///
 /// # Errors
 /// When the format is unknown or cannot hold the scene, or the file cannot be written.
 pub fn write(scene: &Scene, path: impl AsRef<Path>) -> Result<WriteReport> {
-    write_with(scene, path, &WriteOptions::default(), crate::registry())
+    let (path, registry) = (path.as_ref(), crate::registry());
+    let fineness = format_for(path, registry)?.fineness();
+    write_with(scene, path, &WriteOptions { fineness, ..WriteOptions::default() }, registry)
 }
 
 /// As [`write`](fn@write), with options and a registry of one's own. Where the options name no tessellator, the registry's

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::convert::{self, Conversion, UPS};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
-use loftsman_kernel::plugin::{Chord, Fineness, Format, FormatDeclaration, Registry, UpChoice, nearest};
+use loftsman_kernel::plugin::{Chord, Format, FormatDeclaration, Registry, UpChoice, nearest};
 use loftsman_kernel::scene::{Unit, Up};
 use serde_json::{Map, Value};
 
@@ -101,7 +101,7 @@ pub(crate) struct ConvertArgs {
 #[derive(Debug, Args)]
 pub(crate) struct ConversionArgs {
     /// Chord tolerance where splines must be tessellated: a length in the scene's unit (0.01) or a part of each
-    /// shape's diagonal (0.1%; of surfaces that share edges: of all of them together).
+    /// shape's diagonal (0.1%; of surfaces that share edges: of all of them together) [default: 0.1%; for glTF 0.01%]
     #[arg(long, value_name = "T", value_parser = convert::chord)]
     tolerance: Option<Chord>,
     /// Largest angle between neighbouring segments of a tessellation, in degrees [default: 15].
@@ -138,7 +138,6 @@ impl ConversionArgs {
     /// # Errors
     /// When meshes alone are asked for, which the format cannot leave to itself, and for an option that it does not have.
     pub(crate) fn conversion(&self, output: &dyn Format, registry: &Registry) -> Result<Conversion, Usage> {
-        let usual = Fineness::default();
         let mut write: Map<String, Value> = self.write.iter().cloned().collect();
         if self.meshes_only {
             let declaration = output.declaration();
@@ -157,11 +156,8 @@ impl ConversionArgs {
             from_unit: self.from_unit,
             up: self.up.unwrap_or_default(),
             from_up: self.from_up,
-            fineness: Fineness {
-                chord: self.tolerance.unwrap_or(usual.chord),
-                angle: self.angle.unwrap_or(usual.angle),
-            },
-            fineness_asked: self.tolerance.is_some() || self.angle.is_some(),
+            chord: self.tolerance,
+            angle: self.angle,
             read: self.read.iter().cloned().collect(),
             write: BTreeMap::from([(output.declaration().name.to_owned(), write)]),
         })

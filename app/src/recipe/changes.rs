@@ -5,8 +5,9 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use loftsman_kernel::Point;
+use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{ChangeKind, Measured, ObjectChange, StepReport};
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Surface};
 
 use crate::measures::Measures;
@@ -39,6 +40,26 @@ impl Before {
     pub(super) fn of(scene: &Scene) -> Self {
         let objects = scene.objects().iter();
         Self(objects.map(|o| (o.name().to_owned(), Arc::clone(o.shared_geometry()))).collect())
+    }
+
+    /// The points that have become a curve or a surface in the step, each list as a cloud beside the object.
+    pub(super) fn fitted(&self, scene: &Scene) -> Vec<Object> {
+        let points = |object: &Object| match (self.0.get(object.name()).map(Arc::as_ref), object.geometry()) {
+            (
+                Some(before @ (Geometry::Cloud(_) | Geometry::Polyline(_))),
+                Geometry::Curve(_) | Geometry::Surface(_),
+            ) => Some(before.points().to_vec()),
+            _ => None,
+        };
+        let beside = |object: &Object| {
+            let cloud = Cloud { points: points(object)? };
+            let mut beside = Object::new(format!("points of {}", object.name()), cloud.into());
+            beside.parent.clone_from(&object.parent);
+            beside.layer.clone_from(&object.layer);
+            beside.transform = object.transform;
+            Some(beside)
+        };
+        scene.objects().iter().filter_map(beside).collect()
     }
 
     /// Says in a step's report what is not as it was.

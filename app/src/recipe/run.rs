@@ -1,10 +1,11 @@
 //! Running a recipe: read, apply every step, write everything or nothing.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use loftsman_kernel::plugin::{
-    Clock, Context, FormatDeclaration, Mark, NoClock, Observer, OperationError, Parameters, Quiet, Registry,
-    Source, StepReport, WriteOptions, hint,
+    Chord, Clock, Context, FormatDeclaration, Mark, NoClock, Observer, OperationError, Parameters, Quiet,
+    Registry, Source, StepReport, WriteOptions, hint,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use serde_json::Value;
@@ -49,12 +50,26 @@ pub struct Applied {
     pub marks: Vec<Mark>,
     /// How many marks have no place any more.
     pub lost_marks: usize,
+    /// The points that objects were fitted to, which the scene no longer has; a picture may show them.
+    pub fitted: Vec<Object>,
     /// The format of the input, and the file, for its pictures.
     format: Option<FormatDeclaration>,
     source: Option<Input>,
 }
 
 impl Applied {
+    /// The scene as a picture shows it: with the points that objects of it were fitted to, where these are wanted.
+    fn drawn(&self, points: bool) -> Result<Cow<'_, Scene>> {
+        let mut drawn = Cow::Borrowed(&self.scene);
+        for object in self.fitted.iter().filter(|_| points) {
+            let drawn = drawn.to_mut();
+            let mut object = object.renamed(drawn.unique_name(object.name()));
+            object.parent = object.parent.filter(|parent| drawn.get(parent).is_some());
+            drawn.add(object)?;
+        }
+        Ok(drawn)
+    }
+
     /// No steps yet.
     fn new(inputs: Inputs) -> Self {
         let Inputs { scene, first, more, format, source } = inputs;
@@ -66,10 +81,21 @@ impl Applied {
             steps: Vec::new(),
             marks: Vec::new(),
             lost_marks: 0,
+            fitted: Vec::new(),
             format,
             source,
         }
     }
+}
+
+/// The usual chord, or a tenth of the smallest distance that a step keeps a shape `within`, where that is less: how far the
+/// shape went could not be seen otherwise. Not below a millionth of the scene's size.
+fn no_coarser(usual: Chord, recipe: &Recipe, scene: &Scene) -> Chord {
+    let Chord::Relative(share) = usual else { return usual };
+    let bounds = recipe.steps.iter().filter_map(|step| step.get("within")?.as_f64());
+    let bound = bounds.filter(|bound| *bound > 0.0).fold(f64::INFINITY, f64::min) / 10.0;
+    let size = scene.bounds().map_or(0.0, |(low, high)| (high - low).norm());
+    if bound < share * size { Chord::Absolute(bound.max(1e-6 * size)) } else { usual }
 }
 
 impl<'a> Runner<'a> {
@@ -126,6 +152,7 @@ impl<'a> Runner<'a> {
             }
         }
         let applied = self.apply(recipe)?;
+        let drawn = applied.drawn(recipe.look.points)?;
         let mut reports = Vec::with_capacity(files.len());
         let mut counts = Vec::with_capacity(files.len());
         for file in &files {
@@ -146,22 +173,25 @@ impl<'a> Runner<'a> {
                 let none = std::collections::BTreeMap::new;
                 if let Some(sequence) = &sequence {
                     let look = &recipe.look;
-                    let notes = sequence.each(&applied.scene, self.observer, |file, moment| {
+                    let notes = sequence.each(&drawn, self.observer, |file, moment| {
                         let look = look.clone().at(moment);
-                        let (bytes, undrawn) = picture::draw(file, &look, &applied.scene, None, &[])?;
+                        let (bytes, undrawn) = picture::draw(file, &look, &drawn, None, &[])?;
                         outputs.add(file, bytes, none())?;
                         Ok(undrawn)
                     })?;
                     count = notes.len();
                     report.notes.extend(notes.into_iter().next().unwrap_or_default());
                 } else {
-                    let (bytes, undrawn) = picture::draw(file, &recipe.look, &applied.scene, before, marks)?;
+                    let (bytes, undrawn) = picture::draw(file, &recipe.look, &drawn, before, marks)?;
                     report.notes.extend(undrawn);
                     outputs.add(file, bytes, none())?;
                 }
             } else {
-                let output = format_for(file, self.registry)?.declaration().name;
-                let asked = recipe.conversion.write_options(applied.format.as_ref(), output);
+                let output = format_for(file, self.registry)?;
+                let mut asked = recipe.conversion.write_options(applied.format.as_ref(), output.as_ref());
+                if recipe.conversion.chord.is_none() {
+                    asked.fineness.chord = no_coarser(asked.fineness.chord, recipe, &applied.scene);
+                }
                 let pictures = applied.source.as_ref().map(|source| source as &dyn Source);
                 let options = WriteOptions { observer: self.observer, pictures, ..asked };
                 let mut written;
@@ -243,6 +273,7 @@ impl<'a> Runner<'a> {
                 report.op.clone_from(op);
             }
             before.drop_stale(&mut applied.scene, &mut report)?;
+            applied.fitted.extend(geometry.fitted(&applied.scene));
             geometry.tell(&applied.scene, &mut known, &mut report);
             if applied.scene.unit == Unit::Unknown && (report.area.is_some() || report.volume.is_some()) {
                 let what = "areas and volumes are of the file's numbers; give the recipe a `unit`";

@@ -64,8 +64,8 @@ mod words;
 mod write;
 
 use loftsman_kernel::plugin::{
-    Confidence, Field, Format, FormatDeclaration, FormatError, Holds, MeshPart, Outgoing, Parameters,
-    ReadOptions, ReadReport, Sink, Source, UnitRule, WriteReport,
+    Chord, Confidence, Field, Fineness, Format, FormatDeclaration, FormatError, Holds, MeshPart, Outgoing,
+    Parameters, ReadOptions, ReadReport, Sink, Source, UnitRule, WriteReport,
 };
 use loftsman_kernel::scene::{Scene, Unit, Up};
 use loftsman_kernel::text;
@@ -114,6 +114,11 @@ impl Format for Gltf {
                 ..Holds::EVERYTHING
             },
         }
+    }
+
+    /// A ten-thousandth of the diagonal: its meshes are what is looked at.
+    fn fineness(&self) -> Fineness {
+        Fineness { chord: Chord::Relative(1e-4), ..Fineness::default() }
     }
 
     fn holds(&self, own: &Parameters) -> Result<Holds, FormatError> {

@@ -82,6 +82,7 @@ impl Format for Obj {
                 exact: &["curve", "surface", "trimmed", "mesh", "polyline", "cloud"],
                 tessellated: &["surface", "shape"],
                 meshes: &[MeshPart::Polygons, MeshPart::Corners, MeshPart::Groups, MeshPart::Smoothing],
+                colors: true,
                 materials: true,
                 connections: true,
                 statements: &["mtl "],

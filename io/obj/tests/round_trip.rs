@@ -144,7 +144,8 @@ fn up_unit_and_transforms_are_in_the_numbers_and_the_report_says_so() {
     let p = back.object("p").unwrap().geometry().points()[0];
     assert!((p - Point::new(0.002, 0.003, -0.002)).norm() < 1e-18);
     let notes = report.losses.join("; ");
-    assert!(notes.contains("baked") && notes.contains("hierarchy") && notes.contains("colour"));
+    assert!(notes.contains("baked") && notes.contains("hierarchy") && !notes.contains("colour"));
+    assert_eq!(back.object("p").unwrap().color, Some([1.0; 4]));
 }
 
 #[test]
@@ -391,14 +392,12 @@ fn what_obj_cannot_say_of_layers_and_units_is_said() {
     scene.layers.add(layer).unwrap();
     scene.object_mut("dot").unwrap().layer = Some("off".into());
     let (file, report) = write(&scene, &keep());
-    for words in [
-        "1 layer name(s)",
-        "1 object(s) are on hidden layers and go out as all others",
-        "1 colour(s) of layers",
-    ] {
+    for words in ["1 layer name(s)", "1 object(s) are on hidden layers and go out as all others"] {
         assert!(report.losses.iter().any(|note| note.contains(words)), "{words}: {:?}", report.losses);
     }
     let (back, _) = Obj.read(&file, &ReadOptions::default()).unwrap();
+    // The colour that the layer lent.
+    assert_eq!(back.object("dot").unwrap().color, Some([1.0, 0.0, 0.0, 1.0]));
     // The unit that a comment says.
     assert_eq!((back.unit, back.objects().len()), (scene.unit, 1));
     let text =

@@ -5,8 +5,10 @@
 use std::fmt::Write as _;
 
 use loftsman_kernel::Point;
+use loftsman_kernel::material::Material;
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Chord, Fineness, Format, Memory, ReadOptions, UpChoice, WriteOptions};
-use loftsman_kernel::scene::{Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{Geometry, Layer, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_obj::Obj;
 use loftsman_tessellation::Adaptive;
@@ -42,7 +44,7 @@ fn read(file: &Memory) -> Scene {
 fn same(a: &Scene, b: &Scene) {
     assert_eq!((a.unit, a.up, a.objects().len()), (b.unit, b.up, b.objects().len()));
     for (a, b) in a.objects().iter().zip(b.objects()) {
-        assert_eq!((a.name(), &a.materials), (b.name(), &b.materials));
+        assert_eq!((a.name(), &a.materials, a.color), (b.name(), &b.materials, b.color));
         assert_eq!(a.geometry(), b.geometry(), "{}", a.name());
         let bits = |o: &Object| -> Vec<u64> {
             o.geometry().points().iter().flat_map(|p| [p.x, p.y, p.z]).map(f64::to_bits).collect()
@@ -130,6 +132,57 @@ fn splines_of_every_degree_come_back_as_one_object_each_with_unit_axis_and_knots
             check(&spline_scene(seed, degree));
         }
     }
+}
+
+/// Colours of objects: their own, bright ones, one that others have too, none, one beside a material; and what a layer lends.
+#[test]
+fn colours_of_objects_come_back_to_the_bit_and_others_see_them_as_materials() {
+    let mut scene = spline_scene(1, 2);
+    let blue = [0.1, 1.0 / 3.0, 0.7, 1.0];
+    let colors = [Some(blue), None, Some([0.2, 0.4, 0.6, 0.5]), Some(blue), Some([2.0, -1.0, 0.5, 1.0])];
+    scene.materials.add(Material::new("color-1", [0.9, 0.0, 0.0, 1.0])).unwrap();
+    let add =
+        |scene: &mut Scene, name: &str, geometry: Geometry| scene.add(Object::new(name, geometry)).unwrap();
+    let points = vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(0.0, 1.0, 0.0)];
+    add(&mut scene, "face", Mesh::new(points.clone(), &[[0, 1, 2]]).unwrap().into());
+    add(&mut scene, "line", Polyline { points: points.clone(), closed: false }.into());
+    add(&mut scene, "dots", Cloud { points }.into());
+    let count = scene.objects().len();
+    for index in 0..count {
+        let name = scene.objects()[index].name().to_owned();
+        let object = scene.object_mut(&name).unwrap();
+        object.color = colors[index % colors.len()];
+        if index % 7 == 3 {
+            object.materials = vec!["color-1".into()];
+        }
+    }
+    check(&scene);
+    let file = written(&scene, &WriteOptions { up: UpChoice::Keep, ..WriteOptions::default() });
+    let library = String::from_utf8(file.siblings["s.mtl"].clone()).unwrap();
+    // The material keeps its name; a colour is one material, however many objects have it, and within what others read.
+    assert_eq!(library.matches("newmtl ").count(), 4, "{library}");
+    assert!(library.contains("newmtl color-1\nKd 0.9 0 0\n"), "{library}");
+    assert!(
+        library.contains("newmtl color-2\n# Loftsman color\nKd 1 0 0.5\n") || library.contains("Kd 1 0 0.5")
+    );
+    assert!(library.contains("d 0.5\n"), "{library}");
+    // Who makes more of such a colour in the library has a material.
+    let mut more = file.clone();
+    more.siblings.insert("s.mtl".into(), library.replace("d 0.5\n", "d 0.5\nillum 2\n").into_bytes());
+    let made = read(&more);
+    assert_eq!(made.materials.iter().count(), 2);
+
+    // What a layer lends is seen, and is the object's own from then on: the file has no layers.
+    let mut lent = Scene::new();
+    let line = Polyline { points: vec![Point::origin(), Point::new(1.0, 2.0, 3.0)], closed: false };
+    let mut object = Object::new("line", line.into());
+    object.layer = Some("frames".into());
+    lent.add(object).unwrap();
+    let mut layer = Layer::new("frames");
+    layer.color = Some(blue);
+    lent.layers.add(layer).unwrap();
+    let back = read(&written(&lent, &WriteOptions::default()));
+    assert_eq!((back.objects()[0].color, back.materials.iter().count()), (Some(blue), 0));
 }
 
 #[test]

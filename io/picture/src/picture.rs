@@ -137,7 +137,7 @@ impl<'a> Picture<'a> {
         self
     }
 
-    /// Curvature combs on curves.
+    /// Curvature combs on curves, and on some isoparametric lines of surfaces.
     #[must_use]
     pub fn combs(mut self, combs: Combs) -> Self {
         self.choices.combs = combs;

@@ -80,6 +80,12 @@ impl Theme {
     pub(crate) fn object(self, index: usize, own: Option<[f64; 4]>) -> Color {
         let Some(own) = own else {
             let color = PALETTE[index % PALETTE.len()];
+            // The next six are darker, six more lighter, before colours come again.
+            let color = match index / PALETTE.len() % 3 {
+                0 => color,
+                1 => color.mixed(Color([0; 3]), 0.4),
+                _ => color.mixed(Color([255; 3]), 0.4),
+            };
             // The palette is made for print; on a dark screen it needs more light.
             return if self == Self::Dark { color.mixed(self.ink(), 0.2) } else { color };
         };
@@ -97,6 +103,13 @@ impl Theme {
     /// The colour of an object's state before the step: the same, much lighter.
     pub(crate) fn old(self, color: Color) -> Color {
         color.mixed(Color([128, 128, 128]), 0.6).mixed(self.paper(), 0.45)
+    }
+
+    /// An earlier frame of what has a colour: of a `share` from 0 (the first) to 1 (the last), the paler the earlier. Dark paper
+    /// takes more of a line's light than white does.
+    pub(crate) fn frame(self, color: Color, share: f64) -> Color {
+        let first = if self == Self::Light { 0.82 } else { 0.62 };
+        color.mixed(self.paper(), first + (0.32 - first) * share.clamp(0.0, 1.0))
     }
 
     /// A face of a colour, lit with `light` from 0 (edge on) to 1 (facing the light).
@@ -123,5 +136,23 @@ mod tests {
         assert!(color.lightness() < 0.75, "{}", color.hex());
         assert_eq!(Theme::Light.object(0, Some([0.0, 0.0, 1.0, 1.0])).hex(), "#0000ff");
         assert_eq!(Theme::Light.object(0, Some([f64::NAN; 4])), Theme::Light.object(0, Some([0.0; 4])));
+    }
+
+    /// Of eighteen objects no two have one colour, and all are seen; frames stand off the paper, and from one another.
+    #[test]
+    fn many_objects_and_frames_are_told_apart_on_any_paper() {
+        let apart = |a: Color, b: Color| (0..3).map(|k| a.0[k].abs_diff(b.0[k])).max().unwrap_or(0);
+        for theme in [Theme::Light, Theme::Dark] {
+            let colors: Vec<Color> = (0..18).map(|k| theme.object(k, None)).collect();
+            for (k, a) in colors.iter().enumerate() {
+                assert!(colors[..k].iter().all(|b| apart(*a, *b) >= 20), "{theme:?} {k}");
+                assert!(apart(*a, theme.paper()) >= 60, "{theme:?} {k} {}", a.hex());
+            }
+            for color in &colors[..6] {
+                let frames: Vec<Color> = (0..6).map(|k| theme.frame(*color, f64::from(k) / 5.0)).collect();
+                assert!(apart(frames[0], theme.paper()) >= 30, "{theme:?} {}", frames[0].hex());
+                assert!(frames.windows(2).all(|w| apart(w[0], w[1]) >= 8), "{theme:?}");
+            }
+        }
     }
 }

@@ -7,6 +7,7 @@ mod at;
 mod checked;
 mod curvature;
 mod derivative;
+mod evaluate;
 mod jet;
 mod join;
 mod linear;
@@ -31,6 +32,7 @@ pub(crate) use checked::equations_of;
 pub use checked::{linearize_of, rows_of, value_of};
 pub use curvature::{Curvature, curvature};
 pub use derivative::{DerivativeAt, derivative};
+pub use evaluate::{Evaluate, Numbers};
 pub use join::{Edge, Join, Place, join};
 pub use linear::{Linear, linear};
 pub use magnitude::{Magnitude, magnitude};
@@ -237,6 +239,13 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// Why no control vertex may have any influence on it though all may move, and what to do; `None` (the default) where that does
     /// not happen by itself.
     fn powerless(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// What keeps a value like `wanted` out of reach of shapes like these, and what would have to give way: a curve is no shorter than
+    /// its ends are apart. For the message of an edit that failed; `None` (the default) where nothing is known.
+    fn out_of_reach(&self, shapes: &Shapes<'_>, wanted: &[f64]) -> Option<String> {
+        let _ = (shapes, wanted);
         None
     }
 

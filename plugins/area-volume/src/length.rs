@@ -5,9 +5,10 @@ use std::sync::Arc;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::gram::gauss_legendre;
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Result, Vector};
 
 use crate::members::{Member, Members, OBJECT, OBJECTS, curve, name_of};
@@ -250,6 +251,22 @@ impl Functional for Length {
 
     fn describe(&self) -> String {
         format!("length{}", self.members)
+    }
+
+    fn out_of_reach(&self, shapes: &Shapes<'_>, wanted: &[f64]) -> Option<String> {
+        let [on] = &self.members.0[..] else { return None };
+        let own = curve(shapes, on, &self.describe(), "").ok()?;
+        let range = own.shape.domain().into_iter().next()?;
+        let at = |u: f64| own.shape.value(Location::Curve(u), Derivative::POSITION).ok();
+        let apart = (at(range.end)? - at(range.start)?).norm();
+        let short = wanted.first().is_some_and(|wanted| *wanted < apart);
+        short.then(|| {
+            format!(
+                "the ends of {} are {} apart: while both are held it cannot be shorter",
+                name_of(on),
+                figure(apart)
+            )
+        })
     }
 
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {

@@ -46,7 +46,7 @@ mod ties;
 mod volume;
 
 use loftsman_kernel::Result;
-use loftsman_kernel::functional::{Functional, Shapes};
+use loftsman_kernel::functional::Evaluate;
 use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::shape::Shape;
 
@@ -76,22 +76,18 @@ impl Plugin for AreaVolume {
     }
 }
 
-/// The area inside a closed planar curve, positive.
+/// The area inside a closed planar curve, positive: `area().evaluate(curve)`.
 ///
 /// # Errors
 /// When it is not closed or not planar, or encloses nothing.
 pub fn area_of(curve: &dyn Shape) -> Result<f64> {
-    let mut out = [0.0];
-    area().value(&Shapes::one(curve), &mut out)?;
-    Ok(out[0])
+    area().evaluate(curve)
 }
 
-/// The volume inside a closed surface, positive where its normals point outwards.
+/// The volume inside a closed surface, positive where its normals point outwards: `volume().evaluate(surface)`.
 ///
 /// # Errors
 /// When it is not closed, or encloses nothing.
 pub fn volume_of(surface: &dyn Shape) -> Result<f64> {
-    let mut out = [0.0];
-    volume().value(&Shapes::one(surface), &mut out)?;
-    Ok(out[0])
+    volume().evaluate(surface)
 }

@@ -45,7 +45,7 @@ impl Losses {
         let conversion =
             Conversion { write: BTreeMap::from([(to.to_owned(), options.clone())]), ..Conversion::default() };
         let tessellator = registry.tessellator();
-        let options = WriteOptions { tessellator, ..conversion.write_options(None, to) };
+        let options = WriteOptions { tessellator, ..conversion.write_options(None, format) };
         match format.losses(scene, &options) {
             Ok(losses) => Self { to, losses, refused: None },
             Err(error) => Self { to, losses: Vec::new(), refused: Some(error.problem) },

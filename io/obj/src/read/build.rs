@@ -22,6 +22,27 @@ use crate::text::show;
 /// The name of the material that faces before the first `usemtl` of an object have, where others follow.
 const DEFAULT: &str = "default";
 
+/// How an object looks: the names of its materials, or a colour of its own.
+#[derive(Debug, Default)]
+struct Dress {
+    materials: Vec<String>,
+    color: Option<[f64; 4]>,
+}
+
+impl Dress {
+    /// These materials, which are used then; where one of ours that only shows a colour is alone, that colour.
+    fn of(places: &[usize], materials: &Materials, used: &mut Vec<usize>) -> Self {
+        if let &[one] = places
+            && let Some(color) = materials.paint(one)
+        {
+            return Self { materials: Vec::new(), color: Some(color) };
+        }
+        used.extend(places);
+        let names = places.iter().map(|&at| materials.list[at].name().to_owned());
+        Self { materials: names.collect(), color: None }
+    }
+}
+
 /// The name of a file without folder and extension.
 fn stem(file: &str) -> Cow<'_, str> {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
@@ -80,12 +101,14 @@ impl Reader {
             let name = section.shown.and_then(|mark| names_of.remove(&mark)).unwrap_or(own);
             let is_named = !section.name.is_empty();
             let named = |e: loftsman_kernel::Error| FormatError::from(e).of(&name);
-            let mut add = |wanted: &str, geometry: Geometry, materials: Vec<String>| {
+            let own_color = section.color;
+            let mut add = |wanted: &str, geometry: Geometry, Dress { materials, color }: Dress| {
                 let unique = scene.unique_name(wanted);
                 // Named after the file, it has no name in it.
                 let said = if is_named || wanted != name { wanted } else { "" };
                 let mut object = Object::new(unique.clone(), geometry).labelled(said);
                 object.materials = materials;
+                object.color = own_color.or(color);
                 scene.add(object).map(|()| unique).map_err(named)
             };
             let mark = section.shows.filter(|mark| shown.contains(mark));
@@ -101,7 +124,7 @@ impl Reader {
                 }
             }
             if let Some(mesh) = faces {
-                let slots = self.slots(&section, &mut materials, &mut used_materials);
+                let dress = self.slots(&section, &mut materials, &mut used_materials);
                 // Lines of a mesh look as its first material does, and are in no group.
                 let other = section
                     .chain_looks
@@ -110,22 +133,22 @@ impl Reader {
                 self.leave_out("materials of lines beside faces of another", other.count());
                 let grouped = section.chain_looks.iter().filter(|l| l.group.is_some()).count();
                 self.leave_out("groups of lines beside faces", grouped);
-                add(&name, mesh.into(), slots)?;
+                add(&name, mesh.into(), dress)?;
             }
             for (pair, look) in section.chain_starts.windows(2).zip(&section.chain_looks) {
                 let chain = &section.chains[pair[0]..pair[1]];
                 let geometry = self.polyline(chain, &mut uses).map_err(named)?;
-                let (wanted, slots) =
+                let (wanted, dress) =
                     self.name_and_materials(look, &section.name, &name, &mut materials, &mut used_materials);
-                add(&wanted, geometry, slots)?;
+                add(&wanted, geometry, dress)?;
             }
             let ends = section.dot_looks.iter().skip(1).map(|(at, _)| *at).chain([section.dots.len()]);
             let runs = section.dot_looks.iter().zip(ends).filter(|((start, _), end)| start < end);
             for ((start, look), end) in runs {
                 let geometry = self.cloud(&section.dots[*start..end], &mut uses).map_err(named)?;
-                let (wanted, slots) =
+                let (wanted, dress) =
                     self.name_and_materials(look, &section.name, &name, &mut materials, &mut used_materials);
-                add(&wanted, geometry, slots)?;
+                add(&wanted, geometry, dress)?;
             }
             for element in section.elements {
                 let geometry = match element.shape {
@@ -134,9 +157,8 @@ impl Reader {
                     Shape::Trimmed(trimmed) => trimmed.into(),
                 };
                 let material = element.material.map(|m| materials.place(&self.materials.list[m]));
-                used_materials.extend(material);
-                let slots = material.map(|m| materials.list[m].name().to_owned()).into_iter().collect();
-                let unique = add(element.name.as_deref().unwrap_or(&name), geometry, slots)?;
+                let dress = Dress::of(material.as_slice(), &materials, &mut used_materials);
+                let unique = add(element.name.as_deref().unwrap_or(&name), geometry, dress)?;
                 surfaces.extend(element.surface.map(|number| (number, unique)));
             }
         }
@@ -151,7 +173,8 @@ impl Reader {
         self.connect(&surfaces, scene);
         used_materials.sort_unstable();
         used_materials.dedup();
-        let all = materials.list.len();
+        let all = (0..materials.list.len()).filter(|&at| materials.paint(at).is_none()).count();
+        let used = used_materials.iter().filter(|&&at| materials.paint(at).is_none()).count();
         for (at, mut material) in materials.list.into_iter().enumerate() {
             if used_materials.binary_search(&at).is_err() {
                 continue;
@@ -165,7 +188,7 @@ impl Reader {
             }
             scene.materials.add(material)?;
         }
-        self.leave_out("materials that nothing in the scene uses", all - used_materials.len());
+        self.leave_out("materials that nothing in the scene uses", all - used);
         for (reason, count) in materials.left_out {
             self.leave_out(&reason, count);
         }
@@ -226,32 +249,30 @@ impl Reader {
         name: &str,
         materials: &mut Materials,
         used: &mut Vec<usize>,
-    ) -> (String, Vec<String>) {
+    ) -> (String, Dress) {
         let place = look.material.map(|m| materials.place(&self.materials.list[m]));
-        used.extend(place);
-        let slots = place.map(|m| materials.list[m].name().to_owned()).into_iter().collect();
+        let dress = Dress::of(place.as_slice(), materials, used);
         match look.group {
-            Some(group) if section.is_empty() => (self.groups.list[group].clone(), slots),
+            Some(group) if section.is_empty() => (self.groups.list[group].clone(), dress),
             Some(_) => {
                 self.leave_out("groups of lines and points that have a name already", 1);
-                (name.to_owned(), slots)
+                (name.to_owned(), dress)
             }
-            None => (name.to_owned(), slots),
+            None => (name.to_owned(), dress),
         }
     }
 
-    /// The names of a section's materials, slot by slot; none where no face has one.
-    fn slots(&self, section: &Section, materials: &mut Materials, used: &mut Vec<usize>) -> Vec<String> {
+    /// A section's materials, slot by slot; none where no face has one.
+    fn slots(&self, section: &Section, materials: &mut Materials, used: &mut Vec<usize>) -> Dress {
         if section.slots.iter().all(Option::is_none) {
-            return Vec::new();
+            return Dress::default();
         }
         let name = |slot: &Option<usize>| match slot {
             Some(material) => self.materials.list[*material].as_str(),
             None => DEFAULT,
         };
         let places: Vec<usize> = section.slots.iter().map(|slot| materials.place(name(slot))).collect();
-        used.extend(&places);
-        places.iter().map(|&at| materials.list[at].name().to_owned()).collect()
+        Dress::of(&places, materials, used)
     }
 
     fn connect(&mut self, surfaces: &BTreeMap<usize, String>, scene: &mut Scene) {

@@ -3,18 +3,20 @@
 //! `Kd`, `d`/`Tr`, `Ke`, `Pr`, `Pm` and the usual textures go where a [`Material`] has a place for them; roughness
 //! follows from `Ns` where there is no `Pr`, as Blender has it. Everything is kept word for word that has no such place.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::material::{Alpha, Channel, Material, Texture, Wrap};
 
 use crate::number::{next_number, number};
-use crate::text::{Statements, decode, keyword, name, show, uncommented};
+use crate::text::{OURS, Statements, decode, keyword, name, show, uncommented};
 
 /// The materials of libraries, and what was wrong in them.
 #[derive(Debug, Default)]
 pub(crate) struct Materials {
     pub(crate) list: Vec<Material>,
     index: HashMap<String, usize>,
+    /// Those that only show the colour of objects, as a comment of ours says.
+    paints: HashSet<usize>,
     /// Statements left out: the reason, with the library and line of the first.
     pub(crate) left_out: Vec<(String, usize)>,
 }
@@ -41,6 +43,12 @@ impl Materials {
         self.index.contains_key(name)
     }
 
+    /// The colour of objects that a material of ours shows. Where somebody has made it more than that since it is a material.
+    pub(crate) fn paint(&self, at: usize) -> Option<[f64; 4]> {
+        let material = self.list.get(at).filter(|_| self.paints.contains(&at))?;
+        (material.textures.is_empty() && material.statements.is_empty()).then_some(material.base_color)
+    }
+
     /// Reads a library. A material that an earlier library has stays as it is.
     pub(crate) fn read(&mut self, library: &str, bytes: &[u8]) {
         let text = decode(bytes);
@@ -48,6 +56,10 @@ impl Materials {
         let mut shininess = None;
         let mut roughness_said = false;
         for (line, statement) in Statements::new(&text) {
+            if let Some(said) = statement.strip_prefix(OURS) {
+                self.paints.extend(current.filter(|_| said.trim_ascii() == b"color"));
+                continue;
+            }
             let (word, rest) = keyword(uncommented(&statement));
             if word == b"newmtl" {
                 let name = name(rest);

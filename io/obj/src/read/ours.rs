@@ -22,6 +22,8 @@ pub(super) enum Ours {
     MadeNormals,
     /// The object's mesh shows the surface of this mark: `mesh 0123456789abcdef`.
     Mesh(u64),
+    /// The object's own colour: `color 0.25 0.5 0.75 1`.
+    Color([f64; 4]),
     /// The object's surface is shown by the mesh of this mark: `surface 0123456789abcdef`.
     Surface(u64),
 }
@@ -34,6 +36,7 @@ impl Ours {
             b"curve" => curve(rest).map(Self::Curve),
             b"normals" => Some(Self::MadeNormals),
             b"mesh" => mark(rest).map(Self::Mesh),
+            b"color" => numbers(rest).ok()?.try_into().ok().map(Self::Color),
             b"surface" => mark(rest).map(Self::Surface),
             _ => None,
         }

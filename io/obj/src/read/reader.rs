@@ -340,6 +340,10 @@ impl Reader {
                 let section = self.section();
                 self.sections[section].shown = Some(mark);
             }
+            Some(Ours::Color(color)) => {
+                let section = self.section();
+                self.sections[section].color = Some(color);
+            }
             None => {}
         }
     }

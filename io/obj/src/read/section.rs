@@ -46,6 +46,8 @@ pub(crate) struct State {
 #[derive(Debug, Default)]
 pub(crate) struct Section {
     pub(crate) name: String,
+    /// The colour of its own that a comment of ours says.
+    pub(crate) color: Option<[f64; 4]>,
     /// Vertex of every corner, and where each face starts.
     pub(crate) corners: Vec<u32>,
     pub(crate) starts: Vec<usize>,

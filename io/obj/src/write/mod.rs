@@ -68,7 +68,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let cuts = outgoing.cuts(&placed)?;
     let scale = outgoing.scale();
     let mut report = WriteReport::default();
-    let library = mtl::library(&placed, sink.name());
+    let mut library = mtl::library(&placed, sink.name());
     let mut writer = Writer {
         out: BufWriter::with_capacity(1 << 16, sink.main()),
         text: String::new(),
@@ -80,7 +80,9 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         tessellator: options.tessellator,
         chord: options.fineness.chord,
         scale,
-        materials: library.names.clone(),
+        library: &mut library,
+        paint: None,
+        color: None,
         state: State::default(),
         face_normals: placed.objects().iter().any(|o| match o.geometry() {
             Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
@@ -92,11 +94,13 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     };
     let (unit, up) = (outgoing.unit.name(), outgoing.up.name());
     writer.line(&format!("# Loftsman; unit {unit}, {up} up"))?;
-    if !library.is_empty() {
-        writer.line(&format!("mtllib {}", library.file))?;
+    if !writer.library.is_empty() {
+        writer.line(&format!("mtllib {}", writer.library.file))?;
     }
     for (index, found) in outgoing.in_world(&placed)?.enumerate() {
         let InWorld { object, geometry, is_mirrored } = found?;
+        writer.paint = mtl::paint(&placed, object).map(|color| writer.library.paint(color));
+        writer.color = object.color.filter(|color| color.iter().all(|x| x.is_finite()));
         let written = writer.object(object, &geometry, is_mirrored, &cuts.of(index, scale));
         report.objects.push(written.map_err(|e| e.of(object.name()))?);
     }
@@ -165,8 +169,12 @@ struct Writer<'a, W: Write> {
     chord: Chord,
     /// Lengths in the scene to lengths in the file.
     scale: f64,
-    /// The names of materials in the library, by those of the scene.
-    materials: HashMap<String, String>,
+    /// The materials beside the file.
+    library: &'a mut mtl::Library,
+    /// The material that shows the present object's colour, where nothing else says how it looks.
+    paint: Option<String>,
+    /// The present object's own colour.
+    color: Option<[f64; 4]>,
     /// What holds for the faces that come now.
     state: State,
     /// Whether meshes without normals get one for each face, because others in the file have normals.
@@ -319,7 +327,11 @@ impl<W: Write> Writer<'_, W> {
 
     fn name(&mut self, name: &str) -> std::io::Result<()> {
         let name = self.names.unique(name);
-        self.line(&format!("o {name}"))
+        self.line(&format!("o {name}"))?;
+        match self.color {
+            Some(color) => self.statement("# Loftsman color", color),
+            None => Ok(()),
+        }
     }
 
     fn vertices(&mut self, points: &[Point], weights: Option<&[f64]>) -> Result<usize, FormatError> {
@@ -340,7 +352,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn use_material(&mut self, material: Option<&str>) -> std::io::Result<()> {
-        let name = material.and_then(|m| self.materials.get(m));
+        let name = material.map_or(self.paint.as_ref(), |m| self.library.name(m));
         if self.state.material.as_ref() == name {
             return Ok(());
         }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport};
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Definition, Object, Scene};
 
 use super::print::{self, Names};
 use crate::read::{CHANNELS, roughness};
@@ -17,7 +17,14 @@ pub(super) struct Library {
     /// Its file's name.
     pub(super) file: String,
     /// Names in the library by names in the scene.
-    pub(super) names: HashMap<String, String>,
+    names: HashMap<String, String>,
+    /// All names in the library.
+    taken: Names,
+    /// Materials that stand for colours of objects, as they were met, and their names by the colours' bits.
+    paints: Vec<(String, [f64; 4])>,
+    painted: HashMap<[u64; 4], usize>,
+    /// Whether objects have colours that are to be seen.
+    has_paints: bool,
     /// Where the pictures are, by their names.
     pictures: HashMap<String, String>,
     /// Pictures that are written: file name and name.
@@ -81,8 +88,21 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
     for material in &scene.materials {
         names.insert(material.name().to_owned(), taken_names.unique(material.name()));
     }
-    let mut library =
-        Library { file: own, names, pictures: HashMap::new(), embedded: Vec::new(), left_out: 0 };
+    let mut library = Library {
+        file: own,
+        names,
+        taken: taken_names,
+        paints: Vec::new(),
+        painted: HashMap::new(),
+        has_paints: scene
+            .objects()
+            .iter()
+            .chain(scene.definitions().iter().flat_map(Definition::objects))
+            .any(|object| paint(scene, object).is_some()),
+        pictures: HashMap::new(),
+        embedded: Vec::new(),
+        left_out: 0,
+    };
     // Files keep their names, which embedded pictures must not take.
     taken.extend(scene.images.iter().filter_map(|image| match &image.data {
         ImageData::File(path) => Some(path.trim_start_matches("./").to_lowercase()),
@@ -118,9 +138,30 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
     library
 }
 
+/// The colour that an object is to be seen in, where no material says how it looks.
+pub(super) fn paint(scene: &Scene, object: &Object) -> Option<[f64; 4]> {
+    let color = scene.color_of(object).filter(|_| object.materials.is_empty());
+    color.filter(|color| color.iter().all(|x| x.is_finite()))
+}
+
 impl Library {
     pub(super) fn is_empty(&self) -> bool {
-        self.names.is_empty()
+        self.names.is_empty() && !self.has_paints
+    }
+
+    /// The name in the library of a material of the scene.
+    pub(super) fn name(&self, material: &str) -> Option<&String> {
+        self.names.get(material)
+    }
+
+    /// The name of the material that shows a colour; one for all objects of that colour.
+    pub(super) fn paint(&mut self, color: [f64; 4]) -> String {
+        let next = self.paints.len();
+        let index = *self.painted.entry(color.map(f64::to_bits)).or_insert(next);
+        if index == next {
+            self.paints.push((self.taken.unique(&format!("color-{}", next + 1)), color));
+        }
+        self.paints[index].0.clone()
     }
 
     /// Writes the library and the pictures beside the file.
@@ -140,6 +181,12 @@ impl Library {
             let name = self.names.get(material.name()).map_or("", String::as_str);
             _ = writeln!(text, "newmtl {name}");
             unplaced += self.material(material, &mut text);
+        }
+        for (name, color) in &self.paints {
+            // The mark says that this is the colour of objects, and no material of theirs.
+            _ = writeln!(text, "newmtl {name}\n# Loftsman color");
+            let shown = Material::new(name.clone(), color.map(|x| x.clamp(0.0, 1.0)));
+            unplaced += self.material(&shown, &mut text);
         }
         sink.sibling(&self.file)?.write_all(text.as_bytes())?;
         for (name, image) in &self.embedded {

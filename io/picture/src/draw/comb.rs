@@ -1,15 +1,18 @@
-//! Curvature combs: teeth `−s κN` on the outer side of a curve, and the envelope of their tips.
+//! Curvature combs: teeth `−s κN` on the outer side of a curve, and the envelope of their tips; of a surface on some of its
+//! isoparametric lines.
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
+use loftsman_kernel::spline::{Direction, Surface};
 
 use crate::choices::{Choices, Combs};
-use crate::draw::color;
+use crate::draw::{color, surface};
 use crate::path::Path;
 use crate::sheet::{Layer, Sample, Sheet, Stroke};
 use crate::stage::Stage;
-use crate::stage::body::Form;
+use crate::stage::body::{Form, pieces};
 use crate::stage::piece::Piece;
+use crate::stage::trim::{Mask, Trim};
 use crate::text;
 
 /// Teeth are about this far apart along the curve, in units of the stage (which is two of them large).
@@ -20,6 +23,9 @@ const FINE: usize = 4;
 
 /// Pieces with teeth; of more, every k-th has some.
 const PIECES: usize = 2000;
+
+/// Isoparametric lines of a surface with combs, each way.
+const LINES: usize = 5;
 
 /// How long the usual tooth of an automatic comb is, and where it cuts long ones.
 const USUAL: f64 = 0.16;
@@ -104,8 +110,13 @@ impl Combing {
         let mut combs = Vec::new();
         for (old, bodies) in [(true, &stage.old), (false, &stage.new)] {
             for (body, form) in bodies.iter().map(|b| &b.form).enumerate() {
-                if let Form::Curve { pieces, .. } = form {
-                    combs.push(Comb { body, old, samples: sample(pieces) });
+                let mut add = |samples| combs.push(Comb { body, old, samples });
+                match form {
+                    Form::Curve { pieces, .. } => add(sample(pieces, &|_, _| true)),
+                    Form::Surface { surface, trim, .. } => {
+                        isolines(surface, trim.as_ref()).into_iter().for_each(add);
+                    }
+                    _ => {}
                 }
             }
         }
@@ -205,21 +216,53 @@ impl Combing {
     }
 }
 
-/// Samples every piece at even steps, ends included, so that jumps of curvature at knots show.
-fn sample(pieces: &[Piece]) -> Vec<Sampled> {
+/// The samples of some isoparametric lines of a surface, as far as they count of it.
+fn isolines(surface: &Surface, trim: Option<&Trim>) -> Vec<Vec<Sampled>> {
+    let mask = trim.map(|trim| Mask::new(trim, surface));
+    let mut all = Vec::new();
+    for direction in [Direction::U, Direction::V] {
+        let lines = surface::lines(surface.space(direction));
+        let few = LINES.min(lines.len());
+        // Evenly among the lines that are drawn, the first and the last of them.
+        for k in 0..few {
+            let at = lines[k * (lines.len() - 1) / (few - 1).max(1)];
+            let Ok(line) = surface.isocurve(direction, at) else { continue };
+            let net: Vec<Vector> = line.points().iter().map(|p| p.coords).collect();
+            let Ok(pieces) = pieces(&line, &net) else { continue };
+            let breaks = line.space().breakpoints();
+            let counts = |piece: usize, t: f64| {
+                let along = breaks[piece] + (breaks[piece + 1] - breaks[piece]) * t;
+                let place = if direction == Direction::U { [at, along] } else { [along, at] };
+                mask.as_ref().is_none_or(|mask| mask.has(place))
+            };
+            all.push(sample(&pieces, &counts));
+        }
+    }
+    all
+}
+
+/// Samples every piece at even steps, ends included, so that jumps of curvature at knots show; what does not count, by the number of
+/// the piece and the place in it, is left out.
+fn sample(pieces: &[Piece], counts: &dyn Fn(usize, f64) -> bool) -> Vec<Sampled> {
     let step = pieces.len().div_ceil(PIECES).max(1);
     let mut samples = Vec::new();
     for (index, piece) in pieces.iter().enumerate().step_by(step) {
         // Of the pieces since the last one with teeth, whether any is torn off the one before.
-        let torn = (index.saturating_sub(step)..index).any(|k| !pieces[k].meets(&pieces[k + 1]));
+        let mut torn = (index.saturating_sub(step)..index).any(|k| !pieces[k].meets(&pieces[k + 1]));
         let length: f64 = (0..8)
             .map(|i| (piece.point(f64::from(i + 1) / 8.0) - piece.point(f64::from(i) / 8.0)).norm())
             .sum();
         let teeth = if step > 1 { 1 } else { (length / GAP).ceil().clamp(1.0, 64.0) as usize };
         for i in 0..=teeth * FINE {
-            let jet = piece.jet(i as f64 / (teeth * FINE) as f64);
+            let t = i as f64 / (teeth * FINE) as f64;
+            if !counts(index, t) {
+                torn = true;
+                continue;
+            }
+            let jet = piece.jet(t);
             let curvature = jet.curvature().unwrap_or_else(Vector::zeros);
-            samples.push(Sampled { foot: jet.point, curvature, tooth: i % FINE == 0, torn: torn && i == 0 });
+            samples.push(Sampled { foot: jet.point, curvature, tooth: i % FINE == 0, torn });
+            torn = false;
         }
     }
     samples
@@ -238,10 +281,39 @@ mod tests {
             Vector4::new(w, w, 0.0, w),
             Vector4::new(0.0, 1.0, 0.0, 1.0),
         ];
-        let samples = sample(&[Piece { control, rational: true }]);
+        let samples = sample(&[Piece { control, rational: true }], &|_, _| true);
         let combs = vec![Comb { body: 0, old: false, samples }];
         let combing = Combing { combs, measure: Measure { scale: 0.25, longest: LONGEST, most: 1.0 } };
         assert!(combing.tips().count() > 100);
         assert!(combing.tips().all(|tip| (tip.norm() - 1.25).abs() < 1e-12));
+    }
+
+    /// A torus: on every parallel and meridian a circle, whose teeth are all alike.
+    #[test]
+    fn the_lines_of_a_torus_are_circles_and_what_is_cut_out_has_no_teeth() {
+        use loftsman_kernel::Point;
+        use loftsman_kernel::spline::trimmed::{ParameterCurve, Region, Trimmed};
+        use loftsman_kernel::spline::{Curve, Space};
+        let meridian = Curve::circle(Point::new(3.0, 0.0, 0.0), Vector::y(), 1.0).unwrap();
+        let torus =
+            Surface::revolution(&meridian, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+        let all = isolines(&torus, None);
+        assert_eq!(all.len(), 2 * LINES);
+        for line in &all {
+            let bent: Vec<f64> = line.iter().map(|s| s.curvature.norm()).collect();
+            // The radius of the circle: of a meridian 1, of a parallel its distance from the axis.
+            assert!(bent.iter().all(|b| (b - bent[0]).abs() < 1e-9 && *b >= 0.25 - 1e-9 && *b <= 1.0 + 1e-9));
+        }
+        let square = Space::clamped(1, &[0.0, 4.0]).unwrap();
+        let flat = (0..4).map(|k| Point::new(f64::from(4 * (k / 2)), f64::from(4 * (k % 2)), 0.0)).collect();
+        let surface = Surface::new(square.clone(), square, flat).unwrap();
+        let hole = Curve::circle(Point::new(2.0, 2.0, 0.0), Vector::z(), 1.2).unwrap();
+        let region = Region { outer: Vec::new(), holes: vec![vec![ParameterCurve::whole(hole).unwrap()]] };
+        let trimmed = Trimmed::new(surface.clone(), vec![region], Vec::new(), Vec::new()).unwrap();
+        let trim = Trim::of(&trimmed).unwrap();
+        let cut: Vec<Sampled> = isolines(&surface, trim.as_ref()).into_iter().flatten().collect();
+        assert!(cut.iter().all(|s| (s.foot - Vector::new(2.0, 2.0, 0.0)).norm() > 1.19));
+        // The line through the middle goes on behind the hole, without an envelope across it.
+        assert_eq!(cut.iter().filter(|s| s.torn).count(), 2 * 3, "three lines each way are cut");
     }
 }

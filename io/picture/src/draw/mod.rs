@@ -30,7 +30,7 @@ use comb::Combing;
 use paint::Painting;
 
 /// Objects that the legend names; more are counted.
-const NAMED: usize = 8;
+const NAMED: usize = 12;
 
 /// What all that will be drawn takes up on the stage.
 pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> Rect {
@@ -41,7 +41,8 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
         let p = lens.flat(p);
         rect.take([p.x, p.y]);
     };
-    for body in stage.bodies() {
+    let old = stage.old.iter().filter(|_| choices.old);
+    for body in old.chain(stage.frames.iter().map(|(body, _)| body)).chain(&stage.new) {
         match &body.form {
             Form::Empty => {}
             Form::Curve { pieces, net, .. } => {
@@ -276,7 +277,7 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost, lens: Lens) {
             let dashes = DASHES[(number - 1) % DASHES.len()];
             (own.mixed(sheet.theme.paper(), 0.25), 0.35, Some(dashes))
         }
-        Ghost::Faded(share) => (own.mixed(sheet.theme.paper(), 0.82 - 0.5 * share), 0.3, None),
+        Ghost::Faded(share) => (sheet.theme.frame(own, share), 0.3, None),
     };
     let stroke = Stroke { color, width, dashes };
     let (data, stroke) = match &body.form {
@@ -301,7 +302,7 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost, lens: Lens) {
     match ghost {
         Ghost::Dashed(number) => sheet.caption.explain_once(Sample::Line(stroke), format!("frame {number}")),
         Ghost::Faded(_) => {
-            let faint = Stroke { color: own.mixed(sheet.theme.paper(), 0.5), ..stroke };
+            let faint = Stroke { color: sheet.theme.frame(own, 0.6), ..stroke };
             sheet.caption.explain_once(Sample::Line(faint), "frames, the paler the earlier");
         }
     }

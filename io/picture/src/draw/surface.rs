@@ -124,6 +124,12 @@ fn parameters(space: &Space, cells: usize) -> (Vec<f64>, Vec<Line>) {
     (all, kinds)
 }
 
+/// The parameters of the isoparametric lines across a direction.
+pub(crate) fn lines(space: &Space) -> Vec<f64> {
+    let (all, kinds) = parameters(space, 1);
+    all.into_iter().zip(kinds).filter(|(_, kind)| *kind != Line::None).map(|(at, _)| at).collect()
+}
+
 /// The parameters between tears, with at least about so many lines.
 fn part(breaks: &[f64], periodic: bool, least: usize, cells: usize) -> (Vec<f64>, Vec<Line>) {
     let spans = breaks.len() - 1;

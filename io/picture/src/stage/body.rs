@@ -234,7 +234,7 @@ fn colors(mesh: &Mesh) -> Vec<Color> {
 ///
 /// # Errors
 /// Only when numbers overflow.
-fn pieces(curve: &Curve, points: &[Vector]) -> Result<Vec<Piece>, PictureError> {
+pub(crate) fn pieces(curve: &Curve, points: &[Vector]) -> Result<Vec<Piece>, PictureError> {
     let staged = points.iter().map(|p| Point::from(*p)).collect();
     let weights = curve.weights().map(<[f64]>::to_vec);
     let form = Curve::build(curve.space().clone(), staged, weights)?.bezier_form()?;

@@ -209,13 +209,25 @@ impl<S: Shape> Session<S> {
 
     /// An event; what it hands out is solved for.
     fn turn(&mut self) -> Result<(), EditError> {
-        if self.floating.is_empty() {
-            self.event()?;
-        } else {
-            self.floating_event()?;
-        }
+        let turned = if self.floating.is_empty() { self.event() } else { self.floating_event() };
+        turned.map_err(|error| self.reasoned(error))?;
         (self.solved, self.pristine) = (true, false);
         Ok(())
+    }
+
+    /// An error, with what keeps a value out of reach where a functional that was asked knows it.
+    fn reasoned(&self, mut error: EditError) -> EditError {
+        if let EditError::Solve(
+            SolveError::Conflict { text, .. } | SolveError::NotConverged { worst: text, .. },
+        ) = &mut error
+        {
+            let shapes = view(&self.problem.shapes);
+            let reach = |b: &BoundConstraint| b.constraint.functional.out_of_reach(&shapes, &b.target);
+            if let Some(reason) = self.problem.bound.iter().find_map(reach) {
+                *text = format!("{text}; {reason}");
+            }
+        }
+        error
     }
 
     /// Drags the handle to a value: the least adjustment *of the shape as it was when prepared* that brings it there.

@@ -17,6 +17,7 @@ pub use stream::{Memory, Sink, Source, refuse_utf16, utf8};
 
 use crate::declare::Parameters;
 use crate::scene::{Scene, Unit};
+use crate::tessellator::Fineness;
 
 /// How sure a format is that a file is one of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,6 +60,12 @@ pub trait Format: Send + Sync {
             Some(problem) => Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported)),
             None => Ok(holds.losses(scene, options)),
         }
+    }
+
+    /// How finely it has splines cut where nobody says: what its readers look at closely wants more. A thousandth of the diagonal
+    /// and 15 degrees by default.
+    fn fineness(&self) -> Fineness {
+        Fineness::default()
     }
 
     /// How sure it is of the first bytes of a file (up to 4096 of them).

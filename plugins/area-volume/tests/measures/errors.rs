@@ -1,6 +1,6 @@
 //! Bad input: one clear error each, naming the object and what to do.
 
-use loftsman_area_volume::{area, volume};
+use loftsman_area_volume::{area, length, volume};
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::{Functional, On, Shapes, position};
 use loftsman_kernel::shape::Shape;
@@ -91,4 +91,25 @@ fn what_is_all_held_cannot_change() {
     // Far less than the rounding of the points.
     let error = Edit::new(&circle(1.0)).ask(area().scale(1e-30)).solve().unwrap_err().to_string();
     assert!(error.contains("nothing is left of it at an area of 3.14"), "{error}");
+}
+
+#[test]
+fn a_length_below_the_distance_of_held_ends_says_that_distance() {
+    let points = [[5.0, 0.0], [6.0, 3.0], [3.0, 6.0], [1.0, 5.5], [0.0, 5.0]];
+    let arc = points.map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+    let straight = (0..5).map(|k| Point::new(5.0 - 1.25 * f64::from(k), 1.25 * f64::from(k), 0.0)).collect();
+    for points in [arc, straight] {
+        let curve = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
+        let (start, end) = curve.domain();
+        let held = Edit::new(&curve).ask(position(start).keep()).ask(position(end).keep());
+        let error = held.ask(length().to(1.0)).solve().unwrap_err().to_string();
+        assert!(
+            error.contains("the ends of the shape are 7.07") && error.contains("cannot be shorter"),
+            "{error}"
+        );
+        // What can be had is had, and other failures say nothing of it.
+        let held = Edit::new(&curve).ask(position(start).keep()).ask(position(end).keep());
+        let longer = held.ask(length().to(12.0)).solve().map(|_| ()).map_err(|e| e.to_string());
+        assert!(longer.as_ref().err().is_none_or(|error| !error.contains("shorter")), "{longer:?}");
+    }
 }
