@@ -178,7 +178,7 @@ fn options_that_nothing_takes_are_refused_and_combs_of_a_surface_said() {
     }
     bench.write("r.toml", "output = 'a.glb'\n[read]\nsplit = 'none'\n");
     bench.fails(&["run", "r.toml"], 1, &["read", "no input"]);
-    // A surface has no comb.
+    // A surface has combs and no beads.
     bench.write(
         "s.loft.json",
         r#"{"loftsman": 1, "objects": [{"name": "s", "surface": {
@@ -186,11 +186,14 @@ fn options_that_nothing_takes_are_refused_and_combs_of_a_surface_said() {
         "v": {"degree": 1, "periodic": false, "knots": [0, 0, 1, 1]},
         "points": [[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]]}}]}"#,
     );
-    bench.write("s.toml", "input = 's.loft.json'\noutput = 's.svg'\n[picture]\ncombs = true\n");
+    bench.write("s.toml", "input = 's.loft.json'\noutput = 's.svg'\n[picture]\ncombs = true\nknots = true\n");
     let said = bench.json(&["run", "s.toml"]);
-    assert!(said["outputs"][0]["notes"].to_string().contains("none for"), "{said}");
+    assert!(said["outputs"][0]["notes"].to_string().contains("beads at knots are of curves: none for"), "{said}");
+    assert!(!said.to_string().contains("combs"), "{said}");
+    let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100", "--knots"]);
+    assert!(run.code == Some(0) && run.err.contains("beads at knots are of curves"), "{}", run.err);
     let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100", "--comb-scale", "0.1"]);
-    assert!(run.code == Some(0) && run.err.contains("combs are of curves"), "{}", run.err);
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""));
     let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100"]);
     assert_eq!((run.code, run.err.as_str()), (Some(0), ""));
 }

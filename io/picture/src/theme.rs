@@ -108,7 +108,7 @@ impl Theme {
     /// An earlier frame of what has a colour: of a `share` from 0 (the first) to 1 (the last), the paler the earlier. Dark paper
     /// takes more of a line's light than white does.
     pub(crate) fn frame(self, color: Color, share: f64) -> Color {
-        let first = if self == Self::Light { 0.82 } else { 0.62 };
+        let first = if self == Self::Light { 0.76 } else { 0.62 };
         color.mixed(self.paper(), first + (0.32 - first) * share.clamp(0.0, 1.0))
     }
 
