@@ -61,7 +61,8 @@ impl Simulation {
     }
 
     /// The largest stretch of a body anywhere, with its sign: of a curve `|P'|/ℓ - 1`, of a surface the larger of the principal stretches, which sees shear as
-    /// well. Looked at in `degree + 7` places of each span, its ends among them; `O(n)`, and it allocates. 0 of what stands still.
+    /// well. Looked for in places close together in each span, its ends among them, and from the best of these on to its peak: of peaks that show
+    /// between them nothing is missed. `O(n)`, and it allocates. 0 of what stands still.
     ///
     /// # Errors
     /// When there are not as many bodies.
