@@ -11,13 +11,14 @@ use crate::error::{DynamicsError, Result, check};
 pub struct Material {
     /// Mass a unit of length of a curve, a unit of area of a surface, as the shape is at the start.
     pub mass: f64,
-    /// `EA`: the force that would stretch a curve to twice its length; of a surface the same a unit of width, in each direction.
+    /// `EA`: the force that would stretch a curve to twice its length at rest; of a surface the same a unit of width at rest, in each direction.
     pub stiffness: f64,
-    /// Of a surface: the force a unit of width for a shear by an angle of 1.
+    /// Of a surface: the force a unit of width at rest for a shear by an angle of 1.
     pub shear: f64,
-    /// What its length at rest is of its length at the start.
+    /// What its length at rest is of its length at the start, of a surface its width as well: it is stretched and bent as what was made so
+    /// many times as large.
     pub rest: f64,
-    /// `EI`: the moment for a curvature of 1; of a surface a unit of width. The shape is straight by nature.
+    /// `EI`: the moment for a curvature of 1; of a surface a unit of width at rest. The shape is straight by nature.
     pub bending: f64,
     /// How fast motion dies away, in 1/s: the air.
     pub damping: f64,

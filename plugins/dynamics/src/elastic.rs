@@ -1,8 +1,9 @@
 //! What stretches, shears and bends: energies and their forces.
 //!
-//! Of a curve `½ ∫ k ε² ℓ du`, `ε = |P'|/ℓ - 1`, `ℓ` being the speed at rest; of a surface the same in each of its directions, and `½ ∫ k_s γ² dA`
-//! of the shear `γ = P_u·P_v/(ℓ_u ℓ_v) - cos θ`. Bending is `½ B ∫ |P_ss|² ds` by arc length at rest: quadratic, so that its matrix is made
-//! once; of a surface the thin plate's, by the lengths of its two directions.
+//! Of a curve `½ ∫ k ε² ℓ du`, `ε = |P'|/ℓ - 1`, `ℓ` being the speed at rest; of a surface `½ ∫ k ε² dA` in each of its directions, and
+//! `½ ∫ k_s γ² dA` of the shear `γ = P_u·P_v/(ℓ_u ℓ_v) - cos θ`, `dA` being the area at rest. So what rests at `r` times its lengths is what was
+//! made `r` times as large, curve or surface: a strip of a width of 1 at rest pulls as the rope of its stiffness. Bending is `½ B ∫ |P_ss|² ds` by
+//! arc length at rest: quadratic, so that its matrix is made once; of a surface the thin plate's, by the lengths of its two directions.
 
 use loftsman_kernel::shape::{Derivative, Shape, cells_of, rows_at};
 use loftsman_kernel::solve::Symmetric;
@@ -83,7 +84,7 @@ impl Elastic {
             let rest = &self.points.rest[cell.first + point];
             let rows = [0, 1].map(|k| self.points.row(cell, point, k));
             let tangents = rows.map(|row| sum(row, vertices, q));
-            let weight = rest.weight * rest.measure;
+            let weight = rest.weight * rest.size;
             let mut pulls = [Vector::zeros(); 2];
             for k in 0..2 {
                 let speed = tangents[k].norm();
@@ -115,8 +116,7 @@ impl Elastic {
             for point in 0..cell.count {
                 let rest = &self.points.rest[cell.first + point];
                 let mut tangents = [Vector::zeros(); 2];
-                // Of a curve a unit of length at rest; of a surface a unit of area at the start.
-                let size = if self.points.directions == 1 { rest.speed[0] } else { rest.measure };
+                let size = rest.size;
                 for k in 0..self.points.directions {
                     tangents[k] = sum(self.points.row(cell, point, k), vertices, q);
                     let strain = tangents[k].norm() / rest.speed[k] - 1.0;
@@ -204,4 +204,51 @@ fn bending(shape: &dyn Shape, material: &Material) -> Result<Symmetric> {
         }
     }
     Ok(Symmetric::from_entries(vertices.len(), entries))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "what makes the shapes of the tests cannot fail")]
+
+    use loftsman_kernel::spline::{Curve, Space, Surface};
+
+    use super::*;
+
+    /// What rests at `r` times its lengths is what was made `r` times as large: stretched, sheared, bent and pulled alike, curve or surface.
+    #[test]
+    fn a_factor_of_rest_is_one_of_size() {
+        let shaken = |k: usize| (k as f64 * 1.7).sin() * 0.2;
+        let space = |degree: usize| Space::clamped_uniform(degree, degree + 3).unwrap();
+        let (u, v) = (space(3), space(2));
+        let at = |k: usize| Point::new(u.greville(k / 5), 0.7 * v.greville(k % 5), shaken(k));
+        let sheet = Surface::new(u.clone(), v.clone(), (0..30).map(at).collect()).unwrap();
+        let points = (0..6).map(|k| Point::new(k as f64, shaken(k), shaken(2 * k))).collect();
+        let rope = Curve::new(space(3), points).unwrap();
+        for shape in [&sheet as &dyn Shape, &rope] {
+            for rest in [0.5, 1.0, 2.0] {
+                let material =
+                    Material { stiffness: 30.0, shear: 11.0, bending: 0.3, rest, ..Material::default() };
+                let own = Elastic::new(shape, &material).unwrap();
+                let mut larger = shape.boxed();
+                larger.control_vertices_mut().iter_mut().for_each(|p| p.coords *= rest);
+                let made = Elastic::new(larger.as_ref(), &Material { rest: 1.0, ..material }).unwrap();
+                let q: Vec<Point> = shape
+                    .control_vertices()
+                    .iter()
+                    .enumerate()
+                    .map(|(k, p)| p * 1.3 + Vector::new(shaken(3 * k), shaken(5 * k), shaken(7 * k)))
+                    .collect();
+                let (one, other) = (own.energy(&q).0, made.energy(&q).0);
+                assert!((one - other).abs() < 1e-12 * other, "{rest}: {one} {other}");
+                let forces = [&own, &made].map(|elastic| {
+                    let mut out = vec![0.0; 3 * q.len()];
+                    elastic.add_forces(&q, &vec![Point::origin(); q.len()], &mut out);
+                    out
+                });
+                for (one, other) in forces[0].iter().zip(&forces[1]) {
+                    assert!((one - other).abs() < 1e-11 * material.stiffness, "{rest}: {one} {other}");
+                }
+            }
+        }
+    }
 }

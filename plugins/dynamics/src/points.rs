@@ -38,6 +38,8 @@ pub(crate) struct Rest {
     /// Of a surface: the cosine of the angle of its directions, and the area of a unit of parameters, both at the start.
     pub(crate) cosine: f64,
     pub(crate) measure: f64,
+    /// The length or area of a unit of parameters at rest: what energies are summed up over.
+    pub(crate) size: f64,
 }
 
 /// Gauss points with the rows of first derivatives. With `p` points a span for degree `p`, squares of derivatives are exact; where a span has
@@ -159,7 +161,8 @@ impl Rest {
             ),
             _ => (0.0, speeds[0]),
         };
-        Self { weight, speed: speeds.map(|s| s * factor), cosine, measure }
+        let size = measure * factor.powi(directions as i32);
+        Self { weight, speed: speeds.map(|s| s * factor), cosine, measure, size }
     }
 }
 

@@ -98,7 +98,7 @@ fn add_bound(elastic: &Elastic, index: usize, mut add: impl FnMut(usize, usize, 
                 rest.weight * elastic.stiffness / rest.speed[0]
             } else {
                 let speed = rest.speed[direction];
-                rest.weight * rest.measure * (elastic.stiffness + SHEARED * elastic.shear) / (speed * speed)
+                rest.weight * rest.size * (elastic.stiffness + SHEARED * elastic.shear) / (speed * speed)
             };
             let row = points.row(cell, point, direction);
             for i in 0..cell.width {

@@ -40,7 +40,7 @@ impl Elastic {
             for point in 0..cell.count {
                 let rest = &self.points.rest[cell.first + point];
                 let directions = self.points.directions;
-                let size = if directions == 1 { 1.0 } else { rest.measure };
+                let size = if directions == 1 { 1.0 } else { rest.size };
                 let mut blocks = [[Matrix3::<f64>::zeros(); 2]; 2];
                 let mut tangents = [Vector::zeros(); 2];
                 for k in 0..directions {
