@@ -200,3 +200,56 @@ fn axes_are_one_or_a_list() {
         assert!(refused.contains("step[0].constraints[0].axis") && refused.contains(word), "{refused}");
     }
 }
+
+/// Every kind of constraint that is registered and linear holds in `simulate`: with its location fixed, and where the kind has `near`, floating. The
+/// others are refused in words.
+#[test]
+fn every_linear_kind_holds_while_things_move() {
+    let folder = bench();
+    let (mut held, mut floating, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    for declaration in loftsman::registry().functionals() {
+        let name = declaration.name;
+        let has = |field: &str| declaration.fields.iter().any(|f| f.name == field);
+        let mut table = json!({ "kind": name, "name": "it" });
+        for field in declaration.fields {
+            table[field.name] = match field.name {
+                "at" => json!(if name == "position" { 4.0 } else { 3.0 }),
+                "index" => json!(2),
+                "terms" => json!([{ "vertex": 0, "vector": [1, 2, 3] }]),
+                "to" => json!([0.3, 0.1, 1]),
+                "with" => json!({ "object": "beside", "at": 1.0 }),
+                _ if field.default.is_some() => continue,
+                "edge" => json!("u1"),
+                "curve" => json!("beside"),
+                _ => json!([0, 0, 1]),
+            };
+        }
+        match run(folder.path(), "constraints", &table) {
+            Ok((_, report)) => {
+                let error = report[0]["constraints"][0]["residual"].as_f64().unwrap();
+                assert!(error < 1e-2, "{name}: {error}");
+                held.push(name);
+            }
+            // What is of surfaces, of areas, or not linear.
+            Err(error) => {
+                let named = error.contains("step[0]") && error.contains("not linear")
+                    || error.contains("surface")
+                    || error.contains("location");
+                assert!(named && !error.contains("unknown field"), "{name}: {error}");
+                refused.push(name);
+                continue;
+            }
+        }
+        if has("near") {
+            table.as_object_mut().unwrap().remove("at");
+            table["near"] = json!(4.0);
+            run(folder.path(), "constraints", &table).unwrap_or_else(|e| panic!("{name} near: {e}"));
+            floating.push(name);
+        }
+    }
+    println!("held {held:?}, floating {floating:?}, refused {refused:?}");
+    for name in ["position", "derivative", "vertex", "linear", "tangent", "orthogonal", "symmetric", "closed"] {
+        assert!(held.contains(&name), "{name} of {held:?}, {refused:?}");
+    }
+    assert!(floating.contains(&"position") && floating.contains(&"derivative"), "{floating:?}");
+}

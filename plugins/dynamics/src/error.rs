@@ -1,5 +1,6 @@
 //! Why a simulation cannot be, or cannot go on: one variant a reason.
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::error::{Error, Figure};
 use loftsman_kernel::plugin::OperationError;
 
@@ -53,6 +54,16 @@ pub enum DynamicsError {
         names: Vec<String>,
         /// How far apart what they ask for is.
         apart: f64,
+    },
+    /// What nothing holds does not come to rest.
+    #[error("{}", unheld(.body, .way, .let_go))]
+    Unheld {
+        /// What it is called.
+        body: String,
+        /// Where its weight or a force draws it.
+        way: Vector,
+        /// What let it go, and why.
+        let_go: Vec<String>,
     },
     /// A location that is not on its shape.
     #[error("{constraint}: {} is not on the shape, whose parameters run from {} to {}", Figure(*.at), Figure(*.start), Figure(*.end))]
@@ -150,6 +161,21 @@ fn contradiction(names: &[String], apart: f64) -> String {
             Figure(apart)
         ),
     }
+}
+
+/// A direction for people.
+pub(crate) fn direction(way: &Vector) -> String {
+    let [x, y, z] = [way.x, way.y, way.z].map(|v| (v * 1e6).round() / 1e6 + 0.0);
+    format!("[{x}, {y}, {z}]")
+}
+
+fn unheld(body: &str, way: &Vector, let_go: &[String]) -> String {
+    let along = direction(way);
+    let since = if let_go.is_empty() { String::new() } else { format!(" any more ({})", let_go.join("; ")) };
+    format!(
+        "nothing holds \"{body}\"{since} along {along}, where its weight or a force draws it, so that it never rests: hold a point of it in that \
+         direction (a constraint of all axes, or of that one), or give a pull"
+    )
 }
 
 impl From<DynamicsError> for OperationError {

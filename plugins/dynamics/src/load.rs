@@ -135,6 +135,14 @@ impl Load {
         }
     }
 
+    /// The force, where it stays as it is.
+    pub(crate) fn constant(&self) -> Option<Vector> {
+        match self.kind {
+            Kind::Force(force) => Some(force),
+            Kind::Pull { .. } => None,
+        }
+    }
+
     /// Whether it draws to a place.
     pub(crate) fn is_pull(&self) -> bool {
         matches!(self.kind, Kind::Pull { .. })

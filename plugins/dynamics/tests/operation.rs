@@ -96,3 +96,63 @@ fn nothing_changes_where_it_is_refused() {
         assert_eq!(scene.object("rope").unwrap(), before.object("rope").unwrap(), "{fields}");
     }
 }
+
+/// What lets go of all that holds a rope is told with its time; what only an axis holds is refused by its direction where it is to rest.
+#[test]
+fn what_nothing_holds_any_more_is_told() {
+    let ring = json!([{ "kind": "sliding", "near": 1.0, "name": "ring" }]);
+    let falling = |seconds: f64, scheme: &str, constraints: &Value| json!({ "seconds": seconds, "gravity": [-9.81, 0, 0], "scheme": scheme, "constraints": constraints });
+    for scheme in ["epsilon", "exact", "implicit"] {
+        let report = run(&mut scene(), falling(2.0, scheme, &ring)).unwrap();
+        let told = "nothing holds \"rope\" any more since ";
+        let [warning] = &report.warnings[..] else { unreachable!("{:?}", report.warnings) };
+        assert!(
+            warning.contains(told) && warning.contains("\"ring\" let go (it left the shape)"),
+            "{warning}"
+        );
+        assert!(warning.contains("along [-1, 0, 0]"), "{warning}");
+        // As long as it holds, nothing is told; nor where its time is over, as was asked.
+        let report = run(&mut scene(), falling(0.04, scheme, &ring)).unwrap();
+        assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+        let over = json!([{ "kind": "fixed", "at": 0, "until": 0.1 }]);
+        let report = run(&mut scene(), falling(0.5, scheme, &over)).unwrap();
+        assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+    }
+    for (seconds, constraints, word) in [
+        (json!(null), json!([{ "kind": "fixed", "at": 0, "axis": "x" }]), "along [0, 0, -1]"),
+        (json!(2), json!([{ "kind": "sliding", "near": 1.0, "name": "ring" }]), "any more"),
+    ] {
+        let gravity = if seconds.is_null() { [0.0, 0.0, -9.81] } else { [-9.81, 0.0, 0.0] };
+        let mut fields = json!({ "settle": true, "gravity": gravity, "constraints": constraints });
+        if !seconds.is_null() {
+            fields["seconds"] = seconds;
+        }
+        let refused = run(&mut scene(), fields).unwrap_err().to_string();
+        assert!(refused.contains("nothing holds \"rope\"") && refused.contains(word), "{refused}");
+    }
+}
+
+/// Kinds whose own field is called as a word of `simulate` have it to themselves; conditions hold.
+#[test]
+fn a_direction_that_is_called_to_is_the_kinds() {
+    let mut scene = scene();
+    let fields = json!({ "seconds": 1, "scheme": "implicit", "gravity": [0, 0, -9.81], "constraints": [
+        { "kind": "fixed", "at": 0 },
+        { "kind": "orthogonal", "at": 3, "to": [1, 0, 1], "name": "across" },
+        { "kind": "tangent", "at": 7, "direction": [1, 2, 0], "keep": true },
+    ] });
+    run(&mut scene, fields).unwrap();
+    let Geometry::Curve(rope) = scene.object("rope").unwrap().geometry() else { unreachable!("a curve") };
+    let [across, along] = [3.0, 7.0].map(|at| rope.derivative(at, 1).unwrap());
+    assert!((across.x + across.z).abs() < 1e-7 * across.norm(), "{across}");
+    assert!((2.0 * along.x - along.y).abs() + along.z.abs() < 1e-7 * along.norm(), "{along}");
+    for (table, word) in [
+        (json!({ "kind": "orthogonal", "at": 3 }), "\"to\""),
+        (json!({ "kind": "orthogonal", "at": 3, "to": "rope" }), "to"),
+        (json!({ "kind": "tangent", "at": 3, "keep": false }), "only true makes sense"),
+    ] {
+        let refused =
+            run(&mut self::scene(), json!({ "seconds": 1, "constraints": [table] })).unwrap_err().to_string();
+        assert!(refused.contains(word), "{table}: {refused}");
+    }
+}

@@ -117,8 +117,7 @@ fn other_kind(
     names: &mut SceneShapes<'_>,
     words: &Words<'_>,
 ) -> Result<Constraint, OperationError> {
-    let declared = words.registry.find_functional(kind, table.path());
-    if declared.is_err() {
+    let Ok(declared) = words.registry.find_functional(kind, table.path()) else {
         let own = KINDS.iter().map(|own| own.name);
         let hint = match nearest(kind, own.clone()) {
             Some(near) => format!("did you mean \"{near}\"?"),
@@ -127,11 +126,19 @@ fn other_kind(
             }
         };
         return Err(table.error("kind", format!("there is no constraint \"{kind}\"; {hint}")).into());
-    }
-    let rest = ["from", "until", "name", "to", "keep", "axis"];
+    };
+    // A kind may have a field of its own by the name of one of these: then it is the kind's, as in edits.
+    let own = |name: &str| declared.fields.iter().any(|field| field.name == name);
+    let rest: Vec<&str> =
+        ["from", "until", "name", "to", "keep", "axis"].into_iter().filter(|name| !own(name)).collect();
     let functional = functional_from(words.registry, &table.without(&rest), names)?;
     let mut found = holds(functional);
-    if table.has("to") {
+    if table.has("keep") && !own("keep") && !table.flag("keep")? {
+        return Err(table
+            .error("keep", "only true makes sense; leave the constraint out to let it go")
+            .into());
+    }
+    if table.has("to") && !own("to") {
         let value = match table.value("to") {
             Some(value) if value.is_number() => vec![table.number("to")?],
             _ => table.numbers("to")?,

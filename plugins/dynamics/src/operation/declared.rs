@@ -76,7 +76,7 @@ pub(super) const TABLES: [Table; 4] = [
     Table {
         field: "constraints",
         help: "what holds a shape while it moves: a kind of these with its own fields, or any linear kind that edits have \
-               (`loftsman plugins constraints`) with its own and `to` (numbers; without it the value stays) and `axis`",
+               (`loftsman plugins constraints`) with its own and `to` (numbers; without it the value stays, and a condition holds) and `axis`",
         fields: &ALL,
         kinds: &KINDS,
     },

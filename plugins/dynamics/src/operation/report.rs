@@ -7,7 +7,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 
 use crate::body::extent;
-use crate::simulation::{Settled, Simulation};
+use crate::simulation::{Event, Settled, Simulation};
 
 pub(super) fn report(
     object: &str,
@@ -68,6 +68,7 @@ pub(super) fn report(
             ));
         }
     }
+    warnings.extend(gone(simulation)?);
     notes.extend(
         simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
     );
@@ -103,6 +104,22 @@ pub(super) fn report(
         warnings,
         ..StepReport::default()
     })
+}
+
+/// That nothing holds something any more where its weight or a force draws it, since the last let go by itself.
+fn gone(simulation: &mut Simulation) -> Result<Option<String>, OperationError> {
+    let by_itself = |event: &&Event| event.let_go;
+    let Some(last) = simulation.events().iter().rfind(by_itself).cloned() else { return Ok(None) };
+    let Some((body, way)) = simulation.unheld()? else { return Ok(None) };
+    Ok(Some(format!(
+        "nothing holds {:?} any more since {} s, when \"{}\" let go ({}): it goes on along {} for ever; end it sooner (less `seconds`), or hold it at \
+         one more place",
+        simulation.body_name(body)?,
+        round(last.time),
+        last.name,
+        last.what,
+        crate::error::direction(&way)
+    )))
 }
 
 /// So many places that slide have a line each.

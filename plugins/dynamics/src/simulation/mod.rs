@@ -10,6 +10,8 @@ mod settle;
 mod steer;
 mod tangent;
 mod told;
+mod unheld;
+mod velocities;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::functional::Shapes;
@@ -22,7 +24,7 @@ pub(crate) use self::moving::Moving;
 pub use self::settle::Settled;
 pub use self::told::Energy;
 use crate::error::{DynamicsError, Result};
-use crate::link::{Desk, Link, Phase};
+use crate::link::{self, Desk, Link, Phase};
 use crate::load::Load;
 use crate::scheme::Scheme;
 
@@ -46,6 +48,8 @@ pub struct Event {
     pub name: String,
     /// What happened.
     pub what: &'static str,
+    /// Whether it let go by itself; its time may be over, or somebody released it.
+    pub let_go: bool,
 }
 
 /// Things in motion, prepared once and stepped by whoever asks: a game loop, a browser, an animation. A step allocates nothing (up to bicubic
@@ -89,6 +93,8 @@ pub struct Simulation {
     patience: usize,
     /// Whether it looks for rest, and time stands still.
     pub(crate) settling: bool,
+    /// How many constraints held when it was last looked whether what settles is held at all.
+    held: Option<usize>,
 }
 
 impl Simulation {
@@ -140,11 +146,15 @@ impl Simulation {
             fineness: 1.0,
             patience: 0,
             settling: false,
+            held: None,
         }
     }
 
     /// Prepared: constraints come that hold from the start, and are looked at.
     pub(crate) fn begin(&mut self) -> Result<()> {
+        if self.half.iter().any(|v| *v != 0.0) {
+            self.project_velocities()?;
+        }
         if self.scheme == Scheme::Implicit {
             let (implicit, space) = Implicit::new(&self.bodies);
             self.space = space;
@@ -181,6 +191,14 @@ impl Simulation {
         let all = self.half[range.clone()].iter().zip(&self.acceleration[range]).map(|(v, a)| v + ahead * a);
         let all: Vec<f64> = all.collect();
         Ok(all.chunks_exact(3).map(Vector::from_column_slice).collect())
+    }
+
+    /// What a body is called.
+    ///
+    /// # Errors
+    /// When there are not as many.
+    pub fn body_name(&self, body: usize) -> Result<&str> {
+        Ok(&self.body(body)?.body.name)
     }
 
     fn body(&self, index: usize) -> Result<&Moving> {
@@ -355,7 +373,7 @@ impl Simulation {
         for (index, link) in self.links.iter_mut().enumerate() {
             let was = link.is_held();
             if was && link.is_shut(SHUT * size) {
-                link.phase = Phase::Off { time, why: "its loop is drawn shut" };
+                link.phase = Phase::Off { time, why: link::SHUT };
             }
             if let Phase::Off { time: since, why } = link.phase
                 && !self.events.iter().any(|e| e.constraint == index && e.time == since && e.what == why)
@@ -365,6 +383,7 @@ impl Simulation {
                     constraint: index,
                     name: link.name.clone(),
                     what: why,
+                    let_go: link.phase.gone().is_some(),
                 });
             }
         }
@@ -451,6 +470,15 @@ impl Simulation {
         self.rates.clear();
         let held = self.links.iter().filter(|link| link.is_held());
         self.rates.extend(held.flat_map(|link| &link.rates));
+        if !self.settling {
+            return Ok(());
+        }
+        // What looks for rest must be held, at first and when something has let go.
+        let held = self.links.iter().filter(|link| link.is_held()).count();
+        if self.held != Some(held) {
+            self.check_held()?;
+            self.held = Some(held);
+        }
         Ok(())
     }
 

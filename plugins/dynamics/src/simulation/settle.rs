@@ -1,6 +1,5 @@
 //! The static answer: where everything rests.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::solve::{RangeSpace, Weight};
 
@@ -9,7 +8,6 @@ use super::equilibrium::Found;
 use super::implicit::Implicit;
 use crate::error::Result;
 use crate::link::Link;
-use crate::load::Load;
 use crate::scheme::Scheme;
 
 /// How a simulation came to rest.
@@ -48,20 +46,11 @@ impl Simulation {
     /// still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
     ///
     /// # Errors
-    /// When a step cannot be taken however short it is.
+    /// When nothing holds it, or nothing any more, where its weight or a force draws it; when a step cannot be taken however short it is.
     pub fn settle(&mut self) -> Result<Settled> {
         let (time, worst) = (self.time, self.worst);
         self.come_and_go()?;
-        let held = self.links.iter().any(Link::is_held) || self.loads.iter().any(Load::is_pull);
-        let driven = self.gravity != Vector::zeros() || !self.loads.is_empty();
-        if driven && !held {
-            return Err(loftsman_kernel::Error::Invalid(
-                "nothing holds what falls or is pushed, so that it never rests: give a constraint or a pull"
-                    .into(),
-            )
-            .into());
-        }
-        self.settling = true;
+        (self.settling, self.held) = (true, None);
         // Rows alone: nothing is solved in the metric of a step.
         let still = self.bodies.iter().map(|body| (Weight::Still(body.count()), None));
         let own = std::mem::replace(&mut self.space, RangeSpace::new(still));

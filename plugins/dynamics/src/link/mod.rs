@@ -1,0 +1,282 @@
+//! A constraint while it is held: its rows, what it misses, and how that is drawn to nothing.
+
+mod curving;
+mod rows;
+mod slides;
+
+use std::sync::Arc;
+
+use loftsman_kernel::functional::{Functional, Linearity, Shapes};
+
+pub(crate) use self::curving::Curving;
+pub(crate) use self::rows::Desk;
+pub(crate) use self::slides::Places;
+use crate::constraint::{Constraint, Looks, Place, Target};
+use crate::error::{DynamicsError, Result};
+use crate::place::Slide;
+
+/// Whether a constraint holds.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Phase {
+    /// Its time has not come.
+    Waiting,
+    /// It holds since then.
+    Held,
+    /// It holds no more, and why.
+    Off { time: f64, why: &'static str },
+}
+
+impl Phase {
+    /// Why it let go by itself, if it did.
+    pub(crate) fn gone(&self) -> Option<&'static str> {
+        match self {
+            Self::Off { why, .. } if [LEFT, SHUT].contains(why) => Some(why),
+            _ => None,
+        }
+    }
+}
+
+/// Why constraints let go by themselves.
+pub(crate) const LEFT: &str = "it left the shape";
+pub(crate) const SHUT: &str = "its loop is drawn shut";
+
+#[derive(Debug)]
+pub(crate) struct Link {
+    pub(crate) name: String,
+    pub(crate) places: Vec<Place>,
+    parts: Vec<HeldPart>,
+    pub(crate) from: f64,
+    pub(crate) until: f64,
+    axes: [bool; 3],
+    pub(crate) phase: Phase,
+    since: f64,
+    draw: f64,
+    /// What floats: of its places, one or two numbers each, and their rates, both in lengths along the shape for the rates.
+    pub(crate) slides: Vec<Slide>,
+    pub(crate) rates: Vec<f64>,
+    pub(crate) accelerations: Vec<f64>,
+    /// Of each parameter: its last change while Newton's iteration runs, and how often it turned round. Each time halves its way, so that it
+    /// comes to rest where the shape turns sharply, and at a corner, where it would turn for ever.
+    turns: Vec<(f64, usize)>,
+    /// Its equations in the system of the present step, and their multipliers.
+    pub(crate) first: usize,
+    pub(crate) equations: usize,
+    pub(crate) multipliers: Vec<f64>,
+    /// What is missing when it starts, and the rate of that: of each equation.
+    offset: Vec<[f64; 2]>,
+    /// How much it misses now, without what it is let miss.
+    pub(crate) error: f64,
+}
+
+#[derive(Debug)]
+struct HeldPart {
+    terms: Vec<HeldTerm>,
+    target: Target,
+    /// What it is to have, where that does not move.
+    value: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct HeldTerm {
+    sign: f64,
+    functional: Arc<dyn Functional>,
+    place: Option<usize>,
+    /// Of a derivative at its place (the point itself: 0), its order.
+    order: Option<usize>,
+}
+
+impl Link {
+    /// Of a constraint of these shapes; `slide` tells of each parameter of a body.
+    pub(crate) fn new(
+        constraint: Constraint,
+        shapes: &Shapes<'_>,
+        slide: &dyn Fn(usize, usize) -> Result<Slide>,
+        draw: f64,
+    ) -> Result<Self> {
+        let Constraint { name, places, parts, from, until, axes } = constraint;
+        let mut slides = Vec::new();
+        for place in &places {
+            shapes.get(place.body)?;
+            if place.floats {
+                if place.location.is_on_face() {
+                    return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
+                        "{name}: a location on a surface of many faces does not slide yet: give one that stays (at)"
+                    ))));
+                }
+                for axis in 0..place.location.parameters() {
+                    slides.push(slide(place.body, axis)?);
+                }
+            }
+        }
+        let mut held = Vec::with_capacity(parts.len());
+        for part in parts {
+            let mut terms = Vec::with_capacity(part.terms.len());
+            for term in part.terms {
+                let functional = term.functional(&places);
+                if !functional.floats() && functional.linearity() != Linearity::Linear {
+                    return Err(DynamicsError::NotLinear { what: functional.describe() });
+                }
+                // One of its own, which slides.
+                let own =
+                    term.place.filter(|&index| places[index].floats).map(|index| places[index].location);
+                let functional = own.and_then(|at| functional.moved(at)).unwrap_or(functional);
+                // Of the shapes at the start: which ends meet, what is opposite what.
+                let bound = if functional.floats() { None } else { functional.bind(shapes)? };
+                let functional = bound.unwrap_or(functional);
+                let order = match term.looks {
+                    Looks::At(order) => Some(order),
+                    Looks::Functional(_) => None,
+                };
+                terms.push(HeldTerm { sign: term.sign, functional, place: term.place, order });
+            }
+            held.push(HeldPart { terms, target: part.target, value: Vec::new() });
+        }
+        let count = slides.len();
+        let mut link = Self {
+            name,
+            places,
+            parts: held,
+            from,
+            until,
+            axes,
+            phase: Phase::Waiting,
+            since: 0.0,
+            draw,
+            slides,
+            rates: vec![0.0; count],
+            accelerations: vec![0.0; count],
+            turns: vec![(0.0, 0); count],
+            first: 0,
+            equations: 0,
+            multipliers: Vec::new(),
+            offset: Vec::new(),
+            error: 0.0,
+        };
+        link.settle_targets(shapes)?;
+        Ok(link)
+    }
+
+    /// What is kept gets the value that it has; what is given must be as many numbers as there are.
+    fn settle_targets(&mut self, shapes: &Shapes<'_>) -> Result<()> {
+        let mut desk = Desk::default();
+        for part in &mut self.parts {
+            let mut whole = Vec::new();
+            for term in &part.terms {
+                let value = term.value(shapes, &mut desk)?;
+                whole.resize(value.len(), 0.0);
+                whole.iter_mut().zip(value).for_each(|(whole, v)| *whole += term.sign * v);
+            }
+            if self.axes != [true; 3] && whole.len() != 3 {
+                return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
+                    "{}: only what is one point or vector has axes, this is {} numbers",
+                    self.name,
+                    whole.len()
+                ))));
+            }
+            match &part.target {
+                // A condition holds where it is zero.
+                Target::Keep if part.terms.iter().any(|term| term.functional.is_condition()) => {
+                    part.value = vec![0.0; whole.len()];
+                }
+                Target::Keep => part.value = whole,
+                Target::Value(value) if value.len() == whole.len() && value.iter().all(|v| v.is_finite()) => {
+                    part.value.clone_from(value);
+                }
+                Target::Path(path) if whole.len() == 3 && path.is_finite() => {
+                    part.value = path.at(0.0)[0].as_slice().to_vec();
+                }
+                Target::Value(_) | Target::Path(_) => {
+                    return Err(DynamicsError::Geometry(loftsman_kernel::Error::Invalid(format!(
+                        "{}: {} finite numbers are needed for what it is to have",
+                        self.name,
+                        whole.len()
+                    ))));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Another target for what it holds first.
+    pub(crate) fn retarget(&mut self, target: Target) -> bool {
+        let Some(part) = self.parts.first_mut() else { return false };
+        let fits = match &target {
+            Target::Keep => true,
+            Target::Value(value) => value.len() == part.value.len() && value.iter().all(|v| v.is_finite()),
+            Target::Path(path) => part.value.len() == 3 && path.is_finite(),
+        };
+        if !fits {
+            return false;
+        }
+        if let Target::Value(value) = &target {
+            part.value.copy_from_slice(value);
+        }
+        part.target = target;
+        true
+    }
+
+    /// Whether it holds at a time; where it comes, what is missing then is let go slowly.
+    pub(crate) fn is_held(&self) -> bool {
+        self.phase == Phase::Held
+    }
+
+    /// Comes and goes with its times. Whether it has come just now.
+    pub(crate) fn at_time(&mut self, time: f64) -> bool {
+        match self.phase {
+            Phase::Waiting if time >= self.from && time < self.until => {
+                self.phase = Phase::Held;
+                self.since = time;
+                self.offset.clear();
+                true
+            }
+            Phase::Held if time >= self.until => {
+                self.phase = Phase::Off { time, why: "its time is over" };
+                false
+            }
+            _ => false,
+        }
+    }
+
+    /// What it is let miss at a time, with rate and acceleration: what was missing when it came dies away as
+    /// `(g₀ + (ġ₀ + g₀/τ) t) e^(-t/τ)`, critically damped.
+    pub(crate) fn offset(&self, equation: usize, time: f64) -> [f64; 3] {
+        let Some(&[gap, rate]) = self.offset.get(equation) else { return [0.0; 3] };
+        if gap == 0.0 && rate == 0.0 {
+            return [0.0; 3];
+        }
+        let (t, k) = (time - self.since, 1.0 / self.draw);
+        let slope = rate + gap * k;
+        let fade = (-t * k).exp();
+        let value = gap + slope * t;
+        [value * fade, (slope - k * value) * fade, (k * k * value - 2.0 * k * slope) * fade]
+    }
+
+    /// Whether it has come just now.
+    pub(crate) fn is_new(&self) -> bool {
+        self.offset.is_empty() && self.equations > 0
+    }
+
+    /// Remembers what is missing as it comes.
+    pub(crate) fn start(&mut self, gaps: &[f64], rates: &[f64], negligible: f64) {
+        self.offset.clear();
+        self.offset.extend(gaps.iter().zip(rates).map(|(&gap, &rate)| {
+            if gap.abs() <= negligible && rate.abs() <= negligible { [0.0; 2] } else { [gap, rate] }
+        }));
+    }
+
+    /// Whether what was missing when it came has died away to this share of it.
+    pub(crate) fn is_drawn_in(&self, time: f64) -> bool {
+        self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 25.0 * self.draw
+    }
+
+    /// What it still lets itself miss is nothing from now on.
+    pub(crate) fn let_go(&mut self) {
+        self.offset.iter_mut().for_each(|offset| *offset = [0.0; 2]);
+    }
+
+    /// Looks for what it misses anew, as if it came now.
+    pub(crate) fn begin(&mut self, time: f64) {
+        self.offset.clear();
+        self.since = time;
+    }
+}

@@ -1,0 +1,104 @@
+//! Where its places are, and how those that float move along their shapes.
+
+use std::sync::Arc;
+
+use loftsman_kernel::shape::Location;
+use smallvec::SmallVec;
+
+use super::{LEFT, Link, Phase};
+use crate::constraint::Place;
+
+/// Locations of a constraint's places.
+pub(crate) type Places = SmallVec<[Location; 2]>;
+
+impl Link {
+    /// Whether a parameter has turned round.
+    pub(crate) fn has_turned(&self) -> bool {
+        self.turns.iter().any(|(_, turns)| *turns > 0)
+    }
+
+    /// Its places, those that float moved by lengths along their shapes as far as these go, one for each of its parameters in turn; and whether
+    /// one would leave its shape.
+    pub(crate) fn moved(&self, by: impl Fn(usize) -> f64) -> (Places, bool) {
+        let (mut own, mut left) = (0, false);
+        let mut along = |at: f64| {
+            let Some(slide) = self.slides.get(own) else { return at };
+            let (to, leaves) = slide.moved(at, by(own));
+            (own, left) = (own + 1, left | leaves);
+            to
+        };
+        let places = self.places.iter().map(|place| match place.location {
+            location if !place.floats => location,
+            Location::Curve(u) => Location::Curve(along(u)),
+            Location::Surface(u, v) => Location::Surface(along(u), along(v)),
+            Location::Face(face, u, v) => Location::Face(face, along(u), along(v)),
+            Location::Vertex(vertex) => Location::Vertex(vertex),
+        });
+        let places = places.collect();
+        (places, left)
+    }
+
+    /// A step of Newton's iteration begins. Where it `remembers`, with what it learnt in the step before but the last turn.
+    pub(crate) fn begin_turns(&mut self, remembers: bool) {
+        let kept = |turns: usize| if remembers { turns.saturating_sub(1) } else { 0 };
+        self.turns.iter_mut().for_each(|(last, turns)| (*last, *turns) = (0.0, kept(*turns)));
+    }
+
+    /// Remembers which way its parameters went.
+    pub(crate) fn turn(&mut self, by: &[f64]) {
+        for ((last, turns), by) in self.turns.iter_mut().zip(by) {
+            *turns += usize::from(*last * by < 0.0 && by.abs() > 0.2 * last.abs());
+            *last = *by;
+        }
+    }
+
+    /// Moves its parameters by lengths along the shape; switches it off where one leaves its shape.
+    pub(crate) fn slide(&mut self, by: &[f64], time: f64) {
+        let (places, left) = self.moved(|own| by[own]);
+        if left {
+            self.leave(time);
+        }
+        self.put(&places);
+    }
+
+    /// It has left its shape, and holds no more.
+    pub(crate) fn leave(&mut self, time: f64) {
+        self.phase = Phase::Off { time, why: LEFT };
+    }
+
+    /// Two places of one curve that have come together: a loop drawn shut.
+    pub(crate) fn is_shut(&self, length: f64) -> bool {
+        match &self.places[..] {
+            [
+                Place { body: a, location: Location::Curve(u), floats },
+                Place { body: b, location: Location::Curve(w), floats: other },
+            ] if a == b && (*floats || *other) => {
+                let pace = self.slides.first().map_or(1.0, |slide| slide.pace);
+                (u - w).abs() < length * pace
+            }
+            _ => false,
+        }
+    }
+
+    /// Puts its places back.
+    pub(crate) fn put(&mut self, locations: &[Location]) {
+        for (index, location) in locations.iter().enumerate() {
+            if !self.places[index].floats {
+                continue;
+            }
+            self.places[index].location = *location;
+            for term in self.parts.iter_mut().flat_map(|part| &mut part.terms) {
+                if term.place == Some(index)
+                    && let Some(functional) = Arc::get_mut(&mut term.functional)
+                {
+                    functional.slide(*location);
+                }
+            }
+        }
+    }
+
+    /// Where it is.
+    pub(crate) fn locations(&self) -> impl Iterator<Item = Location> + '_ {
+        self.places.iter().map(|place| place.location)
+    }
+}
