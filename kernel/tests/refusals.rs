@@ -76,3 +76,14 @@ fn a_bound_on_a_curvature_says_what_to_use() {
     let vector = Edit::new(&twelve()).ask(position(4.5).at_most(0.2)).solve().unwrap_err().to_string();
     assert!(vector.ends_with("where 3 are needed; to bound one of them, narrow it to an axis"), "{vector}");
 }
+
+/// A word that is nearly right in a location's table is told as such, whichever of the words it is.
+#[test]
+fn a_location_s_words_are_known_by_their_neighbours() {
+    for (typed, meant) in [("closst", "closest"), ("vertx", "vertex"), ("fac", "face")] {
+        let fields = serde_json::json!({ "at": { typed: [0.0, 1.0, 2.0] } });
+        let parameters = loftsman_kernel::plugin::Parameters::new(fields, "step[0]").unwrap();
+        let refused = parameters.location("at").unwrap_err().to_string();
+        assert!(refused.contains(&format!("did you mean \"{meant}\"?")), "{refused}");
+    }
+}

@@ -321,6 +321,13 @@ impl Parameters {
             ),
             Field::optional("face", "whole number", "this or vertex is needed", "a face"),
             Field::optional("uv", "[u, v]", "[0.5, 0.5]", "the place on the face"),
+            // Whoever knows the object has put its parameters in the place of this one before.
+            Field::optional(
+                "closest",
+                "[x, y, z]",
+                "a place by numbers",
+                "the place that is nearest to a point",
+            ),
         ];
         self.check(FIELDS)?;
         let number = |name: &str| {
@@ -336,7 +343,10 @@ impl Parameters {
                 };
                 Ok(Location::Face(number("face")?, u, v))
             }
-            _ => Err(self.error("", "a place is { vertex = number }, or { face = number, uv = [u, v] }")),
+            _ => Err(self.error(
+                "",
+                "a place is { vertex = number }, { face = number, uv = [u, v] }, or { closest = [x, y, z] } alone",
+            )),
         }
     }
 

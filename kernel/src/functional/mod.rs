@@ -82,6 +82,15 @@ impl Accuracy {
     }
 }
 
+/// What a functional has become, in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Told {
+    /// What was found: `position 0.0012, angle 0.03°`.
+    pub found: String,
+    /// What to do where that is too much.
+    pub remedy: String,
+}
+
 /// Something that may be asked of shapes: `f(P)`, one number or several.
 pub trait Functional: Any + Debug + Send + Sync {
     /// How many numbers it is.
@@ -280,6 +289,16 @@ pub trait Functional: Any + Debug + Send + Sync {
     /// What else there is to say of what it asks (what is given up so that it can hold), for the report. Nothing by default.
     fn notes(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// What it has become on shapes, in quantities that people know (angles, parts of a curvature), where its equations are made of
+    /// others: for the report, and for the error where it does not hold. `None` (the default) where its value says all.
+    ///
+    /// # Errors
+    /// As for [`rows`](Self::rows).
+    fn told(&self, shapes: &Shapes<'_>) -> Result<Option<Told>> {
+        let _ = shapes;
+        Ok(None)
     }
 
     /// Whether its equations are one vector's x, y and z, so that it can be narrowed to an axis and be given a

@@ -2,12 +2,14 @@
 
 use super::bound::right_hand_side;
 use super::check::missed_by;
+use super::conflict::quoted;
 use super::smooth::is_ours;
 use super::{Assembly, EditError, Numbers, Problem, view};
 use crate::error::Result;
-use crate::functional::{Shapes, Store};
+use crate::functional::{Shapes, Store, Told};
 use crate::measure::{Measured, measure_in};
 use crate::problem::ConstraintReport;
+use crate::solve::SolveError;
 
 impl Problem {
     /// Wanted minus present values of an assembly's equations, for other control vertices of the same shapes: entry
@@ -31,7 +33,7 @@ impl Problem {
         let own = view(&self.shapes);
         let start = assembly.vertices().fold(0.0_f64, |m, v| own.vertex(v).coords.amax().max(m));
         let reach = reach(assembly, &self.misfit(assembly, &own)?, start);
-        self.judge(solver, &self.measured(shapes, reach))
+        self.judge(solver, shapes, &self.measured(shapes, reach))
     }
 
     /// What each constraint misses on shapes of the same kinds; `reach` as in [`measure`].
@@ -46,16 +48,27 @@ impl Problem {
         each.collect()
     }
 
-    /// Whether what was measured is allowed.
-    pub(crate) fn judge(&self, solver: &str, measured: &[Result<Measured>]) -> Result<(), EditError> {
+    /// Whether what was measured on these shapes is allowed.
+    pub(crate) fn judge(
+        &self,
+        solver: &str,
+        shapes: &Shapes<'_>,
+        measured: &[Result<Measured>],
+    ) -> Result<(), EditError> {
         for (bound, measured) in self.bound.iter().zip(measured) {
-            match measured {
+            let measured = match measured {
                 Err(error) => return Err(error.clone().into()),
-                Ok(measured) if measured.holds() => {}
-                Ok(measured) => {
-                    return Err(missed_by(solver, &bound.constraint, measured.verdict()).into());
-                }
+                Ok(measured) if measured.holds() => continue,
+                Ok(measured) => measured,
+            };
+            let constraint = &bound.constraint;
+            if measured.worst.holds()
+                && let Some(Told { found, remedy }) = constraint.functional.told(shapes)?
+            {
+                let constraint = quoted(&constraint.label());
+                return Err(SolveError::Between { constraint, found, remedy }.into());
             }
+            return Err(missed_by(solver, constraint, measured.verdict()).into());
         }
         Ok(())
     }

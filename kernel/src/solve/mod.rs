@@ -237,6 +237,16 @@ pub enum SolveError {
         /// What was allowed.
         tolerance: f64,
     },
+    /// An answer that does not hold between the places where it was imposed: it is not handed out.
+    #[error("{constraint} would not hold all along: {found}; {remedy}")]
+    Between {
+        /// What is missed.
+        constraint: String,
+        /// What was found there, in its own quantities.
+        found: String,
+        /// What to do.
+        remedy: String,
+    },
     /// Constraints that all hold only by an adjustment out of all proportion to what each of them asks.
     #[error(
         "{names} nearly contradict one another (condition {condition}): to meet them all, control vertices would go {length}, {times} times as far as each alone would take; release one of them, ask the same of those whose places are so near, move the places apart, or say force = true to take it",

@@ -11,8 +11,9 @@ pub struct Limits {
     pub distance: Option<f64>,
     /// The largest angle between the tangent planes, in radians.
     pub angle: f64,
-    /// The largest difference of the curvatures across, as a part of the largest curvature there (and of that of a circle as
-    /// large as the edge, where both are flatter).
+    /// The largest difference of the normal curvatures square to the edge, as a part of the largest normal curvature, in any
+    /// direction, of the surface that stands still along the edge. Where that one is flat to rounding (1e-8 / size of the
+    /// edge), as a part of this.
     pub curvature: f64,
 }
 
@@ -30,10 +31,23 @@ pub struct Deviation {
     pub distance: f64,
     /// The largest angle between the surfaces, in radians: 0 where they are smooth, π where they are folded.
     pub angle: f64,
-    /// The largest difference of their curvatures across the edge.
+    /// The largest difference of their normal curvatures square to the edge, each surface's own.
     pub curvature: f64,
     /// That as a part of what [`Limits::curvature`] says.
     pub part: f64,
+    /// Whether the surface that stands still is flat along the edge, so that no curvature is there to be a part of.
+    pub flat: bool,
+}
+
+impl Limits {
+    /// `position 0.001, angle 0.1°, curvature 5 %`, as much of it as belongs to a continuity.
+    pub(crate) fn up_to(&self, continuity: usize, distance: f64) -> String {
+        let [distance, angle, curvature] =
+            [distance, self.angle.to_degrees(), 100.0 * self.curvature].map(figure);
+        let all =
+            [format!("position {distance}"), format!("angle {angle}°"), format!("curvature {curvature} %")];
+        all[..=continuity.min(2)].join(", ")
+    }
 }
 
 impl Deviation {
@@ -48,6 +62,17 @@ impl Deviation {
         all[..=continuity].iter().fold(0.0, |m, x| f64::max(m, *x))
     }
 
+    /// The worst of all these.
+    pub(crate) fn worst(profile: &[(f64, Self)]) -> Self {
+        profile.iter().fold(Self::default(), |all, (_, one)| all.or_worse(*one))
+    }
+
+    /// Whether a surface lies folded back on the other one along most of the edge.
+    pub(crate) fn folded(profile: &[(f64, Self)]) -> bool {
+        let back = profile.iter().filter(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2).count();
+        2 * back > profile.len()
+    }
+
     /// The larger of each.
     pub(crate) fn or_worse(self, other: Self) -> Self {
         Self {
@@ -55,17 +80,20 @@ impl Deviation {
             angle: self.angle.max(other.angle),
             curvature: self.curvature.max(other.curvature),
             part: self.part.max(other.part),
+            flat: self.flat || other.flat,
         }
     }
 
-    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`, as much of it as belongs to a continuity.
+    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`, as much of it as belongs to a continuity; where there is nothing to be
+    /// a part of, `curvature 0.4 (the other surface is flat)`.
     pub(crate) fn up_to(&self, continuity: usize) -> String {
         let [distance, angle, curvature, part] =
             [self.distance, self.angle.to_degrees(), self.curvature, 100.0 * self.part].map(figure);
+        let of = if self.flat { "the other surface is flat".to_owned() } else { format!("{part} %") };
         let all = [
             format!("position {distance}"),
             format!("angle {angle}°"),
-            format!("curvature {curvature} ({part} %)"),
+            format!("curvature {curvature} ({of})"),
         ];
         all[..=continuity.min(2)].join(", ")
     }

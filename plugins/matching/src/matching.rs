@@ -5,31 +5,36 @@ use std::sync::Arc;
 use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::functional::{
-    Accuracy, DeclaredFunctional, Edge, Functional, Linearity, On, Rows, ShapeNames, Shapes,
+    Accuracy, DeclaredFunctional, Edge, Functional, Linearity, On, Rows, ShapeNames, Shapes, Told,
 };
 use loftsman_kernel::plugin::{Declaration, Field, ParameterError, Parameters};
 use loftsman_kernel::shape::{Derivative, Stencil, strips};
 use loftsman_kernel::topology::EdgeCurve;
 
 use crate::beside::{Beside, edge_of};
-use crate::contact::{Contact, Frame};
+use crate::contact::{Contact, Frame, Partials};
 use crate::deviation::{Deviation, Limits};
 use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
 
 /// Positions that are to be equal to rounding are looked at between with this part of the edge's size.
 const ROUNDING: f64 = 1e-9;
+/// A surface whose curvatures are smaller than this, divided by the edge's size, is flat to rounding.
+const FLAT: f64 = 1e-8;
 
 /// A whole edge of a surface that meets the edge of another one, which stands still: with continuity 0 in position, with 1 in
-/// the tangent planes too (G¹), with 2 in the curvature across (G²), whatever the parametrisations. At places `t` of the edge,
-/// with the other surface's unit normal `n`, its second fundamental form `II` and `S₁`, `S₂` the derivatives across:
+/// the tangent planes too (G¹), with 2 in the curvature (G²), whatever the parametrisations. At places of the edge, `s` running
+/// across it, with the other surface's unit normal `n` and its second fundamental form `II`:
 ///
 /// ```text
-/// S = T,   n·S₁ = 0,   n·S₂ = II(S₁, S₁)
+/// S = T,   n·S_s = 0,   n·S_ss = II(S_s, S_s)
 /// ```
 ///
+/// Where position and tangent planes agree all along an edge, and the second fundamental forms for one direction across it, they
+/// agree for all directions (J. Pegna and F.-E. Wolter, Geometrical criteria to guarantee curvature continuity of blend surfaces,
+/// J. Mech. Des. 114, 1992). What is measured is the difference of the normal curvatures square to the edge, each surface's own.
+///
 /// Position as in [`EdgeOn`](crate::EdgeOn), everywhere to rounding where the edge's space holds the other edge; the others at the edge's
-/// Greville abscissae, as many places as it has control vertices. Where position and tangent planes agree all along an edge, these
-/// are all there is to curvature: what runs along the edge agrees by itself. Linear up to continuity 1. Between these places all is
+/// Greville abscissae, as many places as it has control vertices. Linear up to continuity 1. Between these places all is
 /// [measured](Self::deviation), and refused where it is outside the [`Limits`]: more knots along the edge bring it nearer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matching {
@@ -61,8 +66,10 @@ struct Bound {
     between: Vec<Place>,
     /// How far the edges may be apart between the places where they meet.
     distance: f64,
-    /// What differences of curvatures are measured by.
+    /// What differences of curvatures are measured by: the largest curvature of the surface that stands still.
     curvature: f64,
+    /// Whether that one is flat along the edge, so that this is rounding.
+    flat: bool,
 }
 
 /// A place between those where anything is imposed.
@@ -88,8 +95,7 @@ impl Matching {
     /// # Errors
     /// When the match cannot be asked of these shapes.
     pub fn deviation(&self, shapes: &Shapes<'_>) -> Result<Deviation> {
-        let each = self.profile(shapes)?;
-        Ok(each.into_iter().fold(Deviation::default(), |all, (_, one)| all.or_worse(one)))
+        Ok(Deviation::worst(&self.profile(shapes)?))
     }
 
     /// The same with everything fixed that it takes from the shapes' state.
@@ -111,10 +117,10 @@ impl Matching {
             let curvature = found.curvature.abs();
             let deviation = Deviation {
                 distance: apart.norm(),
-                // Where a surface leaves the edge in no direction, it is nothing but wrong.
-                angle: found.angle.unwrap_or(std::f64::consts::PI),
+                angle: found.angle,
                 curvature,
                 part: curvature / bound.curvature,
+                flat: bound.flat,
             };
             Ok((place.t, deviation))
         });
@@ -153,8 +159,7 @@ impl Matching {
         let contact = |t: f64| -> Result<Contact> {
             Ok(Contact {
                 at: beside.at(t),
-                across: [beside.edge.edge.across(1), beside.edge.edge.across(2)],
-                along: beside.edge.edge.along(1),
+                by: Partials::new(&beside.edge.edge),
                 at_end: beside.edge.edge.at_end,
                 step,
                 frame: Frame::new(other, &there.edge, beside.there(t))?,
@@ -166,13 +171,11 @@ impl Matching {
             Vec::new()
         };
         let between = self.between(&beside, exact && self.continuity == 0, &there, &contact)?;
-        let shape = shapes.get(self.on.shape)?;
-        let mut curvature = 1.0 / size;
-        for place in &between {
-            curvature = curvature.max(place.contact.measure(shape)?.beside.abs());
-        }
+        let curvature = between.iter().fold(0.0, |m: f64, place| m.max(place.contact.frame.largest));
+        let rounding = FLAT / size;
+        let (curvature, flat) = (curvature.max(rounding), curvature <= rounding);
         let distance = limits.distance.unwrap_or(ROUNDING * size);
-        Ok(Arc::new(Bound { rows, contacts, between, distance, curvature }))
+        Ok(Arc::new(Bound { rows, contacts, between, distance, curvature, flat }))
     }
 
     /// The parameter step by which derivatives across are made lengths.
@@ -264,6 +267,23 @@ impl Functional for Matching {
         true
     }
 
+    fn told(&self, shapes: &Shapes<'_>) -> Result<Option<Told>> {
+        let bound = self.fixed(shapes)?;
+        let profile = self.deviations(shapes, &bound)?;
+        let (worst, count) = (Deviation::worst(&profile), bound.contacts.len().max(bound.rows.len()));
+        let remedy = if self.continuity > 0 && Deviation::folded(&profile) {
+            "one surface lies folded back on the other: turn it round, or ask for continuity 0".to_owned()
+        } else {
+            format!(
+                "{} is allowed: allow more, or insert knots along the edge, which has {count} control vertices (the operation \
+                 `match` inserts them by itself)",
+                self.limits.up_to(self.continuity, bound.distance)
+            )
+        };
+        let found = format!("the surfaces are apart by {}", worst.up_to(self.continuity));
+        Ok(Some(Told { found, remedy }))
+    }
+
     fn witness(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         let bound = self.fixed(shapes)?;
         Ok(Some(Arc::new(Between { of: Self { bound: Some(bound), ..self.clone() } })))
@@ -280,14 +300,14 @@ fn put(
     by: [f64; 2],
 ) -> Result<()> {
     let normal = contact.frame.normal;
-    let first = shapes.stencil(on, contact.at, contact.across[0])?;
-    rows.equation().along(on, &first, normal * (contact.step * by[0]));
+    let stencil = |along, across| shapes.stencil(on, contact.at, contact.by.of(along, across));
+    let across = stencil(0, 1)?;
+    rows.equation().along(on, &across, normal * (contact.step * by[0]));
     if continuity > 1 {
-        let second = shapes.stencil(on, contact.at, contact.across[1])?;
-        let vertices = shapes.get(on)?.control_vertices();
-        let half = contact.frame.second(&first.apply(vertices)).1;
+        let half = contact.frame.second(&across.apply(shapes.get(on)?.control_vertices())).1;
         let step = contact.step * contact.step * by[1];
-        rows.equation().along(on, &second, normal * step).along(on, &first, half * (-2.0 * step));
+        let second = stencil(0, 2)?;
+        rows.equation().along(on, &second, normal * step).along(on, &across, half * (-2.0 * step));
     }
     Ok(())
 }
@@ -306,7 +326,7 @@ impl Between {
 
     /// The factors of slope and bend at a place that make them lengths to be judged by the allowed distance.
     fn factors(&self, shapes: &Shapes<'_>, bound: &Bound, contact: &Contact) -> Result<[f64; 2]> {
-        let across = shapes.value(self.of.on.shape, contact.at, contact.across[0])?.norm() * contact.step;
+        let across = contact.across(shapes.get(self.of.on.shape)?)? * contact.step;
         let limits = &self.of.limits;
         let slope = bound.distance / (limits.angle.sin() * across);
         let bend = bound.distance / (limits.curvature * bound.curvature * across * across);
@@ -342,11 +362,12 @@ impl Functional for Between {
         let shape = shapes.get(on)?;
         for (place, out) in bound.between.iter().zip(out.chunks_exact_mut(3 + self.of.continuity)) {
             let apart = shape.value(place.contact.at, Derivative::POSITION)? - place.point.coords;
-            let found = place.contact.measure(shape)?;
-            let by = self.factors(shapes, bound, &place.contact)?;
-            // The planes may differ along the edge as well, where positions do: what counts is the whole angle.
-            let angle = found.angle.unwrap_or(std::f64::consts::PI) / self.of.limits.angle * bound.distance;
-            let all = [apart.x, apart.y, apart.z, angle.copysign(found.slope), found.bend * by[1]];
+            let (found, limits) = (place.contact.measure(shape)?, &self.of.limits);
+            // The planes may differ along the edge as well, where positions do: what counts is the whole angle, and each
+            // surface's own curvature.
+            let angle = found.angle / limits.angle * bound.distance;
+            let curvature = found.curvature / (limits.curvature * bound.curvature) * bound.distance;
+            let all = [apart.x, apart.y, apart.z, angle.copysign(found.slope), curvature];
             out.iter_mut().zip(all).for_each(|(out, value)| *out = value);
         }
         Ok(())
@@ -377,8 +398,8 @@ pub(crate) const LIMITS: [Field; 3] = [
         "curvature",
         "number (percent)",
         "5",
-        "with continuity 2, the largest difference of curvatures in the direction in which the surface leaves the edge, of the largest there \
-         or of 1/size of the edge",
+        "with continuity 2, the largest difference of the normal curvatures square to the edge, of the largest curvature of the other \
+         surface along it",
     ),
 ];
 
@@ -412,7 +433,7 @@ pub(crate) fn other(p: &Parameters) -> Result<Parameters, ParameterError> {
 }
 
 pub(crate) const CONTINUITY: Field =
-    Field::optional("continuity", "0 | 1 | 2", "1", "position, tangent planes (G1), curvature across (G2)");
+    Field::optional("continuity", "0 | 1 | 2", "1", "position, tangent planes (G1), curvature (G2)");
 
 /// The field `continuity`.
 pub(crate) fn continuity(p: &Parameters) -> Result<usize, ParameterError> {

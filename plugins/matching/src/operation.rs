@@ -4,7 +4,7 @@ use std::any::Any;
 
 use loftsman_kernel::edit::{Ask, Edit, EditError, Edited, Metric};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Edge, On, Shapes};
+use loftsman_kernel::functional::{Edge, Functional, On, Shapes};
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, SceneShapes, SeenShapes, StepReport,
     object_name, put_back,
@@ -204,7 +204,8 @@ impl Asked {
         let distance = self.limits.distance.unwrap_or(TOLERANCE * size);
         let limits = Limits { distance: Some(distance), ..self.limits };
         let along = if edge.edge.along_u { Direction::U } else { Direction::V };
-        let before = self.matching(limits).deviation(&shapes)?;
+        let profile = self.matching(limits).profile(&shapes)?;
+        let (before, was_folded) = (Deviation::worst(&profile), Deviation::folded(&profile));
         let mut start = self.with_rows(surface, along.other())?;
         if self.refine
             && let Some(alike) = as_the_other(&start, along, edge, &there)?
@@ -214,6 +215,7 @@ impl Asked {
         // What the equations leave between is judged here, by the limits.
         let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e6 };
         let mut history: Vec<f64> = Vec::new();
+        let mut everywhere = false;
         loop {
             let count = start.space(along).len();
             context.observer.proceed("match", count as u64, MOST as u64)?;
@@ -237,7 +239,7 @@ impl Asked {
                 Err(error) => return Err(error.into()),
             };
             let profile = asked.profile(&Shapes::new([edited.shape() as &dyn Shape, other]))?;
-            let worst = profile.iter().fold(Deviation::default(), |all, (_, one)| all.or_worse(*one));
+            let worst = Deviation::worst(&profile);
             if worst.within(self.continuity, distance, &self.limits) {
                 let degrees = |s: &Surface| [along, along.other()].map(|d| s.space(d).degree());
                 let count = |s: &Surface, direction| s.space(direction).len();
@@ -255,15 +257,15 @@ impl Asked {
             let excess = worst.excess(self.continuity, distance, &self.limits);
             let before = history.len().checked_sub(2).map(|at| history[at]);
             let stuck = before.is_some_and(|before| excess > NEARER * before);
-            let folded = profile.iter().filter(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2).count();
-            let hopeless = stuck || self.continuity > 0 && 2 * folded > profile.len();
-            start = self.halved(
-                &start,
-                along,
-                &profile,
-                (distance, hopeless, surface.space(along).len()),
-                worst,
-            )?;
+            let hopeless = stuck && everywhere || self.continuity > 0 && Deviation::folded(&profile);
+            if stuck && !everywhere {
+                // Knots at some spans only move what is left to others: from here on all are halved.
+                everywhere = true;
+                history.clear();
+            }
+            let own = surface.space(along).len();
+            let tried = Tried { distance, hopeless, everywhere, own, was_folded, worst };
+            start = self.halved(&start, along, &profile, tried)?;
             history.push(excess);
         }
     }
@@ -314,9 +316,9 @@ impl Asked {
         surface: &Surface,
         along: Direction,
         profile: &[(f64, Deviation)],
-        (distance, hopeless, own): (f64, bool, usize),
-        worst: Deviation,
+        tried: Tried,
     ) -> Result<Surface, OperationError> {
+        let Tried { distance, hopeless, everywhere, own, was_folded, worst } = tried;
         let space = surface.space(along);
         let outside = |a: f64, b: f64| {
             let within = |one: &Deviation| one.within(self.continuity, distance, &self.limits);
@@ -325,15 +327,17 @@ impl Asked {
         let mut knots = Vec::new();
         for piece in space.breakpoints().windows(2) {
             let (a, b) = (piece[0], piece[1]);
-            if outside(a, b) && b - a > SHORTEST * space.length() {
+            if (everywhere || outside(a, b)) && b - a > SHORTEST * space.length() {
                 knots.push(0.5 * a + 0.5 * b);
             }
         }
         let most = space.len() + knots.len() > MOST.max(2 * own);
         if hopeless || knots.is_empty() || most || !self.refine {
-            let folded = worst.angle > std::f64::consts::FRAC_PI_2 && self.continuity > 0;
-            let remedy = if folded {
+            let remedy = if was_folded && self.continuity > 0 {
                 "the surface lies folded back on the other: turn it round first, or ask for continuity 0"
+            } else if Deviation::folded(profile) && self.continuity > 0 {
+                "brought there it would fold back on the other, which it does not now: bring it nearer first, let more of it move \
+                 (keep, metric), or ask for continuity 0"
             } else if self.refine {
                 "allow more, or smooth the edge that stands still"
             } else {
@@ -348,6 +352,21 @@ impl Asked {
         }
         Ok(surface.insert_knots(along, &knots)?)
     }
+}
+
+/// A match that is not within its limits.
+struct Tried {
+    /// The allowed distance.
+    distance: f64,
+    /// Whether more knots will not help.
+    hopeless: bool,
+    /// Whether all spans are halved, not only those that are outside.
+    everywhere: bool,
+    /// Control vertices along the edge at first.
+    own: usize,
+    /// Whether the surface lay folded back on the other before.
+    was_folded: bool,
+    worst: Deviation,
 }
 
 /// The surface raised and refined along its edge so that its space there holds the other edge; None where it does already, or
@@ -400,7 +419,9 @@ impl Made {
             let why = "meeting the other edge and staying smooth at all knots conflict";
             notes.push(format!("{why}: corners may appear, as where that edge has some"));
         }
-        notes.extend(report.notes.iter().cloned());
+        // What is left along the edge is told above.
+        let own = format!("{}: ", asked.matching(asked.limits).describe());
+        notes.extend(report.notes.iter().filter(|note| !note.starts_with(&own)).cloned());
         StepReport {
             op: op.into(),
             object: Some(object.into()),

@@ -236,11 +236,12 @@ fn what_is_matched_to_a_cylinder_has_its_tangents_and_its_curvature() {
                         assert!(normal.x.abs() > 1.0 - 1e-14, "{p} {q} {continuity}: {normal}");
                     }
                     if continuity > 1 {
-                        // Along z the normal curvature is 1/2, along y it is 0: that of every direction follows.
-                        let d = s(1, 0);
-                        let inwards = Vector::new(-1.0, 0.0, 0.0);
-                        let kappa = inwards.dot(&s(2, 0)) / d.norm_squared();
-                        let wanted = 0.5 * d.z * d.z / d.norm_squared();
+                        // Square to the edge the normal curvature is 1/2.
+                        let (along, d) = (s(0, 1), s(1, 0));
+                        let a = d.dot(&along) / along.norm_squared();
+                        let bend = s(2, 0) - s(1, 1) * (2.0 * a) + s(0, 2) * (a * a);
+                        let kappa = -bend.x / (d - along * a).norm_squared();
+                        let wanted = 0.5;
                         // Where it was imposed it holds; between it is off by no more than is told, which is looked for at so many places
                         // that nowhere it is half a percent more.
                         let allowed = if k < places.len() { 1e-9 } else { left.curvature / 0.995 + 1e-9 };
@@ -300,4 +301,93 @@ fn the_rows_are_the_derivatives_and_refusals_say_why() {
         })
         .collect();
     assert!(poles.iter().any(|problem| problem.contains("is a point (a pole)")), "{poles:?}");
+}
+
+/// What the constraint left is in the report, in its own quantities; what is outside its limits is said with them, and what to do.
+#[test]
+fn a_match_tells_what_is_left_and_what_is_too_much() {
+    let cylinder = cylinder();
+    let low = low_edge(&cylinder);
+    let sheet = sheet(Space::clamped_uniform(3, 6).unwrap(), Space::clamped_uniform(3, 5).unwrap());
+    let solve = |limits: Limits| {
+        let asked = matching(Edge::UEnd, 1, low, 2, limits);
+        Edit::new(&sheet).with(Box::new(cylinder.clone())).ask(asked.hold()).solve()
+    };
+    let report = solve(Limits::default()).unwrap().report().clone();
+    let told = |note: &String| {
+        note.contains("the surfaces are apart by position") && note.contains("angle") && note.contains(" %)")
+    };
+    assert!(report.notes.iter().any(told), "{:?}", report.notes);
+    let refused = solve(Limits { curvature: 1e-9, ..Limits::default() }).unwrap_err().to_string();
+    assert!(
+        refused.contains("apart by position") && refused.contains("insert knots along the edge"),
+        "{refused}"
+    );
+    assert!(!refused.contains("rounding explains"), "{refused}");
+}
+
+/// The same points in another parametrisation, of the same degree or another one: nothing moves.
+#[test]
+fn an_edge_that_is_on_the_curve_already_stays() {
+    let line = |degree: usize, places: &[f64]| {
+        let space = Space::clamped_uniform(degree, places.len()).unwrap();
+        Curve::new(space, places.iter().map(|&y| Point::new(2.0, y, 1.0)).collect()).unwrap()
+    };
+    let flat = |q: usize| {
+        let (u, v) = (Space::clamped_uniform(2, 4).unwrap(), Space::clamped_uniform(q, q + 1).unwrap());
+        let at =
+            |k: usize| Point::new((k / (q + 1)) as f64 * 2.0 / 3.0, (k % (q + 1)) as f64 / q as f64, 1.0);
+        Surface::new(u, v, (0..4 * (q + 1)).map(at).collect()).unwrap()
+    };
+    for (q, curve) in [
+        (1, line(3, &[0.0, 0.1, 0.2, 0.3, 1.0])),
+        (1, line(2, &[1.0, 0.2, 0.0])),
+        (3, line(3, &[0.0, 0.1, 0.4, 1.0])),
+        (2, line(5, &[-1.0, 0.0, 0.4, 0.5, 0.6, 0.7, 1.5])),
+    ] {
+        let sheet = flat(q);
+        let asked = edge_on(Edge::UEnd, 1);
+        let edited =
+            Edit::new(&sheet).with(Box::new(curve.clone())).ask(asked.clone().hold()).solve().unwrap();
+        assert_eq!(edited.shape().points(), sheet.points(), "degree {q}");
+        assert!(
+            edited.report().notes.iter().any(|note| note.contains("already")),
+            "{:?}",
+            edited.report().notes
+        );
+        let shapes = Shapes::new([&sheet as &dyn Shape, &curve]);
+        assert!(asked.distance(&shapes).unwrap() < 1e-12);
+        // A little off it, it is on it no more.
+        let mut off = sheet.clone();
+        off.control_vertices_mut().iter_mut().for_each(|at| at.z += 1e-6);
+        let shapes = Shapes::new([&off as &dyn Shape, &curve]);
+        assert!((asked.clone().within(1.0).distance(&shapes).unwrap() - 1e-6).abs() < 1e-12);
+    }
+}
+
+/// A curve that is run through unevenly: the edge comes as near to its points as it can, and what is measured is the distance.
+#[test]
+fn within_a_tolerance_the_parameters_run_as_they_have_to() {
+    let sheet = sheet(Space::clamped_uniform(2, 4).unwrap(), Space::clamped_uniform(3, 7).unwrap());
+    let at = |y: f64| Point::new(2.5, y, 0.2 * (1.5 * y).sin());
+    // Bunched towards one end: evenly by parameter the edge would be far off.
+    let places: Vec<f64> = (0..40).map(|k| 3.0 * (f64::from(k) / 39.0).powi(4)).collect();
+    let curve =
+        Curve::new(Space::clamped_uniform(3, 40).unwrap(), places.iter().map(|&y| at(y)).collect()).unwrap();
+    let solve = |tolerance: f64| {
+        let asked = edge_on(Edge::UEnd, 1).within(tolerance);
+        Edit::new(&sheet).with(Box::new(curve.clone())).smooth(0).ask(asked.hold()).solve()
+    };
+    let edited = solve(0.01).unwrap();
+    let far = apart(edited.shape(), &curve);
+    assert!(far < 0.01, "{far}");
+    let told = edited.report().constraints[0].between.unwrap();
+    assert!(told < 0.01 && told > 0.9 * far, "{told} {far}");
+    let refused = solve(1e-9).unwrap_err().to_string();
+    assert!(
+        refused.contains("as near as it comes it is")
+            && refused.contains(" at (")
+            && refused.contains("is allowed"),
+        "{refused}"
+    );
 }

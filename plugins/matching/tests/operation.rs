@@ -46,8 +46,7 @@ fn scene(hull: &Surface, deck: &Surface) -> Scene {
     scene
 }
 
-/// Position, the sine of the angle between the normals, and the difference of the normal curvatures in the direction in which
-/// `s` leaves its edge, at places of `s`'s edge `u0`; the nearest point of the hull's edge is looked for.
+/// Position, the sine of the angle between the normals, and the difference of the normal curvatures square to the edge, at places of `s`'s edge `u0`; the nearest point of the hull's edge is looked for.
 fn measured(s: &Surface, hull: &Surface, along: Direction) -> [f64; 3] {
     let end = hull.space(along).domain().1;
     let edge = hull.isocurve(along, end).unwrap();
@@ -63,13 +62,15 @@ fn measured(s: &Surface, hull: &Surface, along: Direction) -> [f64; 3] {
         };
         let normal = t(1, 0).cross(&t(0, 1)).normalize();
         let own = d(1, 0).cross(&d(0, 1)).normalize();
-        // Where the direction lies in the hull's parameters: least squares.
-        let (x, y, w) = (t(1, 0), t(0, 1), d(1, 0));
-        let (g, h, k) = (x.dot(&x), x.dot(&y), y.dot(&y));
-        let det = g * k - h * h;
-        let (p, q) = ((k * x.dot(&w) - h * y.dot(&w)) / det, (g * y.dot(&w) - h * x.dot(&w)) / det);
-        let second = t(2, 0) * p * p + t(1, 1) * 2.0 * p * q + t(0, 2) * q * q;
-        let curvature = (normal.dot(&d(2, 0)) - normal.dot(&second)) / w.norm_squared();
+        let square = |normal: &Vector, d: &dyn Fn(usize, usize) -> Vector, across_u: bool| {
+            let by = |along: usize, across: usize| if across_u { d(across, along) } else { d(along, across) };
+            let (t, s) = (by(1, 0), by(0, 1));
+            let a = s.dot(&t) / t.norm_squared();
+            let bend = by(0, 2) - by(1, 1) * (2.0 * a) + by(2, 0) * (a * a);
+            normal.dot(&bend) / (s - t * a).norm_squared()
+        };
+        let same_side = if own.dot(&normal) < 0.0 { -own } else { own };
+        let curvature = square(&same_side, &d, true) - square(&normal, &t, along == Direction::U);
         for (worst, now) in worst.iter_mut().zip([
             (near.point.coords - d(0, 0)).norm(),
             normal.cross(&own).norm(),
@@ -221,4 +222,53 @@ fn an_edge_with_corners_is_met_with_corners() {
         let [position, ..] = measured(both.surface("deck").unwrap(), &sheet(0.0, lift), Direction::U);
         assert!(position < 1e-12, "{lift}: {position}");
     }
+}
+
+/// A deck whose lines across leave the edge at `degrees` to it, not square.
+fn sheared(p: usize, q: usize, degrees: f64) -> Surface {
+    let (u, v, points, weights) = deck(p, q).into_parts();
+    let along = 1.0 / degrees.to_radians().tan();
+    let points = points.iter().map(|at| at + Vector::x() * (1.2 - at.y) * along).collect();
+    Surface::build(u, v, points, weights).unwrap()
+}
+
+/// What is solved and told is the curvature square to the edge, however the surface's lines run across it.
+#[test]
+fn lines_that_leave_the_edge_slantwise_hide_no_curvature() {
+    let hull = hull(3, 4);
+    for degrees in [60.0, 30.0, 10.0] {
+        for (p, q) in [(3, 3), (5, 4)] {
+            let mut both = scene(&hull, &sheared(p, q, degrees));
+            let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" },
+                "continuity": 2, "angle": 0.2, "curvature": 5 });
+            let notes = run(&mut both, fields).unwrap_or_else(|e| panic!("{degrees} {p} {q}: {e}"));
+            let [position, sine, curvature] = measured(both.surface("deck").unwrap(), &hull, Direction::U);
+            let note = notes.iter().find(|note| note.contains("now: ")).unwrap();
+            assert!(position < 1e-3 && sine < 0.2_f64.to_radians() * 1.01, "{degrees} {p} {q}: {note}");
+            let told: f64 =
+                note.split("curvature ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+            assert!(curvature < told * 1.02 + 1e-9 && told < 0.05, "{degrees} {p} {q}: {curvature}, {note}");
+        }
+    }
+}
+
+/// A flat sheet has no curvature to be a part of: what comes to it with G2 is flat along the edge to rounding, and it is said.
+#[test]
+fn flat_along_the_edge_is_flat_to_rounding() {
+    let flat = {
+        let (u, v, points, _) = hull(3, 4).into_parts();
+        Surface::new(u, v, points.iter().map(|at| Point::new(at.x, at.y, 2.0)).collect()).unwrap()
+    };
+    let (u, v, points, _) = deck(4, 4).into_parts();
+    let beyond =
+        Surface::new(u, v, points.iter().map(|at| Point::new(at.x, 2.4 - at.y, at.z)).collect()).unwrap();
+    let mut both = scene(&flat, &beyond);
+    let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" }, "continuity": 2 });
+    let notes = run(&mut both, fields).unwrap();
+    let [position, sine, curvature] = measured(both.surface("deck").unwrap(), &flat, Direction::U);
+    assert!(position < 1e-9 && sine < 1e-9 && curvature < 1e-9, "{position} {sine} {curvature}");
+    assert!(
+        notes.iter().any(|note| note.contains("now: ") && note.contains("the other surface is flat")),
+        "{notes:?}"
+    );
 }

@@ -39,7 +39,7 @@ impl<S: Shape> Session<S> {
             return Err(overflow());
         }
         if self.solved && !report.best_effort {
-            self.problem.judge(&report.solver, &measured)?;
+            self.problem.judge(&report.solver, &view(&self.problem.shapes), &measured)?;
         }
         Ok(report)
     }
@@ -116,6 +116,9 @@ impl<S: Shape> Session<S> {
                 report.notes.push(note);
             }
             report.notes.extend(bound.constraint.functional.notes());
+            if let Ok(Some(told)) = bound.constraint.functional.told(&shapes) {
+                report.notes.push(format!("{}: {}", bound.constraint.label(), told.found));
+            }
         }
         for (bound, measured) in self.problem.bound.iter().zip(measured) {
             let between = measured.as_ref().ok().and_then(|measured| measured.between);
