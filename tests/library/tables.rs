@@ -248,7 +248,8 @@ fn every_linear_kind_holds_while_things_move() {
         }
     }
     println!("held {held:?}, floating {floating:?}, refused {refused:?}");
-    for name in ["position", "derivative", "vertex", "linear", "tangent", "orthogonal", "symmetric", "closed"] {
+    for name in ["position", "derivative", "vertex", "linear", "tangent", "orthogonal", "symmetric", "closed"]
+    {
         assert!(held.contains(&name), "{name} of {held:?}, {refused:?}");
     }
     assert!(floating.contains(&"position") && floating.contains(&"derivative"), "{floating:?}");

@@ -188,9 +188,12 @@ fn options_that_nothing_takes_are_refused_and_combs_of_a_surface_said() {
     );
     bench.write("s.toml", "input = 's.loft.json'\noutput = 's.svg'\n[picture]\ncombs = true\nknots = true\n");
     let said = bench.json(&["run", "s.toml"]);
-    assert!(said["outputs"][0]["notes"].to_string().contains("beads at knots are of curves: none for"), "{said}");
+    assert!(
+        said["outputs"][0]["notes"].to_string().contains("beads at knots are of curves: none for"),
+        "{said}"
+    );
     assert!(!said.to_string().contains("combs"), "{said}");
-    let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100", "--knots"]);
+    let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100", "--beads", "2"]);
     assert!(run.code == Some(0) && run.err.contains("beads at knots are of curves"), "{}", run.err);
     let run = bench.run(&["plot", "s.loft.json", "s.png", "--pixels", "100", "--comb-scale", "0.1"]);
     assert_eq!((run.code, run.err.as_str()), (Some(0), ""));

@@ -84,7 +84,7 @@ impl Theme {
             let color = match index / PALETTE.len() % 3 {
                 0 => color,
                 1 => color.mixed(Color([0; 3]), 0.4),
-                _ => color.mixed(Color([255; 3]), 0.4),
+                _ => color.mixed(Color([255; 3]), 0.5),
             };
             // The palette is made for print; on a dark screen it needs more light.
             return if self == Self::Dark { color.mixed(self.ink(), 0.2) } else { color };

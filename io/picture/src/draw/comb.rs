@@ -27,6 +27,9 @@ const PIECES: usize = 2000;
 /// Isoparametric lines of a surface with combs, each way.
 const LINES: usize = 5;
 
+/// A line within this, in units of the stage, is a point.
+const POINT: f64 = 1e-3;
+
 /// How long the usual tooth of an automatic comb is, and where it cuts long ones.
 const USUAL: f64 = 0.16;
 const LONGEST: f64 = 0.5;
@@ -228,7 +231,12 @@ fn isolines(surface: &Surface, trim: Option<&Trim>) -> Vec<Vec<Sampled>> {
             let at = lines[k * (lines.len() - 1) / (few - 1).max(1)];
             let Ok(line) = surface.isocurve(direction, at) else { continue };
             let net: Vec<Vector> = line.points().iter().map(|p| p.coords).collect();
+            // A pole is a line without extent, which bends without end.
+            let extent = net.iter().map(|p| (p - net[0]).amax()).fold(0.0, f64::max);
             let Ok(pieces) = pieces(&line, &net) else { continue };
+            if extent < POINT {
+                continue;
+            }
             let breaks = line.space().breakpoints();
             let counts = |piece: usize, t: f64| {
                 let along = breaks[piece] + (breaks[piece + 1] - breaks[piece]) * t;
@@ -304,6 +312,14 @@ mod tests {
             // The radius of the circle: of a meridian 1, of a parallel its distance from the axis.
             assert!(bent.iter().all(|b| (b - bent[0]).abs() < 1e-9 && *b >= 0.25 - 1e-9 && *b <= 1.0 + 1e-9));
         }
+        // Of a ball the two poles have no teeth, and all others those of a circle within it.
+        let half = Curve::elliptic_arc(Point::origin(), -Vector::z(), Vector::x(), 0.0, std::f64::consts::PI);
+        let ball =
+            Surface::revolution(&half.unwrap(), Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+        let all = isolines(&ball, None);
+        assert_eq!(all.len(), 2 * LINES - 2);
+        let bent = all.iter().flatten().map(|s| s.curvature.norm());
+        assert!(bent.clone().fold(0.0, f64::max) < 3.0 && bent.fold(9.0, f64::min) > 1.0 - 1e-9);
         let square = Space::clamped(1, &[0.0, 4.0]).unwrap();
         let flat = (0..4).map(|k| Point::new(f64::from(4 * (k / 2)), f64::from(4 * (k % 2)), 0.0)).collect();
         let surface = Surface::new(square.clone(), square, flat).unwrap();
