@@ -20,9 +20,13 @@ pub(crate) struct Elastic {
     pub(crate) points: Points,
     /// The bending's matrix, where it bends.
     pub(crate) bend: Option<Symmetric>,
+    /// As it counts now; and as it is, which it counts as but where rest is looked for from afar.
     pub(crate) stiffness: f64,
+    pub(crate) given: f64,
     pub(crate) shear: f64,
     pub(crate) viscosity: f64,
+    /// Whether what is slack pushes; not while rest is looked for from afar, where nothing bends.
+    pub(crate) pushes: bool,
 }
 
 type Local = SmallVec<[Vector; 16]>;
@@ -32,7 +36,7 @@ impl Elastic {
         let points = Points::new(shape, material)?;
         let bend = if material.bending > 0.0 { Some(bending(shape, material)?) } else { None };
         let Material { stiffness, shear, viscosity, .. } = *material;
-        Ok(Self { points, bend, stiffness, shear, viscosity })
+        Ok(Self { points, bend, stiffness, given: stiffness, shear, viscosity, pushes: true })
     }
 
     /// Adds the forces on the control vertices, three numbers each.
@@ -60,6 +64,11 @@ impl Elastic {
         }
     }
 
+    /// A strain as it counts.
+    pub(crate) fn felt(&self, strain: f64) -> f64 {
+        if self.pushes { strain } else { strain.max(0.0) }
+    }
+
     fn pull_curve(&self, cell: &CellPoints, q: &[Point], v: &[Point], forces: &mut [Vector]) {
         let vertices = self.points.of(cell);
         for point in 0..cell.count {
@@ -68,7 +77,7 @@ impl Elastic {
             let tangent = sum(row, vertices, q);
             let speed = tangent.norm();
             if speed > 0.0 {
-                let mut tension = self.stiffness * (speed / rest.speed[0] - 1.0);
+                let mut tension = self.stiffness * self.felt(speed / rest.speed[0] - 1.0);
                 if self.viscosity > 0.0 {
                     tension += self.viscosity * tangent.dot(&sum(row, vertices, v)) / (speed * rest.speed[0]);
                 }
@@ -89,7 +98,7 @@ impl Elastic {
             for k in 0..2 {
                 let speed = tangents[k].norm();
                 if speed > 0.0 {
-                    let mut tension = self.stiffness * (speed / rest.speed[k] - 1.0);
+                    let mut tension = self.stiffness * self.felt(speed / rest.speed[k] - 1.0);
                     if self.viscosity > 0.0 {
                         let rate = tangents[k].dot(&sum(rows[k], vertices, v)) / (speed * rest.speed[k]);
                         tension += self.viscosity * rate;
@@ -120,7 +129,7 @@ impl Elastic {
                 for k in 0..self.points.directions {
                     tangents[k] = sum(self.points.row(cell, point, k), vertices, q);
                     let strain = tangents[k].norm() / rest.speed[k] - 1.0;
-                    energy += 0.5 * rest.weight * size * self.stiffness * strain * strain;
+                    energy += 0.5 * rest.weight * size * self.stiffness * self.felt(strain).powi(2);
                     if strain.abs() > largest.abs() {
                         largest = strain;
                     }

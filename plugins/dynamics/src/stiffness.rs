@@ -49,6 +49,9 @@ impl Elastic {
                     // Of a curve ∂²/∂P'² of ½ k ε² ℓ; of a surface of ½ k ε² dA.
                     let unit = if directions == 1 { rest.speed[0] } else { rest.speed[k] * rest.speed[k] };
                     let axial = rest.weight * size * (factor * self.stiffness + rate * self.viscosity) / unit;
+                    if !self.pushes && speed <= rest.speed[k] {
+                        continue;
+                    }
                     if speed > 0.0 {
                         let t = tangents[k] / speed;
                         let along = t * t.transpose();

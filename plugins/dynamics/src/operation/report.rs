@@ -58,6 +58,10 @@ pub(super) fn report(
                 .into(),
         );
     }
+    if let Some(Settled { stable: None, rests: true, .. }) = settled {
+        notes
+            .push("whether the balance is stable does not show: the energy is as good as level there".into());
+    }
     if let Some(Settled { residual, steps, rests, .. }) = settled {
         if rests {
             notes.push(format!("it rests: {residual:.1e} of the forces is left, after {steps} steps"));
@@ -236,6 +240,23 @@ mod tests {
                     "{warning}"
                 );
             }
+        }
+    }
+
+    /// What is not known of a balance is said.
+    #[test]
+    fn a_balance_that_may_not_be_stable_is_told() {
+        let points = (0..5).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
+        let rope = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
+        for (stable, wanted) in [(Some(true), ""), (Some(false), "unstable"), (None, "does not show")] {
+            let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
+            let settled = Settled { residual: 1e-12, way: 0.0, steps: 9, rests: true, stable };
+            let report =
+                report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
+            let notes = report.unwrap().notes;
+            let told: Vec<&String> = notes.iter().filter(|note| note.contains("balance")).collect();
+            assert_eq!(told.len(), usize::from(stable != Some(true)), "{notes:?}");
+            assert!(told.iter().all(|note| note.contains(wanted)), "{notes:?}");
         }
     }
 }

@@ -7,79 +7,33 @@
 //! balance and the second derivatives are not positive definite, it stands on a saddle, and goes on down along the direction in which the
 //! energy falls most.
 
-use loftsman_kernel::Point;
-
 use super::Simulation;
-use super::saddle::{CLEARLY, FALLS};
-use super::tangent::{Tangent, dot};
+use super::corners::Corners;
+use super::descent::{Start, Step};
+use super::hanging::Hanging;
+use super::saddle::{CLEARLY, FALLS, Lowest};
+use super::tangent::Tangent;
 use crate::error::Result;
-use crate::link::{Phase, Places};
 use crate::stiffness::Part;
 
-/// More steps than this are not taken.
-const MOST: usize = 300;
-/// A step moves bodies by this share of the size (their root mean square), and places by the second along their shapes, no farther.
-const FAR: f64 = 0.25;
-const SLIDES: f64 = 0.1;
+/// More steps than this are not taken; than those where nothing pulls what does not bend, and it could crumple for long.
+const MOST: usize = 1500;
+const CRUMPLES: usize = 300;
 /// The shift at first, and the least that is one, in squares of the highest frequency.
 const FIRST: f64 = 1e-4;
 pub(super) const LEAST: f64 = 1e-10;
 /// No step is so short that more than this would be needed.
 pub(super) const LARGEST: f64 = 1e4;
-/// What a step must lessen of what it promises.
-const SOUND: f64 = 1e-4;
-/// A step is halved as often as this before its direction is given up.
-const HALVINGS: usize = 6;
-/// So often is what a step misses put right.
-pub(super) const MEET: usize = 2;
-const PUT_RIGHT: usize = 4;
-/// Energies differ by rounding where they differ by this share of what they are made of.
-pub(super) const ROUNDING: f64 = 1e-14;
-/// Where they differ by less than this share, forces are asked.
-const BLIND: f64 = 1e-9;
 /// Of this share of the size constraints may be missed at rest.
 const MET: f64 = 1e-9;
 /// Where this is left of the forces, rest is near.
 const NEARLY: f64 = 1e-3;
+/// And where this is left, forces tell to which side a place is pulled from a corner.
+const FAIRLY: f64 = 1e-2;
 /// A way of less than this share of the size is rounding.
 const TINY: f64 = 1e-13;
 /// Saddles are left as often as this.
 const SADDLES: usize = 24;
-
-/// Where a step starts, to go back to.
-#[derive(Debug, Default)]
-pub(super) struct Start {
-    vertices: Vec<Vec<Point>>,
-    places: Vec<(Places, Phase, Vec<f64>)>,
-}
-
-impl Start {
-    pub(super) fn remember(&mut self, simulation: &Simulation) {
-        self.vertices.resize_with(simulation.bodies.len(), Vec::new);
-        for (kept, body) in self.vertices.iter_mut().zip(&simulation.bodies) {
-            kept.clear();
-            kept.extend_from_slice(body.body.shape.control_vertices());
-        }
-        self.places.clear();
-        self.places.extend(
-            simulation
-                .links
-                .iter()
-                .map(|link| (link.locations().collect(), link.phase.clone(), link.multipliers.clone())),
-        );
-    }
-
-    pub(super) fn back(&self, simulation: &mut Simulation) {
-        for (kept, body) in self.vertices.iter().zip(&mut simulation.bodies) {
-            body.body.shape.control_vertices_mut().copy_from_slice(kept);
-        }
-        for ((places, phase, multipliers), link) in self.places.iter().zip(&mut simulation.links) {
-            link.put(places);
-            link.phase.clone_from(phase);
-            link.multipliers.clone_from(multipliers);
-        }
-    }
-}
 
 /// How it ended.
 #[derive(Debug, Clone, Copy)]
@@ -87,41 +41,30 @@ pub(super) struct Found {
     pub(super) residual: f64,
     pub(super) way: f64,
     pub(super) steps: usize,
-    /// Whether forces balance, whether nothing leads down from there, and whether there is nothing more to be found.
+    /// Whether forces balance, whether nothing leads down from there (`None` where that is not to be told), and whether there is nothing more to
+    /// be found.
     pub(super) rests: bool,
-    pub(super) stable: bool,
+    pub(super) stable: Option<bool>,
     pub(super) ends: bool,
 }
 
-/// A direction and how far it was gone.
-#[derive(Debug, Default)]
-struct Step {
-    by: Vec<f64>,
-    /// How much multipliers change, and what they become.
-    changes: Vec<f64>,
-    multipliers: Vec<f64>,
-    /// What was left of the forces, what is left after a share of it, and `W` times it.
-    left: Vec<f64>,
-    now: Vec<f64>,
-    weighed: Vec<f64>,
-    shift: f64,
-    part: Option<Part>,
-}
-
-/// The largest amount.
-fn most(all: &[f64]) -> f64 {
-    all.iter().fold(0.0, |most, v| most.max(v.abs()))
-}
-
 impl Simulation {
-    /// Newton's steps until everything rests, stably, or none leads farther down.
+    /// Newton's steps until everything rests, stably, or none leads farther down. Where something has come to rest by other steps, to what is left of
+    /// its forces, that is looked at first; else it is looked for from afar.
     ///
     /// # Errors
     /// When constraints cannot be asked.
-    pub(super) fn find_rest(&mut self) -> Result<Found> {
+    pub(super) fn find_rest(&mut self, rested: Option<f64>) -> Result<Found> {
+        let found = self.search(rested);
+        self.push_again();
+        found
+    }
+
+    fn search(&mut self, rested: Option<f64>) -> Result<Found> {
         self.rest();
         self.predict();
         let mut tangent = Tangent::new(&self.bodies);
+        tangent.corners = Corners::new(self)?;
         let highest = self.highest();
         let mut shift = FIRST * highest;
         let mut found = Found {
@@ -129,81 +72,109 @@ impl Simulation {
             way: f64::INFINITY,
             steps: 0,
             rests: false,
-            stable: false,
+            stable: None,
             ends: false,
         };
         let (mut start, mut step) = (Start::default(), Step::default());
         let (mut penalty, mut saddles, mut tiny) = (0.0_f64, 0, 0);
-        while found.steps < MOST {
-            self.look(&mut tangent)?;
+        let mut hanging = if rested.is_none() && self.buckles() { Hanging::NotYet } else { Hanging::Done };
+        let most = if self.buckles() { MOST } else { CRUMPLES };
+        while found.steps < most {
+            let hangs = matches!(hanging, Hanging::Since(..));
+            self.look(&mut tangent, hangs, found.residual <= FAIRLY)?;
             self.left(&tangent, &self.present_multipliers(), &mut step.left);
             let (residual, met) = self.balance(&step.left)?;
+            let residual = if found.steps == 0 { rested.unwrap_or(residual) } else { residual };
             found.residual = residual;
-            if met && residual <= super::settle::RESTS {
-                let stable = tangent.factor(self, Part::Whole, 0.0)?;
-                let falls = !stable
-                    && saddles < SADDLES
-                    && self.buckles()
-                    && self.leave_saddle(&mut tangent, &step.left, &mut start, FALLS)?;
-                if !falls {
-                    let tangent = &mut tangent;
-                    found.stable =
-                        stable || (saddles < SADDLES && (self.buckles() || !self.falls(tangent)?));
-                    found.rests = found.stable || !self.buckles();
-                    found.ends = true;
-                    self.rank = tangent.rank();
-                    return Ok(found);
-                }
-                saddles += 1;
-                found.steps += 1;
-                shift = shift.max(FIRST * highest);
+            if self.hang_on(&mut hanging, found.steps, met, residual) {
+                (shift, penalty) = (FIRST * highest, 0.0);
                 continue;
             }
+            if met && !hangs && residual <= super::settle::RESTS {
+                let lowest = self.lowest(&mut tangent, FALLS)?;
+                if self.buckles()
+                    && saddles < SADDLES
+                    && let Lowest::Falls(_, way) = &lowest
+                    && self.leave_saddle(&mut tangent, way, &step.left, &mut start)?
+                {
+                    saddles += 1;
+                    found.steps += 1;
+                    shift = shift.max(FIRST * highest);
+                    continue;
+                }
+                found.stable = match lowest {
+                    Lowest::Rises => Some(true),
+                    // It does not fall by what energies show.
+                    Lowest::Falls(by, _) if by > CLEARLY => None,
+                    Lowest::Falls(..) => Some(false),
+                    Lowest::Unknown => None,
+                };
+                // Where nothing but tension acts a balance is kept, stable or not.
+                found.rests = found.stable != Some(false) || !self.buckles();
+                found.ends = true;
+                self.rank = tangent.rank();
+                return Ok(found);
+            }
             if met
+                && !hangs
                 && residual < NEARLY
                 && saddles < SADDLES
                 && self.buckles()
                 && !tangent.factor(self, Part::Whole, LEAST * highest)?
-                && self.leave_saddle(&mut tangent, &step.left, &mut start, CLEARLY)?
+                && let Lowest::Falls(_, way) = self.lowest(&mut tangent, CLEARLY)?
+                && self.leave_saddle(&mut tangent, &way, &step.left, &mut start)?
             {
                 saddles += 1;
                 found.steps += 1;
                 continue;
             }
             // The whole of it where that leads down, its convex part where it does not.
-            if !self.direct(&mut tangent, &mut shift, residual, highest, &mut step)? {
+            let mut stuck = !self.direct(&mut tangent, &mut shift, residual, highest, &mut step)?;
+            if !stuck && self.come_to_corners(&tangent, &step.by) {
+                found.steps += 1;
+                continue;
+            }
+            if !stuck {
+                start.remember(self);
+                let share = self.reach(&tangent, &mut step);
+                match self.descend(&tangent, &mut step, share, &mut penalty, &start)? {
+                    Some((taken, way)) => {
+                        found.way = way;
+                        found.steps += 1;
+                        tangent.tried.clone_from(&tangent.stays);
+                        self.rank = tangent.rank();
+                        // A whole step of the whole system promises the next.
+                        shift *= match taken {
+                            t if t >= 0.5 => 0.1,
+                            t if t >= 0.1 => 1.0,
+                            _ => 4.0,
+                        };
+                        if shift < LEAST * highest {
+                            shift = 0.0;
+                        }
+                        self.note_events();
+                        // Nothing goes any farther: rounding is left.
+                        tiny = if found.way <= TINY * self.size { tiny + 1 } else { 0 };
+                        stuck = tiny > 3;
+                    }
+                    None if tangent.corners.come_back() => {
+                        start.back(self);
+                        tangent.tried.clear();
+                        found.steps += 1;
+                    }
+                    None => {
+                        start.back(self);
+                        shift = (16.0 * shift).max(LEAST * 100.0 * highest);
+                        stuck = shift > LARGEST * highest;
+                    }
+                }
+            }
+            if stuck && !hangs {
                 break;
             }
-            start.remember(self);
-            let share = self.reach(&tangent, &mut step);
-            match self.descend(&tangent, &mut step, share, &mut penalty, &start)? {
-                Some((taken, way)) => {
-                    found.way = way;
-                    found.steps += 1;
-                    self.rank = tangent.rank();
-                    // A whole step of the whole system promises the next.
-                    shift *= match taken {
-                        t if t >= 0.5 => 0.1,
-                        t if t >= 0.1 => 1.0,
-                        _ => 4.0,
-                    };
-                    if shift < LEAST * highest {
-                        shift = 0.0;
-                    }
-                    self.note_events();
-                    // Nothing goes any farther: rounding is left.
-                    tiny = if found.way <= TINY * self.size { tiny + 1 } else { 0 };
-                    if tiny > 3 {
-                        break;
-                    }
-                }
-                None => {
-                    start.back(self);
-                    shift = (16.0 * shift).max(LEAST * 100.0 * highest);
-                    if shift > LARGEST * highest {
-                        break;
-                    }
-                }
+            if stuck {
+                (shift, tiny) = (FIRST * highest, 0);
+                self.stop_hanging(&mut hanging);
             }
         }
         Ok(found)
@@ -216,7 +187,9 @@ impl Simulation {
     }
 
     /// Rows and forces where things are.
-    fn look(&mut self, tangent: &mut Tangent) -> Result<()> {
+    fn look(&mut self, tangent: &mut Tangent, still: bool, fairly: bool) -> Result<()> {
+        self.recollect()?;
+        self.stay_on_corners(tangent, still, fairly)?;
         self.recollect()?;
         self.gather_forces();
         tangent.take_rows(self);
@@ -288,169 +261,8 @@ impl Simulation {
         Ok(step.by.iter().all(|v| v.is_finite()))
     }
 
-    /// Which share of a step can be gone: bodies not too far, places to the ends of their shapes. Those that would leave from there let go.
-    fn reach(&mut self, tangent: &Tangent, step: &mut Step) -> f64 {
-        let Step { by, weighed, .. } = step;
-        tangent.weigh(&self.bodies, by, weighed);
-        let vertices = by.len() - self.desk.parameters;
-        let mass: f64 =
-            self.bodies.iter().filter_map(|body| body.mass.as_ref()).flat_map(|m| &m.lumped).sum();
-        let way = (dot(&by[..vertices], &weighed[..vertices]).max(0.0) / mass).sqrt();
-        let mut share = if way > FAR * self.size { FAR * self.size / way } else { 1.0 };
-        let mut parameter = vertices;
-        let time = self.time;
-        for link in self.links.iter_mut().filter(|link| link.is_held()) {
-            let mut leaves = false;
-            let ats: Places = link.locations().collect();
-            let floats: Vec<f64> = ats
-                .iter()
-                .zip(&link.places)
-                .filter(|(_, place)| place.floats)
-                .flat_map(|(at, _)| match at {
-                    loftsman_kernel::shape::Location::Curve(u) => vec![*u],
-                    loftsman_kernel::shape::Location::Surface(u, v)
-                    | loftsman_kernel::shape::Location::Face(_, u, v) => vec![*u, *v],
-                    loftsman_kernel::shape::Location::Vertex(_) => Vec::new(),
-                })
-                .collect();
-            for (slide, at) in link.slides.iter().zip(floats) {
-                let way = by[parameter];
-                let (room, length) = (slide.room(at, way > 0.0), slide.length());
-                if way.abs() > SLIDES * length {
-                    share = share.min(SLIDES * length / way.abs());
-                }
-                if way.abs() > room {
-                    if room <= 1e-9 * length {
-                        leaves |= way.abs() > 1e-6 * length;
-                        by[parameter] = 0.0;
-                    } else {
-                        share = share.min(room / way.abs());
-                    }
-                }
-                parameter += 1;
-            }
-            if leaves {
-                link.leave(time);
-            }
-        }
-        share
-    }
-
-    /// Goes along a direction as far as it lessens energy and what constraints miss: which share of it, and the largest way.
-    fn descend(
-        &mut self,
-        tangent: &Tangent,
-        step: &mut Step,
-        share: f64,
-        penalty: &mut f64,
-        start: &Start,
-    ) -> Result<Option<(f64, f64)>> {
-        if self.links.iter().zip(&start.places).any(|(link, (_, phase, _))| link.phase != *phase) {
-            // One let go: everything is looked at anew.
-            return Ok(Some((0.2, f64::INFINITY)));
-        }
-        let multipliers = self.present_multipliers();
-        let largest =
-            multipliers.iter().zip(&step.changes).fold(0.0_f64, |most, (l, d)| most.max((l + d).abs()));
-        *penalty = penalty.max(1.5 * largest);
-        let gaps = self.desk.gap.clone();
-        let missed: f64 = gaps.iter().map(|gap| gap.abs()).sum();
-        let (energy, made_of) = self.potential();
-        let work: f64 = (0..self.forces.len())
-            .filter_map(|at| tangent.place(at).map(|own| self.forces[at] * step.by[own]))
-            .sum();
-        let slope = -work - *penalty * missed;
-        let before = energy + *penalty * missed;
-        let promise = |alpha: f64| before + SOUND * alpha * slope.min(0.0);
-        let mut alpha = share;
-        for _ in 0..=HALVINGS {
-            step.multipliers.clear();
-            step.multipliers.extend(step.changes.iter().zip(&multipliers).map(|(d, l)| l + alpha * d));
-            self.go(tangent, &step.by, alpha);
-            let mut falls = false;
-            for round in 0..=PUT_RIGHT {
-                self.recollect()?;
-                if round < MEET && (round == 0 || most(&self.desk.gap) > 1e-13 * self.size) {
-                    self.put_right(tangent, step, alpha, &gaps, false);
-                    continue;
-                }
-                self.gather_forces();
-                self.left(tangent, &step.multipliers, &mut step.now);
-                let (energy, sizes) = self.potential();
-                let still: f64 = self.desk.gap.iter().map(|gap| gap.abs()).sum();
-                let now = energy + *penalty * still;
-                falls = now <= promise(alpha) - ROUNDING * (made_of + sizes);
-                if !falls && alpha == 1.0 && now <= before + BLIND * (made_of + sizes) {
-                    // Energies do not show so little; forces do.
-                    falls = most(&step.now) < 0.9 * most(&step.left);
-                }
-                if falls || round == PUT_RIGHT {
-                    break;
-                }
-                self.put_right(tangent, step, alpha, &gaps, true);
-            }
-            if falls {
-                let mut at = 0;
-                for link in self.links.iter_mut().filter(|link| link.is_held()) {
-                    let count = link.multipliers.len();
-                    link.multipliers.copy_from_slice(&step.multipliers[at..at + count]);
-                    at += count;
-                }
-                let way = step.by.iter().fold(0.0_f64, |most, v| most.max((alpha * v).abs()));
-                return Ok(Some((alpha / share.min(1.0), way)));
-            }
-            start.back(self);
-            alpha *= 0.5;
-        }
-        Ok(None)
-    }
-
-    /// Moves everything along a direction.
-    pub(super) fn go(&mut self, tangent: &Tangent, by: &[f64], alpha: f64) {
-        let first = by.len() - self.desk.parameters;
-        for body in self.bodies.iter_mut().filter(|body| body.mass.is_some()) {
-            let start = 3 * body.start;
-            for (i, vertex) in body.body.shape.control_vertices_mut().iter_mut().enumerate() {
-                for axis in 0..3 {
-                    if let Some(at) = tangent.place(start + 3 * i + axis) {
-                        vertex[axis] += alpha * by[at];
-                    }
-                }
-            }
-        }
-        let mut parameter = first;
-        for link in self.links.iter_mut().filter(|link| link.is_held()) {
-            let own = &by[parameter..parameter + link.slides.len()];
-            parameter += own.len();
-            let (places, _) = link.moved(|k| alpha * own[k]);
-            link.put(&places);
-        }
-    }
-
-    /// What forces and constraints are beside what a share of the step promised, for they curve, is put right with the same factor: stiff
-    /// directions follow, while others go their whole way.
-    fn put_right(&mut self, tangent: &Tangent, step: &mut Step, alpha: f64, gaps: &[f64], forces: bool) {
-        let Step { now, left, weighed, multipliers, shift, .. } = step;
-        if !forces {
-            now.clear();
-            now.resize(left.len(), 0.0);
-        }
-        for ((now, left), weighed) in now.iter_mut().zip(&*left).zip(&*weighed).filter(|_| forces) {
-            *now -= (1.0 - alpha) * left + alpha * *shift * weighed;
-        }
-        let beside: Vec<f64> =
-            self.desk.gap.iter().zip(gaps).map(|(now, before)| now - (1.0 - alpha) * before).collect();
-        let mut changes: Vec<f64> = beside.iter().map(|gap| -gap).collect();
-        tangent.solve(now, &mut changes);
-        tangent.multipliers(&mut changes, &beside);
-        self.go(tangent, now, 1.0);
-        if forces {
-            multipliers.iter_mut().zip(&changes).for_each(|(l, d)| *l += d);
-        }
-    }
-
     /// `Q + Aᵀλ` where things are, over the unknowns.
-    fn left(&self, tangent: &Tangent, multipliers: &[f64], out: &mut Vec<f64>) {
+    pub(super) fn left(&self, tangent: &Tangent, multipliers: &[f64], out: &mut Vec<f64>) {
         out.clear();
         out.resize(tangent.unknowns(), 0.0);
         for (coordinate, force) in self.forces.iter().enumerate() {
@@ -465,12 +277,12 @@ impl Simulation {
         });
         let first = out.len() - self.desk.parameters;
         for &(equation, parameter, by) in &self.desk.changes {
-            out[first + parameter] += by * multipliers[equation];
+            out[first + parameter] += if tangent.stays(parameter) { 0.0 } else { by * multipliers[equation] };
         }
     }
 
     /// The multipliers of all equations.
-    fn present_multipliers(&self) -> Vec<f64> {
+    pub(super) fn present_multipliers(&self) -> Vec<f64> {
         self.links.iter().filter(|link| link.is_held()).flat_map(|link| &link.multipliers).copied().collect()
     }
 

@@ -1,8 +1,11 @@
 //! Bodies in motion: state, forces, one step after another.
 
 mod conflict;
+mod corners;
+mod descent;
 mod equilibrium;
 mod explicit;
+mod hanging;
 mod implicit;
 mod moving;
 mod saddle;

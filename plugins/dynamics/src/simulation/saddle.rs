@@ -2,7 +2,8 @@
 
 use loftsman_kernel::Vector;
 
-use super::equilibrium::{LARGEST, LEAST, MEET, ROUNDING, Start};
+use super::descent::{MEET, ROUNDING, Start};
+use super::equilibrium::{LARGEST, LEAST};
 use super::tangent::{Tangent, dot};
 use super::{Moving, Simulation};
 use crate::error::Result;
@@ -17,6 +18,17 @@ const DOWN: f64 = 1e-10;
 /// And clearly so below this.
 pub(super) const CLEARLY: f64 = -1e-9;
 
+/// What the second derivatives of the energy say, on what the constraints allow.
+#[derive(Debug)]
+pub(super) enum Lowest {
+    /// They are not negative, to what is asked.
+    Rises,
+    /// The energy falls along this direction: by its frequency squared, as a share of the highest.
+    Falls(f64, Vec<f64>),
+    /// It is not to be told.
+    Unknown,
+}
+
 impl Simulation {
     /// Whether an unstable balance is left: not where nothing but tension and compression acts. What is slack without bending crumples at the
     /// scale of its vertices, which says nothing of the shape.
@@ -28,32 +40,33 @@ impl Simulation {
             || self.applied.iter().any(|force| *force != 0.0)
     }
 
-    /// Whether the energy falls along some direction that the constraints allow.
-    pub(super) fn falls(&mut self, tangent: &mut Tangent) -> Result<bool> {
-        Ok(self.steepest(tangent, CLEARLY)?.is_some())
-    }
-
-    /// The direction in which the energy falls most, relative to the mass: the lowest frequency's, by inverse iteration on what the
-    /// constraints allow; none where it falls in none.
-    fn steepest(&mut self, tangent: &mut Tangent, below: f64) -> Result<Option<Vec<f64>>> {
+    /// Whether the energy falls along some direction that the constraints allow: by more than this share of the highest frequency squared,
+    /// relative to the mass. Where Newton's matrix is positive definite (with what constraints hold counted in), it does not; where it is
+    /// not, the lowest frequency is found by inverse iteration on what the constraints allow, and its Rayleigh quotient tells.
+    pub(super) fn lowest(&mut self, tangent: &mut Tangent, below: f64) -> Result<Lowest> {
+        if tangent.factor(self, Part::Whole, 0.0)? {
+            return Ok(Lowest::Rises);
+        }
         let highest = self.highest();
         let mut shift = LEAST * highest;
         while !tangent.factor(self, Part::Whole, shift)? {
             shift *= 10.0;
             if shift > LARGEST * highest {
-                return Ok(None);
+                return Ok(Lowest::Unknown);
             }
         }
         // A start with all frequencies in it, the same every time.
         let n = tangent.unknowns();
         let mut x: Vec<f64> =
             (0..n).map(|i| 1.0 + ((i * 7 + 3) % 11) as f64 / 11.0 - 2.0 * (i % 2) as f64).collect();
+        let first = n - self.desk.parameters;
+        x[first..].iter_mut().enumerate().filter(|(k, _)| tangent.stays(*k)).for_each(|(_, x)| *x = 0.0);
         let (mut weighed, mut lowest) = (Vec::new(), f64::NAN);
         for _ in 0..SEARCHES {
             tangent.weigh(&self.bodies, &x, &mut weighed);
             let size = dot(&x, &weighed).max(0.0).sqrt();
             if !(size > 0.0 && size.is_finite()) {
-                return Ok(None);
+                return Ok(Lowest::Unknown);
             }
             x.iter_mut().zip(&mut weighed).for_each(|(x, w)| (*x, *w) = (*x / size, *w / size));
             let mut next = weighed.clone();
@@ -62,18 +75,22 @@ impl Simulation {
             lowest = 1.0 / dot(&next, &weighed) - shift;
             x = next;
         }
-        Ok((lowest < below * highest).then_some(x))
+        Ok(match lowest / highest {
+            share if share < below => Lowest::Falls(share, x),
+            share if share >= below => Lowest::Rises,
+            _ => Lowest::Unknown,
+        })
     }
 
-    /// On a saddle: along the direction in which the energy falls most, as far as it does. Whether there is one.
+    /// On a saddle: along a direction in which the energy falls, as far as it does. Whether it falls by what energies show.
     pub(super) fn leave_saddle(
         &mut self,
         tangent: &mut Tangent,
+        way: &[f64],
         left: &[f64],
         start: &mut Start,
-        below: f64,
     ) -> Result<bool> {
-        let Some(mut x) = self.steepest(tangent, below)? else { return Ok(false) };
+        let mut x = way.to_vec();
         let n = tangent.unknowns();
         if dot(&x, left) < 0.0 {
             x.iter_mut().for_each(|v| *v = -*v);

@@ -4,6 +4,7 @@ use loftsman_kernel::shape::Location;
 use loftsman_kernel::solve::{RangeSpace, Weight};
 
 use super::Simulation;
+use super::descent::Start;
 use super::equilibrium::Found;
 use super::implicit::Implicit;
 use crate::error::Result;
@@ -22,9 +23,9 @@ pub struct Settled {
     pub steps: usize,
     /// Whether it rests: the residual is below 1e-9.
     pub rests: bool,
-    /// Whether the balance is stable: the energy falls in no direction that the constraints allow, by its second derivatives, to 1e-10 of the
-    /// square of the highest frequency (a direction that is neither here nor there counts as none). `None` where these
-    /// do not tell, as at a corner that a place slid to.
+    /// Whether the balance is stable: the energy falls in no direction that the constraints allow, places that slide among them, by its second
+    /// derivatives, to 1e-10 of the square of the highest frequency (a direction that is neither here nor there counts as none; a place on a corner
+    /// that holds it stays). `None` where these do not tell.
     pub stable: Option<bool>,
 }
 
@@ -38,12 +39,15 @@ const SHARE: f64 = 0.5;
 const NEAR: f64 = 1e-3;
 /// More steps than this are not taken.
 const MOST: usize = 2000;
+/// So often Newton's steps and implicit ones follow each other, as long as energy falls by this share of what it is made of.
+const ROUNDS: usize = 6;
+const LOWER: f64 = 1e-10;
 
 impl Simulation {
     /// Goes to where everything rests, all constraints held that hold now: to a least energy that these allow, by Newton's method for vertices,
     /// multipliers and places that slide (shortened and turned down where it would not lead there); from an unstable balance it goes on down.
-    /// Where that does not arrive, as where a place slides to a corner, by implicit steps from rest that grow while they do. Time stands
-    /// still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
+    /// Where that does not arrive, by implicit steps from rest that grow while they do, and where these rest it is looked at again. A place rests on
+    /// a corner of its shape where it is pulled there from both sides. Time stands still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
     ///
     /// # Errors
     /// When nothing holds it, or nothing any more, where its weight or a force draws it; when a step cannot be taken however short it is.
@@ -51,18 +55,7 @@ impl Simulation {
         let (time, worst) = (self.time, self.worst);
         self.come_and_go()?;
         (self.settling, self.held) = (true, None);
-        // Rows alone: nothing is solved in the metric of a step.
-        let still = self.bodies.iter().map(|body| (Weight::Still(body.count()), None));
-        let own = std::mem::replace(&mut self.space, RangeSpace::new(still));
-        let found = self.find_rest();
-        self.space = own;
-        let settled = match found {
-            Ok(Found { residual, way, steps, rests, stable, ends: true }) => {
-                Ok(Settled { residual, way, steps, rests, stable: Some(stable) })
-            }
-            Ok(Found { steps, .. }) => self.march_to_rest(steps),
-            Err(error) => Err(error),
-        };
+        let settled = self.go_to_rest();
         self.note_events();
         self.let_all_go();
         let mut desk = std::mem::take(&mut self.desk);
@@ -80,8 +73,49 @@ impl Simulation {
         Ok(settled)
     }
 
-    /// By implicit steps from rest that grow while they arrive: where Newton's steps do not lead on, as where a place slides to a corner. `before`
-    /// steps were taken.
+    /// By Newton's steps, and where these end by implicit ones; where those come to rest it is Newton's matrix again that tells whether it is one, and
+    /// that leads on where it is not.
+    fn go_to_rest(&mut self) -> Result<Settled> {
+        let (mut steps, mut kept) = (0, Start::default());
+        let mut rested: Option<(Settled, f64)> = None;
+        for round in 0..ROUNDS {
+            // Rows alone: nothing is solved in the metric of a step.
+            let still = self.bodies.iter().map(|body| (Weight::Still(body.count()), None));
+            let own = std::mem::replace(&mut self.space, RangeSpace::new(still));
+            let found = self.find_rest(rested.map(|(settled, _)| settled.residual));
+            self.space = own;
+            let found = found?;
+            steps += found.steps;
+            if found.ends {
+                let Found { residual, way, rests, stable, .. } = found;
+                return Ok(Settled { residual, way, steps, rests, stable });
+            }
+            let (energy, sizes) = self.potential();
+            if let Some((settled, least)) = rested
+                && (round + 1 == ROUNDS || energy > least - LOWER * sizes)
+            {
+                // It rested as far as forces tell, and nothing leads on.
+                kept.back(self);
+                return Ok(settled);
+            }
+            let settled = match (self.march_to_rest(steps), rested) {
+                (Err(_), Some((settled, _))) => {
+                    kept.back(self);
+                    return Ok(settled);
+                }
+                (settled, _) => settled?,
+            };
+            if !settled.rests {
+                return Ok(settled);
+            }
+            steps = settled.steps;
+            kept.remember(self);
+            rested = Some((settled, self.potential().0));
+        }
+        rested.map_or_else(|| self.march_to_rest(steps), |(settled, _)| Ok(settled))
+    }
+
+    /// By implicit steps from rest that grow while they arrive: where Newton's steps do not lead on. `before` steps were taken.
     fn march_to_rest(&mut self, before: usize) -> Result<Settled> {
         let scheme = self.scheme;
         let given = (scheme != Scheme::Implicit).then(|| {
@@ -199,15 +233,27 @@ impl Simulation {
     }
 
     /// The largest force along a shape at a place that slides: nothing where it pulls it forth from behind and back from ahead, as at a
-    /// corner.
+    /// corner that holds it.
     pub(super) fn pull_along(&mut self) -> Result<f64> {
+        let [behind, ahead, here] = self.pulls_beside()?;
+        let left = |((a, b), own): ((&f64, &f64), &f64)| match (*a, *b) {
+            (a, b) if a >= 0.0 && b <= 0.0 => 0.0,
+            // It pulls away to both sides: from a corner, or from a place where nothing pulls.
+            (a, b) if a * b <= 0.0 => a.abs().min(b.abs()).min(own.abs()),
+            (a, b) => a.abs().min(b.abs()),
+        };
+        Ok(behind.iter().zip(&ahead).zip(&here).map(left).fold(0.0, f64::max))
+    }
+
+    /// The forces along shapes at places that slide, forth of which is positive: close behind them, close ahead of them, and there, by parameters.
+    pub(super) fn pulls_beside(&mut self) -> Result<[Vec<f64>; 3]> {
         let links = || 0..self.links.len();
         let here: Vec<Vec<Location>> = links().map(|k| self.links[k].locations().collect()).collect();
         let near = ACROSS * self.size;
-        let sides: [Vec<Vec<Location>>; 2] =
-            [-near, near].map(|by| links().map(|k| self.links[k].moved(|_| by).0.to_vec()).collect());
+        let sides: [Vec<Vec<Location>>; 3] =
+            [-near, near, 0.0].map(|by| links().map(|k| self.links[k].moved(|_| by).0.to_vec()).collect());
         let mut desk = std::mem::take(&mut self.desk);
-        let mut pulls: [Vec<f64>; 2] = Default::default();
+        let mut pulls: [Vec<f64>; 3] = Default::default();
         let mut collected = Ok(());
         for (pulls, places) in pulls.iter_mut().zip(&sides) {
             self.links.iter_mut().zip(places).for_each(|(link, places)| link.put(places));
@@ -223,8 +269,6 @@ impl Simulation {
         self.links.iter_mut().zip(&here).for_each(|(link, places)| link.put(places));
         self.desk = desk;
         collected?;
-        let [behind, ahead] = pulls;
-        let left = |(a, b): (&f64, &f64)| if a * b <= 0.0 { 0.0 } else { a.abs().min(b.abs()) };
-        Ok(behind.iter().zip(&ahead).map(left).fold(0.0, f64::max))
+        Ok(pulls)
     }
 }

@@ -14,6 +14,7 @@
 
 use loftsman_kernel::solve::EnvelopeCholesky;
 
+use super::corners::Corners;
 use super::{Moving, Simulation, shapes};
 use crate::error::Result;
 use crate::link::Curving;
@@ -47,6 +48,10 @@ pub(crate) struct Tangent {
     gram: Vec<f64>,
     rank: usize,
     curving: Curving,
+    /// Where shapes have corners; which parameters stay where they are, and which of them stayed in the step before.
+    pub(super) corners: Corners,
+    pub(super) stays: Vec<bool>,
+    pub(super) tried: Vec<bool>,
 }
 
 impl Tangent {
@@ -80,6 +85,11 @@ impl Tangent {
         self.vertices + self.parameters
     }
 
+    /// Whether a parameter stays where it is.
+    pub(super) fn stays(&self, parameter: usize) -> bool {
+        self.stays.get(parameter) == Some(&true)
+    }
+
     /// How many rows are independent.
     pub(crate) fn rank(&self) -> usize {
         self.rank
@@ -98,7 +108,9 @@ impl Tangent {
             }
         });
         for &(equation, parameter, by) in &simulation.desk.changes {
-            self.rows[equation].push((self.vertices + parameter, by));
+            if !self.stays(parameter) {
+                self.rows[equation].push((self.vertices + parameter, by));
+            }
         }
         for row in &mut self.rows {
             row.sort_by_key(|(at, _)| *at);
@@ -134,6 +146,10 @@ impl Tangent {
             link.curve(&all, parameter, &mut self.curving)?;
             parameter += link.slides.len();
         }
+        let stays = &self.stays;
+        let moves = |parameter: usize| stays.get(parameter) != Some(&true);
+        self.curving.mixed.retain(|(_, parameter, _)| moves(*parameter));
+        self.curving.twice.retain(|(a, b, _)| moves(*a) && moves(*b));
         let first = self.envelope(part);
         self.factor = EnvelopeCholesky::envelope(first);
         self.add_bodies(simulation, part, shift);
@@ -224,9 +240,11 @@ impl Tangent {
 
     /// What of `H` belongs to parameters; of the convex part only what is positive.
     fn add_parameters(&mut self, part: Part, shift: f64) {
-        let Self { factor, places, vertices, parameters, weight, curving, .. } = self;
+        let Self { factor, places, vertices, parameters, weight, curving, stays, .. } = self;
         for k in 0..*parameters {
-            Self::add(factor, *vertices + k, *vertices + k, shift * *weight);
+            // What stays meets nothing else.
+            let own = if stays.get(k) == Some(&true) { 1.0 } else { shift };
+            Self::add(factor, *vertices + k, *vertices + k, own * *weight);
         }
         if part == Part::Whole {
             for &(vertex, parameter, by) in &curving.mixed {
