@@ -9,6 +9,9 @@ use loftsman_kernel::shape::{Derivative, Location, Shape};
 use crate::body::extent;
 use crate::simulation::{Event, Settled, Simulation};
 
+/// Constraints that drift by more than this share of the size are warned of.
+const DRIFT: f64 = 1e-6;
+
 pub(super) fn report(
     object: &str,
     simulation: &mut Simulation,
@@ -38,7 +41,13 @@ pub(super) fn report(
             "energy at the end: motion {:.4e}, elastic {:.4e}, gravity {:.4e}, pulls {:.4e}",
             after.kinetic, after.elastic, after.gravity, after.pulls
         ));
-        notes.push(format!("constraints drifted by {:.2e} at most", simulation.worst_error()));
+        let drift = simulation.worst_error();
+        notes.push(format!("constraints drifted by {drift:.2e} at most"));
+        if drift > DRIFT * simulation.size {
+            warnings.push(format!(
+                "constraints of {object:?} drifted by {drift:.2e}, more than a millionth of its size: give a shorter `step`, or scheme \"implicit\""
+            ));
+        }
     }
     let way = |stretch: f64| if stretch < 0.0 { "compressed" } else { "stretched" };
     let end = simulation.largest_stretch(0)?;

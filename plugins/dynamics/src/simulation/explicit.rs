@@ -96,6 +96,16 @@ impl Simulation {
         }
     }
 
+    /// Steps are no longer than this for some time; whether they become shorter by that.
+    pub(super) fn shorten(&mut self, to: f64) -> bool {
+        let fineness = (to / self.stable).max(FINEST);
+        let shorter = fineness < self.fineness;
+        if shorter {
+            (self.fineness, self.patience) = (fineness, PATIENCE);
+        }
+        shorter
+    }
+
     /// Moves all by their velocities, and parameters by theirs.
     pub(crate) fn drift(&mut self, step: f64, kick: f64) {
         for body in self.bodies.iter_mut().filter(|body| body.mass.is_some()) {

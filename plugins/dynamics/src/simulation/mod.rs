@@ -1,5 +1,6 @@
 //! Bodies in motion: state, forces, one step after another.
 
+mod advance;
 mod conflict;
 mod corners;
 mod descent;
@@ -21,6 +22,7 @@ use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::solve::RangeSpace;
 
+use self::advance::Before;
 use self::conflict::contradictions;
 use self::implicit::Implicit;
 pub(crate) use self::moving::Moving;
@@ -98,6 +100,8 @@ pub struct Simulation {
     pub(crate) settling: bool,
     /// How many constraints held when it was last looked whether what settles is held at all.
     held: Option<usize>,
+    /// Where the last advance started.
+    before: Before,
 }
 
 impl Simulation {
@@ -150,6 +154,7 @@ impl Simulation {
             patience: 0,
             settling: false,
             held: None,
+            before: Before::default(),
         }
     }
 
@@ -294,35 +299,6 @@ impl Simulation {
         self.worst
     }
 
-    /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 3e-7 of the size.
-    ///
-    /// # Errors
-    /// When it blows up, constraints that come contradict others, or very many steps would be needed.
-    pub fn advance(&mut self, seconds: f64) -> Result<()> {
-        crate::error::check("the time to go on", seconds, false)?;
-        let end = self.time + seconds;
-        loop {
-            let left = end - self.time;
-            if left.is_nan() || left <= 1e-9 * seconds {
-                break;
-            }
-            let limit = self.limit();
-            let needed = (left / limit * (1.0 - 1e-9)).ceil().max(1.0);
-            if needed > MOST && self.step == Some(limit) {
-                let needed = "give a longer one: a million would not be enough";
-                return Err(DynamicsError::Number { what: "the step", value: limit, needed });
-            }
-            if needed > MOST {
-                return Err(DynamicsError::TooStiff { needed, step: seconds, stable: limit });
-            }
-            self.step(left / needed)?;
-        }
-        // Sums of steps are rounded; their end is not.
-        self.time = end;
-        self.agree()?;
-        self.bounded(self.last, true)
-    }
-
     /// Where constraints say the same: whether they still do, for their targets may move.
     pub(crate) fn agree(&mut self) -> Result<()> {
         if self.rank >= self.space.equations() {
@@ -332,16 +308,6 @@ impl Simulation {
         let checked = contradictions(self, &mut desk);
         self.desk = desk;
         checked
-    }
-
-    /// The longest step that is taken now.
-    fn limit(&self) -> f64 {
-        let explicit = self.scheme != Scheme::Implicit;
-        self.step.unwrap_or(f64::INFINITY).min(if explicit {
-            self.stable * self.fineness
-        } else {
-            f64::INFINITY
-        })
     }
 
     /// One step of exactly this length, stable or not.

@@ -1,0 +1,191 @@
+//! Time goes on: in as many steps as are stable, and short enough that constraints hold.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::shape::Location;
+
+use super::conflict::contradictions;
+use super::{MOST, Simulation};
+use crate::error::{DynamicsError, Result};
+use crate::link::Phase;
+use crate::scheme::Scheme;
+
+/// No constraint that is drawn in misses more than this share of the size, where steps can be made short enough.
+const KEPT: f64 = 5e-7;
+/// Steps are made shorter by this at least and at most where one does, so often at most.
+const SHORTER: [f64; 2] = [0.1, 0.7];
+const TIMES: usize = 10;
+
+/// Shorter steps are of use where constraints drift by no more than this share of what they did.
+const USE: f64 = 0.9;
+
+/// Where an advance started, to go back to; its rooms are kept.
+#[derive(Debug, Default)]
+pub(crate) struct Before {
+    vertices: Vec<Point>,
+    half: Vec<f64>,
+    acceleration: Vec<f64>,
+    last: f64,
+    time: f64,
+    sub_steps: usize,
+    places: Vec<Location>,
+    /// Rates, accelerations and multipliers of links, one after another.
+    numbers: Vec<f64>,
+    phases: Vec<Phase>,
+    /// Whether the last steps were made shorter in vain.
+    in_vain: bool,
+}
+
+impl Before {
+    fn remember(&mut self, simulation: &Simulation) {
+        let Self { vertices, half, acceleration, places, numbers, phases, .. } = self;
+        vertices.clear();
+        for body in &simulation.bodies {
+            vertices.extend_from_slice(body.body.shape.control_vertices());
+        }
+        half.clone_from(&simulation.half);
+        acceleration.clone_from(&simulation.acceleration);
+        places.clear();
+        numbers.clear();
+        phases.clear();
+        for link in &simulation.links {
+            places.extend(link.locations());
+            for all in [&link.rates, &link.accelerations, &link.multipliers] {
+                numbers.extend_from_slice(all);
+            }
+            phases.push(link.phase.clone());
+        }
+        (self.last, self.time, self.sub_steps) = (simulation.last, simulation.time, simulation.sub_steps);
+    }
+
+    /// Whether all constraints do as they did.
+    fn is_as_held(&self, simulation: &Simulation) -> bool {
+        self.phases.iter().eq(simulation.links.iter().map(|link| &link.phase))
+    }
+
+    fn back(&self, simulation: &mut Simulation) {
+        let mut vertices = &self.vertices[..];
+        for body in &mut simulation.bodies {
+            let (own, others) = vertices.split_at(body.count());
+            body.body.shape.control_vertices_mut().copy_from_slice(own);
+            vertices = others;
+        }
+        simulation.half.clone_from(&self.half);
+        simulation.acceleration.clone_from(&self.acceleration);
+        let (mut places, mut numbers) = (&self.places[..], &self.numbers[..]);
+        for link in &mut simulation.links {
+            let (own, others) = places.split_at(link.places.len());
+            link.put(own);
+            places = others;
+            for all in [&mut link.rates, &mut link.accelerations, &mut link.multipliers] {
+                let (own, others) = numbers.split_at(all.len());
+                all.copy_from_slice(own);
+                numbers = others;
+            }
+        }
+        (simulation.last, simulation.time, simulation.sub_steps) = (self.last, self.time, self.sub_steps);
+    }
+}
+
+impl Simulation {
+    /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 1e-6 of the size. Explicit steps that let
+    /// one drift farther are taken again, shorter, down to a hundredth of what is stable; where that is of no use, as where a place slides over a
+    /// corner, they stay as they were, and [`worst_error`](Self::worst_error) tells.
+    ///
+    /// # Errors
+    /// When it blows up, constraints that come contradict others, or very many steps would be needed.
+    pub fn advance(&mut self, seconds: f64) -> Result<()> {
+        crate::error::check("the time to go on", seconds, false)?;
+        if self.scheme == Scheme::Implicit {
+            return self.go_on(seconds);
+        }
+        // What comes comes before.
+        if self.come_and_go()? {
+            let mut desk = std::mem::take(&mut self.desk);
+            let checked = contradictions(self, &mut desk);
+            self.desk = desk;
+            checked?;
+        }
+        let mut before = std::mem::take(&mut self.before);
+        before.remember(self);
+        let worst = std::mem::take(&mut self.worst);
+        let given = (self.fineness, self.patience);
+        let mut last = f64::INFINITY;
+        let mut done = self.go_on(seconds).and_then(|()| self.drifted());
+        for time in 0.. {
+            let drift = self.worst;
+            if done.is_err() || !before.is_as_held(self) || drift <= KEPT * self.size {
+                before.in_vain = false;
+                break;
+            }
+            if before.in_vain {
+                break;
+            }
+            // Where shorter steps are of no use, as where a place slides over a corner, they are as long as they were.
+            before.in_vain = time == TIMES || drift > USE * last;
+            last = drift;
+            // Of second order, cautiously: drift is of fourth.
+            let shorter = (0.5 * KEPT * self.size / drift).sqrt().clamp(SHORTER[0], SHORTER[1]);
+            if before.in_vain || !self.shorten(shorter * self.last) {
+                before.in_vain = true;
+                (self.fineness, self.patience) = given;
+            }
+            before.back(self);
+            self.worst = 0.0;
+            done = self.go_on(seconds).and_then(|()| self.drifted());
+        }
+        if before.is_as_held(self) {
+            self.worst = self.worst.max(worst);
+        }
+        self.before = before;
+        done
+    }
+
+    /// How much constraints miss at the end of steps, which only the next would see.
+    fn drifted(&mut self) -> Result<()> {
+        let mut desk = std::mem::take(&mut self.desk);
+        let collected = self.collect(&mut desk);
+        let time = self.time;
+        for link in self.links.iter().filter(|link| link.is_held() && link.is_drawn_in(time)) {
+            for equation in link.first..link.first + link.equations {
+                let [let_go, ..] = link.offset(equation - link.first, time);
+                self.worst = self.worst.max((desk.gap[equation] - let_go).abs());
+            }
+        }
+        self.desk = desk;
+        collected
+    }
+
+    fn go_on(&mut self, seconds: f64) -> Result<()> {
+        let end = self.time + seconds;
+        loop {
+            let left = end - self.time;
+            if left.is_nan() || left <= 1e-9 * seconds {
+                break;
+            }
+            let limit = self.limit();
+            let needed = (left / limit * (1.0 - 1e-9)).ceil().max(1.0);
+            if needed > MOST && self.step == Some(limit) {
+                let needed = "give a longer one: a million would not be enough";
+                return Err(DynamicsError::Number { what: "the step", value: limit, needed });
+            }
+            if needed > MOST {
+                return Err(DynamicsError::TooStiff { needed, step: seconds, stable: limit });
+            }
+            self.step(left / needed)?;
+        }
+        // Sums of steps are rounded; their end is not.
+        self.time = end;
+        self.agree()?;
+        self.bounded(self.last, true)
+    }
+
+    /// The longest step that is taken now.
+    fn limit(&self) -> f64 {
+        let explicit = self.scheme != Scheme::Implicit;
+        self.step.unwrap_or(f64::INFINITY).min(if explicit {
+            self.stable * self.fineness
+        } else {
+            f64::INFINITY
+        })
+    }
+}
