@@ -65,6 +65,20 @@ pub enum DynamicsError {
         /// What let it go, and why.
         let_go: Vec<String>,
     },
+    /// A curve that slides on a surface, both places floating, and lies along it.
+    #[error(
+        "\"{name}\": {} s after the start the curve lies along the surface on which it slides (they cross by {} degrees), so that nothing tells where they \
+         meet: let one of both places stay (give `at` for `near`), or let the curve cross the surface more steeply",
+        Figure(*.time), Figure((*.degrees * 1e3).round() / 1e3)
+    )]
+    Along {
+        /// What the constraint is called.
+        name: String,
+        /// When.
+        time: f64,
+        /// The angle between the curve and the surface.
+        degrees: f64,
+    },
     /// A location that is not on its shape.
     #[error("{constraint}: {} is not on the shape, whose parameters run from {} to {}", Figure(*.at), Figure(*.start), Figure(*.end))]
     Outside {
@@ -109,6 +123,24 @@ pub enum DynamicsError {
         stable: f64,
         /// Whether the step was implicit.
         implicit: bool,
+    },
+    /// No way leads on to rest, however short.
+    #[error(
+        "rest was not found: what is asked moves too much at once, however short the way that is tried; give targets that are nearer, smaller forces \
+         and pulls, or let it move before it settles (`seconds`, with some `damping`)"
+    )]
+    NoRest,
+    /// Stiffness so large beside mass that the sum of both is the stiffness alone.
+    #[error(
+        "{body:?}: its stiffness, bending or pulls are so large for its mass that a step of {} s drowns the mass in rounding; give smaller \
+         ones, or more mass",
+        Figure(*.step)
+    )]
+    Drowned {
+        /// What it is called.
+        body: String,
+        /// The step.
+        step: f64,
     },
     /// A step so short that the run would not end.
     #[error(
@@ -189,6 +221,17 @@ impl From<DynamicsError> for OperationError {
 
 /// Larger numbers are mistakes.
 const ABSURD: f64 = 1e100;
+
+/// A vector whose coordinates must be finite, and no mistakes.
+pub(crate) fn check_vector(what: &'static str, value: &Vector) -> Result<()> {
+    match value.iter().find(|v| v.is_nan() || v.abs() > ABSURD) {
+        Some(bad) if bad.is_finite() => {
+            Err(DynamicsError::Number { what, value: *bad, needed: "give numbers below 1e100" })
+        }
+        Some(bad) => Err(DynamicsError::Number { what, value: *bad, needed: "give finite numbers" }),
+        None => Ok(()),
+    }
+}
 
 /// A number that must be finite and positive, or not negative.
 pub(crate) fn check(what: &'static str, value: f64, zero: bool) -> Result<f64> {

@@ -6,7 +6,7 @@ use loftsman_kernel::solve::RangeSpace;
 use loftsman_kernel::{Point, Vector};
 
 use crate::constraint::{Force, Pull};
-use crate::error::{DynamicsError, Result, check};
+use crate::error::{DynamicsError, Result, check, check_vector};
 use crate::path::Path;
 
 /// A force at a place that stays on its shape.
@@ -34,13 +34,7 @@ pub(crate) enum Kind {
 impl Load {
     pub(crate) fn force(force: Force, shapes: &Shapes<'_>) -> Result<Self> {
         let Force { body, at, force, from, until, .. } = force;
-        if let Some(bad) = force.iter().find(|v| !v.is_finite()) {
-            return Err(DynamicsError::Number {
-                what: "a force",
-                value: *bad,
-                needed: "give finite numbers",
-            });
-        }
+        check_vector("a force", &force)?;
         let stencil = shapes.get(body)?.stencil(at, Derivative::POSITION)?;
         Ok(Self { offset: shapes.offset(body), stencil, kind: Kind::Force(force), from, until })
     }

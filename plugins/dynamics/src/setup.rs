@@ -7,7 +7,7 @@ use loftsman_kernel::solve::{RangeSpace, Weight};
 use crate::body::{Body, extent};
 use crate::constraint::{Constraint, Force, Pull};
 use crate::elastic::Elastic;
-use crate::error::{DynamicsError, Result, check};
+use crate::error::{DynamicsError, Result, check, check_vector};
 use crate::link::Link;
 use crate::load::Load;
 use crate::mass::Mass;
@@ -146,13 +146,7 @@ impl Setup {
     /// ask different things of the same.
     pub fn prepare(self) -> Result<Simulation> {
         let Self { bodies, gravity, mut constraints, forces, pulls, scheme, epsilon, step, draw } = self;
-        if let Some(bad) = gravity.iter().find(|v| !v.is_finite()) {
-            return Err(DynamicsError::Number {
-                what: "gravity",
-                value: *bad,
-                needed: "give finite numbers",
-            });
-        }
+        check_vector("gravity", &gravity)?;
         check("epsilon", epsilon, false)?;
         check("the time in which constraints are drawn in", draw, false)?;
         if let Some(step) = step {

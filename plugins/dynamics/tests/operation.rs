@@ -79,6 +79,15 @@ fn nothing_changes_where_it_is_refused() {
         (json!({ "seconds": 1, "mass": 0 }), "mass"),
         (json!({ "seconds": 1, "stiffness": -1 }), "stiffness"),
         (json!({ "seconds": 1, "step": 0 }), "step"),
+        (json!({ "seconds": 1, "gravity": [0, 0, 1e300] }), "gravity is 1e300: give numbers below 1e100"),
+        (
+            json!({ "seconds": 1, "forces": [{ "at": 1, "force": [0, -1e200, 0] }] }),
+            "a force is -1e200: give numbers below",
+        ),
+        (
+            json!({ "seconds": 1, "bending": 1e20, "scheme": "implicit" }),
+            "\"rope\": its stiffness, bending or pulls",
+        ),
         (json!({ "seconds": -1 }), "time"),
         (json!({}), "settle"),
         (json!({ "seconds": 1, "constraints": [{ "kind": "sliding", "near": 20 }] }), "20"),

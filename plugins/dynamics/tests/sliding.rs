@@ -297,3 +297,64 @@ fn both_places_of_a_loop_are_told() {
     let point = |u: f64| shape.value(u.into(), Derivative::POSITION).unwrap();
     assert!((point(a) - point(b)).norm() < 1e-6, "{a} {b}");
 }
+
+/// A rope on a sheet, both of whose places float: it goes through it where it crosses it, and is refused where it lies along it, for nothing tells then where
+/// they meet; before, that made energy of nothing.
+#[test]
+fn a_rope_along_a_sheet_is_refused() {
+    let side = Space::clamped_uniform(3, 7).unwrap();
+    let end = side.domain().1;
+    let points = (0..49).map(|k| {
+        let [x, y] = [k / 7, k % 7].map(|i| side.greville(i) / end * 3.0);
+        Point::new(x, y - 1.5, 0.0)
+    });
+    let sheet = Surface::new(side.clone(), side.clone(), points.collect()).unwrap();
+    for (tilt, refused) in [
+        (1.0, false),
+        (0.3, false),
+        (0.1, false),
+        (0.03, false),
+        (0.009, true),
+        (1e-3, true),
+        (1e-5, true),
+        (0.0, true),
+    ] {
+        for still in [true, false] {
+            for scheme in [Scheme::Exact, Scheme::Epsilon, Scheme::Implicit] {
+                let rope = line(3, 12, [0.4, 0.0, -tilt], [2.4, 0.2, tilt]);
+                let middle = 0.5 * rope.space().domain().1;
+                let body = Body::new(&sheet).mass(0.2).stiffness(100.0);
+                let at = [1.4 / 3.0 * end, 1.6 / 3.0 * end];
+                let setup = Setup::new(Body::new(&rope).mass(0.2).stiffness(100.0))
+                    .and(if still { body.still() } else { body })
+                    .hold(tied(Spot::near(0, middle), Spot::near(1, at)).called("ring"))
+                    .hold(fixed(0.0))
+                    .gravity([0.0, 0.0, -9.81])
+                    .scheme(scheme);
+                let what = format!("{tilt} {still} {scheme:?}");
+                let mut simulation = match setup.prepare() {
+                    Ok(simulation) if !refused => simulation,
+                    Err(error) if refused => {
+                        let told = error.to_string();
+                        assert!(told.contains("\"ring\"") && told.contains("lies along"), "{what}: {told}");
+                        continue;
+                    }
+                    other => panic!("{what}: {:?}", other.map(|_| ())),
+                };
+                // It goes on, or is told later to lie along; energy does not come of nothing.
+                let before = simulation.energy().total();
+                for _ in 0..12 {
+                    match simulation.advance(1.0 / 48.0) {
+                        Ok(()) => {}
+                        Err(error) => {
+                            assert!(error.to_string().contains("lies along"), "{what}: {error}");
+                            break;
+                        }
+                    }
+                    let now = simulation.energy().total();
+                    assert!(now < before + 0.02, "{what}: {before} → {now}");
+                }
+            }
+        }
+    }
+}

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::shape::Location;
+use nalgebra::Matrix3;
 use smallvec::SmallVec;
 
 use super::{LEFT, Link, Phase};
@@ -64,6 +66,26 @@ impl Link {
     /// It has left its shape, and holds no more.
     pub(crate) fn leave(&mut self, time: f64) {
         self.phase = Phase::Off { time, why: LEFT };
+    }
+
+    /// Of one that holds by three equations what slides by three parameters, as a curve on a surface where both places float: the sine of the angle between
+    /// the curve and the surface, `|det L_s|` of columns of unit length. Where it is none, nothing tells where they meet.
+    pub(crate) fn crossing(&self, changes: &[(usize, usize, f64)]) -> Option<f64> {
+        let parameter = changes.first()?.1;
+        if self.slides.len() != 3 || self.equations != 3 {
+            return None;
+        }
+        let mut matrix = Matrix3::<f64>::zeros();
+        for &(equation, at, by) in changes {
+            *matrix.get_mut((equation - self.first, at - parameter))? += by;
+        }
+        // The surface's own parameters may be oblique: its normal counts.
+        let [a, b, c]: [Vector; 3] = [0, 1, 2].map(|k| matrix.column(k).normalize());
+        let volume = a.dot(&b.cross(&c)).abs();
+        // The surface's are those of the place that has two.
+        let curve_first = self.places.iter().find(|place| place.floats)?.location.parameters() == 1;
+        let area = if curve_first { b.cross(&c) } else { a.cross(&b) }.norm();
+        Some(volume / area).filter(|sine| sine.is_finite())
     }
 
     /// Two places of one curve that have come together: a loop drawn shut.

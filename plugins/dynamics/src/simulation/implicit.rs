@@ -109,6 +109,7 @@ impl Simulation {
                     halvings += 1;
                     length *= 0.5;
                 }
+                Ok(false) if self.settling => done = Err(DynamicsError::NoRest),
                 Ok(false) => {
                     let stable = self.stable_step();
                     done = Err(DynamicsError::BlowsUp { time: self.time, step: own, stable, implicit: true });
@@ -285,7 +286,9 @@ impl Simulation {
             for load in loads.iter().filter(|load| load.acts(*time) && load.offset() == body.start) {
                 load.add_stiffness(step * step, step, |i, j, value| add(i - first, j - first, value));
             }
-            factor.factor_in_place(0.0).map_err(|row| DynamicsError::Massless { vertex: row / 3 })?;
+            // Of the mass alone it was one; stiffness has drowned it.
+            let drowned = |_| DynamicsError::Drowned { body: body.body.name.clone(), step };
+            factor.factor_in_place(0.0).map_err(drowned)?;
         }
         Ok(())
     }

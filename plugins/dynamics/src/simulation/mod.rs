@@ -39,6 +39,8 @@ const MOST: f64 = 1e6;
 const FAR: f64 = 100.0;
 /// Of so many explicit steps one is looked at.
 const LOOKS: usize = 16;
+/// A curve crosses the surface that it slides on, both ways, by an angle of at least this sine.
+const ALONG: f64 = 1e-2;
 /// A loop this short, as a share of the size, is drawn shut.
 const SHUT: f64 = 1e-6;
 
@@ -426,7 +428,14 @@ impl Simulation {
         let shapes = shapes(&self.bodies);
         let velocities = Shapes::new(self.bodies.iter().map(|body| body.velocity.as_ref()));
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            let before = desk.changes.len();
             link.push(&shapes, &velocities, self.time, &mut self.space, desk)?;
+            if let Some(sine) = link.crossing(&desk.changes[before..])
+                && sine < ALONG
+            {
+                let (name, time) = (link.name.clone(), self.time);
+                return Err(DynamicsError::Along { name, time, degrees: sine.asin().to_degrees() });
+            }
         }
         let weight = if self.scheme == Scheme::Epsilon { self.parameter_mass } else { 0.0 };
         self.space.float(desk.parameters, weight);

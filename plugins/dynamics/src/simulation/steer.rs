@@ -4,7 +4,7 @@ use loftsman_kernel::Vector;
 
 use super::{Simulation, shapes};
 use crate::constraint::{Constraint, Target};
-use crate::error::{DynamicsError, Result};
+use crate::error::{DynamicsError, Result, check_vector};
 use crate::link::{Link, Phase};
 use crate::load::Kind;
 use crate::path::Path;
@@ -71,13 +71,7 @@ impl Simulation {
     /// When there are not as many.
     pub fn push_with(&mut self, force: usize, value: impl Into<Vector>) -> Result<()> {
         let value: Vector = value.into();
-        if let Some(bad) = value.iter().find(|v| !v.is_finite()) {
-            return Err(DynamicsError::Number {
-                what: "a force",
-                value: *bad,
-                needed: "give finite numbers",
-            });
-        }
+        check_vector("a force", &value)?;
         let mut forces = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
             Kind::Force(own) => Some(own),
             Kind::Pull { .. } => None,
