@@ -3,7 +3,7 @@
 use loftsman_kernel::shape::{Cell, Derivative, rows_at};
 use loftsman_kernel::{Point, Result, Vector};
 
-use crate::flux::{MOST, SETTLED, unsettled};
+use crate::flux::{MOST, most, settled, unsettled};
 use crate::members::Member;
 
 /// Gauss points of all cells, with the functions there and their derivatives.
@@ -33,17 +33,23 @@ impl CellFlux {
         let (mut flux, mut last, mut now) = (flux, Vec::new(), Vec::new());
         flux.integrate(surface.points(), &middle, &mut last);
         let (mut more, mut parts) = (0, 1);
+        let count = |more: usize, parts: usize| {
+            let [p, q] = surface.cells.degrees().map(|degree| (exact(degree) + more) * parts);
+            cells.len().saturating_mul(p).saturating_mul(q)
+        };
+        let most = most(count(more, parts));
         for _ in 0..12 {
             if surface.cells.degrees().into_iter().map(exact).max().unwrap_or(1) + more < MOST {
                 more += 4;
             } else {
                 parts *= 2;
             }
+            if count(more, parts) > most {
+                break;
+            }
             let finer = Self::with(surface, &cells, |degree| exact(degree) + more, parts, moments)?;
             finer.integrate(surface.points(), &middle, &mut now);
-            let size = now.iter().flatten().fold(0.0_f64, |m: f64, v: &Vector| m.max(v.amax()));
-            let change = now.iter().flatten().zip(last.iter().flatten());
-            if change.fold(0.0_f64, |m, (a, b)| m.max((a - b).amax())) <= SETTLED * size {
+            if settled(&now, &last, surface.points(), &middle)? {
                 return Ok(flux);
             }
             flux = finer;

@@ -39,7 +39,18 @@ const STRIP: usize = 96;
 /// Points on a span beyond which a rational surface's spans are divided instead.
 pub(crate) const MOST: usize = 24;
 /// A rational surface's integrals are refined until they change by less than this.
-pub(crate) const SETTLED: f64 = 1e-13;
+const SETTLED: f64 = 1e-13;
+/// Integrals below this share of the squared size, for each vertex, are what rounding makes of none.
+const NOTHING: f64 = 1e3 * f64::EPSILON;
+/// Changes below this share of it are rounding of the terms that cancel where the area is next to none.
+const CANCELLED: f64 = 64.0 * f64::EPSILON;
+/// No rule of more points than this is tried (about a second), but for large surfaces one three times as fine as the first.
+const POINTS: usize = 1 << 22;
+
+/// The most points that a rule may have where the first one has so many.
+pub(crate) fn most(first: usize) -> usize {
+    POINTS.max(first.saturating_mul(9))
+}
 
 impl Flux {
     /// For the surfaces that differ from this one in their control vertices only; with `moments` for all four `h`. Exact
@@ -68,18 +79,23 @@ impl Flux {
         let middle = crate::members::middle_of(vertices);
         let (mut work, mut last, mut now) = (Strip::default(), Vec::new(), Vec::new());
         flux.integrate(vertices, &middle, &mut work, &mut last);
+        let count = |per: [usize; 2], parts: usize| {
+            let along = |space: &Space, per: usize| space.spans().count().saturating_mul(per * parts);
+            along(u, per[0]).saturating_mul(along(v, per[1]))
+        };
+        let most = most(count(per, parts));
         for _ in 0..12 {
             if per[0].max(per[1]) < MOST {
                 per = [per[0] + u.degree() + 1, per[1] + v.degree() + 1];
             } else {
                 parts *= 2;
             }
+            if count(per, parts) > most {
+                break;
+            }
             let finer = make(per, parts);
             finer.integrate(vertices, &middle, &mut work, &mut now);
-            let size = |f: &[Vec<Vector>]| f.iter().flatten().fold(0.0_f64, |m, v| m.max(v.amax()));
-            let change = now.iter().flatten().zip(last.iter().flatten());
-            let settled = change.fold(0.0_f64, |m, (a, b)| m.max((a - b).amax())) <= SETTLED * size(&now);
-            if settled {
+            if settled(&now, &last, vertices, &middle)? {
                 return Ok(flux);
             }
             flux = finer;
@@ -216,6 +232,28 @@ impl Flux {
             }
         }
     }
+}
+
+/// Whether integrals are the same by two rules, to rounding.
+///
+/// # Errors
+/// When there is nothing but rounding: the surface has no area, as one that is swept along itself.
+pub(crate) fn settled(
+    now: &[Vec<Vector>],
+    last: &[Vec<Vector>],
+    vertices: &[Point],
+    middle: &Point,
+) -> Result<bool> {
+    let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0_f64, f64::max);
+    let reach = largest(&mut vertices.iter().map(|p| (p - middle).amax()));
+    let normals = largest(&mut now.iter().take(1).flatten().map(|v| v.amax()));
+    let share = reach * reach / vertices.len() as f64;
+    if normals <= NOTHING * share {
+        return Err(Error::Invalid("the surface has no area, and encloses nothing".into()));
+    }
+    let size = largest(&mut now.iter().flatten().map(|v| v.amax()));
+    let change = largest(&mut now.iter().flatten().zip(last.iter().flatten()).map(|(a, b)| (a - b).amax()));
+    Ok(change <= (SETTLED * size).max(CANCELLED * share))
 }
 
 /// That a rational surface's integrals do not settle.

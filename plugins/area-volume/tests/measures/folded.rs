@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use loftsman_area_volume::surface_area;
+use loftsman_area_volume::{surface_area, volume_of};
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::{Functional, Shapes, position};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 /// A torus of control vertices; it meets its axis where `tube > ring`.
@@ -124,4 +124,40 @@ fn areas_are_told_or_refused_and_never_wrong() {
         }
     }
     assert!(members == 150 && refused <= 50, "{refused} refused");
+}
+
+/// A circle turned about its own axis: no area, and so no inside. That is found at once, and said.
+#[test]
+fn a_closed_surface_without_area_has_no_volume_and_takes_no_time() {
+    for (radius, lift) in [(1.0, 0.0), (1e-3, 2e-3), (2e3, -5.0)] {
+        let circle = Curve::circle(Point::new(0.0, 0.0, lift), Vector::z(), radius).unwrap();
+        let surface = Surface::revolution(&circle, Point::origin(), Vector::z(), TAU).unwrap();
+        let start = std::time::Instant::now();
+        let refused = volume_of(&surface).unwrap_err().to_string();
+        assert!(refused.contains("no area"), "{refused}");
+        assert!(measured(&surface).is_err_and(|why| why.contains("no area")));
+        assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
+    }
+}
+
+/// One that is so nearly without area that its terms cancel to a millionth: its integrals never settle to rounding of what is left,
+/// and are given up after bounded work at the latest.
+#[test]
+fn a_surface_with_next_to_no_area_ends_soon() {
+    let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let surface = Surface::revolution(&circle, Point::origin(), Vector::z(), TAU).unwrap();
+    let rough = surface
+        .insert_knots(Direction::U, &(1..40).map(|k| (f64::from(k) - 0.37) * TAU / 40.0).collect::<Vec<_>>());
+    let (u, v, mut points, weights) = rough.unwrap().into_parts();
+    let mut random = random(7);
+    let columns = v.len();
+    // The ends stay together, so that it stays closed.
+    for row in points.chunks_exact_mut(columns).skip(2).rev().skip(2) {
+        row.iter_mut().skip(1).rev().skip(1).for_each(|p| p.z += 1e-6 * random());
+    }
+    let surface = Surface::build(u, v, points, weights).unwrap();
+    let start = std::time::Instant::now();
+    let told = volume_of(&surface);
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+    assert!(told.as_ref().is_err() || told.as_ref().is_ok_and(|v| v.abs() < 1e-5), "{told:?}");
 }
