@@ -1,5 +1,7 @@
 //! Polynomials of one variable by their Bernstein coefficients on `[0, 1]`.
 
+use loftsman_kernel::error::MAX_DEGREE;
+
 /// A polynomial.
 #[derive(Debug, Clone)]
 pub(crate) struct Polynomial(Vec<f64>);
@@ -21,15 +23,9 @@ impl Polynomial {
         self.0.last().copied().unwrap_or(0.0)
     }
 
-    /// The value (de Casteljau).
+    /// The value.
     pub(crate) fn value(&self, t: f64) -> f64 {
-        let mut c = self.0.clone();
-        for r in 1..c.len() {
-            for i in 0..c.len() - r {
-                c[i] = (1.0 - t) * c[i] + t * c[i + 1];
-            }
-        }
-        c.first().copied().unwrap_or(0.0)
+        value(self.0.iter().copied(), t)
     }
 
     /// Whether the coefficients run one way, and with them the values.
@@ -52,6 +48,26 @@ impl Polynomial {
         }
         [Self(left), Self(right)]
     }
+}
+
+/// The value of the polynomial with these coefficients (de Casteljau). Allocates nothing for shapes' own degrees.
+pub(crate) fn value(coefficients: impl ExactSizeIterator<Item = f64>, t: f64) -> f64 {
+    let count = coefficients.len();
+    if count > MAX_DEGREE + 1 {
+        return casteljau(&mut coefficients.collect::<Vec<_>>(), t);
+    }
+    let mut room = [0.0; MAX_DEGREE + 1];
+    room.iter_mut().zip(coefficients).for_each(|(to, c)| *to = c);
+    casteljau(&mut room[..count], t)
+}
+
+fn casteljau(c: &mut [f64], t: f64) -> f64 {
+    for r in 1..c.len() {
+        for i in 0..c.len() - r {
+            c[i] = (1.0 - t) * c[i] + t * c[i + 1];
+        }
+    }
+    c.first().copied().unwrap_or(0.0)
 }
 
 /// The root of a polynomial with ends of different signs, or an end that is 0: bisection with secants (Illinois).

@@ -198,3 +198,19 @@ fn a_curve_meets_itself_in_the_scene() {
     let report = run(&mut scene, "intersect", json!({ "object": "ring", "with": "ring" })).unwrap();
     assert!(report.notes[0].starts_with("it does not meet itself within"), "{report:?}");
 }
+
+/// A curve that only touches a plane is not cut by it, and what the plane does not meet is said so.
+#[test]
+fn sections_of_a_curve_tell_touching_from_crossing() {
+    for (at, said) in [
+        (0.0, "it crosses the plane through (0, 0, 0) at 2 points"),
+        (1.0, "it touches the plane through (1, 0, 0) at 1 point"),
+        (1.5, "the plane through (1.5, 0, 0) does not meet it"),
+    ] {
+        let mut scene = Scene::new();
+        let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+        scene.add(Object::new("ring", ring.into())).unwrap();
+        let report = run(&mut scene, "section", json!({ "object": "ring", "axis": "x", "at": at })).unwrap();
+        assert_eq!(report.notes, [said]);
+    }
+}

@@ -9,7 +9,7 @@ use loftsman_kernel::text::{a, figure};
 use loftsman_kernel::{Error, Point, Vector};
 
 use super::{NAME, add_beside, base_name, tolerance};
-use crate::{Options, Plane, curve_plane, mesh_section, section};
+use crate::{Contact, Options, Plane, curve_plane, mesh_section, section};
 
 /// The most planes of a step.
 const MOST: usize = 10_000;
@@ -81,7 +81,7 @@ impl Operation for CutBy {
             context.observer.proceed("sections", k as u64, planes.len() as u64)?;
             let p = plane.point();
             let at = format!("({}, {}, {})", figure(p.x), figure(p.y), figure(p.z));
-            let before = geometries.len();
+            let (before, told) = (geometries.len(), notes.len());
             match geometry {
                 Geometry::Surface(surface) => {
                     let cut = section(surface, plane, &options)?;
@@ -118,6 +118,13 @@ impl Operation for CutBy {
                         geometries
                             .push(Cloud { points: cut.meetings.iter().map(|m| m.point).collect() }.into());
                     }
+                    for (contact, how) in [(Contact::Crossing, "crosses"), (Contact::Touching, "touches")] {
+                        let places = cut.meetings.iter().filter(|m| m.contact == contact).count();
+                        if places > 0 {
+                            let plural = if places == 1 { "point" } else { "points" };
+                            notes.push(format!("it {how} the plane through {at} at {places} {plural}"));
+                        }
+                    }
                     for o in cut.overlaps {
                         notes.push(format!(
                             "it lies in the plane through {at} from {} to {}",
@@ -133,11 +140,13 @@ impl Operation for CutBy {
                     return Err(Error::Invalid(problem).into());
                 }
             }
-            let count = geometries.len() - before;
-            notes.push(format!(
-                "the plane through {at} cuts {count} {}",
-                if count == 1 { "piece" } else { "pieces" }
-            ));
+            match geometries.len() - before {
+                0 if notes.len() == told => notes.push(format!("the plane through {at} does not meet it")),
+                0 => {}
+                _ if matches!(geometry, Geometry::Curve(_)) => {}
+                1 => notes.push(format!("the plane through {at} cuts 1 piece")),
+                count => notes.push(format!("the plane through {at} cuts {count} pieces")),
+            }
         }
         add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {

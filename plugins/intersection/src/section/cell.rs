@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Vector;
 
-use crate::bernstein::{Polynomial, root};
+use crate::bernstein::{Polynomial, root, value};
 use crate::net::{Jet, Piece};
 use crate::pieces::Pieces;
 
@@ -192,12 +192,11 @@ pub(crate) fn across(cell: &Cell, orders: [usize; 2], along: f64) -> [f64; 2] {
     let local = ((along - cell.low[d]) / (cell.high[d] - cell.low[d])).clamp(0.0, 1.0);
     let [rows, columns] = orders;
     let line = |k: usize| {
-        Polynomial::new(if d == 0 {
-            cell.values.iter().skip(k).step_by(columns).copied().collect()
+        if d == 0 {
+            value((0..rows).map(|i| cell.values[i * columns + k]), local)
         } else {
-            cell.values[k * columns..(k + 1) * columns].to_vec()
-        })
-        .value(local)
+            value((0..columns).map(|j| cell.values[k * columns + j]), local)
+        }
     };
     let f = Polynomial::new((0..if d == 0 { columns } else { rows }).map(line).collect());
     // Beyond the part's own ends it is at an edge.
