@@ -1,11 +1,12 @@
 //! `isocurve` and `edge`: curves of surfaces, exactly.
 
+use loftsman_kernel::functional::Edge;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::shape::{Shape, edges_of};
+use loftsman_kernel::shape::edges_of;
 use loftsman_kernel::spline::Direction;
 use loftsman_kernel::text::a;
 use loftsman_kernel::topology::EdgeCurve;
@@ -83,7 +84,11 @@ impl Operation for EdgeOf {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
             Field::optional("object", "text", "the only shape with edges", "the surface"),
-            Field::required("edge", "u0 | u1 | v0 | v1 | name", "the edge: where u or v starts or ends"),
+            Field::required(
+                "edge",
+                "u0 | u1 | v0 | v1 | \"edge 3\"",
+                "the edge: where u or v starts or ends",
+            ),
             NAME,
         ];
         Declaration {
@@ -109,8 +114,8 @@ impl Operation for EdgeOf {
                 format!("\"{source}\" is {}, which has no edges: name a surface", a(geometry.kind())),
             )
         })?;
-        let edge = p.text("edge")?;
-        let index = edge_index(shape, edge).map_err(|problem| p.error("edge", problem))?;
+        let edge = Edge::from_parameters(p, "edge")?;
+        let index = edge.number_on(shape).map_err(|problem| p.error("edge", problem.to_string()))?;
         let curve = EdgeCurve::of(shape, index, "edge").map_err(named(&source))?.curve;
         let name = free_name(scene, p, &format!("{source} {edge}"))?;
         let notes = vec![length_note(&curve)?];
@@ -118,15 +123,4 @@ impl Operation for EdgeOf {
         scene.add(object)?;
         Ok(made("edge", name, notes))
     }
-}
-
-/// The number of the edge that is called so; else which there are.
-pub(crate) fn edge_index(shape: &dyn Shape, name: &str) -> Result<usize, String> {
-    let edges = edges_of(shape, "edge").map_err(|e| e.to_string())?;
-    let found = edges.iter().position(|edge| edge.name == name);
-    found.ok_or_else(|| {
-        let names: Vec<_> = edges.iter().map(|edge| edge.name).collect();
-        let names = if names.is_empty() { "none: it is closed".into() } else { names.join(", ") };
-        format!("there is no edge \"{}\": its edges are {names}", loftsman_kernel::text::clip(name))
-    })
 }

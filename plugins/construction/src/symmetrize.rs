@@ -153,15 +153,18 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
     Ok(Symmetric { shape, moved: None })
 }
 
-/// A surface made symmetric about a plane, run backwards in a direction in the mirror: the mean of itself and its mirror image, as
-/// [`symmetrize`] of all curves along it.
+/// A surface made symmetric about a plane, run backwards in a direction in the mirror: with `Half::Both` the mean of itself and its
+/// mirror image, as [`symmetrize`] of all curves along it; else one half and its mirror image. A half ends where the surface cuts the
+/// plane along a line of that parameter, exactly, or it is all of a surface that begins or ends there.
 ///
 /// # Errors
-/// When the direction is periodic: it has no place to begin at.
+/// When the direction is periodic: it has no place to begin at. When half of the surface is asked for and it meets the plane along no line
+/// of the parameter, or along several.
 pub fn symmetrize_surface(
     surface: &Surface,
     mirror: &Mirror,
     direction: Direction,
+    half: Half,
 ) -> Result<Symmetric<Surface>> {
     if surface.space(direction).is_periodic() {
         let name = if direction == Direction::U { "u" } else { "v" };
@@ -170,6 +173,11 @@ pub fn symmetrize_surface(
         )));
     }
     let open = surface.convert(direction, &surface.space(direction).clamping()?)?;
+    match half {
+        Half::Both => {}
+        Half::Front => return halved(&open, mirror, direction, 1.0),
+        Half::Back => return halved(&open, mirror, direction, -1.0),
+    }
     let common = symmetric_space(open.space(direction))?;
     let fine = open.insert_knots(direction, &missing(open.space(direction), &common))?;
     let image = fine.reverse(direction)?;
@@ -183,6 +191,101 @@ pub fn symmetrize_surface(
         weights,
     )?;
     Ok(Symmetric { shape, moved: Some(moved) })
+}
+
+/// The half of a surface on one side of the plane (that of the normal where `side` is 1), and its mirror image.
+fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> Result<Symmetric<Surface>> {
+    let name = if direction == Direction::U { "u" } else { "v" };
+    let reach = open.points().iter().map(|p| (p - open.points()[0]).norm()).fold(0.0, f64::max);
+    let (cut, line) = plane_line(open, mirror, direction, name, IN_PLANE * reach)?;
+    let (a, b) = open.space(direction).domain();
+    let parts = if a < cut && cut < b { open.split(direction, cut)? } else { vec![open.clone()] };
+    let mut kept = None;
+    for part in parts {
+        let (c, d) = part.space(direction).domain();
+        if mirror.height(&line.point(0.5 * c + 0.5 * d)?) * side > 0.0 {
+            kept = Some(part);
+        }
+    }
+    let Some(kept) = kept else {
+        let side = if side > 0.0 { "in front of" } else { "behind" };
+        return Err(Error::Invalid(format!(
+            "nothing of the surface is {side} the plane: keep the other half"
+        )));
+    };
+    let (c, d) = kept.space(direction).domain();
+    let begins_there = (c - cut).abs() < (d - cut).abs();
+    // What is in the plane to rounding is in it.
+    let (u, v, mut points, weights) = kept.into_parts();
+    let (rows, columns) = (u.len(), v.len());
+    let (count, others) = if direction == Direction::U { (rows, columns) } else { (columns, rows) };
+    let at = if begins_there { 0 } else { count - 1 };
+    for other in 0..others {
+        let k = if direction == Direction::U { at * columns + other } else { other * columns + at };
+        let height = mirror.height(&points[k]);
+        points[k] -= mirror.normal * height;
+    }
+    let kept = Surface::build(u, v, points, weights)?;
+    let (u, v, points, weights) = kept.reverse(direction)?.into_parts();
+    let image = Surface::build(u, v, points.iter().map(|p| mirror.image(p)).collect(), weights)?;
+    let largest = kept.points().iter().map(|p| p.coords.amax()).fold(reach, f64::max);
+    let (first, second) = if begins_there { (&image, &kept) } else { (&kept, &image) };
+    Ok(Symmetric { shape: first.join(direction, second, 1e-12 * largest)?.shape, moved: None })
+}
+
+/// Where a parameter's line lies in the plane, and the line of the other parameter on which that was looked for.
+fn plane_line(
+    open: &Surface,
+    mirror: &Mirror,
+    direction: Direction,
+    name: &str,
+    near: f64,
+) -> Result<(f64, Curve)> {
+    let (low, high) = open.space(direction.other()).domain();
+    let line = open.isocurve(direction.other(), 0.5 * low + 0.5 * high)?;
+    let (a, b) = line.domain();
+    let mut cuts = Vec::new();
+    for end in [a, b] {
+        if mirror.height(&line.point(end)?).abs() <= near {
+            cuts.push(end);
+        }
+    }
+    let breaks = open.space(direction).breakpoints();
+    let slack = IN_PLANE * (b - a);
+    for at in crossings(&line, mirror)? {
+        // A knot to rounding is the knot.
+        let at = breaks.iter().copied().find(|k| (k - at).abs() <= slack).unwrap_or(at);
+        if !cuts.contains(&at) {
+            cuts.push(at);
+        }
+    }
+    let [cut] = cuts[..] else {
+        return Err(Error::Invalid(format!(
+            "along {name} the surface meets the plane {} times: to keep one half, once",
+            cuts.len()
+        )));
+    };
+    let across = open.isocurve(direction, cut)?;
+    let (c, d) = across.domain();
+    let mut worst = (0.0, Point::origin());
+    for k in 0..=SAMPLES * across.space().spans().count() {
+        let t = c + (d - c) * k as f64 / (SAMPLES * across.space().spans().count()) as f64;
+        let point = across.point(t.min(d))?;
+        let height = mirror.height(&point).abs();
+        if height > worst.0 {
+            worst = (height, point);
+        }
+    }
+    if worst.0 > near {
+        let [x, y, z] = [worst.1.x, worst.1.y, worst.1.z].map(figure);
+        return Err(Error::Invalid(format!(
+            "the plane cuts the surface along no line of {name}: where {name} = {}, the surface is {} from it at ({x}, {y}, {z}); \
+             name the other direction, move the plane, or take the mean of both halves",
+            figure(cut),
+            figure(worst.0)
+        )));
+    }
+    Ok((cut, line))
 }
 
 fn mirrored(curve: &Curve, mirror: &Mirror) -> Result<Curve> {
@@ -320,7 +423,7 @@ impl Operation for Symmetrize {
                 "half",
                 "both | front | back",
                 "both",
-                "the mean of both, or one kept and mirrored: front is where the normal points (curves)",
+                "the mean of both, or one kept and mirrored: front is where the normal points",
             ),
             Field::optional(
                 "direction",
@@ -362,11 +465,7 @@ impl Operation for Symmetrize {
                 (even.shape.into(), even.moved)
             }
             Geometry::Surface(surface) => {
-                if half != Half::Both {
-                    let problem = "is of a curve: of a surface leave it out, for the mean of both halves";
-                    return Err(p.error("half", problem).into());
-                }
-                let even = symmetrize_surface(surface, &mirror, along).map_err(named(&source))?;
+                let even = symmetrize_surface(surface, &mirror, along, half).map_err(named(&source))?;
                 (even.shape.into(), even.moved)
             }
             other => {

@@ -80,7 +80,7 @@ fn wrong_fields_are_told() {
         (
             "edge",
             json!({ "object": "torus", "edge": "u0" }),
-            "there is no edge \"u0\": its edges are none: it is closed",
+            "there is no edge u0: the surface's edges are none: it is closed",
         ),
         ("edge", json!({ "object": "dots", "edge": "u0" }), "which has no edges: name a surface"),
         ("sample", json!({ "object": "ring" }), "say count = …, or spacing"),
@@ -125,7 +125,11 @@ fn wrong_fields_are_told() {
             "\"line\": the curve crosses the plane 0 times",
         ),
         ("symmetrize", json!({ "object": "line", "direction": "v" }), "direction: is of a surface"),
-        ("symmetrize", json!({ "object": "sheet", "half": "back" }), "half: is of a curve"),
+        (
+            "symmetrize",
+            json!({ "object": "sheet", "half": "back" }),
+            "meets the plane 0 times: to keep one half, once",
+        ),
         ("symmetrize", json!({ "object": "torus" }), "\"torus\": the surface is periodic in u"),
         ("symmetrize", json!({ "object": "dots" }), "name a curve or a surface"),
         (

@@ -125,7 +125,7 @@ fn surfaces_are_symmetric_along_either_direction() {
         let weights = (0..n * m).map(|k| 1.0 + 0.3 * (k as f64).sin()).collect();
         let sheet = Surface::rational(u, v, (0..n * m).map(at).collect(), weights).unwrap();
         for direction in [Direction::U, Direction::V] {
-            let even = symmetrize_surface(&sheet, &plane, direction).unwrap().shape;
+            let even = symmetrize_surface(&sheet, &plane, direction, Half::Both).unwrap().shape;
             let ((a, b), (c, d)) = (even.u().domain(), even.v().domain());
             for i in 0..=10 {
                 for j in 0..=10 {
@@ -142,9 +142,9 @@ fn surfaces_are_symmetric_along_either_direction() {
     }
     let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap().to_periodic(0.0).unwrap().shape;
     let pipe = Surface::extrusion(&ring, Vector::z()).unwrap();
-    let message = symmetrize_surface(&pipe, &plane, Direction::U).unwrap_err().to_string();
+    let message = symmetrize_surface(&pipe, &plane, Direction::U, Half::Both).unwrap_err().to_string();
     assert!(message.contains("periodic in u"), "{message}");
-    assert!(symmetrize_surface(&pipe, &plane, Direction::V).is_ok());
+    assert!(symmetrize_surface(&pipe, &plane, Direction::V, Half::Both).is_ok());
 }
 
 #[test]
@@ -159,4 +159,74 @@ fn what_has_no_mirror_image_is_told_why() {
     assert!(symmetrize(&line, &plane, Half::Both).is_ok());
     assert!(Mirror::new(Point::origin(), Vector::zeros()).is_err());
     assert!(Mirror::new(Point::new(f64::NAN, 0.0, 0.0), Vector::x()).is_err());
+}
+
+/// One half of a surface and its mirror image: where the plane is a line of the parameter, else it is said where it is not.
+#[test]
+fn half_of_a_surface_is_mirrored_where_the_plane_is_a_line_of_it() {
+    let wave = |i: usize, j: usize| 0.3 * (1.3 * i as f64 + 0.7 * j as f64).sin();
+    for (p, q) in [(1, 1), (2, 3), (3, 2), (5, 4), (7, 7)] {
+        for weighted in [false, true] {
+            let (u, v) =
+                (Space::clamped_uniform(p, p + 5).unwrap(), Space::clamped_uniform(q, q + 2).unwrap());
+            // Straight across in x, so that x = 0.3 is a line of u, whatever y and z do.
+            let greville: Vec<f64> = (0..u.len()).map(|i| u.greville(i)).collect();
+            let columns = v.len();
+            let points = (0..u.len() * columns)
+                .map(|k| (k / columns, k % columns))
+                .map(|(i, j)| Point::new(greville[i] - 1.3, j as f64 + wave(i, j), wave(j, i)))
+                .collect();
+            let weights = weighted
+                .then(|| (0..u.len() * columns).map(|k| 1.0 + 0.3 * ((k % columns) as f64).sin()).collect());
+            let sheet = Surface::build(u, v, points, weights).unwrap();
+            let plane = Mirror::new(Point::new(0.3, 0.0, 0.0), Vector::x()).unwrap();
+            for (half, side) in [(Half::Front, 1.0), (Half::Back, -1.0)] {
+                let whole = symmetrize_surface(&sheet, &plane, Direction::U, half).unwrap();
+                assert_eq!(whole.moved, None);
+                let whole = whole.shape;
+                let ((a, b), (c, d)) = (whole.u().domain(), whole.v().domain());
+                let at = |s: f64, t: f64| whole.point(a + (b - a) * s, c + (d - c) * t).unwrap();
+                for k in 0..=40 {
+                    let (s, t) = (f64::from(k) / 40.0, f64::from(k * 7 % 41) / 40.0);
+                    let (x, y) = (at(s, t), at(1.0 - s, t));
+                    assert!(
+                        (x.x + y.x - 0.6).abs() < 1e-12
+                            && (x.y - y.y).abs() < 1e-12
+                            && (x.z - y.z).abs() < 1e-12
+                    );
+                    // What was on that side is there still, where it was.
+                    if (x.x - 0.3) * side > 1e-6 {
+                        let was = sheet.point(x.x + 1.3, c + (d - c) * t).unwrap();
+                        assert!((was - x).norm() < 1e-11, "{p} {q} {weighted}: {was} {x}");
+                    }
+                }
+                // A half that ends in the plane has all of it.
+                let parts = sheet.split(Direction::U, 1.6).unwrap();
+                let own = if side > 0.0 { &parts[1] } else { &parts[0] };
+                let again = symmetrize_surface(own, &plane, Direction::U, half).unwrap().shape;
+                let largest = again
+                    .points()
+                    .iter()
+                    .zip(whole.points())
+                    .map(|(x, y)| (x - y).norm())
+                    .fold(0.0, f64::max);
+                assert!(again.points().len() == whole.points().len() && largest < 1e-12);
+                let other = if side > 0.0 { Half::Back } else { Half::Front };
+                assert!(
+                    symmetrize_surface(own, &plane, Direction::U, other)
+                        .unwrap_err()
+                        .to_string()
+                        .contains("nothing of the surface")
+                );
+            }
+            let slanted = Mirror::new(Point::new(0.3, 2.0, 0.0), Vector::new(1.0, 0.1, 0.0)).unwrap();
+            let refused =
+                symmetrize_surface(&sheet, &slanted, Direction::U, Half::Front).unwrap_err().to_string();
+            assert!(refused.contains("along no line of u") && refused.contains(" at ("), "{refused}");
+            let beyond = Mirror::new(Point::new(90.0, 0.0, 0.0), Vector::x()).unwrap();
+            let refused =
+                symmetrize_surface(&sheet, &beyond, Direction::U, Half::Back).unwrap_err().to_string();
+            assert!(refused.contains("meets the plane 0 times"), "{refused}");
+        }
+    }
 }
