@@ -3,6 +3,9 @@
 Two surfaces each, that have the edge u = 0 of the second and u = 1 of the first in common. At many places of it: the angle between the
 tangent planes, and the difference of the normal curvatures square to the edge, each from the surface's own principal curvatures and
 directions by Euler's theorem; and the largest principal curvature of the first. The largest of each is written.
+
+`python contacts.py ship.loft.json` says the same of a document's polynomial surfaces `hull` (its edge u1) and `deck` (u0), as
+examples/matched-deck leaves them: to be compared with what the step reports.
 """
 
 import json
@@ -65,6 +68,29 @@ def at(s, u, v):
     return normal, along, curvature, max(abs(high), abs(low)), du
 
 
+def document(name):
+    """The surfaces `hull` and `deck` of a document, clamped and polynomial."""
+    with open(name) as file:
+        objects = {o["name"]: o["surface"] for o in json.load(file)["objects"]}
+    for name in ("hull", "deck"):
+        s = objects[name]
+        points, spaces = s["points"], []
+        for space in (s["u"], s["v"]):
+            places = sorted(set(space["knots"]))
+            k, m = Array1_double(1, len(places)), Array1_int(1, len(places))
+            for i, place in enumerate(places):
+                # Over [0, 1]: neither angles nor curvatures know of parameters.
+                k.SetValue(i + 1, (place - places[0]) / (places[-1] - places[0]))
+                m.SetValue(i + 1, space["knots"].count(place))
+            spaces.append((k, m, space["degree"]))
+        array = Array2_gp_Pnt(1, len(points), 1, len(points[0]))
+        for i, row in enumerate(points):
+            for j, point in enumerate(row):
+                array.SetValue(i + 1, j + 1, gp_Pnt(*point))
+        (ku, mu, p), (kv, mv, q) = spaces
+        yield Geom_BSplineSurface(array, ku, kv, mu, mv, p, q, False, False)
+
+
 def worst(first, second):
     angle = curvature = largest = 0.0
     for k in range(PLACES + 1):
@@ -96,6 +122,11 @@ def sheets(p, q, seed, skew, rational):
 
 
 def main():
+    if len(sys.argv) > 1:
+        found = worst(*document(sys.argv[1]))
+        print(f"angle {math.degrees(found['angle']):.5f}°, curvature {found['curvature']:.6f} "
+              f"({100 * found['curvature'] / found['largest']:.3f} %)")
+        return
     cases = []
     for seed, (p, q, skew, rational) in enumerate([(3, 3, 0.0, False), (3, 3, 5.6, False), (2, 4, -3.0, False), (5, 2, 2.0, True),
                                                     (4, 5, 8.0, True), (7, 3, -1.0, False), (2, 2, 0.5, True)]):
