@@ -145,7 +145,9 @@ impl Simulation {
         let mut desk = std::mem::take(&mut self.desk);
         let collected = self.collect(&mut desk);
         let time = self.time;
-        for link in self.links.iter().filter(|link| link.is_held() && link.is_drawn_in(time)) {
+        // Where they could not be gathered there is nothing to look at.
+        let gathered = self.links.iter().filter(|_| collected.is_ok());
+        for link in gathered.filter(|link| link.is_held() && link.is_drawn_in(time)) {
             for equation in link.first..link.first + link.equations {
                 let [let_go, ..] = link.offset(equation - link.first, time);
                 self.worst = self.worst.max((desk.gap[equation] - let_go).abs());
