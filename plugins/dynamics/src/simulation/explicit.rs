@@ -8,8 +8,6 @@ const STEADY: f64 = 2.0;
 /// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable.
 const DRIFT: f64 = 3e-7;
 const FINEST: f64 = 1e-2;
-/// So much shorter at once, no more.
-const SHORTER: f64 = 0.2;
 /// Steps between changes of their length.
 const PATIENCE: usize = 20;
 
@@ -85,13 +83,12 @@ impl Simulation {
                 }
             }
         }
-        // Drift is of fourth order in the step: a little shorter is a lot less. What there is dies away first.
+        // Drift is of fourth order in the step: a little shorter is a lot less.
+        // What there is dies away first.
         self.patience = self.patience.saturating_sub(1);
-        let most = DRIFT * self.size;
-        if self.patience == 0 && drift > most && self.fineness > FINEST {
-            let shorter = (most / drift).sqrt().sqrt().clamp(SHORTER, 0.7);
-            (self.fineness, self.patience) = ((shorter * self.fineness).max(0.7 * FINEST), PATIENCE);
-        } else if self.patience == 0 && drift < 0.03 * most && self.fineness < 1.0 {
+        if self.patience == 0 && drift > DRIFT * self.size && self.fineness > FINEST {
+            (self.fineness, self.patience) = (0.7 * self.fineness, PATIENCE);
+        } else if self.patience == 0 && drift < 0.03 * DRIFT * self.size && self.fineness < 1.0 {
             (self.fineness, self.patience) = ((1.2 * self.fineness).min(1.0), PATIENCE);
         }
     }
