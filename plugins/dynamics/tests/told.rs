@@ -139,6 +139,28 @@ fn a_first_try_comes_to_rest() {
     assert_eq!(taken, moving(json!(0.5)));
 }
 
+/// What drifts by more than a millionth of the size is warned of: a place that slides over a corner is thrown off by the way of a step.
+#[test]
+fn what_drifts_is_warned_of() {
+    let mut warned = 0;
+    for degree in [1, 3] {
+        let space = Space::clamped_uniform(degree, 12).unwrap();
+        let (end, at) = (space.domain().1, |i: usize| Point::new(0.2 * i as f64, 0.0, 0.3 * (i % 2) as f64));
+        let zigzag = Curve::new(space, (0..12).map(at).collect()).unwrap();
+        let mut scene = scene(vec![("rope", zigzag.into())]);
+        let fields = json!({ "object": "rope", "seconds": 1, "scheme": "exact", "constraints": [
+            { "kind": "fixed", "at": 0 }, { "kind": "sliding", "near": 0.45 * end },
+        ] });
+        let report = run(&mut scene, fields).unwrap();
+        let note = report.notes.iter().find(|note| note.starts_with("constraints drifted by ")).unwrap();
+        let drift: f64 = note.split(' ').find_map(|word| word.parse().ok()).unwrap();
+        let told = report.warnings.iter().any(|warning| warning.contains("\"rope\" drifted by "));
+        assert_eq!(told, drift > 1e-6 * 2.2, "{note} {:?}", report.warnings);
+        warned += usize::from(told);
+    }
+    assert!(warned > 0);
+}
+
 #[test]
 fn a_single_point_is_refused_by_name() {
     let point =

@@ -56,7 +56,7 @@ pub(super) fn floats(link: &Link) -> SmallVec<[f64; 4]> {
 /// The knots where a spline is no more than continuous, if that.
 fn sharp(space: &Space) -> Vec<f64> {
     let (start, end) = space.domain();
-    let inside = |u: f64| space.is_periodic() && u < end || u > start && u < end;
+    let inside = |u: f64| u < end && (space.is_periodic() || u > start);
     let all = space.breakpoints().into_iter();
     all.filter(|u| inside(*u) && space.multiplicity(*u) >= space.degree()).collect()
 }

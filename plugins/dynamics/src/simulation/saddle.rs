@@ -17,6 +17,8 @@ pub(super) const FALLS: f64 = -1e-10;
 const DOWN: f64 = 1e-10;
 /// And clearly so below this.
 pub(super) const CLEARLY: f64 = -1e-9;
+/// The lowest is known where Newton's matrix is positive definite with so many times what is asked as a shift.
+const BOUND: f64 = 101.0;
 
 /// What the second derivatives of the energy say, on what the constraints allow.
 #[derive(Debug)]
@@ -77,7 +79,8 @@ impl Simulation {
         }
         Ok(match lowest / highest {
             share if share < below => Lowest::Falls(share, x),
-            share if share >= below => Lowest::Rises,
+            // A Rayleigh quotient is never below the lowest: that the matrix is positive definite with little more of a shift bounds it.
+            share if share >= below && shift <= -BOUND * below * highest => Lowest::Rises,
             _ => Lowest::Unknown,
         })
     }

@@ -88,6 +88,7 @@ impl Simulation {
             steps += found.steps;
             if found.ends {
                 let Found { residual, way, rests, stable, .. } = found;
+                let way = rested.filter(|_| found.steps == 0).map_or(way, |(settled, _)| settled.way);
                 return Ok(Settled { residual, way, steps, rests, stable });
             }
             let (energy, sizes) = self.potential();
