@@ -44,6 +44,8 @@ pub fn short(number: f64) -> String {
 }
 
 fn figures(number: f64, digits: usize) -> String {
+    // No zero is below nothing.
+    let number = number + 0.0;
     let size = number.abs();
     if !(size == 0.0 || (1e-4..1e7).contains(&size)) {
         let text = format!("{number:.*e}", digits - 1);

@@ -220,3 +220,61 @@ fn axes_are_one_or_a_list() {
         assert!(refused.contains("step[0].constraints[0].axis") && refused.contains(word), "{refused}");
     }
 }
+
+/// Every kind of constraint that is registered and linear holds in `simulate`: with its location fixed, and where the kind has `near`, floating. The
+/// others are refused in words.
+#[test]
+fn every_linear_kind_holds_while_things_move() {
+    let folder = bench();
+    let (mut held, mut floating, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    for declaration in loftsman::registry().functionals() {
+        let name = declaration.name;
+        let has = |field: &str| declaration.fields.iter().any(|f| f.name == field);
+        let mut table = json!({ "kind": name, "name": "it" });
+        for field in declaration.fields {
+            table[field.name] = match field.name {
+                "at" => json!(if name == "position" { 4.0 } else { 3.0 }),
+                "index" => json!(2),
+                "terms" => json!([{ "vertex": 0, "vector": [1, 2, 3] }]),
+                "to" => json!([0.3, 0.1, 1]),
+                "with" if name == "match" => json!({ "object": "sheet", "edge": "u0" }),
+                "with" => json!({ "object": "beside", "at": 1.0 }),
+                _ if field.default.is_some() => continue,
+                "edge" => json!("u1"),
+                "curve" => json!("beside"),
+                _ => json!([0, 0, 1]),
+            };
+        }
+        // Drawn in soon, so that conditions hold at the end.
+        let step = |table: &Value| {
+            let step = json!({ "op": "simulate", "object": "rope", "seconds": 0.25, "scheme": "implicit", "draw": 0.005, "constraints": [table] });
+            run_step(folder.path(), &step)
+        };
+        match step(&table) {
+            Ok((_, report)) => {
+                let error = report[0]["constraints"][0]["residual"].as_f64().unwrap();
+                assert!(error < 1e-6, "{name}: {error}");
+                held.push(name);
+            }
+            // What is of surfaces, not linear, or not to be had of this rope, by its name; never its fields.
+            Err(error) => {
+                let word = error.contains("not linear") || error.contains("surface") || error.contains(name);
+                let fields = error.contains("unknown field") || error.contains("is missing");
+                assert!(error.contains("step[0]") && word && !fields, "{name}: {error}");
+                refused.push(name);
+                continue;
+            }
+        }
+        if has("near") {
+            table.as_object_mut().unwrap().remove("at");
+            table["near"] = json!(4.0);
+            step(&table).unwrap_or_else(|e| panic!("{name} near: {e}"));
+            floating.push(name);
+        }
+    }
+    println!("held {held:?}, floating {floating:?}, refused {refused:?}");
+    for name in ["position", "derivative", "vertex", "linear", "tangent", "orthogonal"] {
+        assert!(held.contains(&name), "{name} of {held:?}, {refused:?}");
+    }
+    assert!(floating.contains(&"position") && floating.contains(&"derivative"), "{floating:?}");
+}

@@ -109,7 +109,7 @@ fn the_deviation_of_a_lifted_sheet_is_its_height() {
             let after = scene(graph(side, |_, _| by));
             let picture = Picture::of(&after).before(&before).draw_before(false).faces(Faces::Deviation);
             let said = texts(&picture);
-            assert!(said.iter().any(|t| t == "distance from before, mm; + where normals point"), "{said:?}");
+            assert!(said.iter().any(|t| t == "from before, mm; + along normals"), "{said:?}");
             let end = loftsman_kernel::text::figure(0.1 * side);
             assert!(said.contains(&end), "{end}: {said:?}");
             let [r, _, b] = middle(&pixels(&picture));

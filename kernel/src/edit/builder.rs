@@ -72,7 +72,7 @@ impl<S: Shape> Edit<S> {
         }
     }
 
-    /// Adds another shape to the problem: the next number (1, 2, …) for functionals' `on`.
+    /// Adds another shape to the problem: the next number (1, 2, …) for functionals' `on`. It may move as the first does.
     #[must_use]
     pub fn with(mut self, shape: Box<dyn Shape>) -> Self {
         self.shapes.push(shape);

@@ -11,7 +11,7 @@ use crate::path::Path;
 /// A constraint of a simulation: sums of linear functionals that have values, some of their locations floating along their shapes. Points of
 /// shapes are `P(s, t)`; what floats is written `s(t)`.
 #[derive(Debug, Clone)]
-pub struct Constraint {
+pub struct Hold {
     pub(crate) name: String,
     pub(crate) places: Vec<Place>,
     pub(crate) parts: Vec<Part>,
@@ -88,7 +88,7 @@ impl Term {
     }
 }
 
-impl Constraint {
+impl Hold {
     fn new(name: String, places: Vec<Place>, parts: Vec<Part>) -> Self {
         Self { name, places, parts, from: 0.0, until: f64::INFINITY, axes: [true; 3] }
     }
@@ -163,42 +163,42 @@ impl Constraint {
 }
 
 /// `P(s₀, t) = A`: a point of the shape stays at a place (by default where it is).
-pub fn fixed(at: impl Into<Location>) -> Constraint {
+pub fn fixed(at: impl Into<Location>) -> Hold {
     let place = place(0, at, false);
-    Constraint::of_point(format!("fixed at {}", place.location), place, Target::Keep)
+    Hold::of_point(format!("fixed at {}", place.location), place, Target::Keep)
 }
 
 /// `P(s(t), t) = A`: the shape passes a place, wherever along itself; it slides through. Of a surface both parameters float.
-pub fn sliding(near: impl Into<Location>) -> Constraint {
+pub fn sliding(near: impl Into<Location>) -> Hold {
     let place = place(0, near, true);
-    Constraint::of_point(format!("sliding near {}", place.location), place, Target::Keep)
+    Hold::of_point(format!("sliding near {}", place.location), place, Target::Keep)
 }
 
 /// `P(s(t), t) = P(s₀, t)`: a running knot; the curve slides through its own point.
-pub fn knot(near: impl Into<Location>, at: impl Into<Location>) -> Constraint {
+pub fn knot(near: impl Into<Location>, at: impl Into<Location>) -> Hold {
     let (one, other) = (place(0, near, true), place(0, at, false));
-    Constraint::tied(format!("knot near {} at {}", one.location, other.location), one, other)
+    Hold::tied(format!("knot near {} at {}", one.location, other.location), one, other)
 }
 
 /// `P(s₁(t), t) = P(s₂(t), t)`: the curve slides through itself both ways.
-pub fn double_sliding(near: [impl Into<Location>; 2]) -> Constraint {
+pub fn double_sliding(near: [impl Into<Location>; 2]) -> Hold {
     let [a, b] = near.map(|near| place(0, near, true));
-    Constraint::tied(format!("double sliding near {} and {}", a.location, b.location), a, b)
+    Hold::tied(format!("double sliding near {} and {}", a.location, b.location), a, b)
 }
 
 /// `P'(s(t), t) = T`: somewhere the curve has this first derivative.
-pub fn sliding_tangent(near: impl Into<Location>, derivative: impl Into<Vector>) -> Constraint {
+pub fn sliding_tangent(near: impl Into<Location>, derivative: impl Into<Vector>) -> Hold {
     sliding_derivative("tangent", 1, near, derivative.into())
 }
 
 /// `P''(s(t), t) = C`: somewhere the curve has this second derivative.
-pub fn sliding_curvature(near: impl Into<Location>, derivative: impl Into<Vector>) -> Constraint {
+pub fn sliding_curvature(near: impl Into<Location>, derivative: impl Into<Vector>) -> Hold {
     sliding_derivative("curvature", 2, near, derivative.into())
 }
 
-fn sliding_derivative(what: &str, times: usize, near: impl Into<Location>, value: Vector) -> Constraint {
+fn sliding_derivative(what: &str, times: usize, near: impl Into<Location>, value: Vector) -> Hold {
     let place = place(0, near, true);
-    let mut all = Constraint::new(format!("sliding {what} near {}", place.location), vec![place], Vec::new());
+    let mut all = Hold::new(format!("sliding {what} near {}", place.location), vec![place], Vec::new());
     all.add(times, value);
     all
 }
@@ -220,24 +220,24 @@ impl Spot {
 }
 
 /// `P_a(s_a) = P_b(s_b)`: points of two bodies are one; a ring on a rope slides along it.
-pub fn tied(one: Spot, other: Spot) -> Constraint {
+pub fn tied(one: Spot, other: Spot) -> Hold {
     let (a, b) = (one.0, other.0);
     let way = |place: &Place| if place.floats { "near" } else { "at" };
     let name = format!("tied {} {} and {} {}", way(&a), a.location, way(&b), b.location);
-    Constraint::tied(name, a, b)
+    Hold::tied(name, a, b)
 }
 
 /// Any linear functional of the kernel or a plug-in, its location fixed or floating; it keeps the value that it has at the start, or gets
-/// [another](Constraint::value).
-pub fn holds(functional: Arc<dyn Functional>) -> Constraint {
+/// [another](Hold::value).
+pub fn holds(functional: Arc<dyn Functional>) -> Hold {
     let name = functional.describe();
     let floats = functional.floats();
     let place = functional.location().map(|(body, location)| Place { body, location, floats });
     let term = Term { sign: 1.0, looks: Looks::Functional(functional), place: place.map(|_| 0) };
-    Constraint::new(name, place.into_iter().collect(), vec![Part { terms: vec![term], target: Target::Keep }])
+    Hold::new(name, place.into_iter().collect(), vec![Part { terms: vec![term], target: Target::Keep }])
 }
 
-impl Constraint {
+impl Hold {
     /// The numbers that it is to have: as many as its functional has equations.
     #[must_use]
     pub fn value(mut self, value: Vec<f64>) -> Self {

@@ -56,8 +56,8 @@ mod strain;
 
 pub use body::{Body, Material};
 pub use constraint::{
-    Constraint, Force, Pull, Spot, double_sliding, fixed, force, holds, knot, pull, sliding,
-    sliding_curvature, sliding_tangent, tied,
+    Force, Hold, Pull, Spot, double_sliding, fixed, force, holds, knot, pull, sliding, sliding_curvature,
+    sliding_tangent, tied,
 };
 pub use error::DynamicsError;
 pub use operation::Simulate;

@@ -5,7 +5,7 @@ use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::shape::{Derivative, Interval, Location, Shape};
 
 use crate::body::extent;
-use crate::constraint::Constraint;
+use crate::constraint::Hold;
 use crate::error::{DynamicsError, Result};
 
 /// What there is to know of where a parameter may be.
@@ -52,7 +52,7 @@ impl Slide {
 }
 
 /// Whether a constraint's places are on their shapes, and its times ascend.
-pub(crate) fn check_constraint(constraint: &Constraint, shapes: &Shapes<'_>) -> Result<()> {
+pub(crate) fn check_constraint(constraint: &Hold, shapes: &Shapes<'_>) -> Result<()> {
     for place in &constraint.places {
         on_shape(shapes, &constraint.name, place.body, place.location)?;
     }

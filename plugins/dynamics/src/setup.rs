@@ -5,7 +5,7 @@ use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::solve::{RangeSpace, Weight};
 
 use crate::body::{Body, extent};
-use crate::constraint::{Constraint, Force, Pull};
+use crate::constraint::{Force, Hold, Pull};
 use crate::elastic::Elastic;
 use crate::error::{DynamicsError, Result, check, check_vector};
 use crate::link::Link;
@@ -44,7 +44,7 @@ use crate::stability::{highest, longest_step};
 pub struct Setup {
     bodies: Vec<Body>,
     gravity: Vector,
-    constraints: Vec<Constraint>,
+    constraints: Vec<Hold>,
     forces: Vec<Force>,
     pulls: Vec<Pull>,
     scheme: Scheme,
@@ -90,7 +90,7 @@ impl Setup {
 
     /// One more constraint, numbered from 0.
     #[must_use]
-    pub fn hold(mut self, constraint: Constraint) -> Self {
+    pub fn hold(mut self, constraint: Hold) -> Self {
         self.constraints.push(constraint);
         self
     }

@@ -55,7 +55,8 @@ impl<S: Shape + Clone> Fair<S> {
         }
     }
 
-    /// Adds a shape that constraints look at: the next number (1, 2, …) for functionals' `on`. It stays as it is.
+    /// Adds a shape that constraints look at: the next number (1, 2, …) for functionals' `on`. It stays as it is, other than those that an edit is
+    /// `with`, which may move.
     #[must_use]
     pub fn beside(mut self, shape: Box<dyn Shape>) -> Self {
         self.others.push(shape);

@@ -148,7 +148,7 @@ impl Painting {
                 2 => format!("{}, 1/{unit}²", which.name()),
                 _ => format!("{}, 1/{unit}", which.name()),
             },
-            Faces::Deviation => format!("distance from before, {unit}; + where normals point"),
+            Faces::Deviation => format!("from before, {unit}; + along normals"),
         };
         if self.bodies.iter().all(|body| body.values.is_empty()) {
             return;

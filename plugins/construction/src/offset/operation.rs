@@ -4,10 +4,10 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::a;
+use loftsman_kernel::text::{self, a};
 
 use super::{Corners, OffsetOptions, offset};
-use crate::fields::{NAME, direction, figure, free_name, length, length_note, like, made, named};
+use crate::fields::{NAME, direction, free_name, length, length_note, like, made, named};
 use crate::primitives::curve_through;
 
 /// The operation `offset`: [`offset`](fn@super::offset).
@@ -85,8 +85,8 @@ impl Operation for OffsetOf {
         let mut changed = scene.clone();
         let mut notes = vec![format!(
             "{} from where it should be at most, measured both ways; {} were allowed",
-            figure(made_of.deviation),
-            figure(made_of.tolerance)
+            text::figure(made_of.deviation),
+            text::figure(made_of.tolerance)
         )];
         if made_of.cut > 0 {
             let parts = if made_of.cut == 1 { "part was" } else { "parts were" };

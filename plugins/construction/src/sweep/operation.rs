@@ -1,11 +1,11 @@
 //! The operation `sweep`.
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::text;
 
 use super::{Turning, sweep};
 use crate::fields::{NAME, direction, figure, free_name, length, like, made, named};
@@ -81,8 +81,8 @@ impl Operation for Sweep {
         } else {
             format!(
                 "{} from the sweep at most, measured; {} were allowed",
-                figure(swept.deviation),
-                Figure(swept.tolerance)
+                text::figure(swept.deviation),
+                text::figure(swept.tolerance)
             )
         });
         if swept.twist.abs() > 1e-9 {
@@ -94,7 +94,7 @@ impl Operation for Sweep {
         if let Some(at) = swept.folds {
             notes.push(format!(
                 "folds back at {} of the path, whose bend is too narrow for the curve",
-                figure(at)
+                text::figure(at)
             ));
         }
         let area = measured(context, "surface-area", &surface);

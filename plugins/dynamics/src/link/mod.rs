@@ -11,7 +11,7 @@ use loftsman_kernel::functional::{Functional, Linearity, Shapes};
 pub(crate) use self::curving::Curving;
 pub(crate) use self::rows::Desk;
 pub(crate) use self::slides::Places;
-use crate::constraint::{Constraint, Looks, Place, Target};
+use crate::constraint::{Hold, Looks, Place, Target};
 use crate::error::{DynamicsError, Result};
 use crate::place::Slide;
 
@@ -88,12 +88,12 @@ struct HeldTerm {
 impl Link {
     /// Of a constraint of these shapes; `slide` tells of each parameter of a body.
     pub(crate) fn new(
-        constraint: Constraint,
+        constraint: Hold,
         shapes: &Shapes<'_>,
         slide: &dyn Fn(usize, usize) -> Result<Slide>,
         draw: f64,
     ) -> Result<Self> {
-        let Constraint { name, places, parts, from, until, axes } = constraint;
+        let Hold { name, places, parts, from, until, axes } = constraint;
         let mut slides = Vec::new();
         for place in &places {
             shapes.get(place.body)?;

@@ -8,8 +8,8 @@ use loftsman_kernel::{Point, Vector};
 
 use super::declared::{ALL, FORCE, KINDS, PULL};
 use crate::constraint::{
-    Constraint, Force, Pull, Spot, double_sliding, fixed, holds, knot, sliding, sliding_curvature,
-    sliding_tangent, tied,
+    Force, Hold, Pull, Spot, double_sliding, fixed, holds, knot, sliding, sliding_curvature, sliding_tangent,
+    tied,
 };
 use crate::path::Path;
 
@@ -24,7 +24,7 @@ pub(super) fn constraint(
     table: &Parameters,
     names: &mut SceneShapes<'_>,
     words: &Words<'_>,
-) -> Result<Constraint, OperationError> {
+) -> Result<Hold, OperationError> {
     let kind = table.text("kind")?.to_owned();
     let (from, until) = times(table)?;
     let found = match KINDS.iter().find(|own| own.name == kind) {
@@ -48,7 +48,7 @@ fn own_kind(
     words: &Words<'_>,
     from: f64,
     until: f64,
-) -> Result<Constraint, OperationError> {
+) -> Result<Hold, OperationError> {
     let body = body(table, "object", names)?;
     let mut found = match kind {
         "fixed" => fixed(table.location("at")?),
@@ -116,7 +116,7 @@ fn other_kind(
     table: &Parameters,
     names: &mut SceneShapes<'_>,
     words: &Words<'_>,
-) -> Result<Constraint, OperationError> {
+) -> Result<Hold, OperationError> {
     let Ok(declared) = words.registry.find_functional(kind, table.path()) else {
         let own = KINDS.iter().map(|own| own.name);
         let hint = match nearest(kind, own.clone()) {

@@ -3,7 +3,7 @@
 use loftsman_kernel::Vector;
 
 use super::{Simulation, shapes};
-use crate::constraint::{Constraint, Target};
+use crate::constraint::{Hold, Target};
 use crate::error::{DynamicsError, Result, check_vector};
 use crate::link::{Link, Phase};
 use crate::load::Kind;
@@ -102,8 +102,8 @@ impl Simulation {
     ///
     /// # Errors
     /// As for [`Setup::prepare`](crate::Setup::prepare).
-    pub fn hold(&mut self, constraint: Constraint, draw: f64) -> Result<usize> {
-        let constraint = Constraint { from: constraint.from.max(self.time), ..constraint };
+    pub fn hold(&mut self, constraint: Hold, draw: f64) -> Result<usize> {
+        let constraint = Hold { from: constraint.from.max(self.time), ..constraint };
         let link = {
             let shapes = shapes(&self.bodies);
             check_constraint(&constraint, &shapes)?;
