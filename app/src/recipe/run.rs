@@ -329,7 +329,13 @@ impl<'a> Runner<'a> {
     ) -> Result<&'a std::sync::Arc<dyn loftsman_kernel::plugin::Operation>> {
         self.registry
             .find_operation(op, &format!("step[{number}].op"))
-            .map_err(|e| recipe.error(e.path, e.problem))
+            .map_err(|e| match op {
+                "merge" => recipe.error(
+                    e.path,
+                    "unknown operation \"merge\"; several files become one scene as inputs: input = [\"a.obj\", \"b.obj\"]",
+                ),
+                _ => recipe.error(e.path, e.problem),
+            })
     }
 }
 

@@ -160,7 +160,10 @@ fn colours_of_objects_come_back_to_the_bit_and_others_see_them_as_materials() {
     let file = written(&scene, &WriteOptions { up: UpChoice::Keep, ..WriteOptions::default() });
     let library = String::from_utf8(file.siblings["s.mtl"].clone()).unwrap();
     // The material keeps its name; a colour is one material, however many objects have it, and within what others read.
-    assert_eq!(library.matches("newmtl ").count(), 4, "{library}");
+    assert_eq!(library.matches("newmtl ").count(), 5, "{library}");
+    // What has none has a material that stands for none: others would go on with the one before.
+    assert!(library.contains("newmtl plain\n# Loftsman none\nKd 0.8 0.8 0.8\n"), "{library}");
+    assert!(!String::from_utf8_lossy(&file.bytes).lines().any(|line| line.trim() == "usemtl"));
     assert!(library.contains("newmtl color-1\nKd 0.9 0 0\n"), "{library}");
     assert!(
         library.contains("newmtl color-2\n# Loftsman color\nKd 1 0 0.5\n") || library.contains("Kd 1 0 0.5")

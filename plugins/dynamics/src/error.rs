@@ -173,7 +173,10 @@ fn what_to_do(step: f64, stable: f64, implicit: bool) -> String {
     if step > stable {
         format!("steps up to {} s are stable; {advice}", Figure(stable))
     } else {
-        format!("what is asked moves too much at once, or forces and pulls are too large; {advice}")
+        let stable = Figure(stable);
+        format!(
+            "steps up to {stable} s would be stable, but what is asked moves too much at once, or forces and pulls are too large; {advice}"
+        )
     }
 }
 

@@ -344,6 +344,10 @@ fn gravity(
 fn material(parameters: &Parameters, other: Material) -> Result<Material, ParameterError> {
     let number = |name: &str, or: f64| if parameters.has(name) { parameters.number(name) } else { Ok(or) };
     let stiffness = number("stiffness", other.stiffness)?;
+    if stiffness <= 0.0 {
+        let problem = format!("a stiffness of {stiffness} keeps nothing together: give more than 0");
+        return Err(parameters.error("stiffness", problem));
+    }
     let shear = if parameters.has("shear") {
         parameters.number("shear")?
     } else if parameters.has("stiffness") {

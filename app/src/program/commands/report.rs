@@ -156,9 +156,8 @@ pub(crate) fn written(objects: &[Written], notes: &[String]) -> String {
     const SHOWN: usize = 12;
     let mut text = String::new();
     for object in objects.iter().take(SHOWN) {
-        let certified =
-            object.error.map(|error| format!(" (certified {})", figure(error))).unwrap_or_default();
-        let within = object.tolerance.map(|tolerance| format!("within {}{certified}", figure(tolerance)));
+        // How far off it is at most, where that is known, else what was asked.
+        let within = object.error.or(object.tolerance).map(|most| format!("within {}", figure(most)));
         let how = match object.fate {
             Fate::Kept => {
                 within.map_or_else(|| "exact".to_owned(), |within| format!("exact, triangles {within}"))

@@ -32,6 +32,9 @@ struct Dress {
 impl Dress {
     /// These materials, which are used then; where one of ours that only shows a colour is alone, that colour.
     fn of(places: &[usize], materials: &Materials, used: &mut Vec<usize>) -> Self {
+        if places.iter().all(|&at| materials.is_plain(at)) {
+            return Self::default();
+        }
         if let &[one] = places
             && let Some(color) = materials.paint(one)
         {
@@ -173,8 +176,8 @@ impl Reader {
         self.connect(&surfaces, scene);
         used_materials.sort_unstable();
         used_materials.dedup();
-        let all = (0..materials.list.len()).filter(|&at| materials.paint(at).is_none()).count();
-        let used = used_materials.iter().filter(|&&at| materials.paint(at).is_none()).count();
+        let all = (0..materials.list.len()).filter(|&at| materials.is_own(at)).count();
+        let used = used_materials.iter().filter(|&&at| materials.is_own(at)).count();
         for (at, mut material) in materials.list.into_iter().enumerate() {
             if used_materials.binary_search(&at).is_err() {
                 continue;
@@ -271,7 +274,14 @@ impl Reader {
             Some(material) => self.materials.list[*material].as_str(),
             None => DEFAULT,
         };
-        let places: Vec<usize> = section.slots.iter().map(|slot| materials.place(name(slot))).collect();
+        let mut places: Vec<usize> = section.slots.iter().map(|slot| materials.place(name(slot))).collect();
+        if places.len() > 1 {
+            for at in &mut places {
+                if materials.is_plain(*at) {
+                    *at = materials.place(DEFAULT);
+                }
+            }
+        }
         Dress::of(&places, materials, used)
     }
 

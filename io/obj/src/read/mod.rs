@@ -19,7 +19,7 @@ use crate::text::{Statements, decode, keyword, tokens};
 use part::Counts;
 use reader::Reader;
 
-pub(crate) use mtl::{CHANNELS, roughness};
+pub(crate) use mtl::{CHANNELS, GREY, roughness};
 
 /// What starts a new object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -17,6 +17,8 @@ pub(crate) struct Materials {
     index: HashMap<String, usize>,
     /// Those that only show the colour of objects, as a comment of ours says.
     paints: HashSet<usize>,
+    /// Those that stand for none.
+    plain: HashSet<usize>,
     /// Statements left out: the reason, with the library and line of the first.
     pub(crate) left_out: Vec<(String, usize)>,
 }
@@ -43,6 +45,16 @@ impl Materials {
         self.index.contains_key(name)
     }
 
+    /// Whether a material of ours stands for none.
+    pub(crate) fn is_plain(&self, at: usize) -> bool {
+        self.plain.contains(&at)
+    }
+
+    /// Whether a material is one, and no mark of ours.
+    pub(crate) fn is_own(&self, at: usize) -> bool {
+        self.paint(at).is_none() && !self.is_plain(at)
+    }
+
     /// The colour of objects that a material of ours shows. Where somebody has made it more than that since it is a material.
     pub(crate) fn paint(&self, at: usize) -> Option<[f64; 4]> {
         let material = self.list.get(at).filter(|_| self.paints.contains(&at))?;
@@ -57,7 +69,9 @@ impl Materials {
         let mut roughness_said = false;
         for (line, statement) in Statements::new(&text) {
             if let Some(said) = statement.strip_prefix(OURS) {
-                self.paints.extend(current.filter(|_| said.trim_ascii() == b"color"));
+                let said = said.trim_ascii();
+                self.paints.extend(current.filter(|_| said == b"color"));
+                self.plain.extend(current.filter(|_| said == b"none"));
                 continue;
             }
             let (word, rest) = keyword(uncommented(&statement));

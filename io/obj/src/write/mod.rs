@@ -352,12 +352,15 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn use_material(&mut self, material: Option<&str>) -> std::io::Result<()> {
-        let name = material.map_or(self.paint.as_ref(), |m| self.library.name(m));
-        if self.state.material.as_ref() == name {
+        let name = material.map_or(self.paint.as_ref(), |m| self.library.name(m)).cloned();
+        // Programs pass over a `usemtl` without a name, and would go on with the one before.
+        let name =
+            if name.is_none() && self.state.material.is_some() { Some(self.library.plain()) } else { name };
+        if self.state.material == name {
             return Ok(());
         }
-        self.state.material = name.cloned();
-        let line = name.map_or_else(|| "usemtl".to_owned(), |name| format!("usemtl {name}"));
+        let line = name.as_deref().map_or_else(String::new, |name| format!("usemtl {name}"));
+        self.state.material = name;
         self.line(&line)
     }
 

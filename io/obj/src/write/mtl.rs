@@ -9,7 +9,7 @@ use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport};
 use loftsman_kernel::scene::{Definition, Object, Scene};
 
 use super::print::{self, Names};
-use crate::read::{CHANNELS, roughness};
+use crate::read::{CHANNELS, GREY, roughness};
 
 /// The library of a scene.
 #[derive(Debug)]
@@ -23,6 +23,8 @@ pub(super) struct Library {
     /// Materials that stand for colours of objects, as they were met, and their names by the colours' bits.
     paints: Vec<(String, [f64; 4])>,
     painted: HashMap<[u64; 4], usize>,
+    /// The material of what has none, once something has had one before it.
+    plain: Option<String>,
     /// Whether objects have colours that are to be seen.
     has_paints: bool,
     /// Where the pictures are, by their names.
@@ -94,6 +96,7 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
         taken: taken_names,
         paints: Vec::new(),
         painted: HashMap::new(),
+        plain: None,
         has_paints: scene
             .objects()
             .iter()
@@ -154,6 +157,12 @@ impl Library {
         self.names.get(material)
     }
 
+    /// The name of the material that stands for none.
+    pub(super) fn plain(&mut self) -> String {
+        let Self { plain, taken, .. } = self;
+        plain.get_or_insert_with(|| taken.unique("plain")).clone()
+    }
+
     /// The name of the material that shows a colour; one for all objects of that colour.
     pub(super) fn paint(&mut self, color: [f64; 4]) -> String {
         let next = self.paints.len();
@@ -187,6 +196,10 @@ impl Library {
             _ = writeln!(text, "newmtl {name}\n# Loftsman color");
             let shown = Material::new(name.clone(), color.map(|x| x.clamp(0.0, 1.0)));
             unplaced += self.material(&shown, &mut text);
+        }
+        if let Some(name) = &self.plain {
+            _ = writeln!(text, "newmtl {name}\n# Loftsman none");
+            unplaced += self.material(&Material::new(name.clone(), GREY), &mut text);
         }
         sink.sibling(&self.file)?.write_all(text.as_bytes())?;
         for (name, image) in &self.embedded {

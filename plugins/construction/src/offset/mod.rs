@@ -111,6 +111,10 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
         };
         // What is left may be too short to be seen by wider steps.
         if chains.is_empty() {
+            // Where circles of nine tenths of the distance already have some of the curve inside, steps are not what is too wide.
+            if round == 0 && keep::reach(&job, &elements)? < FAR * distance.abs() {
+                break;
+            }
             continue;
         }
         if !measure::complete(&job, &elements, &chains)? {
@@ -144,6 +148,8 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }))
 }
 
+/// Nothing is left at a distance of which the largest circle that touches the curve from there is so much smaller.
+const FAR: f64 = 0.9;
 /// So often are the steps along the curve made shorter, four times each.
 const ROUNDS: u32 = 5;
 

@@ -5,6 +5,7 @@ use loftsman_kernel::plugin::{
     ConstraintReport, Frames, Mark, MarkKind, OperationError, Spot as MarkSpot, StepReport,
 };
 use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::text::{figure, short};
 
 use crate::body::extent;
 use crate::simulation::{Event, Settled, Simulation};
@@ -29,23 +30,31 @@ pub(super) fn report(
         let length = simulation.time() / simulation.sub_steps() as f64;
         notes.push(match scheme {
             "implicit" => format!(
-                "{} steps of {length:.3e} s (halved where they had to be), scheme implicit (explicit ones would be stable to {stable:.3e} s)",
-                simulation.sub_steps()
+                "{} steps of {} s (halved where they had to be), scheme implicit (explicit ones would be stable to {} s)",
+                simulation.sub_steps(),
+                figure(length),
+                figure(stable)
             ),
             _ => format!(
-                "{} steps of {length:.3e} s on average, scheme {scheme} (stable to {stable:.3e} s)",
-                simulation.sub_steps()
+                "{} steps of {} s on average, scheme {scheme} (stable to {} s)",
+                simulation.sub_steps(),
+                figure(length),
+                figure(stable)
             ),
         });
         notes.push(format!(
-            "energy at the end: motion {:.4e}, elastic {:.4e}, gravity {:.4e}, pulls {:.4e}",
-            after.kinetic, after.elastic, after.gravity, after.pulls
+            "energy at the end: motion {}, elastic {}, gravity {}, pulls {}",
+            figure(after.kinetic),
+            figure(after.elastic),
+            figure(after.gravity),
+            figure(after.pulls)
         ));
         let drift = simulation.worst_error();
-        notes.push(format!("constraints drifted by {drift:.2e} at most"));
+        notes.push(format!("constraints drifted by {} at most", short(drift)));
         if drift > DRIFT * simulation.size {
             warnings.push(format!(
-                "constraints of {object:?} drifted by {drift:.2e}, more than a millionth of its size: give a shorter `step`, or scheme \"implicit\""
+                "constraints of {object:?} drifted by {}, more than a millionth of its size: give a shorter `step`, or scheme \"implicit\"",
+                short(drift)
             ));
         }
     }
@@ -63,7 +72,7 @@ pub(super) fn report(
     });
     if let Some(Settled { stable: Some(false), .. }) = settled {
         notes.push(
-            "the balance is unstable: the least push would let it crumple or fall over; with some `bending` it finds where it goes"
+            "the balance is unstable: the least push would let it crumple or fall over; with some `bending`, or moved before (`seconds`), it finds where it goes"
                 .into(),
         );
     }
@@ -73,10 +82,11 @@ pub(super) fn report(
     }
     if let Some(Settled { residual, steps, rests, .. }) = settled {
         if rests {
-            notes.push(format!("it rests: {residual:.1e} of the forces is left, after {steps} steps"));
+            notes.push(format!("it rests: {} of the forces is left, after {steps} steps", short(residual)));
         } else {
+            let left = short(residual);
             warnings.push(format!(
-                "{object:?} does not rest yet: {residual:.1e} of the forces is left, after {steps} steps; let it move before \
+                "{object:?} does not rest yet: {left} of the forces is left, after {steps} steps; let it move before \
                  (more `seconds`, with some `damping`), or hold it at more places"
             ));
         }
@@ -241,11 +251,11 @@ mod tests {
                 report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
             let StepReport { notes, warnings, iterations, steps, .. } = report.unwrap();
             assert_eq!((steps, iterations), (Some(0), Some(2000)));
-            let noted = notes.iter().any(|note| note.contains("it rests: 2.5e-3"));
+            let noted = notes.iter().any(|note| note.contains("it rests: 0.0025"));
             assert_eq!((noted, warnings.len()), (rests, usize::from(!rests)));
             for warning in warnings {
                 assert!(
-                    warning.contains("\"rope\" does not rest yet: 2.5e-3") && warning.contains("`damping`"),
+                    warning.contains("\"rope\" does not rest yet: 0.0025") && warning.contains("`damping`"),
                     "{warning}"
                 );
             }

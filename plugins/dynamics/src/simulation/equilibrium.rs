@@ -76,6 +76,8 @@ impl Simulation {
             ends: false,
         };
         let (mut start, mut step) = (Start::default(), Step::default());
+        // A balance that leans to a side so little that it may be left in vain: it is kept to come back to, and told to be unstable then.
+        let mut ledge: Option<(Found, Start)> = None;
         let (mut penalty, mut saddles, mut tiny) = (0.0_f64, 0, 0);
         let mut hanging = if rested.is_none() && self.buckles() { Hanging::NotYet } else { Hanging::Done };
         let most = if self.buckles() { MOST } else { CRUMPLES };
@@ -91,10 +93,20 @@ impl Simulation {
                 continue;
             }
             if met && !hangs && residual <= super::settle::RESTS {
-                let lowest = self.lowest(&mut tangent, FALLS)?;
+                let mut lowest = self.lowest(&mut tangent, FALLS)?;
+                if let Lowest::Leans(way) = &lowest
+                    && !(self.buckles() && self.falls_both_ways(&mut tangent, way, &mut start)?)
+                {
+                    lowest = Lowest::Rises;
+                }
+                if matches!(lowest, Lowest::Leans(_)) && ledge.is_none() {
+                    let mut kept = Start::default();
+                    kept.remember(self);
+                    ledge = Some((found, kept));
+                }
                 if self.buckles()
                     && saddles < SADDLES
-                    && let Lowest::Falls(_, way) = &lowest
+                    && let Lowest::Falls(_, way) | Lowest::Leans(way) = &lowest
                     && self.leave_saddle(&mut tangent, way, &step.left, &mut start)?
                 {
                     saddles += 1;
@@ -104,13 +116,14 @@ impl Simulation {
                 }
                 found.stable = match lowest {
                     Lowest::Rises => Some(true),
+                    Lowest::Leans(_) => Some(false),
                     // It does not fall by what energies show.
                     Lowest::Falls(by, _) if by > CLEARLY => None,
                     Lowest::Falls(..) => Some(false),
                     Lowest::Unknown => None,
                 };
                 // Where nothing but tension acts a balance is kept, stable or not.
-                found.rests = found.stable != Some(false) || !self.buckles();
+                found.rests = found.stable != Some(false) || !self.buckles() || ledge.is_some();
                 found.ends = true;
                 self.rank = tangent.rank();
                 return Ok(found);
@@ -176,6 +189,11 @@ impl Simulation {
                 (shift, tiny) = (FIRST * highest, 0);
                 self.stop_hanging(&mut hanging);
             }
+        }
+        if let Some((on_it, kept)) = ledge {
+            kept.back(self);
+            self.look(&mut tangent, false, true)?;
+            return Ok(Found { rests: true, stable: Some(false), ends: true, ..on_it });
         }
         Ok(found)
     }

@@ -13,6 +13,10 @@ use crate::stiffness::Part;
 const SEARCHES: usize = 40;
 /// A direction leads down where its frequency squared is below this share of the highest, negative.
 pub(super) const FALLS: f64 = -1e-10;
+/// So many lengths of a direction are tried to both sides.
+const SIDES: usize = 6;
+/// Differences of energies are more than rounding from this share of what they are made of.
+const NOISE: f64 = 1e-13;
 /// And by this share of what energies are made of, or more.
 const DOWN: f64 = 1e-10;
 /// And clearly so below this.
@@ -27,6 +31,9 @@ pub(super) enum Lowest {
     Rises,
     /// The energy falls along this direction: by its frequency squared, as a share of the highest.
     Falls(f64, Vec<f64>),
+    /// They are not negative, to what is asked, but along this direction they are: it may be rounding, or the highest, of a short span, is far above
+    /// what bends. What the energy itself does there tells.
+    Leans(Vec<f64>),
     /// It is not to be told.
     Unknown,
 }
@@ -50,7 +57,8 @@ impl Simulation {
             return Ok(Lowest::Rises);
         }
         let highest = self.highest();
-        let mut shift = LEAST * highest;
+        // As little as is needed: iteration converges by how far the lowest stands off the next, measured from the shift.
+        let mut shift = if below > CLEARLY { f64::EPSILON } else { LEAST } * highest;
         while !tangent.factor(self, Part::Whole, shift)? {
             shift *= 10.0;
             if shift > LARGEST * highest {
@@ -79,10 +87,58 @@ impl Simulation {
         }
         Ok(match lowest / highest {
             share if share < below => Lowest::Falls(share, x),
+            share if share < 0.0 && shift <= -BOUND * below * highest => Lowest::Leans(x),
             // A Rayleigh quotient is never below the lowest: that the matrix is positive definite with little more of a shift bounds it.
             share if share >= below && shift <= -BOUND * below * highest => Lowest::Rises,
             _ => Lowest::Unknown,
         })
+    }
+
+    /// Whether the energy falls to both sides of a direction, as a parabola does: a fall to one side is of the forces that are left, and one that is only
+    /// far away of another place of rest.
+    pub(super) fn falls_both_ways(
+        &mut self,
+        tangent: &mut Tangent,
+        way: &[f64],
+        start: &mut Start,
+    ) -> Result<bool> {
+        let n = tangent.unknowns();
+        let most = way[..n - self.desk.parameters].iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        if most <= 0.0 {
+            return Ok(false);
+        }
+        start.remember(self);
+        let (before, made_of) = self.potential();
+        let mut by = 1e-2 * self.size / most;
+        let mut falls = Vec::with_capacity(SIDES);
+        for _ in 0..SIDES {
+            let mut both = 0.0;
+            for side in [by, -by] {
+                self.go(tangent, way, side);
+                self.meet(tangent)?;
+                both += self.potential().0 - before;
+                start.back(self);
+            }
+            falls.push(both);
+            by *= 0.25;
+        }
+        self.recollect()?;
+        // As a parabola does, a sixteenth for a quarter of the way, down to what rounding leaves.
+        falls.retain(|fall| fall.abs() > NOISE * made_of);
+        let is_parabola = |pair: &[f64]| (8.0..32.0).contains(&(pair[0] / pair[1]));
+        Ok(falls.len() > 2 && falls.iter().all(|fall| *fall < 0.0) && falls[1..].windows(2).all(is_parabola))
+    }
+
+    /// Back to the constraints, by the least way as stiffness measures it.
+    fn meet(&mut self, tangent: &mut Tangent) -> Result<()> {
+        for _ in 0..MEET {
+            self.recollect()?;
+            let mut back = vec![0.0; tangent.unknowns()];
+            let mut asked: Vec<f64> = self.desk.gap.iter().map(|gap| -gap).collect();
+            tangent.solve(&mut back, &mut asked);
+            self.go(tangent, &back, 1.0);
+        }
+        self.recollect()
     }
 
     /// On a saddle: along a direction in which the energy falls, as far as it does. Whether it falls by what energies show.
@@ -108,14 +164,7 @@ impl Simulation {
         let mut by = 1e-3 * self.size / most;
         for _ in 0..40 {
             self.go(tangent, &x, by);
-            for _ in 0..MEET {
-                self.recollect()?;
-                let mut back = vec![0.0; n];
-                let mut asked: Vec<f64> = self.desk.gap.iter().map(|gap| -gap).collect();
-                tangent.solve(&mut back, &mut asked);
-                self.go(tangent, &back, 1.0);
-            }
-            self.recollect()?;
+            self.meet(tangent)?;
             let (now, sizes) = self.potential();
             let met = self.desk.gap.iter().all(|gap| gap.abs() <= 1e-6 * self.size);
             let falls = met && now < before - 10.0 * ROUNDING * (made_of + sizes);
