@@ -175,6 +175,23 @@ fn colours_of_objects_come_back_to_the_bit_and_others_see_them_as_materials() {
     let made = read(&more);
     assert_eq!(made.materials.iter().count(), 2);
 
+    // A comment that somebody spoilt says nothing: the material that it stood beside does.
+    let text = String::from_utf8_lossy(&file.bytes);
+    let said = text.lines().find(|line| line.starts_with("# Loftsman color")).unwrap();
+    for wrong in [
+        "# Loftsman color nan 0 0 1",
+        "# Loftsman color 1e999 0 0 1",
+        "# Loftsman color 1 0 0",
+        "# Loftsman color",
+    ] {
+        let mut spoilt = file.clone();
+        spoilt.bytes = text.replace(said, wrong).into_bytes();
+        let back = read(&spoilt);
+        assert_eq!(back.objects().len(), scene.objects().len());
+        let mut colors = back.objects().iter().filter_map(|o| o.color).flatten();
+        assert!(colors.all(f64::is_finite), "{wrong}");
+    }
+
     // What a layer lends is seen, and is the object's own from then on: the file has no layers.
     let mut lent = Scene::new();
     let line = Polyline { points: vec![Point::origin(), Point::new(1.0, 2.0, 3.0)], closed: false };

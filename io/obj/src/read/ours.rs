@@ -36,11 +36,16 @@ impl Ours {
             b"curve" => curve(rest).map(Self::Curve),
             b"normals" => Some(Self::MadeNormals),
             b"mesh" => mark(rest).map(Self::Mesh),
-            b"color" => numbers(rest).ok()?.try_into().ok().map(Self::Color),
+            b"color" => color(rest).map(Self::Color),
             b"surface" => mark(rest).map(Self::Surface),
             _ => None,
         }
     }
+}
+
+fn color(text: &[u8]) -> Option<[f64; 4]> {
+    let color: [f64; 4] = numbers(text).ok()?.try_into().ok()?;
+    color.iter().all(|x| x.is_finite()).then_some(color)
 }
 
 fn mark(text: &[u8]) -> Option<u64> {

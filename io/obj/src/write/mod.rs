@@ -352,15 +352,18 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn use_material(&mut self, material: Option<&str>) -> std::io::Result<()> {
-        let name = material.map_or(self.paint.as_ref(), |m| self.library.name(m)).cloned();
-        // Programs pass over a `usemtl` without a name, and would go on with the one before.
-        let name =
-            if name.is_none() && self.state.material.is_some() { Some(self.library.plain()) } else { name };
-        if self.state.material == name {
+        let wanted = material.map_or(self.paint.as_ref(), |m| self.library.name(m)).cloned();
+        let name = match (wanted, &self.state.material) {
+            (Some(name), _) => name,
+            (None, None) => return Ok(()),
+            // Programs pass over a `usemtl` without a name, and would go on with the one before.
+            (None, Some(_)) => self.library.plain(),
+        };
+        if self.state.material.as_ref() == Some(&name) {
             return Ok(());
         }
-        let line = name.as_deref().map_or_else(String::new, |name| format!("usemtl {name}"));
-        self.state.material = name;
+        let line = format!("usemtl {name}");
+        self.state.material = Some(name);
         self.line(&line)
     }
 
