@@ -2,20 +2,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
+mod common;
+
 use loftsman_dynamics::{Body, DynamicsError, Scheme, Setup, Spot, fixed, force, holds, pull, sliding, tied};
 use loftsman_kernel::Point;
 use loftsman_kernel::Vector;
 use loftsman_kernel::functional::derivative;
-use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::spline::{Space, Surface};
 use std::sync::Arc;
 
-fn line(degree: usize, n: usize, from: [f64; 3], to: [f64; 3]) -> Curve {
-    let space = Space::clamped_uniform(degree, n).unwrap();
-    let (a, b) = (Point::from(from), Point::from(to));
-    let end = space.domain().1;
-    let points = (0..n).map(|i| a + (b - a) * (space.greville(i) / end)).collect();
-    Curve::new(space, points).unwrap()
-}
+use common::line;
 
 fn sheet(n: usize) -> Surface {
     let space = Space::clamped_uniform(2, n).unwrap();

@@ -2,18 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
+mod common;
+
 use loftsman_dynamics::{Body, Scheme, Setup, Simulation, Spot, fixed, force, sliding, tied};
 use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-fn line(degree: usize, n: usize, from: [f64; 3], to: [f64; 3]) -> Curve {
-    let space = Space::clamped_uniform(degree, n).unwrap();
-    let (a, b) = (Point::from(from), Point::from(to));
-    let end = space.domain().1;
-    let points = (0..n).map(|i| a + (b - a) * (space.greville(i) / end)).collect();
-    Curve::new(space, points).unwrap()
-}
+use common::line;
 
 /// A rod of uniform mass that swings about its end: `T = 2π √(2L/3g)`, for small swings.
 #[test]

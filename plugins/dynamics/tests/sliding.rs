@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
+mod common;
+
 use loftsman_dynamics::{
     Body, Scheme, Setup, Simulation, Spot, double_sliding, fixed, sliding, sliding_curvature,
     sliding_tangent, tied,
@@ -10,13 +12,7 @@ use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
-fn line(degree: usize, n: usize, from: [f64; 3], to: [f64; 3]) -> Curve {
-    let space = Space::clamped_uniform(degree, n).unwrap();
-    let (a, b) = (Point::from(from), Point::from(to));
-    let end = space.domain().1;
-    let points = (0..n).map(|i| a + (b - a) * (space.greville(i) / end)).collect();
-    Curve::new(space, points).unwrap()
-}
+use common::line;
 
 /// `z = (x² + y²)/2R` over a square, exactly, its parameters from 0 to 1; and where a point of it is.
 fn bowl(radius: f64, reach: f64) -> (Surface, impl Fn(f64, f64) -> [f64; 2]) {

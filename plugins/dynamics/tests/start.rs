@@ -2,18 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
+mod common;
+
 use loftsman_dynamics::{Body, Scheme, Setup, Spot, fixed, sliding, tied};
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-fn line(degree: usize, n: usize, from: [f64; 3], to: [f64; 3]) -> Curve {
-    let space = Space::clamped_uniform(degree, n).unwrap();
-    let (a, b) = (Point::from(from), Point::from(to));
-    let end = space.domain().1;
-    let points = (0..n).map(|i| a + (b - a) * (space.greville(i) / end)).collect();
-    Curve::new(space, points).unwrap()
-}
+use common::line;
 
 /// A rope that is drawn through its rings along itself, each vertex at the same speed: nothing stops it, and nothing jumps. It keeps energy and
 /// momentum, in the first step as later, until an end comes.
