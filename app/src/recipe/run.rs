@@ -377,3 +377,36 @@ fn step_error(
     located.cause = Some(error);
     recipe.text.locate(located).into()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use loftsman_kernel::Point;
+    use loftsman_kernel::mesh::Polyline;
+    use serde_json::json;
+
+    use super::*;
+
+    /// A step that keeps within a distance has its output cut to a tenth of it, where that is finer than usual and not below what can be seen.
+    #[test]
+    fn outputs_are_no_coarser_than_what_steps_keep_within() {
+        let mut scene = Scene::new();
+        let line = Polyline { points: vec![Point::origin(), Point::new(2.0, 0.0, 0.0)], closed: false };
+        scene.add(Object::new("line", line.into())).unwrap();
+        let usual = Chord::Relative(1e-4);
+        let of = |within: &[Value], usual: Chord| {
+            let steps: Vec<Value> = within.iter().map(|w| json!({ "op": "fair", "within": w })).collect();
+            let text = json!({ "input": "a.obj", "step": steps }).to_string();
+            let recipe = Recipe::parse("r.json", text.as_bytes(), Path::new("")).unwrap();
+            no_coarser(usual, &recipe, &scene)
+        };
+        assert_eq!(of(&[], usual), usual);
+        assert_eq!(of(&[json!(0.1)], usual), usual);
+        assert_eq!(of(&[json!(0.1), json!(1e-4)], usual), Chord::Absolute(1e-4 / 10.0));
+        assert_eq!(of(&[json!(1e-12)], usual), Chord::Absolute(2e-6));
+        // An interval of parameters is no distance; nor is nothing, or less.
+        assert_eq!(of(&[json!([0.0, 1e-6]), json!(0), json!(-1.0)], usual), usual);
+        assert_eq!(of(&[json!(1e-4)], Chord::Absolute(0.5)), Chord::Absolute(0.5));
+    }
+}
