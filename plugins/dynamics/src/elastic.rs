@@ -64,6 +64,34 @@ impl Elastic {
         }
     }
 
+    /// Adds how much forces may differ for the rounding of vertices, one number each: `u Σ_j |K_ij| (|q_j| + |q_i|)`, `u` being the unit roundoff and `K` their
+    /// stiffness along, by the largest coordinates of each cell.
+    pub(crate) fn add_rounding(&self, q: &[Point], out: &mut [f64]) {
+        for cell in &self.points.cells {
+            let vertices = self.points.of(cell);
+            let far = vertices.iter().fold(0.0_f64, |most, &v| most.max(q[v as usize].coords.amax()));
+            for point in 0..cell.count {
+                let rest = &self.points.rest[cell.first + point];
+                for k in 0..self.points.directions {
+                    let row = self.points.row(cell, point, k);
+                    let size = if self.points.directions == 1 { rest.speed[0] } else { rest.size };
+                    let unit = rest.weight * size * self.stiffness / (rest.speed[k] * rest.speed[k]);
+                    let whole: f64 = row.iter().map(|c| c.abs()).sum();
+                    for (&vertex, c) in vertices.iter().zip(row) {
+                        out[vertex as usize] += f64::EPSILON * unit * c.abs() * whole * far;
+                    }
+                }
+            }
+        }
+        if let Some(bend) = &self.bend {
+            for (i, out) in out.iter_mut().enumerate() {
+                let own = q[i].coords.amax();
+                *out += f64::EPSILON
+                    * bend.row(i).map(|(j, c)| c.abs() * (q[j].coords.amax() + own)).sum::<f64>();
+            }
+        }
+    }
+
     /// A strain as it counts.
     pub(crate) fn felt(&self, strain: f64) -> f64 {
         if self.pushes { strain } else { strain.max(0.0) }

@@ -124,12 +124,23 @@ pub enum DynamicsError {
         /// Whether the step was implicit.
         implicit: bool,
     },
-    /// No way leads on to rest, however short.
+    /// On the way to rest numbers grew beyond all bounds.
     #[error(
-        "rest was not found: what is asked moves too much at once, however short the way that is tried; give targets that are nearer, smaller forces \
-         and pulls, or let it move before it settles (`seconds`, with some `damping`)"
+        "rest was not found: on the way to it the shape went beyond all numbers; give smaller forces, pulls and stiffness, and targets that are nearer"
     )]
     NoRest,
+    /// Stretched beyond all sense.
+    #[error(
+        "{body:?} is stretched to {} times its length at rest: what pulls it is too strong for its stiffness; give smaller forces, pulls or weight, or \
+         more stiffness",
+        Figure(1.0 + .stretch)
+    )]
+    Torn {
+        /// What it is called.
+        body: String,
+        /// The largest stretch, `|P'|/ℓ - 1`.
+        stretch: f64,
+    },
     /// Stiffness so large beside mass that the sum of both is the stiffness alone.
     #[error(
         "{body:?}: its stiffness, bending or pulls are so large for its mass that a step of {} s drowns the mass in rounding; give smaller \

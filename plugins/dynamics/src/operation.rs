@@ -35,6 +35,8 @@ const AIR: f64 = 0.5;
 const FALL: f64 = 9.81;
 /// More steps than this for one frame would take minutes.
 const MOST_STEPS: f64 = 5e4;
+/// What ends stretched to more than so many times its length was pulled by mistake.
+const TORN: f64 = 1e3;
 /// More frames than this are a mistake.
 const MOST_FRAMES: f64 = 1e6;
 
@@ -100,6 +102,12 @@ impl Operation for Simulate {
         } else {
             None
         };
+        for (index, name) in run.names.iter().enumerate() {
+            let stretch = simulation.largest_stretch(index)?;
+            if stretch > TORN {
+                return Err(DynamicsError::Torn { body: name.clone(), stretch }.into());
+            }
+        }
         let mut report =
             report(&object, &mut simulation, settled, (before, stretch), &run.scheme, &run.seen)?;
         report.prepare_seconds = Some(prepare_seconds);

@@ -7,6 +7,7 @@ mod slides;
 use std::sync::Arc;
 
 use loftsman_kernel::functional::{Functional, Linearity, Shapes};
+use loftsman_kernel::shape::{Splines, cells_of};
 
 pub(crate) use self::curving::Curving;
 pub(crate) use self::rows::Desk;
@@ -58,6 +59,8 @@ pub(crate) struct Link {
     /// Of each parameter: its last change while Newton's iteration runs, and how often it turned round. Each time halves its way, so that it
     /// comes to rest where the shape turns sharply, and at a corner, where it would turn for ever.
     turns: Vec<(f64, usize)>,
+    /// Of a loop of a curve of degree 1 or 2: where its spans end.
+    spans: Vec<f64>,
     /// Its equations in the system of the present step, and their multipliers.
     pub(crate) first: usize,
     pub(crate) equations: usize,
@@ -132,6 +135,7 @@ impl Link {
             held.push(HeldPart { terms, target: part.target, value: Vec::new() });
         }
         let count = slides.len();
+        let spans = spans_of_a_loop(&places, shapes)?;
         let mut link = Self {
             name,
             places,
@@ -146,6 +150,7 @@ impl Link {
             rates: vec![0.0; count],
             accelerations: vec![0.0; count],
             turns: vec![(0.0, 0); count],
+            spans,
             first: 0,
             equations: 0,
             multipliers: Vec::new(),
@@ -279,4 +284,14 @@ impl Link {
         self.offset.clear();
         self.since = time;
     }
+}
+
+/// Where the spans end of the curve of degree 1 or 2 of which two places are one.
+fn spans_of_a_loop(places: &[Place], shapes: &Shapes<'_>) -> Result<Vec<f64>> {
+    let [Place { body: a, .. }, Place { body: b, .. }] = places else { return Ok(Vec::new()) };
+    let splines = cells_of(shapes.get(*a)?, "a loop").ok().and_then(|cells| cells.splines());
+    Ok(match splines {
+        Some(Splines { u, v: None, .. }) if a == b && u.degree() <= 2 => u.breakpoints(),
+        _ => Vec::new(),
+    })
 }

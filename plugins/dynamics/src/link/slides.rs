@@ -88,18 +88,32 @@ impl Link {
         Some(volume / area).filter(|sine| sine.is_finite())
     }
 
-    /// Two places of one curve that have come together: a loop drawn shut.
+    /// The highest derivative that is held at one of its places; the point itself is of order 0.
+    pub(crate) fn order_at(&self, place: usize) -> usize {
+        let terms = self.parts.iter().flat_map(|part| &part.terms).filter(|term| term.place == Some(place));
+        terms.filter_map(|term| term.order).max().unwrap_or(0)
+    }
+
+    /// Two places of one curve that have come together: a loop drawn shut. Of degree 1 or 2 there is none within one span: it would have no length, or lie
+    /// upon itself.
     pub(crate) fn is_shut(&self, length: f64) -> bool {
-        match &self.places[..] {
-            [
-                Place { body: a, location: Location::Curve(u), floats },
-                Place { body: b, location: Location::Curve(w), floats: other },
-            ] if a == b && (*floats || *other) => {
-                let pace = self.slides.first().map_or(1.0, |slide| slide.pace);
-                (u - w).abs() < length * pace
-            }
-            _ => false,
-        }
+        let [
+            Place { body: a, location: Location::Curve(u), floats },
+            Place { body: b, location: Location::Curve(w), floats: other },
+        ] = &self.places[..]
+        else {
+            return false;
+        };
+        let Some(slide) = self.slides.first().filter(|_| a == b && (*floats || *other)) else { return false };
+        let whole = slide.interval.end - slide.interval.start;
+        let apart = (u - w).abs();
+        let apart = if slide.interval.periodic { apart.min(whole - apart) } else { apart };
+        let (low, high) = (u.min(*w), u.max(*w));
+        // Round the seam the lower one is behind the end.
+        let beyond = if slide.interval.periodic { low + whole } else { f64::NAN };
+        let within =
+            |low: f64, high: f64| self.spans.windows(2).any(|span| span[0] <= low && high <= span[1]);
+        apart < length * slide.pace || within(low, high) || within(high, beyond)
     }
 
     /// Puts its places back.

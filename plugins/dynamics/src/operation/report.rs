@@ -8,7 +8,7 @@ use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::text::{figure, short};
 
 use crate::body::extent;
-use crate::simulation::{Event, Settled, Simulation};
+use crate::simulation::{Event, Settled, Simulation, Unrest};
 
 /// Constraints that drift by more than this share of the size are warned of.
 const DRIFT: f64 = 1e-6;
@@ -80,14 +80,29 @@ pub(super) fn report(
         notes
             .push("whether the balance is stable does not show: the energy is as good as level there".into());
     }
-    if let Some(Settled { residual, steps, rests, .. }) = settled {
+    if let Some(Settled { residual, steps, rests, unrest, .. }) = settled {
         if rests {
             notes.push(format!("it rests: {} of the forces is left, after {steps} steps", short(residual)));
         } else {
             let left = short(residual);
+            let (what, advice) = match unrest {
+                Some(Unrest::Missed(index)) => {
+                    let [name, by] = [simulation.name_of(index)?.to_owned(), short(errors[index])];
+                    (format!("\"{name}\" misses what it asks by {by}"), "ask for less, or let it move before")
+                }
+                Some(Unrest::Slides(index)) => {
+                    let name = simulation.name_of(index)?;
+                    (format!("it is still drawn along at \"{name}\""), "let it move before")
+                }
+                Some(Unrest::Vertex(body, vertex)) => {
+                    let name = simulation.body_name(body)?;
+                    (format!("most of it on vertex {vertex} of {name:?}"), "let it move before")
+                }
+                None => ("nothing shows where".into(), "let it move before"),
+            };
             warnings.push(format!(
-                "{object:?} does not rest yet: {left} of the forces is left, after {steps} steps; let it move before \
-                 (more `seconds`, with some `damping`), or hold it at more places"
+                "{object:?} does not rest yet: {left} of the forces is left after {steps} steps, {what}; {advice} \
+                 (more `seconds`, with some `damping`), or give it some `bending`"
             ));
         }
     }
@@ -246,7 +261,8 @@ mod tests {
         let rope = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
         for rests in [true, false] {
             let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
-            let settled = Settled { residual: 2.5e-3, way: 0.1, steps: 2000, rests, stable: Some(rests) };
+            let settled =
+                Settled { residual: 2.5e-3, way: 0.1, steps: 2000, rests, stable: Some(rests), unrest: None };
             let report =
                 report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
             let StepReport { notes, warnings, iterations, steps, .. } = report.unwrap();
@@ -269,7 +285,7 @@ mod tests {
         let rope = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
         for (stable, wanted) in [(Some(true), ""), (Some(false), "unstable"), (None, "does not show")] {
             let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
-            let settled = Settled { residual: 1e-12, way: 0.0, steps: 9, rests: true, stable };
+            let settled = Settled { residual: 1e-12, way: 0.0, steps: 9, rests: true, stable, unrest: None };
             let report =
                 report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
             let notes = report.unwrap().notes;

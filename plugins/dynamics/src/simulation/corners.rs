@@ -2,7 +2,7 @@
 //!
 //! Where a shape has a corner, what pulls a place along it jumps: a place rests on the corner where it is pulled forth from behind and back from
 //! ahead, whatever the sizes of both (zero is between the pulls: the condition of a subdifferential, Clarke 1990). Newton's steps know one side at a
-//! time. So a place stops at a corner that it comes to, stays for a step while all else goes on, and goes on to the side that then pulls it, if
+//! time. A derivative that is held has its corners where it is no more than continuous: the second one of a cubic at every knot. So a place stops at a corner that it comes to, stays for a step while all else goes on, and goes on to the side that then pulls it, if
 //! one does.
 
 use loftsman_kernel::shape::cells_of;
@@ -53,12 +53,12 @@ pub(super) fn floats(link: &Link) -> SmallVec<[f64; 4]> {
         .collect()
 }
 
-/// The knots where a spline is no more than continuous, if that.
-fn sharp(space: &Space) -> Vec<f64> {
+/// The knots where the derivative of this order of a spline is no more than continuous, if that: the point itself is of order 0.
+fn sharp(space: &Space, order: usize) -> Vec<f64> {
     let (start, end) = space.domain();
     let inside = |u: f64| u < end && (space.is_periodic() || u > start);
     let all = space.breakpoints().into_iter();
-    all.filter(|u| inside(*u) && space.multiplicity(*u) >= space.degree()).collect()
+    all.filter(|u| inside(*u) && space.multiplicity(*u) + order >= space.degree()).collect()
 }
 
 /// How far it is to the next corner that is not here, in lengths.
@@ -86,13 +86,14 @@ impl Corners {
         let mut all = Vec::with_capacity(simulation.links.len());
         for link in &simulation.links {
             let mut own = Vec::with_capacity(link.slides.len());
-            for place in link.places.iter().filter(|place| place.floats) {
+            for (index, place) in link.places.iter().enumerate().filter(|(_, place)| place.floats) {
+                let order = link.order_at(index);
                 let shape = simulation.shape(place.body)?;
                 let splines = cells_of(shape, "a place that slides").ok().and_then(|cells| cells.splines());
                 for axis in 0..place.location.parameters() {
                     let space =
                         splines.and_then(|splines| if axis == 0 { Some(splines.u) } else { splines.v });
-                    own.push((space.map(sharp).unwrap_or_default(), State::Free));
+                    own.push((space.map(|space| sharp(space, order)).unwrap_or_default(), State::Free));
                 }
             }
             all.push(own);

@@ -16,6 +16,8 @@ const SLIDES: f64 = 0.1;
 const SOUND: f64 = 1e-4;
 /// A step is halved as often as this before its direction is given up.
 const HALVINGS: usize = 6;
+/// The penalty is at most so many times the largest multiplier: those of rows that hardly differed on the way say nothing of where it is now.
+const FALLS: f64 = 30.0;
 /// So often is what a step misses put right.
 pub(super) const MEET: usize = 2;
 const PUT_RIGHT: usize = 4;
@@ -137,7 +139,7 @@ impl Simulation {
         let multipliers = self.present_multipliers();
         let largest =
             multipliers.iter().zip(&step.changes).fold(0.0_f64, |most, (l, d)| most.max((l + d).abs()));
-        *penalty = penalty.max(1.5 * largest);
+        *penalty = penalty.min(FALLS * largest).max(1.5 * largest);
         let gaps = self.desk.gap.clone();
         let missed: f64 = gaps.iter().map(|gap| gap.abs()).sum();
         let (energy, made_of) = self.potential();

@@ -7,12 +7,12 @@
 //! balance and the second derivatives are not positive definite, it stands on a saddle, and goes on down along the direction in which the
 //! energy falls most.
 
-use super::Simulation;
 use super::corners::Corners;
 use super::descent::{Start, Step};
 use super::hanging::Hanging;
 use super::saddle::{CLEARLY, FALLS, Lowest};
 use super::tangent::Tangent;
+use super::{Moving, Simulation};
 use crate::error::Result;
 use crate::stiffness::Part;
 
@@ -24,8 +24,8 @@ const FIRST: f64 = 1e-4;
 pub(super) const LEAST: f64 = 1e-10;
 /// No step is so short that more than this would be needed.
 pub(super) const LARGEST: f64 = 1e4;
-/// Of this share of the size constraints may be missed at rest.
-const MET: f64 = 1e-9;
+/// Shifts are measured by the highest frequency, or by one so many times (squared) that of a wave from end to end, where a short span swings faster.
+const FASTER: f64 = 1e5;
 /// Where this is left of the forces, rest is near.
 const NEARLY: f64 = 1e-3;
 /// And where this is left, forces tell to which side a place is pulled from a corner.
@@ -46,6 +46,8 @@ pub(super) struct Found {
     pub(super) rests: bool,
     pub(super) stable: Option<bool>,
     pub(super) ends: bool,
+    /// Whether constraints are met.
+    pub(super) met: bool,
 }
 
 impl Simulation {
@@ -66,7 +68,8 @@ impl Simulation {
         let mut tangent = Tangent::new(&self.bodies);
         tangent.corners = Corners::new(self)?;
         let highest = self.highest();
-        let mut shift = FIRST * highest;
+        let scale = self.slowest().map_or(highest, |slow| highest.min(FASTER * slow));
+        let mut shift = FIRST * scale;
         let mut found = Found {
             residual: f64::INFINITY,
             way: f64::INFINITY,
@@ -74,6 +77,7 @@ impl Simulation {
             rests: false,
             stable: None,
             ends: false,
+            met: false,
         };
         let (mut start, mut step) = (Start::default(), Step::default());
         // A balance that leans to a side so little that it may be left in vain: it is kept to come back to, and told to be unstable then.
@@ -85,11 +89,11 @@ impl Simulation {
             let hangs = matches!(hanging, Hanging::Since(..));
             self.look(&mut tangent, hangs, found.residual <= FAIRLY)?;
             self.left(&tangent, &self.present_multipliers(), &mut step.left);
-            let (residual, met) = self.balance(&step.left)?;
+            let (residual, met) = self.balance(&tangent, &step.left)?;
             let residual = if found.steps == 0 { rested.unwrap_or(residual) } else { residual };
-            found.residual = residual;
+            (found.residual, found.met) = (residual, met);
             if self.hang_on(&mut hanging, found.steps, met, residual) {
-                (shift, penalty) = (FIRST * highest, 0.0);
+                (shift, penalty) = (FIRST * scale, 0.0);
                 continue;
             }
             if met && !hangs && residual <= super::settle::RESTS {
@@ -111,7 +115,7 @@ impl Simulation {
                 {
                     saddles += 1;
                     found.steps += 1;
-                    shift = shift.max(FIRST * highest);
+                    shift = shift.max(FIRST * scale);
                     continue;
                 }
                 found.stable = match lowest {
@@ -133,7 +137,7 @@ impl Simulation {
                 && residual < NEARLY
                 && saddles < SADDLES
                 && self.buckles()
-                && !tangent.factor(self, Part::Whole, LEAST * highest)?
+                && !tangent.factor(self, Part::Whole, LEAST * scale)?
                 && let Lowest::Falls(_, way) = self.lowest(&mut tangent, CLEARLY)?
                 && self.leave_saddle(&mut tangent, &way, &step.left, &mut start)?
             {
@@ -142,7 +146,7 @@ impl Simulation {
                 continue;
             }
             // The whole of it where that leads down, its convex part where it does not.
-            let mut stuck = !self.direct(&mut tangent, &mut shift, residual, highest, &mut step)?;
+            let mut stuck = !self.direct(&mut tangent, &mut shift, residual, [scale, highest], &mut step)?;
             if !stuck && self.come_to_corners(&tangent, &step.by) {
                 found.steps += 1;
                 continue;
@@ -162,7 +166,10 @@ impl Simulation {
                             t if t >= 0.1 => 1.0,
                             _ => 4.0,
                         };
-                        if shift < LEAST * highest {
+                        if taken < 0.1 {
+                            shift = shift.max(LEAST * scale);
+                        }
+                        if shift < LEAST * scale {
                             shift = 0.0;
                         }
                         self.note_events();
@@ -177,7 +184,7 @@ impl Simulation {
                     }
                     None => {
                         start.back(self);
-                        shift = (16.0 * shift).max(LEAST * 100.0 * highest);
+                        shift = (16.0 * shift).max(LEAST * 100.0 * scale);
                         stuck = shift > LARGEST * highest;
                     }
                 }
@@ -186,7 +193,7 @@ impl Simulation {
                 break;
             }
             if stuck {
-                (shift, tiny) = (FIRST * highest, 0);
+                (shift, tiny) = (FIRST * scale, 0);
                 self.stop_hanging(&mut hanging);
             }
         }
@@ -202,6 +209,18 @@ impl Simulation {
     pub(super) fn highest(&self) -> f64 {
         let stable = self.stable_step();
         if stable.is_finite() && stable > 0.0 { 1.0 / (stable * stable) } else { 1.0 }
+    }
+
+    /// The square of the frequency with which a wave of tension or bending goes from end to end, or what hangs swings: the largest of the bodies.
+    fn slowest(&self) -> Option<f64> {
+        let of = |body: &Moving| {
+            let material = &body.body.material;
+            let square = body.body.size().powi(2);
+            (material.stiffness + material.bending / square) / (material.mass * square)
+        };
+        let moving = self.bodies.iter().filter(|body| body.mass.is_some());
+        let slow = moving.map(of).fold(self.gravity.norm() / self.size, f64::max);
+        (slow > 0.0 && slow.is_finite()).then_some(slow)
     }
 
     /// Rows and forces where things are.
@@ -222,10 +241,12 @@ impl Simulation {
     }
 
     /// What is left of the forces, as for [`Settled`](super::Settled); and whether constraints are met.
-    fn balance(&mut self, left: &[f64]) -> Result<(f64, bool)> {
-        let vertices = left.len() - self.desk.parameters;
-        let most = left[..vertices].iter().fold(0.0_f64, |most, f| most.max(f.abs()));
-        let met = self.desk.gap.iter().all(|gap| gap.abs() <= MET * self.size);
+    fn balance(&mut self, tangent: &Tangent, left: &[f64]) -> Result<(f64, bool)> {
+        let rounding = self.rounding();
+        let beyond = (0..3 * rounding.len())
+            .filter_map(|coordinate| Some(left[tangent.place(coordinate)?].abs() - rounding[coordinate / 3]));
+        let most = beyond.fold(0.0, f64::max);
+        let met = self.desk.gap.iter().all(|gap| gap.abs() <= super::settle::MET * self.size);
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
             let own = link.first..link.first + link.equations;
             link.error = self.desk.gap[own].iter().fold(0.0, |most, gap| most.max(gap.abs()));
@@ -246,7 +267,7 @@ impl Simulation {
         tangent: &mut Tangent,
         shift: &mut f64,
         residual: f64,
-        highest: f64,
+        [scale, highest]: [f64; 2],
         step: &mut Step,
     ) -> Result<bool> {
         let mut part = Part::Whole;
@@ -255,12 +276,12 @@ impl Simulation {
         let shifts =
             if residual < NEARLY || step.part == Some(Part::Absolute) { 1e-4 } else { 100.0 * LEAST };
         while !tangent.factor(self, part, *shift)? {
-            if part == Part::Whole && *shift < shifts * highest {
+            if part == Part::Whole && *shift < shifts * scale {
                 // Where something may turn freely, a little is enough.
-                *shift = (30.0 * *shift).max(LEAST * highest);
+                *shift = (30.0 * *shift).max(LEAST * scale);
             } else if part == Part::Whole {
                 part = Part::Absolute;
-                *shift = given.max(100.0 * LEAST * highest);
+                *shift = given.max(100.0 * LEAST * scale);
             } else {
                 *shift *= 16.0;
             }

@@ -27,7 +27,7 @@ use self::advance::Before;
 use self::conflict::contradictions;
 use self::implicit::Implicit;
 pub(crate) use self::moving::Moving;
-pub use self::settle::Settled;
+pub use self::settle::{Settled, Unrest};
 pub use self::told::Energy;
 use crate::error::{DynamicsError, Result};
 use crate::link::{self, Desk, Link, Phase};

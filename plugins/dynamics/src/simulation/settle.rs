@@ -3,19 +3,20 @@
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::solve::{RangeSpace, Weight};
 
-use super::Simulation;
 use super::descent::Start;
 use super::equilibrium::Found;
 use super::implicit::Implicit;
-use crate::error::Result;
+use super::{Moving, Simulation};
+use crate::error::{DynamicsError, Result};
 use crate::link::Link;
 use crate::scheme::Scheme;
 
 /// How a simulation came to rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settled {
-    /// What force is left on a control vertex that nothing balances, or along the shape at a place that slides (on both sides of which within
-    /// 1e-7 of the size it pulls the same way), relative to the largest that acts on one.
+    /// What force is left on a control vertex that nothing balances, beyond what rounding of the vertices makes, or along the shape at a place that
+    /// slides (on both sides of which within 1e-7 of the size it pulls the same way), relative to the largest that acts on one. 0 of what is slack: where
+    /// nothing but tension acts, and that is below a millionth of the stiffness.
     pub residual: f64,
     /// The largest way of a control vertex in the last step.
     pub way: f64,
@@ -27,6 +28,19 @@ pub struct Settled {
     /// derivatives, to 1e-10 of the square of the highest frequency (a direction that is neither here nor there counts as none; a place on a corner
     /// that holds it stays). `None` where these do not tell.
     pub stable: Option<bool>,
+    /// What is farthest from rest, where it does not.
+    pub unrest: Option<Unrest>,
+}
+
+/// What does not rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unrest {
+    /// A constraint is not met: by its number.
+    Missed(usize),
+    /// Something pulls a place of this constraint along its shape.
+    Slides(usize),
+    /// Forces on a control vertex do not balance: by the numbers of its body and of the vertex.
+    Vertex(usize, usize),
 }
 
 /// It rests where this is left of the forces.
@@ -37,8 +51,12 @@ const ACROSS: f64 = 1e-7;
 const SHARE: f64 = 0.5;
 /// What a constraint misses by less than this share of the size is met at once.
 const NEAR: f64 = 1e-3;
+/// What is slack pulls with no more than this share of the force that would stretch it to twice its length.
+const SLACK: f64 = 1e-6;
 /// More steps than this are not taken.
-const MOST: usize = 2000;
+const MOST: usize = 250;
+/// Of this share of the size constraints may be missed at rest.
+pub(super) const MET: f64 = 1e-9;
 /// So often Newton's steps and implicit ones follow each other, as long as energy falls by this share of what it is made of.
 const ROUNDS: usize = 6;
 const LOWER: f64 = 1e-10;
@@ -50,27 +68,76 @@ impl Simulation {
     /// a corner of its shape where it is pulled there from both sides. Time stands still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
     ///
     /// # Errors
-    /// When nothing holds it, or nothing any more, where its weight or a force draws it; when a step cannot be taken however short it is.
+    /// When nothing holds it, or nothing any more, where its weight or a force draws it; when stiffness drowns the mass; when numbers grow beyond all
+    /// bounds. Where rest is not found it ends in the best state that was, and [`Settled`] says how far from rest that is.
     pub fn settle(&mut self) -> Result<Settled> {
         let (time, worst) = (self.time, self.worst);
         self.come_and_go()?;
         (self.settling, self.held) = (true, None);
         let settled = self.go_to_rest();
+        self.rest();
         self.note_events();
         self.let_all_go();
         let mut desk = std::mem::take(&mut self.desk);
         let collected = self.collect(&mut desk);
         self.desk = desk;
         let agreed = collected.and_then(|()| self.agree());
+        let unrest = self.farthest_from_rest();
         self.settling = false;
         self.time = time;
         // What drifted on the way is not forgotten.
         self.worst = self.worst.max(worst);
         self.links.iter_mut().for_each(|link| link.begin_turns(false));
-        self.rest();
         let settled = settled?;
         agreed?;
-        Ok(settled)
+        let vertices = self.bodies.iter().flat_map(|body| body.body.shape.control_vertices());
+        if vertices.flat_map(|vertex| vertex.iter()).any(|v| !v.is_finite()) {
+            return Err(DynamicsError::NoRest);
+        }
+        Ok(if settled.rests { settled } else { Settled { unrest, ..settled } })
+    }
+
+    /// What does not rest, most of all: a constraint that is missed, else where forces do not balance. To be asked when rows are collected.
+    fn farthest_from_rest(&mut self) -> Option<Unrest> {
+        self.predict();
+        self.gather_forces();
+        let held = || self.links.iter().enumerate().filter(|(_, link)| link.is_held());
+        let (mut missed, mut first) = ((0.0, 0), 0);
+        for (index, link) in held() {
+            let gaps = self.desk.gap.get(first..first + link.equations).unwrap_or_default();
+            missed = gaps
+                .iter()
+                .fold(missed, |most, gap| if gap.abs() > most.0 { (gap.abs(), index) } else { most });
+            first += link.equations;
+        }
+        if missed.0 > MET * self.size {
+            return Some(Unrest::Missed(missed.1));
+        }
+        let mut left = self.forces.clone();
+        let multipliers = self.present_multipliers();
+        self.space.entries(|equation, coordinate, a| {
+            left[coordinate] += a * multipliers.get(equation).copied().unwrap_or(0.0);
+        });
+        let (mut most, mut unrest) = (0.0, None);
+        for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.mass.is_some()) {
+            for (vertex, force) in left[body.range()].chunks_exact(3).enumerate() {
+                let force = force.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
+                if force > most {
+                    (most, unrest) = (force, Some(Unrest::Vertex(index, vertex)));
+                }
+            }
+        }
+        let mut along = vec![0.0; self.desk.parameters];
+        for &(equation, parameter, by) in &self.desk.changes {
+            along[parameter] += by * multipliers.get(equation).copied().unwrap_or(0.0);
+        }
+        let owners = held().flat_map(|(index, link)| std::iter::repeat_n(index, link.slides.len()));
+        for (pull, index) in along.iter().zip(owners) {
+            if pull.abs() > most {
+                (most, unrest) = (pull.abs(), Some(Unrest::Slides(index)));
+            }
+        }
+        unrest
     }
 
     /// By Newton's steps, and where these end by implicit ones; where those come to rest it is Newton's matrix again that tells whether it is one, and
@@ -89,8 +156,12 @@ impl Simulation {
             if found.ends {
                 let Found { residual, way, rests, stable, .. } = found;
                 let way = rested.filter(|_| found.steps == 0).map_or(way, |(settled, _)| settled.way);
-                return Ok(Settled { residual, way, steps, rests, stable });
+                return Ok(Settled { residual, way, steps, rests, stable, unrest: None });
             }
+            let Found { residual, way, met, .. } = found;
+            let newton = Settled { residual, way, steps, rests: false, stable: None, unrest: None };
+            let mut there = Start::default();
+            there.remember(self);
             let (energy, sizes) = self.potential();
             if let Some((settled, least)) = rested
                 && (round + 1 == ROUNDS || energy > least - LOWER * sizes)
@@ -107,6 +178,13 @@ impl Simulation {
                 (settled, _) => settled?,
             };
             if !settled.rests {
+                // The better of both ends.
+                let drawn =
+                    self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= MET * self.size);
+                if met && !(drawn && settled.residual <= newton.residual) {
+                    there.back(self);
+                    return Ok(Settled { steps: settled.steps, ..newton });
+                }
                 return Ok(settled);
             }
             steps = settled.steps;
@@ -144,6 +222,7 @@ impl Simulation {
             steps: before,
             rests: false,
             stable: None,
+            unrest: None,
         };
         let time = self.time;
         while settled.steps < before + MOST && !settled.rests {
@@ -151,6 +230,8 @@ impl Simulation {
             self.approach(share)?;
             match self.step_implicitly(step) {
                 Ok(()) => {}
+                // However short the way: it stays where it is.
+                Err(DynamicsError::NoRest) if step < 1e-9 * natural => break,
                 Err(error) if step < 1e-9 * natural => return Err(error),
                 Err(_) => {
                     (step, share) = (0.125 * step, 0.5 * share);
@@ -163,7 +244,7 @@ impl Simulation {
             settled.residual = self.unbalanced(step)?;
             // Where what it lets constraints miss has been let go, and forces balance.
             let drawn =
-                self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= 1e-9 * self.size);
+                self.links.iter().filter(|link| link.is_held()).all(|link| link.error <= MET * self.size);
             settled.rests = settled.residual <= RESTS && drawn;
             step = (2.0 * step).min(1e6 * natural);
             share = (2.0 * share).min(SHARE);
@@ -199,9 +280,10 @@ impl Simulation {
         [fall, wave].into_iter().filter(|t| t.is_finite() && *t > 0.0).fold(f64::INFINITY, f64::min).min(1e6)
     }
 
-    /// What accelerated it from rest, `M v / h`, relative to the largest force on a vertex.
+    /// What accelerated it from rest, `M v / h`, beyond rounding, relative to the largest force on a vertex.
     fn unbalanced(&mut self, step: f64) -> Result<f64> {
         let along = self.pull_along()?;
+        let rounding = self.rounding();
         let mut left = 0.0_f64;
         for body in &self.bodies {
             let Some(mass) = &body.mass else { continue };
@@ -209,11 +291,23 @@ impl Simulation {
             for i in 0..mass.matrix.size() {
                 for axis in 0..3 {
                     let momentum: f64 = mass.matrix.row(i).map(|(j, m)| m * own[3 * j + axis]).sum();
-                    left = left.max((momentum / step).abs());
+                    left = left.max((momentum / step).abs() - rounding[body.start + i]);
                 }
             }
         }
         Ok(self.share_of_forces(left, along))
+    }
+
+    /// What rounding of its vertices makes of the forces on each, at most.
+    pub(super) fn rounding(&self) -> Vec<f64> {
+        let mut all = vec![0.0; self.space.vertices()];
+        for body in &self.bodies {
+            if let Some(elastic) = &body.elastic {
+                let own = &mut all[body.start..body.start + body.count()];
+                elastic.add_rounding(body.body.shape.control_vertices(), own);
+            }
+        }
+        all
     }
 
     /// What is `left` of forces on a vertex and `along` shapes, relative to the largest that act on one.
@@ -227,10 +321,25 @@ impl Simulation {
             elastic.add_forces(q, body.velocity.control_vertices(), &mut forces);
             largest = forces.iter().fold(largest, |most, f| most.max(f.abs()));
         }
+        if self.is_slack(largest) {
+            return 0.0;
+        }
         let held = self.links.iter().filter(|link| link.is_held()).flat_map(|link| &link.multipliers);
         let holding = held.fold(largest, |most, f| most.max(f.abs()));
         let share = |left: f64, of: f64| if of > 0.0 { left / of } else { left };
         share(left, largest).max(share(along, holding))
+    }
+
+    /// Whether nothing but tension acts, and none of it that would stretch anything by more than a millionth, `largest` being the largest force on a
+    /// vertex. What is slack folds at the scale of its vertices where ever smaller forces draw it, and never ends.
+    fn is_slack(&self, largest: f64) -> bool {
+        let of = |body: &Moving| {
+            let elastic = body.elastic.as_ref()?;
+            let width = if elastic.points.directions == 2 { body.body.size() } else { 1.0 };
+            Some(elastic.given * width)
+        };
+        let least = self.bodies.iter().filter_map(of).fold(f64::INFINITY, f64::min);
+        !self.buckles() && largest <= SLACK * least
     }
 
     /// The largest force along a shape at a place that slides: nothing where it pulls it forth from behind and back from ahead, as at a
