@@ -354,3 +354,76 @@ fn a_rope_along_a_sheet_is_refused() {
         }
     }
 }
+
+/// A rope without weight through a ring at which it turns: both sides are stretched alike to half a span of the shorter sides, and to 1.1 % with 200
+/// vertices, whatever it turns by and wherever the ring was put at first; the energy is above that of the two straight sides by what the turn costs, and the same from everywhere.
+#[test]
+fn both_sides_of_a_ring_are_stretched_alike() {
+    for degree in [1, 2, 3, 5] {
+        for n in [20, 60, if degree == 2 { 200 } else { 100 }] {
+            for turn in [0.0_f64, 60.0, 110.0, 150.0] {
+                let (sine, cosine) = turn.to_radians().sin_cos();
+                let mut found: Option<f64> = None;
+                for near in [0.2, 0.5] {
+                    let space = Space::clamped_uniform(degree, n).unwrap();
+                    let end = space.domain().1;
+                    let points =
+                        (0..n).map(|i| Point::new(10.0 * space.greville(i) / end, 0.0, 0.0)).collect();
+                    let rope = Curve::new(space, points).unwrap();
+                    let mut simulation = Setup::new(Body::new(&rope).mass(0.2).stiffness(100.0))
+                        .hold(fixed(0.0))
+                        .hold(fixed(end).to([4.0 + 8.0 * cosine, 0.0, 8.0 * sine]))
+                        .hold(sliding(near * end).to([4.0, 0.0, 0.0]))
+                        .prepare()
+                        .unwrap();
+                    let settled = simulation.settle().unwrap();
+                    let what = format!("degree {degree}, {n} vertices, by {turn}°, from {near}: {settled:?}");
+                    assert!(settled.rests, "{what}");
+                    let [behind, ahead] = simulation.side_stretches(2).unwrap()[0];
+                    let apart = ((1.0 + behind) / (1.0 + ahead) - 1.0).abs();
+                    let Location::Curve(at) = simulation.locations(2).unwrap()[0] else { panic!("{what}") };
+                    let half = 0.5 / at + 0.5 / (end - at);
+                    assert!(apart <= 1.1 * half, "{what}: {behind} {ahead}, half a span is {half}");
+                    assert!(n < 200 || apart < 0.011, "{what}: {behind} {ahead}");
+                    // The rope of two straight sides: 12 long instead of 10.
+                    let energy = simulation.energy().elastic / 20.0;
+                    assert!(energy > 1.0 - 1e-9 && (turn > 0.0 || energy < 1.0 + 1e-9), "{what}: {energy}");
+                    let before = *found.get_or_insert(energy);
+                    assert!((energy - before).abs() < 1e-5 * before, "{what}: {energy} {before}");
+                }
+            }
+        }
+    }
+}
+
+/// A fixed point in the place of the ring keeps the sides as they are.
+#[test]
+fn both_sides_of_a_fixed_point_differ() {
+    let space = Space::clamped_uniform(3, 60).unwrap();
+    let end = space.domain().1;
+    let points = (0..60).map(|i| Point::new(10.0 * space.greville(i) / end, 0.0, 0.0)).collect();
+    let rope = Curve::new(space, points).unwrap();
+    for slides in [false, true] {
+        let held = if slides { sliding(0.2 * end) } else { fixed(0.2 * end) };
+        let mut simulation = Setup::new(Body::new(&rope).mass(0.2).stiffness(100.0))
+            .hold(fixed(0.0))
+            .hold(fixed(end).to([4.0, 0.0, 8.0]))
+            .hold(held.to([4.0, 0.0, 0.0]))
+            .prepare()
+            .unwrap();
+        assert!(simulation.settle().unwrap().rests);
+        let sides = simulation.side_stretches(2).unwrap();
+        assert_eq!(sides.len(), usize::from(slides));
+        let middle = |share: f64| {
+            let shape = simulation.shape(0).unwrap();
+            shape.value((share * end).into(), Derivative { u: 1, v: 0 }).unwrap().norm() * end / 10.0
+        };
+        // 4 instead of 2 and 8 instead of 8; or 12 instead of 10 on both sides.
+        let wanted = if slides { [1.2, 1.2] } else { [2.0, 1.0] };
+        assert!((middle(0.1) / wanted[0] - 1.0).abs() < 0.02, "{} {slides}", middle(0.1));
+        assert!((middle(0.6) / wanted[1] - 1.0).abs() < 0.02, "{} {slides}", middle(0.6));
+        for stretch in sides.iter().flatten() {
+            assert!((stretch - 0.2).abs() < 0.01, "{sides:?}");
+        }
+    }
+}

@@ -111,6 +111,9 @@ pub(super) fn report(
         simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
     );
     notes.extend(ends(simulation, seen)?);
+    if settled.is_some() {
+        notes.extend(sides(simulation)?);
+    }
     let mut constraints = Vec::with_capacity(errors.len());
     for (index, residual) in errors.iter().enumerate() {
         // Of two places both, one behind the other.
@@ -199,6 +202,20 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
     if more > 0 {
         lines.push(format!("… and {more} more that slide (with --json all)"));
     }
+    Ok(lines)
+}
+
+/// How much curves are stretched on both sides of the places that slide along them.
+fn sides(simulation: &Simulation) -> Result<Vec<String>, OperationError> {
+    let mut lines = Vec::new();
+    for index in 0..simulation.constraints() {
+        for [behind, ahead] in simulation.side_stretches(index)? {
+            let name = simulation.name_of(index)?;
+            let [behind, ahead] = [behind, ahead].map(|stretch| 100.0 * stretch);
+            lines.push(format!("\"{name}\": on both sides stretched by {behind:.2} % and {ahead:.2} %"));
+        }
+    }
+    lines.truncate(ENDS);
     Ok(lines)
 }
 

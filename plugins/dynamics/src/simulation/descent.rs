@@ -49,6 +49,11 @@ impl Start {
         );
     }
 
+    /// Whether all constraints hold that did, and no others.
+    pub(super) fn is_as_held(&self, simulation: &Simulation) -> bool {
+        self.places.iter().map(|(_, phase, _)| phase).eq(simulation.links.iter().map(|link| &link.phase))
+    }
+
     pub(super) fn back(&self, simulation: &mut Simulation) {
         for (kept, body) in self.vertices.iter().zip(&mut simulation.bodies) {
             body.body.shape.control_vertices_mut().copy_from_slice(kept);
@@ -132,7 +137,7 @@ impl Simulation {
         penalty: &mut f64,
         start: &Start,
     ) -> Result<Option<(f64, f64)>> {
-        if self.links.iter().zip(&start.places).any(|(link, (_, phase, _))| link.phase != *phase) {
+        if !start.is_as_held(self) {
             // One let go: everything is looked at anew.
             return Ok(Some((0.2, f64::INFINITY)));
         }

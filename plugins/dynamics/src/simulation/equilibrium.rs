@@ -7,6 +7,8 @@
 //! balance and the second derivatives are not positive definite, it stands on a saddle, and goes on down along the direction in which the
 //! energy falls most.
 
+use loftsman_kernel::solve::{RangeSpace, Weight};
+
 use super::corners::Corners;
 use super::descent::{Start, Step};
 use super::hanging::Hanging;
@@ -35,6 +37,17 @@ const TINY: f64 = 1e-13;
 /// Saddles are left as often as this.
 const SADDLES: usize = 24;
 
+/// From where rest is looked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    /// What is left of the forces where something has come to rest by other steps: that is looked at first.
+    pub(super) rested: Option<f64>,
+    /// Places that slide stay until all else is fairly at rest.
+    pub(super) still: bool,
+    /// No more steps than this are taken.
+    pub(super) most: usize,
+}
+
 /// How it ended.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
@@ -56,13 +69,17 @@ impl Simulation {
     ///
     /// # Errors
     /// When constraints cannot be asked.
-    pub(super) fn find_rest(&mut self, rested: Option<f64>) -> Result<Found> {
-        let found = self.search(rested);
+    pub(super) fn find_rest(&mut self, search: Search) -> Result<Found> {
+        // Rows alone: nothing is solved in the metric of a step.
+        let still = self.bodies.iter().map(|body| (Weight::Still(body.count()), None));
+        let own = std::mem::replace(&mut self.space, RangeSpace::new(still));
+        let found = self.search(search);
+        self.space = own;
         self.push_again();
         found
     }
 
-    fn search(&mut self, rested: Option<f64>) -> Result<Found> {
+    fn search(&mut self, Search { rested, mut still, most }: Search) -> Result<Found> {
         self.rest();
         self.predict();
         let mut tangent = Tangent::new(&self.bodies);
@@ -84,10 +101,11 @@ impl Simulation {
         let mut ledge: Option<(Found, Start)> = None;
         let (mut penalty, mut saddles, mut tiny) = (0.0_f64, 0, 0);
         let mut hanging = if rested.is_none() && self.buckles() { Hanging::NotYet } else { Hanging::Done };
-        let most = if self.buckles() { MOST } else { CRUMPLES };
+        let most = most.min(if self.buckles() { MOST } else { CRUMPLES });
         while found.steps < most {
             let hangs = matches!(hanging, Hanging::Since(..));
-            self.look(&mut tangent, hangs, found.residual <= FAIRLY)?;
+            still &= !(found.met && found.residual <= FAIRLY);
+            self.look(&mut tangent, hangs || still, found.residual <= FAIRLY)?;
             self.left(&tangent, &self.present_multipliers(), &mut step.left);
             let (residual, met) = self.balance(&tangent, &step.left)?;
             let residual = if found.steps == 0 { rested.unwrap_or(residual) } else { residual };
@@ -96,7 +114,7 @@ impl Simulation {
                 (shift, penalty) = (FIRST * scale, 0.0);
                 continue;
             }
-            if met && !hangs && residual <= super::settle::RESTS {
+            if met && !hangs && !still && residual <= super::settle::RESTS {
                 let mut lowest = self.lowest(&mut tangent, FALLS)?;
                 if let Lowest::Leans(way) = &lowest
                     && !(self.buckles() && self.falls_both_ways(&mut tangent, way, &mut start)?)
@@ -134,6 +152,7 @@ impl Simulation {
             }
             if met
                 && !hangs
+                && !still
                 && residual < NEARLY
                 && saddles < SADDLES
                 && self.buckles()

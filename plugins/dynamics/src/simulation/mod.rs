@@ -12,6 +12,8 @@ mod implicit;
 mod moving;
 mod saddle;
 mod settle;
+mod sides;
+mod spans;
 mod steer;
 mod tangent;
 mod told;

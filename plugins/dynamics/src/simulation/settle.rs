@@ -1,10 +1,9 @@
 //! The static answer: where everything rests.
 
 use loftsman_kernel::shape::Location;
-use loftsman_kernel::solve::{RangeSpace, Weight};
 
 use super::descent::Start;
-use super::equilibrium::Found;
+use super::equilibrium::{Found, Search};
 use super::implicit::Implicit;
 use super::{Moving, Simulation};
 use crate::error::{DynamicsError, Result};
@@ -74,7 +73,10 @@ impl Simulation {
         let (time, worst) = (self.time, self.worst);
         self.come_and_go()?;
         (self.settling, self.held) = (true, None);
-        let settled = self.go_to_rest();
+        let settled = self.go_to_rest().and_then(|settled| match settled.rests {
+            true => self.rest_over_spans(settled),
+            false => Ok(settled),
+        });
         self.rest();
         self.note_events();
         self.let_all_go();
@@ -146,12 +148,8 @@ impl Simulation {
         let (mut steps, mut kept) = (0, Start::default());
         let mut rested: Option<(Settled, f64)> = None;
         for round in 0..ROUNDS {
-            // Rows alone: nothing is solved in the metric of a step.
-            let still = self.bodies.iter().map(|body| (Weight::Still(body.count()), None));
-            let own = std::mem::replace(&mut self.space, RangeSpace::new(still));
-            let found = self.find_rest(rested.map(|(settled, _)| settled.residual));
-            self.space = own;
-            let found = found?;
+            let rested_to = rested.map(|(settled, _)| settled.residual);
+            let found = self.find_rest(Search { rested: rested_to, still: false, most: usize::MAX })?;
             steps += found.steps;
             if found.ends {
                 let Found { residual, way, rests, stable, .. } = found;

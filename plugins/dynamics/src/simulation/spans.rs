@@ -1,0 +1,127 @@
+//! From span to span: where a place that slides rests lowest.
+//!
+//! Where a rope turns sharply at a ring, a spline turns within its spans and not at a point, so that its energy has a least value in each of several spans
+//! of the place that slides, one beside the other, though a rope has none but the lowest of these. Newton's steps come to the nearest. From there the place is put into the
+//! spans beside, all else comes to rest while it stays, then the place as well; where the energy is lower it is gone on from, by twice as many spans.
+
+use loftsman_kernel::shape::{Location, cells_of};
+
+use super::Simulation;
+use super::descent::Start;
+use super::equilibrium::Search;
+use super::settle::Settled;
+use crate::error::Result;
+
+/// So often all places are tried again, as long as one has found a lower one, and no more steps than this are taken.
+const SWEEPS: usize = 4;
+const MOST: usize = 1000;
+/// A span farther rest is found within so many steps, or not looked for.
+const PATIENCE: usize = 60;
+/// Lower is what falls by this share of what energies are made of.
+const LOWER: f64 = 1e-9;
+
+/// A place that slides along a curve that moves.
+struct Slider {
+    link: usize,
+    /// Which of the link's places, and where its spans end.
+    place: usize,
+    spans: Vec<f64>,
+    periodic: bool,
+}
+
+impl Slider {
+    /// The same share of the span that is so many farther, where there is one.
+    fn target(&self, at: f64, by: isize) -> Option<f64> {
+        let spans = self.spans.len().checked_sub(1).filter(|spans| *spans > 0)?;
+        let own = self.spans.partition_point(|end| *end <= at).clamp(1, spans) - 1;
+        let share = (at - self.spans[own]) / (self.spans[own + 1] - self.spans[own]);
+        let to = own as isize + by;
+        let to = if self.periodic { to.rem_euclid(spans as isize) } else { to };
+        let to = usize::try_from(to).ok().filter(|to| *to < spans)?;
+        Some(self.spans[to] + share * (self.spans[to + 1] - self.spans[to]))
+    }
+}
+
+impl Simulation {
+    /// Of something at rest: places that slide along curves that move, put from span to span as long as the energy of rest falls there.
+    pub(super) fn rest_over_spans(&mut self, mut settled: Settled) -> Result<Settled> {
+        let sliders = self.sliders()?;
+        for _ in 0..SWEEPS {
+            let mut any = false;
+            for slider in &sliders {
+                for side in [1, -1] {
+                    let (mut spans, mut lower) = (1, false);
+                    while settled.steps < MOST {
+                        if self.hop(slider, side * spans, &mut settled)? {
+                            (spans, lower) = (2 * spans, true);
+                        } else if spans > 1 {
+                            spans = 1;
+                        } else {
+                            break;
+                        }
+                    }
+                    any |= lower;
+                    if lower {
+                        break;
+                    }
+                }
+            }
+            if !any {
+                break;
+            }
+        }
+        Ok(settled)
+    }
+
+    fn sliders(&self) -> Result<Vec<Slider>> {
+        let mut all = Vec::new();
+        for (link, own) in self.links.iter().enumerate().filter(|(_, own)| own.is_held()) {
+            for (place, at) in own.places.iter().enumerate().filter(|(_, place)| place.floats) {
+                let moves = self.bodies[at.body].mass.is_some() && own.order_at(place) == 0;
+                if !moves || !matches!(at.location, Location::Curve(_)) {
+                    continue;
+                }
+                let shape = self.shape(at.body)?;
+                if let Some(splines) =
+                    cells_of(shape, "a place that slides").ok().and_then(|cells| cells.splines())
+                {
+                    let (spans, periodic) = (splines.u.breakpoints(), splines.u.is_periodic());
+                    all.push(Slider { link, place, spans, periodic });
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// Puts a place so many spans farther. Whether the rest that is found there is lower; else all is as it was.
+    fn hop(&mut self, slider: &Slider, by: isize, settled: &mut Settled) -> Result<bool> {
+        let link = &mut self.links[slider.link];
+        let mut places: crate::link::Places = link.locations().collect();
+        let Location::Curve(at) = places[slider.place] else { return Ok(false) };
+        let Some(to) = slider.target(at, by).filter(|_| link.is_held()) else { return Ok(false) };
+        let mut start = Start::default();
+        start.remember(self);
+        let (before, sizes) = self.potential();
+        places[slider.place] = Location::Curve(to);
+        self.links[slider.link].put(&places);
+        let found = self.find_rest(Search { rested: None, still: true, most: PATIENCE });
+        let lower = match &found {
+            Ok(found) => {
+                found.rests
+                    && found.ends
+                    && start.is_as_held(self)
+                    && self.potential().0 < before - LOWER * sizes
+            }
+            Err(_) => false,
+        };
+        if !lower {
+            // What cannot be there is nothing to tell of.
+            start.back(self);
+            return Ok(false);
+        }
+        let found = found?;
+        settled.steps += found.steps;
+        (settled.residual, settled.way, settled.stable) = (found.residual, found.way, found.stable);
+        Ok(true)
+    }
+}
