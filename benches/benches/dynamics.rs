@@ -1,4 +1,4 @@
-//! A step of a simulation: a rope that slides through rings, and a sheet on three places that slide and one that does not.
+//! A step of a simulation, and a frame of it (an `advance` by 1/24 s, in as many steps as it takes): a rope that slides through rings, and a sheet on three places that slide and one that does not.
 //!
 //! Aims: 60 µs for 60 vertices and 14 rings, 15 ms for 100,000 and 20; 60 µs for the sheet of 7²; linear in the number of vertices. W6
 //! asks in addition for three times the banded solve alone, which is the floor here: Cholesky factors of the mass matrix, forward and
@@ -15,6 +15,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 
 const ROPES: [(usize, u32); 5] = [(60, 14), (250, 20), (1000, 20), (10_000, 20), (100_000, 20)];
+const FRAMES: [(usize, u32); 2] = [(60, 14), (250, 20)];
 const SHEETS: [usize; 3] = [7, 25, 50];
 const SCHEMES: [(&str, Scheme); 3] =
     [("epsilon", Scheme::Epsilon), ("exact", Scheme::Exact), ("implicit", Scheme::Implicit)];
@@ -92,15 +93,46 @@ fn steps<M: Measurement>(criterion: &mut Criterion<M>) {
     group.finish();
 }
 
+/// A frame of 1/24 s: explicit ones of hundreds of steps, which are taken again, shorter, where a constraint drifts. Of what has moved for a while.
+fn frames<M: Measurement>(criterion: &mut Criterion<M>) {
+    let frame = 1.0 / 24.0;
+    let mut group = criterion.benchmark_group("W6 rope, a frame");
+    for (n, rings) in FRAMES {
+        for (name, scheme) in SCHEMES {
+            let mut simulation = rope(n, rings, scheme);
+            (0..5).for_each(|_| simulation.advance(frame).expect("a first frame"));
+            group.bench_function(BenchmarkId::new(name, n), |b| {
+                b.iter(|| simulation.advance(black_box(frame)).expect("a frame"));
+            });
+            let missed = simulation.worst_error() / (0.1 * n as f64);
+            assert!(missed < 1e-5, "{name} {n}: its rings hold: {missed}");
+        }
+    }
+    group.finish();
+    let mut group = criterion.benchmark_group("W6 sheet, a frame");
+    for (name, scheme) in SCHEMES {
+        let mut simulation = sheet(7, scheme);
+        (0..5).for_each(|_| simulation.advance(frame).expect("a first frame"));
+        group.bench_function(BenchmarkId::new(name, 7), |b| {
+            b.iter(|| simulation.advance(black_box(frame)).expect("a frame"));
+        });
+    }
+    group.finish();
+}
+
 fn main() {
     let mut criterion = measure::criterion();
     steps(&mut criterion);
+    frames(&mut criterion);
     criterion.final_summary();
     let case =
         |size: usize, count: usize| Case { name: size.to_string(), size: count as f64, row: String::new() };
     let ropes: Vec<Case> = ROPES.into_iter().map(|(n, _)| case(n, n)).collect();
     let all = ["epsilon", "exact", "implicit", "MuJoCo cable", "PyElastica", "floor"];
     measure::summary("W6 rope, a step", &all, "epsilon", &["epsilon", "exact", "implicit"], &ropes);
+    let frames: Vec<Case> = FRAMES.into_iter().map(|(n, _)| case(n, n)).collect();
+    measure::summary("W6 rope, a frame", &all[..3], "epsilon", &all[..3], &frames);
+    measure::summary("W6 sheet, a frame", &all[..3], "epsilon", &all[..3], &[case(7, 49)]);
     let sheets: Vec<Case> = SHEETS.into_iter().map(|n| case(n, n * n)).collect();
     measure::summary("W6 sheet, a step", &all[..3], "epsilon", &all[..3], &sheets);
 }

@@ -20,18 +20,23 @@ pub(crate) enum Part {
     Absolute,
 }
 
+/// Where the matrix of a cell is put together; kept from one time to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Room(Vec<Matrix3<f64>>);
+
 impl Elastic {
     /// Adds `factor` times the matrix by which forces change with vertices, and `rate` times that by which they change with velocities; entry by
-    /// entry of the lower triangle, by coordinates. `O(w²)` for each Gauss point of a cell of `w` vertices.
+    /// entry of the lower triangle, by coordinates. `O(w²)` for each Gauss point of a cell of `w` vertices. Nothing is allocated where the `room` was used before.
     pub(crate) fn add_stiffness(
         &self,
         q: &[Point],
         part: Part,
         factor: f64,
         rate: f64,
+        room: &mut Room,
         mut add: impl FnMut(usize, usize, f64),
     ) {
-        let mut local: Vec<Matrix3<f64>> = Vec::new();
+        let Room(local) = room;
         for cell in &self.points.cells {
             let vertices = self.points.of(cell);
             let width = cell.width;
@@ -83,7 +88,7 @@ impl Elastic {
                         blocks[1][0] += couple;
                     }
                 }
-                self.add_products(self.points.rows_of(cell, point), &blocks, &mut local);
+                self.add_products(self.points.rows_of(cell, point), &blocks, local);
             }
             for (i, &row) in vertices.iter().enumerate() {
                 for (j, &column) in vertices[..=i].iter().enumerate() {
@@ -166,7 +171,7 @@ mod tests {
                 .collect();
             let matrix = |part: Part| {
                 let mut k = nalgebra::DMatrix::<f64>::zeros(3 * n, 3 * n);
-                elastic.add_stiffness(&q, part, 1.0, 0.0, |i, j, value| {
+                elastic.add_stiffness(&q, part, 1.0, 0.0, &mut Room::default(), |i, j, value| {
                     k[(i, j)] += value;
                     if i != j {
                         k[(j, i)] += value;

@@ -57,6 +57,8 @@ impl Link {
     ) -> Result<()> {
         let first = space.equations();
         let first_parameter = desk.parameters;
+        // So that none is asked for where one turns round later.
+        desk.damped.reserve(first_parameter + self.slides.len());
         for part in &self.parts {
             let start = desk.gap.len();
             let (mut value, mut rate, mut acceleration) = ([0.0; 3], [0.0; 3], [0.0; 3]);

@@ -10,7 +10,7 @@ use loftsman_kernel::solve::{EnvelopeCholesky, RangeSpace, Weight};
 use super::{Moving, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::{Link, Phase};
-use crate::stiffness::Part;
+use crate::stiffness::{Part, Room};
 use loftsman_kernel::shape::Location;
 
 /// Newton's steps before a step is taken in halves; three times as many where locations turn round.
@@ -33,6 +33,7 @@ pub(crate) struct Implicit {
     vertices: Vec<Vec<Point>>,
     sliding: Vec<(Vec<f64>, Vec<Location>, Phase)>,
     change: Vec<f64>,
+    room: Room,
 }
 
 impl Implicit {
@@ -68,6 +69,7 @@ impl Implicit {
             vertices,
             sliding: Vec::new(),
             change: vec![0.0; numbers],
+            room: Room::default(),
         };
         (implicit, space)
     }
@@ -262,7 +264,7 @@ impl Simulation {
     }
 
     /// `M + h D + h² K`, factored.
-    fn weigh(&mut self, implicit: &Implicit, step: f64) -> Result<()> {
+    fn weigh(&mut self, implicit: &mut Implicit, step: f64) -> Result<()> {
         let Self { bodies, space, loads, time, .. } = self;
         for (index, body) in bodies.iter().enumerate() {
             let (Some(mass), Some(elastic)) = (&body.mass, &body.elastic) else { continue };
@@ -281,7 +283,7 @@ impl Simulation {
                 }
             }
             let q = body.body.shape.control_vertices();
-            elastic.add_stiffness(q, Part::Convex, step * step, step, &mut add);
+            elastic.add_stiffness(q, Part::Convex, step * step, step, &mut implicit.room, &mut add);
             let first = 3 * body.start;
             for load in loads.iter().filter(|load| load.acts(*time) && load.offset() == body.start) {
                 load.add_stiffness(step * step, step, |i, j, value| add(i - first, j - first, value));

@@ -18,7 +18,7 @@ use super::corners::Corners;
 use super::{Moving, Simulation, shapes};
 use crate::error::Result;
 use crate::link::Curving;
-use crate::stiffness::Part;
+use crate::stiffness::{Part, Room};
 
 /// Rows count for so many times the stiffness of what they hold.
 const HELD: f64 = 100.0;
@@ -48,6 +48,7 @@ pub(crate) struct Tangent {
     gram: Vec<f64>,
     rank: usize,
     curving: Curving,
+    room: Room,
     /// Where shapes have corners; which parameters stay where they are, and which of them stayed in the step before.
     pub(super) corners: Corners,
     pub(super) stays: Vec<bool>,
@@ -216,7 +217,7 @@ impl Tangent {
 
     /// `K + δM` of all bodies, and pulls.
     fn add_bodies(&mut self, simulation: &Simulation, part: Part, shift: f64) {
-        let Self { factor, places, .. } = self;
+        let Self { factor, places, room, .. } = self;
         for body in &simulation.bodies {
             let (Some(mass), Some(elastic)) = (&body.mass, &body.elastic) else { continue };
             let places = &places[body.range()];
@@ -228,7 +229,7 @@ impl Tangent {
                     }
                 }
             }
-            elastic.add_stiffness(body.body.shape.control_vertices(), part, 1.0, 0.0, &mut add);
+            elastic.add_stiffness(body.body.shape.control_vertices(), part, 1.0, 0.0, room, &mut add);
             let first = 3 * body.start;
             let time = simulation.time;
             for load in simulation.loads.iter().filter(|load| load.acts(time) && load.offset() == body.start)
