@@ -137,6 +137,12 @@ impl Load {
         }
     }
 
+    /// Whether it does work from outside: it comes, goes, or draws to a place that moves.
+    pub(crate) fn feeds(&self) -> bool {
+        let moves = matches!(&self.kind, Kind::Pull { to, .. } if to.points().len() > 1);
+        moves || self.from > 0.0 || self.until.is_finite()
+    }
+
     /// Whether it draws to a place.
     pub(crate) fn is_pull(&self) -> bool {
         matches!(self.kind, Kind::Pull { .. })

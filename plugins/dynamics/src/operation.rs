@@ -12,6 +12,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::Up;
 use loftsman_kernel::scene::{Animation, Scene};
 use loftsman_kernel::shape::Shape;
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use self::constraints::{Words, constraint, force, pull};
@@ -21,7 +22,7 @@ use crate::body::{Body, Material};
 use crate::error::DynamicsError;
 use crate::scheme::Scheme;
 use crate::setup::Setup;
-use crate::simulation::Simulation;
+use crate::simulation::{Audit, Simulation};
 
 /// The operation `simulate`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -80,6 +81,10 @@ impl Operation for Simulate {
                 Ok(())
             };
         let mut stretch = simulation.stretch(0)?;
+        let mut audit = (run.frames > 0 && !simulation.is_fed()).then(Audit::default);
+        if let Some(audit) = &mut audit {
+            audit.look(&mut simulation);
+        }
         let started = context.clock.seconds();
         if run.frames > 0 {
             keep(&simulation, &mut frames)?;
@@ -87,6 +92,9 @@ impl Operation for Simulate {
                 simulation.advance(1.0 / run.rate)?;
                 keep(&simulation, &mut frames)?;
                 stretch = wider(stretch, simulation.stretch(0)?);
+                if let Some(audit) = &mut audit {
+                    audit.look(&mut simulation);
+                }
                 context.observer.proceed("simulate", frame as u64 + 1, run.frames as u64)?;
             }
         }
@@ -112,6 +120,13 @@ impl Operation for Simulate {
             report(&object, &mut simulation, settled, (before, stretch), &run.scheme, &run.seen)?;
         report.prepare_seconds = Some(prepare_seconds);
         report.event_seconds = (steps > 0).then_some(event_seconds);
+        if let Some(audit) = audit {
+            let rise = 100.0 * audit.rise();
+            report.notes.push(format!(
+                "nothing was put in, and energy rose by {} % of what moved and was stretched at most",
+                short(rise)
+            ));
+        }
         report.notes.extend(run.notes);
         report.notes.extend(run.seen.note());
         report.marks = marks(&simulation, &run.names, &run.seen, &run.first)?;

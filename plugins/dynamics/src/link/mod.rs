@@ -274,6 +274,14 @@ impl Link {
         self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 25.0 * self.draw
     }
 
+    /// Whether it does work from outside: its target moves, it comes or goes, or draws something in.
+    pub(crate) fn feeds(&self, time: f64) -> bool {
+        let moves = |part: &HeldPart| matches!(&part.target, Target::Path(path) if path.points().len() > 1);
+        let held = self.phase == Phase::Held;
+        self.phase == Phase::Waiting
+            || held && (self.until.is_finite() || !self.is_drawn_in(time) || self.parts.iter().any(moves))
+    }
+
     /// What it still lets itself miss is nothing from now on.
     pub(crate) fn let_go(&mut self) {
         self.offset.iter_mut().for_each(|offset| *offset = [0.0; 2]);

@@ -1,6 +1,7 @@
 //! Bodies in motion: state, forces, one step after another.
 
 mod advance;
+mod audit;
 mod conflict;
 mod corners;
 mod descent;
@@ -26,6 +27,7 @@ use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::solve::RangeSpace;
 
 use self::advance::Before;
+pub use self::audit::Audit;
 use self::conflict::contradictions;
 use self::implicit::Implicit;
 pub(crate) use self::moving::Moving;
