@@ -165,3 +165,36 @@ fn a_direction_that_is_called_to_is_the_kinds() {
         assert!(refused.contains(word), "{table}: {refused}");
     }
 }
+
+/// What is asked by mistake is torn beyond all sense: an error that says so, and the scene as it was.
+#[test]
+fn what_is_torn_is_refused() {
+    let mut scene = scene();
+    let before = scene.object("rope").unwrap().geometry().points().to_vec();
+    let held = json!([{ "kind": "fixed", "at": 0 }]);
+    let force = json!([{ "at": 9, "force": [0, 0, -1e12] }]);
+    let fields = json!({ "settle": true, "stiffness": 100, "constraints": held, "forces": force });
+    let message = run(&mut scene, fields).unwrap_err().to_string();
+    assert!(message.contains("times its length at rest") && message.contains("smaller forces"), "{message}");
+    assert_eq!(scene.object("rope").unwrap().geometry().points(), before);
+}
+
+/// What is told of a motion into which nothing is put, and of both sides of a ring at rest.
+#[test]
+fn energies_and_sides_are_told() {
+    let mut scene = scene();
+    let held = json!([{ "kind": "fixed", "at": 0 }, { "kind": "sliding", "near": 4, "name": "ring" }, { "kind": "fixed", "at": 9 }]);
+    let fields =
+        json!({ "seconds": 0.5, "settle": true, "gravity": [0, 0, 0], "rest": 0.8, "constraints": held });
+    let notes = run(&mut scene, fields).unwrap().notes;
+    assert!(
+        notes.iter().any(|note| note.starts_with("nothing was put in, and energy rose by ")),
+        "{notes:?}"
+    );
+    let sides =
+        notes.iter().find_map(|note| note.strip_prefix("\"ring\": on both sides stretched by ")).unwrap();
+    let numbers: Vec<f64> =
+        sides.split(" % and ").map(|n| n.trim_end_matches(" %").parse().unwrap()).collect();
+    assert!(numbers.len() == 2 && (numbers[0] - numbers[1]).abs() < 3.0, "{sides}");
+    assert!(numbers.iter().all(|stretch| (10.0..30.0).contains(stretch)), "{sides}");
+}

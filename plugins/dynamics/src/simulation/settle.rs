@@ -64,7 +64,8 @@ impl Simulation {
     /// Goes to where everything rests, all constraints held that hold now: to a least energy that these allow, by Newton's method for vertices,
     /// multipliers and places that slide (shortened and turned down where it would not lead there); from an unstable balance it goes on down.
     /// Where that does not arrive, by implicit steps from rest that grow while they do, and where these rest it is looked at again. A place rests on
-    /// a corner of its shape where it is pulled there from both sides. Time stands still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
+    /// a corner of its shape where it is pulled there from both sides; one that slides along a curve that moves, in the span where the energy is lowest of those
+    /// beside. Time stands still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
     ///
     /// # Errors
     /// When nothing holds it, or nothing any more, where its weight or a force draws it; when stiffness drowns the mass; when numbers grow beyond all
