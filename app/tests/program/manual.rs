@@ -101,7 +101,7 @@ fn every_operation_has_an_example_or_is_said_to_have_none() {
     let (_, others) = page.split_once("Of the others").unwrap();
     let others = others.split_once('.').unwrap().0;
     let mut with = 0;
-    for operation in loftsman::registry().operations().map(|operation| operation.declaration().name) {
+    for operation in loftsman::registry().operations().iter().map(|operation| operation.declaration().name) {
         let Some(row) = page.lines().find(|line| line.starts_with(&format!("| `{operation}` |"))) else {
             assert!(others.contains(&format!("`{operation}`")), "{operation} is not on the page");
             continue;

@@ -6,7 +6,7 @@ use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::spline::Curve;
 
-use crate::beside::Beside;
+use crate::beside::{Beside, called};
 
 /// An edge is on a curve already where it is nearer to it everywhere than this part of the size of both.
 const ON: f64 = 1e-12;
@@ -58,9 +58,9 @@ pub(crate) fn nearest(beside: &Beside, curve: &Curve) -> Result<Nearest> {
         }
     }
     best.ok_or_else(|| {
-        let name = &beside.edge.edge.name;
+        let name = called(&beside.edge.edge.name);
         Error::Invalid(format!(
-            "no curve in the space of the edge {name} passes as many points as it has control vertices"
+            "no curve in the space of {name} passes as many points as it has control vertices"
         ))
     })
 }

@@ -74,9 +74,9 @@ impl Beside {
     pub(crate) fn new(edge: EdgeCurve, curve: &Curve) -> Result<Self> {
         let spread = edge.spread();
         if spread == 0.0 {
-            let name = &edge.edge.name;
+            let name = called(&edge.edge.name);
             return Err(Error::Invalid(format!(
-                "the edge {name} is a point (a pole), which runs along nothing: name another edge"
+                "{name} is a point (a pole), which runs along nothing: name another edge"
             )));
         }
         let domains = (edge.curve.domain(), curve.domain());
@@ -223,6 +223,11 @@ impl Beside {
     pub(crate) fn at(&self, t: f64) -> Location {
         self.edge.edge.at(t)
     }
+}
+
+/// An edge in a sentence: `edge u1`, `edge 3`.
+pub(crate) fn called(name: &str) -> String {
+    if name.starts_with("edge ") { name.to_owned() } else { format!("edge {name}") }
 }
 
 /// Whether a curve ends where it starts, and is not a point.

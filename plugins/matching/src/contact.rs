@@ -4,6 +4,8 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::shape::{BoundaryEdge, Derivative, Location, Shape};
 
+use crate::beside::called;
+
 /// A tangent plane of which nothing is left but this part, of what its vectors' lengths allow, is none.
 const FLAT: f64 = 1e-10;
 
@@ -112,9 +114,9 @@ impl Frame {
     pub(crate) fn new(shape: &dyn Shape, edge: &BoundaryEdge, u: f64) -> Result<Self> {
         let jet = Jet::new(shape, edge.at(u), Partials::new(edge))?;
         let Some(normal) = jet.normal() else {
-            let (name, u) = (&edge.name, Figure(u));
+            let (name, u) = (called(&edge.name), Figure(u));
             return Err(Error::Invalid(format!(
-                "the surface beside has no tangent plane at {u} of its edge {name} (a pole, or a corner of an edge): \
+                "the surface beside has no tangent plane at {u} of its {name} (a pole, or a corner of an edge): \
                  ask for continuity 0"
             )));
         };
@@ -181,6 +183,11 @@ impl Contact {
     /// As for [`Shape::stencil`].
     pub(crate) fn across(&self, shape: &dyn Shape) -> Result<f64> {
         Ok(Jet::new(shape, self.at, self.by)?.square().norm())
+    }
+
+    /// The same place beside another place of the surface that stands still.
+    pub(crate) fn beside(&self, frame: Frame) -> Self {
+        Self { frame, ..self.clone() }
     }
 
     /// How the moving surface lies to the other one there.

@@ -4,6 +4,9 @@ use std::fmt;
 
 use loftsman_kernel::text::figure;
 
+/// Parts of two curvatures that differ by less than this factor are told as one.
+const ALIKE: f64 = 1.1;
+
 /// What a match may miss between the places where it is imposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -24,7 +27,8 @@ impl Default for Limits {
     }
 }
 
-/// How far two surfaces are from one another along an edge: the largest of each at places all along it.
+/// How far two surfaces are from one another along an edge: the largest of each at places all along it. Angles and curvatures are
+/// compared with the other surface both beside the place, by the parameters, and where its edge is nearest to it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
     /// The largest distance between the edges, place by place.
@@ -35,6 +39,9 @@ pub struct Deviation {
     pub curvature: f64,
     /// That as a part of what [`Limits::curvature`] says.
     pub part: f64,
+    /// That as a part of the largest normal curvature square to the edge of the surface that stands still, which may be much smaller
+    /// than its largest in any direction; infinite where it has none.
+    pub square: f64,
     /// Whether the surface that stands still is flat along the edge, so that no curvature is there to be a part of.
     pub flat: bool,
 }
@@ -80,16 +87,26 @@ impl Deviation {
             angle: self.angle.max(other.angle),
             curvature: self.curvature.max(other.curvature),
             part: self.part.max(other.part),
+            square: self.square.max(other.square),
             flat: self.flat || other.flat,
         }
     }
 
-    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`, as much of it as belongs to a continuity; where there is nothing to be
-    /// a part of, `curvature 0.4 (the other surface is flat)`.
+    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`, as much of it as belongs to a continuity; where the other surface
+    /// bends less square to the edge than along it, `curvature 0.4 (1.2 %, 7 % of that square to the edge)`; where there is nothing
+    /// to be a part of, `curvature 0.4 (the other surface is flat)`.
     pub(crate) fn up_to(&self, continuity: usize) -> String {
         let [distance, angle, curvature, part] =
             [self.distance, self.angle.to_degrees(), self.curvature, 100.0 * self.part].map(figure);
-        let of = if self.flat { "the other surface is flat".to_owned() } else { format!("{part} %") };
+        let of = if self.flat {
+            "the other surface is flat".to_owned()
+        } else if !self.square.is_finite() {
+            format!("{part} %; the other surface does not bend square to the edge")
+        } else if self.square > ALIKE * self.part {
+            format!("{part} %, {} % of that square to the edge", figure(100.0 * self.square))
+        } else {
+            format!("{part} %")
+        };
         let all = [
             format!("position {distance}"),
             format!("angle {angle}°"),

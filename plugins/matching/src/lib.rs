@@ -54,7 +54,9 @@ mod beside;
 mod contact;
 mod deviation;
 mod edge_on;
+mod history;
 mod matching;
+mod near;
 mod operation;
 
 use loftsman_kernel::plugin::{Plugin, Registry};

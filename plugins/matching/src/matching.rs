@@ -9,12 +9,14 @@ use loftsman_kernel::functional::{
 };
 use loftsman_kernel::plugin::{Declaration, Field, ParameterError, Parameters};
 use loftsman_kernel::shape::{Derivative, Stencil, strips};
+use loftsman_kernel::spline::Surface;
 use loftsman_kernel::topology::EdgeCurve;
 
 use crate::beside::{Beside, edge_of};
 use crate::contact::{Contact, Frame, Partials};
 use crate::deviation::{Deviation, Limits};
 use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
+use crate::near::Near;
 
 /// Positions that are to be equal to rounding are looked at between with this part of the edge's size.
 const ROUNDING: f64 = 1e-9;
@@ -68,17 +70,25 @@ struct Bound {
     distance: f64,
     /// What differences of curvatures are measured by: the largest curvature of the surface that stands still.
     curvature: f64,
+    /// The largest of its curvatures square to the edge; 0 where these are rounding.
+    square: f64,
     /// Whether that one is flat along the edge, so that this is rounding.
     flat: bool,
+    /// Places of the edges that are no further apart are at one another.
+    apart: f64,
+    /// Whether the surface lay folded back on the other one when this was bound.
+    folded: bool,
 }
 
 /// A place between those where anything is imposed.
 #[derive(Debug, Clone, PartialEq)]
-struct Place {
+pub(crate) struct Place {
     /// Where on both edges, by the first one's parameter.
     t: f64,
-    point: Point,
-    contact: Contact,
+    pub(crate) point: Point,
+    /// The other edge's own parameter there.
+    pub(crate) u: f64,
+    pub(crate) contact: Contact,
 }
 
 impl Matching {
@@ -111,20 +121,28 @@ impl Matching {
 
     fn deviations(&self, shapes: &Shapes<'_>, bound: &Bound) -> Result<Vec<(f64, Deviation)>> {
         let shape = shapes.get(self.on.shape)?;
+        let near = self.near(shapes, bound)?;
         let each = bound.between.iter().map(|place| {
-            let apart = shape.value(place.contact.at, Derivative::POSITION)? - place.point.coords;
-            let found = place.contact.measure(shape)?;
+            let at = shape.value(place.contact.at, Derivative::POSITION)?;
+            let found = near.measure(shapes, place, &Point::from(at))?;
             let curvature = found.curvature.abs();
             let deviation = Deviation {
-                distance: apart.norm(),
+                distance: (at - place.point.coords).norm(),
                 angle: found.angle,
                 curvature,
                 part: curvature / bound.curvature,
+                square: if curvature > 0.0 { curvature / bound.square } else { 0.0 },
                 flat: bound.flat,
             };
             Ok((place.t, deviation))
         });
         each.collect()
+    }
+
+    /// What finds the place of the other edge that is nearest to one of this.
+    fn near<'a>(&self, shapes: &Shapes<'a>, bound: &Bound) -> Result<Near<'a>> {
+        let there = edge_of(shapes, &self.other, self.other_edge, &self.describe())?;
+        Ok(Near::new(shapes.get(self.other.shape)?, there, self.on.shape, bound.apart))
     }
 
     fn fail<T>(&self, problem: &str) -> Result<T> {
@@ -172,10 +190,16 @@ impl Matching {
         };
         let between = self.between(&beside, exact && self.continuity == 0, &there, &contact)?;
         let curvature = between.iter().fold(0.0, |m: f64, place| m.max(place.contact.frame.largest));
+        let square = between.iter().fold(0.0, |m: f64, place| m.max(place.contact.frame.curvature.abs()));
         let rounding = FLAT / size;
+        let square = if square > rounding { square } else { 0.0 };
         let (curvature, flat) = (curvature.max(rounding), curvature <= rounding);
         let distance = limits.distance.unwrap_or(ROUNDING * size);
-        Ok(Arc::new(Bound { rows, contacts, between, distance, curvature, flat }))
+        let apart = ROUNDING * size;
+        let mut bound =
+            Bound { rows, contacts, between, distance, curvature, square, flat, apart, folded: false };
+        bound.folded = self.continuity > 0 && Deviation::folded(&self.deviations(shapes, &bound)?);
+        Ok(Arc::new(bound))
     }
 
     /// The parameter step by which derivatives across are made lengths.
@@ -199,9 +223,10 @@ impl Matching {
     ) -> Result<Vec<Place>> {
         let mut all = Vec::new();
         for t in beside.between(exact) {
-            let point = there.curve.point(beside.there(t))?;
+            let u = beside.there(t);
+            let point = there.curve.point(u)?;
             match contact(t) {
-                Ok(contact) => all.push(Place { t, point, contact }),
+                Ok(contact) => all.push(Place { t, point, u, contact }),
                 // Of position alone, a pole somewhere matters not.
                 Err(_) if self.continuity == 0 => {}
                 Err(error) => return Err(error),
@@ -271,12 +296,23 @@ impl Functional for Matching {
         let bound = self.fixed(shapes)?;
         let profile = self.deviations(shapes, &bound)?;
         let (worst, count) = (Deviation::worst(&profile), bound.contacts.len().max(bound.rows.len()));
-        let remedy = if self.continuity > 0 && Deviation::folded(&profile) {
+        let is_surface = (shapes.get(self.on.shape)? as &dyn std::any::Any).is::<Surface>();
+        let remedy = if self.continuity > 0 && bound.folded {
             "one surface lies folded back on the other: turn it round, or ask for continuity 0".to_owned()
+        } else if self.continuity > 0 && Deviation::folded(&profile) {
+            "brought there it would fold back on the other, which it does not now: bring it nearer first, let more of it move, or \
+             ask for continuity 0"
+                .to_owned()
         } else {
+            let more = if is_surface {
+                format!(
+                    "insert knots along the edge, which has {count} control vertices (the operation `match` inserts them by itself)"
+                )
+            } else {
+                format!("give the edge more control vertices than its {count}: subdivide once more")
+            };
             format!(
-                "{} is allowed: allow more, or insert knots along the edge, which has {count} control vertices (the operation \
-                 `match` inserts them by itself)",
+                "{} is allowed: allow more, or {more}",
                 self.limits.up_to(self.continuity, bound.distance)
             )
         };
@@ -359,10 +395,11 @@ impl Functional for Between {
 
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
         let (bound, on) = (self.bound()?, self.of.on.shape);
-        let shape = shapes.get(on)?;
+        let (shape, near) = (shapes.get(on)?, self.of.near(shapes, bound)?);
         for (place, out) in bound.between.iter().zip(out.chunks_exact_mut(3 + self.of.continuity)) {
-            let apart = shape.value(place.contact.at, Derivative::POSITION)? - place.point.coords;
-            let (found, limits) = (place.contact.measure(shape)?, &self.of.limits);
+            let at = shape.value(place.contact.at, Derivative::POSITION)?;
+            let apart = at - place.point.coords;
+            let (found, limits) = (near.measure(shapes, place, &Point::from(at))?, &self.of.limits);
             // The planes may differ along the edge as well, where positions do: what counts is the whole angle, and each
             // surface's own curvature.
             let angle = found.angle / limits.angle * bound.distance;
@@ -403,8 +440,16 @@ pub(crate) const LIMITS: [Field; 3] = [
     ),
 ];
 
-/// The limits that fields give.
-pub(crate) fn limits(p: &Parameters) -> Result<Limits, ParameterError> {
+/// The limits that fields give; those that nothing would be judged by with this continuity are refused.
+pub(crate) fn limits(p: &Parameters, continuity: usize) -> Result<Limits, ParameterError> {
+    for (field, least) in [("angle", 1), ("curvature", 2)] {
+        if p.has(field) && continuity < least {
+            let problem = format!(
+                "it limits nothing with continuity {continuity}: say continuity = {least}, or leave it out"
+            );
+            return Err(p.error(field, problem));
+        }
+    }
     let default = Limits::default();
     Ok(Limits {
         distance: tolerance(p, "tolerance")?,
@@ -452,13 +497,14 @@ impl DeclaredFunctional for Matching {
 
     fn from_parameters(p: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
         let with = other(p)?;
+        let continuity = continuity(p)?;
         Ok(Self {
             edge: Edge::from_parameters(p, "edge")?,
             other: named(&with, "object", names)?,
             other_edge: Edge::from_parameters(&with, "edge")?,
             on: On::from_parameters(p, names)?,
-            continuity: continuity(p)?,
-            limits: limits(p)?,
+            continuity,
+            limits: limits(p, continuity)?,
             bound: None,
         })
     }

@@ -11,26 +11,30 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::solve::SolveError;
+use loftsman_kernel::solve::{SaddlePoint, SolveError};
 use loftsman_kernel::spline::{Direction, Surface};
 use loftsman_kernel::text::a;
 use loftsman_kernel::topology::EdgeCurve;
 
 use crate::beside::{Beside, edge_of};
 use crate::deviation::{Deviation, Limits};
+use crate::history::{Attempt, History, Stuck};
 use crate::matching::{CONTINUITY, EDGE, LIMITS, Matching, WITH, continuity, limits, matching, other};
 
 /// The default tolerance, of the edge's size.
 const TOLERANCE: f64 = 1e-4;
-/// The most control vertices along the edge, or twice as many as it had.
-const MOST: usize = 256;
+/// The most control vertices along the edge, or twice as many as it had, with continuity 0, 1 and 2.
+const MOST: [usize; 3] = [256, 192, 128];
+/// Knots stop where estimates, which are rough, say that this many times as many control vertices would be needed.
+const DOUBTFUL: usize = 2;
 /// Spans that are shorter than this part of the domain are not halved.
 const SHORTEST: f64 = 1e-6;
 
-/// Where twice as many knots, and twice again, have left more than this part of what is too much, more will not help.
-const NEARER: f64 = 0.7;
-
 /// The operation `match`.
+///
+/// Its work is bounded: knots are inserted until there are 256, 192 or 128 (by continuity) control vertices along the edge (or twice as many as it had),
+/// and where the whole surface bends only as long as the bordered system stays within what the solver `saddle-point` takes. Knots
+/// stop where three estimates in a row, from what the last ones brought, say that twice as many as that would be needed.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MatchOperation;
 
@@ -160,7 +164,12 @@ impl Asked {
         let keep = if !p.has("keep") {
             Some(continuity)
         } else if p.value("keep").is_some_and(|keep| keep.is_string()) {
-            p.choice("keep", &[("nothing", None)])?
+            match p.text("keep")? {
+                "nothing" => None,
+                other => {
+                    return Err(p.error("keep", format!("\"{other}\" is not 0, 1, 2 or \"nothing\"")).into());
+                }
+            }
         } else {
             match p.count("keep")? {
                 order @ 0..=2 => Some(order),
@@ -174,7 +183,7 @@ impl Asked {
             other,
             other_edge: Edge::from_parameters(with, "edge")?,
             continuity,
-            limits: limits(p)?,
+            limits: limits(p, continuity)?,
             keep,
             bend: !p.has("metric") || p.choice("metric", &[("bend", true), ("least", false)])?,
             refine: !p.has("refine") || p.flag("refine")?,
@@ -212,13 +221,13 @@ impl Asked {
         {
             start = alike;
         }
-        // What the equations leave between is judged here, by the limits.
-        let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e6 };
-        let mut history: Vec<f64> = Vec::new();
-        let mut everywhere = false;
+        // What the equations leave between is judged here, by the limits: no curvature is too much beside a flat surface either.
+        let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e200 };
+        let most = MOST[self.continuity].max(2 * surface.space(along).len());
+        let (mut history, mut cornered) = (History::default(), false);
         loop {
             let count = start.space(along).len();
-            context.observer.proceed("match", count as u64, MOST as u64)?;
+            context.observer.proceed("match", count as u64, most as u64)?;
             let asked = self.matching(lax).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
             let edit = |smooth: u8| -> Result<_, OperationError> {
                 let mut edit = Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?);
@@ -228,15 +237,40 @@ impl Asked {
                 if self.bend {
                     edit = edit.metric(Metric::Bend);
                 }
-                Ok(edit.smooth(smooth).ask(asked.clone().hold()).solve())
+                let edit = edit.smooth(smooth).ask(asked.clone().hold());
+                // With knots of its own a surface is moved whatever that takes; knots are inserted while that is quick.
+                let quick = self.bend && history.last().is_some();
+                Ok(if quick { edit.solve_with(SaddlePoint) } else { edit.solve() })
             };
             // Where the other edge has corners that the surface has not, the two conflict: there they appear.
-            let (edited, cornered) = match edit(1)? {
-                Ok(edited) => (edited, false),
-                Err(EditError::Solve(SolveError::Conflict { .. } | SolveError::NearConflict { .. })) => {
-                    (edit(0)??, true)
+            let mut solved = edit(u8::from(!cornered))?;
+            if let Err(EditError::Solve(SolveError::Conflict { .. } | SolveError::NearConflict { .. })) =
+                &solved
+                && !cornered
+            {
+                cornered = true;
+                solved = edit(0)?;
+            }
+            let edited = match (solved, history.last()) {
+                (Ok(edited), _) => edited,
+                (Err(EditError::Solve(SolveError::TooLarge { .. })), Some(last)) => {
+                    let remedy = "more of them would take too much work: allow more, say metric = \"least\", or smooth the edge that \
+                                  stands still";
+                    return Err(refused(last.count, &last.worst, self.continuity, remedy));
                 }
-                Err(error) => return Err(error.into()),
+                (
+                    Err(EditError::Solve(SolveError::NotConverged { .. } | SolveError::StillMoving { .. })),
+                    _,
+                ) => {
+                    return Err(Error::Invalid(format!(
+                        "with {count} control vertices along the edge no surface was found that meets the other with continuity {}: move \
+                         it nearer first, ask for less continuity, or say metric = \"{}\"",
+                        self.continuity,
+                        if self.bend { "least" } else { "bend" }
+                    ))
+                    .into());
+                }
+                (Err(error), _) => return Err(error.into()),
             };
             let profile = asked.profile(&Shapes::new([edited.shape() as &dyn Shape, other]))?;
             let worst = Deviation::worst(&profile);
@@ -255,18 +289,9 @@ impl Asked {
                 });
             }
             let excess = worst.excess(self.continuity, distance, &self.limits);
-            let before = history.len().checked_sub(2).map(|at| history[at]);
-            let stuck = before.is_some_and(|before| excess > NEARER * before);
-            let hopeless = stuck && everywhere || self.continuity > 0 && Deviation::folded(&profile);
-            if stuck && !everywhere {
-                // Knots at some spans only move what is left to others: from here on all are halved.
-                everywhere = true;
-                history.clear();
-            }
-            let own = surface.space(along).len();
-            let tried = Tried { distance, hopeless, everywhere, own, was_folded, worst };
+            history.push(Attempt { count, excess, worst });
+            let tried = Tried { distance, most, was_folded, history: &mut history };
             start = self.halved(&start, along, &profile, tried)?;
-            history.push(excess);
         }
     }
 
@@ -316,10 +341,11 @@ impl Asked {
         surface: &Surface,
         along: Direction,
         profile: &[(f64, Deviation)],
-        tried: Tried,
+        tried: Tried<'_>,
     ) -> Result<Surface, OperationError> {
-        let Tried { distance, hopeless, everywhere, own, was_folded, worst } = tried;
-        let space = surface.space(along);
+        let Tried { distance, most, was_folded, history } = tried;
+        let (space, folded) = (surface.space(along), self.continuity > 0 && Deviation::folded(profile));
+        let stuck = history.is_stuck();
         let outside = |a: f64, b: f64| {
             let within = |one: &Deviation| one.within(self.continuity, distance, &self.limits);
             profile.iter().any(|(t, one)| *t >= a && *t <= b && !within(one))
@@ -327,46 +353,63 @@ impl Asked {
         let mut knots = Vec::new();
         for piece in space.breakpoints().windows(2) {
             let (a, b) = (piece[0], piece[1]);
-            if (everywhere || outside(a, b)) && b - a > SHORTEST * space.length() {
+            // Where knots at some spans only moved what is left to others, all are halved.
+            if (stuck.is_some() || outside(a, b)) && b - a > SHORTEST * space.length() {
                 knots.push(0.5 * a + 0.5 * b);
             }
         }
-        let most = space.len() + knots.len() > MOST.max(2 * own);
-        if hopeless || knots.is_empty() || most || !self.refine {
+        let hopeless = stuck == Some(Stuck::Everywhere) || folded;
+        let needed = history.needed().filter(|needed| *needed > DOUBTFUL * most);
+        if hopeless
+            || needed.is_some()
+            || knots.is_empty()
+            || space.len() + knots.len() > most
+            || !self.refine
+        {
             let remedy = if was_folded && self.continuity > 0 {
                 "the surface lies folded back on the other: turn it round first, or ask for continuity 0"
-            } else if Deviation::folded(profile) && self.continuity > 0 {
+                    .to_owned()
+            } else if folded {
                 "brought there it would fold back on the other, which it does not now: bring it nearer first, let more of it move \
                  (keep, metric), or ask for continuity 0"
-            } else if self.refine {
-                "allow more, or smooth the edge that stands still"
+                    .to_owned()
+            } else if !self.refine {
+                "let knots be inserted (refine = true), or allow more".to_owned()
+            } else if let (false, Some(needed)) = (hopeless, needed) {
+                format!(
+                    "some {needed} would be needed, and {most} are the most: allow more, or smooth the edge that stands still"
+                )
             } else {
-                "let knots be inserted (refine = true), or allow more"
+                "allow more, or smooth the edge that stands still".to_owned()
             };
-            let count = space.len();
-            return Err(Error::Invalid(format!(
-                "with {count} control vertices along the edge the surfaces are still apart by {}: {remedy}",
-                worst.up_to(self.continuity)
-            ))
-            .into());
+            let last = history.last().map_or_else(Deviation::default, |last| last.worst);
+            return Err(refused(space.len(), &last, self.continuity, &remedy));
+        }
+        if stuck.is_some() {
+            history.all_halved();
         }
         Ok(surface.insert_knots(along, &knots)?)
     }
 }
 
+/// Why a match is refused with so many control vertices along the edge.
+fn refused(count: usize, worst: &Deviation, continuity: usize, remedy: &str) -> OperationError {
+    let apart = worst.up_to(continuity);
+    Error::Invalid(format!(
+        "with {count} control vertices along the edge the surfaces are still apart by {apart}: {remedy}"
+    ))
+    .into()
+}
+
 /// A match that is not within its limits.
-struct Tried {
+struct Tried<'a> {
     /// The allowed distance.
     distance: f64,
-    /// Whether more knots will not help.
-    hopeless: bool,
-    /// Whether all spans are halved, not only those that are outside.
-    everywhere: bool,
-    /// Control vertices along the edge at first.
-    own: usize,
+    /// The most control vertices along the edge.
+    most: usize,
     /// Whether the surface lay folded back on the other before.
     was_folded: bool,
-    worst: Deviation,
+    history: &'a mut History,
 }
 
 /// The surface raised and refined along its edge so that its space there holds the other edge; None where it does already, or
@@ -382,7 +425,7 @@ fn as_the_other(
         return Ok(None);
     }
     let Ok(common) = surface.space(along).common(beside.curve.space()) else { return Ok(None) };
-    if common.first.last().is_some_and(|step| step.to().len() > MOST / 2) {
+    if common.first.last().is_some_and(|step| step.to().len() > MOST[2]) {
         return Ok(None);
     }
     let mut refined = surface.clone();

@@ -1,11 +1,14 @@
 //! The operation `match`: rough surfaces brought to others, measured by an evaluator of the test's own.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
-use loftsman_kernel::plugin::{Context, NoClock, Operation, Parameters, Plugin, Quiet, Registry};
+use loftsman_kernel::edit::{Ask, Edit};
+use loftsman_kernel::functional::{Edge, Shapes};
+use loftsman_kernel::plugin::{Context, NoClock, Observer, Operation, Parameters, Plugin, Quiet, Registry};
 use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::{Point, Vector};
-use loftsman_matching::{MatchOperation, MatchingPlugin};
+use loftsman_matching::{Limits, MatchOperation, MatchingPlugin, matching};
 use serde_json::{Value, json};
 
 fn run(scene: &mut Scene, fields: Value) -> Result<Vec<String>, String> {
@@ -44,6 +47,19 @@ fn scene(hull: &Surface, deck: &Surface) -> Scene {
     scene.add(Object::new("hull", hull.clone().into())).unwrap();
     scene.add(Object::new("deck", deck.clone().into())).unwrap();
     scene
+}
+
+/// The fields that bring the deck to an edge of the hull, with those limits that belong to the continuity.
+fn asked(edge: &str, continuity: usize, tolerance: f64, angle: f64, curvature: f64) -> Value {
+    let mut fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": edge },
+        "continuity": continuity, "tolerance": tolerance });
+    if continuity > 0 {
+        fields["angle"] = json!(angle);
+    }
+    if continuity > 1 {
+        fields["curvature"] = json!(curvature);
+    }
+    fields
 }
 
 /// Position, the sine of the angle between the normals, and the difference of the normal curvatures square to the edge, at places of `s`'s edge `u0`; the nearest point of the hull's edge is looked for.
@@ -89,8 +105,7 @@ fn a_deck_comes_to_the_hull_within_its_limits() {
         for continuity in 0..=2_usize {
             let (hull, deck) = (hull(3, 4), deck(p, q));
             let mut both = scene(&hull, &deck);
-            let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" },
-                "continuity": continuity, "angle": 0.5, "curvature": 10, "tolerance": 0.001 });
+            let fields = asked("u1", continuity, 0.001, 0.5, 10.0);
             let notes = run(&mut both, fields).unwrap_or_else(|e| panic!("{p} {q} {continuity}: {e}"));
             let after = both.surface("deck").unwrap();
             let [position, sine, curvature] = measured(after, &hull, Direction::U);
@@ -147,8 +162,7 @@ fn polynomial_and_rational_sheets_meet_a_torus() {
             let weights = weighted.then(|| (0..points.len()).map(|k| 1.0 + 0.4 * (k as f64).sin()).collect());
             let rim = Surface::build(u, v, points, weights).unwrap();
             let mut both = scene(&bowl, &rim);
-            let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "v1" },
-                "continuity": continuity, "angle": 0.2, "curvature": 5, "tolerance": 1e-3 });
+            let fields = asked("v1", continuity, 1e-3, 0.2, 5.0);
             let notes = run(&mut both, fields).unwrap_or_else(|e| panic!("{p} {q} {continuity}: {e}"));
             let [position, sine, curvature] = measured(both.surface("deck").unwrap(), &bowl, Direction::V);
             assert!(position < 1.01e-3 && sine < 0.2_f64.to_radians() * 1.05, "{position} {sine} {notes:?}");
@@ -177,7 +191,8 @@ fn what_cannot_be_is_said() {
         ("with", json!({ "object": "deck", "edge": "u1" }), "cannot stand still"),
         ("continuity", json!(3), "3 is not 0, 1 or 2"),
         ("keep", json!(7), "is not 0, 1, 2 or"),
-        ("keep", json!("all"), "nothing"),
+        ("keep", json!("all"), "\"all\" is not 0, 1, 2 or \"nothing\""),
+        ("curvature", json!(5), "limits nothing with continuity 1: say continuity = 2"),
         ("tolerance", json!(0), "above 0"),
         ("angle", json!(-1), "above 0"),
         ("metric", json!("falloff"), "bend"),
@@ -186,6 +201,11 @@ fn what_cannot_be_is_said() {
         let refused = with(field, value);
         assert!(refused.contains(words), "{field}: {refused}");
     }
+    let mut fields = base.clone();
+    fields["continuity"] = json!(0);
+    fields["angle"] = json!(0.5);
+    let refused = run(&mut scene(&hull, &deck), fields).unwrap_err();
+    assert!(refused.contains("angle") && refused.contains("say continuity = 1"), "{refused}");
     // So narrow that no number of knots will do, and without knots.
     let refused = with("refine", json!(false));
     assert!(refused.contains("refine = true") && refused.contains("angle"), "{refused}");
@@ -271,4 +291,129 @@ fn flat_along_the_edge_is_flat_to_rounding() {
         notes.iter().any(|note| note.contains("now: ") && note.contains("the other surface is flat")),
         "{notes:?}"
     );
+}
+
+/// Counts how often, and with how many control vertices along the edge, a match is tried.
+#[derive(Debug, Default)]
+struct Counting {
+    tried: std::sync::Mutex<Vec<u64>>,
+}
+
+impl Observer for Counting {
+    fn progress(&self, work: &str, done: u64, _: u64) {
+        if work == "match" {
+            self.tried.lock().unwrap().push(done);
+        }
+    }
+}
+
+/// What cannot be reached is given up soon, and in words that say why: limits near rounding, and an edge full of kinks.
+#[test]
+fn work_is_bounded_where_limits_are_out_of_reach() {
+    let kinked = {
+        let (u, v) = (Space::clamped_uniform(3, 6).unwrap(), Space::clamped_uniform(1, 9).unwrap());
+        let at = |k: usize| {
+            let (i, j) = ((k / 9) as f64, (k % 9) as f64);
+            Point::new(1.2 * j, 2.0 - 0.3 * i + 0.2 * (2.3 * j).sin(), 0.3 * i + 0.4 * (5.0 * j).cos())
+        };
+        Surface::new(u, v, (0..54).map(at).collect()).unwrap()
+    };
+    let most = [256, 192, 128];
+    let (mut refused, mut done) = (0, 0);
+    for (number, hull) in [hull(3, 4), kinked].iter().enumerate() {
+        for continuity in 0..=2 {
+            for (tolerance, angle, curvature) in [(1e-4, 0.1, 5.0), (1e-12, 1e-9, 1e-7)] {
+                let mut both = scene(hull, &deck(3, 3));
+                let mut registry = Registry::new();
+                MatchingPlugin.register(&mut registry);
+                let observer = Counting::default();
+                let context = Context { registry: &registry, observer: &observer, clock: &NoClock };
+                let fields = asked("u1", continuity, tolerance, angle, curvature);
+                let parameters = Parameters::new(fields, "step[0]").unwrap();
+                let told = MatchOperation.apply(&mut both, &parameters, &context).map_err(|e| e.to_string());
+                let tried = observer.tried.into_inner().unwrap();
+                assert!(!tried.is_empty() && tried.len() <= 12, "{number} {continuity}: {tried:?}");
+                assert!(
+                    tried.iter().all(|&count| count <= most[continuity]),
+                    "{number} {continuity}: {tried:?}"
+                );
+                match told {
+                    Ok(_) => done += 1,
+                    Err(told) => {
+                        assert!(
+                            told.contains("still apart by position") && told.contains("allow more"),
+                            "{told}"
+                        );
+                        refused += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(refused >= 5 && done >= 3, "{refused} refused, {done} done");
+}
+
+/// The other surface bends along the edge only a hundredth as much square to it: the share of that is told as well.
+#[test]
+fn a_difference_is_told_as_a_part_of_the_curvature_square_to_the_edge_too() {
+    let trough = {
+        let (u, v) = (Space::clamped_uniform(3, 6).unwrap(), Space::clamped_uniform(3, 8).unwrap());
+        let at = |k: usize| {
+            let (i, j) = ((k / 8) as f64, (k % 8) as f64);
+            Point::new(j, 0.7 * i, 0.4 * (j - 3.5) * (j - 3.5) + 0.003 * i * i)
+        };
+        Surface::new(u, v, (0..48).map(at).collect()).unwrap()
+    };
+    let (u, v, points, _) = trough.clone().into_parts();
+    let beside = points.iter().map(|p| Point::new(p.x, p.y + 3.6, p.z + 0.1 * p.y)).collect();
+    let mut both = scene(&trough, &Surface::new(u, v, beside).unwrap());
+    let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" }, "continuity": 1 });
+    let notes = run(&mut both, fields).unwrap();
+    let note = notes.iter().find(|note| note.contains("now: ")).unwrap();
+    let number = |after: &str| -> f64 {
+        note.split(after).nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
+    };
+    let (part, square) = (number("("), number("%, "));
+    assert!(note.ends_with("% of that square to the edge)") && square > 20.0 * part, "{note}");
+    let end = trough.u().domain().1;
+    let (mut most, told) = (0.0_f64, number("curvature "));
+    for i in 0..=400 {
+        let at = trough.v().domain().1 * f64::from(i) / 400.0;
+        let d = |a: usize, b: usize| trough.derivative(end, at, a, b).unwrap();
+        let normal = d(1, 0).cross(&d(0, 1)).normalize();
+        let skew = d(1, 0).dot(&d(0, 1)) / d(0, 1).norm_squared();
+        let bend = d(2, 0) - d(1, 1) * (2.0 * skew) + d(0, 2) * (skew * skew);
+        most = most.max((normal.dot(&bend) / (d(1, 0) - d(0, 1) * skew).norm_squared()).abs());
+    }
+    assert!((square / 100.0 * most / told - 1.0).abs() < 0.01, "{note}: {most}");
+}
+
+/// Where edges run through their parameters otherwise and may be apart, the angle that is told is no smaller than the one at the
+/// nearest points.
+#[test]
+fn the_constraint_tells_the_angle_at_the_nearest_points() {
+    let mut done = 0;
+    for skew in [0.0, 0.3, 0.6, 0.9] {
+        for (p, q) in [(2, 2), (3, 3), (4, 2)] {
+            let hull = hull(3, 4);
+            let (u, v, points, _) = deck(p, q).into_parts();
+            let shifted = |at: &Point| Point::new(at.x + skew * (10.0 - at.x) * at.x / 10.0, at.y, at.z);
+            let deck = Surface::new(u, v, points.iter().map(shifted).collect()).unwrap();
+            let limits = Limits { distance: Some(1.0), angle: 0.5, curvature: 1.0 };
+            let asked = matching(Edge::UStart, 1, Edge::UEnd, 1, limits);
+            let Ok(edited) = Edit::new(&deck).with(Box::new(hull.clone())).ask(asked.clone().hold()).solve()
+            else {
+                continue;
+            };
+            let shapes = Shapes::new([edited.shape() as &dyn Shape, &hull]);
+            let told = asked.deviation(&shapes).unwrap();
+            let [position, sine, _] = measured(edited.shape(), &hull, Direction::U);
+            assert!(
+                told.distance >= position && told.angle.sin() >= 0.99 * sine,
+                "{p} {q} {skew}: {told}, {position} {sine}"
+            );
+            done += 1;
+        }
+    }
+    assert!(done >= 8, "{done}");
 }
