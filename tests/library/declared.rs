@@ -381,6 +381,8 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("isocurve", "object", none(), json!("patch"), json!("clamped curve"));
     add("isocurve", "u", none(), json!(n()), json!([n(), 1.0 + n()]));
     add("isocurve", "v", json!({ "u": null }), json!(n()), json!([0.5 * n(), 0.9 * n()]));
+    add("isocurve", "at", json!({ "u": null }), json!([n(), 0.5 * n()]), json!([0.5 * n(), n()]));
+    add("isocurve", "direction", json!({ "u": null, "at": 0.3 + 0.1 * n() }), json!("u"), json!("v"));
     add("isocurve", "name", none(), json!("one"), json!("other"));
     add("edge", "object", json!({ "edge": "v0" }), json!("patch"), json!("clamped curve"));
     add("edge", "edge", none(), json!("u0"), json!("v0"));

@@ -42,6 +42,18 @@ impl Before {
         Self(objects.map(|o| (o.name().to_owned(), Arc::clone(o.shared_geometry()))).collect())
     }
 
+    /// What is called otherwise since: the old names and the new ones. What two objects share cannot be told apart, and is not looked for.
+    pub(super) fn renamed(&self, scene: &Scene) -> Vec<(String, String)> {
+        let mut new: HashMap<*const Geometry, Option<&str>> = HashMap::new();
+        for object in scene.objects().iter().filter(|object| !self.0.contains_key(object.name())) {
+            let shared = new.entry(Arc::as_ptr(object.shared_geometry())).or_insert(Some(object.name()));
+            *shared = shared.filter(|name| *name == object.name());
+        }
+        let gone = self.0.iter().filter(|(name, _)| scene.get(name).is_none());
+        let now = |geometry: &Arc<Geometry>| new.get(&Arc::as_ptr(geometry)).copied().flatten();
+        gone.filter_map(|(name, geometry)| Some((name.clone(), now(geometry)?.to_owned()))).collect()
+    }
+
     /// The points that have become a curve or a surface in the step, each list as a cloud beside the object.
     pub(super) fn fitted(&self, scene: &Scene) -> Vec<Object> {
         let points = |object: &Object| match (self.0.get(object.name()).map(Arc::as_ref), object.geometry()) {
@@ -53,7 +65,7 @@ impl Before {
         };
         let beside = |object: &Object| {
             let cloud = Cloud { points: points(object)? };
-            let mut beside = Object::new(format!("points of {}", object.name()), cloud.into());
+            let mut beside = Object::new(points_of(object.name()), cloud.into());
             beside.parent.clone_from(&object.parent);
             beside.layer.clone_from(&object.layer);
             beside.transform = object.transform;
@@ -93,6 +105,11 @@ impl Before {
         let there: HashSet<usize> = scene.objects().iter().map(|object| object.geometry_id()).collect();
         known.0.retain(|id, _| there.contains(id));
     }
+}
+
+/// What the points are called that an object was fitted to.
+pub(super) fn points_of(name: &str) -> String {
+    format!("points of {name}")
 }
 
 fn change(
@@ -189,4 +206,107 @@ fn largest(mut distances: impl Iterator<Item = Option<f64>>) -> Option<f64> {
 fn distance(p: &Point, q: &Point) -> f64 {
     let d = q - p;
     d.x.hypot(d.y).hypot(d.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use loftsman_kernel::Vector;
+    use loftsman_kernel::mesh::Polyline;
+    use loftsman_kernel::spline::Space;
+
+    use super::*;
+
+    fn arch(degree: usize, lift: f64) -> Curve {
+        let count = degree + 4;
+        let at = |k: usize| Point::new(k as f64, (k * (count - 1 - k)) as f64 / 4.0, lift);
+        Curve::new(Space::clamped_uniform(degree, count).unwrap(), (0..count).map(at).collect()).unwrap()
+    }
+
+    fn sheet(lift: f64) -> Surface {
+        let space = || Space::clamped_uniform(3, 5).unwrap();
+        let at = |k: usize| Point::new((k / 5) as f64, (k % 5) as f64, lift + (k % 3) as f64 / 9.0);
+        Surface::new(space(), space(), (0..25).map(at).collect()).unwrap()
+    }
+
+    fn told(before: &Scene, after: &Scene) -> StepReport {
+        let mut report = StepReport::default();
+        Before::of(before).tell(after, &mut Known::default(), &mut report);
+        report
+    }
+
+    #[test]
+    fn what_is_new_gone_changed_and_as_before_is_told() {
+        let mut before = Scene::new();
+        for name in ["stays", "moves", "goes", "turns"] {
+            before.add(Object::new(name, arch(3, 0.0).into())).unwrap();
+        }
+        let mut after = before.clone();
+        after.remove("goes").unwrap();
+        after.add(Object::new("comes", sheet(0.0).into())).unwrap();
+        after.object_mut("moves").unwrap().set_geometry(arch(3, 0.25));
+        after
+            .object_mut("turns")
+            .unwrap()
+            .set_geometry(Polyline { points: vec![Point::origin(); 3], closed: false });
+        let report = told(&before, &after);
+        let kinds: Vec<(&str, ChangeKind)> =
+            report.objects.iter().map(|o| (o.name.as_str(), o.change)).collect();
+        let (changed, new, gone) = (ChangeKind::Changed, ChangeKind::New, ChangeKind::Gone);
+        assert_eq!(kinds, [("moves", changed), ("turns", changed), ("comes", new), ("goes", gone)]);
+        assert_eq!(report.unchanged, Some(1));
+        let [moves, turns, comes, goes] = &report.objects[..] else { panic!("{report:?}") };
+        assert!((moves.deviation.unwrap() - 0.25).abs() < 1e-12, "{moves:?}");
+        assert_eq!((turns.deviation, comes.deviation, goes.deviation), (None, None, None));
+        assert!((moves.length.before.unwrap() - moves.length.after.unwrap()).abs() < 1e-9);
+        assert!(comes.area.before.is_none() && comes.area.after.unwrap() > 16.0, "{comes:?}");
+        assert!(goes.length.before.is_some() && goes.length.after.is_none(), "{goes:?}");
+        // The other name of one thing is no change.
+        let mut renamed = before.clone();
+        renamed.rename("goes", "went").unwrap();
+        let report = told(&before, &renamed);
+        assert!(report.objects.is_empty() && report.unchanged == Some(3), "{report:?}");
+    }
+
+    /// To the nearest point, not the one of the same parameter: a shape that only runs otherwise has not moved.
+    #[test]
+    fn the_deviation_is_a_distance_of_shapes() {
+        for degree in [1, 2, 3, 5, 7] {
+            let old = arch(degree, 0.0);
+            for (new, off) in [
+                (arch(degree, 0.5), 0.5),
+                (old.elevate(1).unwrap(), 0.0),
+                (old.insert_knots(&[0.25, 0.5]).unwrap(), 0.0),
+                (old.reverse().unwrap(), 0.0),
+            ] {
+                let found = deviation(&old.clone().into(), &new.into()).unwrap();
+                assert!((found - off).abs() < 1e-12, "degree {degree}: {found}, {off}");
+            }
+        }
+        let found = deviation(&sheet(0.0).into(), &sheet(0.125).into()).unwrap();
+        assert!(found > 0.11 && found <= 0.125 + 1e-12, "{found}");
+        let cloud =
+            |by: Vector| Geometry::from(Cloud { points: vec![Point::origin() + by, Point::origin()] });
+        assert_eq!(deviation(&cloud(Vector::zeros()), &cloud(Vector::new(0.0, 3.0, 4.0))), Some(5.0));
+        assert_eq!(deviation(&cloud(Vector::zeros()), &arch(3, 0.0).into()), None);
+        let fewer = Geometry::from(Cloud { points: vec![Point::origin()] });
+        assert_eq!(deviation(&cloud(Vector::zeros()), &fewer), None);
+    }
+
+    #[test]
+    fn fitted_points_are_kept_and_new_names_are_found() {
+        let mut before = Scene::new();
+        let points: Vec<Point> = (0..9).map(|k| Point::new(f64::from(k), 0.0, 0.0)).collect();
+        before.add(Object::new("scan", Cloud { points: points.clone() }.into())).unwrap();
+        before.add(Object::new("rail", arch(3, 0.0).into())).unwrap();
+        let mut after = before.clone();
+        after.object_mut("scan").unwrap().set_geometry(arch(3, 0.0));
+        let fitted = Before::of(&before).fitted(&after);
+        assert_eq!(fitted.len(), 1);
+        assert_eq!((fitted[0].name(), fitted[0].geometry().points()), (&*points_of("scan"), &points[..]));
+        let mut renamed = after.clone();
+        renamed.rename("scan", "hull").unwrap();
+        renamed.add(Object::new("other", sheet(0.0).into())).unwrap();
+        assert_eq!(Before::of(&after).renamed(&renamed), [("scan".to_owned(), "hull".to_owned())]);
+        assert!(Before::of(&after).renamed(&after).is_empty());
+    }
 }

@@ -4,6 +4,7 @@
 use loftsman_kernel::plugin::{ParameterError, Parameters, editable, object_name};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Result};
 use serde_json::{Map, Value, json};
 
@@ -136,11 +137,12 @@ impl Resolving<'_> {
         let value = along.and_then(|k| whole.get(k).cloned()).unwrap_or(whole);
         let [x, y, z] = [point.x, point.y, point.z];
         let told = text_of(&value);
-        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x} {y} {z}), ");
+        let [x, y, z] = [x, y, z].map(|c| c + 0.0);
+        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x}, {y}, {z}), ");
         note += &if distance == 0.0 {
             "which it passes through".to_owned()
         } else {
-            format!("{distance:.4} away")
+            format!("{} away", figure(distance))
         };
         if let Some(other) = others.first() {
             let more = if others.len() > 1 {
@@ -361,6 +363,28 @@ mod tests {
         assert_eq!(notes.len(), 3, "{notes:?}");
         assert!(notes[1].contains("constraints[1].with.at = 0.0 on \"low\""), "{notes:?}");
         assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
+    }
+
+    /// Of a surface the location is both parameters, along a direction one.
+    #[test]
+    fn a_place_of_a_surface_has_two_parameters_or_one() {
+        let mut scene = Scene::new();
+        let points = (0..16).map(|k| Point::new((k / 4) as f64, (k % 4) as f64, 0.0)).collect();
+        let space = || Space::clamped_uniform(3, 4).unwrap();
+        let sheet = loftsman_kernel::spline::Surface::new(space(), space(), points).unwrap();
+        scene.add(Object::new("sheet", sheet.into())).unwrap();
+        let at = json!({ "closest": [0.75, 2.25, 5] });
+        for (step, wanted) in [
+            (json!({ "at": at }), json!([0.25, 0.75])),
+            (json!({ "at": at, "direction": "u" }), json!(0.25)),
+            (json!({ "at": at, "direction": "v" }), json!(0.75)),
+        ] {
+            let mut notes = Vec::new();
+            let fields = Parameters::new(step, "step[0]").unwrap();
+            let found = resolve(&scene, &fields, &mut notes).unwrap();
+            assert_eq!(found.value("at"), Some(&wanted), "{notes:?}");
+            assert!(notes[0].ends_with("(0.75, 2.25, 5), 5 away"), "{notes:?}");
+        }
     }
 
     #[test]

@@ -273,6 +273,12 @@ impl<'a> Runner<'a> {
                 report.op.clone_from(op);
             }
             before.drop_stale(&mut applied.scene, &mut report)?;
+            for (old, new) in geometry.renamed(&applied.scene) {
+                let old = changes::points_of(&old);
+                for points in applied.fitted.iter_mut().filter(|points| points.name() == old) {
+                    *points = points.renamed(changes::points_of(&new));
+                }
+            }
             applied.fitted.extend(geometry.fitted(&applied.scene));
             geometry.tell(&applied.scene, &mut known, &mut report);
             if applied.scene.unit == Unit::Unknown && (report.area.is_some() || report.volume.is_some()) {

@@ -87,10 +87,10 @@ pub(crate) fn length_note(curve: &Curve) -> Result<String, Error> {
     Ok(format!("length {}", figure(curve.length(LENGTHS)?.value)))
 }
 
-/// A measured number for people: nine digits, no more than there are.
+/// A measured number for people: nine digits, no more than there are, and no zero below nothing.
 pub(crate) fn figure(value: f64) -> String {
     let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
-    Figure(rounded).to_string()
+    Figure(rounded + 0.0).to_string()
 }
 
 /// An error that speaks of an object.

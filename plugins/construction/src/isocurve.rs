@@ -21,8 +21,15 @@ impl Operation for Isocurve {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
             Field::optional("object", "text", "the only surface", "the surface"),
-            Field::optional("u", "number or [number, …]", "u or v is needed", "where u stands still"),
-            Field::optional("v", "number or [number, …]", "u or v is needed", "where v stands still"),
+            Field::optional("u", "number or [number, …]", "u, v or at is needed", "where u stands still"),
+            Field::optional("v", "number or [number, …]", "u, v or at is needed", "where v stands still"),
+            Field::optional(
+                "at",
+                "[u, v], or number with direction",
+                "u, v or at is needed",
+                "a place that the curves go through: both, or the one along which the direction's parameter stands still",
+            ),
+            Field::optional("direction", "u | v", "both", "with at: which parameter stands still"),
             NAME,
         ];
         Declaration {
@@ -44,14 +51,18 @@ impl Operation for Isocurve {
         let mut changed = scene.clone();
         let mut notes = Vec::new();
         let mut first = None;
-        let count = places(p, "u")?.len() + places(p, "v")?.len();
+        let through = through(p)?;
+        let wanted = [("u", Direction::U, places(p, "u")?), ("v", Direction::V, places(p, "v")?)];
+        let count =
+            wanted.iter().map(|(.., list)| list.len()).sum::<usize>() + through.iter().flatten().count();
         if count == 0 {
-            return Err(p.error("", "say where: u or v = number, or [number, …]").into());
+            return Err(p.error("", "say where: u or v = number, or [number, …], or at = [u, v]").into());
         }
-        for (field, direction) in [("u", Direction::U), ("v", Direction::V)] {
-            for at in places(p, field)? {
+        for ((name, direction, list), through) in wanted.into_iter().zip(through) {
+            let fields = list.into_iter().map(|at| (name, at)).chain(through.map(|at| ("at", at)));
+            for (field, at) in fields {
                 let curve = surface.isocurve(direction, at).map_err(|e| p.error(field, e.to_string()))?;
-                let wanted = format!("{source} {field} = {}", figure(at));
+                let wanted = format!("{source} {name} = {}", figure(at));
                 let name = match p.has("name") {
                     true if count > 1 => changed.unique_name(p.text("name")?),
                     _ => free_name(&changed, p, &wanted)?,
@@ -64,6 +75,26 @@ impl Operation for Isocurve {
         }
         *scene = changed;
         Ok(made("isocurve", first.unwrap_or_default(), notes))
+    }
+}
+
+/// The parameters of u and of v that stand still along curves through the place `at`.
+fn through(p: &Parameters) -> Result<[Option<f64>; 2], ParameterError> {
+    let direction =
+        if p.has("direction") { Some(p.choice("direction", &[("u", 0), ("v", 1)])?) } else { None };
+    match (p.has("at"), direction) {
+        (false, None) => Ok([None, None]),
+        (false, Some(_)) => {
+            Err(p.error("direction", "it goes with at = number: where that parameter stands still"))
+        }
+        (true, Some(direction)) => {
+            let at = p.number("at")?;
+            Ok(if direction == 0 { [Some(at), None] } else { [None, Some(at)] })
+        }
+        (true, None) => match p.numbers("at")?[..] {
+            [u, v] => Ok([Some(u), Some(v)]),
+            _ => Err(p.error("at", "a place of a surface is [u, v]; with a direction one number")),
+        },
     }
 }
 

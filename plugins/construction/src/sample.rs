@@ -71,6 +71,10 @@ pub fn spread(curve: &Curve, spread: Spread) -> Result<Sampled> {
         return Err(Error::Invalid(format!("these are more than {MOST} points: ask for fewer")));
     }
     let count = if matches!(spread, Spread::Spacing(_)) { count.max(2) } else { count };
+    if count < 2 {
+        let found = if count == 1 { "one point is" } else { "no points are" };
+        return Err(Error::Invalid(format!("{found} not spread along a curve: ask for 2 at least")));
+    }
     let parameters = table.evenly(count, !closed)?;
     let mut points = vec![Point::origin(); count];
     curve.points_into(&parameters, &mut points)?;

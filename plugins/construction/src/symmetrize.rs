@@ -109,10 +109,10 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
     let cuts = crossings(curve, mirror)?;
     let wanted = if closed { 2 } else { 1 };
     if cuts.len() != wanted {
-        let kind = if closed { "a closed curve twice" } else { "an open curve once" };
+        let kind = if closed { "twice" } else { "once" };
         return Err(Error::Invalid(format!(
-            "the curve crosses the plane {} times: to keep one half {kind}",
-            cuts.len()
+            "the curve {}: to keep one half, it is to cross it {kind}",
+            crossing("crosses the plane", cuts.len())
         )));
     }
     let opened = if closed { curve.started_at(cuts[0])?.to_clamped()? } else { curve.to_clamped()? };
@@ -261,8 +261,8 @@ fn plane_line(
     }
     let [cut] = cuts[..] else {
         return Err(Error::Invalid(format!(
-            "along {name} the surface meets the plane {} times: to keep one half, once",
-            cuts.len()
+            "along {name} the surface {}: to keep one half, it is to meet it once",
+            crossing("meets the plane", cuts.len())
         )));
     };
     let across = open.isocurve(direction, cut)?;
@@ -407,6 +407,16 @@ fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
         found.insert(0, a);
     }
     Ok(found)
+}
+
+/// How often something happens, in words: `crosses the plane nowhere`, `… 3 times`.
+fn crossing(does: &str, count: usize) -> String {
+    match count {
+        0 => format!("{does} nowhere"),
+        1 => format!("{does} once"),
+        2 => format!("{does} twice"),
+        count => format!("{does} {count} times"),
+    }
 }
 
 /// The operation `symmetrize`: [`symmetrize`](fn@symmetrize), [`symmetrize_surface`].

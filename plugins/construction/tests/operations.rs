@@ -76,6 +76,10 @@ fn wrong_fields_are_told() {
         ),
         ("revolve", json!({ "object": "dots" }), "object: "),
         ("isocurve", json!({ "object": "torus" }), "say where: u or v"),
+        ("isocurve", json!({ "object": "sheet", "direction": "u" }), "it goes with at = number"),
+        ("isocurve", json!({ "object": "sheet", "at": [0.5] }), "a place of a surface is [u, v]"),
+        ("isocurve", json!({ "object": "sheet", "at": [0.5, 0.5], "direction": "u" }), "at: "),
+        ("isocurve", json!({ "object": "sheet", "at": [0.5, 1.5] }), "at: 1.5 is outside the domain [0, 1]"),
         ("isocurve", json!({ "object": "sheet", "v": 1.5 }), "1.5 is outside the domain [0, 1]"),
         (
             "edge",
@@ -122,13 +126,13 @@ fn wrong_fields_are_told() {
         (
             "symmetrize",
             json!({ "object": "line", "half": "front" }),
-            "\"line\": the curve crosses the plane 0 times",
+            "\"line\": the curve crosses the plane nowhere",
         ),
         ("symmetrize", json!({ "object": "line", "direction": "v" }), "direction: is of a surface"),
         (
             "symmetrize",
             json!({ "object": "sheet", "half": "back" }),
-            "meets the plane 0 times: to keep one half, once",
+            "meets the plane nowhere: to keep one half, it is to meet it once",
         ),
         ("symmetrize", json!({ "object": "torus" }), "\"torus\": the surface is periodic in u"),
         ("symmetrize", json!({ "object": "dots" }), "name a curve or a surface"),

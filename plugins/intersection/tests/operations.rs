@@ -156,7 +156,7 @@ fn wrong_fields_are_told() {
         (
             "section",
             json!({ "object": "pipe", "axis": "x", "at": [] }),
-            "0 places where 1 to 10000 are needed",
+            "no place is named: 1 to 10000 are needed",
         ),
         (
             "section",

@@ -33,10 +33,10 @@ fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<Stri
             format!("{} as before", one(after))
         }
         (Some(before), Some(after)) => {
-            let (ratio, change) = (after / before, after - before);
+            let ratio = after / before;
+            // Less than what is shown: no change to speak of.
             if figure(before) == figure(after) {
-                let sign = if change < 0.0 { '-' } else { '+' };
-                return Some(format!("{} ({sign} {})", one(after), figure(change.abs())));
+                return Some(format!("{} as before", one(after)));
             }
             let told = if ratio.is_finite() && ratio > 0.0 && figure(ratio) != "1" {
                 format!(" (× {})", figure(ratio))
@@ -102,7 +102,7 @@ mod tests {
         let told = |before, after, unit| change(&area(before, after), unit);
         assert_eq!(told(Some(0.0822), Some(0.09042), Unit::Metre), "area 0.0822 → 0.09042 m² (× 1.1)");
         assert_eq!(told(Some(2.0), Some(2.0 + 1e-13), Unit::Unknown), "area 2 as before");
-        assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² (- 3e-5)");
+        assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² as before");
         assert_eq!(told(None, Some(3.0), Unit::Millimetre), "area 3 mm²");
         assert_eq!(told(Some(3.0), None, Unit::Inch), "area 3 in² before");
         assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1");

@@ -1,6 +1,6 @@
 //! The plane of a curve, and which of its sides is which.
 
-use loftsman_kernel::error::{Error, Figure, Result};
+use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, SymmetricEigen};
@@ -74,9 +74,9 @@ impl Plane {
                 Some(normal) if normal.cross(&own).norm() > 1e-6 => {
                     return Err(Error::Invalid(format!(
                         "the normal is no normal of the curve's plane: that is [{}, {}, {}], leave it out",
-                        Figure(own.x),
-                        Figure(own.y),
-                        Figure(own.z)
+                        crate::fields::figure(own.x),
+                        crate::fields::figure(own.y),
+                        crate::fields::figure(own.z)
                     )));
                 }
                 Some(normal) => own * own.dot(&normal).signum(),

@@ -9,7 +9,7 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::text::a;
 
-use super::{NAME, add_beside, base_name, tolerance};
+use super::{NAME, add_beside, base_name, place, told, tolerance};
 use crate::{Contact, Intersections, Options, curve_surface, curves, self_intersections};
 
 /// The operation `intersect`.
@@ -97,15 +97,15 @@ impl Operation for Intersect {
 }
 
 fn notes(found: &Intersections, who: &str) -> Vec<String> {
-    let place = |with: Option<Location>| match with {
-        Some(Location::Curve(s)) => format!(" and {s}"),
-        Some(Location::Surface(u, v)) => format!(" and [{u}, {v}]"),
+    let beside = |with: Option<Location>| match with {
+        Some(Location::Curve(s)) => format!(" and {}", told(s)),
+        Some(Location::Surface(u, v)) => format!(" and [{}, {}]", told(u), told(v)),
         _ => String::new(),
     };
     let mut notes = Vec::new();
     if found.meetings.is_empty() && found.overlaps.is_empty() {
         let how = if who == "it" { "it does not meet itself" } else { "they do not meet" };
-        notes.push(format!("{how} within {:e}", found.tolerance));
+        notes.push(format!("{how} within {}", told(found.tolerance)));
     }
     for m in &found.meetings {
         let how = match (m.contact, who) {
@@ -114,17 +114,17 @@ fn notes(found: &Intersections, who: &str) -> Vec<String> {
             (Contact::Crossing, _) => "they cross",
             (Contact::Touching, _) => "they touch",
         };
-        let [x, y, z] = [m.point.x, m.point.y, m.point.z];
-        notes.push(format!("{how} at ({x}, {y}, {z}), parameters {}{}", m.at, place(m.with)));
+        notes.push(format!("{how} at {}, parameters {}{}", place(&m.point), told(m.at), beside(m.with)));
     }
     for o in &found.overlaps {
         let how = if who == "it" { "it runs together with itself" } else { "they run together" };
-        notes.push(format!("{how} from {} to {} of the curve", o.range.0, o.range.1));
+        notes.push(format!("{how} from {} to {} of the curve", told(o.range.0), told(o.range.1)));
     }
     for u in &found.undecided {
         notes.push(format!(
             "undecided: between {} and {} of the curve there may be more meetings; a larger tolerance tells",
-            u.range.0, u.range.1
+            told(u.range.0),
+            told(u.range.1)
         ));
     }
     notes

@@ -3,6 +3,8 @@
 mod intersect;
 mod section;
 
+use loftsman_kernel::Point;
+use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::{Field, OperationError, Parameters};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 
@@ -11,6 +13,19 @@ pub use section::CutBy;
 
 const NAME: Field =
     Field::optional("name", "text", "after the object", "what the names of the results begin with");
+
+/// A number for people: nine digits, no more than there are, and no zero below nothing.
+fn told(value: f64) -> String {
+    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    Figure(rounded + 0.0).to_string()
+}
+
+/// A point for people; what is nothing beside its largest coordinate is 0.
+fn place(point: &Point) -> String {
+    let least = 1e-12 * point.coords.amax();
+    let [x, y, z] = [point.x, point.y, point.z].map(|c| told(if c.abs() <= least { 0.0 } else { c }));
+    format!("({x}, {y}, {z})")
+}
 
 /// Adds objects beside the one that they were made of: placed and layered as it is. All of them, or none.
 fn add_beside(

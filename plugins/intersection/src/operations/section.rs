@@ -8,7 +8,7 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::{a, figure};
 use loftsman_kernel::{Error, Point, Vector};
 
-use super::{NAME, add_beside, base_name, tolerance};
+use super::{NAME, add_beside, base_name, place, told, tolerance};
 use crate::{Contact, Options, Plane, curve_plane, mesh_section, section};
 
 /// The most planes of a step.
@@ -81,7 +81,7 @@ impl Operation for CutBy {
             context.observer.proceed("sections", k as u64, planes.len() as u64)?;
             let p = plane.point();
             let at = format!("({}, {}, {})", figure(p.x), figure(p.y), figure(p.z));
-            let (before, told) = (geometries.len(), notes.len());
+            let (before, known) = (geometries.len(), notes.len());
             match geometry {
                 Geometry::Surface(surface) => {
                     let cut = section(surface, plane, &options)?;
@@ -90,21 +90,24 @@ impl Operation for CutBy {
                         geometries.push(branch.curve.into());
                     }
                     for q in cut.touching {
-                        notes.push(format!(
-                            "the plane through {at} touches it at ({}, {}, {})",
-                            q.x, q.y, q.z
-                        ));
+                        notes.push(format!("the plane through {at} touches it at {}", place(&q)));
                     }
                     for [u, v] in cut.coincident {
                         notes.push(format!(
                             "it lies in the plane through {at} for u from {} to {}, v from {} to {}",
-                            u.0, u.1, v.0, v.1
+                            told(u.0),
+                            told(u.1),
+                            told(v.0),
+                            told(v.1)
                         ));
                     }
                     for [u, v] in cut.undecided {
                         notes.push(format!(
                             "undecided in the plane through {at} for u from {} to {}, v from {} to {}",
-                            u.0, u.1, v.0, v.1
+                            told(u.0),
+                            told(u.1),
+                            told(v.0),
+                            told(v.1)
                         ));
                     }
                 }
@@ -128,7 +131,8 @@ impl Operation for CutBy {
                     for o in cut.overlaps {
                         notes.push(format!(
                             "it lies in the plane through {at} from {} to {}",
-                            o.range.0, o.range.1
+                            told(o.range.0),
+                            told(o.range.1)
                         ));
                     }
                 }
@@ -141,7 +145,7 @@ impl Operation for CutBy {
                 }
             }
             match geometries.len() - before {
-                0 if notes.len() == told => notes.push(format!("the plane through {at} does not meet it")),
+                0 if notes.len() == known => notes.push(format!("the plane through {at} does not meet it")),
                 0 => {}
                 _ if matches!(geometry, Geometry::Curve(_)) => {}
                 1 => notes.push(format!("the plane through {at} cuts 1 piece")),
@@ -205,7 +209,13 @@ fn planes(parameters: &Parameters, geometry: &Geometry) -> Result<Vec<Plane>, Op
     };
     if places.is_empty() || places.len() > MOST {
         return Err(parameters
-            .error("at", format!("{} places where 1 to {MOST} are needed", places.len()))
+            .error(
+                "at",
+                match places.len() {
+                    0 => format!("no place is named: 1 to {MOST} are needed"),
+                    many => format!("{many} places are named: {MOST} are the most"),
+                },
+            )
             .into());
     }
     let plane = |at: f64| Plane::new(Point::from(normal * at), normal).map_err(OperationError::from);
