@@ -39,7 +39,7 @@ pub enum Frames {
     Off,
     /// In the drawing, dashed: a drag on its way. Of many, six evenly spread.
     Dashed,
-    /// In the drawing, so many evenly spread, the paler the earlier: an onion skin.
+    /// In the drawing, so many evenly spread, the fainter the earlier: an onion skin.
     Fading(usize),
     /// Side by side, so many evenly spread from the first to the last: a film strip. Each view has a drawing for each, all to one
     /// scale and with nothing of the state before.

@@ -12,6 +12,9 @@ pub(crate) const SIZE: f64 = 2.9;
 /// From line to line, in millimetres.
 const LEADING: f64 = 3.6;
 
+/// How far from its spot a label stands at most that is not worth a leader, in millimetres.
+const BESIDE: f64 = 3.0;
+
 /// The side of the cells that ink is counted in, in millimetres.
 const CELL: f64 = 0.8;
 
@@ -81,6 +84,8 @@ pub(crate) struct Label {
     pub(crate) anchor: Spot,
     pub(crate) lines: Vec<String>,
     pub(crate) color: Color,
+    /// Whether it is one of a row that tells as much without it: it is left out where it would not stand free beside its spot.
+    pub(crate) dispensable: bool,
 }
 
 impl Label {
@@ -108,10 +113,13 @@ pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme) -> String {
             let crossed = leader(label, rect, *radius).map_or(0.0, |[start, end]| ink.crossed(start, end));
             1000.0 * collisions + 100.0 * outside + 2.0 * covered + crossed + 1.5 * radius
         };
-        let Some((rect, radius)) = candidates.iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).copied()
-        else {
+        let near = candidates.iter().filter(|(_, radius)| !label.dispensable || *radius <= BESIDE);
+        let Some((rect, radius)) = near.min_by(|a, b| cost(a).total_cmp(&cost(b))).copied() else {
             continue;
         };
+        if label.dispensable && placed.iter().any(|other| other.overlaps(&rect)) {
+            continue;
+        }
         placed.push(rect.grown(0.4));
         out.push_str(&draw(label, &rect, radius, theme));
     }
@@ -189,7 +197,26 @@ mod tests {
     use super::*;
 
     fn label(anchor: Spot, words: &str) -> Label {
-        Label { anchor, lines: vec![words.into()], color: Color([0; 3]) }
+        Label { anchor, lines: vec![words.into()], color: Color([0; 3]), dispensable: false }
+    }
+
+    /// Of a crowded row of numbers those stay that stand free, the first among them; what has to be said is said all the same.
+    #[test]
+    fn what_is_dispensable_is_left_out_where_it_is_crowded() {
+        let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        let row: Vec<Label> = (0..60)
+            .map(|k| Label { dispensable: true, ..label([40.0 + 0.1 * f64::from(k), 30.0], "0.25") })
+            .collect();
+        let text = place(&row, &ink, Theme::Light);
+        let boxes: Vec<Rect> = text.split("<text").skip(1).map(around).collect();
+        assert!((2..30).contains(&boxes.len()) && !text.contains("leader"), "{text}");
+        for (k, rect) in boxes.iter().enumerate() {
+            assert!(boxes[..k].iter().all(|other| !other.overlaps(rect)), "{boxes:?}");
+        }
+        let apart: Vec<Label> = (0..10)
+            .map(|k| Label { dispensable: true, ..label([5.0 + 9.0 * f64::from(k), 30.0], "0.25") })
+            .collect();
+        assert_eq!(place(&apart, &ink, Theme::Light).matches("<text").count(), 10);
     }
 
     #[test]

@@ -19,7 +19,7 @@ use crate::sheet::{Caption, Sheet};
 use crate::stage::scenery::Scenery;
 use crate::stage::{Projection, Stage};
 use crate::svg::{Element, length};
-use crate::text;
+use crate::text::{self, wrapped};
 use crate::theme::Theme;
 use crate::view::{Lens, View};
 
@@ -372,44 +372,17 @@ impl<'a> Part<'a> {
     /// The lines of the caption in a width, at most three.
     fn lines(&self, width: f64) -> Vec<String> {
         let caption = self.panel.caption.as_deref().unwrap_or_default();
-        balanced(caption, width).iter().map(|line| fitting(line, SIZE, width)).collect()
+        balanced(caption, width).iter().map(|line| text::fitting(line, SIZE, width)).collect()
     }
 }
 
 /// A text in as few lines as a width needs, these about equally long: no word stands alone below the others.
 fn balanced(text: &str, width: f64) -> Vec<String> {
-    let lines = wrapped(text, width);
+    let lines = wrapped(text, SIZE, width);
     (1..8)
-        .map(|eighth| wrapped(text, width * f64::from(eighth) / 8.0))
+        .map(|eighth| wrapped(text, SIZE, width * f64::from(eighth) / 8.0))
         .find(|narrow| narrow.len() == lines.len() && lines.len() < 3)
         .unwrap_or(lines)
-}
-
-/// A text in lines of a width, at most three; what is too long for them is in the last.
-fn wrapped(text: &str, width: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        let full = lines.len() == 3;
-        match lines.last_mut() {
-            Some(line) if full || lines_fit(line, word, width) => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
-/// Whether a word still fits into a line of a caption.
-fn lines_fit(line: &str, word: &str, width: f64) -> bool {
-    (text::width(line) + text::width(" ") + text::width(word)) * SIZE <= width
-}
-
-/// A line of text of the room that there is, shorter by whole characters where it must be.
-fn fitting(line: &str, size: f64, room: f64) -> String {
-    let fits = (room / (text::width(line).max(1e-9) * size) * line.chars().count() as f64) as usize;
-    text::clipped(line, fits.max(4))
 }
 
 /// The document around the drawing.
@@ -435,7 +408,7 @@ fn document(picture: &Picture<'_>, content: &str, height: f64) -> String {
             .length("y", MARGIN + 3.0)
             .length("font-size", size)
             .attribute("fill", &theme.ink().hex());
-        body.push_str(&text.text(&fitting(title, size, width - 2.0 * MARGIN)));
+        body.push_str(&text.text(&text::fitting(title, size, width - 2.0 * MARGIN)));
     }
     let svg = Element::new("svg")
         .attribute("xmlns", "http://www.w3.org/2000/svg")

@@ -82,6 +82,30 @@ fn superscript(c: char) -> char {
     }
 }
 
+/// A text of a size in lines of a width, at most three; what is too long for them is in the last.
+pub(crate) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
+    let fit =
+        |line: &str, word: &str| (self::width(line) + self::width(" ") + self::width(word)) * size <= width;
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let full = lines.len() == 3;
+        match lines.last_mut() {
+            Some(line) if full || fit(line, word) => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// A line of text of the room that there is, shorter by whole characters where it must be.
+pub(crate) fn fitting(line: &str, size: f64, room: f64) -> String {
+    let fits = (room / (width(line).max(1e-9) * size) * line.chars().count() as f64) as usize;
+    clipped(line, fits.max(4))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -105,7 +105,7 @@ impl Theme {
         color.mixed(Color([128, 128, 128]), 0.6).mixed(self.paper(), 0.45)
     }
 
-    /// An earlier frame of what has a colour: of a `share` from 0 (the first) to 1 (the last), the paler the earlier. Dark paper
+    /// An earlier frame of what has a colour: of a `share` from 0 (the first) to 1 (the last), the fainter (nearer to the paper) the earlier. Dark paper
     /// takes more of a line's light than white does.
     pub(crate) fn frame(self, color: Color, share: f64) -> Color {
         let first = if self == Self::Light { 0.76 } else { 0.62 };

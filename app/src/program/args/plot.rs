@@ -31,7 +31,7 @@ pub(crate) struct PlotArgs {
     /// A line above the picture.
     #[arg(long, value_name = "TEXT")]
     pub(crate) title: Option<String>,
-    /// Show frames of animations in the drawing: a few dashed, or N evenly spread, the paler the earlier.
+    /// Show frames of animations in the drawing: a few dashed, or N evenly spread, the fainter the earlier.
     #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub(crate) frames: Option<Option<u16>>,
     /// Show N frames of animations side by side, from the first to the last.

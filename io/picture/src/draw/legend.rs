@@ -55,9 +55,7 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     let (start, end) = (margin + room, width - margin);
     let (mut x, mut y) = (start, top + 1.5);
     for (words, most, beyond) in &caption.scales {
-        let fits =
-            ((end - x) / (text::width(words).max(1e-9) * SIZE) * words.chars().count() as f64) as usize;
-        out.push_str(&words_at(&text::clipped(words, fits.max(4)), x, y + 0.35 * SIZE, theme.ink()));
+        out.push_str(&words_at(&text::fitting(words, SIZE, end - x), x, y + 0.35 * SIZE, theme.ink()));
         out.push_str(&color_bar(theme, (*most, *beyond), BAR.min(end - x), [x, y + ROW]));
         y += 3.0 * ROW;
     }
@@ -67,15 +65,18 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
             (x, y) = (start, y + ROW);
         }
         out.push_str(&draw_sample(theme, *sample, x, y));
-        out.push_str(&words_at(words, x + SAMPLE + 1.5, y + 0.35 * SIZE, theme.ink()));
+        let words = text::fitting(words, SIZE, end - x - SAMPLE - 1.5);
+        out.push_str(&words_at(&words, x + SAMPLE + 1.5, y + 0.35 * SIZE, theme.ink()));
         x += wide + GAP;
     }
     let mut bottom = y + 1.5;
     let more = caption.notes.len().saturating_sub(NOTES);
     let more = (more > 0).then(|| format!("and {more} more notes of this kind"));
     for note in caption.others().iter().chain(caption.notes.iter().take(NOTES)).chain(&more) {
-        bottom += ROW * 0.85;
-        out.push_str(&words_at(note, start, bottom, theme.faint()));
+        for line in text::wrapped(note, SIZE, end - start) {
+            bottom += ROW * 0.85;
+            out.push_str(&words_at(&text::fitting(&line, SIZE, end - start), start, bottom, theme.faint()));
+        }
     }
     let left = if room > 0.0 { top + 8.0 } else { bottom };
     (Element::new("g").attribute("id", "legend").around(&out), bottom.max(left))

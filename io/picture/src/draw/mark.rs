@@ -12,6 +12,8 @@ use crate::text;
 use crate::theme::Theme;
 use crate::view::Lens;
 
+/// The radius of the largest glyph, in millimetres.
+const RADIUS: f64 = 1.0;
 /// Length of arrows for directions, of arrow heads, and of an osculating arc to each side, in millimetres.
 const ARROW: f64 = 13.0;
 const HEAD: f64 = 2.2;
@@ -46,7 +48,8 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
             Some(i) if groups[i].lines.contains(&line) => {}
             Some(i) if groups[i].lines.len() < 5 => groups[i].lines.push(line),
             None if groups.len() < LABELLED => {
-                groups.push(Label { anchor: spot, lines: vec![line], color: sheet.theme.ink() });
+                let color = sheet.theme.ink();
+                groups.push(Label { anchor: spot, lines: vec![line], color, dispensable: false });
             }
             _ => {}
         }
@@ -101,7 +104,10 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
         _ => {}
     }
     out.push_str(&point(theme, light.mark.kind, spot));
-    sheet.ink.segment(spot, spot, 8);
+    // The whole glyph, not its middle alone.
+    for [x, y] in [[RADIUS, 0.0], [0.0, RADIUS]] {
+        sheet.ink.segment([spot[0] - x, spot[1] - y], [spot[0] + x, spot[1] + y], 8);
+    }
     out
 }
 
@@ -221,7 +227,7 @@ fn osculating(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>) -> St
         let (s, c) = (half * f64::from(i) / 24.0).sin_cos();
         let spot = sheet.spot(&(centre + (tangent * s - normal * c) * radius));
         if let Some(from) = last {
-            sheet.ink.segment(from, spot, 3);
+            sheet.ink.segment(from, spot, 6);
         }
         last = Some(spot);
         path.line_to(spot);

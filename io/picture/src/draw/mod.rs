@@ -303,7 +303,7 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost, lens: Lens) {
         Ghost::Dashed(number) => sheet.caption.explain_once(Sample::Line(stroke), format!("frame {number}")),
         Ghost::Faded(_) => {
             let faint = Stroke { color: sheet.theme.frame(own, 0.6), ..stroke };
-            sheet.caption.explain_once(Sample::Line(faint), "frames, the paler the earlier");
+            sheet.caption.explain_once(Sample::Line(faint), "frames, the fainter the earlier");
         }
     }
     sheet.put(Layer::Frames, &titled(stroke.path("frame", data), body.object.name()));

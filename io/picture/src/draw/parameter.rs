@@ -47,7 +47,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
     sheet.put(Layer::Beads, &Stroke::plain(ink, 0.9).path("parameters", dots(&spots)).empty());
     for (spot, (_, line)) in spots.into_iter().zip(all) {
         sheet.ink.segment(spot, spot, 6);
-        sheet.labels.push(Label { anchor: spot, lines: vec![line], color: ink });
+        sheet.labels.push(Label { anchor: spot, lines: vec![line], color: ink, dispensable: true });
     }
 }
 
