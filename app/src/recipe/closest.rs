@@ -138,7 +138,7 @@ impl Resolving<'_> {
         let [x, y, z] = [point.x, point.y, point.z];
         let told = text_of(&value);
         let [x, y, z] = [x, y, z].map(|c| c + 0.0);
-        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x}, {y}, {z}), ");
+        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x} {y} {z}), ");
         note += &if distance == 0.0 {
             "which it passes through".to_owned()
         } else {
@@ -383,7 +383,7 @@ mod tests {
             let fields = Parameters::new(step, "step[0]").unwrap();
             let found = resolve(&scene, &fields, &mut notes).unwrap();
             assert_eq!(found.value("at"), Some(&wanted), "{notes:?}");
-            assert!(notes[0].ends_with("(0.75, 2.25, 5), 5 away"), "{notes:?}");
+            assert!(notes[0].ends_with("(0.75 2.25 5), 5 away"), "{notes:?}");
         }
     }
 

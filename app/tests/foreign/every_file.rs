@@ -105,6 +105,48 @@ fn files_that_break_the_rules_are_refused_with_one_message() {
     }
 }
 
+/// What a folder holds, by name.
+fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut all: Vec<_> = entries
+        .filter(|path| path.is_file())
+        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap()))
+        .collect();
+    all.sort();
+    all
+}
+
+/// What was written once is written again with the same bytes, and what lies beside it, too.
+#[test]
+fn one_pass_reaches_a_fixed_point() {
+    let mut done = 0;
+    for (group, extensions, least) in
+        [("gltf", &["glb", "gltf"][..], 20), ("obj", &["obj"], 25), ("points", &["obj", "glb"], 5)]
+    {
+        let inputs = files(group, false);
+        assert!(inputs.len() >= least, "{group} has only {}", inputs.len());
+        for input in inputs {
+            for extension in extensions {
+                let folder = tempfile::tempdir().unwrap();
+                let (first, second) = (folder.path().join("first"), folder.path().join("second"));
+                [&first, &second].map(|into| std::fs::create_dir(into).unwrap());
+                let name = format!("x.{extension}");
+                let [once, twice] = [&first, &second].map(|into| text(&into.join(&name)));
+                LOFTSMAN.done(folder.path(), &["convert", &text(&input), &once]);
+                LOFTSMAN.done(folder.path(), &["convert", &once, &twice]);
+                let (once, twice) = (contents(&first), contents(&second));
+                let [a, b] = [&once, &twice].map(|all| all.iter().map(|(name, _)| name).collect::<Vec<_>>());
+                assert_eq!(a, b, "{} as {extension}", input.display());
+                for ((name, once), (_, twice)) in once.iter().zip(&twice) {
+                    assert!(once == twice, "{} as {extension}: {name} changed", input.display());
+                }
+                done += 1;
+            }
+        }
+    }
+    assert!(done >= 75, "{done}");
+}
+
 #[test]
 fn what_gltf_holds_comes_back() {
     let inputs = files("gltf", false);

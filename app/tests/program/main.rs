@@ -8,6 +8,7 @@ mod examples;
 mod faults;
 mod figures;
 mod files;
+mod fineness;
 mod found;
 mod golden;
 mod hostile;

@@ -1,0 +1,117 @@
+//! How fine the triangles of a glTF file are, measured on the file: as near as 1e-4 of the scene's diagonal, and not much nearer.
+
+use std::f64::consts::TAU;
+
+use loftsman::kernel::Point;
+use loftsman::kernel::scene::{Object, Scene, Unit, Up};
+use loftsman::kernel::shape::Shape;
+use loftsman::kernel::spline::{Space, Surface};
+use serde_json::Value;
+
+use crate::LOFTSMAN;
+
+/// The positions and triangles of the only mesh of a `.glb`, as other programs see it.
+fn triangles(bytes: &[u8]) -> (Vec<Point>, Vec<[usize; 3]>) {
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    let json = word(12);
+    let document: Value = serde_json::from_slice(&bytes[20..20 + json]).unwrap();
+    let blob = &bytes[28 + json..];
+    let primitive = &document["meshes"][0]["primitives"][0];
+    assert!(
+        document["meshes"].as_array().unwrap().len() == 1 && primitive["mode"].as_u64().unwrap_or(4) == 4
+    );
+    let part = |accessor: &Value| {
+        let accessor = &document["accessors"][accessor.as_u64().unwrap() as usize];
+        let view = &document["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let at = |value: &Value| value["byteOffset"].as_u64().unwrap_or(0) as usize;
+        let kind = accessor["componentType"].as_u64().unwrap();
+        (
+            &blob[at(view) + at(accessor)..],
+            accessor["count"].as_u64().unwrap() as usize,
+            kind,
+            view["byteStride"].as_u64(),
+        )
+    };
+    let (data, count, kind, stride) = part(&primitive["attributes"]["POSITION"]);
+    assert_eq!(kind, 5126);
+    let stride = stride.map_or(12, |stride| stride as usize);
+    let number = |at: usize| f64::from(f32::from_le_bytes(data[at..at + 4].try_into().unwrap()));
+    let points = (0..count).map(|k| Point::from([0, 4, 8].map(|c| number(k * stride + c)))).collect();
+    let (data, count, kind, _) = part(&primitive["indices"]);
+    let index = |k: usize| match kind {
+        5123 => usize::from(u16::from_le_bytes(data[2 * k..2 * k + 2].try_into().unwrap())),
+        5125 => u32::from_le_bytes(data[4 * k..4 * k + 4].try_into().unwrap()) as usize,
+        other => panic!("indices of type {other}"),
+    };
+    (points, (0..count / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2].map(index)).collect())
+}
+
+/// A bent sheet, tube or cup of a degree.
+fn shapes() -> Vec<(String, Surface)> {
+    let mut all = Vec::new();
+    for degree in [2, 3, 4, 5, 7] {
+        for (kind, v) in [
+            ("clamped", Space::clamped_uniform(degree, degree + 3).unwrap()),
+            ("floating", Space::floating_uniform(degree, degree + 3).unwrap()),
+            ("periodic", Space::periodic_uniform(degree, degree + 5).unwrap()),
+        ] {
+            let u = Space::clamped(2, &[0.0, 0.3, 1.0, 1.2]).unwrap();
+            let (rows, columns) = (u.len(), v.len());
+            let at = |k: usize| {
+                let (i, j) = ((k / columns) as f64, (k % columns) as f64);
+                let (s, c) = (TAU * j / columns as f64).sin_cos();
+                let wide = 2.0 + (1.3 * i).sin();
+                if kind == "periodic" {
+                    Point::new(wide * c, wide * s, i)
+                } else {
+                    Point::new(2.0 * i, j, s + 0.3 * wide)
+                }
+            };
+            for rational in [false, true] {
+                let weights =
+                    rational.then(|| (0..rows * columns).map(|k| 1.0 + 0.5 * (k as f64).sin()).collect());
+                let points = (0..rows * columns).map(at).collect();
+                let surface = Surface::build(u.clone(), v.clone(), points, weights).unwrap();
+                all.push((
+                    format!("{kind} {degree} {}", if rational { "rational" } else { "polynomial" }),
+                    surface,
+                ));
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn triangles_are_as_near_as_a_ten_thousandth_of_the_diagonal_and_not_much_nearer() {
+    let (mut done, mut largest) = (0, 0.0_f64);
+    for (number, (name, surface)) in shapes().into_iter().enumerate() {
+        let size = [1e-3, 1.0, 1e4][number % 3];
+        let bench = LOFTSMAN.bench();
+        let mut shape = surface.clone();
+        shape.control_vertices_mut().iter_mut().for_each(|at| *at *= size);
+        let mut scene = Scene::new();
+        scene.unit = Unit::Metre;
+        scene.up = Up::Y;
+        scene.add(Object::new("shape", shape.clone().into())).unwrap();
+        loftsman::file::write(&scene, bench.path("shape.loft.json")).unwrap();
+        bench.done(&["convert", "shape.loft.json", "shape.glb"]);
+        let (points, faces) = triangles(&bench.read("shape.glb"));
+        let (low, high) = shape.bounds();
+        let diagonal = (high - low).norm();
+        let mut off = 0.0_f64;
+        let stride = (faces.len() / 120).max(1);
+        for [a, b, c] in faces.iter().step_by(stride).map(|face| face.map(|k| points[k].coords)) {
+            for middle in [(a + b + c) / 3.0, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)] {
+                off = off.max(shape.closest(Point::from(middle)).unwrap().distance);
+            }
+        }
+        let share = off / diagonal;
+        assert!(share <= 1e-4, "{name} at {size}: {share:e} of the diagonal with {} triangles", faces.len());
+        // A tenth of it would be ten times as many triangles as are needed.
+        assert!(share >= 1e-5, "{name} at {size}: {share:e} of the diagonal with {} triangles", faces.len());
+        largest = largest.max(share);
+        done += 1;
+    }
+    assert!(done == 30 && largest > 3e-5, "{done} {largest:e}");
+}
