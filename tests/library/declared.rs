@@ -590,14 +590,14 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("loft", "degree", json!({ "sections": ["round", "round middle", "round top"] }), json!(1), json!(2));
     add("loft", "caps", none(), json!(true), json!(false));
     add("loft", "surface", none(), json!(false), json!(true));
-    let lax = || json!({ "tolerance": 10.0, "angle": 170, "curvature": 1e9 });
+    let lax = || json!({ "tolerance": 10.0, "angle": 170 });
     add("match", "object", lax(), json!("patch"), json!("clamped curve"));
     add("match", "edge", lax(), json!("u0"), json!("u1"));
     let beside = |edge: &str| json!({ "object": "cap", "edge": edge });
     add("match", "with", lax(), beside("u0"), beside("u1"));
-    add("match", "continuity", lax(), json!(0), json!(1));
+    add("match", "continuity", json!({ "angle": null }), json!(0), json!(1));
     let coarse = json!({ "object": "cap", "edge": "v0", "with": { "object": "patch", "edge": "v0" },
-        "continuity": 0, "refine": false });
+        "continuity": 0, "angle": null, "refine": false });
     add("match", "tolerance", coarse, json!(1e-9), json!(1e5));
     add("match", "angle", json!({ "refine": false }), json!(1e-9), json!(170));
     let curved = || json!({ "continuity": 2, "refine": false, "angle": 180 });

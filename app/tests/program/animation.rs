@@ -86,6 +86,48 @@ fn curves(svg: &str) -> Vec<&str> {
     svg.split("class=\"curve\" d=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect()
 }
 
+/// In each picture of a film what was asked is marked where the curve is at that moment.
+#[test]
+fn marks_follow_the_frames_of_a_film() {
+    let bench = LOFTSMAN.bench().with_wave();
+    bench.write(
+        "r.json",
+        serde_json::json!({
+            "input": "wave.loft.json", "output": "film.svg",
+            "step": [{ "op": "drag", "object": "wave", "handle": { "kind": "position", "at": 0 },
+                "path": [[0, 0.5, 0], [0, 1, 0], [0, 2, 0], [0, 3, 0]], "frames": true }],
+            "picture": { "film": 3, "before": false, "polygons": false, "labels": false, "legend": false, "view": "top" },
+        })
+        .to_string(),
+    );
+    bench.done(&["run", "r.json"]);
+    let svg = String::from_utf8(bench.read("film.svg")).unwrap();
+    let number = |text: &str| -> f64 { text.split('"').next().unwrap().parse().unwrap() };
+    let marks: Vec<[f64; 2]> = svg
+        .split("<g class=\"mark ")
+        .skip(1)
+        .map(|mark| ["cx=\"", "cy=\""].map(|at| number(mark.split(at).nth(1).unwrap())))
+        .collect();
+    let starts: Vec<[f64; 2]> = curves(&svg)
+        .iter()
+        .map(|data| {
+            let start = data[1..].split(['C', 'L']).next().unwrap();
+            let [x, y] = start.split([' ', ',']).map(|c| c.parse().unwrap()).collect::<Vec<f64>>()[..] else {
+                panic!("{start}")
+            };
+            [x, y]
+        })
+        .collect();
+    assert!(marks.len() == 3 && starts.len() == 3, "{marks:?} {starts:?}");
+    for (mark, start) in marks.iter().zip(&starts) {
+        assert!((mark[0] - start[0]).hypot(mark[1] - start[1]) < 0.01, "{marks:?} {starts:?}");
+    }
+    // They are at three heights, and not all where the last is.
+    let end = |k: usize| -> f64 { curves(&svg)[k].rsplit([' ', ',']).next().unwrap().parse().unwrap() };
+    let offset = |k: usize| starts[k][1] - end(k);
+    assert!((offset(0) - offset(1)).abs() > 1.0 && (offset(1) - offset(2)).abs() > 1.0, "{starts:?}");
+}
+
 #[test]
 fn films_show_frames_side_by_side_and_one_above_the_other() {
     let bench = bench_with_rope(25);

@@ -1,5 +1,7 @@
 //! Recipes: what they do, what they report, and what is said when they are wrong.
 
+use serde_json::{Value, json};
+
 use crate::LOFTSMAN;
 
 const EDIT: &str = r#"
@@ -35,7 +37,7 @@ fn an_edit_reports_what_it_did_and_writes_every_output() {
     }
     assert!(bench.read("a.svg").starts_with(b"<") && bench.read("a.png").starts_with(b"\x89PNG"));
     // Here and there alike: the same point has moved by what was asked.
-    let document: serde_json::Value = serde_json::from_slice(&bench.read("a.loft.json")).unwrap();
+    let document: Value = serde_json::from_slice(&bench.read("a.loft.json")).unwrap();
     let start = document["objects"][0]["curve"]["points"][0].as_array().unwrap();
     assert!(start.iter().all(|c| c.as_f64() == Some(0.0)), "{start:?}");
     let text = bench.done(&["run", "r.toml"]);
@@ -192,7 +194,7 @@ fn several_inputs_become_one_scene() {
     assert_eq!(more["format"], "obj");
     let notes = more["notes"].to_string();
     assert!(notes.contains("the object \\\"wave\\\" is \\\"wave.001\\\" here"), "{notes}");
-    let all: serde_json::Value = serde_json::from_slice(&bench.read("all.loft.json")).unwrap();
+    let all: Value = serde_json::from_slice(&bench.read("all.loft.json")).unwrap();
     let objects = all["objects"].as_array().unwrap();
     assert_eq!(objects.len(), 2);
     assert_eq!((objects[1]["name"].as_str(), objects[1]["label"].as_str()), (Some("wave.001"), Some("wave")));
@@ -229,4 +231,56 @@ fn a_derivative_above_the_degree_says_what_to_do() {
     // Where vertices are locked, they may be why.
     bench.write("r.toml", recipe("lock = [0]\n"));
     bench.fails(&["run", "r.toml"], 1, &["no control vertex that may move has any influence"]);
+}
+
+/// Edges of a cage's surface as curves: along the boundary of an open one run cubic splines, which meet where its vertices come to.
+#[test]
+fn edges_of_a_cage_are_curves_that_go_round_it() {
+    let bench = LOFTSMAN.bench();
+    let at = |k: usize| [(k / 4) as f64, (k % 4) as f64, 0.3 * ((k * k) as f64).sin()];
+    let mut obj = String::from("o sheet\n");
+    for [x, y, z] in (0..16).map(at) {
+        obj += &format!("v {x} {y} {z}\n");
+    }
+    for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+        let corner = 4 * i + j + 1;
+        obj += &format!("f {corner} {} {} {}\n", corner + 4, corner + 5, corner + 1);
+    }
+    bench.write("sheet.obj", obj);
+    let mut steps = vec![json!({ "op": "subdivide", "surface": true })];
+    steps.extend((0..12).map(|k| json!({ "op": "edge", "object": "sheet", "edge": format!("edge {k}"), "name": format!("rim {k}") })));
+    let recipe = |steps: &[Value]| {
+        json!({ "input": "sheet.obj", "output": "rims.loft.json", "step": steps }).to_string()
+    };
+    bench.write("r.json", recipe(&steps)).done(&["run", "r.json"]);
+    let document: Value = serde_json::from_slice(&bench.read("rims.loft.json")).unwrap();
+    let ends: Vec<[Vec<f64>; 2]> = document["objects"].as_array().unwrap()[1..]
+        .iter()
+        .map(|object| {
+            let curve = &object["curve"];
+            assert_eq!(
+                (&curve["degree"], curve["knots"].as_array().unwrap().len()),
+                (&json!(3), 8),
+                "{curve}"
+            );
+            let points: Vec<Vec<f64>> = serde_json::from_value(curve["points"].clone()).unwrap();
+            // Its knots are uniform, and none is repeated.
+            [0, 1].map(|k| {
+                (0..3).map(|i| (points[k][i] + 4.0 * points[k + 1][i] + points[k + 2][i]) / 6.0).collect()
+            })
+        })
+        .collect();
+    assert_eq!(ends.len(), 12);
+    // Where vertices of the boundary come to: a corner stays, others are (a + 4b + c) / 6.
+    let ring = [0, 1, 2, 3, 7, 11, 15, 14, 13, 12, 8, 4];
+    for (k, &vertex) in ring.iter().enumerate() {
+        let [a, b, c] = [ring[(k + 11) % 12], vertex, ring[(k + 1) % 12]].map(at);
+        let corner = k % 3 == 0;
+        let limit = [0, 1, 2].map(|i| if corner { b[i] } else { (a[i] + 4.0 * b[i] + c[i]) / 6.0 });
+        let there = |p: &Vec<f64>| p.iter().zip(limit).all(|(p, q)| (p - q).abs() < 1e-12);
+        assert_eq!(ends.iter().flatten().filter(|p| there(p)).count(), 2, "{vertex}: {limit:?} of {ends:?}");
+    }
+    steps.push(json!({ "op": "edge", "object": "sheet", "edge": "edge 12" }));
+    bench.write("r.json", recipe(&steps));
+    bench.fails(&["run", "r.json"], 1, &["there is no edge", "12"]);
 }
