@@ -129,7 +129,9 @@ fn one_pass_reaches_a_fixed_point() {
             for extension in extensions {
                 let folder = tempfile::tempdir().unwrap();
                 let (first, second) = (folder.path().join("first"), folder.path().join("second"));
-                [&first, &second].map(|into| std::fs::create_dir(into).unwrap());
+                for into in [&first, &second] {
+                    std::fs::create_dir(into).unwrap();
+                }
                 let name = format!("x.{extension}");
                 let [once, twice] = [&first, &second].map(|into| text(&into.join(&name)));
                 LOFTSMAN.done(folder.path(), &["convert", &text(&input), &once]);

@@ -16,7 +16,7 @@ use crate::beside::{Beside, edge_of};
 use crate::contact::{Contact, Frame, Partials};
 use crate::deviation::{Deviation, Limits};
 use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
-use crate::near::Near;
+use crate::near::{Near, Place};
 
 /// Positions that are to be equal to rounding are looked at between with this part of the edge's size.
 const ROUNDING: f64 = 1e-9;
@@ -78,17 +78,6 @@ struct Bound {
     apart: f64,
     /// Whether the surface lay folded back on the other one when this was bound.
     folded: bool,
-}
-
-/// A place between those where anything is imposed.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Place {
-    /// Where on both edges, by the first one's parameter.
-    t: f64,
-    pub(crate) point: Point,
-    /// The other edge's own parameter there.
-    pub(crate) u: f64,
-    pub(crate) contact: Contact,
 }
 
 impl Matching {

@@ -7,11 +7,21 @@ use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::topology::EdgeCurve;
 
-use crate::contact::{Frame, Measured};
-use crate::matching::Place;
+use crate::contact::{Contact, Frame, Measured};
 
 /// The most steps to a nearest place, and halvings of one.
 const STEPS: usize = 12;
+
+/// A place between those where anything is imposed.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Place {
+    /// Where on both edges, by the first one's parameter.
+    pub(crate) t: f64,
+    pub(crate) point: Point,
+    /// The other edge's own parameter there.
+    pub(crate) u: f64,
+    pub(crate) contact: Contact,
+}
 
 /// The edge that stands still, for the places of it that are nearest.
 pub(crate) struct Near<'a> {
