@@ -97,10 +97,11 @@ fn all_curves_move_and_keep_what_holds_them() {
                 }
                 let errors = simulation.errors().unwrap();
                 // What slides over a corner is thrown off by the way of a step.
-                let allowed = if what.ends_with("degree 1") { 1e-2 } else { 1e-5 };
+                let allowed = if what.ends_with("degree 1") { 2e-5 } else { 1e-5 };
                 assert!(errors.iter().all(|e| *e < allowed), "{what}, {scheme:?}: {errors:?}");
                 let now = simulation.energy().total();
-                assert!(now < energy + 1e-2 * energy.abs().max(1.0), "{what}, {scheme:?}: {energy} → {now}");
+                // It falls, and is damped: nothing is gained.
+                assert!(now < energy, "{what}, {scheme:?}: {energy} → {now}");
             }
         }
     }
@@ -137,7 +138,7 @@ fn sheets_move_and_keep_what_holds_them() {
                 simulation.advance(step).unwrap_or_else(|e| panic!("{p} × {q}, {scheme:?}: {e}"));
             }
             let errors = simulation.errors().unwrap();
-            let allowed = if p == 1 { 1e-2 } else { 1e-5 };
+            let allowed = if p == 1 { 1e-5 } else { 2e-6 };
             assert!(errors.iter().all(|e| *e < allowed), "{p} × {q}, {scheme:?}: {errors:?}");
         }
     }
@@ -236,7 +237,7 @@ fn knots_are_drawn_tight() {
             simulation.advance(1.0 / 60.0).unwrap();
         }
         assert!(simulation.holds(0).unwrap());
-        assert!(apart(&simulation) < 0.8 * before, "{} {before}", apart(&simulation));
+        assert!(apart(&simulation) < 0.4 * before, "{} {before}", apart(&simulation));
         assert!(simulation.errors().unwrap()[0] < 1e-5);
     }
 }
@@ -262,8 +263,8 @@ fn constraints_come_without_a_jump() {
         simulation.advance(dt).unwrap();
         let now = simulation.shape(0).unwrap().control_vertices().to_vec();
         let way = now.iter().zip(&last).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        // Nothing goes faster than a few times what draws it in: 2 within 0.05 s.
-        assert!(way < 100.0 * dt, "{step}: {way}");
+        // Nothing goes faster than what draws it in: 2 within 0.05 s.
+        assert!(way < 40.0 * dt, "{step}: {way}");
         last = now;
         assert_eq!(simulation.holds(1).unwrap(), (0.5..1.5).contains(&(simulation.time() - 1e-9)), "{step}");
         if simulation.time() > 1.3 && simulation.time() < 1.49 {

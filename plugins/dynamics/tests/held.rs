@@ -8,7 +8,7 @@ use loftsman_dynamics::{Body, DynamicsError, Scheme, Setup, Spot, fixed, force, 
 use loftsman_kernel::Point;
 use loftsman_kernel::Vector;
 use loftsman_kernel::functional::derivative;
-use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use std::sync::Arc;
 
 use common::line;
@@ -119,4 +119,30 @@ fn what_lets_go_on_the_way_does_not_settle() {
         }
         assert_eq!(simulation.unheld().unwrap(), Some((0, -Vector::z())), "{scheme:?}");
     }
+}
+
+/// What lets go on the way to rest, and holds where it ends, is not told to have let go.
+#[test]
+fn what_holds_at_rest_has_not_let_go() {
+    let space = Space::open(2, vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]).unwrap();
+    let points = [0.0, 1.0, 3.0, 4.0].map(|x| Point::new(x, 0.0, 0.0)).to_vec();
+    let rope = Curve::new(space, points).unwrap();
+    let (mut held, mut gone) = (0, 0);
+    for i in 0..60 {
+        let near = 0.3 + 0.8 * f64::from(i % 12) / 12.0;
+        let to = [1.0 + 0.2 * f64::from(i / 12), 0.3, 0.3];
+        let mut simulation = Setup::new(Body::new(&rope).mass(1.0).stiffness(100.0))
+            .gravity([0.0, 0.0, -1.0])
+            .hold(fixed(0.2))
+            .hold(sliding(near).to(to).called("ring"))
+            .hold(fixed(1.2))
+            .prepare()
+            .unwrap();
+        let Ok(settled) = simulation.settle() else { continue };
+        let told = simulation.events().iter().any(|event| event.constraint == 1 && event.let_go);
+        let holds = simulation.holds(1).unwrap();
+        assert_eq!(told, !holds, "{near} {to:?}: {settled:?} {:?}", simulation.events());
+        *(if holds { &mut held } else { &mut gone }) += 1;
+    }
+    assert!(held + gone >= 55 && held >= 20, "{held} hold, {gone} let go");
 }

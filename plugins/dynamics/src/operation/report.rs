@@ -197,7 +197,8 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
             }
         }
         let name = simulation.name_of(index)?;
-        lines.push(format!("\"{name}\" ends at {}, in [{point}]", told.join(" and ")));
+        let corner = if simulation.on_corners(index)?.contains(&true) { ", on a corner" } else { "" };
+        lines.push(format!("\"{name}\" ends at {}, in [{point}]{corner}", told.join(" and ")));
     }
     if more > 0 {
         lines.push(format!("… and {more} more that slide (with --json all)"));

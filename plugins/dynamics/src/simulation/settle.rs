@@ -71,7 +71,7 @@ impl Simulation {
     /// When nothing holds it, or nothing any more, where its weight or a force draws it; when stiffness drowns the mass; when numbers grow beyond all
     /// bounds. Where rest is not found it ends in the best state that was, and [`Settled`] says how far from rest that is.
     pub fn settle(&mut self) -> Result<Settled> {
-        let (time, worst) = (self.time, self.worst);
+        let (time, worst, told) = (self.time, self.worst, self.events.len());
         self.come_and_go()?;
         (self.settling, self.held) = (true, None);
         let settled = self.go_to_rest().and_then(|settled| match settled.rests {
@@ -80,6 +80,7 @@ impl Simulation {
         });
         self.rest();
         self.note_events();
+        self.take_back_events(told);
         self.let_all_go();
         let mut desk = std::mem::take(&mut self.desk);
         let collected = self.collect(&mut desk);
@@ -98,6 +99,15 @@ impl Simulation {
             return Err(DynamicsError::NoRest);
         }
         Ok(if settled.rests { settled } else { Settled { unrest, ..settled } })
+    }
+
+    /// Of the events from number `first` on, those are taken back that tell of what let go on the way only, and holds where it ends.
+    fn take_back_events(&mut self, first: usize) {
+        let mut number = 0;
+        self.events.retain(|event| {
+            number += 1;
+            number <= first || !event.let_go || !self.links[event.constraint].is_held()
+        });
     }
 
     /// What does not rest, most of all: a constraint that is missed, else where forces do not balance. To be asked when rows are collected.

@@ -10,7 +10,7 @@ use super::Simulation;
 use super::descent::Start;
 use super::equilibrium::Search;
 use super::settle::Settled;
-use crate::error::Result;
+use crate::error::{DynamicsError, Result};
 
 /// So often all places are tried again, as long as one has found a lower one, and no more steps than this are taken.
 const SWEEPS: usize = 4;
@@ -46,13 +46,15 @@ impl Simulation {
     /// Of something at rest: places that slide along curves that move, put from span to span as long as the energy of rest falls there.
     pub(super) fn rest_over_spans(&mut self, mut settled: Settled) -> Result<Settled> {
         let sliders = self.sliders()?;
+        // Steps to places that were not lower are no part of the way that is told, but of what may be taken.
+        let mut spent = settled.steps;
         for _ in 0..SWEEPS {
             let mut any = false;
             for slider in &sliders {
                 for side in [1, -1] {
                     let (mut spans, mut lower) = (1, false);
-                    while settled.steps < MOST {
-                        if self.hop(slider, side * spans, &mut settled)? {
+                    while spent < MOST {
+                        if self.hop(slider, side * spans, &mut settled, &mut spent)? {
                             (spans, lower) = (2 * spans, true);
                         } else if spans > 1 {
                             spans = 1;
@@ -93,8 +95,8 @@ impl Simulation {
         Ok(all)
     }
 
-    /// Puts a place so many spans farther. Whether the rest that is found there is lower; else all is as it was.
-    fn hop(&mut self, slider: &Slider, by: isize, settled: &mut Settled) -> Result<bool> {
+    /// Puts a place so many spans farther, by steps that are added to those `spent`. Whether the rest that is found there is lower; else all is as it was.
+    fn hop(&mut self, slider: &Slider, by: isize, settled: &mut Settled, spent: &mut usize) -> Result<bool> {
         let link = &mut self.links[slider.link];
         let mut places: crate::link::Places = link.locations().collect();
         let Location::Curve(at) = places[slider.place] else { return Ok(false) };
@@ -104,22 +106,26 @@ impl Simulation {
         let (before, sizes) = self.potential();
         places[slider.place] = Location::Curve(to);
         self.links[slider.link].put(&places);
-        let found = self.find_rest(Search { rested: None, still: true, most: PATIENCE });
-        let lower = match &found {
+        let found = match self.find_rest(Search { rested: None, still: true, most: PATIENCE }) {
             Ok(found) => {
-                found.rests
-                    && found.ends
-                    && start.is_as_held(self)
-                    && self.potential().0 < before - LOWER * sizes
+                *spent += found.steps;
+                found
             }
-            Err(_) => false,
+            // There it goes beyond all numbers, or what holds it contradicts itself: not a place to rest.
+            Err(DynamicsError::NoRest | DynamicsError::Torn { .. } | DynamicsError::Conflict { .. }) => {
+                start.back(self);
+                return Ok(false);
+            }
+            Err(error) => return Err(error),
         };
+        let lower = found.rests
+            && found.ends
+            && start.is_as_held(self)
+            && self.potential().0 < before - LOWER * sizes;
         if !lower {
-            // What cannot be there is nothing to tell of.
             start.back(self);
             return Ok(false);
         }
-        let found = found?;
         settled.steps += found.steps;
         (settled.residual, settled.way, settled.stable) = (found.residual, found.way, found.stable);
         Ok(true)
