@@ -8,6 +8,7 @@
 //!
 //! Most users want the facade crate `loftsman`, which re-exports all of this with a short prelude.
 
+pub mod brep;
 pub mod conformance;
 mod declare;
 pub mod edit;

@@ -1,11 +1,13 @@
 //! What every editable thing has in common: its points depend linearly on its control vertices.
 
+mod bonds;
 mod cells;
 mod edges;
 mod gram;
 mod location;
 mod neighbours;
 mod refine;
+pub(crate) mod share;
 mod stencil;
 mod strip;
 mod torn;
@@ -19,12 +21,14 @@ use crate::error::{Error, Result};
 use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
-pub use cells::{Cell, CellSide, Cells, Splines, cells_of, rows_at};
+pub use bonds::{Bond, Bonds};
+pub use cells::{Cell, CellSide, Cells, Patch, Splines, cells_of, rows_at};
 pub(crate) use edges::no_edge;
 pub use edges::{BoundaryEdge, Edges, Strip, edges_of, strips};
 pub use location::{Derivative, Location, Side, Sides};
 pub use neighbours::Neighbours;
 pub use refine::{Refine, refine_of};
+pub use share::{CellPart, Share};
 pub use stencil::Stencil;
 pub use torn::{Tear, torn};
 
@@ -76,11 +80,18 @@ pub trait Shape: Any + Debug + Send + Sync {
         self.stencil(at, derivative)
     }
 
-    /// The domain: one interval for a curve, two for a surface; of a surface of many faces that of each.
+    /// The domain: one interval for a curve, two for a surface; of a surface of many faces that of each, or of the first where they
+    /// [differ](Self::face_domain).
     fn domain(&self) -> Domain;
 
-    /// How many faces it has, where a location needs one ([`Location::Face`]): each with the same domain. `None` (the default) for
-    /// curves, and for surfaces that are one patch.
+    /// The domain of a face, of a surface of many: by default they are alike.
+    fn face_domain(&self, face: u32) -> Domain {
+        let _ = face;
+        self.domain()
+    }
+
+    /// How many faces it has, where a location needs one ([`Location::Face`]). `None` (the default) for curves, and for surfaces
+    /// that are one patch.
     fn faces(&self) -> Option<usize> {
         None
     }
@@ -134,6 +145,25 @@ pub trait Shape: Any + Debug + Send + Sync {
     /// perhaps closed. `None` (the default) where they do not, or it is not known: nobody guesses then which are neighbours.
     fn grid(&self) -> Option<Grid> {
         None
+    }
+
+    /// How its pieces hang together while some of them move. `None` (the default) where it is one piece, or nothing has to be done for
+    /// that.
+    fn bonds(&self) -> Option<&dyn Bonds> {
+        None
+    }
+
+    /// Brings what [follows](Bonds) from other control vertices to where these are now. Whoever moves control vertices says it when
+    /// they are all in place. Allocates nothing.
+    fn follow(&mut self) {}
+
+    /// Ends an edit: what was [ready](Bonds::ready) to move is a shape as any other again. What there is to tell of how its pieces hang
+    /// together now, for the report.
+    ///
+    /// # Errors
+    /// When it cannot be measured.
+    fn settle(&mut self) -> Result<Vec<String>> {
+        Ok(Vec::new())
     }
 
     /// The shape itself: of a box, what is in it, so that whoever asks what a shape is sees that.
@@ -194,6 +224,10 @@ impl Shape for Box<dyn Shape> {
         self.as_ref().domain()
     }
 
+    fn face_domain(&self, face: u32) -> Domain {
+        self.as_ref().face_domain(face)
+    }
+
     fn faces(&self) -> Option<usize> {
         self.as_ref().faces()
     }
@@ -232,6 +266,18 @@ impl Shape for Box<dyn Shape> {
 
     fn grid(&self) -> Option<Grid> {
         self.as_ref().grid()
+    }
+
+    fn bonds(&self) -> Option<&dyn Bonds> {
+        self.as_ref().bonds()
+    }
+
+    fn follow(&mut self) {
+        self.as_mut().follow();
+    }
+
+    fn settle(&mut self) -> Result<Vec<String>> {
+        self.as_mut().settle()
     }
 
     fn as_shape(&self) -> &dyn Shape {

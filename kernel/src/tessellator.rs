@@ -1,9 +1,13 @@
 //! Splines as segments and triangles: the interface that formats ask for.
 
+use std::collections::HashMap;
+
 use crate::Point;
+use crate::brep::Brep;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Polyline};
-use crate::spline::{Curve, Surface};
+use crate::spline::{Curve, Surface, Trimmed};
+use crate::text::clip;
 
 /// How far a chord may be from the shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +55,63 @@ pub struct Tessellated {
     /// The largest distance that a point of either can have from the other, in the surface's unit: bounded, not sampled,
     /// and never more than the chord asked for.
     pub error: f64,
+}
+
+/// A Brep as a mesh, and how near the two are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TessellatedBrep {
+    /// Triangles with unit normals and `uvs` by corner. Each edge is cut once and its points are one for all faces along it, so that
+    /// what closes is watertight.
+    pub mesh: Mesh,
+    /// The face of each triangle, ascending.
+    pub faces: Vec<usize>,
+    /// For each edge the numbers of its points in the mesh, from its start to its end; empty where none of its faces is there.
+    pub edges: Vec<Vec<u32>>,
+    /// The faces that could not be cut, and why. Where there is one, the mesh is open along its edges.
+    pub left_out: Vec<(usize, Error)>,
+    /// The chord asked for, as a length in the Brep's unit.
+    pub tolerance: f64,
+    /// The largest distance of a point of the mesh from its face, and of the face from the mesh, in the Brep's unit: bounded, not
+    /// sampled; it includes how far the edges are from the surfaces.
+    pub error: f64,
+}
+
+impl TessellatedBrep {
+    /// The colours that faces have of their own, and for each triangle the number of its colour among them: 0, whose entry is `None`, where its face
+    /// has none. In the order of the triangles; `O(triangles)`.
+    pub fn colors(&self, brep: &Brep) -> (Vec<Option<[f64; 4]>>, Vec<u32>) {
+        let mut colors = vec![None];
+        let mut known: HashMap<[u64; 4], u32> = HashMap::new();
+        let mut of_face = |face: usize| match brep.face_color(face) {
+            None => 0,
+            Some(color) => *known.entry(color.map(f64::to_bits)).or_insert_with(|| {
+                colors.push(Some(color));
+                colors.len() as u32 - 1
+            }),
+        };
+        let of_triangles = self.faces.iter().map(|&face| of_face(face)).collect();
+        (colors, of_triangles)
+    }
+
+    /// What to say where faces are left out: how many, and of the first of them which and why. `None` where all are there.
+    pub fn remark(&self, brep: &Brep) -> Option<String> {
+        const NAMED: usize = 3;
+        if self.left_out.is_empty() {
+            return None;
+        }
+        let named = self.left_out.iter().take(NAMED).map(|(face, why)| {
+            let name = brep.face_name(*face).map(|name| format!(" \"{}\"", clip(name))).unwrap_or_default();
+            format!("face {face}{name}: {why}")
+        });
+        let named: Vec<String> = named.collect();
+        let more = if self.left_out.len() > NAMED { "; …" } else { "" };
+        Some(format!(
+            "{} of {} faces could not be cut and are left out ({}{more})",
+            self.left_out.len(),
+            brep.face_count(),
+            named.join("; "),
+        ))
+    }
 }
 
 /// A curve in each of its states (the frames of an animation) as segments, cut at the same parameters in all of them.
@@ -109,6 +170,26 @@ pub trait Tessellator: Send + Sync {
     /// As for [`curve`](Self::curve).
     fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated>;
 
+    /// Triangles of the part of a surface that its loops bound, and how far they are from it at most. A tessellator need not know how,
+    /// and then says so: so does this, unless it is replaced.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve); also where loops cross one another or themselves.
+    fn measured_trimmed(&self, trimmed: &Trimmed, fineness: &Fineness) -> Result<Tessellated> {
+        let _ = (trimmed, fineness);
+        Err(Error::Invalid("this tessellator cannot cut trimmed surfaces: use another".to_owned()))
+    }
+
+    /// Triangles of all faces of a Brep, joined along its edges. A face that cannot be cut is left out, and said to be. As with
+    /// [`measured_trimmed`](Self::measured_trimmed), a tessellator need not know how.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve), where that is so for the whole; [`Error::Invalid`] where no face can be cut.
+    fn measured_brep(&self, brep: &Brep, fineness: &Fineness) -> Result<TessellatedBrep> {
+        let _ = (brep, fineness);
+        Err(Error::Invalid("this tessellator cannot cut breps: use another".to_owned()))
+    }
+
     /// One set of parameters for all states of a curve: frames of an animation, or a single one. Every state is held to the
     /// fineness; a relative chord is relative to the state's own size, but not finer than for one a thousandth as large as the
     /// largest. The states have one [`Space`](crate::spline::Space) and the same weights.
@@ -140,5 +221,36 @@ pub trait Tessellator: Send + Sync {
     /// As for [`curve`](Self::curve).
     fn surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Mesh> {
         Ok(self.measured_surface(surface, fineness)?.mesh)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_are_slots_and_what_is_left_out_is_named() {
+        let mut parts = Brep::block(Point::origin(), Point::new(3.0, 2.0, 1.0)).unwrap().parts();
+        let (red, blue) = (Some([1.0, 0.0, 0.0, 1.0]), Some([0.0, 0.0, 1.0, 1.0]));
+        (parts.faces[1].color, parts.faces[4].color, parts.faces[5].color) = (red, blue, red);
+        parts.faces[4].name = Some("front".into());
+        let brep = Brep::new(parts).unwrap();
+        let cut = |faces: &[usize], left_out: &[usize]| TessellatedBrep {
+            mesh: Mesh::new(vec![Point::origin(); 3], &vec![[0, 1, 2]; faces.len()]).unwrap(),
+            faces: faces.to_vec(),
+            edges: Vec::new(),
+            left_out: left_out.iter().map(|&face| (face, Error::Invalid("why".into()))).collect(),
+            tolerance: 0.1,
+            error: 0.05,
+        };
+        let all = cut(&[0, 1, 1, 4, 5], &[]);
+        assert_eq!(all.colors(&brep), (vec![None, red, blue], vec![0, 1, 1, 2, 1]));
+        assert_eq!(all.remark(&brep), None);
+        let said = cut(&[0], &[1, 4]).remark(&brep).unwrap();
+        assert_eq!(
+            said,
+            "2 of 6 faces could not be cut and are left out (face 1: why; face 4 \"front\": why)"
+        );
+        assert!(cut(&[], &[0, 1, 2, 3]).remark(&brep).unwrap().contains("face 2: why; …)"));
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Matrix4;
 
 use super::{Lcg, Verdict};
+use crate::brep::Brep;
 use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::plugin::{Fate, Format, Holds, Memory, ReadOptions, ShapeKind, WriteOptions, WriteReport};
 use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
@@ -49,6 +50,9 @@ pub fn sample_scene() -> Scene {
     }
     if let Ok(trimmed) = window(net(points(28))) {
         add("window", trimmed.into());
+    }
+    if let Ok(block) = Brep::block(Point::new(-0.1, 0.0, 1.0 / 3.0), Point::new(2.0, 3.0, 5.0)) {
+        add("block", block.into());
     }
     let corners = [[0, 1, 2, 3], [3, 2, 5, 4]];
     if let Ok(mesh) = Mesh::new(points(6), &corners) {
@@ -274,11 +278,26 @@ fn kept(
 
 /// The points of a geometry, or of a spline at places all over.
 fn looked_at(geometry: &Geometry) -> Vec<Point> {
+    if let Geometry::Brep(brep) = geometry {
+        return (0..brep.face_count()).map(|face| middle_of_loops(brep, face)).collect();
+    }
     let Ok(shape) = geometry.shape() else { return geometry.points().to_vec() };
     places(shape, PLACES)
         .into_iter()
         .filter_map(|at| Some(shape.value(at, Derivative::POSITION).ok()?.into()))
         .collect()
+}
+
+/// The mean of some points of a face's edges: where it is, whatever piece of its plane carries it, and in whatever order its edges come.
+fn middle_of_loops(brep: &Brep, face: usize) -> Point {
+    let uses = brep.loops(face).iter().flatten().filter_map(|one| brep.edge(one.edge));
+    let points = uses.flat_map(|edge| {
+        let (from, to) = edge.range;
+        let at = |k: usize| from + (to - from) * (k as f64 + 0.5) / PLACES as f64;
+        (0..PLACES).filter_map(|k| edge.curve.point(at(k)).ok()).collect::<Vec<_>>()
+    });
+    let (sum, count) = points.fold((Vector::zeros(), 0), |(sum, count), p| (sum + p.coords, count + 1));
+    Point::from(sum / f64::from(count.max(1)))
 }
 
 /// So many places of each parameter of a shape, and one more.
@@ -292,13 +311,16 @@ pub(super) fn places(shape: &dyn Shape, count: usize) -> Vec<Location> {
             let step = faces.div_ceil(count * count).max(1);
             // Of few faces several places each.
             let each = ((count as f64 / (faces.max(1) as f64).sqrt()) as usize).clamp(2, count.max(2));
-            let share = |k: usize, j: usize| {
-                domain[k].start + (domain[k].end - domain[k].start) * j as f64 / each as f64
+            let share = |face: u32, k: usize, j: usize| {
+                let domain = shape.face_domain(face);
+                domain
+                    .get(k)
+                    .map_or(0.0, |side| side.start + (side.end - side.start) * j as f64 / each as f64)
             };
             let some = (0..u32::try_from(faces).unwrap_or(u32::MAX)).step_by(step);
             let pairs = (0..=each).flat_map(|i| (0..=each).map(move |j| (i, j)));
             some.flat_map(|face| pairs.clone().map(move |(i, j)| (face, i, j)))
-                .map(|(face, i, j)| Location::Face(face, share(0, i), share(1, j)))
+                .map(|(face, i, j)| Location::Face(face, share(face, 0, i), share(face, 1, j)))
                 .collect()
         }
         _ => {

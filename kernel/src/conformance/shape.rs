@@ -206,8 +206,12 @@ fn outside(verdict: &mut Verdict, shape: &dyn Shape) {
 fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<()> {
     let all = cells_of(shape, "a check").and_then(|cells| cells.checked(shape));
     let all = verdict.take(all, |e| e.to_string())?;
-    let whole: f64 = shape.domain().iter().map(|side| side.end - side.start).product();
-    let whole = whole * shape.faces().unwrap_or(1) as f64;
+    let area =
+        |domain: crate::shape::Domain| domain.iter().map(|side| side.end - side.start).product::<f64>();
+    let whole = match shape.faces() {
+        Some(faces) => (0..faces as u32).map(|face| area(shape.face_domain(face))).sum(),
+        None => area(shape.domain()),
+    };
     let covered: f64 = all.iter().map(Cell::size).sum();
     // A surface of many faces may leave out what lies round vertices where it has infinitely many.
     let left_out = if shape.faces().is_some() { LEFT_OUT } else { 1e-9 };
@@ -215,9 +219,10 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
         format!("its cells have {covered} of parameters, and its domain {whole}")
     });
     for _ in 0..SOME {
-        let place: Vec<f64> =
-            shape.domain().iter().map(|side| side.start + (side.end - side.start) * share(random)).collect();
         let face = shape.faces().map(|count| random.below(count.max(1)) as u32);
+        let domain = face.map_or_else(|| shape.domain(), |face| shape.face_domain(face));
+        let place: Vec<f64> =
+            domain.iter().map(|side| side.start + (side.end - side.start) * share(random)).collect();
         let inside = |cell: &Cell| cell.sides.iter().zip(&place).all(|(s, x)| (s.start..s.end).contains(x));
         let count = all.iter().filter(|cell| cell.face == face && inside(cell)).count();
         verdict.check(count == 1, || format!("{place:?} of face {face:?} is in {count} of its cells"));

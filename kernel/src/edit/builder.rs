@@ -264,6 +264,7 @@ impl<S: Shape> Edit<S> {
 
     /// All that a problem is made of, taken out.
     fn asked(&mut self) -> Result<Asked, EditError> {
+        self.make_ready()?;
         if self.unknowns.is_some() {
             self.hold_locks()?;
         }
@@ -282,6 +283,38 @@ impl<S: Shape> Edit<S> {
         })
     }
 
+    /// Makes shapes of several pieces ready to be moved where something is asked of them.
+    fn make_ready(&mut self) -> Result<()> {
+        for index in 0..self.shapes.len() {
+            let Some(bonds) = self.shapes[index].bonds().filter(|bonds| !bonds.is_ready()) else { continue };
+            let functionals = || self.constraints.iter().map(|c| &c.functional).chain(&self.handle);
+            if let Some(numbered) = functionals().find(|f| f.by_number(index)) {
+                return Err(Error::Invalid(format!(
+                    "an edit of faces that hang together may give them more control vertices, which renumbers them, so that {} would mean                      others: ask for a position on a face in its place",
+                    quoted(&numbered.describe())
+                )));
+            }
+            if self.locks.iter().any(|&(shape, _)| shape == index) {
+                return Err(Error::Invalid(
+                    "an edit of faces that hang together may give them more control vertices, which renumbers them: lock none of them; faces                      that are not to move stand still"
+                        .into(),
+                ));
+            }
+            let places: Vec<(u32, [f64; 2])> = functionals()
+                .filter_map(|f| match f.location() {
+                    Some((shape, Location::Face(face, u, v))) if shape == index => Some((face, [u, v])),
+                    _ => None,
+                })
+                .collect();
+            let ready = bonds.ready(&places)?;
+            let before = std::mem::replace(&mut self.shapes[index], ready);
+            if index == 0 {
+                self.original = Some(before);
+            }
+        }
+        Ok(())
+    }
+
     /// What is left for a session: whether the handle slides, whether axes alternate, whether an energy is to be least, and the
     /// first shape before knots were inserted.
     pub(super) fn into_rest(self) -> (bool, bool, bool, Option<Box<dyn Shape>>) {
@@ -298,11 +331,16 @@ impl<S: Shape> Edit<S> {
     }
 
     fn freedom(&self) -> Result<Freedom> {
-        if self.locks.is_empty() && self.locality.is_none() && self.window.is_none() {
+        let bonded = self.shapes.iter().any(|shape| shape.bonds().is_some());
+        if self.locks.is_empty() && self.locality.is_none() && self.window.is_none() && !bonded {
             return Ok(Freedom::default());
         }
         let shapes = Shapes::new(self.shapes.iter().map(AsRef::as_ref));
         let mut locked = Vec::with_capacity(self.locks.len());
+        for (index, shape) in self.shapes.iter().enumerate() {
+            let held = shape.bonds().map_or(&[][..], |bonds| bonds.held());
+            locked.extend(held.iter().map(|vertex| shapes.offset(index) + vertex));
+        }
         for &(shape, vertex) in &self.locks {
             let count = shapes.get(shape)?.control_vertices().len();
             locked.push(shapes.offset(shape) + vertex_index(vertex, count)?);
@@ -328,6 +366,12 @@ impl<S: Shape> Edit<S> {
 
     /// Where unknowns move several vertices, one that is locked is an equation, not a column less.
     fn hold_locks(&mut self) -> Result<()> {
+        if self.shapes.iter().any(|shape| shape.bonds().is_some()) {
+            return Err(Error::Invalid(
+                "faces that hang together say which control vertices move, and so do unknowns of one's own: edit one face's surface by itself,                  or leave the unknowns out"
+                    .into(),
+            ));
+        }
         if self.locality.is_some() || self.window.is_some() {
             return Err(Error::Invalid(
                 "unknowns of one's own say which control vertices move, and so does a locality or an interval: leave one of the \

@@ -53,7 +53,7 @@ impl fmt::Display for Report {
         if self.iterations > 1 {
             write!(f, " · {} iterations", self.iterations)?;
         }
-        if self.smooth.knots > 0 {
+        if self.smooth.knots + self.smooth.bonds > 0 {
             write!(f, " · {}", self.smooth)?;
         }
         if !self.active.is_empty() {

@@ -17,7 +17,9 @@ mod step;
 pub use crate::declare::{Declaration, Field, ParameterError, Parameters, Table, hint, nearest};
 pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Name, Smoothness};
-pub use crate::tessellator::{Chord, Fineness, MovingLine, MovingMesh, Tessellated, Tessellator};
+pub use crate::tessellator::{
+    Chord, Fineness, MovingLine, MovingMesh, Tessellated, TessellatedBrep, Tessellator,
+};
 pub use change::{ChangeKind, Measured, ObjectChange};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};

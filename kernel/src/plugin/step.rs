@@ -3,6 +3,7 @@
 use std::any::Any;
 
 use super::{Frames, ParameterError, Parameters};
+use crate::brep::{Brep, Moving};
 use crate::edit::Constraint;
 use crate::error::{Error, Result};
 use crate::functional::{ShapeNames, Shapes, equations_of, value_of};
@@ -16,6 +17,8 @@ pub struct SceneShapes<'a> {
     scene: &'a Scene,
     names: Vec<String>,
     shapes: Vec<Box<dyn Shape>>,
+    /// Whether Breps may be among them: for operations that keep their faces together.
+    solids: bool,
 }
 
 /// The shapes of a step's problem in one frame.
@@ -35,7 +38,21 @@ impl<'a> SceneShapes<'a> {
     /// # Errors
     /// As for [`shape_of`].
     pub fn new(scene: &'a Scene, object: &str) -> Result<Self> {
-        Ok(Self { scene, names: vec![object.to_owned()], shapes: vec![shape_of(scene, object)?] })
+        let shapes = vec![shape_of(scene, object)?];
+        Ok(Self { scene, names: vec![object.to_owned()], shapes, solids: false })
+    }
+
+    /// The problem of one object, which may be a Brep, and so may others: for operations that ask an [`Edit`](crate::edit::Edit) to move
+    /// shapes, which keeps faces together, and let no shape go without it. Of the object itself `moving` says which faces may.
+    ///
+    /// # Errors
+    /// As for [`shape_of`], but for Breps.
+    pub fn with_solids(scene: &'a Scene, object: &str, moving: Moving) -> Result<Self> {
+        let shape = match scene.object(object)?.geometry() {
+            Geometry::Brep(brep) => Box::new(brep.clone().moving(moving)),
+            _ => shape_of(scene, object)?,
+        };
+        Ok(Self { scene, names: vec![object.to_owned()], shapes: vec![shape], solids: true })
     }
 
     /// Copies of the shapes so far.
@@ -59,7 +76,11 @@ impl ShapeNames for SceneShapes<'_> {
         if let Some(known) = self.names.iter().position(|n| n == object) {
             return Ok(known);
         }
-        self.shapes.push(shape_of(self.scene, object)?);
+        let shape: Box<dyn Shape> = match self.scene.object(object)?.geometry() {
+            Geometry::Brep(brep) if self.solids => Box::new(brep.clone()),
+            _ => shape_of(self.scene, object)?,
+        };
+        self.shapes.push(shape);
         self.names.push(object.to_owned());
         Ok(self.names.len() - 1)
     }
@@ -83,6 +104,9 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
             .shape()
             .map(Shape::boxed)
             .map_err(|e| Error::Invalid(format!("\"{object}\" cannot be edited: {e}"))),
+        Geometry::Brep(_) => Err(Error::Invalid(format!(
+            "\"{object}\" is a brep, whose faces hang together, which this does not keep: \"edit\" and \"drag\" do"
+        ))),
         other => Err(Error::Invalid(format!(
             "\"{object}\" is {}, not a curve or surface: fit one to it first",
             crate::text::a(other.kind())
@@ -90,11 +114,12 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
     }
 }
 
-/// What a step edits where it does not say which object: curves, surfaces, shapes of plug-ins; trimmed surfaces where a scene has none of them.
+/// What a step edits where it does not say which object: curves, surfaces, shapes of plug-ins; trimmed surfaces and Breps where a scene has
+/// none of them.
 pub fn editable(scene: &Scene) -> impl Fn(&Geometry) -> bool + use<> {
     let whole = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_));
     let none = !scene.objects().iter().any(|object| whole(object.geometry()));
-    move |g| whole(g) || none && matches!(g, Geometry::Trimmed(_))
+    move |g| whole(g) || none && matches!(g, Geometry::Trimmed(_) | Geometry::Brep(_))
 }
 
 /// The object that a step is about: the one that its field `object` names, or the only one that `fits`; `what` says
@@ -159,6 +184,9 @@ pub fn put_back(scene: &mut Scene, name: &str, shape: &dyn Shape) -> Result<()> 
     }
     if let Some(trimmed) = any.downcast_ref::<Trimmed>() {
         return scene.replace(name, trimmed);
+    }
+    if let Some(brep) = any.downcast_ref::<Brep>() {
+        return scene.replace(name, brep);
     }
     match any.downcast_ref::<Surface>() {
         Some(surface) => scene.replace(name, surface),

@@ -6,7 +6,7 @@ use super::Problem;
 use super::assembly::Assembly;
 use super::constraint::Constraint;
 use super::knots::knot_that_helps;
-use super::smooth::{ADVICE, is_ours};
+use super::smooth::{ADVICE, BONDS, Smooth, is_ours, ours as smooth_of};
 use crate::solve::{Dependency, SolveError};
 
 /// The constraints of a dependency: those of the rows it is made of, and its own, ascending.
@@ -44,6 +44,7 @@ pub(crate) fn explain(problem: &Problem, assembly: &Assembly, dependency: &Depen
     let labels = all.iter().map(|&k| constraints[k].label()).collect();
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
     let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(stated).collect();
+    let kept: Vec<&Smooth> = ours.iter().filter_map(|&k| smooth_of(constraints[k])).collect();
     let still = companions(theirs.iter().map(|&k| constraints[k]));
     // Distinct vertices behind the rows: fewer than the equations means that refinement can help.
     let rows = assembly.system.rows();
@@ -62,8 +63,8 @@ pub(crate) fn explain(problem: &Problem, assembly: &Assembly, dependency: &Depen
         _ => format!(
             "{}{} cannot all hold; release one of them{}{still}",
             names.join(", "),
-            more(&ours),
-            advice(&ours)
+            more(&kept),
+            advice(&kept)
         ),
     };
     if equations <= columns.len() {
@@ -111,12 +112,23 @@ fn companions<'c>(constraints: impl Iterator<Item = &'c Constraint>) -> String {
 /// Of the knots that are kept smooth, so many are named.
 const NAMED: usize = 3;
 
-fn more(ours: &[usize]) -> String {
-    if ours.len() > NAMED { format!(" and {} more smooth knots", ours.len() - NAMED) } else { String::new() }
+fn more(ours: &[&Smooth]) -> String {
+    let what = match ours.iter().filter(|smooth| smooth.is_bond()).count() {
+        0 => "smooth knots",
+        bonds if bonds == ours.len() => "edges",
+        _ => "edges and smooth knots",
+    };
+    if ours.len() > NAMED { format!(" and {} more {what}", ours.len() - NAMED) } else { String::new() }
 }
 
-fn advice(ours: &[usize]) -> &'static str {
-    if ours.is_empty() { "" } else { ADVICE }
+/// What to do about what is kept smooth or together, though nobody asked for it.
+fn advice(ours: &[&Smooth]) -> String {
+    let some = |bond: bool| ours.iter().any(|smooth| smooth.is_bond() == bond);
+    [(some(true), BONDS), (some(false), ADVICE)]
+        .into_iter()
+        .filter(|(some, _)| *some)
+        .map(|(_, advice)| advice)
+        .collect()
 }
 
 /// The error for rows that cannot all hold, some of them inequalities.
@@ -132,6 +144,7 @@ pub(crate) fn contradiction(problem: &Problem, assembly: &Assembly, rows: &[usiz
     let (ours, theirs): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_ours(constraints[**k]));
     let names: Vec<String> = theirs.iter().chain(ours.iter().take(NAMED)).map(stated).collect();
     let untouched = |row: &usize| assembly.system.rows().row(*row).1.iter().all(|v| *v == 0.0);
+    let kept: Vec<&Smooth> = ours.iter().filter_map(|&k| smooth_of(constraints[k])).collect();
     let still = companions(theirs.iter().map(|&k| constraints[k]));
     let labels = all.iter().map(|&k| constraints[k].label()).collect();
     let text = match (&names[..], rows) {
@@ -143,8 +156,8 @@ pub(crate) fn contradiction(problem: &Problem, assembly: &Assembly, rows: &[usiz
         _ => format!(
             "{}{} cannot all hold; release one of them, or move a bound{}{still}",
             names.join(", "),
-            more(&ours),
-            advice(&ours)
+            more(&kept),
+            advice(&kept)
         ),
     };
     SolveError::Conflict { constraints: labels, knot: None, text }

@@ -57,6 +57,9 @@ const TOLD: usize = 3;
 pub struct Smoothness {
     /// Knots (of surfaces: knot lines) at which the shape was smooth, or closed, and was kept so; seams count as knots.
     pub knots: usize,
+    /// What else was kept together: edges of a solid between faces that move.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub bonds: usize,
     /// Scalar equations that this took, beside those of what was asked.
     pub equations: usize,
     /// Those of them that the others imply: they were dropped, and hold.
@@ -75,7 +78,7 @@ fn is_zero(count: &usize) -> bool {
 impl Smoothness {
     /// Whether there is nothing to say.
     pub fn is_empty(&self) -> bool {
-        self.knots == 0 && self.corners.is_empty()
+        self.knots == 0 && self.bonds == 0 && self.corners.is_empty()
     }
 
     /// The corners for people: those that have changed most, and how many more there are.
@@ -92,8 +95,14 @@ impl Smoothness {
 
 impl fmt::Display for Smoothness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (knots, plural) = (self.knots, if self.knots == 1 { "" } else { "s" });
-        write!(f, "kept smooth at {knots} knot{plural} ({} of the equations", self.equations)?;
+        let counted = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+        let (knots, edges) = (counted(self.knots, "knot"), counted(self.bonds, "edge"));
+        match (self.knots, self.bonds) {
+            (_, 0) => write!(f, "kept smooth at {knots}")?,
+            (0, _) => write!(f, "kept together at {edges}")?,
+            _ => write!(f, "kept smooth at {knots} and together at {edges}")?,
+        }
+        write!(f, " ({} of the equations", self.equations)?;
         match self.redundant {
             0 => f.write_str(")"),
             redundant => write!(f, ", {redundant} of them redundant, dropped)"),

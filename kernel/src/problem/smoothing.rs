@@ -8,7 +8,7 @@ use super::constraint::{Constraint, Wanted};
 use super::metric::Metric;
 use super::smooth::{Smooth, SmoothKnot, Watched, find, is_ours, ours};
 use super::{ConstraintId, EditError, Numbers, Problem, view};
-use crate::functional::{On, Shapes};
+use crate::functional::{Functional, On, Shapes};
 use crate::problem::Smoothness;
 use crate::shape::Shape;
 
@@ -44,14 +44,18 @@ impl Smoothing {
         metric: &Metric,
     ) -> Result<Option<Vec<BoundConstraint>>, EditError> {
         let shapes = view(boxes);
+        let bonds: Vec<Smooth> = (0..boxes.len())
+            .flat_map(|index| Smooth::of_bonds(boxes[index].as_ref(), &self.on(index)))
+            .collect();
         let asked = bound.iter().filter(|b| !is_ours(&b.constraint));
         let asked = asked.map(|b| b.constraint.functional.as_ref());
+        let asked = asked.chain(bonds.iter().map(|bond| bond as &dyn Functional));
         let names = |shape| self.on(shape);
         let found = find(&shapes, asked, &names, freedom, metric, self.level, self.everywhere)?;
         let mut found = found.unwrap_or_default();
         self.watched.add(&mut found);
-        let mut fresh = Vec::with_capacity(found.kept.len());
-        for smooth in found.kept {
+        let mut fresh = Vec::with_capacity(found.kept.len() + bonds.len());
+        for smooth in found.kept.into_iter().chain(bonds) {
             fresh.push(bind(
                 &shapes,
                 Constraint::new(Arc::new(smooth), Wanted::Keep),
@@ -73,12 +77,13 @@ impl Problem {
     /// What is kept smooth beside what is asked, and the corners that other shapes of the same kinds have where these were
     /// smooth (or other corners) when the problem was said.
     pub fn smoothness(&self, shapes: &Shapes<'_>) -> Smoothness {
-        let (mut knots, mut equations) = (0, 0);
-        for bound in self.bound.iter().filter(|b| is_ours(&b.constraint)) {
-            knots += 1;
-            equations += bound.constraint.functional.equations();
+        let (mut knots, mut bonds, mut equations) = (0, 0, 0);
+        for smooth in self.bound.iter().filter_map(|b| ours(&b.constraint)) {
+            let which = if smooth.is_bond() { &mut bonds } else { &mut knots };
+            *which += 1;
+            equations += smooth.equations();
         }
-        Smoothness { knots, equations, redundant: 0, corners: self.smoothing.watched.corners(shapes) }
+        Smoothness { knots, bonds, equations, redundant: 0, corners: self.smoothing.watched.corners(shapes) }
     }
 
     /// The knots at which something is kept smooth.

@@ -1,6 +1,7 @@
 //! What objects are.
 
 use crate::Point;
+use crate::brep::Brep;
 use crate::error::{Error, Result};
 use crate::kind::{CustomShape, DeclaredShape, Drawn};
 use crate::mesh::{Cloud, Mesh, Polyline};
@@ -25,6 +26,8 @@ pub enum Geometry {
     Surface(Surface),
     /// A spline surface of which loops bound a part.
     Trimmed(Trimmed),
+    /// Faces on surfaces that share their edges, and the solids that they bound.
+    Brep(Brep),
     /// A polygon mesh.
     Mesh(Mesh),
     /// A chain of straight segments.
@@ -36,7 +39,7 @@ pub enum Geometry {
 }
 
 impl Geometry {
-    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`,
+    /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"brep"`, `"mesh"`, `"polyline"`, `"cloud"`,
     /// `"group"`, `"instance"`; of a shape of a plug-in, the name of its kind.
     pub fn kind(&self) -> &str {
         match self {
@@ -45,6 +48,7 @@ impl Geometry {
             Self::Curve(_) => "curve",
             Self::Surface(_) => "surface",
             Self::Trimmed(_) => "trimmed",
+            Self::Brep(_) => "brep",
             Self::Mesh(_) => "mesh",
             Self::Polyline(_) => "polyline",
             Self::Cloud(_) => "cloud",
@@ -52,7 +56,7 @@ impl Geometry {
         }
     }
 
-    /// The points it is kept as: control vertices, mesh points, polyline or cloud points; groups and
+    /// The points it is kept as: control vertices (of a Brep, those of its surfaces, of its edges, and its vertices), mesh points, polyline or cloud points; groups and
     /// instances have none, and shapes whose plug-in is not here.
     pub fn points(&self) -> &[Point] {
         match self {
@@ -60,6 +64,7 @@ impl Geometry {
             Self::Curve(curve) => curve.points(),
             Self::Surface(surface) => surface.points(),
             Self::Trimmed(trimmed) => trimmed.surface().points(),
+            Self::Brep(brep) => brep.points(),
             Self::Mesh(mesh) => mesh.points(),
             Self::Polyline(line) => &line.points,
             Self::Cloud(cloud) => &cloud.points,
@@ -67,7 +72,7 @@ impl Geometry {
         }
     }
 
-    /// The shape that it is, or (of a trimmed surface) is a part of: what has values at locations.
+    /// The shape that it is, or (of a trimmed surface, and of a Brep face by face) is a part of: what has values at locations.
     ///
     /// # Errors
     /// When it has none: a mesh, a polyline, a cloud, a group or an instance; [`Error::UnknownKind`] where its plug-in
@@ -77,6 +82,7 @@ impl Geometry {
             Self::Curve(curve) => Ok(curve),
             Self::Surface(surface) => Ok(surface),
             Self::Trimmed(trimmed) => Ok(trimmed.surface()),
+            Self::Brep(brep) => Ok(brep),
             Self::Custom(custom) => custom.shape(),
             other => Err(Error::Invalid(format!(
                 "a {} is not a curve or surface: fit one to it first",
@@ -105,7 +111,7 @@ macro_rules! into_geometry {
         }
     )*};
 }
-into_geometry!(Curve, Surface, Trimmed, Mesh, Polyline, Cloud);
+into_geometry!(Curve, Surface, Trimmed, Brep, Mesh, Polyline, Cloud);
 
 impl From<CustomShape> for Geometry {
     fn from(shape: CustomShape) -> Self {

@@ -46,6 +46,7 @@ impl Geometry {
         let moved = self.points().iter().map(|p| transform_point(map, p)).collect();
         match self {
             Self::Mesh(mesh) => Ok(Self::Mesh(transform_mesh(mesh, moved, map)?)),
+            Self::Brep(brep) => Ok(Self::Brep(brep.transformed(moved, map)?)),
             other => other.with_points(moved),
         }
     }
@@ -72,6 +73,7 @@ impl Geometry {
             )?),
             Self::Surface(surface) => Self::Surface(surface_through(surface, points)?),
             Self::Trimmed(trimmed) => Self::Trimmed(trimmed.on(surface_through(trimmed.surface(), points)?)?),
+            Self::Brep(brep) => Self::Brep(brep.with_points(points)?),
             Self::Mesh(mesh) => {
                 let mut mesh = mesh.clone();
                 mesh.points_mut().copy_from_slice(&finite(points)?);

@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use super::{Derivative, Location, Shape, Stencil};
+use super::{Derivative, Location, Shape, Share, Stencil};
 use crate::error::{Error, Result};
 use crate::quadrature::gauss_legendre;
 use crate::space::Space;
@@ -98,6 +98,17 @@ pub struct Splines<'a> {
     pub weights: Option<&'a [f64]>,
 }
 
+/// A tensor-product spline that is a part of a shape.
+#[derive(Debug, Clone, Copy)]
+pub struct Patch<'a> {
+    /// The face that it is, of a shape of many.
+    pub face: Option<u32>,
+    /// Its spaces and weights.
+    pub splines: Splines<'a>,
+    /// The number of its first control vertex.
+    pub first: usize,
+}
+
 /// What a shape can say that consists of cells. From these all integrals over it are computed: Gram matrices and energies,
 /// areas, volumes, lengths.
 ///
@@ -117,10 +128,34 @@ pub trait Cells {
         None
     }
 
+    /// The tensor-product splines that the shape consists of, each with its face, where it has many, and the number of its first control
+    /// vertex: by default its [own](Self::splines). Of a shape that is [ready](super::Bonds) for an edit, those that may move.
+    fn patches(&self) -> Vec<Patch<'_>> {
+        self.splines().map(|splines| Patch { face: None, splines, first: 0 }).into_iter().collect()
+    }
+
     /// Whether only a part of what the cells cover counts as the shape: of a trimmed surface. Energies are taken over the
-    /// whole of it, but areas and volumes cannot be.
+    /// whole of it, areas and volumes over its [shares](Self::shares).
     fn is_partial(&self) -> bool {
         false
+    }
+
+    /// How much of each cell counts as the shape, cell by cell; `None` (the default) where all of all cells does. It depends on loops
+    /// in parameter planes, which stay as they are while control vertices move: ask once.
+    ///
+    /// # Errors
+    /// When loops do not say what is inside.
+    fn shares(&self) -> Result<Option<Vec<Share>>> {
+        Ok(None)
+    }
+
+    /// Of a shape of faces that says itself what volume it bounds, for each face 1 where `S_u × S_v` points out of it, -1 where it
+    /// points in, 0 where the face bounds none. `None` (the default) where that is found from where edges meet.
+    ///
+    /// # Errors
+    /// When it bounds no volume, in words that say where it is open.
+    fn senses(&self) -> Option<Result<Vec<f64>>> {
+        None
     }
 }
 
@@ -147,6 +182,20 @@ impl dyn Cells + '_ {
             let degree = |k: usize| cell.sides.get(k).map_or(0, |side| side.degree);
             [p.max(degree(0)), q.max(degree(1))]
         })
+    }
+
+    /// The cells of which something counts, checked, with how much that is.
+    ///
+    /// # Errors
+    /// As for [`Cells::shares`], and when the cells are wrong.
+    pub fn counted(&self, shape: &dyn Shape) -> Result<Vec<(Cell, Share)>> {
+        let cells = self.checked(shape)?;
+        let Some(shares) = self.shares()? else {
+            return Ok(cells.into_iter().map(|cell| (cell, Share::Whole)).collect());
+        };
+        let there = (0..self.count()).filter(|&index| self.cell(index).is_some());
+        let shares = there.map(|index| shares.get(index).cloned().unwrap_or(Share::Nothing));
+        Ok(cells.into_iter().zip(shares).filter(|(_, share)| *share != Share::Nothing).collect())
     }
 
     /// The cells as far as they hang together: as many sides as the shape has parameters, each with a length, and vertices that

@@ -2,8 +2,10 @@
 
 use smallvec::{SmallVec, smallvec};
 
+use super::surface::Product;
 use super::{Curve, Space, Surface, Trimmed};
-use crate::shape::{Cell, CellSide, Cells, Splines};
+use crate::error::Result;
+use crate::shape::{Cell, CellSide, Cells, Share, Splines};
 
 /// How many spans a space has, empty ones counted.
 fn spans(space: &Space) -> usize {
@@ -41,18 +43,30 @@ impl Cells for Curve {
     }
 }
 
+impl Product<'_> {
+    /// How many cells it has, empty ones counted.
+    pub(crate) fn cell_count(&self) -> usize {
+        spans(self.u) * spans(self.v)
+    }
+
+    /// One of them, on a face of a shape of many; `None` where it is empty.
+    pub(crate) fn cell(&self, index: usize, face: Option<u32>) -> Option<Cell> {
+        let columns = spans(self.v);
+        let (u, rows) = side(self.u, index / columns)?;
+        let (v, functions) = side(self.v, index % columns)?;
+        let vertex = |i: usize, j: usize| self.first + self.u.vertex(i) * self.v.len() + self.v.vertex(j);
+        let vertices = sorted(rows.flat_map(|i| functions.clone().map(move |j| vertex(i, j))));
+        Some(Cell { face, sides: smallvec![u, v], rational: self.weights.is_some(), vertices })
+    }
+}
+
 impl Cells for Surface {
     fn count(&self) -> usize {
-        spans(self.u()) * spans(self.v())
+        self.product().cell_count()
     }
 
     fn cell(&self, index: usize) -> Option<Cell> {
-        let columns = spans(self.v());
-        let (u, rows) = side(self.u(), index / columns)?;
-        let (v, functions) = side(self.v(), index % columns)?;
-        let vertex = |i: usize, j: usize| self.u().vertex(i) * self.v().len() + self.v().vertex(j);
-        let vertices = sorted(rows.flat_map(|i| functions.clone().map(move |j| vertex(i, j))));
-        Some(Cell { face: None, sides: smallvec![u, v], rational: self.weights().is_some(), vertices })
+        self.product().cell(index, None)
     }
 
     fn splines(&self) -> Option<Splines<'_>> {
@@ -76,5 +90,17 @@ impl Cells for Trimmed {
 
     fn is_partial(&self) -> bool {
         !self.regions().is_empty()
+    }
+
+    fn shares(&self) -> Result<Option<Vec<Share>>> {
+        if self.regions().is_empty() {
+            return Ok(None);
+        }
+        let region = self.region()?;
+        let share = |index: usize| match self.surface().cell(index).as_ref().map(|cell| &cell.sides[..]) {
+            Some([u, v]) => region.share([u.start, v.start]).clone(),
+            _ => Share::Nothing,
+        };
+        Ok(Some((0..Cells::count(self)).map(share).collect()))
     }
 }

@@ -39,6 +39,17 @@ pub struct Closest<L> {
     pub gap: f64,
 }
 
+/// A closest point among those around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot {
+    /// Its parameters.
+    pub at: (f64, f64),
+    /// The point there.
+    pub point: Point,
+    /// Its distance.
+    pub distance: f64,
+}
+
 type Homogeneous = [f64; 4];
 
 /// A piece of a shape in Bézier form around the given point, and the parameters it covers.

@@ -55,7 +55,7 @@ pub(super) fn smoothness(space: &Space, order: usize) -> Symmetric {
 
 /// The smoothness matrix of a tensor product: for `order` 1, `L_u²|S_u|² + L_v²|S_v|²`; for 2 the thin plate
 /// `L_u⁴|S_uu|² + 2 L_u²L_v²|S_uv|² + L_v⁴|S_vv|²`; each over `L_u L_v` and with `|S|²` added.
-pub(super) fn smoothness_of_product(u: &Space, v: &Space, order: usize) -> Symmetric {
+pub(crate) fn smoothness_of_product(u: &Space, v: &Space, order: usize) -> Symmetric {
     let unit = |space: &Space, k: usize| {
         let scale = space.length().powi(2 * k as i32 - 1);
         Symmetric::from_entries(space.len(), space.gram(k).into_iter().map(|(i, j, x)| (i, j, x * scale)))

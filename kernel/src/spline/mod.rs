@@ -10,6 +10,7 @@
 //! * [`catmull_rom`]: cubic curves through their vertices.
 //! * [`close`]: closed shapes made periodic.
 //! * [`closest`]: the closest point of a curve or a surface.
+//! * [`closing`]: where a surface closes, and where it ends in a point.
 //! * [`common`]: one space for two shapes.
 //! * [`conic`]: lines, circles, ellipses and arcs.
 //! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
@@ -17,12 +18,14 @@
 //! * [`curvature`]: frames, fundamental forms and curvatures.
 //! * [`elevate`]: degree elevation.
 //! * [`extrude`]: extrusions and ruled surfaces.
+//! * [`foot`]: the foot of a point on a surface, from a place nearby.
 //! * [`gram`]: Gram matrices of basis functions.
 //! * [`hodograph`]: the derivative as a spline.
 //! * [`insert`]: knot insertion.
 //! * [`isocurve`]: curves on a surface along which one parameter stands still.
 //! * [`join`]: two shapes end to end.
 //! * [`length`]: arc length.
+//! * [`region`]: what loops bound in a surface's parameter plane, cell by cell.
 //! * [`remove`]: knot removal.
 //! * [`reverse`]: backwards, or over another domain.
 //! * [`revolve`]: surfaces of revolution.
@@ -41,6 +44,7 @@ pub mod catmull_rom;
 mod cells;
 pub mod close;
 pub mod closest;
+pub mod closing;
 pub mod common;
 pub mod conic;
 pub mod conversion;
@@ -49,6 +53,7 @@ pub mod curve;
 mod edges;
 pub mod elevate;
 pub mod extrude;
+pub mod foot;
 pub mod gram;
 pub mod hodograph;
 pub mod insert;
@@ -58,6 +63,7 @@ pub mod join;
 pub mod length;
 mod piece;
 mod refine;
+pub mod region;
 pub mod remove;
 pub mod reverse;
 pub mod revolve;
@@ -72,7 +78,11 @@ pub(crate) use crate::quadrature::binomial;
 pub use crate::space::{self, Space};
 pub use arc_length::ArcLength;
 pub use catmull_rom::{CatmullRom, Spacing};
+pub use closing::ParameterSide;
 pub use conversion::{Conversion, Direction};
 pub use curve::Curve;
+pub(crate) use gram::smoothness_of_product;
+pub use region::ParameterRegion;
+pub(crate) use surface::Product;
 pub use surface::Surface;
 pub use trimmed::Trimmed;

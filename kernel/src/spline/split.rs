@@ -1,5 +1,7 @@
 //! Parts of splines: cutting in two, cutting out, opening what is periodic. All parts are clamped.
 
+use std::borrow::Cow;
+
 use super::conversion::{Conversion, Direction};
 use super::space::Space;
 use super::{Curve, Surface};
@@ -85,6 +87,19 @@ impl Curve {
     pub fn to_clamped(&self) -> Result<Self> {
         self.convert(&self.space().clamping()?)
     }
+
+    /// Whether it is open and starts and ends at control vertices.
+    pub fn is_clamped(&self) -> bool {
+        !self.space().is_periodic() && self.space().is_clamped()
+    }
+
+    /// [Clamped](Self::to_clamped), for those who take no other knots: itself where it is.
+    ///
+    /// # Errors
+    /// Only when numbers overflow.
+    pub fn clamped(&self) -> Result<Cow<'_, Self>> {
+        if self.is_clamped() { Ok(Cow::Borrowed(self)) } else { self.to_clamped().map(Cow::Owned) }
+    }
 }
 
 impl Surface {
@@ -114,6 +129,19 @@ impl Surface {
     /// Only when numbers overflow.
     pub fn to_clamped(&self) -> Result<Self> {
         self.convert(Direction::U, &self.u().clamping()?)?.convert(Direction::V, &self.v().clamping()?)
+    }
+
+    /// Whether it is open in both directions, and its borders are rows of control vertices.
+    pub fn is_clamped(&self) -> bool {
+        [self.u(), self.v()].iter().all(|space| !space.is_periodic() && space.is_clamped())
+    }
+
+    /// [Clamped](Self::to_clamped), for those who take no other knots: itself where it is.
+    ///
+    /// # Errors
+    /// Only when numbers overflow.
+    pub fn clamped(&self) -> Result<Cow<'_, Self>> {
+        if self.is_clamped() { Ok(Cow::Borrowed(self)) } else { self.to_clamped().map(Cow::Owned) }
     }
 }
 

@@ -79,6 +79,11 @@ impl Surface {
         self.weights.as_deref()
     }
 
+    /// Its spaces and weights.
+    pub(crate) fn product(&self) -> Product<'_> {
+        Product { u: &self.u, v: &self.v, weights: self.weights.as_deref(), first: 0 }
+    }
+
     /// The surface's parts: both spaces, control net, weights.
     pub fn into_parts(self) -> (Space, Space, Vec<Point>, Option<Vec<f64>>) {
         (self.u, self.v, self.points, self.weights)
@@ -127,6 +132,34 @@ impl Surface {
         self.derivatives_on((self.u.span(u), self.v.span(v)), (u, v), [a, b], out);
         Ok(())
     }
+}
+
+/// A tensor-product surface without its control vertices: what its rows are made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Product<'a> {
+    /// The spaces along `u` and along `v`.
+    pub(crate) u: &'a Space,
+    pub(crate) v: &'a Space,
+    pub(crate) weights: Option<&'a [f64]>,
+    /// The number of its first control vertex.
+    pub(crate) first: usize,
+}
+
+impl Product<'_> {
+    /// The row of a derivative; on these sides of knots, where some are given.
+    pub(crate) fn stencil(
+        &self,
+        (u, v): (f64, f64),
+        derivative: Derivative,
+        sides: Option<Sides>,
+    ) -> Result<Stencil> {
+        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
+        let Some(sides) = sides else {
+            return self.stencil_in((self.u.span(u), self.v.span(v)), (u, v), derivative);
+        };
+        let ((su, u), (sv, v)) = (self.u.span_on(u, sides.u), self.v.span_on(v, sides.v));
+        self.stencil_in((su, sv), (u, v), derivative)
+    }
 
     /// The row of a derivative at parameters of a pair of spans.
     fn stencil_in(
@@ -138,9 +171,10 @@ impl Surface {
         let (a, b) = (derivative.u, derivative.v);
         check_orders([a, b])?;
         let (p, q) = (self.u.degree(), self.v.degree());
-        let index = |i: usize, j: usize| self.u.vertex(su - p + i) * self.v.len() + self.v.vertex(sv - q + j);
+        let own = |i: usize, j: usize| self.u.vertex(su - p + i) * self.v.len() + self.v.vertex(sv - q + j);
+        let index = |i: usize, j: usize| self.first + own(i, j);
         let (mut row_u, mut row_v) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
-        let Some(weights) = &self.weights else {
+        let Some(weights) = self.weights else {
             self.u.basis_into(su, u, a, &mut row_u);
             self.v.basis_into(sv, v, b, &mut row_v);
             return Ok((0..=p)
@@ -161,7 +195,7 @@ impl Surface {
                 let row = &mut rest[..cells];
                 for i in 0..=p {
                     for j in 0..=q {
-                        let value = row_u[i] * row_v[j] * weights[index(i, j)];
+                        let value = row_u[i] * row_v[j] * weights[own(i, j)];
                         row[i * (q + 1) + j] = value;
                         denominators[here] += value;
                     }
@@ -205,16 +239,11 @@ impl Shape for Surface {
     }
 
     fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
-        let (u, v) = at.on_surface()?;
-        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
-        self.stencil_in((self.u.span(u), self.v.span(v)), (u, v), derivative)
+        self.product().stencil(at.on_surface()?, derivative, None)
     }
 
     fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
-        let (u, v) = at.on_surface()?;
-        let (u, v) = (self.u.locate(u)?, self.v.locate(v)?);
-        let ((su, u), (sv, v)) = (self.u.span_on(u, sides.u), self.v.span_on(v, sides.v));
-        self.stencil_in((su, sv), (u, v), derivative)
+        self.product().stencil(at.on_surface()?, derivative, Some(sides))
     }
 
     fn domain(&self) -> Domain {

@@ -2,12 +2,14 @@
 
 use super::curve::Curve;
 use super::surface::Surface;
-use crate::Point;
+use super::{ParameterRegion, ParameterSide};
 use crate::error::{Error, Result};
+use crate::quadrature::gauss_legendre;
 use crate::shape::{
     Cells, Derivative, Domain, Edges, Grid, Interval, Location, Refine, Shape, Sides, Stencil,
 };
 use crate::solve::Symmetric;
+use crate::{Point, Vector};
 
 /// How far the ends of neighbouring curves of a loop may be apart, and a curve outside the domain, as a fraction of
 /// the domain's longer side: files print parameters with six digits or fewer.
@@ -172,6 +174,31 @@ impl Trimmed {
         Self::new(surface, self.regions.clone(), self.curves.clone(), self.points.clone())
     }
 
+    /// What its loops leave of the parameter plane: what is inside outer loops and outside of holes, whichever way they run. `O(curves)`, and the cells
+    /// that they cross.
+    ///
+    /// # Errors
+    /// When loops cross, so that they do not say what is inside.
+    pub fn region(&self) -> Result<ParameterRegion> {
+        let ([u, v], _) = plane(&self.surface);
+        let whole = whole_of([u, v])?;
+        let sides = [u, v].map(|side| ParameterSide {
+            low: side.start,
+            high: side.end,
+            closed: side.periodic,
+            poles: [false; 2],
+        });
+        let mut loops = Vec::new();
+        for region in &self.regions {
+            let outer = if region.outer.is_empty() { &whole } else { &region.outer };
+            loops.push(turned(outer, true)?);
+            for hole in &region.holes {
+                loops.push(turned(hole, false)?);
+            }
+        }
+        ParameterRegion::new(&self.surface, &sides, &loops)
+    }
+
     /// All loops: the outer one of each region (where it has one) and its holes.
     pub fn loops(&self) -> impl Iterator<Item = &[ParameterCurve]> + '_ {
         self.regions.iter().flat_map(|r| {
@@ -228,6 +255,34 @@ impl Shape for Trimmed {
     fn refine(&self) -> Option<&dyn Refine> {
         Some(self)
     }
+}
+
+/// The edge of a domain.
+fn whole_of([u, v]: [Interval; 2]) -> Result<Vec<ParameterCurve>> {
+    let corners = [[u.start, v.start], [u.end, v.start], [u.end, v.end], [u.start, v.end]];
+    let at = |k: usize| Point::new(corners[k % 4][0], corners[k % 4][1], 0.0);
+    (0..4).map(|k| ParameterCurve::whole(Curve::line(at(k), at(k + 1))?)).collect()
+}
+
+/// A loop run counterclockwise, or clockwise: its curves, and whether each is run backwards. Its area is found by Gauss's rule, `∮ u dv`.
+fn turned(chain: &[ParameterCurve], counterclockwise: bool) -> Result<Vec<(&ParameterCurve, bool)>> {
+    let mut area = 0.0;
+    let first = chain.first().map_or(Ok([[0.0; 2]; 2]), ParameterCurve::ends)?[0];
+    for one in chain {
+        let part = one.curve.between(one.from, one.to)?;
+        let (nodes, weights) = gauss_legendre(2 * part.degree() + 2);
+        for pair in part.space().breakpoints().windows(2) {
+            let length = pair[1] - pair[0];
+            for (x, w) in nodes.iter().zip(&weights) {
+                let mut d = [Vector::zeros(); 2];
+                part.derivatives_into(pair[0] + length * x, &mut d)?;
+                area += 0.5 * w * length * ((d[0].x - first[0]) * d[1].y - (d[0].y - first[1]) * d[1].x);
+            }
+        }
+    }
+    let backwards = (area > 0.0) != counterclockwise;
+    let all = chain.iter().map(|one| (one, backwards));
+    Ok(if backwards { all.rev().collect() } else { all.collect() })
 }
 
 fn named(what: &str, error: &Error) -> Error {

@@ -109,7 +109,9 @@ impl<S: Shape> Session<S> {
         }
         // What is kept smooth comes last, in the account of the constraints too: it is told apart from what was asked.
         report.smooth = Smoothness { redundant: smooth, ..self.problem.smoothness(&shapes) };
-        report.constraints.truncate(report.constraints.len().saturating_sub(report.smooth.knots));
+        report
+            .constraints
+            .truncate(report.constraints.len().saturating_sub(report.smooth.knots + report.smooth.bonds));
         report.notes.extend(report.smooth.notes());
         for bound in &self.problem.bound {
             if let Some(note) = reversed(&shapes, bound) {

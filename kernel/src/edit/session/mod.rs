@@ -210,6 +210,7 @@ impl<S: Shape> Session<S> {
     /// An event; what it hands out is solved for.
     fn turn(&mut self) -> Result<(), EditError> {
         let turned = if self.floating.is_empty() { self.event() } else { self.floating_event() };
+        self.problem.shapes.iter_mut().for_each(|shape| shape.follow());
         turned.map_err(|error| self.reasoned(error))?;
         (self.solved, self.pristine) = (true, false);
         Ok(())
@@ -376,7 +377,12 @@ impl<S: Shape> Session<S> {
     /// promises (unless only a best effort was asked for), or a length overflows.
     pub fn commit(mut self) -> Result<Edited<S>, EditError> {
         self.polish();
-        let report = self.judged()?;
+        let mut report = self.judged()?;
+        if !self.pristine || self.original.is_none() {
+            for shape in &mut self.problem.shapes {
+                report.notes.extend(shape.settle()?);
+            }
+        }
         let mut before = self.start;
         if let (Some(original), true) = (&self.original, self.pristine) {
             (self.problem.shapes[0], before) = (original.boxed(), State::new());
@@ -491,4 +497,5 @@ fn put(shapes: &mut [Box<dyn Shape>], state: &[(u32, u32, Point)]) {
     for &(shape, vertex, point) in state {
         shapes[shape as usize].control_vertices_mut()[vertex as usize] = point;
     }
+    shapes.iter_mut().for_each(|shape| shape.follow());
 }

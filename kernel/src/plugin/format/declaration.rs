@@ -113,10 +113,14 @@ pub struct Holds {
     pub meshes: &'static [MeshPart],
     /// Whether curves keep their knots; else they go out in Bézier form.
     pub knots: bool,
+    /// Knots that are not clamped: of closed curves and surfaces, and of those that float.
+    pub unclamped: bool,
     /// Transforms, and which object hangs under which.
     pub hierarchy: bool,
-    /// Layers: their names, colours, which are hidden, and which lies below which.
+    /// Layers: their names, and which are hidden.
     pub layers: bool,
+    /// The colours of layers, and which lies below which.
+    pub layer_trees: bool,
     /// Whether other programs hide what is on hidden layers.
     pub hides: bool,
     /// Colours of objects.
@@ -149,8 +153,10 @@ impl Holds {
         carried: &[],
         meshes: &[],
         knots: false,
+        unclamped: false,
         hierarchy: false,
         layers: false,
+        layer_trees: false,
         hides: false,
         colors: false,
         labels: false,
@@ -166,11 +172,15 @@ impl Holds {
     /// Everything that a scene can be.
     pub const EVERYTHING: Self = Self {
         unit: UnitRule::Stated,
-        exact: &["group", "instance", "curve", "surface", "trimmed", "mesh", "polyline", "cloud", "shape"],
+        exact: &[
+            "group", "instance", "curve", "surface", "trimmed", "brep", "mesh", "polyline", "cloud", "shape",
+        ],
         meshes: MeshPart::ALL,
         knots: true,
+        unclamped: true,
         hierarchy: true,
         layers: true,
+        layer_trees: true,
         hides: true,
         colors: true,
         labels: true,

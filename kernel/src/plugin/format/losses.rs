@@ -82,6 +82,11 @@ impl Holds {
             count(self.knots || !self.exact.contains(&"curve"), &is_simple),
             "curve(s) go out in Bézier form: the same shapes with more control vertices, open where they were periodic",
         );
+        let opened = |o: &Object| self.exactly(o.geometry()) && is_unclamped(o.geometry());
+        say(
+            count(self.unclamped || !self.knots, &opened),
+            "curve(s) or surface(s) are clamped: the same shapes with more control vertices, open where they were periodic",
+        );
         say(
             count(self.hierarchy, &|o| o.transform.is_some()),
             "transform(s) are baked in: the format has none",
@@ -99,9 +104,18 @@ impl Holds {
         );
         let hidden = if self.hides { 0 } else { scene.hidden_count() };
         say(hidden, "object(s) are on hidden layers and go out as all others: other programs show them");
-        // A format without layers may give their colours to the objects.
-        let layer_colors = if self.layers || self.colors { 0 } else { scene.colored_layers() };
-        say(layer_colors, "colour(s) of layers are left out");
+        if !self.layer_trees {
+            // A format without layers may give their colours to the objects.
+            match (self.layers, self.colors) {
+                (true, true) => {
+                    say(scene.colored_layers(), "colour(s) of layers become those of what is on them");
+                }
+                (false, true) => {}
+                (_, false) => say(scene.colored_layers(), "colour(s) of layers are left out"),
+            }
+            let below = scene.layers.iter().filter(|layer| layer.parent.is_some()).count();
+            say(if self.layers { below } else { 0 }, "layer(s) lose their place below others");
+        }
         let (materials, images, definitions) = unused(scene, &objects);
         let all = scene.materials.iter().count();
         if !self.materials {
@@ -210,6 +224,22 @@ fn unused(scene: &Scene, objects: &[&Object]) -> (usize, usize, usize) {
         .collect();
     let definitions = scene.definitions().iter().filter(|d| !names.contains(d.name())).count();
     (without.len(), images, definitions)
+}
+
+/// Whether a spline, or one that it is made of, has knots that are not clamped.
+fn is_unclamped(geometry: &Geometry) -> bool {
+    match geometry {
+        Geometry::Curve(curve) => !curve.is_clamped(),
+        Geometry::Surface(surface) => !surface.is_clamped(),
+        Geometry::Trimmed(trimmed) => !trimmed.surface().is_clamped(),
+        Geometry::Brep(brep) => {
+            let surfaces = (0..brep.face_count()).filter_map(|face| brep.surface(face));
+            let curves = (0..brep.edge_count()).filter_map(|edge| brep.curve(edge));
+            surfaces.into_iter().any(|surface| !surface.is_clamped())
+                || curves.into_iter().any(|curve| !curve.is_clamped())
+        }
+        _ => false,
+    }
 }
 
 /// Whether a space is that of Bézier segments: all knots as often as the degree.

@@ -4,7 +4,7 @@ use smallvec::SmallVec;
 
 use crate::Point;
 use crate::functional::Shapes;
-use crate::shape::Splines;
+use crate::shape::{Patch, Splines};
 use crate::spline::Space;
 
 /// A shape's control vertices as columns *across* the knots of one direction; a curve is one column.
@@ -12,6 +12,10 @@ use crate::spline::Space;
 pub(super) struct Columns<'a> {
     /// The number of the shape in the problem.
     pub(super) shape: usize,
+    /// Which of the shape's splines it is, its face where the shape has many, and the number of its first vertex.
+    pub(super) patch: usize,
+    pub(super) face: Option<u32>,
+    first: usize,
     /// 0 across the knots of `u`, 1 across those of `v`.
     pub(super) direction: usize,
     /// Whose knots are meant.
@@ -30,14 +34,26 @@ impl Columns<'_> {
 
     /// The number of a column's vertex in the shape.
     pub(super) fn index(&self, vertex: usize, column: usize) -> usize {
-        match self.direction {
-            0 => vertex * self.columns() + column,
-            _ => column * self.across.len() + vertex,
-        }
+        self.first
+            + match self.direction {
+                0 => vertex * self.columns() + column,
+                _ => column * self.across.len() + vertex,
+            }
+    }
+
+    /// Whether one of the shape's vertices is one of its own.
+    pub(super) fn has(&self, index: usize) -> bool {
+        (self.first..self.first + self.columns() * self.across.len()).contains(&index)
+    }
+
+    /// The place of a joint on its left among those of the shape.
+    pub(super) fn line(&self, left: usize) -> super::Line {
+        (self.shape, self.patch, self.direction, left)
     }
 
     /// Which vertex of which column one of the shape's vertices is.
     pub(super) fn place(&self, index: usize) -> (usize, usize) {
+        let index = index - self.first;
         match self.direction {
             0 => (index / self.columns(), index % self.columns()),
             _ => (index % self.across.len(), index / self.across.len()),
@@ -56,7 +72,7 @@ impl Columns<'_> {
 
     /// The weight of a column's vertex.
     pub(super) fn weight(&self, vertex: usize, column: usize) -> f64 {
-        self.weights.map_or(1.0, |w| w[self.index(vertex, column)])
+        self.weights.map_or(1.0, |w| w[self.index(vertex, column) - self.first])
     }
 
     /// The spans (of the other direction) on which a column has influence; one, 0, of a curve.
@@ -88,16 +104,36 @@ pub(super) fn unrolled(space: &Space, vertex: usize) -> impl Iterator<Item = usi
     (first..space.unrolled_len()).step_by(step)
 }
 
-/// One net for a curve, two for a surface, none for what is no tensor-product spline: where its pieces may part is not known
-/// here.
+/// One net for a curve, two for a surface and for each face of a shape of many, none for what is no tensor-product spline: where its pieces
+/// may part is not known here.
 pub(super) fn nets<'a>(shapes: &Shapes<'a>, shape: usize) -> SmallVec<[Columns<'a>; 2]> {
     let mut nets = SmallVec::new();
     let Ok(any) = shapes.get(shape) else { return nets };
-    let Some(Splines { u, v, weights }) = any.cells().and_then(|cells| cells.splines()) else { return nets };
+    let Some(cells) = any.cells() else { return nets };
     let points = any.control_vertices();
-    nets.push(Columns { shape, direction: 0, across: u, along: v, points, weights });
-    if let Some(v) = v {
-        nets.push(Columns { shape, direction: 1, across: v, along: Some(u), points, weights });
+    let mut add = |patch: usize, face: Option<u32>, first: usize, splines: Splines<'a>| {
+        let Splines { u, v, weights } = splines;
+        nets.push(Columns { shape, patch, face, first, direction: 0, across: u, along: v, points, weights });
+        if let Some(v) = v {
+            nets.push(Columns {
+                shape,
+                patch,
+                face,
+                first,
+                direction: 1,
+                across: v,
+                along: Some(u),
+                points,
+                weights,
+            });
+        }
+    };
+    if let Some(splines) = cells.splines() {
+        add(0, None, 0, splines);
+        return nets;
+    }
+    for (patch, Patch { face, splines, first }) in cells.patches().into_iter().enumerate() {
+        add(patch, face, first, splines);
     }
     nets
 }

@@ -13,6 +13,7 @@ use crate::shape::{Derivative, Location, SMOOTH, Shape, Side, Sides};
 #[derive(Debug, Clone)]
 pub(super) struct Watch {
     on: On,
+    face: Option<u32>,
     direction: usize,
     /// The knot, and for a surface where along it.
     at: (f64, Option<f64>),
@@ -22,6 +23,11 @@ pub(super) struct Watch {
     /// How long the span along the knot line of a surface is.
     width: f64,
     before: Measured,
+}
+
+/// A place of a surface, or of a face of many.
+fn on_surface(face: Option<u32>, u: f64, v: f64) -> Location {
+    face.map_or(Location::Surface(u, v), |face| Location::Face(face, u, v))
 }
 
 /// What was found there.
@@ -49,13 +55,14 @@ impl Watch {
         let at = |t: Option<(f64, Side)>| -> Option<Self> {
             let place = |knot: f64, side: Side| match (t, net.direction) {
                 (None, _) => (Location::Curve(knot), Sides::from(side)),
-                (Some((v, other)), 0) => (Location::Surface(knot, v), Sides::from([side, other])),
-                (Some((v, other)), _) => (Location::Surface(v, knot), Sides::from([other, side])),
+                (Some((v, other)), 0) => (on_surface(net.face, knot, v), Sides::from([side, other])),
+                (Some((v, other)), _) => (on_surface(net.face, v, knot), Sides::from([other, side])),
             };
             let places = [place(joint.left.1, Side::Left), place(joint.right.1, Side::Right)];
             let (on, at) = (on.clone(), (joint.right.1, t.map(|(v, _)| v)));
             let mut watch = Self {
                 on,
+                face: net.face,
                 direction: net.direction,
                 at,
                 places,
@@ -133,12 +140,12 @@ impl Watch {
     }
 
     /// Which knot of which shape: corners of one line are one corner.
-    fn line(&self) -> (usize, usize, u64) {
-        (self.on.shape, self.direction, self.at.0.to_bits())
+    fn line(&self) -> (usize, Option<u32>, usize, u64) {
+        (self.on.shape, self.face, self.direction, self.at.0.to_bits())
     }
 
     fn place(&self) -> String {
-        let (knot, on) = (self.at.0, &self.on);
+        let (knot, on) = (self.at.0, format!("{}{}", super::on_face(self.face), self.on));
         match (self.at.1, self.direction) {
             (None, _) => format!("at {knot}{on}"),
             (Some(v), 0) => format!("along u = {knot}{on} (at v = {v})"),

@@ -43,8 +43,8 @@ use crate::functional::{Equation, Functional, On, Shapes, Store};
 use crate::problem::Corner;
 use crate::shape::{Shape, Stencil};
 
-/// A joint of a net: shape, direction, the span on its left.
-type Line = (usize, usize, usize);
+/// A joint of a net: shape, which of its splines, direction, the span on its left.
+type Line = (usize, usize, usize, usize);
 
 /// What there is to keep, and to look at afterwards.
 #[derive(Debug, Default)]
@@ -85,6 +85,9 @@ pub(crate) fn ours(constraint: &Constraint) -> Option<&Smooth> {
 
 /// What to do about a conflict with what is kept smooth.
 pub(crate) const ADVICE: &str = ", or say smooth = 0 to let corners appear";
+
+/// What to do about a conflict with what is kept together.
+pub(crate) const BONDS: &str = ", or let other faces move (`faces`, more or fewer `neighbours`)";
 
 /// Whether a net has places where a corner (with level 2, a jump of the curvature) can appear, and whether it closes a seam.
 /// `O(p²)`: whoever has none pays no more.
@@ -187,6 +190,11 @@ fn poles<'a>(shapes: &Shapes<'a>, shape: usize, level: u8) -> SmallVec<[(Columns
     all.flat_map(|net| Pole::of(&net).into_iter().map(move |pole| (net, pole, false))).collect()
 }
 
+/// How a face is named behind something of it.
+fn on_face(face: Option<u32>) -> String {
+    face.map_or_else(String::new, |face| format!(" of face {face}"))
+}
+
 /// What is known of one joint.
 struct Cut {
     joint: Joint,
@@ -245,7 +253,7 @@ impl<'a> Search<'a> {
         let shape = (0..self.shapes.len()).rev().find(|&s| self.shapes.offset(s) <= vertex).unwrap_or(0);
         let offset = self.shapes.offset(shape);
         for (net, pole, met) in &mut self.poles[shape] {
-            if *met || !pole.has(net, vertex - offset) {
+            if *met || !net.has(vertex - offset) || !pole.has(net, vertex - offset) {
                 continue;
             }
             *met = true;
@@ -257,9 +265,12 @@ impl<'a> Search<'a> {
             });
         }
         for (net, closes) in self.nets[shape].clone() {
+            if !net.has(vertex - offset) {
+                continue;
+            }
             let (i, column) = net.place(vertex - offset);
             for joint in joints_near(net.across, i, least(&net, self.level), closes) {
-                let line = (shape, net.direction, joint.left.0);
+                let line = net.line(joint.left.0);
                 let cut = self.cuts.entry(line).or_insert_with(|| Cut {
                     joint,
                     first: reach(&net, &joint, 1),
@@ -277,7 +288,8 @@ impl<'a> Search<'a> {
                 if joint.sharp {
                     self.watch(&net, &joint, line, column, &names[shape]);
                 }
-                let kept = self.poles[shape].iter().any(|(_, pole, _)| pole.keeps(net.direction, column));
+                let own = self.poles[shape].iter().filter(|(beside, ..)| beside.patch == net.patch);
+                let kept = own.into_iter().any(|(_, pole, _)| pole.keeps(net.direction, column));
                 if self.level == 0 || kept {
                     continue;
                 }
@@ -347,16 +359,19 @@ impl<'a> Search<'a> {
         let mut kept = Vec::with_capacity(self.rows.len());
         for (poles, on) in self.poles.into_iter().zip(names) {
             let met = poles.into_iter().filter(|(_, pole, met)| *met && !pole.rows.is_empty());
-            kept.extend(met.map(|(_, pole, _)| Smooth {
+            kept.extend(met.map(|(net, pole, _)| Smooth {
                 on: on.clone(),
                 knot: None,
-                place: pole.describe(),
+                place: format!("{}{}", pole.describe(), on_face(net.face)),
                 rows: pole.rows,
+                bond: false,
             }));
         }
         for (line, rows) in self.rows {
             let (Some(cut), Some(on)) = (self.cuts.get(&line), names.get(line.0)) else { continue };
-            let surface = self.nets[line.0].iter().any(|(net, _)| net.along.is_some());
+            let own = self.nets[line.0].iter().find(|(net, _)| net.patch == line.1);
+            let surface = own.is_some_and(|(net, _)| net.along.is_some());
+            let face = on_face(own.and_then(|(net, _)| net.face));
             let what = if cut.joint.seam {
                 "seam"
             } else if surface {
@@ -368,14 +383,14 @@ impl<'a> Search<'a> {
                 self.relations.range((line, 0)..=(line, usize::MAX)).any(|(_, r)| r.ratio.is_some());
             let how = if tangent { "smooth" } else { "closed" };
             let at = cut.joint.right.1;
-            let place = match (surface, line.1) {
+            let place = match (surface, line.2) {
                 (false, _) => format!("{how} {what} at {at}"),
-                (true, 0) => format!("{how} {what} u = {at}"),
-                (true, _) => format!("{how} {what} v = {at}"),
+                (true, 0) => format!("{how} {what} u = {at}{face}"),
+                (true, _) => format!("{how} {what} v = {at}{face}"),
             };
             let order = self.orders.get(&line).copied().flatten();
-            let knot = Some(SmoothKnot { shape: line.0, direction: line.1, at, order });
-            kept.push(Smooth { on: on.clone(), knot, place, rows });
+            let knot = Some(SmoothKnot { shape: line.0, direction: line.2, at, order });
+            kept.push(Smooth { on: on.clone(), knot, place, rows, bond: false });
         }
         Found { kept, watches: self.watches }
     }

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::functional::{Functional, Linearity, On, Rows, Shapes};
-use crate::shape::Stencil;
+use crate::shape::{Bond, Shape, Stencil};
 
 /// What a shape's pieces on both sides of a knot have in common: linear rows over its control vertices that were zero (but
 /// for rounding) at mouse down, and stay what they were. See [`Relation`](super::relation::Relation).
@@ -14,6 +14,8 @@ pub(crate) struct Smooth {
     /// What is kept, for people: `smooth knot at 2`.
     pub(super) place: String,
     pub(super) rows: Vec<Stencil>,
+    /// Whether it keeps pieces together that are no pieces of one spline.
+    pub(super) bond: bool,
 }
 
 /// A knot (or the seam) of a curve, or such a knot line of a surface, at which a session keeps what was smooth.
@@ -31,6 +33,24 @@ pub struct SmoothKnot {
 }
 
 impl Smooth {
+    /// What holds a shape of several pieces together.
+    pub(crate) fn of_bonds<'s>(shape: &'s dyn Shape, on: &On) -> impl Iterator<Item = Self> + use<'s> {
+        let on = on.clone();
+        let bonds = shape.bonds().map_or(&[][..], |bonds| bonds.bonds());
+        bonds.iter().map(move |Bond { name, rows }| Self {
+            on: on.clone(),
+            knot: None,
+            place: name.clone(),
+            rows: rows.clone(),
+            bond: true,
+        })
+    }
+
+    /// Whether it keeps pieces together that are no pieces of one spline.
+    pub(crate) fn is_bond(&self) -> bool {
+        self.bond
+    }
+
     /// Where it is, and how much is kept there; `None` for a pole.
     pub(crate) fn knot(&self) -> Option<SmoothKnot> {
         self.knot

@@ -1,0 +1,132 @@
+//! How far edges are from their vertices and surfaces.
+
+use super::Brep;
+use crate::error::Result;
+use crate::spline::{Curve, Surface};
+use crate::{Point, parallel};
+
+/// Something that is further from its place than its tolerance says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Flaw {
+    /// An end of an edge is not at its vertex.
+    End {
+        /// The edge.
+        edge: usize,
+        /// The vertex.
+        vertex: usize,
+        /// How far apart they are.
+        distance: f64,
+    },
+    /// An edge is not on the surface of a face that it bounds.
+    Off {
+        /// The edge.
+        edge: usize,
+        /// The face.
+        face: usize,
+        /// Where on the edge's curve it is furthest off.
+        at: f64,
+        /// By how much there.
+        distance: f64,
+    },
+}
+
+impl Flaw {
+    /// How far apart the two are.
+    pub fn distance(&self) -> f64 {
+        match self {
+            Self::End { distance, .. } | Self::Off { distance, .. } => *distance,
+        }
+    }
+}
+
+impl std::fmt::Display for Flaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let short = crate::text::short;
+        match self {
+            Self::End { edge, vertex, distance } => {
+                write!(f, "edge {edge} ends {} from vertex {vertex}", short(*distance))
+            }
+            Self::Off { edge, face, distance, .. } => {
+                write!(f, "edge {edge} is up to {} off the surface of face {face}", short(*distance))
+            }
+        }
+    }
+}
+
+impl Brep {
+    /// What is further from its place than its own tolerance and `slack` (in the scene's unit): ends of edges from vertices, edges
+    /// from the surfaces of their faces, at `2p + 3` places of each knot span. By number of edge. Each place costs a search on the
+    /// surface, most of them from the place before.
+    ///
+    /// # Errors
+    /// When an evaluation overflows.
+    pub fn flaws(&self, slack: f64) -> Result<Vec<Flaw>> {
+        let surfaces: Vec<Option<Surface>> = (0..self.face_count()).map(|face| self.surface(face)).collect();
+        let found = parallel::map(self.edge_count(), |edge| self.flaws_of(edge, &surfaces, slack));
+        let mut all = Vec::new();
+        for one in found {
+            all.extend(one?);
+        }
+        Ok(all)
+    }
+
+    fn flaws_of(&self, number: usize, surfaces: &[Option<Surface>], slack: f64) -> Result<Vec<Flaw>> {
+        let mut flaws = Vec::new();
+        let Some(edge) = self.edge(number) else { return Ok(flaws) };
+        let (from, to) = edge.range;
+        for (t, vertex) in [from, to].into_iter().zip(edge.ends) {
+            let distance = nalgebra::distance(&edge.curve.point(t)?, &self.vertices()[vertex]);
+            if distance > self.tolerances[vertex].max(edge.tolerance) + slack {
+                flaws.push(Flaw::End { edge: number, vertex, distance });
+            }
+        }
+        let places = places(&edge.curve, from, to);
+        let points: Vec<Point> = places.iter().map(|&t| edge.curve.point(t)).collect::<Result<_>>()?;
+        let mut faces: Vec<usize> = self.uses(number).iter().map(|place| place.face).collect();
+        faces.dedup();
+        for face in faces {
+            let Some(surface) = &surfaces[face] else { continue };
+            let mut worst = (from, 0.0);
+            let mut last = None;
+            for (&t, point) in places.iter().zip(&points) {
+                let enough = edge.tolerance + slack;
+                let mut foot = match last {
+                    Some(start) => surface.foot(*point, start).map(|foot| (foot.at, foot.distance))?,
+                    None => ((0.0, 0.0), f64::INFINITY),
+                };
+                // Downhill it may have come to a border that the edge crosses, or to another sheet.
+                if foot.1 > enough {
+                    let closest = surface.closest(*point)?;
+                    foot = (closest.at, closest.distance);
+                }
+                last = Some(foot.0);
+                if foot.1 > worst.1 {
+                    worst = (t, foot.1);
+                }
+            }
+            if worst.1 > edge.tolerance + slack {
+                flaws.push(Flaw::Off { edge: number, face, at: worst.0, distance: worst.1 });
+            }
+        }
+        Ok(flaws)
+    }
+}
+
+/// Parameters of a part of a curve: some in each of its knot spans, and both ends.
+fn places(curve: &Curve, from: f64, to: f64) -> Vec<f64> {
+    let (start, end) = curve.domain();
+    let breaks = curve.space().breakpoints();
+    // On a periodic curve the part may run into the next period.
+    let turns = if to > end { vec![0.0, end - start] } else { vec![0.0] };
+    let mut knots = vec![from];
+    for turn in turns {
+        knots.extend(breaks.iter().map(|t| t + turn).filter(|t| *t > from && *t < to));
+    }
+    knots.push(to);
+    let steps = 2 * curve.degree() + 2;
+    let mut places = vec![from];
+    for pair in knots.windows(2) {
+        places.extend((1..=steps).map(|k| pair[0] + (pair[1] - pair[0]) * (k as f64 / steps as f64)));
+    }
+    places
+}

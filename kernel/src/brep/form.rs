@@ -1,0 +1,291 @@
+//! What curves and surfaces of a Brep are beside splines: lines, circles, planes, cylinders and their like.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::Matrix3;
+
+use crate::error::{Error, Result};
+use crate::{Point, Vector};
+
+/// A place and two directions at right angles: where an elementary curve or surface is. All of unit length; `y = z × x`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// The centre, or a point of the axis or plane.
+    pub origin: Point,
+    /// The direction from which angles count.
+    pub x: Vector,
+    /// The axis, or the normal of the plane.
+    pub z: Vector,
+}
+
+impl Frame {
+    /// The frame with axis `z` whose `x` is the part of `toward` across it; where `toward` says nothing of that (it is zero or
+    /// along the axis), the coordinate axis most across `z` is taken instead. `None` where `z` has no direction or a number is
+    /// not finite.
+    pub fn new(origin: Point, z: Vector, toward: Vector) -> Option<Self> {
+        let finite = |v: &Vector| v.iter().all(|c| c.is_finite());
+        if !(finite(&origin.coords) && finite(&z) && finite(&toward)) {
+            return None;
+        }
+        let z = direction(&z)?;
+        let across = |v: Vector| {
+            let v = direction(&v)?;
+            let part = v - z * z.dot(&v);
+            if part.norm() > 1e-9 { direction(&part) } else { None }
+        };
+        let x = across(toward).or_else(|| across(Vector::ith(z.iamin(), 1.0)))?;
+        // Once more: where the two were nearly along one another, the first part kept some of `z`.
+        let x = direction(&(x - z * z.dot(&x)))?;
+        Some(Self { origin, x, z })
+    }
+
+    /// The third direction, `z × x`.
+    pub fn y(&self) -> Vector {
+        self.z.cross(&self.x)
+    }
+
+    /// The frame moved by a map that keeps angles: `linear` is `s R`, with or without a mirror.
+    fn moved(&self, origin: Point, linear: &Matrix3<f64>) -> Option<Self> {
+        Self::new(origin, linear * self.z, linear * self.x)
+    }
+}
+
+/// A vector of unit length, whatever its own is.
+fn direction(v: &Vector) -> Option<Vector> {
+    let largest = v.amax();
+    if !(largest > 0.0 && largest.is_finite()) {
+        return None;
+    }
+    (v / largest).try_normalize(0.0)
+}
+
+/// Which set of points the spline of an edge is a part of. A spline of another form than [`Spline`](Self::Spline) is exactly
+/// (to rounding) on it; programs that know the form are told it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum CurveForm {
+    /// None but its own.
+    #[default]
+    Spline,
+    /// The straight line through its ends.
+    Line,
+    /// A circle about the frame's axis.
+    Circle {
+        /// Its centre and plane.
+        frame: Frame,
+        /// Its radius.
+        radius: f64,
+    },
+    /// An ellipse, its half diameters along the frame's `x` and `y`.
+    Ellipse {
+        /// Its centre and plane.
+        frame: Frame,
+        /// The half diameters.
+        radii: [f64; 2],
+    },
+}
+
+/// Which set of points the spline of a face is a part of, as [`CurveForm`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum SurfaceForm {
+    /// None but its own.
+    #[default]
+    Spline,
+    /// The plane of the frame's `x` and `y`.
+    Plane {
+        /// Where it is.
+        frame: Frame,
+    },
+    /// A circular cylinder about the frame's axis.
+    Cylinder {
+        /// Its axis.
+        frame: Frame,
+        /// Its radius.
+        radius: f64,
+    },
+    /// A circular cone about the frame's axis: its radius at height `h` is `radius + h tan angle`.
+    Cone {
+        /// Its axis, from where the radius is taken.
+        frame: Frame,
+        /// The radius at the frame's origin; it may be 0.
+        radius: f64,
+        /// Half the opening angle, in radians, more than 0 and less than a quarter turn.
+        angle: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Its centre, and the axis of its poles.
+        frame: Frame,
+        /// Its radius.
+        radius: f64,
+    },
+    /// A torus about the frame's axis.
+    Torus {
+        /// Its centre and axis.
+        frame: Frame,
+        /// From the centre to the middle of the tube.
+        major: f64,
+        /// The radius of the tube.
+        minor: f64,
+    },
+}
+
+impl Frame {
+    /// How far directions may be from unit length and right angles: files write them with nine digits or fewer.
+    const SQUARE: f64 = 1e-6;
+
+    fn check(&self) -> Result<()> {
+        let numbers = self.origin.iter().chain(self.x.iter()).chain(self.z.iter());
+        let off = (self.x.norm_squared() - 1.0)
+            .abs()
+            .max((self.z.norm_squared() - 1.0).abs())
+            .max(self.x.dot(&self.z).abs());
+        if numbers.copied().all(f64::is_finite) && off <= Self::SQUARE {
+            return Ok(());
+        }
+        Err(Error::Invalid(format!(
+            "the frame at {:?} with x {:?} and z {:?} is none: x and z must be of length 1 and at right angles",
+            self.origin.coords.as_slice(),
+            self.x.as_slice(),
+            self.z.as_slice()
+        )))
+    }
+}
+
+/// That these are lengths.
+fn sizes<const N: usize>(sizes: [f64; N]) -> Result<()> {
+    match sizes.into_iter().find(|size| !(*size > 0.0 && size.is_finite())) {
+        None => Ok(()),
+        Some(size) => Err(Error::Invalid(format!("a radius of {size} is no size: it must be positive"))),
+    }
+}
+
+impl CurveForm {
+    /// That its numbers can be.
+    pub(super) fn check(&self) -> Result<()> {
+        match self {
+            Self::Spline | Self::Line => Ok(()),
+            Self::Circle { frame, radius } => frame.check().and_then(|()| sizes([*radius])),
+            Self::Ellipse { frame, radii } => frame.check().and_then(|()| sizes(*radii)),
+        }
+    }
+}
+
+impl SurfaceForm {
+    /// That its numbers can be.
+    pub(super) fn check(&self) -> Result<()> {
+        match self {
+            Self::Spline => Ok(()),
+            Self::Plane { frame } => frame.check(),
+            Self::Cylinder { frame, radius } | Self::Sphere { frame, radius } => {
+                frame.check().and_then(|()| sizes([*radius]))
+            }
+            Self::Torus { frame, major, minor } => frame.check().and_then(|()| sizes([*major, *minor])),
+            Self::Cone { frame, radius, angle } => {
+                frame.check()?;
+                if *radius >= 0.0 && radius.is_finite() && *angle > 0.0 && *angle < FRAC_PI_2 {
+                    return Ok(());
+                }
+                Err(Error::Invalid(format!(
+                    "a cone of radius {radius} and half angle {angle}: the radius must be 0 or more and the angle between 0 and a quarter turn"
+                )))
+            }
+        }
+    }
+}
+
+/// A map `p → A p + t` that keeps angles, and by what it stretches.
+pub(super) struct Similarity<'m> {
+    linear: &'m Matrix3<f64>,
+    shift: Vector,
+    /// The factor of lengths.
+    scale: f64,
+}
+
+impl<'m> Similarity<'m> {
+    /// `None` where the map does not keep angles to within some rounding.
+    pub(super) fn of(linear: &'m Matrix3<f64>, shift: Vector) -> Option<Self> {
+        let largest = linear.amax();
+        if !(largest > 0.0 && largest.is_finite()) {
+            return None;
+        }
+        let unit = linear / largest;
+        let squared = unit.transpose() * unit;
+        let size = squared.trace() / 3.0;
+        let off = (squared - Matrix3::identity() * size).amax();
+        (off <= 1e-13 * size).then(|| Self { linear, shift, scale: largest * size.sqrt() })
+    }
+
+    fn frame(&self, frame: &Frame) -> Option<Frame> {
+        frame.moved(Point::from(self.linear * frame.origin.coords + self.shift), self.linear)
+    }
+}
+
+impl CurveForm {
+    /// The form of the curve moved; [`Spline`](Self::Spline) where `map` is none that keeps it.
+    pub(super) fn moved(&self, map: Option<&Similarity<'_>>) -> Self {
+        let moved = |form: &Self| {
+            let map = map?;
+            Some(match form {
+                Self::Spline | Self::Line => *form,
+                Self::Circle { frame, radius } => {
+                    Self::Circle { frame: map.frame(frame)?, radius: radius * map.scale }
+                }
+                Self::Ellipse { frame, radii } => {
+                    Self::Ellipse { frame: map.frame(frame)?, radii: radii.map(|r| r * map.scale) }
+                }
+            })
+        };
+        match self {
+            Self::Line => Self::Line,
+            form => moved(form).unwrap_or_default(),
+        }
+    }
+
+    /// What it is called in documents: `"spline"`, `"line"`, `"circle"`, `"ellipse"`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Spline => "spline",
+            Self::Line => "line",
+            Self::Circle { .. } => "circle",
+            Self::Ellipse { .. } => "ellipse",
+        }
+    }
+}
+
+impl SurfaceForm {
+    /// The form of the surface moved; [`Spline`](Self::Spline) where `map` is none that keeps it.
+    pub(super) fn moved(&self, map: Option<&Similarity<'_>>) -> Self {
+        let moved = || {
+            let map = map?;
+            let frame = |frame: &Frame| map.frame(frame);
+            let by = map.scale;
+            Some(match self {
+                Self::Spline => Self::Spline,
+                Self::Plane { frame: f } => Self::Plane { frame: frame(f)? },
+                Self::Cylinder { frame: f, radius } => {
+                    Self::Cylinder { frame: frame(f)?, radius: radius * by }
+                }
+                Self::Cone { frame: f, radius, angle } => {
+                    Self::Cone { frame: frame(f)?, radius: radius * by, angle: *angle }
+                }
+                Self::Sphere { frame: f, radius } => Self::Sphere { frame: frame(f)?, radius: radius * by },
+                Self::Torus { frame: f, major, minor } => {
+                    Self::Torus { frame: frame(f)?, major: major * by, minor: minor * by }
+                }
+            })
+        };
+        moved().unwrap_or_default()
+    }
+
+    /// What it is called in documents: `"spline"`, `"plane"`, `"cylinder"`, `"cone"`, `"sphere"`, `"torus"`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Spline => "spline",
+            Self::Plane { .. } => "plane",
+            Self::Cylinder { .. } => "cylinder",
+            Self::Cone { .. } => "cone",
+            Self::Sphere { .. } => "sphere",
+            Self::Torus { .. } => "torus",
+        }
+    }
+}

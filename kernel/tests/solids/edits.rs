@@ -1,0 +1,158 @@
+//! Edits of single faces, with neighbours and without.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::brep::{Brep, Moving, SurfaceForm};
+use loftsman_kernel::edit::{Ask, Edit, Edited};
+use loftsman_kernel::functional::position;
+use loftsman_kernel::shape::{Location, Shape};
+use loftsman_kernel::solve::Automatic;
+
+use super::family::{block, cylinder};
+use super::{gaps, size};
+
+/// A place in the middle of a face's box of parameters.
+fn middle(brep: &Brep, face: u32) -> Location {
+    let curves = brep.parameter_curves(face as usize).unwrap();
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for curve in curves.iter().flatten() {
+        let (a, b) = curve.curve.curve().bounds();
+        for k in 0..2 {
+            low[k] = low[k].min(a[k]);
+            high[k] = high[k].max(b[k]);
+        }
+    }
+    Location::Face(face, 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]))
+}
+
+fn pulled(brep: &Brep, at: Location, by: Vector) -> Edited<Brep> {
+    let edited = Edit::new(brep).ask(position(at).by(by)).solve().unwrap();
+    let before = brep.value(at, Default::default()).unwrap();
+    let after = edited.shape().value(at, Default::default()).unwrap();
+    assert!((after - before - by).norm() < 1e-12 * size(brep), "{} {}", after - before, by);
+    edited
+}
+
+#[test]
+fn a_face_of_a_block_bulges_between_edges_that_stay_to_the_bit() {
+    let block = block();
+    for face in 0..6 {
+        let at = middle(&block, face);
+        let edited = pulled(&block, at, Vector::new(0.25, -0.125, 0.5));
+        let after = edited.shape();
+        let worst = gaps(after).into_iter().fold(0.0, f64::max);
+        assert!(worst <= 1e-14 * size(&block), "{face}: {worst:e}");
+        for edge in 0..12 {
+            assert_eq!(after.edge(edge), block.edge(edge), "{face} {edge}");
+        }
+        for other in (0..6).filter(|other| *other != face) {
+            assert_eq!(after.surface(other as usize), block.surface(other as usize));
+            assert_eq!(after.surface_form(other as usize), block.surface_form(other as usize));
+        }
+        assert_eq!(after.surface_form(face as usize), SurfaceForm::Spline);
+        assert_eq!(after.flaws(1e-14).unwrap(), vec![]);
+        assert!(edited.report().to_string().contains("1 face moved"), "{}", edited.report());
+        assert_eq!(edited.undo(), block);
+    }
+}
+
+#[test]
+fn neighbours_of_a_block_go_along_exactly() {
+    let block = block();
+    for rings in 1..3 {
+        let free = block.clone().moving(Moving::new().neighbours(rings));
+        for face in 0..6 {
+            let edited = pulled(&free, middle(&block, face), Vector::new(0.25, -0.125, 0.5));
+            let after = edited.shape();
+            let worst = gaps(after).into_iter().fold(0.0, f64::max);
+            assert!(worst <= 1e-13 * size(&block), "{rings} {face}: {worst:e} {}", edited.report());
+            assert_eq!(after.flaws(1e-13).unwrap(), vec![], "{}", edited.report());
+            assert!(edited.report().to_string().contains("no edge opened"), "{}", edited.report());
+        }
+    }
+}
+
+#[test]
+fn a_cylinder_and_its_caps() {
+    let cylinder = cylinder(1.5, 2.0);
+    for (face, rings) in [(0, 0), (1, 0), (2, 0), (0, 1), (2, 1), (1, 2)] {
+        let free = cylinder.clone().moving(Moving::new().neighbours(rings));
+        let edited = pulled(&free, middle(&cylinder, face), Vector::new(0.2, 0.1, 0.15));
+        let after = edited.shape();
+        let worst = gaps(after).into_iter().fold(0.0, f64::max);
+        // Caps have circles that are no knot lines of theirs: the side follows them at places.
+        let bound = if rings == 0 { 1e-13 } else { 2e-5 };
+        assert!(worst <= bound * size(&cylinder), "{face} {rings}: {worst:e} {}", edited.report());
+        for (edge, gap) in gaps(after).into_iter().enumerate() {
+            let tolerance = after.edge(edge).unwrap().tolerance;
+            assert!(
+                gap <= 1.02 * tolerance + 1e-13,
+                "{face} {rings}: edge {edge} is open by {gap:e}, and says {tolerance:e}"
+            );
+        }
+        assert_eq!(after.flaws(1e-13).unwrap(), vec![], "{}", edited.report());
+    }
+}
+
+#[test]
+fn a_drag_comes_to_the_same_as_an_edit() {
+    let block = block();
+    let at = middle(&block, 1);
+    let free = block.clone().moving(Moving::new().neighbours(1));
+    let target = block.value(at, Default::default()).unwrap() + Vector::new(0.1, 0.2, 0.3);
+    let mut drag = Edit::new(&free).handle(position(at)).prepare(Automatic).unwrap();
+    for k in 0..10 {
+        let share = f64::from(k) / 9.0;
+        let to = block.value(at, Default::default()).unwrap() * (1.0 - share) + target * share;
+        drag.to_point(to.into()).unwrap();
+        // Edges are where the faces are at every event.
+        let now = drag.shape().openings().unwrap();
+        assert!(now.iter().all(|o| o.gap < 1e-13 && o.off < 1e-13), "{now:?}");
+    }
+    let dragged = drag.commit().unwrap();
+    let edited = Edit::new(&free).ask(position(at).to(target)).solve().unwrap();
+    let apart = dragged.shape().points().iter().zip(edited.shape().points()).map(|(a, b)| (a - b).norm());
+    assert!(apart.fold(0.0, f64::max) < 1e-13);
+    assert_eq!(dragged.undo(), block);
+}
+
+#[test]
+fn what_cannot_move_is_refused_in_words() {
+    let block = block();
+    let refused = |brep: &Brep, at: Location, says: &str| {
+        let error = Edit::new(brep).ask(position(at).by(Vector::z())).solve().unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    };
+    let rim = |brep: &Brep| {
+        let curve = &brep.parameter_curves(1).unwrap()[0][0].curve;
+        let at = curve.ends().unwrap();
+        Location::Face(1, 0.5 * (at[0][0] + at[1][0]), 0.5 * (at[0][1] + at[1][1]))
+    };
+    refused(&block, rim(&block), "let the neighbours move too");
+    refused(&block, Location::Face(7, 0.5, 0.5), "there is no face 7");
+    refused(&block, Location::Surface(0.5, 0.5), "face");
+    // With them it moves.
+    let free = block.clone().moving(Moving::new().neighbours(1));
+    let edited = pulled(&free, rim(&block), Vector::new(0.1, 0.0, 0.2));
+    assert!(gaps(edited.shape()).into_iter().all(|gap| gap <= 1e-13 * size(&block)));
+    let error = Edit::new(&block).lock([0]).ask(position(middle(&block, 1)).by(Vector::z())).solve();
+    assert!(error.unwrap_err().to_string().contains("lock none of them"));
+}
+
+#[test]
+fn the_nearest_place_of_a_solid_is_on_a_face() {
+    let cylinder = cylinder(1.5, 2.0);
+    for face in 0..3 {
+        let at = middle(&cylinder, face);
+        let point = cylinder.value(at, Default::default()).unwrap();
+        let found = cylinder.closest(point.into()).unwrap();
+        assert!(found.distance < 1e-12 && found.face == face as usize, "{face}: {found:?}");
+    }
+    // Above the corner of a block: its vertex.
+    let block = block();
+    let corner = loftsman_kernel::Point::new(2.0, 2.5, 3.0);
+    let found = block.closest(corner + Vector::new(1.0, 1.0, 1.0)).unwrap();
+    assert!(
+        (found.point - corner).norm() < 1e-9 && (found.distance - 3.0_f64.sqrt()).abs() < 1e-9,
+        "{found:?}"
+    );
+}
