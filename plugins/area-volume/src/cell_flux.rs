@@ -1,10 +1,13 @@
 //! The integrals of [`Flux`](crate::flux::Flux) over a surface that is no tensor-product spline, by its cells and stencils.
 
-use loftsman_kernel::shape::{Cell, Derivative, rows_at};
-use loftsman_kernel::{Point, Result, Vector};
+use loftsman_kernel::shape::{Cell, Derivative, Shape, Share, rows_at};
+use loftsman_kernel::{Point, Result, Vector, parallel};
 
-use crate::flux::{MOST, most, settled, unsettled};
+use crate::flux::{MOST, SETTLED, change, most, settled, unsettled};
 use crate::members::Member;
+
+/// Integrals over what fitted borders bound are refined until they change by less than this: the borders are not nearer.
+const SETTLED_AT_BORDERS: f64 = 1e-10;
 
 /// Gauss points of all cells, with the functions there and their derivatives.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,26 +23,86 @@ pub(crate) struct CellFlux {
 
 impl CellFlux {
     /// For the surfaces that differ from this one in their control vertices only; with `moments` for all four `h`. Exact where the
-    /// cells are polynomial; where they are rational, refined until the present integrals settle to 1e-13.
+    /// cells are polynomial, and what bounds them in the parameter plane; else refined, face by face, until the present integrals settle to
+    /// 1e-13 (borders: to 1e-10 where they do not get nearer).
     pub(crate) fn new(surface: &Member<'_>, moments: bool) -> Result<Self> {
-        let cells = surface.cells.checked(surface.shape)?;
+        let mut counted = surface.cells.counted(surface.shape)?;
+        let senses = surface.cells.senses().transpose()?;
+        let sense = |cell: &Cell| match (&senses, cell.face) {
+            (Some(senses), Some(face)) => senses.get(face as usize).copied().unwrap_or(0.0),
+            _ => 1.0,
+        };
+        counted.retain(|(cell, _)| sense(cell) != 0.0);
+        let faces: Vec<&[(Cell, Share)]> = counted.chunk_by(|a, b| a.0.face == b.0.face).collect();
+        let senses: Vec<f64> =
+            faces.iter().map(|cells| cells.first().map_or(1.0, |(cell, _)| sense(cell))).collect();
+        let shape = surface.shape;
+        let made = parallel::map(faces.len(), |k| Self::of_face(shape, faces[k], senses[k], moments));
+        let mut all = Self::empty(moments);
+        for one in made {
+            all.append(one?);
+        }
+        Ok(all)
+    }
+
+    fn empty(moments: bool) -> Self {
+        Self { vertices: Vec::new(), cells: Vec::new(), weights: Vec::new(), rows: Vec::new(), moments }
+    }
+
+    fn append(&mut self, other: Self) {
+        let start = self.vertices.len();
+        self.vertices.extend(other.vertices);
+        self.cells.extend(other.cells.into_iter().map(|(at, width, count)| (at + start, width, count)));
+        self.weights.extend(other.weights);
+        self.rows.extend(other.rows);
+    }
+
+    /// The cells of one face.
+    fn of_face(shape: &dyn Shape, cells: &[(Cell, Share)], sense: f64, moments: bool) -> Result<Self> {
         let exact =
             |degree: usize| if moments { (2 * degree).max(1) } else { (3 * degree).div_ceil(2).max(1) };
-        let flux = Self::with(surface, &cells, exact, 1, moments)?;
-        if !surface.cells.is_rational() {
+        let flux = Self::with(shape, cells, exact, 1, sense, moments)?;
+        let counts = |cell: &Cell, more: usize| {
+            [0, 1].map(|k| exact(cell.sides.get(k).map_or(0, |side| side.degree)) + more)
+        };
+        let plain = |(cell, share): &(Cell, Share)| {
+            let bounded = match share {
+                Share::Part(part) => part.is_exact(counts(cell, 0)),
+                _ => true,
+            };
+            bounded && !cell.rational
+        };
+        if cells.iter().all(plain) {
             return Ok(flux);
         }
-        let middle = crate::members::middle_of(surface.points());
+        // What only some cells depend on is looked at there only.
+        let mut own: Vec<u32> = flux.vertices.clone();
+        own.sort_unstable();
+        own.dedup();
+        let points: Vec<Point> =
+            own.iter().filter_map(|&v| shape.control_vertices().get(v as usize)).copied().collect();
+        let middle = crate::members::middle_of(&points);
         let (mut flux, mut last, mut now) = (flux, Vec::new(), Vec::new());
-        flux.integrate(surface.points(), &middle, &mut last);
+        let integrate = |flux: &Self, out: &mut Vec<Vec<Vector>>| {
+            let mut local = flux.clone();
+            local.vertices.iter_mut().for_each(|v| *v = own.binary_search(v).unwrap_or(0) as u32);
+            local.integrate(&points, &middle, out);
+        };
+        integrate(&flux, &mut last);
+        let bounded = cells.iter().any(|(_, share)| matches!(share, Share::Part(_)));
         let (mut more, mut parts) = (0, 1);
         let count = |more: usize, parts: usize| {
-            let [p, q] = surface.cells.degrees().map(|degree| (exact(degree) + more) * parts);
-            cells.len().saturating_mul(p).saturating_mul(q)
+            let each = cells.iter().map(|(cell, _)| {
+                let [p, q] = counts(cell, more);
+                p.saturating_mul(q).saturating_mul(parts * parts)
+            });
+            each.fold(0_usize, usize::saturating_add)
         };
         let most = most(count(more, parts));
+        let highest = cells.iter().flat_map(|(cell, _)| counts(cell, 0)).max().unwrap_or(1);
+        let mut near = false;
         for _ in 0..12 {
-            if surface.cells.degrees().into_iter().map(exact).max().unwrap_or(1) + more < MOST {
+            if highest + more < MOST {
                 more += 4;
             } else {
                 parts *= 2;
@@ -47,41 +110,42 @@ impl CellFlux {
             if count(more, parts) > most {
                 break;
             }
-            let finer = Self::with(surface, &cells, |degree| exact(degree) + more, parts, moments)?;
-            finer.integrate(surface.points(), &middle, &mut now);
-            if settled(&now, &last, surface.points(), &middle)? {
+            let finer = Self::with(shape, cells, |degree| exact(degree) + more, parts, sense, moments)?;
+            integrate(&finer, &mut now);
+            if bounded {
+                let change = change(&now, &last, &points, &middle);
+                if change <= SETTLED {
+                    return Ok(flux);
+                }
+                near = change <= SETTLED_AT_BORDERS;
+            } else if settled(&now, &last, &points, &middle)? {
                 return Ok(flux);
             }
             flux = finer;
             std::mem::swap(&mut last, &mut now);
+            if near && parts > 2 {
+                return Ok(flux);
+            }
         }
-        Err(unsettled())
+        if near { Ok(flux) } else { Err(unsettled()) }
     }
 
     /// So many points, which depend on the degree, on each of `parts` parts of a cell in either direction.
     fn with(
-        surface: &Member<'_>,
-        cells: &[Cell],
+        shape: &dyn Shape,
+        cells: &[(Cell, Share)],
         counts: impl Fn(usize) -> usize,
         parts: usize,
+        sense: f64,
         moments: bool,
     ) -> Result<Self> {
-        let (vertices, weights, rows) = (Vec::new(), Vec::new(), Vec::new());
-        let mut flux = Self { vertices, cells: Vec::with_capacity(cells.len()), weights, rows, moments };
-        for cell in cells {
+        let mut flux = Self::empty(moments);
+        flux.cells.reserve(cells.len());
+        for (cell, share) in cells {
             let per = [0, 1].map(|k| counts(cell.sides.get(k).map_or(0, |side| side.degree)));
             let width = cell.vertices.len();
-            let mut points = Vec::new();
-            for (i, j) in (0..parts).flat_map(|i| (0..parts).map(move |j| (i, j))) {
-                let mut piece = cell.clone();
-                for (side, k) in piece.sides.iter_mut().zip([i, j]) {
-                    let step = (side.end - side.start) / parts as f64;
-                    side.start += step * k as f64;
-                    side.end = side.start + step;
-                }
-                points.extend(piece.gauss_points(per));
-            }
-            let of = |by: [usize; 2]| rows_at(surface.shape, cell, &points, Derivative::from(by));
+            let points = share.gauss_points(cell, per, parts);
+            let of = |by: [usize; 2]| rows_at(shape, cell, &points, Derivative::from(by));
             let (values, by_u, by_v) = (of([0, 0])?, of([1, 0])?, of([0, 1])?);
             for at in 0..points.len() {
                 for rows in [&values, &by_u, &by_v] {
@@ -90,7 +154,7 @@ impl CellFlux {
             }
             flux.cells.push((flux.vertices.len(), width, points.len()));
             flux.vertices.extend(cell.vertices.iter().map(|&v| v as u32));
-            flux.weights.extend(points.iter().map(|(_, weight)| weight));
+            flux.weights.extend(points.iter().map(|(_, weight)| weight * sense));
         }
         Ok(flux)
     }

@@ -39,7 +39,7 @@ const STRIP: usize = 96;
 /// Points on a span beyond which a rational surface's spans are divided instead.
 pub(crate) const MOST: usize = 24;
 /// A rational surface's integrals are refined until they change by less than this.
-const SETTLED: f64 = 1e-13;
+pub(crate) const SETTLED: f64 = 1e-13;
 /// Integrals below this share of the squared size, for each vertex, are what rounding makes of none.
 const NOTHING: f64 = 1e3 * f64::EPSILON;
 /// Changes below this share of it are rounding of the terms that cancel where the area is next to none.
@@ -254,6 +254,15 @@ pub(crate) fn settled(
     let size = largest(&mut now.iter().flatten().map(|v| v.amax()));
     let change = largest(&mut now.iter().flatten().zip(last.iter().flatten()).map(|(a, b)| (a - b).amax()));
     Ok(change <= (SETTLED * size).max(CANCELLED * share))
+}
+
+/// By how much integrals differ by two rules, relative to the largest or to what the points could make.
+pub(crate) fn change(now: &[Vec<Vector>], last: &[Vec<Vector>], vertices: &[Point], middle: &Point) -> f64 {
+    let reach = vertices.iter().map(|p| (p - middle).amax()).fold(0.0, f64::max);
+    let share = reach * reach / vertices.len().max(1) as f64;
+    let size = now.iter().flatten().map(|v| v.amax()).fold(0.0, f64::max);
+    let change = now.iter().flatten().zip(last.iter().flatten()).map(|(a, b)| (a - b).amax());
+    change.fold(0.0, f64::max) / size.max(CANCELLED / SETTLED * share).max(f64::MIN_POSITIVE)
 }
 
 /// That a rational surface's integrals do not settle.

@@ -112,13 +112,9 @@ impl<'a> Member<'a> {
             return Err(Error::Invalid(format!("{what}: {name} is {kind}; {instead}")));
         }
         let cells = cells_of(shape, &format!("{what} of {name}"))?;
-        if cells.is_partial() {
-            return Err(Error::Invalid(format!(
-                "{what}: {name} is trimmed, and only what its loops bound would count, which is not measured yet; \"untrim\" makes \
-                 it a whole surface"
-            )));
-        }
-        Ok(Self { shape, cells, splines: cells.splines() })
+        // Of a part nothing is a product of what is along u and along v.
+        let splines = if cells.is_partial() { None } else { cells.splines() };
+        Ok(Self { shape, cells, splines })
     }
 
     pub(crate) fn points(&self) -> &'a [Point] {
@@ -134,6 +130,19 @@ pub(crate) fn curve<'a>(shapes: &Shapes<'a>, on: &On, what: &str, instead: &str)
 /// The surface that a member is; the error says what to ask of a curve instead.
 pub(crate) fn surface<'a>(shapes: &Shapes<'a>, on: &On, what: &str, instead: &str) -> Result<Member<'a>> {
     Member::of(shapes, on, what, instead, 2)
+}
+
+/// Which members say themselves what they bound, and which have to close with one another.
+///
+/// # Errors
+/// When a member is no surface.
+pub(crate) fn by_themselves(shapes: &Shapes<'_>, members: &[On], what: &str) -> Result<Vec<bool>> {
+    let alone = |on: &On| {
+        let own =
+            surface(shapes, on, what, "a volume is bounded by surfaces; ask for its area, or its length")?;
+        Ok(own.cells.senses().is_some())
+    };
+    members.iter().map(alone).collect()
 }
 
 /// Surfaces as parts of a shell, by the names that messages use.

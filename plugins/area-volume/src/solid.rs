@@ -9,7 +9,7 @@ use loftsman_kernel::{Point, Result, Vector};
 
 use crate::cell_flux::CellFlux;
 use crate::flux::{Flux, Strip};
-use crate::members::{Member, extent, shell_members, surface};
+use crate::members::{Member, by_themselves, extent, name_of, shell_members, surface};
 
 /// Surfaces that close, ready to be measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,11 +83,25 @@ impl Solid {
     /// # Errors
     /// When a member is not a surface, the boundary is open, or it encloses nothing.
     pub(crate) fn new(shapes: &Shapes<'_>, members: &[On], moments: bool, what: &str) -> Result<Self> {
-        let shell = Shell::find(&shell_members(shapes, members, what)?, what)?;
         let (origin, _) = extent(shapes, members)?;
+        let alone = by_themselves(shapes, members, what)?;
+        let rest: Vec<On> =
+            members.iter().zip(&alone).filter(|(_, alone)| !**alone).map(|(on, _)| on.clone()).collect();
+        let mut senses = Vec::new();
+        if !rest.is_empty() {
+            senses = Shell::find(&shell_members(shapes, &rest, what)?, what)?.senses;
+        }
+        let mut senses = senses.into_iter();
         let mut patches = Vec::with_capacity(members.len());
-        for (on, &sign) in members.iter().zip(&shell.senses) {
+        for (on, alone) in members.iter().zip(alone) {
             let own = surface(shapes, on, what, "ask for its area, or its length")?;
+            let sign = if alone { None } else { senses.next() };
+            let Some(sign) = sign else {
+                let said = |error| Error::Invalid(format!("{what}: {}: {error}", name_of(on)));
+                let flux = PatchFlux::Cells(CellFlux::new(&own, moments).map_err(said)?);
+                patches.push(Patch { shape: on.shape, sign: 1.0, flux, rim: Vec::new() });
+                continue;
+            };
             let rim = rim(&own, what)?;
             patches.push(Patch { shape: on.shape, sign, flux: PatchFlux::new(&own, moments)?, rim });
         }

@@ -10,7 +10,7 @@ use loftsman_kernel::shape::Stencil;
 use loftsman_kernel::topology::Shell;
 
 use crate::contour::Contour;
-use crate::members::{Members, OBJECT, OBJECTS, is_surface, shell_members};
+use crate::members::{Members, OBJECT, OBJECTS, by_themselves, is_surface, shell_members};
 use crate::tie::Tie;
 
 /// A boundary that stays closed: curves whose ends meet, surfaces whose edges do, poles that stay points. Three linear
@@ -50,8 +50,15 @@ impl Closed {
         let first = self.members.0.first().ok_or_else(|| Error::Invalid("closed: of no shape".into()))?;
         let what = self.describe();
         let ties = if is_surface(shapes, first)? {
-            let of = |(member, stencil): (usize, Stencil)| (self.members.0[member].shape, stencil);
-            let found = Shell::find(&shell_members(shapes, &self.members.0, &what)?, &what)?.ties;
+            // What says itself what it bounds keeps itself together.
+            let alone = by_themselves(shapes, &self.members.0, &what)?;
+            let rest = self.members.0.iter().zip(&alone).filter(|(_, alone)| !**alone);
+            let rest: Vec<On> = rest.map(|(on, _)| on.clone()).collect();
+            if rest.is_empty() {
+                return Ok(Arc::new(Vec::new()));
+            }
+            let of = |(member, stencil): (usize, Stencil)| (rest[member].shape, stencil);
+            let found = Shell::find(&shell_members(shapes, &rest, &what)?, &what)?.ties;
             found.into_iter().map(|tie| Tie { first: of(tie.first), second: of(tie.second) }).collect()
         } else {
             Contour::find(shapes, &self.members.0, &what)?.ties

@@ -7,7 +7,7 @@ use loftsman_kernel::functional::{Functional, On, Shapes, position, value_of};
 use loftsman_kernel::shape::{
     BoundaryEdge, Cell, Cells, Derivative, Domain, Edges, Location, Shape, Sides, Stencil, Strip,
 };
-use loftsman_kernel::spline::trimmed::Region;
+use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{CatmullRom, Curve, Space, Spacing, Surface, Trimmed};
 use loftsman_kernel::{Point, Result, Vector};
 
@@ -212,9 +212,21 @@ fn what_cannot_be_measured_says_why() {
     };
     assert!(error(&area(), &patches).contains("is a surface"));
     assert!(error(&volume(), &patches).contains("the boundary is open"));
-    let line = Space::clamped(1, &[0.0, 1.0]).unwrap();
-    let square = Surface::new(line.clone(), line, vec![Point::origin(); 4]).unwrap();
-    let trimmed = Trimmed::new(square, vec![Region::default()], vec![], vec![]).unwrap();
-    let said = error(&surface_area(), &trimmed);
-    assert!(said.contains("trimmed") && said.contains("untrim"), "{said}");
+}
+
+/// Half of a square, by the loop around it.
+#[test]
+fn what_loops_leave_is_measured() {
+    let line = || Space::clamped(1, &[0.0, 1.0]).unwrap();
+    let at = |x: f64, y: f64| Point::new(x, y, 0.0);
+    let square =
+        Surface::new(line(), line(), vec![at(0.0, 0.0), at(0.0, 1.0), at(1.0, 0.0), at(1.0, 1.0)]).unwrap();
+    let corners = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
+    let side =
+        |k: usize| ParameterCurve::whole(Curve::line(corners[k], corners[(k + 1) % 3]).unwrap()).unwrap();
+    let outer = (0..3).map(side).collect();
+    let trimmed = Trimmed::new(square, vec![Region { outer, holes: vec![] }], vec![], vec![]).unwrap();
+    let mut out = [0.0];
+    value_of(&surface_area(), &Shapes::one(&trimmed), &mut out).unwrap();
+    assert!((out[0] - 0.5).abs() < 1e-13, "{out:?}");
 }

@@ -7,6 +7,7 @@
 )]
 
 mod bounded;
+mod breps;
 mod cells;
 mod conformance;
 mod errors;
@@ -17,4 +18,5 @@ mod polyline;
 mod recipes;
 mod samples;
 mod sessions;
+mod trims;
 mod values;

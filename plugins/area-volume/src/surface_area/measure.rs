@@ -1,0 +1,417 @@
+//! The quadrature behind the area of a surface: two rules on each part, halved where they differ.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use loftsman_kernel::error::Error;
+use loftsman_kernel::shape::{Cell, Location, Shape, Share};
+use loftsman_kernel::spline::Space;
+use loftsman_kernel::spline::gram::gauss_legendre;
+use loftsman_kernel::spline::space::MAX_ORDER;
+use loftsman_kernel::{Point, Result, Vector};
+
+use crate::members::Member;
+use crate::rule::Basis;
+
+/// The rules' points beyond the degree.
+const EXTRA: [usize; 2] = [2, 4];
+/// Halvings allowed in all: so many, and so many for each cell.
+const HALVINGS: usize = 400;
+const HALVINGS_A_CELL: usize = 1;
+/// Into how many parts along each of its borders what loops leave of a cell is cut at most.
+const MOST_PARTS: usize = 64;
+/// What the two rules may differ by on a part, as a share of a cell's share of the whole.
+const AGREE: f64 = 1e-11;
+
+/// A rule in each direction.
+struct Nodes {
+    u: Along,
+    v: Along,
+}
+
+/// Nodes on `[0, 1]` with three weights each: Gauss and Legendre's, those of the highest divided difference, which is zero for
+/// all polynomials that have one coefficient less than there are nodes, and these times the distance from the middle, for
+/// polynomials with one coefficient less still. One of the two is even, the other odd about the middle, so that not both
+/// overlook a crease there. They are scaled to a sum of 1 without signs.
+struct Along(Vec<(f64, [f64; 3])>);
+
+impl Along {
+    fn new(count: usize) -> Self {
+        let (nodes, weights) = gauss_legendre(count);
+        let difference = |k: usize| {
+            let others = nodes.iter().enumerate().filter(|(j, _)| *j != k);
+            others.map(|(_, x)| nodes[k] - x).product::<f64>().recip()
+        };
+        let off = |k: usize| (nodes[k] - 0.5) * difference(k);
+        let whole: f64 = (0..count).map(|k| difference(k).abs()).sum();
+        let other: f64 = (0..count).map(|k| off(k).abs()).sum();
+        let all = |k: usize| [weights[k], difference(k) / whole, off(k) / other];
+        Self((0..count).map(|k| (nodes[k], all(k))).collect())
+    }
+}
+
+/// A surface at work.
+pub(super) struct Measure<'s> {
+    shape: &'s dyn Shape,
+    /// The spaces and the weights, of a tensor-product spline.
+    splines: Option<(&'s Space, &'s Space, Option<&'s [f64]>)>,
+    points: &'s [Point],
+    /// The cells: of a spline the numbers of their spans.
+    cells: Vec<Part>,
+    /// What counts of cells, where that is not all.
+    counted: &'s [(Cell, Share)],
+    degrees: [usize; 2],
+    rules: [Nodes; 2],
+    bases: [Basis; 2],
+    /// What a stencil could not be had for.
+    failed: Option<Error>,
+}
+
+/// A part of a cell: its span and interval in each direction.
+#[derive(Clone, Copy)]
+struct Part {
+    spans: [usize; 2],
+    /// The face that it is on, of a surface of many.
+    face: Option<u32>,
+    u: (f64, f64),
+    v: (f64, f64),
+    /// Which of the counted cells this is, where only a part of it counts, and in how many parts that is cut.
+    share: Option<(usize, usize)>,
+}
+
+impl Part {
+    /// A place of it.
+    fn at(&self, u: f64, v: f64) -> Location {
+        self.face.map_or(Location::Surface(u, v), |face| Location::Face(face, u, v))
+    }
+}
+
+impl<'s> Measure<'s> {
+    pub(super) fn new(surface: &Member<'s>, counted: &'s [(Cell, Share)]) -> Self {
+        let [p, q] = surface.cells.degrees();
+        let rule = |extra: usize| Nodes { u: Along::new(p + extra), v: Along::new(q + extra) };
+        let splines = surface.splines.and_then(|all| Some((all.u, all.v?, all.weights)));
+        let mut cells = Vec::new();
+        match splines {
+            Some((u, v, _)) => {
+                let ends = |flat: &[f64], span: usize| (flat[span], flat[span + 1]);
+                for i in u.spans() {
+                    let each = v.spans().map(|j| (j, ends(v.flat(), j)));
+                    cells.extend(each.map(|(j, v)| Part {
+                        spans: [i, j],
+                        face: None,
+                        u: ends(u.flat(), i),
+                        v,
+                        share: None,
+                    }));
+                }
+            }
+            None => {
+                for (number, (cell, share)) in counted.iter().enumerate() {
+                    let [u, v] = cell.sides[..] else { continue };
+                    let (u, v) = ((u.start, u.end), (v.start, v.end));
+                    let share = matches!(share, Share::Part(_)).then_some((number, 1));
+                    cells.push(Part { spans: [0; 2], face: cell.face, u, v, share });
+                }
+            }
+        }
+        let (rules, bases) = (EXTRA.map(rule), [Basis::default(), Basis::default()]);
+        let (shape, points) = (surface.shape, surface.points());
+        Self { shape, splines, points, cells, counted, degrees: [p, q], rules, bases, failed: None }
+    }
+
+    /// The area of a part by one of the rules, and its gradient added where there is room.
+    fn part(&mut self, part: Part, rule: usize, gradient: Option<&mut [Vector]>) -> Sum {
+        if let Some(splines) = self.splines {
+            return self.part_of_spans(splines, part, rule, gradient);
+        }
+        self.part_by_stencils(part, rule, gradient).unwrap_or_else(|error| {
+            self.failed.get_or_insert(error);
+            Sum::default()
+        })
+    }
+
+    /// What a place adds: the size of the normal, and its gradient times a weight.
+    fn place(&self, at: Location, weight: f64, gradient: Option<&mut [Vector]>) -> Result<f64> {
+        let row = |by: [usize; 2]| self.shape.stencil(at, by.into());
+        let (by_u, by_v) = (row([1, 0])?, row([0, 1])?);
+        let (su, sv) = (by_u.apply(self.points), by_v.apply(self.points));
+        let normal = su.cross(&sv);
+        let size = normal.norm();
+        if let Some(gradient) = gradient.filter(|_| size > 0.0) {
+            let unit = normal / size;
+            let (along, across) = (sv.cross(&unit) * weight, unit.cross(&su) * weight);
+            by_u.iter().for_each(|(vertex, c)| gradient[vertex] += along * c);
+            by_v.iter().for_each(|(vertex, c)| gradient[vertex] += across * c);
+        }
+        Ok(size)
+    }
+
+    fn part_by_stencils(&self, part: Part, rule: usize, mut gradient: Option<&mut [Vector]>) -> Result<Sum> {
+        if let Some((number, parts)) = part.share
+            && let Some((cell, share)) = self.counted.get(number)
+        {
+            let [p, q] = self.degrees;
+            let mut sum = Sum::default();
+            for (at, weight) in share.gauss_points(cell, [p + EXTRA[rule], q + EXTRA[rule]], parts) {
+                sum.area += weight * self.place(at, weight, gradient.as_deref_mut())?;
+            }
+            return Ok(sum);
+        }
+        let Nodes { u: along_u, v: along_v } = &self.rules[rule];
+        let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
+        let mut sum = Sum::default();
+        for (x, [wx, ux @ ..]) in &along_u.0 {
+            for (y, [wy, vy @ ..]) in &along_v.0 {
+                let at = part.at(part.u.0 + length_u * x, part.v.0 + length_v * y);
+                let weight = wx * length_u * wy * length_v;
+                let size = self.place(at, weight, gradient.as_deref_mut())?;
+                sum.area += wx * wy * size;
+                for k in 0..2 {
+                    sum.rough_along[0][k] += ux[k] * wy * size;
+                    sum.rough_along[1][k] += wx * vy[k] * size;
+                }
+            }
+        }
+        sum.area *= length_u * length_v;
+        Ok(sum)
+    }
+
+    fn part_of_spans(
+        &mut self,
+        (su, sv, weights): (&Space, &Space, Option<&[f64]>),
+        part: Part,
+        rule: usize,
+        mut gradient: Option<&mut [Vector]>,
+    ) -> Sum {
+        let (p, q) = (su.degree(), sv.degree());
+        let columns = sv.len();
+        let vertex = |i: usize, j: usize| {
+            su.vertex(part.spans[0] - p + i) * columns + sv.vertex(part.spans[1] - q + j)
+        };
+        let points = self.points;
+        let [bu, bv] = &mut self.bases;
+        bu.enter(su, part.spans[0]);
+        bv.enter(sv, part.spans[1]);
+        let Nodes { u: along_u, v: along_v } = &self.rules[rule];
+        let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
+        let mut sum = Sum::default();
+        for (x, [wx, ux @ ..]) in &along_u.0 {
+            bu.at(part.u.0 + length_u * x);
+            // Combined along u: homogeneous points and derivatives for each of the q + 1 columns.
+            let mut line = [[[0.0; 4]; 2]; MAX_ORDER];
+            for (j, line) in line.iter_mut().enumerate().take(q + 1) {
+                for i in 0..=p {
+                    let at = vertex(i, j);
+                    let w = weights.map_or(1.0, |w| w[at]);
+                    let h = [points[at].x * w, points[at].y * w, points[at].z * w, w];
+                    for a in 0..4 {
+                        line[0][a] += bu.values[i] * h[a];
+                        line[1][a] += bu.slopes[i] * h[a];
+                    }
+                }
+            }
+            let mut sums = [[[0.0; 3]; 2]; MAX_ORDER];
+            for (y, [wy, vy @ ..]) in &along_v.0 {
+                bv.at(part.v.0 + length_v * y);
+                let (mut s, mut su_, mut sv_) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+                for (j, line) in line.iter().enumerate().take(q + 1) {
+                    for a in 0..4 {
+                        s[a] += bv.values[j] * line[0][a];
+                        su_[a] += bv.values[j] * line[1][a];
+                        sv_[a] += bv.slopes[j] * line[0][a];
+                    }
+                }
+                let w = s[3];
+                let project = |d: [f64; 4]| [0, 1, 2].map(|a| (d[a] - s[a] / w * d[3]) / w);
+                let (tu, tv) = (project(su_), project(sv_));
+                let normal = cross(tu, tv);
+                let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+                sum.area += wx * wy * size;
+                for k in 0..2 {
+                    sum.rough_along[0][k] += ux[k] * wy * size;
+                    sum.rough_along[1][k] += wx * vy[k] * size;
+                }
+                if !(gradient.is_some() && size > 0.0) {
+                    continue;
+                }
+                // The point, its u and its v derivative depend on the vertices as `s`, `su_` and `sv_` do: summed over this
+                // line first, so that a point costs the vertices of one direction, not of both.
+                let unit = normal.map(|n| n / size);
+                let weight = wx * length_u * wy * length_v / w;
+                let (by_u, by_v) = (cross(tv, unit), cross(unit, tu));
+                for a in 0..3 {
+                    let (by_u, by_v) = (by_u[a] * weight, by_v[a] * weight);
+                    let by_point = -(by_u * su_[3] + by_v * sv_[3]) / w;
+                    for (j, sums) in sums.iter_mut().enumerate().take(q + 1) {
+                        sums[0][a] += by_point * bv.values[j] + by_v * bv.slopes[j];
+                        sums[1][a] += by_u * bv.values[j];
+                    }
+                }
+            }
+            let Some(gradient) = gradient.as_deref_mut() else { continue };
+            for i in 0..=p {
+                for (j, [by_value, by_slope]) in sums.iter().enumerate().take(q + 1) {
+                    let at = vertex(i, j);
+                    let own = weights.map_or(1.0, |w| w[at]);
+                    for a in 0..3 {
+                        gradient[at][a] += own * (by_value[a] * bu.values[i] + by_slope[a] * bu.slopes[i]);
+                    }
+                }
+            }
+        }
+        sum.area *= length_u * length_v;
+        sum
+    }
+
+    /// The area, what it may be wrong by, and its gradient added where there is room.
+    pub(super) fn whole(&mut self, mut gradient: Option<&mut [Vector]>) -> Result<Area> {
+        let mut parts = BinaryHeap::new();
+        for part in std::mem::take(&mut self.cells) {
+            parts.push(self.judged(part, parts.len()));
+        }
+        let cells = parts.len();
+        let share = parts.iter().map(|p| p.fine).sum::<f64>() / cells.max(1) as f64;
+        let mut made = cells;
+        for _ in 0..halvings(cells) {
+            let Some(worst) = parts.pop() else { break };
+            if worst.error <= AGREE * share.max(worst.fine) || !worst.error.is_finite() {
+                parts.push(worst);
+                break;
+            }
+            let Some(halves) = self.halves(&worst, made) else {
+                // Too short to be halved: what it may be wrong by stays counted, and others go on.
+                parts.push(Judged { settled: true, ..worst });
+                if parts.peek().is_none_or(|p| p.settled) {
+                    break;
+                }
+                continue;
+            };
+            parts.extend(halves);
+            made += 2;
+        }
+        // In the order in which they were made: the same sum every time.
+        let mut parts = parts.into_vec();
+        parts.sort_by_key(|p| p.order);
+        let mut found = Area { area: 0.0, error: 0.0 };
+        for p in &parts {
+            if gradient.is_some() {
+                self.part(p.part, 1, gradient.as_deref_mut());
+            }
+            found.area += p.fine;
+            found.error += p.error;
+        }
+        self.failed.take().map_or(Ok(found), Err)
+    }
+
+    fn judged(&mut self, part: Part, order: usize) -> Judged {
+        let (rough, fine) = (self.part(part, 0, None), self.part(part, 1, None));
+        let [along_u, along_v] = fine.rough_along.map(|[a, b]| a.abs() + b.abs());
+        let across_u = along_u >= along_v;
+        let error = (fine.area - rough.area).abs();
+        Judged { part, fine: fine.area, error, across_u, order, settled: false }
+    }
+
+    /// A part in two, across the direction in which it is less smooth. None where there is no number between the ends.
+    fn halves(&mut self, whole: &Judged, order: usize) -> Option<Vec<Judged>> {
+        let part = whole.part;
+        if let Some((number, parts)) = part.share {
+            // What loops leave of a cell is cut as a whole.
+            let finer = Part { share: Some((number, 2 * parts)), ..part };
+            return (parts < MOST_PARTS).then(|| vec![self.judged(finer, order)]);
+        }
+        let middle = |(a, b): (f64, f64)| {
+            let middle = 0.5 * a + 0.5 * b;
+            (a < middle && middle < b).then_some(middle)
+        };
+        let across_u =
+            middle(part.u).map(|m| [Part { u: (part.u.0, m), ..part }, Part { u: (m, part.u.1), ..part }]);
+        let across_v =
+            middle(part.v).map(|m| [Part { v: (part.v.0, m), ..part }, Part { v: (m, part.v.1), ..part }]);
+        let halves = if whole.across_u { across_u.or(across_v) } else { across_v.or(across_u) };
+        halves.map(|[first, second]| vec![self.judged(first, order), self.judged(second, order + 1)])
+    }
+}
+
+/// What a rule finds on a part: the area, and what is left of `|S_u × S_v|` along u and along v when it is summed over the
+/// other direction and polynomials are taken out: nothing where it is smooth.
+#[derive(Default)]
+struct Sum {
+    area: f64,
+    rough_along: [[f64; 2]; 2],
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// An area, and a bound (as a rule) of its error.
+pub(super) struct Area {
+    pub(super) area: f64,
+    pub(super) error: f64,
+}
+
+/// A part with its area, by the better rule, and the difference of both; in the heap the part with most is the greatest.
+struct Judged {
+    part: Part,
+    fine: f64,
+    error: f64,
+    /// Across which direction to halve it.
+    across_u: bool,
+    order: usize,
+    /// Whether it cannot be halved any more.
+    settled: bool,
+}
+
+impl PartialEq for Judged {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Judged {}
+impl PartialOrd for Judged {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Judged {
+    /// Of equal ones the first made, so that the answer is always the same.
+    fn cmp(&self, other: &Self) -> Ordering {
+        let open = other.settled.cmp(&self.settled);
+        open.then(self.error.total_cmp(&other.error)).then(other.order.cmp(&self.order))
+    }
+}
+
+/// The most points at which a look evaluates a surface: both rules on each part that can arise, and the better one again on
+/// those that remain, for the gradient.
+pub(super) fn points(surface: &Member<'_>, counted: &[(Cell, Share)]) -> usize {
+    let [p, q] = surface.cells.degrees();
+    let [rough, fine] = EXTRA.map(|extra| (p + extra) * (q + extra));
+    let cells = match surface.splines {
+        Some(all) => all.u.spans().count() * all.v.map_or(1, |v| v.spans().count()),
+        None => counted.len(),
+    };
+    let halvings = halvings(cells);
+    (cells + 2 * halvings) * (rough + fine) + (cells + halvings) * fine
+}
+
+/// How many halvings so many cells are allowed.
+fn halvings(cells: usize) -> usize {
+    HALVINGS + HALVINGS_A_CELL * cells
+}
+
+/// The longest side of the box of the vertices that act in a surface's domain.
+pub(super) fn extent(surface: &Member<'_>, counted: &[(Cell, Share)]) -> f64 {
+    let (mut low, mut high) = (Point::from([f64::INFINITY; 3]), Point::from([f64::NEG_INFINITY; 3]));
+    let all: Box<dyn Iterator<Item = Cell>> = if surface.splines.is_some() {
+        Box::new(surface.cells.iter())
+    } else {
+        Box::new(counted.iter().map(|(cell, _)| cell.clone()))
+    };
+    for cell in all {
+        for p in cell.vertices.iter().filter_map(|&v| surface.points().get(v)) {
+            (low, high) = (low.inf(p), high.sup(p));
+        }
+    }
+    (high - low).amax()
+}
