@@ -206,6 +206,27 @@ pub(crate) struct Ranges {
 }
 
 impl Ranges {
+    /// Of a function that is a distance: middle and half width of each second derivative.
+    pub(crate) fn new(uu: [f64; 2], uv: [f64; 2], vv: [f64; 2]) -> Self {
+        Self { uu, uv, vv, share: 0.125 }
+    }
+
+    /// The largest that each second derivative can be.
+    pub(crate) fn largest(&self) -> [f64; 3] {
+        [self.uu, self.uv, self.vv].map(|[middle, half]| middle.abs() + half)
+    }
+
+    /// How large the second derivatives are, about: the mixed one, which is none's own, in the middle.
+    pub(crate) fn sizes(&self) -> [f64; 3] {
+        [self.uu[0].abs() + self.uu[1], self.uv[0].abs(), self.vv[0].abs() + self.vv[1]]
+    }
+
+    /// The largest distance over a triangle, about: mostly what the middles say.
+    pub(crate) fn about(&self, triangle: [[f64; 2]; 3]) -> f64 {
+        let milder = |[middle, half]: [f64; 2]| [middle, 0.25 * half];
+        Self { uu: milder(self.uu), uv: milder(self.uv), vv: milder(self.vv), ..*self }.triangle(triangle)
+    }
+
     /// `dᵀ M d`.
     fn middle(&self, [u, v]: [f64; 2]) -> f64 {
         self.uu[0] * u * u + 2.0 * self.uv[0] * u * v + self.vv[0] * v * v

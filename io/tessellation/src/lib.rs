@@ -13,6 +13,10 @@
 //! whose edges coincide (the same Bézier pieces, run through either way) get the same points there when the tolerance
 //! is a length. A relative one is a length of its own for each surface.
 //!
+//! *Trimmed surfaces and Breps* ([`Tessellator::measured_trimmed`], [`Tessellator::measured_brep`]) are triangulated in the plane of their surfaces'
+//! parameters, by constrained Delaunay triangulations (crate `spade`, whose predicates are exact); each edge of a Brep is cut once for all of its
+//! faces.
+//!
 //! What moves is cut at the same parameters in all its states ([`Tessellator::moving_curve`]), as finely as the worst of them
 //! asks at each place.
 //!
@@ -20,6 +24,7 @@
 
 mod assemble;
 mod bezier;
+mod brep;
 mod cell;
 mod curve;
 mod distinct;
@@ -40,9 +45,12 @@ mod weights;
 mod weld;
 
 use loftsman_kernel::Result;
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::Polyline;
-use loftsman_kernel::plugin::{Fineness, MovingLine, MovingMesh, Plugin, Registry, Tessellated, Tessellator};
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::plugin::{
+    Fineness, MovingLine, MovingMesh, Plugin, Registry, Tessellated, TessellatedBrep, Tessellator,
+};
+use loftsman_kernel::spline::{Curve, Surface, Trimmed};
 
 /// The tessellator with a guaranteed chord tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +102,21 @@ impl Tessellator for Adaptive {
     /// planes differ by more than 2e-3; `uvs` differ at seams, and at poles by triangle.
     fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated> {
         surface::mesh(surface, fineness, self.budget)
+    }
+
+    /// Triangles of the regions, certified as those of [`measured_surface`](Tessellator::measured_surface). Loops are cut by how the
+    /// surface bends along them; what is inside is what an odd number of loops separates from the end of the domain. Special curves and
+    /// points are followed, but for chords that cross loops or one another. Where a surface that is not periodic closes, it is left open.
+    fn measured_trimmed(&self, trimmed: &Trimmed, fineness: &Fineness) -> Result<Tessellated> {
+        brep::trimmed_mesh(trimmed, fineness, self.budget)
+    }
+
+    /// Each edge is cut once, and each face certified as an untrimmed surface is. What is inside a face is what lies to the left of its
+    /// loops; where these disagree, what an odd number of them separates from the end of the surface. Distances of edges from surfaces are
+    /// found at the ends and in the middles of chords. Normals and `uvs` (the parameters scaled to `[0, 1]²`) are by corner: faces are
+    /// smooth within, and split where they meet.
+    fn measured_brep(&self, brep: &Brep, fineness: &Fineness) -> Result<TessellatedBrep> {
+        brep::mesh(brep, fineness, self.budget)
     }
 
     /// A chord holds where it does in all states, so that each is as near as [`curve`](Tessellator::curve) would make it, with

@@ -1,0 +1,428 @@
+//! The surface of a face, prepared: its patches, what of it is one (seams, poles), where it creases, how much it bends.
+
+use std::sync::Arc;
+
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::{Error, Point, Result, Vector};
+
+use super::bounds::{Bounds, Spread, exactly};
+use crate::fineness::Frame;
+use crate::normals::normal;
+use crate::patch::{Homogeneous, Jet, Patch, Patches, project};
+use crate::weights;
+
+/// Of boxes across more patches than this the cells are enough.
+const MOST_PATCHES: usize = 6;
+/// The least part of a patch that derivatives are bounded over.
+const THIN: f64 = 1e-6;
+/// Points of a surface's own edges that are closer than this, in the frame of the whole, are one.
+const ONE_POINT: f64 = 1e-9;
+
+/// A direction of a surface's parameters.
+#[derive(Debug)]
+pub(crate) struct Side {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// Whether the surface closes in it.
+    pub(crate) closed: bool,
+    /// Where in it triangles must not reach across: creases, and both ends where it closes; ascending.
+    pub(crate) lines: Vec<f64>,
+    /// What the first derivative jumps by at the other knots, where it does at all; ascending.
+    jumps: Vec<(f64, f64)>,
+}
+
+impl Side {
+    pub(crate) fn length(&self) -> f64 {
+        self.high - self.low
+    }
+
+    /// The same place within the domain, where the direction is closed.
+    pub(crate) fn wrapped(&self, x: f64) -> f64 {
+        if !self.closed {
+            return x;
+        }
+        let x = x - self.length() * ((x - self.low) / self.length()).floor();
+        if x >= self.high { self.low } else { x.max(self.low) }
+    }
+
+    /// The same place, as near to another as it can be.
+    pub(crate) fn unwrapped(&self, x: f64, near: f64) -> f64 {
+        if self.closed { x + self.length() * ((near - x) / self.length()).round() } else { x }
+    }
+}
+
+/// A surface as faces need it. Points are in the frame of the whole, parameters are the surface's own.
+#[derive(Debug)]
+pub(crate) struct Carrier {
+    pub(crate) surface: Surface,
+    frame: Frame,
+    patches: Arc<[Patch]>,
+    breaks: [Vec<f64>; 2],
+    pub(crate) sides: [Side; 2],
+    /// The point that a side of the domain is, where it is one: `[u or v][low or high]`.
+    pub(crate) poles: [[Option<Vector>; 2]; 2],
+    pub(crate) bounds: Bounds,
+    /// Whether it does not bend at all.
+    pub(crate) flat: bool,
+}
+
+impl Carrier {
+    /// `chord` is the tolerance in the frame; `one` is how near to each other sides are one: where a surface
+    /// that is not periodic closes, and where a side is a point. `None` for those of no other: they are left apart.
+    ///
+    /// # Errors
+    /// When the surface is torn at a knot, or its weights are too unlike.
+    pub(crate) fn new(surface: Surface, frame: Frame, chord: f64, one: Option<f64>) -> Result<Self> {
+        let spaces = [surface.u(), surface.v()];
+        let domains = spaces.map(|space| space.domain());
+        let of = Patches::new(&surface, &frame);
+        let counts = of.counts();
+        let breaks = [0, 1].map(|d: usize| {
+            let mut ends = (0..counts[d]).map(|k| of.ends(d, k));
+            let mut all: Vec<f64> = ends.clone().map(|(a, _)| a).collect();
+            all.extend(ends.next_back().map(|(_, b)| b));
+            all
+        });
+        let patches: Arc<[Patch]> =
+            (0..counts[0] * counts[1]).map(|k| of.get(k / counts[1], k % counts[1])).collect();
+        if surface.weights().is_some() {
+            patches.iter().try_for_each(|patch| weights::resolved_net(&patch.net, patch.columns))?;
+        }
+        let net = Net { patches: &patches, counts, one: one.unwrap_or(0.0).max(ONE_POINT) };
+        let poles = [0, 1].map(|d| [0, 1].map(|end| net.pole(d, end)));
+        let bounds = Bounds::new(Arc::clone(&patches), &breaks);
+        let mut sides = Vec::with_capacity(2);
+        for d in 0..2 {
+            let (low, high) = domains[d];
+            let closed = spaces[d].is_periodic() || one.is_some() && net.meets(d, counts[d] - 1, 0);
+            let mut side = Side { low, high, closed, lines: Vec::new(), jumps: Vec::new() };
+            if closed {
+                side.lines.push(low);
+            }
+            for k in 1..counts[d] {
+                let at = breaks[d][k];
+                if spaces[d].multiplicity(at) < spaces[d].degree() {
+                    continue;
+                }
+                if !net.meets(d, k - 1, k) {
+                    let name = ["u", "v"][d];
+                    return Err(Error::Invalid(format!(
+                        "its surface is torn at {name} = {at}: split it there, and the face with it"
+                    )));
+                }
+                let around = [at - breaks[d][k - 1], breaks[d][k + 1] - at];
+                let jump = net.jump(d, k, around);
+                if jump * (around[0] + around[1]) > CREASE * chord {
+                    side.lines.push(at);
+                } else if jump > 0.0 {
+                    side.jumps.push((at, jump));
+                }
+            }
+            if closed {
+                side.lines.push(high);
+            }
+            sides.push(side);
+        }
+        let [Some(v), Some(u)] = [sides.pop(), sides.pop()] else {
+            return Err(Error::Invalid("a surface has two directions".into()));
+        };
+        let sides = [u, v];
+        // A surface of one patch in its directions without bend is flat; others are not worth the search.
+        let lengths = [sides[0].length(), sides[1].length()];
+        let bend = if patches.len() <= MOST_PATCHES {
+            bounds.spread([sides[0].low, sides[1].low], [sides[0].high, sides[1].high]).whole(lengths)
+        } else {
+            f64::INFINITY
+        };
+        let kinks = sides
+            .iter()
+            .any(|side| !side.jumps.is_empty() || side.lines.len() > 2 * usize::from(side.closed));
+        let flat = !kinks && bend <= 1e-9 * chord;
+        Ok(Self { surface, frame, patches, breaks, sides, poles, bounds, flat })
+    }
+
+    /// A point of space in the frame, and back.
+    pub(crate) fn framed(&self, point: &Point) -> Vector {
+        (point - self.frame.centre) / self.frame.size
+    }
+
+    pub(crate) fn unframed(&self, point: &Vector) -> Point {
+        self.frame.centre + point * self.frame.size
+    }
+
+    /// The patch of a place and where in it that is; at a knot, the patch towards another place.
+    fn spot(&self, at: [f64; 2], toward: [f64; 2]) -> (usize, [f64; 2]) {
+        let mut index = [0; 2];
+        let mut local = [0.0; 2];
+        for d in 0..2 {
+            let breaks = &self.breaks[d];
+            let last = breaks.len() - 2;
+            let mut k = breaks.partition_point(|b| *b <= at[d]).saturating_sub(1).min(last);
+            if k > 0 && breaks[k] == at[d] && toward[d] < at[d] {
+                k -= 1;
+            }
+            index[d] = k;
+            local[d] = ((at[d] - breaks[k]) / (breaks[k + 1] - breaks[k])).clamp(0.0, 1.0);
+        }
+        (index[0] * (self.breaks[1].len() - 1) + index[1], local)
+    }
+
+    fn jet(&self, at: [f64; 2], toward: [f64; 2]) -> (&Patch, [f64; 2], Jet) {
+        let (k, local) = self.spot(at, toward);
+        let patch = &self.patches[k];
+        (patch, local, patch.jet(local))
+    }
+
+    pub(crate) fn point(&self, at: [f64; 2]) -> Vector {
+        let (k, local) = self.spot(at, at);
+        self.patches[k].point(local)
+    }
+
+    /// The unit normal `S_u × S_v`, or its limit from the side of another place; zero where there is none.
+    pub(crate) fn normal(&self, at: [f64; 2], toward: [f64; 2]) -> Vector {
+        let (patch, local, jet) = self.jet(at, toward);
+        normal(patch, local, &jet)
+    }
+
+    /// How far the surface can be from its linear interpolation over what lies in a box, at equal parameters.
+    pub(crate) fn whole(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
+        if self.flat {
+            return 0.0;
+        }
+        self.bounds.spread(low, high).whole([high[0] - low[0], high[1] - low[1]]) + self.kinks(low, high)
+    }
+
+    /// As [`whole`](Self::whole), more sharply where that is more than `enough`.
+    pub(crate) fn whole_within(&self, low: [f64; 2], high: [f64; 2], enough: f64) -> f64 {
+        let found = self.whole(low, high);
+        if found <= enough {
+            return found;
+        }
+        let sides = [high[0] - low[0], high[1] - low[1]];
+        found.min(self.spread(low, high).whole(sides) + self.kinks(low, high))
+    }
+
+    /// What the second derivatives can be in a box, from the Bézier points of just that box.
+    pub(crate) fn spread(&self, low: [f64; 2], high: [f64; 2]) -> Spread {
+        let range = |d: usize| {
+            let breaks = &self.breaks[d];
+            let last = breaks.len() - 2;
+            let first = breaks.partition_point(|b| *b <= low[d]).saturating_sub(1).min(last);
+            let end = breaks.partition_point(|b| *b < high[d]).clamp(first + 1, last + 1);
+            first..end
+        };
+        let (rows, columns) = (range(0), range(1));
+        if rows.len() * columns.len() > MOST_PATCHES {
+            return self.bounds.spread(low, high);
+        }
+        let count = self.breaks[1].len() - 1;
+        exactly(rows.flat_map(|i| columns.clone().map(move |j| [i, j])).map(|index| {
+            let (mut a, mut b, mut lengths) = ([0.0; 2], [1.0; 2], [1.0; 2]);
+            for d in 0..2 {
+                let (start, end) = (self.breaks[d][index[d]], self.breaks[d][index[d] + 1]);
+                let local = |x: f64| ((x - start) / (end - start)).clamp(0.0, 1.0);
+                (a[d], b[d]) = (local(low[d]), local(high[d]));
+                // A box without extent is widened to what can be told apart.
+                if b[d] - a[d] < THIN {
+                    (a[d], b[d]) = ((a[d] - THIN).max(0.0), (b[d] + THIN).min(1.0));
+                }
+                lengths[d] = (b[d] - a[d]) * (end - start);
+            }
+            (&self.patches[index[0] * count + index[1]], a, b, lengths)
+        }))
+    }
+
+    /// What first derivatives that jump within a box add to that: a quarter of each jump, times the side of the box.
+    pub(crate) fn kinks(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
+        let sum = |d: usize| {
+            let jumps = &self.sides[d].jumps;
+            let first = jumps.partition_point(|(at, _)| *at <= low[d]);
+            let inside = jumps[first..].iter().take_while(|(at, _)| *at < high[d]);
+            inside.map(|(_, jump)| jump).sum::<f64>() * 0.25 * (high[d] - low[d])
+        };
+        sum(0) + sum(1)
+    }
+
+    /// Whether a place lies on a line that triangles do not reach across.
+    pub(crate) fn on_line(&self, at: [f64; 2]) -> bool {
+        (0..2).any(|d| self.sides[d].lines.contains(&at[d]))
+    }
+
+    /// The side of the domain that is a point and has a place: direction and end.
+    pub(crate) fn pole_at(&self, at: [f64; 2]) -> Option<(usize, usize)> {
+        let ends = |d: usize| [self.sides[d].low, self.sides[d].high];
+        (0..4).map(|k| (k / 2, k % 2)).find(|&(d, end)| self.poles[d][end].is_some() && at[d] == ends(d)[end])
+    }
+
+    /// Scaled to `[0, 1]²`.
+    pub(crate) fn uv(&self, at: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|d: usize| {
+            let side = &self.sides[d];
+            if at[d] >= side.high { 1.0 } else { (at[d] - side.low) / side.length() }
+        })
+    }
+
+    /// Where a point of space is on the surface, and how far from it (in the frame): from a place nearby, where one is known
+    /// and that leads within `enough`; else from places all over the surface; else the closest of all.
+    ///
+    /// # Errors
+    /// When the point is not finite.
+    pub(crate) fn foot(&self, point: &Point, near: Option<[f64; 2]>, enough: f64) -> Result<([f64; 2], f64)> {
+        let size = self.frame.size;
+        let mut best: Option<([f64; 2], f64)> = None;
+        let mut better = |at: (f64, f64), distance: f64| {
+            let distance = distance / size;
+            if best.is_none_or(|(_, known)| distance < known) {
+                best = Some(([at.0, at.1], distance));
+            }
+            distance <= enough
+        };
+        if let Some([u, v]) = near {
+            let foot = self.surface.foot(*point, (u, v))?;
+            if better(foot.at, foot.distance) {
+                return Ok(best.unwrap_or_default());
+            }
+        }
+        for [u, v] in self.bounds.near(&self.framed(point)) {
+            let foot = self.surface.foot(*point, (u, v))?;
+            if better(foot.at, foot.distance) {
+                return Ok(best.unwrap_or_default());
+            }
+        }
+        let closest = self.surface.closest(*point)?;
+        better(closest.at, closest.distance);
+        Ok(best.unwrap_or_default())
+    }
+
+    /// A place moved onto a pole or onto lines that are nearer than a length (in the frame), wrapped into the domain; along the side that
+    /// a pole is, it is not a number.
+    pub(crate) fn settled(&self, at: [f64; 2], point: &Vector, snap: f64) -> [f64; 2] {
+        let mut at = [0, 1].map(|d: usize| self.sides[d].wrapped(at[d]));
+        for d in 0..2 {
+            for (end, pole) in self.poles[d].iter().enumerate() {
+                if pole.is_some_and(|pole| (pole - point).norm() <= snap) {
+                    at[d] = [self.sides[d].low, self.sides[d].high][end];
+                    at[1 - d] = f64::NAN;
+                    return at;
+                }
+            }
+        }
+        let speeds = self.bounds.speeds(at, at);
+        for d in 0..2 {
+            let side = &self.sides[d];
+            let reach = (snap / speeds[d]).min(1e-3 * side.length());
+            // What runs along an end of the domain is on it, not beside it by rounding.
+            let ends =
+                [side.low, side.high].into_iter().filter(|end| (end - at[d]).abs() <= 1e-9 * side.length());
+            let near = side.lines.iter().copied().find(|line| (line - at[d]).abs() <= reach);
+            let near = near.or_else(|| ends.into_iter().next());
+            if let Some(line) = near {
+                at[d] = side.wrapped(line);
+            }
+        }
+        at
+    }
+}
+
+/// A jump of the first derivative over the spans around a knot that is more than this part of the tolerance is a crease.
+const CREASE: f64 = 0.05;
+
+/// The patches of a surface side by side.
+struct Net<'p> {
+    patches: &'p [Patch],
+    counts: [usize; 2],
+    /// How near to each other points are one.
+    one: f64,
+}
+
+impl Net<'_> {
+    fn patch(&self, direction: usize, along: usize, across: usize) -> &Patch {
+        let [i, j] = if direction == 0 { [along, across] } else { [across, along] };
+        &self.patches[i * self.counts[1] + j]
+    }
+
+    /// The sides of patches at the low and at the high end of a direction.
+    fn side(direction: usize, end: usize) -> usize {
+        [[3, 1], [0, 2]][direction][end]
+    }
+
+    /// The point that a side of the domain is.
+    fn pole(&self, direction: usize, end: usize) -> Option<Vector> {
+        let along = [0, self.counts[direction] - 1][end];
+        let points = (0..self.counts[1 - direction]).flat_map(|across| {
+            self.patch(direction, along, across).side(Self::side(direction, end)).map(project)
+        });
+        let mut points = points;
+        let first = points.next()?;
+        points.all(|p| (p - first).norm() <= self.one).then_some(first)
+    }
+
+    /// Whether the patches `before` end where those `after` begin.
+    fn meets(&self, direction: usize, before: usize, after: usize) -> bool {
+        (0..self.counts[1 - direction]).all(|across| {
+            let a = self.patch(direction, before, across).side(Self::side(direction, 1));
+            let b = self.patch(direction, after, across).side(Self::side(direction, 0));
+            let scale =
+                |mut side: Box<dyn Iterator<Item = &Homogeneous> + '_>| side.next().map_or(1.0, |h| h[3]);
+            let (wa, wb) = (scale(Box::new(a.clone())), scale(Box::new(b.clone())));
+            a.zip(b).all(|(x, y)| {
+                let (x3, y3) = (x[3] / wa, y[3] / wb);
+                (project(x) - project(y)).norm() <= self.one && (x3 - y3).abs() <= 1e-6 * x3.max(y3)
+            })
+        })
+    }
+
+    /// The most that the first derivative across a knot line jumps by: with the jump `(D, d)` of `(A, W)`'s derivative,
+    /// that of `A / W` is `(D W - A d) / W²`, whose numerator is bounded by its Bézier points.
+    fn jump(&self, direction: usize, k: usize, [before, after]: [f64; 2]) -> f64 {
+        let mut most = 0.0_f64;
+        for across in 0..self.counts[1 - direction] {
+            let (one, other) = (self.patch(direction, k - 1, across), self.patch(direction, k, across));
+            let lines = |patch: &Patch, last: bool| -> [Vec<Homogeneous>; 2] {
+                let (p, q) = (patch.rows, patch.columns);
+                let order = [p, q][direction];
+                let row = |r: usize| -> Vec<Homogeneous> {
+                    if direction == 0 {
+                        patch.net[r * q..(r + 1) * q].to_vec()
+                    } else {
+                        (0..p).map(|i| patch.net[i * q + r]).collect()
+                    }
+                };
+                if last { [row(order - 2), row(order - 1)] } else { [row(0), row(1)] }
+            };
+            let degree = [one.rows, one.columns][direction] as f64 - 1.0;
+            let [inner, edge] = lines(one, true);
+            let [start, next] = lines(other, false);
+            // Patches scale their weights on their own.
+            let same = edge[0][3] / start[0][3];
+            let slope = |k: usize, l: usize| {
+                degree * ((next[k][l] - start[k][l]) * same / after - (edge[k][l] - inner[k][l]) / before)
+            };
+            let order = edge.len();
+            let light = edge.iter().map(|h| h[3]).fold(f64::INFINITY, f64::min);
+            let binomials = |n: usize| {
+                let mut row = vec![1.0; n + 1];
+                for i in 1..=n {
+                    row[i] = row[i - 1] * (n + 1 - i) as f64 / i as f64;
+                }
+                row
+            };
+            let (single, double) = (binomials(order - 1), binomials(2 * order - 2));
+            let mut product = vec![Vector::zeros(); 2 * order - 1];
+            for a in 0..order {
+                let d = [0, 1, 2, 3].map(|l| slope(a, l));
+                let d = (Vector::new(d[0], d[1], d[2]), d[3]);
+                for b in 0..order {
+                    let h = &edge[b];
+                    let share = single[a] * single[b] / double[a + b];
+                    product[a + b] += (d.0 * h[3] - Vector::new(h[0], h[1], h[2]) * d.1) * share;
+                }
+            }
+            let largest = product.iter().map(Vector::norm).fold(0.0, f64::max);
+            most = most.max(largest / (light * light));
+        }
+        // What is left of equal derivatives after rounding.
+        let rounding = 1e-12 / before.min(after);
+        if most <= rounding { 0.0 } else { most }
+    }
+}

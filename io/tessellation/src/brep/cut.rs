@@ -1,0 +1,437 @@
+//! Edges cut into chords, once for all faces along them, and where their points are on each of these faces.
+//!
+//! A chord is near enough to its stretch of the edge, and every face that has it is near enough, between its two ends, to anything that
+//! is linear in the box of parameters that the stretch takes there: so a triangle along it can be certified whatever the tolerance,
+//! when it is thin enough, and no face has to cut an edge on its own.
+
+mod crossing;
+
+use loftsman_kernel::plugin::{Chord, Fineness};
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Error, Point, Result, Vector};
+
+use super::carrier::Carrier;
+use crate::curve;
+
+/// The part of the tolerance that chords may take.
+const SHARE: f64 = 0.4;
+/// The part that a face may bend in the box of a chord: together less than all of it.
+pub(crate) const BESIDE: f64 = 0.55;
+/// Places closer to a crease, a seam or a pole than this part of the tolerance are on it.
+const SNAP: f64 = 0.02;
+/// Places closer than this (in the frame) are one.
+pub(crate) const ONE_PLACE: f64 = 1e-9;
+/// The largest part of a closed direction that a chord takes.
+const TURN: f64 = 0.2;
+/// Steps to where an edge crosses a line.
+const STEPS: usize = 60;
+
+/// What the whole is cut to, in the frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Goal {
+    pub(crate) chord: f64,
+    pub(crate) angle: f64,
+    /// The unit of the frame, as a length.
+    pub(crate) size: f64,
+    pub(crate) budget: usize,
+}
+
+/// Where the points of an edge are on a face.
+#[derive(Debug, Clone)]
+pub(crate) struct Track {
+    pub(crate) face: usize,
+    /// The parameters of each point. At a pole one of them is not a number.
+    pub(crate) at: Vec<[f64; 2]>,
+    /// How far each point is from there, in the frame.
+    pub(crate) off: Vec<f64>,
+    /// The same places as the file has them, to start searches from.
+    pub(crate) guide: Option<Guide>,
+}
+
+/// An edge in the parameters of a face, over its own parameters.
+#[derive(Debug, Clone)]
+pub(crate) struct Guide {
+    pub(crate) curve: Curve,
+    pub(crate) range: (f64, f64),
+}
+
+/// What an edge is made of.
+#[derive(Debug)]
+pub(crate) enum Path {
+    /// A curve in space; its ends are put to these points.
+    Space { curve: Curve, ends: [Point; 2] },
+    /// A curve in the parameters of the only face that it has.
+    Lifted(Curve),
+}
+
+/// An edge cut into chords.
+#[derive(Debug)]
+pub(crate) struct Chain {
+    pub(crate) path: Path,
+    pub(crate) parameters: Vec<f64>,
+    /// The points, ends included, as the edge has them.
+    pub(crate) points: Vec<Point>,
+    pub(crate) tracks: Vec<Track>,
+    /// How far chords can be from the edge, in the frame.
+    pub(crate) bend: f64,
+    /// What faces bend along it at most, in the boxes of chords.
+    pub(crate) beside: f64,
+    /// How far the edge was found from its faces.
+    pub(crate) off: f64,
+    /// How far from a face it may be, as the file says, in the frame.
+    pub(crate) tolerance: f64,
+}
+
+/// What is wrong with a chord: where it has to be cut.
+enum Flaw {
+    At(f64),
+    /// Where a track is on a line: the track, the direction, the place.
+    On(f64, usize, usize, f64),
+}
+
+/// A point of an edge and where it is on each of the faces.
+struct Sample {
+    point: Point,
+    at: Vec<[f64; 2]>,
+    off: Vec<f64>,
+}
+
+impl Chain {
+    /// Cuts an edge, in `least` chords at least.
+    ///
+    /// # Errors
+    /// When the curve cannot be cut.
+    pub(crate) fn new(
+        path: Path,
+        tracks: Vec<Track>,
+        tolerance: f64,
+        least: usize,
+        carriers: &[Option<Carrier>],
+        goal: &Goal,
+    ) -> Result<Self> {
+        let mut chain = Self {
+            path,
+            parameters: Vec::new(),
+            points: Vec::new(),
+            tracks,
+            bend: 0.0,
+            beside: 0.0,
+            off: 0.0,
+            tolerance,
+        };
+        let mut parameters = match &chain.path {
+            Path::Space { curve, .. } => {
+                let fineness =
+                    Fineness { chord: Chord::Absolute(SHARE * goal.chord * goal.size), angle: goal.angle };
+                let moving = curve::moving(std::slice::from_ref(curve), &fineness, goal.budget)?;
+                chain.bend = moving.error / goal.size;
+                let mut all = moving.parameters;
+                // Where the polyline closes, its last parameter is the first again.
+                if moving.closed {
+                    all.push(curve.domain().1);
+                }
+                all.dedup();
+                all
+            }
+            Path::Lifted(curve) => curve.space().breakpoints(),
+        };
+        let (start, end) = match &chain.path {
+            Path::Space { curve, .. } | Path::Lifted(curve) => curve.domain(),
+        };
+        if parameters.len() < 2 {
+            parameters = vec![start, end];
+        }
+        while parameters.len() <= least {
+            let middles: Vec<f64> = parameters.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+            parameters.extend(middles);
+            parameters.sort_unstable_by(f64::total_cmp);
+            parameters.dedup();
+        }
+        let mut near = None;
+        for &t in &parameters {
+            let sample = chain.sample(t, near.as_deref(), carriers, goal)?;
+            near = Some(sample.at.clone());
+            chain.insert(chain.points.len(), t, sample);
+        }
+        chain.settle(carriers, goal)?;
+        Ok(chain)
+    }
+
+    fn domain(&self) -> (f64, f64) {
+        match &self.path {
+            Path::Space { curve, .. } | Path::Lifted(curve) => curve.domain(),
+        }
+    }
+
+    /// How near to a crease or pole is on it.
+    fn snap(&self, goal: &Goal) -> f64 {
+        (SNAP * goal.chord).max(2.0 * self.tolerance).max(ONE_PLACE)
+    }
+
+    /// How near to a point a foot is believed to be the nearest: not more than what would be seen, whatever the file says of itself.
+    fn enough(&self, goal: &Goal) -> f64 {
+        (2.0 * self.tolerance).min(SNAP * goal.chord).max(10.0 * ONE_PLACE)
+    }
+
+    fn sample(
+        &self,
+        t: f64,
+        near: Option<&[[f64; 2]]>,
+        carriers: &[Option<Carrier>],
+        goal: &Goal,
+    ) -> Result<Sample> {
+        let point = match &self.path {
+            Path::Space { curve, ends } => {
+                let (start, end) = curve.domain();
+                if t <= start {
+                    ends[0]
+                } else if t >= end {
+                    ends[1]
+                } else {
+                    curve.point(t)?
+                }
+            }
+            Path::Lifted(_) => Point::origin(),
+        };
+        let (start, end) = self.domain();
+        let mut sample = Sample { point, at: Vec::new(), off: Vec::new() };
+        for (k, track) in self.tracks.iter().enumerate() {
+            let Some(carrier) = carriers.get(track.face).and_then(Option::as_ref) else {
+                sample.at.push([f64::NAN; 2]);
+                sample.off.push(0.0);
+                continue;
+            };
+            let (at, off) = match &self.path {
+                Path::Lifted(curve) => {
+                    let p = curve.point(t)?;
+                    let at = [0, 1].map(|d: usize| {
+                        let side = &carrier.sides[d];
+                        let x = [p.x, p.y][d];
+                        if side.closed { x } else { x.clamp(side.low, side.high) }
+                    });
+                    ([0, 1].map(|d: usize| carrier.sides[d].wrapped(at[d])), 0.0)
+                }
+                Path::Space { .. } => {
+                    let known = near.and_then(|near| near.get(k)).copied();
+                    let known = known.filter(|at| at.iter().all(|x| x.is_finite()));
+                    let guided = match &track.guide {
+                        Some(Guide { curve, range }) => {
+                            let share = (t - start) / (end - start);
+                            let (from, to) = *range;
+                            let p = curve.point((from + (to - from) * share).clamp(from, to))?;
+                            Some([p.x, p.y])
+                        }
+                        None => None,
+                    };
+                    let enough = self.enough(goal);
+                    carrier.foot(&point, guided.or(known), enough)?
+                }
+            };
+            let place = match &self.path {
+                Path::Lifted(_) => carrier.point(at),
+                Path::Space { .. } => carrier.framed(&point),
+            };
+            if matches!(self.path, Path::Lifted(_)) {
+                sample.point = carrier.unframed(&place);
+            }
+            let snap = match &self.path {
+                Path::Lifted(_) => ONE_PLACE,
+                Path::Space { .. } => self.snap(goal),
+            };
+            sample.at.push(carrier.settled(at, &place, snap));
+            sample.off.push(off);
+        }
+        Ok(sample)
+    }
+
+    fn insert(&mut self, index: usize, t: f64, sample: Sample) {
+        self.parameters.insert(index, t);
+        self.points.insert(index, sample.point);
+        for (track, (at, off)) in self.tracks.iter_mut().zip(sample.at.into_iter().zip(sample.off)) {
+            track.at.insert(index, at);
+            track.off.insert(index, off);
+            self.off = self.off.max(off);
+        }
+    }
+
+    /// Cuts a chord in two, and again until all holds.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub(crate) fn halve(&mut self, part: usize, carriers: &[Option<Carrier>], goal: &Goal) -> Result<bool> {
+        let [Some(&a), Some(&b)] = [part, part + 1].map(|k| self.parameters.get(k)) else { return Ok(false) };
+        let middle = 0.5 * (a + b);
+        let length = nalgebra::distance(&self.points[part], &self.points[part + 1]) / goal.size;
+        if middle <= a || middle >= b || length <= 4.0 * ONE_PLACE {
+            return Ok(false);
+        }
+        let sample = self.sample(middle, Some(&self.places(part)), carriers, goal)?;
+        self.insert(part + 1, middle, sample);
+        Ok(true)
+    }
+
+    /// Where a point is on each face.
+    fn places(&self, index: usize) -> Vec<[f64; 2]> {
+        self.tracks.iter().map(|track| track.at[index]).collect()
+    }
+
+    /// Cuts until every chord holds.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub(crate) fn settle(&mut self, carriers: &[Option<Carrier>], goal: &Goal) -> Result<()> {
+        let (start, end) = self.domain();
+        let least = 1e-12 * (end - start);
+        let mut part = 0;
+        while part + 1 < self.parameters.len() {
+            if self.parameters.len() > goal.budget {
+                return Err(Error::Invalid(format!(
+                    "an edge needs more than {} chords: choose a coarser tolerance or angle",
+                    goal.budget
+                )));
+            }
+            let (a, b) = (self.parameters[part], self.parameters[part + 1]);
+            match self.flaw(part, carriers, goal)? {
+                Some(flaw) if b - a > least => {
+                    let (t, on) = match flaw {
+                        Flaw::At(t) => (t, None),
+                        Flaw::On(t, track, d, line) => (t, Some((track, d, line))),
+                    };
+                    let mut sample = self.sample(t, Some(&self.places(part)), carriers, goal)?;
+                    if let Some((track, d, line)) = on {
+                        let place = &mut sample.at[track];
+                        place[d] = line;
+                        if place[1 - d].is_nan() {
+                            place[1 - d] = self.tracks[track].at[part][1 - d];
+                        }
+                    }
+                    self.insert(part + 1, t, sample);
+                }
+                _ => part += 1,
+            }
+        }
+        Ok(())
+    }
+
+    /// The two ends of a chord on a face, the second as near to the first as it can be; none where all of it is a pole.
+    pub(crate) fn ends(track: &Track, part: usize, carrier: &Carrier) -> Option<[[f64; 2]; 2]> {
+        let (mut a, mut b) = (track.at[part], track.at[part + 1]);
+        for d in 0..2 {
+            if a[d].is_nan() {
+                a[d] = b[d];
+            }
+            if b[d].is_nan() {
+                b[d] = a[d];
+            }
+            if a[d].is_nan() {
+                return None;
+            }
+            b[d] = carrier.sides[d].unwrapped(b[d], a[d]);
+        }
+        Some([a, b])
+    }
+
+    fn flaw(&mut self, part: usize, carriers: &[Option<Carrier>], goal: &Goal) -> Result<Option<Flaw>> {
+        let (ta, tb) = (self.parameters[part], self.parameters[part + 1]);
+        let middle = 0.5 * (ta + tb);
+        let mut halfway: Option<Sample> = None;
+        for k in 0..self.tracks.len() {
+            let Some(carrier) = carriers.get(self.tracks[k].face).and_then(Option::as_ref) else { continue };
+            let Some([a, b]) = Self::ends(&self.tracks[k], part, carrier) else { continue };
+            if let Some(flaw) = self.crossing(part, k, [a, b], carrier, goal)? {
+                return Ok(Some(flaw));
+            }
+            let Some([a, b]) = Self::ends(&self.tracks[k], part, carrier) else { continue };
+            if halfway.is_none() {
+                halfway = Some(self.sample(middle, Some(&self.places(part)), carriers, goal)?);
+            }
+            let Some(half) = &halfway else { continue };
+            self.off = self.off.max(half.off[k]);
+            let mut m = half.at[k];
+            for d in 0..2 {
+                if m[d].is_nan() {
+                    m[d] = a[d];
+                }
+                m[d] = carrier.sides[d].unwrapped(m[d], 0.5 * (a[d] + b[d]));
+            }
+            let (mut low, mut high) = (a, a);
+            for x in [b, m] {
+                for d in 0..2 {
+                    (low[d], high[d]) = (low[d].min(x[d]), high[d].max(x[d]));
+                }
+            }
+            if let Path::Lifted(curve) = &self.path {
+                let hull = curve.between(ta, tb)?;
+                let hull = hull.points().iter().map(|p| [0, 1].map(|d: usize| [p.x, p.y][d]));
+                let speeds = carrier.bounds.speeds(low, high);
+                let mut away = 0.0_f64;
+                // Shifted to where the ends are.
+                let first = curve.point(ta)?;
+                let shift = [a[0] - first.x, a[1] - first.y];
+                for p in hull {
+                    let p = [p[0] + shift[0], p[1] + shift[1]];
+                    for d in 0..2 {
+                        (low[d], high[d]) = (low[d].min(p[d]), high[d].max(p[d]));
+                    }
+                    away = away.max(distance(p, [a, b], speeds));
+                }
+                let away = std::f64::consts::SQRT_2 * away;
+                if away > SHARE * goal.chord {
+                    return Ok(Some(Flaw::At(middle)));
+                }
+                self.bend = self.bend.max(away);
+            }
+            let turns = (0..2).any(|d| {
+                let side = &carrier.sides[d];
+                side.closed && high[d] - low[d] > TURN * side.length()
+            });
+            if turns {
+                return Ok(Some(Flaw::At(middle)));
+            }
+            // Boxes that go beyond a seam bend as what is on the other side does.
+            let inside = [0, 1].map(|d: usize| {
+                let side = &carrier.sides[d];
+                let shift = if low[d] < side.low && side.closed {
+                    side.length()
+                } else if high[d] > side.high && side.closed {
+                    -side.length()
+                } else {
+                    0.0
+                };
+                [low[d] + shift, high[d] + shift]
+            });
+            let (low, high) = ([inside[0][0], inside[1][0]], [inside[0][1], inside[1][1]]);
+            let whole = carrier.whole_within(low, high, BESIDE * goal.chord);
+            if whole > BESIDE * goal.chord {
+                return Ok(Some(Flaw::At(middle)));
+            }
+            self.beside = self.beside.max(whole);
+            let ends = [&self.points[part], &self.points[part + 1]].map(|p| carrier.framed(p));
+            if (ends[1] - ends[0]).norm() > 2.0 * goal.chord && !carrier.flat {
+                let wrap = |at: [f64; 2]| [0, 1].map(|d: usize| carrier.sides[d].wrapped(at[d]));
+                let (wa, wb) = (wrap(a), wrap(b));
+                let [n, o] = [carrier.normal(wa, wb), carrier.normal(wb, wa)];
+                if n != Vector::zeros() && o != Vector::zeros() && n.angle(&o) > goal.angle {
+                    // A crease along the edge turns at once, and not less on any part of it.
+                    let o = carrier.normal(wrap(m), wa);
+                    if n.angle(&o) > 0.25 * goal.angle
+                        || carrier.normal(wrap(m), wb).angle(&o) > 0.25 * goal.angle
+                    {
+                        return Ok(Some(Flaw::At(middle)));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// The distance of a place from a segment, both scaled.
+fn distance(p: [f64; 2], [a, b]: [[f64; 2]; 2], scale: [f64; 2]) -> f64 {
+    let scaled =
+        |x: [f64; 2], y: [f64; 2]| nalgebra::Vector2::new((y[0] - x[0]) * scale[0], (y[1] - x[1]) * scale[1]);
+    let (along, to) = (scaled(a, b), scaled(a, p));
+    let squared = along.norm_squared();
+    let share = if squared > 0.0 { (to.dot(&along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    (to - along * share).norm()
+}
