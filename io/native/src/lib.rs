@@ -14,6 +14,8 @@
 //! |---|---|
 //! | `curve` | `degree`, `periodic` (default false), `knots`, `points`, `weights` (optional) |
 //! | `surface` | `u` and `v` (each `degree`, `periodic`, `knots`), `points` and `weights` in rows along `u` |
+//! | `trimmed` | `surface`, `regions` (each `outer` and `holes`), `curves`, `points`, as below |
+//! | `brep` | `vertices`, `edges`, `faces`, `shells`, `solids`, as below |
 //! | `mesh` | `points`, `faces` (indices from 0), and what is said below |
 //! | `polyline` | `points`, `closed` (default false) |
 //! | `cloud` | `points` |
@@ -45,6 +47,22 @@
 //!
 //! An open shape has `points + degree + 1` knots, a periodic one `points + 1` over one period. Unknown fields,
 //! and anything else that a reader would have to guess, are errors that name the place.
+//!
+//! *Trimmed surfaces and Breps.* A piece of a curve in a parameter plane has a `curve`, whose points are `[u, v, 0]`, and `from` and `to` on it. Loops
+//! of a trimmed surface, and its special `curves`, are lists of pieces, its special `points` pairs. What a Brep is made of names one another by numbers
+//! from 0:
+//!
+//! | list | each entry |
+//! |---|---|
+//! | `vertices` | `at`, `tolerance` (0 if left out) |
+//! | `edges` | `curve`, `from` and `to` on it (all of it if left out; on a periodic curve the end may be up to a period behind the start), `vertices` at its start and end, `tolerance`, `form` |
+//! | `faces` | `surface`, `loops` (each a list of `edge`, `reversed`, and `parameters`, the piece that the edge is in the parameter plane, where known), `reversed`, `form`, `name`, `color`, `points` (vertices alone in it) |
+//! | `shells` | a list of faces |
+//! | `solids` | `outer` and `voids`, shells; `name` |
+//!
+//! A `form` says what a curve or surface is beside a spline, to rounding: a `kind`, and but for `"line"` where it is (`origin`, `x` and the
+//! axis `z`, of unit length): `"circle"`, `"cylinder"` and `"sphere"` have a `radius`, `"ellipse"` `radii`, `"cone"` `radius` and `angle` (half of it, in radians),
+//! `"torus"` `major` and `minor`, `"plane"` no more. Loops that do not close, and solids whose shells do not, are errors.
 //!
 //! A mesh may have the layers `normals`, `tangents` (`[x, y, z, sign]`), `uvs`, `more_uvs` (a list of layers) and `colors` (linear red, green, blue,
 //! alpha). A layer is a list, one value a point, or a table `{ "values": […], "corners": […] }` with the index of the

@@ -1,5 +1,6 @@
 //! Reading: bytes to a scene, or one error that says where and what.
 
+mod brep;
 mod definition;
 mod geometry;
 mod layer;

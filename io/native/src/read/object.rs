@@ -11,6 +11,7 @@ use loftsman_kernel::text::clip;
 use nalgebra::Matrix4;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess};
 
+use super::brep::BrepTable;
 use super::definition::{DefinitionsSeed, Earlier, InstanceTable, Into, ObjectsSeed, SameTable};
 use super::geometry::{AnimationTable, CloudTable, CurveTable, GroupTable, PolylineTable, SurfaceTable};
 use super::layer::LayerTable;
@@ -68,6 +69,7 @@ impl<'de> Table<'de> for ObjectTable<'_> {
         "curve",
         "surface",
         "trimmed",
+        "brep",
         "mesh",
         "polyline",
         "cloud",
@@ -128,7 +130,7 @@ impl<'de> Table<'de> for ObjectTable<'_> {
     fn finish<E: Error>(self, trail: &Trail) -> Result<Object, E> {
         let name = need::<Self, _, _>(self.name, "name", trail)?;
         let Some((_, geometry)) = self.geometry else {
-            let problem = "the object has no geometry: give it a \"curve\", \"surface\", \"trimmed\", \"mesh\", \"polyline\", \
+            let problem = "the object has no geometry: give it a \"curve\", \"surface\", \"trimmed\", \"brep\", \"mesh\", \"polyline\", \
                            \"cloud\", \"shape\", \"instance\", \"same_as\", or \"group\": {} if others only hang under it";
             return Err(trail.refuse_table("", problem));
         };
@@ -171,6 +173,7 @@ impl ObjectTable<'_> {
             "curve" => map.next_value_seed(TableSeed { trail, table: CurveTable::default() })?.into(),
             "trimmed" => map.next_value_seed(TableSeed { trail, table: TrimmedTable::default() })?.into(),
             "surface" => map.next_value_seed(TableSeed { trail, table: SurfaceTable::default() })?.into(),
+            "brep" => map.next_value_seed(TableSeed { trail, table: BrepTable::default() })?.into(),
             "mesh" => map.next_value_seed(TableSeed { trail, table: MeshTable::default() })?.into(),
             "polyline" => map.next_value_seed(TableSeed { trail, table: PolylineTable::default() })?.into(),
             "cloud" => map.next_value_seed(TableSeed { trail, table: CloudTable::default() })?.into(),

@@ -25,6 +25,8 @@ macro_rules! item {
         }
     };
 }
+pub(super) use item;
+
 item!(PieceSeed, PieceTable);
 item!(RegionSeed, RegionTable);
 item!(ConnectionSeed, ConnectionTable);

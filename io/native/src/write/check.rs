@@ -62,7 +62,7 @@ fn check_object(object: &Object) -> Result<(), String> {
 fn check_geometry(geometry: &Geometry) -> Result<(), String> {
     match geometry {
         Geometry::Group | Geometry::Instance(_) => {}
-        Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) => {}
+        Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Brep(_) => {}
         Geometry::Polyline(_) | Geometry::Cloud(_) => points("point", geometry.points())?,
         Geometry::Mesh(mesh) => {
             points("point", mesh.points())?;

@@ -1,5 +1,6 @@
 //! Writing: a scene to bytes, the same ones every time.
 
+mod brep;
 mod check;
 mod layout;
 mod material;
@@ -254,6 +255,15 @@ fn write_geometry<'s>(
         Geometry::Trimmed(trimmed) => {
             spline::trimmed(trimmed, out)?;
             format!("trimmed surface with {} loops", trimmed.loops().count())
+        }
+        Geometry::Brep(brep) => {
+            brep::brep(brep, out)?;
+            format!(
+                "brep of {} faces, {} edges, {} vertices",
+                brep.face_count(),
+                brep.edge_count(),
+                brep.vertices().len()
+            )
         }
         Geometry::Mesh(mesh) => {
             mesh::write(mesh, out)?;

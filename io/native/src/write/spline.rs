@@ -106,7 +106,8 @@ fn chain(curves: &[ParameterCurve], out: &mut Layout<'_>) -> io::Result<()> {
     out.close_list()
 }
 
-fn piece(piece: &ParameterCurve, out: &mut Layout<'_>) -> io::Result<()> {
+/// The fields of a curve in a parameter plane.
+pub(super) fn piece(piece: &ParameterCurve, out: &mut Layout<'_>) -> io::Result<()> {
     out.key("curve")?;
     out.open_table()?;
     curve(piece.curve(), out)?;

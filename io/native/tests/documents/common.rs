@@ -82,6 +82,7 @@ pub(crate) fn everything() -> Scene {
     scene.add(Object::new("scan", Cloud { points: points(2) }.into())).unwrap();
     scene.add(Object::new("empty", Cloud::default().into())).unwrap();
     scene.add(Object::new("window", trimmed().into())).unwrap();
+    scene.add(Object::new("part", super::breps::everything().into())).unwrap();
     let side = |object: &str| Side { object: object.into(), curve: ring(0.3).swap_remove(0) };
     scene.connect(Connection { first: side("window"), second: side("hull") }).unwrap();
     scene

@@ -1,6 +1,8 @@
 //! The native format from outside: round trips, and bytes that are no document.
 
 #[cfg(test)]
+mod breps;
+#[cfg(test)]
 mod common;
 #[cfg(test)]
 mod definitions;

@@ -16,7 +16,7 @@ fn everything_a_scene_holds_comes_back() {
     let (back, report) = read(bytes.clone()).unwrap();
     assert_eq!(bits(&back), bits(&scene));
     assert_eq!(write(&back), bytes);
-    assert!(report.adds_up() && report.entities == 9 && report.kept == 9);
+    assert!(report.adds_up() && report.entities == 10 && report.kept == 10);
     assert_eq!(Native.confidence(&bytes[..40]), Confidence::Sure);
 }
 

@@ -1,0 +1,204 @@
+//! A face by itself: its edges are the curves around it.
+
+use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Use, Vertex};
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::{Point, Vector};
+
+use super::curve::Run;
+use super::entity::{At, Got, Problem, Reader};
+use super::surface::Sheet;
+
+/// In loops of so many curves at most, seams are looked for: curves that are run through twice.
+const SEAMS: usize = 64;
+/// At so many places of a boundary at most its distance from the surface is measured.
+const MEASURED: usize = 256;
+/// So many places of each curve say which way a loop turns.
+const PLACES: usize = 8;
+
+/// A Brep of one face, in the making.
+pub(crate) struct OneFace<'a, 'r, 'f> {
+    reader: &'a Reader<'r, 'f>,
+    place: usize,
+    parts: Parts,
+    /// Each loop, and whether it is the outer one.
+    loops: Vec<(Vec<Use>, bool)>,
+}
+
+impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
+    pub(crate) fn new(reader: &'a Reader<'r, 'f>, place: usize) -> Self {
+        Self { reader, place, parts: Parts::default(), loops: Vec::new() }
+    }
+
+    /// A loop of curves, each of which starts where the one before ends.
+    pub(crate) fn add(&mut self, runs: &[Run], outer: bool, place: usize) -> Got<()> {
+        let ends = |run: &Run| -> loftsman_kernel::Result<[Point; 2]> {
+            let (a, b) = run.curve.domain();
+            Ok([run.curve.point(a)?, run.curve.point(b)?])
+        };
+        let all: Vec<[Point; 2]> = runs.iter().map(ends).collect::<Result<_, _>>().at(place)?;
+        let Some(first) = all.first().map(|ends| ends[0]) else {
+            return Err(Problem::new(place, "a boundary without curves"));
+        };
+        let points = runs.iter().flat_map(|run| run.curve.points());
+        let size = points.map(|p| (p - first).amax()).fold(0.0, f64::max);
+        // Neighbours that meet within this are one boundary; by how much they do not is kept as the vertex's tolerance.
+        let near = self.reader.near(100.0 * size);
+        let mut corners: Vec<usize> = Vec::with_capacity(all.len());
+        for (k, [start, _]) in all.iter().enumerate() {
+            let before = all[(k + all.len() - 1) % all.len()][1];
+            let gap = nalgebra::distance(&before, start);
+            if gap > near {
+                let text = format!(
+                    "the boundary is torn before curve {} of {}: the one before ends {} away",
+                    k + 1,
+                    all.len(),
+                    loftsman_kernel::text::short(gap)
+                );
+                return Err(Problem::new(place, text));
+            }
+            let known = (all.len() <= SEAMS).then(|| {
+                corners
+                    .iter()
+                    .copied()
+                    .find(|&c| nalgebra::distance(&self.parts.vertices[c].point, start) <= near)
+            });
+            let corner = known.flatten().unwrap_or_else(|| {
+                self.parts.vertices.push(Vertex { point: *start, tolerance: 0.0 });
+                self.parts.vertices.len() - 1
+            });
+            let vertex = &mut self.parts.vertices[corner];
+            let off =
+                nalgebra::distance(&vertex.point, start).max(nalgebra::distance(&vertex.point, &before));
+            vertex.tolerance = vertex.tolerance.max(off);
+            corners.push(corner);
+        }
+        let mut chain: Vec<Use> = Vec::with_capacity(runs.len());
+        let from = self.parts.edges.len();
+        for (k, run) in runs.iter().enumerate() {
+            let ends = [corners[k], corners[(k + 1) % corners.len()]];
+            let middle = middle(run).at(place)?;
+            let known = (runs.len() <= SEAMS).then(|| {
+                (from..self.parts.edges.len()).find(|&edge| {
+                    let edge = &self.parts.edges[edge];
+                    let (a, b) = edge.range;
+                    edge.ends == [ends[1], ends[0]]
+                        && edge.ends[0] != edge.ends[1]
+                        && edge
+                            .curve
+                            .point(0.5 * (a + b))
+                            .is_ok_and(|p| nalgebra::distance(&p, &middle) <= near)
+                })
+            });
+            if let Some(edge) = known.flatten() {
+                chain.push(Use { edge, reversed: true, parameters: None });
+                continue;
+            }
+            self.parts.edges.push(Edge {
+                curve: run.curve.clone(),
+                range: run.curve.domain(),
+                ends,
+                tolerance: self.reader.file.global.resolution,
+                form: run.form,
+            });
+            chain.push(Use { edge: self.parts.edges.len() - 1, reversed: false, parameters: None });
+        }
+        self.loops.push((chain, outer));
+        Ok(())
+    }
+
+    /// The face on a surface.
+    pub(crate) fn finish(mut self, sheet: &Sheet) -> Got<Brep> {
+        let mut points = Vec::new();
+        for edge in &self.parts.edges {
+            let (from, to) = edge.range;
+            let steps = 8 * edge.curve.space().spans().count();
+            for k in 0..=steps {
+                let t = from + (to - from) * (k as f64 / steps as f64);
+                points.push(edge.curve.point(t).at(self.place)?);
+            }
+        }
+        let covering = sheet.covering(&points, self.place)?;
+        self.tell_distance(&points, &covering.surface).at(self.place)?;
+        let mut loops = Vec::new();
+        for (mut chain, outer) in std::mem::take(&mut self.loops) {
+            // Loops run counterclockwise around the face as seen against its normal: files have them either way.
+            if let Some(area) = self.area(&chain, &covering.surface).at(self.place)?
+                && (area > 0.0) != (outer != covering.reversed)
+            {
+                chain.reverse();
+                chain.iter_mut().for_each(|one| one.reversed = !one.reversed);
+            }
+            loops.push(chain);
+        }
+        self.parts.faces.push(Face {
+            name: None,
+            color: None,
+            surface: covering.surface,
+            form: covering.form,
+            reversed: covering.reversed,
+            loops,
+            points: Vec::new(),
+        });
+        Brep::new(self.parts).at(self.place)
+    }
+
+    /// Says where edges are far from the surface: files that were deformed have such.
+    fn tell_distance(&self, points: &[Point], surface: &Surface) -> loftsman_kernel::Result<()> {
+        let Some(first) = points.first() else { return Ok(()) };
+        let size = points.iter().map(|p| (p - first).amax()).fold(0.0, f64::max);
+        let step = points.len().div_ceil(MEASURED).max(1);
+        let mut worst = 0.0_f64;
+        for point in points.iter().step_by(step) {
+            worst = worst.max(surface.closest(*point)?.distance);
+        }
+        if worst > self.reader.near(100.0 * size) {
+            let off = loftsman_kernel::text::short(worst);
+            self.reader
+                .change(self.place, &format!("its boundary is up to {off} off its surface: kept as it is"));
+        }
+        Ok(())
+    }
+
+    /// The signed area of a loop in the parameter plane; none where the surface closes, so that loops may go around it.
+    fn area(&self, chain: &[Use], surface: &Surface) -> loftsman_kernel::Result<Option<f64>> {
+        if closes(surface)? {
+            return Ok(None);
+        }
+        let mut all: Vec<Vector> = Vec::new();
+        for one in chain {
+            let edge = &self.parts.edges[one.edge];
+            let (from, to) = edge.range;
+            for k in 0..PLACES {
+                let share = k as f64 / PLACES as f64;
+                let share = if one.reversed { 1.0 - share } else { share };
+                let at = surface.closest(edge.curve.point(from + (to - from) * share)?)?.at;
+                all.push(Vector::new(at.0, at.1, 0.0));
+            }
+        }
+        let next = all.iter().skip(1).chain(all.first());
+        let twice: f64 = all.iter().zip(next).map(|(a, b)| a.x * b.y - a.y * b.x).sum();
+        Ok(Some(0.5 * twice))
+    }
+}
+
+fn middle(run: &Run) -> loftsman_kernel::Result<Point> {
+    let (a, b) = run.curve.domain();
+    run.curve.point(0.5 * (a + b))
+}
+
+/// Whether two opposite borders of a surface are one.
+fn closes(surface: &Surface) -> loftsman_kernel::Result<bool> {
+    if surface.u().is_periodic() || surface.v().is_periodic() {
+        return Ok(true);
+    }
+    let ((a, b), (c, d)) = (surface.u().domain(), surface.v().domain());
+    let first = surface.points()[0];
+    let size = surface.points().iter().map(|p| (p - first).amax()).fold(0.0, f64::max);
+    let (mut along_u, mut along_v) = (true, true);
+    for share in [0.21, 0.5, 0.83] {
+        let (u, v) = (a + share * (b - a), c + share * (d - c));
+        along_u &= nalgebra::distance(&surface.point(a, v)?, &surface.point(b, v)?) <= 1e-6 * size;
+        along_v &= nalgebra::distance(&surface.point(u, c)?, &surface.point(u, d)?) <= 1e-6 * size;
+    }
+    Ok(along_u || along_v)
+}

@@ -1,0 +1,491 @@
+//! The writer: entities of each object, groups of what hangs under one another, subfigures of what is placed.
+
+mod brep;
+mod print;
+mod shape;
+mod style;
+mod trim;
+
+use std::collections::HashMap;
+
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
+use nalgebra::Matrix4;
+
+use brep::Looks;
+use print::{Look, Printer, Purpose, Record, plain};
+use style::Styles;
+
+/// How deep objects and definitions may hang under one another: less than what is read again, as each may be two levels there.
+const DEEPEST: usize = 60;
+/// What comes back of splines whose knots are not clamped.
+const OPENED: &str = "opened at its seam and clamped, the same shape: other programs take other knots amiss";
+
+/// Writes a scene.
+pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
+    outgoing.scene().check_hierarchy()?;
+    let scene = outgoing.converted()?;
+    let (flag, unit, known) = unit(outgoing.unit);
+    let scene = match (known, outgoing.unit.metres()) {
+        (false, Some(_)) => {
+            std::borrow::Cow::Owned(scene.converted(Unit::Millimetre, scene.up)?.into_owned())
+        }
+        _ => scene,
+    };
+    let mut printer = Printer::default();
+    let styles = Styles::new(&scene);
+    styles.layers(&mut printer);
+    let mut writer = Writer {
+        outgoing,
+        scene: &scene,
+        printer,
+        styles,
+        definitions: HashMap::new(),
+        report: WriteReport::default(),
+        tolerance: largest_tolerance(&scene),
+    };
+    writer.scene()?;
+    let Writer { printer, styles, mut report, tolerance, .. } = writer;
+    if !known && outgoing.unit.metres().is_some() {
+        let name = outgoing.unit.name();
+        report.notes.push(format!("lengths are in millimetres: IGES has no unit {name}"));
+        report.objects.iter_mut().for_each(|object| object.change("its lengths are in millimetres now"));
+    }
+    report.say(styles.transparent, "colour(s) go out opaque: IGES has no transparency");
+    let bare = scene.layers.iter().filter(|layer| layer.color.is_some() || layer.parent.is_some()).count();
+    report.say(bare, "layer(s) lose their colour or the layer above: IGES has names of layers only; objects keep their colours");
+    let largest = scene.bounds().map_or(0.0, |(low, high)| low.coords.amax().max(high.coords.amax()));
+    let name = sink.name().rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+    for part in printer.file(&name, (flag, unit), tolerance, largest)? {
+        sink.main().write_all(&part)?;
+    }
+    Ok(report)
+}
+
+/// The flag and the name of a unit, and whether there is one; millimetres instead.
+fn unit(unit: Unit) -> (u8, &'static str, bool) {
+    let (flag, name) = match unit {
+        Unit::Inch => (1, "IN"),
+        Unit::Millimetre => (2, "MM"),
+        Unit::Foot => (4, "FT"),
+        Unit::Mile => (5, "MI"),
+        Unit::Metre => (6, "M"),
+        Unit::Kilometre => (7, "KM"),
+        Unit::Mil => (8, "MIL"),
+        Unit::Micrometre => (9, "UM"),
+        Unit::Centimetre => (10, "CM"),
+        Unit::Unknown => (3, "UNKNOWN"),
+        _ => return (2, "MM", false),
+    };
+    (flag, name, true)
+}
+
+/// The largest tolerance of Breps: a file has one.
+fn largest_tolerance(scene: &Scene) -> f64 {
+    let defined = scene.definitions().iter().flat_map(|d| d.objects());
+    let all = scene.objects().iter().chain(defined).map(|object| tolerances(object.geometry()).1);
+    all.fold(0.0, f64::max)
+}
+
+/// The smallest and the largest tolerance of a geometry.
+fn tolerances(geometry: &Geometry) -> (f64, f64) {
+    let Geometry::Brep(brep) = geometry else { return (f64::INFINITY, 0.0) };
+    let edges = (0..brep.edge_count()).filter_map(|edge| Some(brep.edge(edge)?.tolerance));
+    brep.tolerances()
+        .iter()
+        .copied()
+        .chain(edges)
+        .fold((f64::INFINITY, 0.0), |(low, high), t| (low.min(t), high.max(t)))
+}
+
+struct Writer<'w, 's> {
+    outgoing: &'w Outgoing<'w>,
+    scene: &'s Scene,
+    printer: Printer,
+    styles: Styles,
+    /// The subfigures of definitions.
+    definitions: HashMap<&'s str, u32>,
+    report: WriteReport,
+    tolerance: f64,
+}
+
+/// Objects that hang under one another, by the places of those under each.
+struct Tree<'s> {
+    objects: &'s [Object],
+    below: HashMap<&'s str, Vec<usize>>,
+    top: Vec<usize>,
+    /// Whether they are those of the scene, which are told of.
+    told: bool,
+}
+
+impl<'s> Tree<'s> {
+    fn new(objects: &'s [Object], told: bool) -> Self {
+        let (mut below, mut top): (HashMap<_, Vec<usize>>, _) = (HashMap::new(), Vec::new());
+        for (place, object) in objects.iter().enumerate() {
+            match &object.parent {
+                Some(parent) => below.entry(parent.as_str()).or_default().push(place),
+                None => top.push(place),
+            }
+        }
+        Self { objects, below, top, told }
+    }
+}
+
+/// How an object went out of itself: the entities, as what, and what comes back changed.
+struct Out {
+    items: Vec<u32>,
+    form: &'static str,
+    changes: Vec<&'static str>,
+}
+
+/// Where what is written belongs.
+#[derive(Clone, Copy)]
+struct Spot<'m> {
+    /// The map of what it is in, where that is no placement.
+    baked: Option<&'m Matrix4<f64>>,
+    /// Whether another entity has it.
+    owned: bool,
+    depth: usize,
+}
+
+impl<'s> Writer<'_, 's> {
+    fn scene(&mut self) -> Result<(), FormatError> {
+        let objects = self.scene.objects();
+        self.report.objects =
+            objects.iter().map(|object| Written::kept(object, object.geometry().kind())).collect();
+        let tree = Tree::new(objects, true);
+        for (done, &place) in tree.top.iter().enumerate() {
+            self.outgoing.proceed(done, tree.top.len())?;
+            self.object(&tree, place, Spot { baked: None, owned: false, depth: 0 })?;
+        }
+        Ok(())
+    }
+
+    /// An object with all that hangs under it: the entity, if anything goes out.
+    fn object(&mut self, tree: &Tree<'s>, at: usize, spot: Spot<'_>) -> Result<Option<u32>, FormatError> {
+        if spot.depth > DEEPEST {
+            let problem =
+                format!("objects hang more than {DEEPEST} deep under one another: take some levels out");
+            return Err(FormatError::whole(problem).as_kind(FormatErrorKind::Limit));
+        }
+        let object = &tree.objects[at];
+        let (place, inner) = match (spot.baked, object.transform) {
+            (None, Some(map)) => match similar(&map) {
+                Some(place) => (Some(place), None),
+                None => (None, Some(map)),
+            },
+            (baked, own) => (None, baked.map(|map| map * own.unwrap_or_else(Matrix4::identity))),
+        };
+        if inner.is_some() && tree.told {
+            self.report.objects[at].change(
+                "its transform is baked in, as it is not a turn, a mirror, a scale and a shift alone",
+            );
+        }
+        let below = tree.below.get(object.name()).map(Vec::as_slice).unwrap_or_default();
+        let instance = match object.geometry() {
+            Geometry::Instance(of) => Some(of.as_str()),
+            _ => None,
+        };
+        let grouped = !below.is_empty() || matches!(object.geometry(), Geometry::Group);
+        let under = Spot { baked: inner.as_ref(), owned: true, depth: spot.depth + 1 };
+        // Its name stands with what is the whole of it.
+        let named = place.is_none() && !grouped;
+        let owned = spot.owned || grouped || place.is_some();
+        let mut own = Vec::new();
+        match instance {
+            Some(of) if place.is_some() && !grouped && inner.is_none() => {
+                let number = self.definition(of, under)?;
+                self.told(tree, at, "subfigure instance");
+                return self.place(object, number, place, spot.owned).map(Some);
+            }
+            Some(of) => {
+                self.told(tree, at, "subfigure instance");
+                match &inner {
+                    None => {
+                        let number = self.definition(of, under)?;
+                        let name = named.then(|| object.name());
+                        own.push(self.placed_figure(number, None, name, object, owned)?);
+                    }
+                    Some(_) => {
+                        let list = Tree::new(self.scene.definition(of)?.objects(), false);
+                        let mut all = Vec::new();
+                        for &top in &list.top {
+                            all.extend(self.object(&list, top, under)?);
+                        }
+                        let name = named.then(|| object.name());
+                        own.push(self.group(&all, name, object, owned));
+                    }
+                }
+            }
+            None => {
+                let out = self.own(object, inner.as_ref(), named, owned).map_err(|e| e.of(object.name()))?;
+                match out {
+                    Ok(out) => {
+                        if tree.told {
+                            let told = &mut self.report.objects[at];
+                            out.form.clone_into(&mut told.form);
+                            out.changes.iter().for_each(|change| told.change(change));
+                        }
+                        own = out.items;
+                    }
+                    Err(why) => {
+                        if tree.told {
+                            self.report.objects[at].leave_out(why);
+                        }
+                    }
+                }
+            }
+        }
+        if tree.told && plain(object.name()) != object.name() {
+            self.report.objects[at].change("its name loses line breaks and outer blanks");
+        }
+        let mut members = Vec::new();
+        for &child in below {
+            members.extend(self.object(tree, child, under)?);
+        }
+        let whole = if grouped {
+            if own.is_empty() && members.is_empty() && !matches!(object.geometry(), Geometry::Group) {
+                return Ok(None);
+            }
+            // Several entities of one object are a group of their own.
+            if own.len() > 1 {
+                own = vec![self.group(&own, None, object, true)];
+            }
+            own.extend(members);
+            let name = place.is_none().then(|| object.name());
+            self.group(&own, name, object, spot.owned || place.is_some())
+        } else {
+            match own[..] {
+                [] => return Ok(None),
+                [only] => only,
+                _ => {
+                    let name = place.is_none().then(|| object.name());
+                    self.group(&own, name, object, spot.owned || place.is_some())
+                }
+            }
+        };
+        match place {
+            None => Ok(Some(whole)),
+            Some(_) => {
+                // Without a name: definitions have one, by which they are told from what is only placed.
+                let figure = self.figure("", &[whole], spot.depth);
+                self.place(object, figure, place, spot.owned).map(Some)
+            }
+        }
+    }
+
+    fn told(&mut self, tree: &Tree<'s>, at: usize, form: &str) {
+        if tree.told {
+            form.clone_into(&mut self.report.objects[at].form);
+        }
+    }
+
+    /// A group (402) of entities.
+    fn group(&mut self, members: &[u32], name: Option<&str>, object: &Object, owned: bool) -> u32 {
+        let properties = self.properties(name);
+        let color =
+            matches!(object.geometry(), Geometry::Group).then(|| self.scene.color_of(object)).flatten();
+        let look = self.styles.look(&mut self.printer, object, color);
+        let record = Record::new(402).count(members.len()).entities(members).properties(&properties);
+        self.printer.put(record, Look { owned, ..look.form(7) })
+    }
+
+    /// The name of an object as a property.
+    fn properties(&mut self, name: Option<&str>) -> Vec<u32> {
+        name.map(|name| self.styles.name(&mut self.printer, name)).into_iter().collect()
+    }
+
+    /// A subfigure (308) of entities.
+    fn figure(&mut self, name: &str, members: &[u32], depth: usize) -> u32 {
+        let record = Record::new(308).count(depth).text(name).count(members.len()).entities(members);
+        self.printer.put(record, Look::default().purpose(Purpose::Definition))
+    }
+
+    /// An instance (408) of a subfigure under the name of the object.
+    fn place(
+        &mut self,
+        object: &Object,
+        figure: u32,
+        place: Option<Similar>,
+        owned: bool,
+    ) -> Result<u32, FormatError> {
+        self.placed_figure(figure, place, Some(object.name()), object, owned)
+    }
+
+    fn placed_figure(
+        &mut self,
+        figure: u32,
+        place: Option<Similar>,
+        name: Option<&str>,
+        object: &Object,
+        owned: bool,
+    ) -> Result<u32, FormatError> {
+        let properties = self.properties(name);
+        let instance = matches!(object.geometry(), Geometry::Instance(_));
+        let color = instance.then(|| self.scene.color_of(object)).flatten();
+        let look = self.styles.look(&mut self.printer, object, color);
+        let (shift, scale, turn) = match place {
+            Some(Similar { turn, scale }) => {
+                // What only shifts needs no matrix.
+                let shift = turn.fixed_view::<3, 1>(0, 3).into_owned();
+                let only = turn.fixed_view::<3, 3>(0, 0).into_owned() == nalgebra::Matrix3::identity();
+                if only { (shift, scale, None) } else { (nalgebra::Vector3::zeros(), scale, Some(turn)) }
+            }
+            None => (nalgebra::Vector3::zeros(), 1.0, None),
+        };
+        let matrix = turn.map(|turn| self.printer.matrix(&turn));
+        let record = Record::new(408).entity(figure).reals(shift.iter()).real(scale).properties(&properties);
+        Ok(self.printer.put(record, Look { matrix, owned, ..look }))
+    }
+
+    /// The subfigure of a definition, written once.
+    fn definition(&mut self, name: &'s str, spot: Spot<'_>) -> Result<u32, FormatError> {
+        if let Some(known) = self.definitions.get(name) {
+            return Ok(*known);
+        }
+        let tree = Tree::new(self.scene.definition(name)?.objects(), false);
+        let mut members = Vec::new();
+        for &top in &tree.top {
+            let inner = Spot { baked: None, owned: true, depth: spot.depth + 1 };
+            members.extend(self.object(&tree, top, inner)?);
+        }
+        let figure = self.figure(name, &members, spot.depth);
+        self.definitions.insert(name, figure);
+        Ok(figure)
+    }
+
+    /// What an object is itself, or why nothing of it goes out.
+    fn own(
+        &mut self,
+        object: &Object,
+        baked: Option<&Matrix4<f64>>,
+        named: bool,
+        owned: bool,
+    ) -> Result<Result<Out, &'static str>, FormatError> {
+        let moved = baked.map(|map| object.geometry().transformed(map)).transpose()?;
+        let geometry = moved.as_ref().unwrap_or(object.geometry());
+        check_finite(geometry)?;
+        if matches!(geometry, Geometry::Group) {
+            return Ok(Ok(Out { items: Vec::new(), form: "group", changes: Vec::new() }));
+        }
+        let color = self.scene.color_of(object);
+        let look = Look { owned, ..self.styles.look(&mut self.printer, object, color) };
+        let mut changes = Vec::new();
+        // The first of a group that has no name is what the others hang under: several entities all have one.
+        let single = match geometry {
+            Geometry::Brep(brep) => items_of(brep) == 1,
+            Geometry::Trimmed(trimmed) => trimmed.regions().len() < 2,
+            Geometry::Cloud(_) => false,
+            _ => true,
+        };
+        let is_cloud = matches!(geometry, Geometry::Cloud(_));
+        let properties = self.properties(((named || !single) && !is_cloud).then(|| object.name()));
+        let p = &mut self.printer;
+        let (items, form) = match geometry {
+            Geometry::Curve(curve) => {
+                let (plain, changed) = (curve.clamped()?, !curve.is_clamped());
+                changes.extend(changed.then_some(OPENED));
+                (vec![p.curve(&plain, look, &properties)], "B-spline curve")
+            }
+            Geometry::Surface(surface) => {
+                let (plain, changed) = (surface.clamped()?, !surface.is_clamped());
+                changes.extend(changed.then_some(OPENED));
+                (vec![p.surface(&plain, look, &properties)], "B-spline surface")
+            }
+            Geometry::Trimmed(trimmed) => match p.trimmed(trimmed, look, &properties)? {
+                Ok(written) => {
+                    changes.extend(written.changes);
+                    (written.items, "trimmed surface")
+                }
+                Err(why) => return Ok(Err(why)),
+            },
+            Geometry::Polyline(line) => {
+                if line.points.is_empty() {
+                    return Ok(Err("a polyline without points"));
+                }
+                let mut points = line.points.clone();
+                let closes = !line.closed && points.len() > 3 && points.first() == points.last();
+                changes.extend(closes.then_some("closed, as its first point is its last"));
+                if line.closed {
+                    points.push(points[0]);
+                    changes
+                        .extend((points.len() < 4).then_some("there and back, as it closes on two points"));
+                }
+                let record =
+                    Record::new(106).whole(2).count(points.len()).reals(points.iter().flat_map(|p| p.iter()));
+                (vec![p.put(record.properties(&properties), look.form(12))], "polyline")
+            }
+            Geometry::Cloud(cloud) => {
+                if cloud.points.is_empty() {
+                    return Ok(Err("a cloud without points"));
+                }
+                let part = Look { owned: true, ..look };
+                let points: Vec<u32> = cloud.points.iter().map(|point| p.point(point, part, &[])).collect();
+                let properties = self.properties(named.then(|| object.name()));
+                let record = Record::new(402).count(points.len()).entities(&points).properties(&properties);
+                (vec![self.printer.put(record, look.form(7))], "points")
+            }
+            Geometry::Brep(brep) => {
+                if brep.face_count() == 0 {
+                    return Ok(Err("a brep without faces"));
+                }
+                let (low, _) = tolerances(geometry);
+                if low < self.tolerance {
+                    changes.push("its tolerances are the largest of the file");
+                }
+                let written = p.brep(brep, &mut self.styles, look, &properties)?;
+                changes.extend(written.changes);
+                (written.items, if written.solid { "solid" } else { "shell" })
+            }
+            _ => return Ok(Err("IGES files have no such thing")),
+        };
+        Ok(Ok(Out { items, form, changes }))
+    }
+}
+
+/// Refuses a geometry whose numbers cannot be written, with the first of these.
+fn check_finite(geometry: &Geometry) -> Result<(), FormatError> {
+    let points = geometry.points();
+    match points.iter().enumerate().find(|(_, p)| !p.iter().all(|c| c.is_finite())) {
+        None => Ok(()),
+        Some((k, p)) => {
+            let problem =
+                format!("point {k} is at ({}, {}, {}): every coordinate must be finite", p.x, p.y, p.z);
+            Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported))
+        }
+    }
+}
+
+/// How many entities a Brep is.
+fn items_of(brep: &loftsman_kernel::brep::Brep) -> usize {
+    let mut in_shell = vec![false; brep.face_count()];
+    brep.shells().iter().flat_map(|shell| &shell.faces).for_each(|&face| in_shell[face] = true);
+    let voids: usize = brep.solids().iter().map(|solid| solid.voids.len()).sum();
+    brep.shells().len() - voids + usize::from(in_shell.contains(&false))
+}
+
+/// A map that turns, mirrors and shifts, behind one that scales.
+#[derive(Clone, Copy)]
+struct Similar {
+    turn: Matrix4<f64>,
+    scale: f64,
+}
+
+/// A map as such a one, where it is.
+fn similar(map: &Matrix4<f64>) -> Option<Similar> {
+    let linear = map.fixed_view::<3, 3>(0, 0).into_owned();
+    let largest = linear.amax();
+    if !(largest > 0.0 && largest.is_finite()) {
+        return None;
+    }
+    let squared = (linear / largest).transpose() * (linear / largest);
+    let size = squared.trace() / 3.0;
+    if (squared - nalgebra::Matrix3::identity() * size).amax() > 1e-12 * size {
+        return None;
+    }
+    let scale = largest * size.sqrt();
+    let scale = if (scale - 1.0).abs() <= 4e-16 { 1.0 } else { scale };
+    let mut turn = *map;
+    turn.fixed_view_mut::<3, 3>(0, 0).copy_from(&(linear / scale));
+    Some(Similar { turn, scale })
+}

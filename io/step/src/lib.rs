@@ -1,0 +1,54 @@
+//! STEP (ISO 10303-21, of AP203, AP214 and AP242): curves, surfaces, solids with their faces, assemblies, names, colours, layers
+//! and units.
+//!
+//! **Why by our own code.** What files need of the schemas is a few dozen of their thousands of entities; `step-io`, the best of
+//! the crates that read all of them, takes minutes to build, changes its interface from version to version, has no parameter curves and holds
+//! the whole file as objects. Here a file is scanned once for where its entities are, and parsed where one is asked for.
+//!
+//! **Reading.** Every entity is accounted for in the report. What is malformed is left out with its number and line, with the face,
+//! curve or solid that uses it, and the rest is read; a file is an error where its text is broken or nothing of it is left.
+//!
+//! | in the file | becomes |
+//! |---|---|
+//! | solid, surface model, shell, face | a Brep each; a solid whose shell does not close is kept as its shell, with a note |
+//! | plane, cylinder, cone, sphere, torus | an exact rational spline as large as the face needs, and what it is |
+//! | surface of revolution, of extrusion, offset of an elementary one | an exact spline |
+//! | line, circle, ellipse, parabola, hyperbola, polyline, trimmed and composite curve | an exact spline, with what it is |
+//! | B-spline in any form | itself; curves said to be closed keep the knots that are listed |
+//! | elements of geometric sets | curves, polylines, surfaces; points together as a cloud |
+//! | triangulated faces and solids (AP242) | a mesh each |
+//! | product | an object named after it, a group where it holds several things or others |
+//! | product that is used more than once, mapped representation | a definition, and instances of it |
+//! | styled item | the colour of an object or a face |
+//! | layer assignment, invisibility | layers, hidden ones |
+//! | length unit | the scene's unit; parts in other units are brought to the first one |
+//! | uncertainty | the tolerance of edges and vertices |
+//!
+//! Parameter curves of edges are left out: they are computed where they are needed. Dimensions, annotations and who approved what are not
+//! read.
+//!
+//! **Writing.** AP242. Each object is a product under its name, with its label; groups and definitions are assemblies, instances occurrences of a
+//! product that is written once. Curves, polylines, points and surfaces go into geometric sets, Breps out as solids or surface models,
+//! their faces and edges as what they are: planes, cylinders, lines, circles, else B-splines. Numbers read back to the same bits.
+//! Periodic splines are opened and all are clamped, as other programs take other knots amiss. A transform that is no turn and shift is baked in. What a layer
+//! has beyond its name stands in its description.
+
+mod format;
+mod layers;
+mod part21;
+mod read;
+mod write;
+
+pub use format::{Step, Step as Plugin};
+
+/// The system that files which were written here say they come from.
+const SYSTEM: &str = "Loftsman";
+
+/// What stands in the description of the product that is nothing but the scene as a whole.
+const SCENE: &str = "the scene as a whole";
+
+/// What the product of a definition is said to be: instances show it, however many there are.
+const DEFINITION: &str = "what instances show";
+
+/// What the product of a group without anything in it is said to be.
+const GROUP: &str = "a group";

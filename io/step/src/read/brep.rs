@@ -1,0 +1,430 @@
+//! Solids and shells: from faces, loops and edges of the file to the parts of a Brep.
+
+use std::collections::HashMap;
+
+use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Shell, Solid, SurfaceForm, Use, Vertex};
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Point, Vector};
+
+use super::entity::{At, Got, Problem, deeper};
+use super::place::Space;
+use super::style::Styles;
+use super::surface::Sheet;
+
+/// What is made of one solid or surface model.
+pub(crate) struct Model {
+    pub(crate) brep: Brep,
+    /// The entities that are in it with all that they name, and those that are in it themselves.
+    pub(crate) whole: Vec<u64>,
+    pub(crate) alone: Vec<u64>,
+    /// What of it is left out, and why.
+    pub(crate) problems: Vec<Problem>,
+    /// What is to be said of it.
+    pub(crate) notes: Vec<String>,
+}
+
+/// The parts of one Brep, as they are found.
+pub(crate) struct Builder<'r, 'f> {
+    space: Space<'r, 'f>,
+    styles: &'r Styles,
+    parts: Parts,
+    vertices: HashMap<u64, usize>,
+    /// Of each EDGE_CURVE the edge, and whether that runs the other way.
+    edges: HashMap<u64, (usize, bool)>,
+    /// Edges between points of polygons.
+    segments: HashMap<[usize; 2], usize>,
+    whole: Vec<u64>,
+    alone: Vec<u64>,
+    problems: Vec<Problem>,
+    notes: Vec<String>,
+}
+
+/// Whether an entity of this type is a solid, a surface model, a shell or a face: what becomes one Brep.
+pub(crate) fn is_model(kind: &[u8]) -> bool {
+    matches!(
+        kind,
+        b"MANIFOLD_SOLID_BREP"
+            | b"FACETED_BREP"
+            | b"BREP_WITH_VOIDS"
+            | b"SHELL_BASED_SURFACE_MODEL"
+            | b"FACE_BASED_SURFACE_MODEL"
+            | b"CLOSED_SHELL"
+            | b"OPEN_SHELL"
+            | b"CONNECTED_FACE_SET"
+            | b"ADVANCED_FACE"
+            | b"FACE_SURFACE"
+    )
+}
+
+impl<'r, 'f> Builder<'r, 'f> {
+    /// The Brep of an entity that [is one](is_model).
+    pub(crate) fn build(space: Space<'r, 'f>, styles: &'r Styles, number: u64) -> Got<Model> {
+        let mut builder = Self {
+            space,
+            styles,
+            parts: Parts::default(),
+            vertices: HashMap::new(),
+            edges: HashMap::new(),
+            segments: HashMap::new(),
+            whole: Vec::new(),
+            alone: vec![number],
+            problems: Vec::new(),
+            notes: Vec::new(),
+        };
+        builder.model(number)?;
+        builder.finish(number)
+    }
+
+    fn model(&mut self, number: u64) -> Got<()> {
+        let entity = self.space.entity(number)?;
+        let args = entity.args();
+        match entity.only() {
+            b"MANIFOLD_SOLID_BREP" | b"FACETED_BREP" | b"BREP_WITH_VOIDS" => {
+                let mut shells = vec![args.reference(1)?];
+                if entity.only() == b"BREP_WITH_VOIDS" {
+                    shells.extend(args.references(2)?);
+                }
+                let first = self.parts.shells.len();
+                let before = self.problems.len();
+                for shell in shells {
+                    self.shell(shell, false, 0)?;
+                }
+                let found = first..self.parts.shells.len();
+                let whole = before == self.problems.len() && !found.is_empty();
+                let closed = whole && self.parts.shells[found.clone()].iter().all(|s| self.closes(s));
+                if closed {
+                    let name = Some(args.name(0)).filter(|name| !name.is_empty());
+                    let voids = (first + 1..found.end).collect();
+                    self.parts.solids.push(Solid { name, outer: first, voids });
+                } else {
+                    let why = if whole { "its shell does not close" } else { "a face of it is left out" };
+                    self.notes.push(format!("#{number}: the solid is kept as a shell: {why}"));
+                }
+                Ok(())
+            }
+            b"SHELL_BASED_SURFACE_MODEL" | b"FACE_BASED_SURFACE_MODEL" => {
+                args.references(1)?.into_iter().try_for_each(|shell| self.shell(shell, false, 0))
+            }
+            b"ADVANCED_FACE" | b"FACE_SURFACE" => {
+                let face = self.face(number, false, 0)?;
+                self.parts.faces.push(face);
+                self.whole.push(number);
+                Ok(())
+            }
+            _ => self.shell(number, false, 0),
+        }
+    }
+
+    /// Whether a shell has each edge twice, once in each direction.
+    fn closes(&self, shell: &Shell) -> bool {
+        let mut turns: HashMap<usize, [usize; 2]> = HashMap::new();
+        for one in shell.faces.iter().flat_map(|&face| &self.parts.faces[face].loops).flatten() {
+            turns.entry(one.edge).or_default()[usize::from(one.reversed)] += 1;
+        }
+        turns.values().all(|turns| *turns == [1, 1])
+    }
+
+    fn shell(&mut self, number: u64, turned: bool, depth: usize) -> Got<()> {
+        let depth = deeper(number, depth)?;
+        let entity = self.space.entity(number)?;
+        let args = entity.args();
+        self.alone.push(number);
+        match entity.only() {
+            b"ORIENTED_CLOSED_SHELL" | b"ORIENTED_OPEN_SHELL" => {
+                let along = args.flag(3)?;
+                self.shell(args.reference(2)?, turned == along, depth)
+            }
+            b"CLOSED_SHELL" | b"OPEN_SHELL" | b"CONNECTED_FACE_SET" => {
+                let mut shell = Shell::default();
+                for number in args.references(1)? {
+                    match self.face(number, turned, 0) {
+                        Ok(face) => {
+                            shell.faces.push(self.parts.faces.len());
+                            self.parts.faces.push(face);
+                            self.whole.push(number);
+                        }
+                        Err(problem) => {
+                            if problem.number != number {
+                                let text = format!("#{} in it is left out", problem.number);
+                                self.problems.push(Problem::new(number, text));
+                            }
+                            self.problems.push(problem);
+                        }
+                    }
+                }
+                if !shell.faces.is_empty() {
+                    self.parts.shells.push(shell);
+                }
+                Ok(())
+            }
+            _ => Err(Problem::new(number, format!("{} is no shell that is read", entity.kinds()))),
+        }
+    }
+
+    fn face(&mut self, number: u64, turned: bool, depth: usize) -> Got<Face> {
+        let depth = deeper(number, depth)?;
+        let entity = self.space.entity(number)?;
+        let args = entity.args();
+        let kind = entity.only();
+        match kind {
+            b"ORIENTED_FACE" => {
+                let along = args.flag(3)?;
+                return self.face(args.reference(2)?, turned == along, depth);
+            }
+            b"ADVANCED_FACE" | b"FACE_SURFACE" | b"FACE" => {}
+            _ => return Err(Problem::new(number, format!("{} is no face that is read", entity.kinds()))),
+        }
+        let (mut loops, mut lone) = (Vec::new(), Vec::new());
+        for bound in args.references(1)? {
+            let bound = self.space.entity(bound)?;
+            if !matches!(bound.only(), b"FACE_BOUND" | b"FACE_OUTER_BOUND") {
+                let text = format!("{} is no bound of a face", bound.kinds());
+                return Err(Problem::new(bound.number, text));
+            }
+            let (one, along) = (bound.args().reference(1)?, bound.args().flag(2)?);
+            let mut chain = self.chain(one, &mut lone)?;
+            if along == turned {
+                chain.reverse();
+                chain.iter_mut().for_each(|one| one.reversed = !one.reversed);
+            }
+            if !chain.is_empty() {
+                self.check_chain(&chain, one)?;
+                loops.push(chain);
+            }
+        }
+        let points = || self.points_of(&loops, &lone);
+        let (sheet, at, same) = if kind == b"FACE" {
+            (self.plane_of(number, loops.first())?, number, true)
+        } else {
+            let at = args.reference(2)?;
+            (self.space.sheet(at, 0)?, at, args.flag(3)?)
+        };
+        let points = if matches!(sheet, Sheet::Spline(_)) { Vec::new() } else { points().at(number)? };
+        let covering = sheet.covering(&points, at)?;
+        let name = Some(args.name(0)).filter(|name| !name.is_empty());
+        Ok(Face {
+            name,
+            color: self.styles.color(number),
+            surface: covering.surface,
+            form: covering.form,
+            reversed: (same == turned) != covering.reversed,
+            loops,
+            points: lone,
+        })
+    }
+
+    /// The edges of a loop; a vertex alone goes to `lone`.
+    fn chain(&mut self, number: u64, lone: &mut Vec<usize>) -> Got<Vec<Use>> {
+        let entity = self.space.entity(number)?;
+        let args = entity.args();
+        match entity.only() {
+            b"VERTEX_LOOP" => {
+                lone.push(self.vertex(args.reference(1)?)?);
+                Ok(Vec::new())
+            }
+            b"EDGE_LOOP" => args.references(1)?.into_iter().map(|one| self.oriented(one)).collect(),
+            b"POLY_LOOP" => {
+                let points = args.references(1)?;
+                let corners: Vec<usize> =
+                    points.into_iter().map(|point| self.corner(point)).collect::<Got<_>>()?;
+                let next = corners.iter().skip(1).chain(corners.first());
+                corners.iter().zip(next).map(|(&a, &b)| self.segment(a, b, number)).collect()
+            }
+            _ => Err(Problem::new(number, format!("{} is no loop that is read", entity.kinds()))),
+        }
+    }
+
+    fn oriented(&mut self, number: u64) -> Got<Use> {
+        let entity = self.space.entity(number)?;
+        let args = entity.of("ORIENTED_EDGE")?;
+        let along = args.flag(4)?;
+        let (edge, reversed) = self.edge(args.reference(3)?)?;
+        Ok(Use { edge, reversed: reversed == along, parameters: None })
+    }
+
+    fn edge(&mut self, number: u64) -> Got<(usize, bool)> {
+        if let Some(&known) = self.edges.get(&number) {
+            return Ok(known);
+        }
+        let entity = self.space.entity(number)?;
+        let args = entity.of("EDGE_CURVE")?;
+        let ends = [self.vertex(args.reference(1)?)?, self.vertex(args.reference(2)?)?];
+        let points = ends.map(|end| self.parts.vertices[end].point);
+        let (basis, along) = self.space.basis(args.reference(3)?, 0)?;
+        let along = along == args.flag(4)?;
+        let size = points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
+        let near = self.space.units.tolerance.max(1e-6 * size);
+        let found = basis.edge(points, ends[0] == ends[1], along, near, number)?;
+        let ends = if found.reversed { [ends[1], ends[0]] } else { ends };
+        let tolerance = self.space.units.tolerance;
+        let (curve, range, form) = (found.curve, found.range, found.form);
+        self.parts.edges.push(Edge { curve, range, ends, tolerance, form });
+        let known = (self.parts.edges.len() - 1, found.reversed);
+        self.edges.insert(number, known);
+        Ok(known)
+    }
+
+    fn vertex(&mut self, number: u64) -> Got<usize> {
+        if let Some(&known) = self.vertices.get(&number) {
+            return Ok(known);
+        }
+        let entity = self.space.entity(number)?;
+        let point = entity.of("VERTEX_POINT")?.reference(1)?;
+        let point = self.space.point(point)?;
+        Ok(self.put(number, point))
+    }
+
+    /// A point of a polygon.
+    fn corner(&mut self, number: u64) -> Got<usize> {
+        if let Some(&known) = self.vertices.get(&number) {
+            return Ok(known);
+        }
+        let point = self.space.point(number)?;
+        Ok(self.put(number, point))
+    }
+
+    fn put(&mut self, number: u64, point: Point) -> usize {
+        self.parts.vertices.push(Vertex { point, tolerance: self.space.units.tolerance });
+        let place = self.parts.vertices.len() - 1;
+        self.vertices.insert(number, place);
+        place
+    }
+
+    /// The edge between two points of polygons.
+    fn segment(&mut self, a: usize, b: usize, number: u64) -> Got<Use> {
+        let ends = [a.min(b), a.max(b)];
+        let reversed = a > b;
+        let parameters = None;
+        if let Some(&edge) = self.segments.get(&ends) {
+            return Ok(Use { edge, reversed, parameters });
+        }
+        let [from, to] = ends.map(|end| self.parts.vertices[end].point);
+        let curve = Curve::line(from, to).at(number)?;
+        let (range, tolerance) = (curve.domain(), self.space.units.tolerance);
+        let form = loftsman_kernel::brep::CurveForm::Line;
+        self.parts.edges.push(Edge { curve, range, ends, tolerance, form });
+        let edge = self.parts.edges.len() - 1;
+        self.segments.insert(ends, edge);
+        Ok(Use { edge, reversed, parameters })
+    }
+
+    /// That each edge starts where the one before ends.
+    fn check_chain(&self, chain: &[Use], number: u64) -> Got<()> {
+        let ends = |one: &Use| {
+            let [a, b] = self.parts.edges[one.edge].ends;
+            if one.reversed { [b, a] } else { [a, b] }
+        };
+        let next = chain.iter().skip(1).chain(chain.first());
+        for (place, (one, next)) in chain.iter().zip(next).enumerate() {
+            let ([_, end], [start, _]) = (ends(one), ends(next));
+            if end != start {
+                let gap =
+                    nalgebra::distance(&self.parts.vertices[end].point, &self.parts.vertices[start].point);
+                let text = format!(
+                    "the loop is torn behind edge {} of {}: the next one starts at another vertex, {} away",
+                    place + 1,
+                    chain.len(),
+                    loftsman_kernel::text::short(gap)
+                );
+                return Err(Problem::new(number, text));
+            }
+        }
+        Ok(())
+    }
+
+    /// Points all along the edges of a face: so many that nothing of a curve is far beyond them.
+    fn points_of(&self, loops: &[Vec<Use>], lone: &[usize]) -> loftsman_kernel::Result<Vec<Point>> {
+        let mut points: Vec<Point> = lone.iter().map(|&vertex| self.parts.vertices[vertex].point).collect();
+        for one in loops.iter().flatten() {
+            let edge = &self.parts.edges[one.edge];
+            let (from, to) = edge.range;
+            let steps = match edge.form {
+                loftsman_kernel::brep::CurveForm::Line => 1,
+                _ => 8 * edge.curve.space().spans().count(),
+            };
+            for k in 0..=steps {
+                points.push(edge.curve.point(from + (to - from) * (k as f64 / steps as f64))?);
+            }
+        }
+        Ok(points)
+    }
+
+    /// The plane of a face that has none: that of its first polygon, by the sum of its triangles' normals.
+    fn plane_of(&self, number: u64, chain: Option<&Vec<Use>>) -> Got<Sheet> {
+        let corners: Vec<Point> = chain
+            .into_iter()
+            .flatten()
+            .map(|one| {
+                let [a, b] = self.parts.edges[one.edge].ends;
+                self.parts.vertices[if one.reversed { b } else { a }].point
+            })
+            .collect();
+        let first = corners.first().copied().unwrap_or_else(Point::origin);
+        let normal: Vector = corners.windows(2).map(|pair| (pair[0] - first).cross(&(pair[1] - first))).sum();
+        let toward = corners.get(1).map_or_else(Vector::x, |second| second - first);
+        match loftsman_kernel::brep::Frame::new(first, normal, toward) {
+            Some(frame) => Ok(Sheet::Elementary(SurfaceForm::Plane { frame }, false)),
+            None => Err(Problem::new(number, "a face without a surface whose corners span no plane")),
+        }
+    }
+
+    /// Puts vertices and edges in the order of their numbers; those between points of polygons come last.
+    fn order(&mut self) {
+        fn keys(known: impl Iterator<Item = (u64, usize)>, count: usize) -> Vec<u64> {
+            let mut numbers = vec![u64::MAX; count];
+            known.for_each(|(number, place)| numbers[place] = number);
+            numbers
+        }
+        let vertices = keys(self.vertices.iter().map(|(n, place)| (*n, *place)), self.parts.vertices.len());
+        let edges = keys(self.edges.iter().map(|(n, (place, _))| (*n, *place)), self.parts.edges.len());
+        self.parts.sort_by_keys(&vertices, &edges);
+    }
+
+    fn finish(mut self, number: u64) -> Got<Model> {
+        if self.parts.faces.is_empty() {
+            let first = self.problems.first().map(|p| format!(": #{}: {}", p.number, p.text));
+            let text = format!("nothing of it is left{}", first.unwrap_or_default());
+            return Err(Problem::new(number, text));
+        }
+        self.order();
+        if !self.problems.is_empty() {
+            drop_unused(&mut self.parts);
+        }
+        let Self { parts, whole, alone, problems, notes, .. } = self;
+        let brep = Brep::new(parts).at(number)?;
+        Ok(Model { brep, whole, alone, problems, notes })
+    }
+}
+
+/// Takes out the edges and vertices that no face has.
+fn drop_unused(parts: &mut Parts) {
+    let mut edges = vec![false; parts.edges.len()];
+    let mut vertices = vec![false; parts.vertices.len()];
+    for face in &parts.faces {
+        face.loops.iter().flatten().for_each(|one| edges[one.edge] = true);
+        face.points.iter().for_each(|&vertex| vertices[vertex] = true);
+    }
+    for (edge, _) in parts.edges.iter().zip(&edges).filter(|(_, used)| **used) {
+        edge.ends.iter().for_each(|&end| vertices[end] = true);
+    }
+    let places = |used: &[bool]| -> Vec<usize> {
+        used.iter()
+            .scan(0, |next, used| {
+                *next += usize::from(*used);
+                Some(next.saturating_sub(1))
+            })
+            .collect()
+    };
+    let (edge_at, vertex_at) = (places(&edges), places(&vertices));
+    let mut keep = edges.iter();
+    parts.edges.retain(|_| keep.next().copied().unwrap_or(false));
+    let mut keep = vertices.iter();
+    parts.vertices.retain(|_| keep.next().copied().unwrap_or(false));
+    for edge in &mut parts.edges {
+        edge.ends = edge.ends.map(|end| vertex_at[end]);
+    }
+    for face in &mut parts.faces {
+        face.loops.iter_mut().flatten().for_each(|one| one.edge = edge_at[one.edge]);
+        face.points.iter_mut().for_each(|vertex| *vertex = vertex_at[*vertex]);
+    }
+}

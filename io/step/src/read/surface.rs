@@ -1,0 +1,299 @@
+//! Surfaces: what the file says that they are, and as splines large enough for the points that are needed.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use loftsman_kernel::brep::{Frame, SurfaceForm};
+use loftsman_kernel::spline::{Curve, Direction, Surface};
+use loftsman_kernel::{Point, Vector};
+
+use super::curve::Basis;
+use super::elementary::{offset, rectangle};
+use super::entity::{At, Got, Problem, deeper};
+use super::place::Space;
+use super::spline::{SURFACES, is_one};
+
+/// A surface as the file has it, perhaps without ends.
+pub(crate) enum Sheet {
+    /// A plane, a cylinder or their like; `true` where its normal in the file is the other one.
+    Elementary(SurfaceForm, bool),
+    /// A spline.
+    Spline(Surface),
+    /// A curve along a vector, without end.
+    Extrusion { curve: Curve, along: Vector },
+    /// A straight line about an axis, without end.
+    Revolution { origin: Point, vector: Vector, axis: (Point, Vector) },
+}
+
+/// A surface of a face.
+pub(crate) struct Covering {
+    pub(crate) surface: Surface,
+    pub(crate) form: SurfaceForm,
+    /// Whether `S_u × S_v` points against the normal in the file.
+    pub(crate) reversed: bool,
+}
+
+impl Space<'_, '_> {
+    /// A surface.
+    pub(crate) fn sheet(&self, number: u64, depth: usize) -> Got<Sheet> {
+        let depth = deeper(number, depth)?;
+        let entity = self.entity(number)?;
+        if is_one(&entity, &SURFACES) {
+            return Ok(Sheet::Spline(self.spline_surface(&entity)?));
+        }
+        let args = entity.args();
+        let frame = || self.frame(args.reference(1)?);
+        let length = |index: usize| args.real(index).map(|number| self.length(number));
+        let elementary = |form| Ok(Sheet::Elementary(form, false));
+        match entity.only() {
+            b"PLANE" => elementary(SurfaceForm::Plane { frame: frame()? }),
+            b"CYLINDRICAL_SURFACE" => {
+                elementary(SurfaceForm::Cylinder { frame: frame()?, radius: length(2)? })
+            }
+            b"CONICAL_SURFACE" => self.cone(number, frame()?, length(2)?, args.real(3)?),
+            b"SPHERICAL_SURFACE" => elementary(SurfaceForm::Sphere { frame: frame()?, radius: length(2)? }),
+            b"TOROIDAL_SURFACE" | b"DEGENERATE_TOROIDAL_SURFACE" => {
+                elementary(SurfaceForm::Torus { frame: frame()?, major: length(2)?, minor: length(3)? })
+            }
+            b"SURFACE_OF_LINEAR_EXTRUSION" => {
+                let (curve, along) = (args.reference(1)?, self.vector(args.reference(2)?)?);
+                self.extrusion(curve, along, number, depth)
+            }
+            b"SURFACE_OF_REVOLUTION" => {
+                let (curve, axis) = (args.reference(1)?, self.axis(args.reference(2)?)?);
+                self.revolution(curve, axis, number, depth)
+            }
+            b"OFFSET_SURFACE" => {
+                let distance = length(2)?;
+                match self.sheet(args.reference(1)?, depth)? {
+                    Sheet::Elementary(form, turned) => {
+                        let by = if turned { -distance } else { distance };
+                        match offset(&form, by) {
+                            Some(form) => Ok(Sheet::Elementary(form, turned)),
+                            None => {
+                                Err(Problem::new(number, "an offset by which nothing of the surface is left"))
+                            }
+                        }
+                    }
+                    _ => Err(Problem::new(number, "an offset of a free-form surface, which is no spline")),
+                }
+            }
+            b"RECTANGULAR_TRIMMED_SURFACE" => {
+                let basis = self.sheet(args.reference(1)?, depth)?;
+                let (u, v) = ((args.real(2)?, args.real(3)?), (args.real(4)?, args.real(5)?));
+                self.trimmed_sheet(number, &basis, [u, v], [args.flag(6)?, args.flag(7)?])
+            }
+            b"CURVE_BOUNDED_SURFACE" => Err(Problem::new(number, "a surface that curves bound is not read")),
+            _ => Err(Problem::new(number, format!("{} is no surface that is read", entity.kinds()))),
+        }
+    }
+
+    /// A cone, whose angle may be given either way round: a negative one opens downwards.
+    fn cone(&self, number: u64, frame: Frame, radius: f64, angle: f64) -> Got<Sheet> {
+        let angle = angle * self.units.angle;
+        if angle == 0.0 {
+            return Err(Problem::new(number, "a cone of angle 0: it is a cylinder"));
+        }
+        // The same circle seen from below; `x` stays, so that angles count from the same place.
+        let frame = if angle < 0.0 { Frame { z: -frame.z, ..frame } } else { frame };
+        if radius < 0.0 || angle.abs() >= FRAC_PI_2 {
+            return Err(Problem::new(number, format!("a cone of radius {radius} and half angle {angle}")));
+        }
+        Ok(Sheet::Elementary(SurfaceForm::Cone { frame, radius, angle: angle.abs() }, false))
+    }
+
+    fn extrusion(&self, curve: u64, along: Vector, number: u64, depth: usize) -> Got<Sheet> {
+        let (basis, _) = self.basis(curve, depth)?;
+        match basis {
+            Basis::Line { origin, vector } => match Frame::new(origin, vector.cross(&along), vector) {
+                Some(frame) => Ok(Sheet::Elementary(SurfaceForm::Plane { frame }, false)),
+                None => Err(Problem::new(number, "a line along itself is no surface")),
+            },
+            Basis::Ellipse { frame, radii, circle: true }
+                if along.cross(&frame.z).norm() <= 1e-12 * along.norm() =>
+            {
+                let turned = along.dot(&frame.z) < 0.0;
+                Ok(Sheet::Elementary(SurfaceForm::Cylinder { frame, radius: radii[0] }, turned))
+            }
+            _ => Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, along }),
+        }
+    }
+
+    fn revolution(&self, curve: u64, axis: (Point, Vector), number: u64, depth: usize) -> Got<Sheet> {
+        let (basis, _) = self.basis(curve, depth)?;
+        let (origin, direction) = axis;
+        let profile = match basis {
+            Basis::Line { origin, vector } => return Ok(Sheet::Revolution { origin, vector, axis }),
+            // A circle about a point of the axis would go over its sphere twice: one half is enough.
+            Basis::Ellipse { ref frame, radii, circle: true }
+                if super::entity::kind(self.file, curve) == b"CIRCLE" && {
+                    let off = frame.origin - origin;
+                    (off - direction * off.dot(&direction)).norm() <= 1e-9 * radii[0]
+                } =>
+            {
+                let start = basis.parameter(frame.origin - direction * radii[0]).at(number)?;
+                basis.piece(start, start + PI, number)?
+            }
+            _ => self.bounded(curve, depth)?,
+        };
+        Surface::revolution(&profile, origin, direction, TAU).map(Sheet::Spline).at(number)
+    }
+
+    fn trimmed_sheet(
+        &self,
+        number: u64,
+        basis: &Sheet,
+        [u, v]: [(f64, f64); 2],
+        [u_sense, v_sense]: [bool; 2],
+    ) -> Got<Sheet> {
+        let ordered = |(a, b): (f64, f64), sense: bool| if sense { [a, b] } else { [b, a] };
+        let ([a, b], [c, d]) = (ordered(u, u_sense), ordered(v, v_sense));
+        let surface = match basis {
+            Sheet::Spline(surface) => surface
+                .between(Direction::U, a, b)
+                .and_then(|part| part.between(Direction::V, c, d))
+                .at(number)?,
+            Sheet::Elementary(form, _) => {
+                let angle = self.units.angle;
+                let around = |[a, b]: [f64; 2]| {
+                    let (a, b) = (a * angle, b * angle);
+                    if b > a { [a, b.min(a + TAU)] } else { [a, b + TAU] }
+                };
+                let straight = |[a, b]: [f64; 2]| [self.length(a), self.length(b)];
+                let (u, v) = match form {
+                    SurfaceForm::Plane { .. } => (straight([a, b]), straight([c, d])),
+                    SurfaceForm::Cylinder { .. } | SurfaceForm::Cone { .. } => {
+                        (around([a, b]), straight([c, d]))
+                    }
+                    SurfaceForm::Torus { .. } => (around([a, b]), around([c, d])),
+                    _ => (around([a, b]), [c * angle, d * angle]),
+                };
+                rectangle(form, [Some(u), Some(v)]).at(number)?
+            }
+            Sheet::Extrusion { curve, along } => {
+                let part = curve.between(a, b).at(number)?;
+                extruded(&part, *along, [c, d]).at(number)?
+            }
+            Sheet::Revolution { .. } => {
+                return Err(Problem::new(
+                    number,
+                    "a rectangle of a straight line that is turned is not read",
+                ));
+            }
+        };
+        let turn = |surface: Surface, direction, sense: bool| {
+            if sense { Ok(surface) } else { surface.reverse(direction).at(number) }
+        };
+        Ok(Sheet::Spline(turn(turn(surface, Direction::U, u_sense)?, Direction::V, v_sense)?))
+    }
+}
+
+/// A curve along a vector, `v` the multiple of it.
+fn extruded(curve: &Curve, along: Vector, [from, to]: [f64; 2]) -> loftsman_kernel::Result<Surface> {
+    let (space, points, weights) = curve.clone().into_parts();
+    let start = Curve::build(space, points.iter().map(|p| p + along * from).collect(), weights)?;
+    Surface::extrusion(&start, along * (to - from))?.reparametrise(Direction::V, from, to)
+}
+
+impl Sheet {
+    /// The surface as a spline that holds these points; as a whole where it has ends.
+    pub(crate) fn covering(&self, points: &[Point], number: u64) -> Got<Covering> {
+        let spline = |surface: Surface| Covering { surface, form: SurfaceForm::Spline, reversed: false };
+        match self {
+            Self::Elementary(form, reversed) => {
+                let surface = form.covering(points).at(number)?;
+                Ok(Covering { surface, form: *form, reversed: *reversed })
+            }
+            Self::Spline(surface) => Ok(spline(surface.clone())),
+            Self::Extrusion { curve, along } => {
+                let unit = along / along.norm_squared();
+                let range = |points: &[Point]| {
+                    let heights = points.iter().map(|p| p.coords.dot(&unit));
+                    heights
+                        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)])
+                };
+                let ([low, high], [first, last]) = (range(points), range(curve.points()));
+                // A point is at most as far along as it is beyond the lowest point of the curve.
+                let ends = [low - last, high - first];
+                let margin = (ends[1] - ends[0]) / 64.0;
+                if !(margin > 0.0 && margin.is_finite()) {
+                    return Err(Problem::new(number, "no points say how far the curve goes along"));
+                }
+                let surface = extruded(curve, *along, [ends[0] - margin, ends[1] + margin]).at(number)?;
+                Ok(spline(surface))
+            }
+            Self::Revolution { origin, vector, axis } => {
+                let surface = revolved_line(*origin, *vector, *axis, points, number)?;
+                Ok(spline(surface))
+            }
+        }
+    }
+
+    /// The surface where no face says how large it is.
+    pub(crate) fn whole(&self, number: u64) -> Got<Surface> {
+        match self {
+            Self::Spline(surface) => Ok(surface.clone()),
+            Self::Elementary(form, _) => rectangle(form, [None, None]).at(number),
+            _ => Err(Problem::new(number, "a surface without ends")),
+        }
+    }
+}
+
+/// A straight line turned about an axis, as long as points on the surface need.
+fn revolved_line(
+    origin: Point,
+    vector: Vector,
+    (base, direction): (Point, Vector),
+    points: &[Point],
+    number: u64,
+) -> Got<Surface> {
+    let split = |p: Point| {
+        let d = p - base;
+        let height = d.dot(&direction);
+        (height, (d - direction * height).norm())
+    };
+    let slope = vector.dot(&direction);
+    let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
+    for &p in points {
+        let (height, radius) = split(p);
+        let t = if slope.abs() > 1e-9 * vector.norm() {
+            (height - split(origin).0) / slope
+        } else {
+            // Across the axis: by how far the point is from it, on the side where the line starts.
+            let across = origin - base - direction * (origin - base).dot(&direction);
+            let (a, b, c) =
+                (vector.norm_squared(), across.dot(&vector), across.norm_squared() - radius * radius);
+            let root = (b * b - a * c).max(0.0).sqrt();
+            let both = [(-b - root) / a, (-b + root) / a];
+            if b >= 0.0 { both[1] } else { both[0] }
+        };
+        ends = [ends[0].min(t), ends[1].max(t)];
+    }
+    let margin = (ends[1] - ends[0]) / 64.0;
+    if !(margin > 0.0 && margin.is_finite()) {
+        return Err(Problem::new(number, "no points say how long the turned line is"));
+    }
+    let at = |t: f64| origin + vector * t;
+    // No further than to the axis, beyond which the surface would be there twice.
+    let ([low, high], crossing) =
+        ([ends[0] - margin, ends[1] + margin], crossing(origin, vector, base, direction));
+    let [low, high] = match crossing {
+        Some(t) if t > low && t <= ends[0] => [t, high],
+        Some(t) if t < high && t >= ends[1] => [low, t],
+        _ => [low, high],
+    };
+    Curve::line(at(low), at(high))
+        .and_then(|profile| Surface::revolution(&profile, base, direction, TAU))
+        .at(number)
+}
+
+/// Where a line comes to an axis, if it does.
+fn crossing(origin: Point, vector: Vector, base: Point, direction: Vector) -> Option<f64> {
+    let across = |v: Vector| v - direction * v.dot(&direction);
+    let (d, v) = (across(origin - base), across(vector));
+    let length = v.norm_squared();
+    if length <= 1e-18 * vector.norm_squared() {
+        return None;
+    }
+    let t = -d.dot(&v) / length;
+    ((d + v * t).norm() <= 1e-9 * (d.norm() + v.norm())).then_some(t)
+}

@@ -1,0 +1,234 @@
+//! Breps: solids and shells, faces on what their surfaces are, edges on what their curves are.
+
+use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm};
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::{Point, Result, Vector};
+
+use super::print::{Printer, flag, real, references};
+use crate::part21::encode;
+
+/// What was written of a Brep.
+pub(crate) struct Written {
+    /// Its solids and surface models.
+    pub(crate) items: Vec<u64>,
+    /// The entity of each face.
+    pub(crate) faces: Vec<u64>,
+    /// Whether some of them is a solid.
+    pub(crate) solid: bool,
+    /// What comes back changed.
+    pub(crate) changes: Vec<&'static str>,
+}
+
+impl Printer {
+    /// All of a Brep, under a name.
+    pub(crate) fn brep(&mut self, brep: &Brep, name: &str) -> Result<Written> {
+        let mut changes = Vec::new();
+        let vertices: Vec<u64> = brep.vertices().iter().map(|p| self.vertex(p)).collect();
+        let mut edges = Vec::with_capacity(brep.edge_count());
+        for edge in 0..brep.edge_count() {
+            edges.push(self.edge(brep, edge, &vertices)?);
+        }
+        let mut faces = Vec::with_capacity(brep.face_count());
+        for face in 0..brep.face_count() {
+            faces.push(self.face(brep, face, (&vertices, &edges))?);
+        }
+        let mut items = Vec::new();
+        let mut in_solid = vec![false; brep.shells().len()];
+        let of = |shell: usize| {
+            references(&brep.shells()[shell].faces.iter().map(|&f| faces[f]).collect::<Vec<_>>())
+        };
+        for solid in brep.solids() {
+            let called = encode(solid.name.as_deref().filter(|_| brep.solids().len() > 1).unwrap_or(name));
+            in_solid[solid.outer] = true;
+            let outer = self.put(&format!("CLOSED_SHELL('',{})", of(solid.outer)));
+            let mut voids = Vec::new();
+            for &void in &solid.voids {
+                in_solid[void] = true;
+                let shell = self.put(&format!("CLOSED_SHELL('',{})", of(void)));
+                voids.push(self.put(&format!("ORIENTED_CLOSED_SHELL('',*,#{shell},.T.)")));
+            }
+            items.push(if voids.is_empty() {
+                self.put(&format!("MANIFOLD_SOLID_BREP({called},#{outer})"))
+            } else {
+                self.put(&format!("BREP_WITH_VOIDS({called},#{outer},{})", references(&voids)))
+            });
+        }
+        let solid = !items.is_empty();
+        let mut shells = Vec::new();
+        let mut in_shell = vec![false; brep.face_count()];
+        for (number, shell) in brep.shells().iter().enumerate() {
+            shell.faces.iter().for_each(|&face| in_shell[face] = true);
+            if !in_solid[number] {
+                let kind = if brep.is_closed(&shell.faces) { "CLOSED_SHELL" } else { "OPEN_SHELL" };
+                shells.push(self.put(&format!("{kind}('',{})", of(number))));
+            }
+        }
+        let alone: Vec<u64> =
+            (0..faces.len()).filter(|&face| !in_shell[face]).map(|face| faces[face]).collect();
+        if !alone.is_empty() {
+            changes.push("its faces without a shell are one");
+            shells.push(self.put(&format!("OPEN_SHELL('',{})", references(&alone))));
+        }
+        if !shells.is_empty() {
+            items.push(self.put(&format!(
+                "SHELL_BASED_SURFACE_MODEL({},{})",
+                encode(name),
+                references(&shells)
+            )));
+        }
+        if items.len() > 1 {
+            changes.push("its solids and shells are objects of their own");
+        }
+        let first = brep.tolerances().first().copied();
+        let all = brep.tolerances().iter().copied();
+        let edge = (0..brep.edge_count()).filter_map(|edge| Some(brep.edge(edge)?.tolerance));
+        if all.chain(edge).any(|tolerance| Some(tolerance) != first) {
+            changes.push("all its tolerances are the largest");
+        }
+        Ok(Written { items, faces, solid, changes })
+    }
+
+    fn vertex(&mut self, p: &Point) -> u64 {
+        let point = self.point(p);
+        self.put(&format!("VERTEX_POINT('',#{point})"))
+    }
+
+    fn edge(&mut self, brep: &Brep, number: usize, vertices: &[u64]) -> Result<u64> {
+        let Some(edge) = brep.edge(number) else {
+            return Err(loftsman_kernel::Error::Invalid(format!("there is no edge {number}")));
+        };
+        let [start, end] = edge.ends;
+        let (from, to) = edge.range;
+        let points = [edge.curve.point(from)?, edge.curve.point(to)?];
+        // Beyond this the squares of lengths are no numbers that can be computed with.
+        let length = nalgebra::distance(&points[0], &points[1]);
+        let (curve, along) = match edge.form {
+            CurveForm::Line if (1e-150..1e150).contains(&length) => {
+                let origin = self.point(&points[0]);
+                let way = points[1] - points[0];
+                let direction = self.direction(&way);
+                let vector = self.put(&format!("VECTOR('',#{direction},{})", real(length)));
+                (self.put(&format!("LINE('',#{origin},#{vector})")), true)
+            }
+            CurveForm::Circle { frame, radius } => {
+                let along = turns_with(&frame, points[0], edge.curve.derivative(from, 1)?);
+                let placement = self.frame(&frame);
+                (self.put(&format!("CIRCLE('',#{placement},{})", real(radius))), along)
+            }
+            CurveForm::Ellipse { frame, radii: [a, b] } => {
+                let along = turns_with(&frame, points[0], edge.curve.derivative(from, 1)?);
+                let placement = self.frame(&frame);
+                (self.put(&format!("ELLIPSE('',#{placement},{},{})", real(a), real(b))), along)
+            }
+            _ => {
+                // On a periodic curve the edge may run through the seam.
+                let part =
+                    if edge.curve.is_periodic() { edge.curve.between(from, to)? } else { edge.curve.clone() };
+                (self.curve(part.clamped()?.as_ref()), true)
+            }
+        };
+        let (start, end) = (vertices[start], vertices[end]);
+        Ok(self.put(&format!("EDGE_CURVE('',#{start},#{end},#{curve},{})", flag(along))))
+    }
+
+    fn face(&mut self, brep: &Brep, number: usize, (vertices, edges): (&[u64], &[u64])) -> Result<u64> {
+        let Some(face) = brep.face(number) else {
+            return Err(loftsman_kernel::Error::Invalid(format!("there is no face {number}")));
+        };
+        let (surface, same) = self.sheet(&face.surface, &face.form)?;
+        let mut bounds = Vec::new();
+        for chain in &face.loops {
+            let mut uses = Vec::new();
+            for one in chain {
+                let along = flag(!one.reversed);
+                uses.push(self.put(&format!("ORIENTED_EDGE('',*,*,#{},{along})", edges[one.edge])));
+            }
+            let chain = self.put(&format!("EDGE_LOOP('',{})", references(&uses)));
+            bounds.push(self.put(&format!("FACE_BOUND('',#{chain},.T.)")));
+        }
+        let mut lone: Vec<u64> = face.points.iter().map(|&vertex| vertices[vertex]).collect();
+        if bounds.is_empty() && lone.is_empty() {
+            // A face needs a bound: a point of the whole surface.
+            let (u, v) = (face.surface.u().domain().0, face.surface.v().domain().0);
+            lone.push(self.vertex(&face.surface.point(u, v)?));
+        }
+        for vertex in lone {
+            let chain = self.put(&format!("VERTEX_LOOP('',#{vertex})"));
+            bounds.push(self.put(&format!("FACE_BOUND('',#{chain},.T.)")));
+        }
+        let name = encode(face.name.as_deref().unwrap_or_default());
+        let sense = flag(face.reversed != same);
+        Ok(self.put(&format!("ADVANCED_FACE({name},{},#{surface},{sense})", references(&bounds))))
+    }
+
+    /// A surface as what it is, and whether its normal in the file is that of the spline.
+    fn sheet(&mut self, surface: &Surface, form: &SurfaceForm) -> Result<(u64, bool)> {
+        let same = same_side(surface, form)?;
+        let written = match (*form, same) {
+            (SurfaceForm::Plane { frame }, Some(_)) => {
+                let placement = self.frame(&frame);
+                Some(self.put(&format!("PLANE('',#{placement})")))
+            }
+            (SurfaceForm::Cylinder { frame, radius }, Some(_)) => {
+                let placement = self.frame(&frame);
+                Some(self.put(&format!("CYLINDRICAL_SURFACE('',#{placement},{})", real(radius))))
+            }
+            (SurfaceForm::Cone { frame, radius, angle }, Some(_)) => {
+                let placement = self.frame(&frame);
+                let (radius, angle) = (real(radius), real(angle));
+                Some(self.put(&format!("CONICAL_SURFACE('',#{placement},{radius},{angle})")))
+            }
+            (SurfaceForm::Sphere { frame, radius }, Some(_)) => {
+                let placement = self.frame(&frame);
+                Some(self.put(&format!("SPHERICAL_SURFACE('',#{placement},{})", real(radius))))
+            }
+            (SurfaceForm::Torus { frame, major, minor }, Some(_)) if major > minor => {
+                let placement = self.frame(&frame);
+                let (major, minor) = (real(major), real(minor));
+                Some(self.put(&format!("TOROIDAL_SURFACE('',#{placement},{major},{minor})")))
+            }
+            _ => None,
+        };
+        match (written, same) {
+            (Some(number), Some(same)) => Ok((number, same)),
+            _ => Ok((self.surface(surface.clamped()?.as_ref()), true)),
+        }
+    }
+}
+
+/// Whether a curve through `p` in the direction `d` turns about the frame's axis as that has it.
+fn turns_with(frame: &Frame, p: Point, d: Vector) -> bool {
+    frame.z.cross(&(p - frame.origin)).dot(&d) >= 0.0
+}
+
+/// Whether the normal of a spline points as that of its form does; `None` where the spline is of no form, or has no normal anywhere
+/// that was looked.
+fn same_side(surface: &Surface, form: &SurfaceForm) -> Result<Option<bool>> {
+    let ((a, b), (c, d)) = (surface.u().domain(), surface.v().domain());
+    for (s, t) in [(0.37, 0.41), (0.61, 0.53), (0.13, 0.29)] {
+        let (u, v) = (a + s * (b - a), c + t * (d - c));
+        let normal = surface.derivative(u, v, 1, 0)?.cross(&surface.derivative(u, v, 0, 1)?);
+        let p = surface.point(u, v)?;
+        let outwards = match form {
+            SurfaceForm::Spline => return Ok(None),
+            SurfaceForm::Plane { frame } => frame.z,
+            SurfaceForm::Sphere { frame, .. } => p - frame.origin,
+            // A cone's points away from the axis beyond its tip, too.
+            SurfaceForm::Cylinder { frame, .. } | SurfaceForm::Cone { frame, .. } => across(frame, p),
+            SurfaceForm::Torus { frame, major, .. } => {
+                let flat = across(frame, p);
+                p - (frame.origin + flat.try_normalize(0.0).unwrap_or(frame.x) * *major)
+            }
+        };
+        let side = normal.dot(&outwards);
+        if side != 0.0 && side.is_finite() {
+            return Ok(Some(side > 0.0));
+        }
+    }
+    Ok(None)
+}
+
+fn across(frame: &Frame, p: Point) -> Vector {
+    let d = p - frame.origin;
+    d - frame.z * d.dot(&frame.z)
+}

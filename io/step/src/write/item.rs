@@ -1,0 +1,138 @@
+//! What an object is, as items of a representation.
+
+use loftsman_kernel::scene::Geometry;
+
+use super::print::{Printer, references};
+use super::style::Carrier;
+use crate::part21::encode;
+
+/// The items of one object.
+pub(crate) struct Items {
+    pub(crate) items: Vec<u64>,
+    /// What a colour of all is given to.
+    pub(crate) colored: Vec<u64>,
+    /// Faces of colours of their own.
+    pub(crate) faces: Vec<(u64, [f64; 4])>,
+    pub(crate) carrier: Carrier,
+    /// The type of the representation.
+    pub(crate) representation: &'static str,
+    /// How it went out, and what comes back changed.
+    pub(crate) form: &'static str,
+    pub(crate) changes: Vec<&'static str>,
+    /// How exact it says it is.
+    pub(crate) uncertainty: f64,
+}
+
+/// What was written, or why nothing.
+pub(crate) enum Put {
+    Items(Items),
+    /// Nothing of its own, as a group.
+    Nothing,
+    LeftOut(&'static str),
+}
+
+const WIRES: &str = "GEOMETRICALLY_BOUNDED_WIREFRAME_SHAPE_REPRESENTATION";
+const SURFACES: &str = "GEOMETRICALLY_BOUNDED_SURFACE_SHAPE_REPRESENTATION";
+
+impl Items {
+    fn one(
+        p: &mut Printer,
+        kind: &str,
+        name: &str,
+        elements: &[u64],
+        carrier: Carrier,
+        form: &'static str,
+    ) -> Self {
+        let set = p.put(&format!("{kind}({},{})", encode(name), references(elements)));
+        let representation = if kind == "GEOMETRIC_SET" { SURFACES } else { WIRES };
+        Self {
+            items: vec![set],
+            colored: elements.to_vec(),
+            faces: Vec::new(),
+            carrier,
+            representation,
+            form,
+            changes: Vec::new(),
+            uncertainty: 0.0,
+        }
+    }
+}
+
+/// Writes a geometry, in its own coordinates.
+pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_kernel::Result<Put> {
+    const OPENED: &str =
+        "opened at its seam and clamped, the same shape: other programs take other knots amiss";
+    let written = match geometry {
+        Geometry::Group | Geometry::Instance(_) => return Ok(Put::Nothing),
+        Geometry::Curve(curve) => {
+            let (plain, changed) = (curve.clamped()?, !curve.is_clamped());
+            let number = p.curve(&plain);
+            let mut items =
+                Items::one(p, "GEOMETRIC_CURVE_SET", name, &[number], Carrier::Curve, "B-spline curve");
+            items.changes.extend(changed.then_some(OPENED));
+            items
+        }
+        Geometry::Surface(surface) => {
+            let (plain, changed) = (surface.clamped()?, !surface.is_clamped());
+            let number = p.surface(&plain);
+            let mut items =
+                Items::one(p, "GEOMETRIC_SET", name, &[number], Carrier::Surface, "B-spline surface");
+            items.changes.extend(changed.then_some(OPENED));
+            items
+        }
+        Geometry::Polyline(line) => {
+            let count = line.points.len();
+            if count < 2 {
+                return Ok(Put::LeftOut("a polyline of fewer than two points"));
+            }
+            let mut points = line.points.clone();
+            if line.closed {
+                points.push(points[0]);
+            }
+            let list = p.points(&points);
+            let number = p.put(&format!("POLYLINE('',{list})"));
+            let mut items = Items::one(p, "GEOMETRIC_CURVE_SET", name, &[number], Carrier::Curve, "polyline");
+            let there_and_back = line.closed && count < 3;
+            let closes = !line.closed && count > 3 && points.first() == points.last();
+            items.changes.extend(there_and_back.then_some("there and back, as it closes on two points"));
+            items.changes.extend(closes.then_some("closed, as its first point is its last"));
+            items
+        }
+        Geometry::Cloud(cloud) => {
+            if cloud.points.is_empty() {
+                return Ok(Put::LeftOut("a cloud without points"));
+            }
+            let points: Vec<u64> = cloud.points.iter().map(|point| p.point(point)).collect();
+            let mut items = Items::one(p, "GEOMETRIC_SET", name, &points, Carrier::Point, "points");
+            // One colour for all of them.
+            items.colored.clone_from(&items.items);
+            items
+        }
+        Geometry::Brep(brep) => {
+            if brep.face_count() == 0 {
+                return Ok(Put::LeftOut("a brep without faces"));
+            }
+            let written = p.brep(brep, name)?;
+            let faces = written.faces.iter().enumerate();
+            let faces = faces.filter_map(|(face, &number)| Some((number, brep.face_color(face)?))).collect();
+            let vertices = brep.tolerances().iter().copied();
+            let edges = (0..brep.edge_count()).filter_map(|edge| Some(brep.edge(edge)?.tolerance));
+            Items {
+                colored: written.items.clone(),
+                items: written.items,
+                faces,
+                carrier: Carrier::Surface,
+                representation: if written.solid {
+                    "ADVANCED_BREP_SHAPE_REPRESENTATION"
+                } else {
+                    "MANIFOLD_SURFACE_SHAPE_REPRESENTATION"
+                },
+                form: if written.solid { "solid" } else { "shell" },
+                changes: written.changes,
+                uncertainty: vertices.chain(edges).fold(0.0, f64::max),
+            }
+        }
+        _ => return Ok(Put::LeftOut("STEP files that are written here have no such thing")),
+    };
+    Ok(Put::Items(written))
+}

@@ -1,0 +1,221 @@
+//! What the schema says of curves and surfaces, by its formulas.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
+
+mod common;
+
+use common::{AXES, file, read};
+use loftsman_kernel::Point;
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::spline::{Curve, Surface};
+
+fn scene(item: &str) -> Scene {
+    let text = file("#100", &format!("{AXES}#100=GEOMETRIC_SET('',(#101));\n{item}"));
+    let (scene, report) = read(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    assert!(report.adds_up());
+    scene
+}
+
+fn curve(item: &str) -> Curve {
+    let Geometry::Curve(curve) = scene(item).objects()[0].geometry().clone() else { panic!("{item}") };
+    curve
+}
+
+fn surface(item: &str) -> Surface {
+    let Geometry::Surface(surface) = scene(item).objects()[0].geometry().clone() else { panic!("{item}") };
+    surface
+}
+
+/// Points all along a curve.
+fn along(curve: &Curve) -> Vec<Point> {
+    let (a, b) = curve.domain();
+    (0..=32).map(|k| curve.point(a + (b - a) * f64::from(k) / 32.0).unwrap()).collect()
+}
+
+#[test]
+fn conics_are_exact() {
+    let trimmed = |basis: &str, from: f64, to: f64, sense: &str| {
+        curve(&format!(
+            "#101=TRIMMED_CURVE('',#102,(PARAMETER_VALUE({from:?})),(PARAMETER_VALUE({to:?})),.{sense}.,.PARAMETER.);\n#102={basis};"
+        ))
+    };
+    let near = |a: Point, b: Point| assert!((a - b).norm() < 1e-13 * 40.0, "{a} {b}");
+    // Angles are in degrees.
+    let circle = trimmed("CIRCLE('',#10,2.)", 30.0, 210.0, "T");
+    assert!(along(&circle).iter().all(|p| (p.coords.norm() - 2.0).abs() < 1e-14));
+    near(along(&circle)[0], Point::new(2.0 * 0.75_f64.sqrt(), 1.0, 0.0));
+    near(along(&circle)[32], Point::new(-2.0 * 0.75_f64.sqrt(), -1.0, 0.0));
+    // The other way round it goes over the rest of the circle.
+    let back = trimmed("CIRCLE('',#10,2.)", 30.0, 210.0, "F");
+    assert!(along(&back)[16].y < -1.0 || along(&back)[16].x > 0.0);
+    near(along(&back)[0], along(&circle)[0]);
+    let ellipse = trimmed("ELLIPSE('',#10,3.,1.)", 0.0, 90.0, "T");
+    assert!(along(&ellipse).iter().all(|p| ((p.x / 3.0).powi(2) + p.y.powi(2) - 1.0).abs() < 1e-14));
+    let parabola = trimmed("PARABOLA('',#10,0.5)", -1.0, 3.0, "T");
+    assert!(along(&parabola).iter().all(|p| (p.y * p.y - 2.0 * p.x).abs() < 1e-13));
+    near(along(&parabola)[32], Point::new(4.5, 3.0, 0.0));
+    let hyperbola = trimmed("HYPERBOLA('',#10,2.,1.)", -1.5, 2.0, "T");
+    for p in along(&hyperbola) {
+        assert!(((p.x / 2.0).powi(2) - p.y.powi(2) - 1.0).abs() < 1e-13, "{p}");
+    }
+    near(along(&hyperbola)[32], Point::new(2.0 * 2.0_f64.cosh(), 2.0_f64.sinh(), 0.0));
+}
+
+#[test]
+fn splines_of_every_form_are_what_they_say() {
+    let points = "#110=CARTESIAN_POINT('',(0.,0.,0.));#111=CARTESIAN_POINT('',(1.,2.,0.));\
+                  #112=CARTESIAN_POINT('',(2.,0.,1.));#113=CARTESIAN_POINT('',(3.,1.,0.));";
+    let list = "(#110,#111,#112,#113)";
+    let complex = |own: &str| {
+        curve(&format!(
+            "#101=(BOUNDED_CURVE()B_SPLINE_CURVE(3,{list},.UNSPECIFIED.,.F.,.F.){own}CURVE()\
+             GEOMETRIC_REPRESENTATION_ITEM()REPRESENTATION_ITEM(''));{points}"
+        ))
+    };
+    let knots = "B_SPLINE_CURVE_WITH_KNOTS((4,4),(0.,2.),.UNSPECIFIED.)";
+    let listed = complex(knots);
+    assert_eq!(listed.domain(), (0.0, 2.0));
+    let rational = complex(&format!("{knots}RATIONAL_B_SPLINE_CURVE((1.,0.5,2.,1.))"));
+    assert_eq!(rational.weights(), Some(&[1.0, 0.5, 2.0, 1.0][..]));
+    assert!(complex("BEZIER_CURVE()").space().is_clamped());
+    assert!(complex("QUASI_UNIFORM_CURVE()").space().is_clamped());
+    assert!(!complex("UNIFORM_CURVE()").space().is_clamped());
+    let simple = curve(&format!(
+        "#101=B_SPLINE_CURVE_WITH_KNOTS('',2,{list},.UNSPECIFIED.,.F.,.F.,(3,1,3),(0.,0.25,1.),.UNSPECIFIED.);{points}"
+    ));
+    assert_eq!((simple.degree(), simple.points().len()), (2, 4));
+    let quasi = curve(&format!("#101=QUASI_UNIFORM_CURVE('',2,{list},.UNSPECIFIED.,.F.,.F.);{points}"));
+    assert_eq!(quasi.space().breakpoints(), [0.0, 1.0, 2.0]);
+    let patch = surface(&format!(
+        "#101=BEZIER_SURFACE('',1,1,((#110,#111),(#112,#113)),.UNSPECIFIED.,.F.,.F.,.F.);{points}"
+    ));
+    assert_eq!(patch.points().len(), 4);
+}
+
+#[test]
+fn composites_are_joined() {
+    let all = curve(
+        "#101=COMPOSITE_CURVE('',(#120,#121),.F.);\n\
+         #120=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#122);#121=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.F.,#123);\n\
+         #122=TRIMMED_CURVE('',#130,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.T.,.PARAMETER.);\n\
+         #123=POLYLINE('',(#131,#132));#130=CIRCLE('',#10,1.);\n\
+         #131=CARTESIAN_POINT('',(-2.,1.,0.));#132=CARTESIAN_POINT('',(0.,1.,0.));",
+    );
+    let ends = along(&all);
+    assert!((ends[0] - Point::new(1.0, 0.0, 0.0)).norm() < 1e-15);
+    assert!((ends[32] - Point::new(-2.0, 1.0, 0.0)).norm() < 1e-15);
+}
+
+#[test]
+fn rectangles_of_elementary_surfaces_are_where_their_parameters_say() {
+    for (basis, [u, v], at) in [
+        ("CYLINDRICAL_SURFACE('',#10,2.)", ["0.,90.", "1.,3."], Point::new(0.0, 2.0, 3.0)),
+        ("CONICAL_SURFACE('',#10,2.,45.)", ["0.,90.", "0.,1."], Point::new(0.0, 3.0, 1.0)),
+        ("SPHERICAL_SURFACE('',#10,2.)", ["0.,90.", "-90.,0."], Point::new(0.0, 2.0, 0.0)),
+        ("TOROIDAL_SURFACE('',#10,3.,1.)", ["-90.,90.", "0.,90."], Point::new(0.0, 3.0, 1.0)),
+        ("PLANE('',#10)", ["0.,2.", "-1.,4."], Point::new(2.0, 4.0, 0.0)),
+        ("OFFSET_SURFACE('',#103,0.5,.F.)", ["0.,90.", "1.,3."], Point::new(0.0, 2.5, 3.0)),
+    ] {
+        let part = surface(&format!(
+            "#101=RECTANGULAR_TRIMMED_SURFACE('',#102,{u},{v},.T.,.T.);#102={basis};#103=CYLINDRICAL_SURFACE('',#10,2.);"
+        ));
+        let found = part.point(part.u().domain().1, part.v().domain().1).unwrap();
+        assert!((found - at).norm() < 1e-14, "{basis}: {found} {at}");
+    }
+}
+
+/// A face of a surface, bounded by the curves of a quarter of it, `u` and `v` from the corner at (2, 0, 0).
+#[test]
+fn swept_surfaces_hold_the_edges_of_their_faces() {
+    let points = "#41=VERTEX_POINT('',#51);#51=CARTESIAN_POINT('',(2.,0.,0.));\
+                  #42=VERTEX_POINT('',#52);#52=CARTESIAN_POINT('',(0.,2.,0.));\
+                  #43=VERTEX_POINT('',#53);#53=CARTESIAN_POINT('',(0.,2.,3.));\
+                  #44=VERTEX_POINT('',#54);#54=CARTESIAN_POINT('',(2.,0.,3.));\
+                  #61=EDGE_CURVE('',#41,#42,#71,.T.);#71=CIRCLE('',#10,2.);\
+                  #62=EDGE_CURVE('',#42,#43,#72,.T.);#72=LINE('',#52,#82);#82=VECTOR('',#12,1.);\
+                  #63=EDGE_CURVE('',#44,#43,#73,.T.);#73=CIRCLE('',#20,2.);#20=AXIS2_PLACEMENT_3D('',#21,#12,#13);\
+                  #21=CARTESIAN_POINT('',(0.,0.,3.));\
+                  #64=EDGE_CURVE('',#44,#41,#74,.F.);#74=LINE('',#51,#82);\
+                  #90=EDGE_LOOP('',(#91,#92,#93,#94));#91=ORIENTED_EDGE('',*,*,#61,.T.);#92=ORIENTED_EDGE('',*,*,#62,.T.);\
+                  #93=ORIENTED_EDGE('',*,*,#63,.F.);#94=ORIENTED_EDGE('',*,*,#64,.T.);\
+                  #95=FACE_OUTER_BOUND('',#90,.T.);#96=AXIS1_PLACEMENT('',#11,#12);#97=VECTOR('',#12,2.);";
+    for basis in [
+        "CYLINDRICAL_SURFACE('',#10,2.)",
+        "SURFACE_OF_REVOLUTION('',#74,#96)",
+        "SURFACE_OF_LINEAR_EXTRUSION('',#71,#97)",
+        "SURFACE_OF_LINEAR_EXTRUSION('',#75,#97)",
+        "OFFSET_SURFACE('',#76,1.,.F.)",
+        "RECTANGULAR_TRIMMED_SURFACE('',#77,0.,180.,-1.,5.,.T.,.T.)",
+    ] {
+        let data = format!(
+            "{AXES}{points}#100=OPEN_SHELL('',(#101));#101=ADVANCED_FACE('',(#95),#102,.T.);#102={basis};\
+             #75=TRIMMED_CURVE('',#71,(#51),(#52),.T.,.CARTESIAN.);#76=CYLINDRICAL_SURFACE('',#10,1.);\
+             #77=CYLINDRICAL_SURFACE('',#10,2.);"
+        );
+        let (scene, report) = read(&file("#100", &data)).unwrap();
+        let Geometry::Brep(brep) = scene.objects()[0].geometry() else { panic!("{basis}") };
+        let flaws = brep.flaws(1e-12).unwrap();
+        assert!(flaws.is_empty(), "{basis}: {} {report:?}", flaws[0]);
+        // Its normal points outwards, from the axis.
+        let surface = brep.surface(0).unwrap();
+        let at = surface.closest(Point::new(2.0_f64.sqrt(), 2.0_f64.sqrt(), 1.0)).unwrap();
+        assert!(at.distance < 1e-12, "{basis}");
+        let [du, dv] = [(1, 0), (0, 1)].map(|(a, b)| surface.derivative(at.at.0, at.at.1, a, b).unwrap());
+        let normal = du.cross(&dv) * if brep.is_reversed(0) { -1.0 } else { 1.0 };
+        assert!(normal.x > 0.0 && normal.y > 0.0, "{basis}: {normal}");
+    }
+}
+
+#[test]
+fn polygons_and_triangles_are_read() {
+    let points = "#51=CARTESIAN_POINT('',(0.,0.,0.));#52=CARTESIAN_POINT('',(1.,0.,0.));\
+                  #53=CARTESIAN_POINT('',(0.,1.,0.));#54=CARTESIAN_POINT('',(0.,0.,1.));";
+    let face = |k: usize, a: usize, b: usize, c: usize| {
+        format!(
+            "#{}=FACE('',(#{}));#{}=FACE_BOUND('',#{},.T.);#{}=POLY_LOOP('',(#{a},#{b},#{c}));",
+            200 + k,
+            210 + k,
+            210 + k,
+            220 + k,
+            220 + k
+        )
+    };
+    let faces = [face(0, 51, 53, 52), face(1, 51, 52, 54), face(2, 52, 53, 54), face(3, 53, 51, 54)].concat();
+    let text = file(
+        "#100",
+        &format!("#100=FACETED_BREP('tet',#101);#101=CLOSED_SHELL('',(#200,#201,#202,#203));{points}{faces}"),
+    );
+    let (scene, _) = read(&text).unwrap();
+    let Geometry::Brep(brep) = scene.objects()[0].geometry() else { panic!() };
+    assert_eq!((brep.solids().len(), brep.edge_count(), brep.vertices().len()), (1, 6, 4));
+    let text = file(
+        "#100",
+        "#100=TRIANGULATED_FACE('m',#101,4,(),$,(),((1,2,3),(1,3,4)));\
+         #101=COORDINATES_LIST('',4,((0.,0.,0.),(1.,0.,0.),(1.,1.,0.),(0.,1.,0.)));",
+    );
+    let (scene, _) = read(&text).unwrap();
+    let Geometry::Mesh(mesh) = scene.objects()[0].geometry() else { panic!() };
+    assert_eq!((mesh.points().len(), mesh.face_count()), (4, 2));
+    let text = file(
+        "#100",
+        "#100=COMPLEX_TRIANGULATED_FACE('m',#101,4,(),$,(4,3,2,1),((1,2,4,3)),());\
+         #101=COORDINATES_LIST('',4,((0.,0.,0.),(1.,0.,0.),(1.,1.,0.),(0.,1.,0.)));",
+    );
+    assert_eq!(read(&text).unwrap().0.objects()[0].geometry().kind(), "mesh");
+}
+
+#[test]
+fn a_curve_that_closes_may_start_anywhere() {
+    // A square of degree 1, whose vertex is a corner other than its first.
+    let data = "#100=OPEN_SHELL('',(#101));#101=ADVANCED_FACE('',(#95),#102,.T.);#102=PLANE('',#10);\
+                #95=FACE_BOUND('',#90,.T.);#90=EDGE_LOOP('',(#91));#91=ORIENTED_EDGE('',*,*,#61,.T.);\
+                #61=EDGE_CURVE('',#41,#41,#71,.T.);#41=VERTEX_POINT('',#52);\
+                #71=POLYLINE('',(#51,#52,#53,#54,#51));#51=CARTESIAN_POINT('',(0.,0.,0.));\
+                #52=CARTESIAN_POINT('',(1.,0.,0.));#53=CARTESIAN_POINT('',(1.,1.,0.));#54=CARTESIAN_POINT('',(0.,1.,0.));";
+    let (scene, _) = read(&file("#100", &format!("{AXES}{data}"))).unwrap();
+    let Geometry::Brep(brep) = scene.objects()[0].geometry() else { panic!() };
+    assert!(brep.flaws(1e-12).unwrap().is_empty());
+    let edge = brep.edge(0).unwrap();
+    let length = edge.curve.points().windows(2).map(|p| (p[1] - p[0]).norm()).sum::<f64>();
+    assert!((length - 4.0).abs() < 1e-12);
+}
