@@ -4,8 +4,9 @@
 //!
 //! * *Meshes* are triangles with normals, texture coordinates and colours where the scene has them, a primitive for each
 //!   material; points are doubled only where corners at a point differ. Polygons are cut into triangles by their corners
-//!   (ears), so that concave faces stay right. Lines of a mesh are one more primitive. *Surfaces* and *curves* go
-//!   through the tessellator of the options: triangles with smooth normals, and line strips. *Clouds* are points.
+//!   (ears), so that concave faces stay right. Lines of a mesh are one more primitive. *Surfaces*, trimmed or not, *Breps* and *curves* go
+//!   through the tessellator of the options: triangles with smooth normals, and line strips. Faces of Breps that have colours are a primitive
+//!   for each colour; a face that cannot be cut is left out, and named in the report. *Clouds* are points.
 //! * *The exact spline* goes along: a node has `extras.loftsman`, a text that holds `curve`, `surface` or `trimmed` as a
 //!   `*.loft.json` document has them, in the scene's own unit and axes, which `asset.extras.loftsman` names; and the
 //!   name of the layer, and the exact transform where the node's parts round it. (A text, because Blender cannot take lists of
@@ -32,8 +33,8 @@
 //!   in a frame, and of weights, which are zero but for one a frame, nothing is written (sparse accessors).
 //! * *Torn curves* are a strip for each of their parts.
 //! * *Numbers* that single precision does not hold or tell apart (coordinates, places, times) are refused by the object's name,
-//!   those of materials left out with a note. So is a spline that cannot be cut as finely as asked; what has no extent, or
-//!   is trimmed, is a node with the exact spline alone.
+//!   those of materials left out with a note. So is a spline that cannot be cut as finely as asked; what has no extent, and a trimmed surface that cannot be cut,
+//!   is a node with the exact spline alone.
 //! * *Tangents* go out as they are; where a material has a normal map and the mesh has texture coordinates but no
 //!   tangents, they are made as MikkTSpace has them, and marked so that our reader drops them again.
 //! * *What other programs noted* in `extras` of the file, the asset, the scene, nodes, meshes and materials, the names of
@@ -97,7 +98,7 @@ impl Format for Gltf {
                 unit: UnitRule::Fixed(Unit::Metre),
                 up: Some(Up::Y),
                 exact: &["group", "mesh", "polyline", "cloud"],
-                tessellated: &["curve", "surface", "shape"],
+                tessellated: &["curve", "surface", "trimmed", "brep", "shape"],
                 carried: &["curve", "surface", "trimmed", "shape"],
                 // Colours that differ at a point are there with the points that are doubled.
                 meshes: &[
@@ -124,8 +125,12 @@ impl Format for Gltf {
     fn holds(&self, own: &Parameters) -> Result<Holds, FormatError> {
         let holds = self.declaration().holds;
         Ok(if own.flag("meshes-only")? {
-            let splines = &["surface", "shape"];
-            Holds { exact: &["group", "mesh"], tessellated: splines, carried: splines, ..holds }
+            Holds {
+                exact: &["group", "mesh"],
+                tessellated: &["surface", "trimmed", "brep", "shape"],
+                carried: &["surface", "trimmed", "shape"],
+                ..holds
+            }
         } else {
             holds
         })

@@ -20,7 +20,8 @@
 //!   are periodic. `trim`, `hole`, `scrv` and `sp` make trimmed surfaces, `con` connections of the scene.
 //!
 //! **Writing.** Curves go out as NURBS, in Bézier form unless `knots = "any"`: Blender draws uneven simple knots as if
-//! they were even. Surfaces go out as `surf` and, by the tessellator of the options, as a mesh. Materials go into a
+//! they were even. Surfaces, trimmed or not, go out as `surf` and, by the tessellator of the options, as a mesh; Breps as a mesh, in which each
+//! face is a group (`face_12`, with its name where it has one) and faces that have colours a material of that colour. Materials go into a
 //! library beside the file. Transforms are baked, as OBJ has none; numbers read back exactly.
 //!
 //! **There and back.** Comments that start with `# Loftsman` say what OBJ has no statement for, and are read while what
@@ -80,10 +81,11 @@ impl Format for Obj {
             holds: Holds {
                 up: Some(Up::Y),
                 exact: &["curve", "surface", "trimmed", "mesh", "polyline", "cloud"],
-                tessellated: &["surface", "shape"],
+                tessellated: &["surface", "trimmed", "brep", "shape"],
                 meshes: &[MeshPart::Polygons, MeshPart::Corners, MeshPart::Groups, MeshPart::Smoothing],
                 colors: true,
                 materials: true,
+                unclamped: true,
                 connections: true,
                 statements: &["mtl "],
                 ..Holds::NOTHING

@@ -217,14 +217,14 @@ fn periodic_surfaces_and_trimmed_ones_come_back_exactly() {
     scene.connect(loftsman_kernel::connection::Connection { first: side.clone(), second: side }).unwrap();
     let (file, report) = write(&scene, &keep());
     assert_eq!(report.objects[0].fate, Fate::Kept);
-    assert!(report.objects[0].reason.as_ref().unwrap().contains("cannot be tessellated yet"));
+    assert!(report.objects[0].reason.as_ref().unwrap().contains("none is registered"));
     let back = read(&file);
     assert_eq!(back.object("window").unwrap().geometry(), window.geometry());
     assert_eq!(back.connections(), scene.connections());
     let own = Parameters::new(serde_json::json!({ "surfaces": "mesh" }), "options").unwrap();
     let (_, report) = write(&scene, &WriteOptions { own, ..keep() });
     assert_eq!(report.objects[0].fate, Fate::LeftOut);
-    assert!(report.objects[0].reason.as_ref().unwrap().contains("cannot be tessellated yet"));
+    assert!(report.objects[0].reason.as_ref().unwrap().contains("none is registered"));
 }
 
 /// Everything a mesh of an OBJ file can hold, twice, so that indices count on.

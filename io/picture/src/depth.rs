@@ -26,6 +26,10 @@ const LARGEST: f64 = 1.0;
 /// A line in the surface of a face is in front of it, though both are rounded, in millimetres of depth.
 pub(crate) const ON_FACE: f64 = 0.02;
 
+/// An edge of a solid is in front of the faces that meet there: where these come towards the viewer on both sides, no cell's middle is as
+/// far back as the edge between them. In millimetres of depth: a cell's side, on a slope.
+pub(crate) const ON_EDGE: f64 = 0.15;
+
 /// A curve that lies in a surface is in front of the facets that stand for it, in millimetres of depth.
 pub(crate) const IN_SURFACE: f64 = 0.35;
 

@@ -17,6 +17,7 @@ use crate::panel::{Panel, Shown};
 use crate::picture::Picture;
 use crate::sheet::{Caption, Sheet};
 use crate::stage::scenery::Scenery;
+use crate::stage::solid::Solids;
 use crate::stage::{Projection, Stage};
 use crate::svg::{Element, length};
 use crate::text::{self, wrapped};
@@ -91,9 +92,13 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     moments.sort_by(f64::total_cmp);
     moments.dedup();
     let stills = moments.iter().map(|moment| scene.at(*moment)).collect::<Result<Vec<Scene>, _>>()?;
-    let scenery = Scenery::new(&scene, (before.as_deref(), None), &marks, picture.frames, &panels)?;
+    let shown: Vec<&Scene> =
+        [Some(&*scene), before.as_deref()].into_iter().flatten().chain(&stills).collect();
+    let solids = Solids::of(&shown, picture.tessellator)?;
+    let scenery = Scenery::new(&scene, (before.as_deref(), None), &marks, picture.frames, &panels, &solids)?;
     let moving: Vec<Vec<Mark>> = stills.iter().map(|still| followed(&marks, still)).collect();
-    let still = |(still, marks)| Scenery::new(still, (None, Some(&*scene)), marks, Frames::Off, &panels);
+    let still =
+        |(still, marks)| Scenery::new(still, (None, Some(&*scene)), marks, Frames::Off, &panels, &solids);
     let sceneries = stills
         .iter()
         .zip(moving.iter().map(Vec::as_slice))

@@ -1,7 +1,7 @@
 //! What a picture shows and how: the builder.
 
 use loftsman_kernel::error::Figure;
-use loftsman_kernel::plugin::Mark;
+use loftsman_kernel::plugin::{Mark, Tessellator};
 use loftsman_kernel::scene::Scene;
 
 use crate::choices::{Beads, Choices, Combs, Faces, Frames};
@@ -20,7 +20,7 @@ const MOST_FRAMES: usize = 100;
 ///
 /// Every method changes one thing and gives the picture back; [`to_svg`](Self::to_svg) and
 /// [`to_png`](Self::to_png) make it. The same picture has the same bytes whenever it is made, whatever fonts the machine has.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Picture<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) before: Option<&'a Scene>,
@@ -35,6 +35,7 @@ pub struct Picture<'a> {
     pub(crate) legend: bool,
     pub(crate) width: f64,
     pub(crate) height: Option<f64>,
+    pub(crate) tessellator: Option<&'a dyn Tessellator>,
 }
 
 impl<'a> Picture<'a> {
@@ -64,6 +65,7 @@ impl<'a> Picture<'a> {
             legend: true,
             width: 180.0,
             height: None,
+            tessellator: None,
         }
     }
 
@@ -78,6 +80,13 @@ impl<'a> Picture<'a> {
     #[must_use]
     pub fn marks(mut self, marks: &'a [Mark]) -> Self {
         self.marks = marks;
+        self
+    }
+
+    /// Who cuts Breps into triangles: without one they are not drawn, and the legend says so.
+    #[must_use]
+    pub fn tessellator(mut self, tessellator: &'a dyn Tessellator) -> Self {
+        self.tessellator = Some(tessellator);
         self
     }
 

@@ -6,6 +6,7 @@
 pub(crate) mod body;
 pub(crate) mod piece;
 pub(crate) mod scenery;
+pub(crate) mod solid;
 pub(crate) mod trim;
 
 use loftsman_kernel::plugin::Mark;

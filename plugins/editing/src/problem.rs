@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::brep::Moving;
 use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, pick};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Functional, Shapes, value_of};
@@ -11,13 +12,13 @@ use loftsman_kernel::plugin::{
     SceneShapes, SeenShapes, Spot, StepReport, ask_once, constraint_from, editable, functional_from, nearest,
     object_name,
 };
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
 use loftsman_kernel::solve::Solver;
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the only curve or surface", "the object to edit");
-pub(crate) const SHARED: [Field; 11] = [
+pub(crate) const SHARED: [Field; 13] = [
     OBJECT,
     Field::optional(
         "constraints",
@@ -64,6 +65,18 @@ pub(crate) const SHARED: [Field; 11] = [
         "1",
         "at repeated knots, what was smooth stays so: 1 tangents, 2 curvatures too, 0 corners may appear",
     ),
+    Field::optional(
+        "faces",
+        "[number or name, …]",
+        "those that are asked about",
+        "the faces of a brep that may move; all others stand still",
+    ),
+    Field::optional(
+        "neighbours",
+        "count",
+        "0",
+        "so many rings of faces around them may move too; edges between faces that move go along",
+    ),
 ];
 
 /// The shapes of a step's problem: the step's object first, others as constraints name them.
@@ -92,8 +105,8 @@ impl Problem {
         context: &Context<'_>,
         with_handle: bool,
     ) -> Result<Self, OperationError> {
-        let object = object_name(scene, parameters, editable(scene), "curve or surface")?;
-        let mut names = SceneShapes::new(scene, &object)?;
+        let object = object_name(scene, parameters, editable(scene), "curve, surface or brep")?;
+        let mut names = SceneShapes::with_solids(scene, &object, moving(scene, &object, parameters)?)?;
         let tables = parameters.tables("constraints")?;
         let mut constraints = Vec::with_capacity(tables.len());
         for table in &tables {
@@ -243,6 +256,47 @@ fn picked(handle: &Parameters, shape: &dyn Shape) -> Result<Parameters, Operatio
     }
     table.insert("at".into(), u.into());
     Ok(Parameters::new(table.into(), handle.path())?)
+}
+
+/// Which faces of a brep may move.
+fn moving(scene: &Scene, object: &str, parameters: &Parameters) -> Result<Moving, OperationError> {
+    let mut moving = Moving::new();
+    let Geometry::Brep(brep) = scene.object(object)?.geometry() else {
+        if let Some(field) = ["faces", "neighbours"].into_iter().find(|field| parameters.has(field)) {
+            let problem = format!("\"{object}\" is no brep: only its faces can be told apart");
+            return Err(parameters.error(field, problem).into());
+        }
+        return Ok(moving);
+    };
+    if parameters.has("faces") {
+        let mut faces = Vec::new();
+        for (k, value) in parameters.list("faces")?.iter().enumerate() {
+            let fail = |problem: String| parameters.error(&format!("faces[{k}]"), problem);
+            let count = brep.face_count();
+            if let Some(name) = value.as_str() {
+                let named = (0..count).filter(|face| brep.face_name(*face) == Some(name));
+                let before = faces.len();
+                faces.extend(named);
+                if faces.len() == before {
+                    return Err(fail(format!("no face of \"{object}\" is called \"{name}\"")).into());
+                }
+                continue;
+            }
+            let number = value.as_u64().and_then(|number| usize::try_from(number).ok());
+            match number.filter(|number| *number < count) {
+                Some(number) => faces.push(number),
+                None => {
+                    let problem = format!(
+                        "{value} is no face of \"{object}\": it has {count}, numbered from 0, or give a name"
+                    );
+                    return Err(fail(problem).into());
+                }
+            }
+        }
+        moving = moving.faces(faces);
+    }
+    moving = moving.neighbours(parameters.count_or("neighbours", 0)?);
+    Ok(if smooth(parameters)? == 0 { moving.sharp() } else { moving })
 }
 
 fn within(parameters: &Parameters) -> Result<Option<(f64, f64)>, ParameterError> {

@@ -2,10 +2,12 @@
 
 mod colors;
 
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::error::Error;
+use loftsman_kernel::mesh::Layer;
 use loftsman_kernel::plugin::{
     Chord, Context, Declaration, Drawn, Field, Fineness, Operation, OperationError, Parameters, StepReport,
-    object_name,
+    TessellatedBrep, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::a;
@@ -17,7 +19,7 @@ pub struct Tessellate;
 impl Operation for Tessellate {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
-            Field::optional("object", "text", "the only curve or surface", "the object"),
+            Field::optional("object", "text", "the only curve, surface or brep", "the object"),
             Field::optional(
                 "tolerance",
                 "length",
@@ -40,7 +42,7 @@ impl Operation for Tessellate {
         ];
         Declaration {
             name: "tessellate",
-            help: "a curve becomes a polyline, a surface a mesh",
+            help: "a curve becomes a polyline, a surface or brep a mesh",
             fields: FIELDS,
         }
     }
@@ -51,9 +53,11 @@ impl Operation for Tessellate {
         p: &Parameters,
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
-        let fits =
-            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_));
-        let name = object_name(scene, p, fits, "curve or surface")?;
+        let fits = |g: &Geometry| {
+            use Geometry::{Brep, Curve, Custom, Surface, Trimmed};
+            matches!(g, Curve(_) | Surface(_) | Trimmed(_) | Brep(_) | Custom(_))
+        };
+        let name = object_name(scene, p, fits, "curve, surface or brep")?;
         let mut fineness = Fineness::default();
         if p.has("tolerance") {
             fineness.chord = Chord::Absolute(p.number("tolerance")?);
@@ -72,11 +76,18 @@ impl Operation for Tessellate {
             }
         }
         let paint = colors::Paint::new(p)?;
-        if paint.is_some() && matches!(scene.object(&name)?.geometry(), Geometry::Curve(_)) {
-            return Err(p
-                .error("colors", "a curve has none: a picture draws its curvature as a comb")
-                .into());
+        let none = match scene.object(&name)?.geometry() {
+            Geometry::Curve(_) => Some("a curve has none: a picture draws its curvature as a comb"),
+            Geometry::Trimmed(_) => Some(
+                "the mesh of a trimmed surface does not take them: \"untrim\" it first, or leave them out",
+            ),
+            Geometry::Brep(_) => Some("the mesh of a brep has those of its faces: leave them out"),
+            _ => None,
+        };
+        if let (Some(problem), true) = (none, paint.is_some()) {
+            return Err(p.error("colors", problem).into());
         }
+        let mut warnings = Vec::new();
         let tessellator = || {
             let missing = || Error::Invalid("no tessellator is registered".into());
             context.registry.tessellator().ok_or_else(missing)
@@ -120,11 +131,17 @@ impl Operation for Tessellate {
                 }
                 (faceted.drawn.into(), note)
             }
-            Geometry::Trimmed(_) => {
-                let problem = format!(
-                    "trimmed surfaces cannot be tessellated yet: \"untrim\" makes \"{name}\" a whole surface, loops and all"
-                );
-                return Err(Error::Invalid(problem).into());
+            Geometry::Trimmed(trimmed) => {
+                let mesh = tessellator()?.measured_trimmed(trimmed, &fineness)?.mesh;
+                let note = format!("{} triangles", mesh.triangle_count());
+                (mesh.into(), note)
+            }
+            Geometry::Brep(brep) => {
+                let mut cut = tessellator()?.measured_brep(brep, &fineness)?;
+                let note = format!("{} triangles", cut.mesh.triangle_count());
+                warnings.extend(cut.remark(brep));
+                color_faces(&mut cut, brep, scene.color_of(scene.object(&name)?));
+                (cut.mesh.into(), note)
             }
             other => {
                 return Err(Error::Invalid(format!("\"{name}\" is {} already", a(other.kind()))).into());
@@ -135,7 +152,18 @@ impl Operation for Tessellate {
             op: "tessellate".into(),
             object: Some(name),
             notes: vec![note],
+            warnings,
             ..StepReport::default()
         })
+    }
+}
+
+/// Gives the triangles of faces that have colours of their own these, by corner; all others that of the object, or white.
+fn color_faces(cut: &mut TessellatedBrep, brep: &Brep, own: Option<[f64; 4]>) {
+    let (colors, of_triangles) = cut.colors(brep);
+    if colors.len() > 1 {
+        let values = colors.into_iter().map(|color| color.or(own).unwrap_or([1.0; 4])).collect();
+        let corners = of_triangles.into_iter().flat_map(|color| [color; 3]).collect();
+        cut.mesh.colors = Layer::per_corner(values, corners);
     }
 }

@@ -7,6 +7,7 @@
 //! | where does a curve meet a surface | [`curve_surface`] |
 //! | where does a curve meet a plane | [`curve_plane`] |
 //! | the section of a surface by a plane | [`section`](fn@section) |
+//! | of a Brep, or of a trimmed surface | [`brep_section`], [`trimmed_section`] |
 //! | the section of a mesh by a plane | [`mesh_section`] |
 //! | the same in a recipe | the operations `intersect` ([`Intersect`]) and `section` ([`CutBy`]) |
 //!
@@ -38,7 +39,7 @@ pub use mesh::mesh_section;
 pub use operations::{CutBy, Intersect};
 pub use pair::{curve_surface, curves};
 pub use plane::curve_plane;
-pub use section::{Section, SectionCurve, section};
+pub use section::{Section, SectionCurve, ShellCurve, ShellSection, brep_section, section, trimmed_section};
 
 /// Registers `intersect` and `section`.
 #[derive(Debug, Clone, Copy, Default)]

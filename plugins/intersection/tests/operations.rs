@@ -4,6 +4,7 @@
 use loftsman_intersection::{
     Intersection, IntersectionError, Options, Plane, curve_plane, curves, mesh_section,
 };
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::{Cloud, Mesh};
 use loftsman_kernel::plugin::{Context, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
@@ -171,7 +172,7 @@ fn wrong_fields_are_told() {
         (
             "section",
             json!({ "object": "dots", "axis": "x", "at": 0 }),
-            "a section is cut from a surface, a mesh or a curve",
+            "a section is cut from a brep, a surface, trimmed or not, a mesh or a curve",
         ),
         ("section", json!({ "object": "nobody", "axis": "x", "at": 0 }), "object: "),
     ];
@@ -213,4 +214,28 @@ fn sections_of_a_curve_tell_touching_from_crossing() {
         let report = run(&mut scene, "section", json!({ "object": "ring", "axis": "x", "at": at })).unwrap();
         assert_eq!(report.notes, [said]);
     }
+}
+
+/// Sections of a Brep are loops beside it, and their areas are told; so is a face that lies in the plane.
+#[test]
+fn sections_of_breps_and_trimmed_surfaces_are_curves_beside_them() {
+    let block = Brep::block(Point::origin(), Point::new(3.0, 2.0, 1.0)).unwrap();
+    let mut scene = Scene::new();
+    scene.add(Object::new("block", block.into())).unwrap();
+    let report = run(&mut scene, "section", json!({ "object": "block", "axis": "z", "count": 3 })).unwrap();
+    let areas = report.notes.iter().filter(|note| note.ends_with("cuts an area of 6")).count();
+    assert_eq!((areas, scene.objects().len()), (3, 4), "{report:?}");
+    let report = run(
+        &mut scene,
+        "section",
+        json!({ "object": "block", "name": "top", "plane": { "point": [0, 0, 1], "normal": [0, 0, 1] } }),
+    );
+    let notes = report.unwrap().notes;
+    assert_eq!(notes, ["face 1 lies in the plane through (0, 0, 1): not cut"]);
+    let sample = loftsman_kernel::conformance::sample_scene();
+    let window = sample.object("window").unwrap().geometry().clone();
+    scene.add(Object::new("window", window)).unwrap();
+    let report = run(&mut scene, "section", json!({ "object": "window", "axis": "x", "count": 2 })).unwrap();
+    assert!(report.notes.iter().all(|note| note.contains("piece")), "{report:?}");
+    assert!(report.residual.is_some());
 }

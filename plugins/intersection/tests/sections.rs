@@ -1,7 +1,7 @@
 //! Sections of surfaces, and curves with planes.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 use loftsman_intersection::{Options, Plane, curve_plane, section};
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use std::f64::consts::{PI, TAU};
 
@@ -92,4 +92,26 @@ fn curves_meet_planes() {
     let flat =
         curve_plane(&ring, &Plane::new(Point::origin(), Vector::z()).unwrap(), &Options::default()).unwrap();
     assert_eq!((flat.meetings.len(), flat.overlaps.len()), (0, 1));
+}
+
+/// A flat patch that is level along one of its sides, but for rounding, which may go one way all over it.
+#[test]
+fn level_patches_are_cut_along_their_sides() {
+    let line = |length: f64| Space::clamped(1, &[0.0, length]).unwrap();
+    for k in 0..300 {
+        let angle = 0.1 + 0.37 * f64::from(k);
+        let x = Vector::new(angle.cos(), angle.sin(), 0.3 * (2.0 * angle).sin()).normalize();
+        let y = x.cross(&Vector::new(0.2, -angle.sin(), 1.0)).normalize();
+        let origin = Point::new(100.0 * angle.sin(), 3.0, -40.0 * angle.cos());
+        let at = |a: f64, b: f64| origin + x * a + y * b;
+        let net = vec![at(0.0, 0.0), at(0.0, 7.0), at(31.0, 0.0), at(31.0, 7.0)];
+        let patch = Surface::new(line(31.0), line(7.0), net).unwrap();
+        for (through, normal, length) in [(at(13.0, 0.0), x, 7.0), (at(0.0, 3.0), y, 31.0)] {
+            let plane = Plane::new(through, normal).unwrap();
+            let cut = section(&patch, &plane, &Options::default()).unwrap();
+            assert_eq!(cut.curves.len(), 1);
+            let found = cut.curves[0].curve.length(1e-9).unwrap().value;
+            assert!((found - length).abs() < 1e-9 && cut.curves[0].distance < 1e-5, "{k}: {found} {length}");
+        }
+    }
 }

@@ -164,6 +164,7 @@ impl<'a> Planner<'_, 'a> {
         Ok(Some(Shaped {
             primitives,
             slots,
+            paints: Vec::new(),
             frame,
             form,
             remarks,

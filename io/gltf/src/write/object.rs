@@ -2,11 +2,13 @@
 
 use std::borrow::Cow;
 
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{
-    Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Written,
+    Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Tessellated, TessellatedBrep,
+    Written,
 };
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::shape::Shape;
@@ -46,7 +48,8 @@ impl<'a> Writer<'a, '_> {
                 Ok(shape) => shape.domain().len() == 2,
                 Err(unknown) => return nothing(report, unknown.to_string()),
             },
-            Geometry::Group | Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Mesh(_) => true,
+            Geometry::Group | Geometry::Mesh(_) => true,
+            Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Brep(_) => true,
             _ => false,
         };
         if self.meshes_only && !mesh_like {
@@ -94,6 +97,9 @@ impl<'a> Writer<'a, '_> {
                 let reason = "splines need a tessellator, and none is registered".to_owned();
                 return Ok(self.unseen(object, &reason, report));
             }
+            if matches!(object.geometry(), Geometry::Brep(_)) {
+                return nothing(report, "breps need a tessellator, and none is registered");
+            }
             return self.plain(object, geometry, change, frames, report);
         };
         // What has no extent is there all the same; what cannot be cut finely enough is refused.
@@ -131,8 +137,31 @@ impl<'a> Writer<'a, '_> {
                 let moves = frames.map(|frames| Moves::of(states, from_first, frames.rate));
                 self.spline_mesh(object, mesh, (rest, change), moves, report)
             }
-            Geometry::Trimmed(_) => {
-                Ok(self.unseen(object, "trimmed surfaces cannot be tessellated yet", report))
+            Geometry::Trimmed(trimmed) => {
+                let Tessellated { mesh, tolerance, error } =
+                    match tessellator.measured_trimmed(trimmed, &fineness) {
+                        Ok(found) => found,
+                        Err(e) => return Ok(self.unseen(object, &untold(&e), report)),
+                    };
+                report.cut(chord.length(tolerance * in_scene), Some(error * in_scene));
+                report.change("the trimmed surface became triangles; the exact one is in extras");
+                if frames.is_some() {
+                    report.change("it stands still for other programs: its frames are in extras");
+                }
+                self.spline_mesh(object, mesh, (rest, change), None, report)
+            }
+            Geometry::Brep(brep) => {
+                let found = match tessellator.measured_brep(brep, &fineness) {
+                    Ok(found) => found,
+                    Err(e) => return nothing(report, untold(&e)),
+                };
+                report.cut(chord.length(found.tolerance * in_scene), Some(found.error * in_scene));
+                report.change("the brep became triangles");
+                found.remark(brep).iter().for_each(|remark| report.change(remark));
+                if frames.is_some() {
+                    report.change("its frames were left out");
+                }
+                self.brep_mesh(object, brep, found, change, report)
             }
             _ => self.plain(object, geometry, change, frames, report),
         }
@@ -211,6 +240,31 @@ impl<'a> Writer<'a, '_> {
         match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, moves.is_some(), &mut self.bin)? {
             Some(shaped) => Ok(self.exact(object, shaped, &points, moves)),
             None => Ok(self.unseen(object, "it has no triangle of any extent", report)),
+        }
+    }
+
+    /// The triangles of a Brep, faces that have colours of their own as primitives of their own.
+    fn brep_mesh(
+        &mut self,
+        object: &Object,
+        brep: &Brep,
+        found: TessellatedBrep,
+        change: Change,
+        report: &mut Written,
+    ) -> Result<Shown<'a>, FormatError> {
+        let (colors, slots) = found.colors(brep);
+        let mut mesh = found.mesh;
+        if colors.len() > 1 {
+            mesh.materials = slots;
+        }
+        // Where a face has a colour, that stands for the object's material.
+        let maps = self.materials.normal_maps(object.materials.get(..1).unwrap_or_default());
+        match mesh::mesh(Cow::Owned(mesh), change, self.meshes_only, &maps, false, &mut self.bin)? {
+            Some(shaped) => {
+                let shaped = Shaped { paints: colors, ..shaped };
+                Ok(Shown::Shaped(Box::new(shaped), None, Box::default()))
+            }
+            None => nothing(report, UNSEEN),
         }
     }
 
@@ -321,6 +375,10 @@ impl<'a> Writer<'a, '_> {
             && object.statement(MATERIAL) == Some(NONE)
             && self.scene.color_of(object).is_none();
         for (primitive, &(slot, sets)) in shaped.primitives.iter_mut().zip(&shaped.slots) {
+            if let Some(paint @ Some(_)) = shaped.paints.get(slot as usize) {
+                primitive.material = Some(self.materials.color(*paint, shaped.has_colors));
+                continue;
+            }
             let named = object.materials.get(slot as usize);
             if is_bare || named.is_some_and(|name| self.materials.is_unsaid(name)) {
                 continue;
@@ -404,6 +462,14 @@ trait Keep {
 impl Keep for [Point] {
     fn to_vec_if(&self, needed: bool) -> Vec<Point> {
         if needed { self.to_vec() } else { Vec::new() }
+    }
+}
+
+/// Why something could not be cut.
+fn untold(error: &Error) -> String {
+    match error {
+        Error::NoExtent(problem) => problem.clone(),
+        error => format!("it could not be tessellated: {error}"),
     }
 }
 

@@ -44,6 +44,8 @@ pub(super) struct Shaped {
     pub(super) primitives: Vec<Primitive>,
     /// The slot of each primitive's material, and how many sets of texture coordinates it has.
     pub(super) slots: Vec<(u32, u32)>,
+    /// The colours that slots have instead of a material; none of most shapes.
+    pub(super) paints: Vec<Option<[f64; 4]>>,
     pub(super) frame: Frame,
     /// What it became: `"12 triangles"`.
     pub(super) form: String,
@@ -73,6 +75,7 @@ impl Shaped {
         Self {
             slots: vec![(0, 0); primitives.len()],
             primitives,
+            paints: Vec::new(),
             frame,
             form,
             remarks: Vec::new(),

@@ -157,9 +157,11 @@ impl<'a> Writer<'a, '_> {
             geometry: object.geometry_id(),
             maps: self.materials.normal_maps(&object.materials),
             fineness: match object.geometry() {
-                Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_) => {
-                    Some(bits(self.fineness(object, stretch, false), stretch))
-                }
+                Geometry::Curve(_)
+                | Geometry::Surface(_)
+                | Geometry::Trimmed(_)
+                | Geometry::Brep(_)
+                | Geometry::Custom(_) => Some(bits(self.fineness(object, stretch, false), stretch)),
                 _ => None,
             },
         })

@@ -105,7 +105,8 @@ impl Section {
 
     /// Whether it is one surface that a mesh of its own shows.
     pub(crate) fn is_shown(&self) -> bool {
-        self.shown.is_some() && matches!(self.elements[..], [Element { shape: Shape::Surface(_), .. }])
+        self.shown.is_some()
+            && matches!(self.elements[..], [Element { shape: Shape::Surface(_) | Shape::Trimmed(_), .. }])
     }
 
     pub(crate) fn is_empty(&self) -> bool {

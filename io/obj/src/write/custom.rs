@@ -84,7 +84,8 @@ impl<W: Write> Writer<'_, W> {
                 if mirrored {
                     mesh.turn_inside_out();
                 }
-                self.mesh(&mesh, &object.materials)?;
+                let looks = self.looks(&object.materials);
+                self.mesh(&mesh, &looks)?;
                 Ok(format!("{} triangles", mesh.face_count()))
             }
         }

@@ -11,7 +11,8 @@ use super::state::Changes;
 use super::{Writer, print};
 
 impl<W: Write> Writer<'_, W> {
-    pub(super) fn mesh(&mut self, mesh: &Mesh, materials: &[String]) -> Result<(), FormatError> {
+    /// A mesh whose slots have these looks.
+    pub(super) fn mesh(&mut self, mesh: &Mesh, looks: &[Option<String>]) -> Result<(), FormatError> {
         let point = self.colored_vertices(mesh)?;
         let (uv, normal) = (self.written.uvs + 1, self.written.normals + 1);
         for uv in mesh.uvs.values() {
@@ -54,7 +55,7 @@ impl<W: Write> Writer<'_, W> {
                 self.state.groups = false;
             }
             let slot = mesh.materials.get(f).copied().unwrap_or(0) as usize;
-            self.use_material(materials.get(slot).map(String::as_str))?;
+            self.use_look(looks.get(slot))?;
             self.smooth(mesh.smoothing.get(f).copied(), f == 0 && !mesh.smoothing.is_empty())?;
             let given = if give_normals { mesh.face_normal(f) } else { None };
             if let Some(normal) = given {
@@ -80,7 +81,7 @@ impl<W: Write> Writer<'_, W> {
             self.flush_line()?;
         }
         if mesh.lines().next().is_some() || mesh.face_count() == 0 {
-            self.use_material(materials.first().map(String::as_str))?;
+            self.use_look(looks.first())?;
         }
         if mesh.face_count() == 0 && mesh.lines().next().is_none() {
             for p in 0..mesh.points().len() {

@@ -6,6 +6,7 @@ mod mtl;
 mod print;
 mod spline;
 mod state;
+mod surface;
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -14,14 +15,12 @@ use std::io::{BufWriter, Write};
 use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, FormatError, Holds, InWorld, Outgoing, ParameterError, Parameters, Sink,
-    Tessellated, Tessellator, WriteReport, Written,
+    Chord, Fineness, FormatError, Holds, InWorld, Outgoing, ParameterError, Parameters, Sink, Tessellator,
+    WriteReport, Written,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point};
 
-use crate::fingerprint::fingerprint;
 use print::Names;
 use state::State;
 
@@ -86,7 +85,9 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         state: State::default(),
         face_normals: placed.objects().iter().any(|o| match o.geometry() {
             Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
-            Geometry::Surface(_) => options.tessellator.is_some() && surfaces != Surfaces::Exact,
+            Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Brep(_) => {
+                options.tessellator.is_some() && surfaces != Surfaces::Exact
+            }
             Geometry::Custom(custom) => surfaces != Surfaces::Exact && custom::is_surface(custom),
             _ => false,
         }),
@@ -218,25 +219,13 @@ impl<W: Write> Writer<'_, W> {
                 self.curve(curve)?;
                 written.form = "NURBS curve".to_owned();
             }
-            Geometry::Surface(surface) => {
-                self.surface_object(object, surface, mirrored, fineness, &mut written)?;
-            }
-            Geometry::Trimmed(_) if self.surfaces == Surfaces::Mesh => {
-                let what = "trimmed surfaces cannot be tessellated yet: write them exactly";
-                written.leave_out(format!("{what} (surfaces = \"both\" or \"exact\")"));
-            }
-            Geometry::Trimmed(trimmed) => {
-                self.element_material(object)?;
-                let loops = self.trimmed(object.name(), trimmed)?;
-                written.form = format!("trimmed surface of {loops} loops (surf)");
-                let what = "trimmed surfaces cannot be tessellated yet";
-                let reason =
-                    format!("{what}: programs that read no surf, as Blender and MeshLab, show nothing");
-                written.reason = Some(reason);
+            Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Brep(_) => {
+                self.tessellated(object, geometry, mirrored, fineness, &mut written)?;
             }
             Geometry::Mesh(mesh) => {
                 self.name(object.name())?;
-                self.mesh(mesh, &object.materials)?;
+                let looks = self.looks(&object.materials);
+                self.mesh(mesh, &looks)?;
                 written.form = match (mesh.face_count(), mesh.lines().count()) {
                     (0, 0) => format!("{} points", mesh.points().len()),
                     (0, lines) => format!("{lines} line(s)"),
@@ -267,64 +256,6 @@ impl<W: Write> Writer<'_, W> {
         Ok(written)
     }
 
-    /// A surface exactly, beside its tessellation, or one of both.
-    fn surface_object(
-        &mut self,
-        object: &Object,
-        surface: &Surface,
-        mirrored: bool,
-        fineness: &Fineness,
-        written: &mut Written,
-    ) -> Result<(), FormatError> {
-        let exact = self.surfaces != Surfaces::Mesh;
-        let mut mark = None;
-        let mesh = match self.tessellator {
-            _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
-            None => Err("surfaces need a tessellator, and none is registered".to_owned()),
-            Some(tessellator) => tessellator
-                .measured_surface(surface, fineness)
-                .map_err(|e| format!("it could not be tessellated: {e}")),
-        };
-        match mesh {
-            Ok(Tessellated { mut mesh, tolerance, error }) => {
-                if mirrored {
-                    mesh.turn_inside_out();
-                }
-                self.name(object.name())?;
-                if exact {
-                    // Who reads both reads one object.
-                    mark = Some(fingerprint(&mesh));
-                    self.line(&format!("# Loftsman mesh {:016x}", mark.unwrap_or_default()))?;
-                }
-                self.mesh(&mesh, &object.materials)?;
-                written.form = format!("{} triangles", mesh.face_count());
-                written.cut(self.chord.length(tolerance / self.scale), Some(error / self.scale));
-                if !exact {
-                    written.fate = Fate::Approximated;
-                    written.reason = Some("the surface was tessellated".to_owned());
-                }
-            }
-            Err(problem) if exact => {
-                let what = "programs that read no surf, as Blender and MeshLab, show nothing";
-                written.reason = Some(format!("{problem}: {what}"));
-            }
-            Err(problem) => written.leave_out(problem),
-        }
-        if exact {
-            // An object of its own: Blender makes a curve of what follows a cstype.
-            self.element_material(object)?;
-            self.name(object.name())?;
-            if let Some(mark) = mark {
-                self.line(&format!("# Loftsman surface {mark:016x}"))?;
-            }
-            self.surface(object.name(), surface)?;
-            let beside =
-                if written.tolerance.is_some() { format!(" beside {}", written.form) } else { String::new() };
-            written.form = format!("NURBS surface (surf){beside}");
-        }
-        Ok(())
-    }
-
     fn name(&mut self, name: &str) -> std::io::Result<()> {
         let name = self.names.unique(name);
         self.line(&format!("o {name}"))?;
@@ -348,11 +279,18 @@ impl<W: Write> Writer<'_, W> {
 
     /// The material that a curve or surface has.
     fn element_material(&mut self, object: &Object) -> std::io::Result<()> {
-        self.use_material(object.materials.first().map(String::as_str))
+        let look = self.looks(&object.materials).into_iter().next();
+        self.use_look(look.as_ref())
     }
 
-    fn use_material(&mut self, material: Option<&str>) -> std::io::Result<()> {
-        let wanted = material.map_or(self.paint.as_ref(), |m| self.library.name(m)).cloned();
+    /// The names in the library of an object's materials.
+    fn looks(&self, materials: &[String]) -> Vec<Option<String>> {
+        materials.iter().map(|material| self.library.name(material).cloned()).collect()
+    }
+
+    /// The look of a slot; where there is none, what shows the object's colour.
+    fn use_look(&mut self, look: Option<&Option<String>>) -> std::io::Result<()> {
+        let wanted = look.unwrap_or(&self.paint).clone();
         let name = match (wanted, &self.state.material) {
             (Some(name), _) => name,
             (None, None) => return Ok(()),

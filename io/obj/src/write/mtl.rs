@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport};
-use loftsman_kernel::scene::{Definition, Object, Scene};
+use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 
 use super::print::{self, Names};
 use crate::read::{CHANNELS, GREY, roughness};
@@ -101,7 +101,7 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
             .objects()
             .iter()
             .chain(scene.definitions().iter().flat_map(Definition::objects))
-            .any(|object| paint(scene, object).is_some()),
+            .any(|object| paint(scene, object).is_some() || has_painted_faces(object)),
         pictures: HashMap::new(),
         embedded: Vec::new(),
         left_out: 0,
@@ -145,6 +145,11 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
 pub(super) fn paint(scene: &Scene, object: &Object) -> Option<[f64; 4]> {
     let color = scene.color_of(object).filter(|_| object.materials.is_empty());
     color.filter(|color| color.iter().all(|x| x.is_finite()))
+}
+
+/// Whether faces of a Brep have colours of their own.
+fn has_painted_faces(object: &Object) -> bool {
+    matches!(object.geometry(), Geometry::Brep(b) if (0..b.face_count()).any(|face| b.face_color(face).is_some()))
 }
 
 impl Library {

@@ -69,9 +69,8 @@ impl<W: Write> Writer<'_, W> {
         Ok(self.line("end")?)
     }
 
-    /// A trimmed surface with its curves; how many loops there are.
-    pub(super) fn trimmed(&mut self, name: &str, trimmed: &Trimmed) -> Result<usize, FormatError> {
-        self.name(name)?;
+    /// A trimmed surface with its curves.
+    pub(super) fn trimmed(&mut self, name: &str, trimmed: &Trimmed) -> Result<(), FormatError> {
         let mut chains: Vec<Chain<'_>> = Vec::new();
         for (keyword, curves) in chains_of(trimmed) {
             let mut numbered = Vec::with_capacity(curves.len());
@@ -102,8 +101,7 @@ impl<W: Write> Writer<'_, W> {
             }
             self.flush_line()?;
         }
-        self.line("end")?;
-        Ok(trimmed.loops().count())
+        Ok(self.line("end")?)
     }
 
     /// A curve in the parameter plane; its number.

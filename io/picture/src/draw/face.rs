@@ -1,15 +1,18 @@
 //! Faces of surfaces and meshes, shaded, and their lines as far as no face hides them.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use loftsman_kernel::Vector;
 
-use crate::depth::{Depth, ON_FACE, Run};
+use crate::depth::{Depth, ON_EDGE, ON_FACE, Run};
+use crate::draw::chain::{Turns, linked};
 use crate::draw::color;
+use crate::draw::light::{light, tone, tones};
 use crate::draw::paint::{Brush, Painting};
 use crate::draw::silhouette::weighed;
+use crate::draw::solid;
 use crate::draw::surface::{Line, Samples, kept, loop_of, parts};
 use crate::error::PictureError;
 use crate::layout::Rect;
@@ -19,11 +22,8 @@ use crate::stage::Stage;
 use crate::stage::body::Form;
 use crate::stage::trim::Mask;
 use crate::svg::Element;
-use crate::theme::{Color, Theme};
+use crate::theme::Color;
 use crate::view::Lens;
-
-/// Levels of shading: few enough that an image of them is small, and more than the eye can tell.
-const LEVELS: usize = 48;
 
 /// Edges of meshes that are neither borders nor outlines nor creases are drawn where they are this long on average, in millimetres: on
 /// finer meshes they would be a smear.
@@ -57,9 +57,11 @@ impl Weight {
 }
 
 /// The lines of an object: chains of places on the page with their depth.
-struct Lines {
+pub(super) struct Lines {
     color: Color,
-    chains: Vec<(Weight, Vec<Vector>)>,
+    /// How far behind a face a line is still before it.
+    pub(super) slack: f64,
+    pub(super) chains: Vec<(Weight, Vec<Vector>)>,
 }
 
 /// Draws the faces of all surfaces and meshes together, and leaves the sheet their depth: what is drawn later is hidden by
@@ -68,7 +70,7 @@ struct Lines {
 /// # Errors
 /// When the image of the faces cannot be made.
 pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) -> Result<(), PictureError> {
-    let solid = |form: &Form| matches!(form, Form::Surface { .. } | Form::Mesh { .. });
+    let solid = |form: &Form| matches!(form, Form::Surface { .. } | Form::Mesh { .. } | Form::Solid { .. });
     if !stage.new.iter().any(|body| solid(&body.form)) {
         return Ok(());
     }
@@ -97,7 +99,8 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
         let base = color(sheet, body, false);
         let tones = tones(sheet.theme, base);
         let paint = (tones.as_slice(), painting.brush(index, sheet.theme));
-        let mut lines = Lines { color: base.mixed(sheet.theme.ink(), 0.25), chains: Vec::new() };
+        let mut lines =
+            Lines { color: base.mixed(sheet.theme.ink(), 0.25), slack: ON_FACE, chains: Vec::new() };
         match &body.form {
             Form::Surface { surface, trim, .. } => {
                 let Some(grid) = grid(index) else { continue };
@@ -111,6 +114,11 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
             Form::Mesh { points, corners, starts, normals, colors } => {
                 let mesh = (points.as_slice(), corners.as_slice(), starts.as_slice());
                 of_mesh(mesh, (normals, colors), sheet, lens, (&mut depth, &mut copies), paint, &mut lines);
+            }
+            Form::Solid { solid, points, normals } => {
+                (lines.color, lines.slack) = (base.mixed(sheet.theme.ink(), SOLID), ON_EDGE);
+                let shape = (&**solid, points.as_slice(), normals.as_slice());
+                solid::draw(shape, paint, (sheet, lens), (&mut depth, &mut copies), &mut lines);
             }
             _ => continue,
         }
@@ -132,7 +140,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
         for lines in &all {
             let mut path = Path::default();
             for (_, chain) in lines.chains.iter().filter(|(w, _)| *w == weight) {
-                for run in depth.runs(chain.iter().copied(), ON_FACE) {
+                for run in depth.runs(chain.iter().copied(), lines.slack) {
                     trace(sheet, &run, &mut path);
                 }
             }
@@ -148,12 +156,15 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
     Ok(())
 }
 
+/// How dark the lines of solids are: the share of ink in them, so that they are read on faces of any colour.
+const SOLID: f64 = 0.7;
+
 /// Where the faces cover the page more often than this, those at one place are counted and drawn once.
 const OFTEN: f64 = 50.0;
 
 /// Which faces there were already at the same place: a long hash of their corners stands for each.
 #[derive(Default)]
-struct Copies {
+pub(super) struct Copies {
     /// Whether they are counted at all.
     count: bool,
     seen: HashSet<u128>,
@@ -161,7 +172,7 @@ struct Copies {
 
 impl Copies {
     /// Whether a face is the first with these corners: a later one is not nearer, so that nothing is seen of it.
-    fn is_new(&mut self, corners: &[Vector]) -> bool {
+    pub(super) fn is_new(&mut self, corners: &[Vector]) -> bool {
         if !self.count {
             return true;
         }
@@ -181,6 +192,14 @@ fn faces(stage: &Stage<'_>, sheet: &Sheet, area: &Rect, copies: &mut Copies) -> 
     let mut covered = 0.0;
     let mut flat = Vec::new();
     for body in &stage.new {
+        if let Form::Solid { solid, points, .. } = &body.form {
+            for triangle in &solid.triangles {
+                let flat = triangle.map(|i| sheet.layout.place(&points[i as usize]));
+                if copies.is_new(&flat) {
+                    covered += Depth::covers(area, &flat);
+                }
+            }
+        }
         let Form::Mesh { points, corners, starts, .. } = &body.form else { continue };
         for range in starts.windows(2) {
             flat.clear();
@@ -224,23 +243,6 @@ pub(super) fn trace(sheet: &mut Sheet, run: &Run, path: &mut Path) {
         }
         last = Some(spot);
     }
-}
-
-/// A colour in all lights.
-fn tones(theme: Theme, base: Color) -> Vec<Color> {
-    (0..=LEVELS).map(|level| theme.lit(base, level as f64 / LEVELS as f64)).collect()
-}
-
-/// The tone of a place with a normal (of any length): light comes from above the viewer's left shoulder, and both sides
-/// are alike.
-fn tone(tones: &[Color], normal: &Vector) -> Color {
-    tones[((light(normal) * LEVELS as f64).round() as usize).min(tones.len() - 1)]
-}
-
-/// From 0, edge on, to 1.
-fn light(normal: &Vector) -> f64 {
-    let light = normal.dot(&Vector::new(-0.45, 0.55, 0.7)).abs() / normal.norm();
-    if light.is_finite() { light.min(1.0) } else { 0.0 }
 }
 
 /// The colour between those of three corners.
@@ -384,94 +386,6 @@ fn normals(grid: &Samples) -> Vec<Vector> {
         .collect()
 }
 
-/// Where a smooth surface turns away from the viewer: segments from side to side of triangles, along which the normal is
-/// square to the view.
-#[derive(Default)]
-struct Turns {
-    /// The places on sides, by the numbers of their ends.
-    sides: HashMap<(usize, usize), usize>,
-    places: Vec<Vector>,
-    segments: Vec<(usize, usize)>,
-}
-
-impl Turns {
-    fn triangle(&mut self, corners: [usize; 3], facing: &[f64], places: &[Vector]) {
-        let [a, b, c] = corners;
-        let mut ends = [(a, b), (b, c), (c, a)].into_iter().filter(|(a, b)| {
-            // Strictly on one side and not on it: a corner of zero belongs to the side away.
-            (facing[*a] > 0.0) != (facing[*b] > 0.0)
-        });
-        if let (Some(from), Some(to)) = (ends.next(), ends.next()) {
-            let [from, to] = [from, to].map(|(a, b)| {
-                let side = (a.min(b), a.max(b));
-                *self.sides.entry(side).or_insert_with(|| {
-                    let (a, b) = side;
-                    let t = facing[a] / (facing[a] - facing[b]);
-                    self.places.push(places[a] + (places[b] - places[a]) * t);
-                    self.places.len() - 1
-                })
-            });
-            self.segments.push((from, to));
-        }
-    }
-
-    fn chains(&self) -> Vec<Vec<Vector>> {
-        linked(&self.segments)
-            .into_iter()
-            .map(|chain| chain.into_iter().map(|i| self.places[i]).collect())
-            .collect()
-    }
-}
-
-/// Segments between numbered places as chains, as long as they go; each segment once. Linear but for a sort.
-pub(super) fn linked(segments: &[(usize, usize)]) -> Vec<Vec<usize>> {
-    let mut ends: Vec<(usize, usize)> =
-        segments.iter().enumerate().flat_map(|(i, (a, b))| [(*a, i), (*b, i)]).collect();
-    ends.sort_unstable();
-    let first = |place: usize| ends.partition_point(|(p, _)| *p < place);
-    let mut used = vec![false; segments.len()];
-    // Where the next unused segment of a place is looked for: what is before is used.
-    let mut next: HashMap<usize, usize> = HashMap::new();
-    let mut chains = Vec::new();
-    let mut walk = |start: usize, used: &mut Vec<bool>| {
-        let mut chain = vec![start];
-        let mut place = start;
-        loop {
-            let at = next.entry(place).or_insert_with(|| first(place));
-            while ends.get(*at).is_some_and(|(p, i)| *p == place && used[*i]) {
-                *at += 1;
-            }
-            match ends.get(*at) {
-                Some(&(p, i)) if p == place => {
-                    used[i] = true;
-                    let (a, b) = segments[i];
-                    place = if a == place { b } else { a };
-                    chain.push(place);
-                }
-                _ => return chain,
-            }
-        }
-    };
-    // From the places where an odd number of segments end, so that chains begin at their ends; then what is left are loops.
-    let mut at = 0;
-    let mut odd = Vec::new();
-    while at < ends.len() {
-        let place = ends[at].0;
-        let count = ends[at..].iter().take_while(|(p, _)| *p == place).count();
-        if count % 2 == 1 {
-            odd.push(place);
-        }
-        at += count;
-    }
-    for start in odd.into_iter().chain(segments.iter().map(|(a, _)| *a)) {
-        let chain = walk(start, &mut used);
-        if chain.len() > 1 {
-            chains.push(chain);
-        }
-    }
-    chains
-}
-
 /// A mesh: faces that are smooth where their corners have normals, else flat; borders, outlines and creases, and all other edges where they are not too many to see.
 #[allow(
     clippy::too_many_arguments,
@@ -571,36 +485,4 @@ pub(crate) fn outlines(
         }
     }
     Some(path.finish())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn light_does_not_depend_on_the_side_or_the_size() {
-        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.2], [1.0, 1.0, 0.3], [0.0, 1.0, 0.0]].map(Vector::from);
-        let tones: Vec<Color> = (0..=LEVELS).map(|i| Color([i as u8; 3])).collect();
-        let light = |corners: &[Vector]| tone(&tones, &newell(corners));
-        let mut turned = corners;
-        turned.reverse();
-        assert_eq!(light(&corners), light(&turned));
-        assert_eq!(light(&corners), light(&corners.map(|c| c * 1e-8)));
-        assert_eq!(light(&[corners[0]; 3]), tones[0]);
-    }
-
-    #[test]
-    fn chains_have_every_segment_once() {
-        // A square with a tail, and a loop of its own.
-        let segments = [(0, 1), (1, 2), (2, 3), (3, 0), (3, 4), (7, 8), (8, 9), (9, 7)];
-        let chains = linked(&segments);
-        let mut found: Vec<(usize, usize)> =
-            chains.iter().flat_map(|c| c.windows(2)).map(|s| (s[0].min(s[1]), s[0].max(s[1]))).collect();
-        found.sort_unstable();
-        let mut expected = segments.map(|(a, b)| (a.min(b), a.max(b)));
-        expected.sort_unstable();
-        assert_eq!(found, expected);
-        assert_eq!(chains.len(), 2);
-        assert_eq!(linked(&[]), Vec::<Vec<usize>>::new());
-    }
 }

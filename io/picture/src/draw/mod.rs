@@ -1,16 +1,19 @@
 //! What is drawn, one kind of thing a module.
 
 pub(crate) mod bead;
+mod chain;
 pub(crate) mod comb;
 pub(crate) mod curve;
 pub(crate) mod face;
 pub(crate) mod legend;
+mod light;
 pub(crate) mod mark;
 pub(crate) mod movement;
 pub(crate) mod net;
 pub(crate) mod paint;
 pub(crate) mod parameter;
 pub(crate) mod silhouette;
+pub(crate) mod solid;
 pub(crate) mod surface;
 
 use loftsman_kernel::Vector;
@@ -62,7 +65,10 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
                     net.iter().for_each(&mut take);
                 }
             }
-            Form::Polyline { points, .. } | Form::Mesh { points, .. } | Form::Cloud(points) => {
+            Form::Polyline { points, .. }
+            | Form::Mesh { points, .. }
+            | Form::Solid { points, .. }
+            | Form::Cloud(points) => {
                 points.iter().for_each(&mut take);
             }
         }
@@ -102,18 +108,18 @@ pub(crate) fn draw(
     choices: &Choices,
     unit: Unit,
 ) -> Result<(), PictureError> {
-    let surfaces = stage.surfaces();
+    let (surfaces, lens) = (stage.surfaces(), stage.projection.lens());
     // First, so that it is known what the faces hide of the rest.
     face::draw(sheet, stage, painting)?;
     painting.explain(&mut sheet.caption, unit);
     for body in &stage.new {
-        object(sheet, body, false, surfaces, choices.alternate);
+        object(sheet, body, (false, lens), surfaces, choices.alternate);
     }
     for body in stage.old.iter().filter(|_| choices.old) {
-        object(sheet, body, true, surfaces, false);
+        object(sheet, body, (true, lens), surfaces, false);
     }
     for (body, ghost) in &stage.frames {
-        frame(sheet, body, *ghost, stage.projection.lens());
+        frame(sheet, body, *ghost, lens);
     }
     combs.draw(sheet, stage, unit);
     if choices.control_polygons {
@@ -143,16 +149,20 @@ pub(crate) fn draw(
 pub(crate) fn color(sheet: &Sheet, body: &Body<'_>, old: bool) -> Color {
     let color = match &body.form {
         Form::Mesh { colors, .. } if !colors.is_empty() => sheet.theme.faint(),
+        Form::Solid { solid, .. } => sheet.theme.object(body.index, solid.color().or(body.object.color)),
         _ => sheet.theme.object(body.index, body.object.color),
     };
     if old { sheet.theme.old(color) } else { color }
 }
 
 /// Draws the lines and dots of an object and enters it in the legend.
-fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, alternate: bool) {
+fn object(sheet: &mut Sheet, body: &Body<'_>, (old, lens): (bool, Lens), surfaces: usize, alternate: bool) {
     let color = color(sheet, body, old);
     let layer = if old { Layer::Old } else { Layer::Curves };
     let stroke = Stroke::plain(color, if old { 0.4 } else { 0.5 });
+    if let Some(missing) = &body.missing {
+        sheet.caption.note(format!("{}: {missing}", text::clipped(body.object.name(), 30)));
+    }
     let (element, sample) = match &body.form {
         Form::Empty => {
             if body.object.geometry().is_unknown() {
@@ -232,8 +242,13 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, old: bool, surfaces: usize, altern
                 }
             }
         }
+        Form::Solid { solid, points, normals } if old => {
+            let data = solid::wires(sheet, (solid, points, normals), lens);
+            let thin = Stroke { width: 0.2, ..stroke };
+            (thin.path("solid", data), Sample::Line(thin))
+        }
         // The faces of all objects hide one another, so they are drawn together.
-        Form::Surface { .. } | Form::Mesh { .. } => {
+        Form::Surface { .. } | Form::Mesh { .. } | Form::Solid { .. } => {
             named(sheet, body, old, Sample::Face(color));
             return;
         }
@@ -292,6 +307,10 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost, lens: Lens) {
         ),
         Form::Mesh { points, corners, starts, .. } if starts.len() > 1 => (
             silhouette::silhouette(sheet, lens, points, (corners, starts)),
+            Stroke { width: 0.2, dashes: None, ..stroke },
+        ),
+        Form::Solid { solid, points, normals } => (
+            solid::wires(sheet, (solid, points, normals), lens),
             Stroke { width: 0.2, dashes: None, ..stroke },
         ),
         Form::Mesh { points, .. } | Form::Cloud(points) => {

@@ -107,7 +107,7 @@ mod tests {
 
     fn body<'a>(object: &'a Object, turn: impl Fn(&Point) -> Vector) -> Body<'a> {
         let points = object.geometry().points().iter().map(turn).collect();
-        Body::of(object, 0, points, |n| *n).unwrap()
+        Body::of(object, 0, None, points, |n| *n).unwrap()
     }
 
     /// What comes of knots inserted before the way to the stage and of the same after it.

@@ -111,6 +111,20 @@ impl Painting {
                 };
                 Painted { values, ..Painted::default() }
             }
+            Form::Solid { points, .. } => {
+                let values = match self.faces {
+                    Faces::Curvature(_) => self.without(body, "is a brep, whose curvature is not drawn"),
+                    Faces::Deviation => {
+                        let old = stage.old.iter().find(|old| old.object.name() == body.object.name());
+                        match old.map(|old| &old.form) {
+                            None => vec![0.0; points.len()],
+                            Some(_) => self.without(body, "is a brep, whose faces are not compared"),
+                        }
+                    }
+                    Faces::Shaded | Faces::Zebra => Vec::new(),
+                };
+                Painted { values, ..Painted::default() }
+            }
             _ => Painted::default(),
         }
     }

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use loftsman_kernel::Vector;
 
 use crate::depth::ON_FACE;
-use crate::draw::face::{Weight, linked, newell, trace};
+use crate::draw::chain::linked;
+use crate::draw::face::{Weight, newell, trace};
 use crate::path::Path;
 use crate::sheet::Sheet;
 use crate::view::Lens;

@@ -1,5 +1,7 @@
 //! An object on the stage.
 
+use std::sync::Arc;
+
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::mesh::color::to_srgb;
 use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fineness, Splines};
@@ -10,6 +12,7 @@ use loftsman_kernel::{Error, Point, Vector};
 use nalgebra::Vector4;
 
 use super::piece::Piece;
+use super::solid::Solid;
 use super::trim::Trim;
 use crate::error::PictureError;
 use crate::theme::Color;
@@ -26,20 +29,30 @@ pub(crate) struct Body<'a> {
     pub(crate) vertices: Vec<Vector>,
     /// The edges between them, of a shape that says which are neighbours.
     pub(crate) edges: Vec<[usize; 2]>,
+    /// Why a Brep is not drawn, or what of it.
+    pub(crate) missing: Option<String>,
 }
 
 impl<'a> Body<'a> {
-    /// An object whose points are `points` on the stage, and whose normals `normal` turns there.
+    /// An object whose points, or those of the solid that shows it, are `points` on the stage, and whose normals `normal` turns there.
     pub(crate) fn of(
         object: &'a Object,
         index: usize,
+        solid: Option<&Arc<Solid>>,
         points: Vec<Vector>,
         normal: impl Fn(&Vector) -> Vector,
     ) -> Result<Self, PictureError> {
+        if let Some(solid) = solid {
+            let normals = solid.normals.iter().map(&normal).collect();
+            let missing = solid.remark.clone();
+            let form = Form::Solid { solid: Arc::clone(solid), points, normals };
+            return Ok(Self { object, index, form, vertices: Vec::new(), edges: Vec::new(), missing });
+        }
         let custom = matches!(object.geometry(), Geometry::Custom(_));
         let vertices = if custom { points.clone() } else { Vec::new() };
         let edges = edges(object.geometry());
-        Ok(Self { object, index, form: Form::of(object.geometry(), points, normal)?, vertices, edges })
+        let form = Form::of(object.geometry(), points, normal)?;
+        Ok(Self { object, index, form, vertices, edges, missing: None })
     }
 
     /// The control vertices, of what has them.
@@ -83,6 +96,8 @@ pub(crate) enum Form {
         normals: Vec<Vector>,
         colors: Vec<Color>,
     },
+    /// A Brep: its points and normals on the stage.
+    Solid { solid: Arc<Solid>, points: Vec<Vector>, normals: Vec<Vector> },
     /// Loose points.
     Cloud(Vec<Vector>),
 }
@@ -216,6 +231,9 @@ impl Form {
             ) => {
                 (corners, starts, colors) == (other_corners, other_starts, other_colors)
                     && near(points, others)
+            }
+            (Self::Solid { solid, points, .. }, Self::Solid { solid: other, points: others, .. }) => {
+                (&solid.triangles, &solid.colors) == (&other.triangles, &other.colors) && near(points, others)
             }
             (Self::Cloud(points), Self::Cloud(others)) => near(points, others),
             _ => false,

@@ -1,6 +1,7 @@
 //! The objects of a picture where they are in space, before a view is chosen.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{Mark, nearest};
@@ -9,6 +10,7 @@ use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, Matrix4};
 
 use super::body::Body;
+use super::solid::{Solid, Solids};
 use super::{Ghost, Place, Projection, Spotlight, Stage};
 use crate::choices::Frames;
 use crate::error::PictureError;
@@ -24,6 +26,23 @@ struct Placed<'a> {
     object: &'a Object,
     place: Place,
     index: usize,
+    /// The Brep as it is drawn, or why it is not.
+    solid: Option<&'a Result<Arc<Solid>, String>>,
+}
+
+impl<'a> Placed<'a> {
+    fn solid(&self) -> Option<&'a Arc<Solid>> {
+        self.solid?.as_ref().ok()
+    }
+
+    /// The points that it is drawn by: a Brep's control vertices may be far beyond it.
+    fn points(&self) -> &'a [Point] {
+        match self.solid {
+            Some(Ok(solid)) => &solid.points,
+            Some(Err(_)) => &[],
+            None => self.object.geometry().points(),
+        }
+    }
 }
 
 /// Everything that a picture can show, in the scene's own coordinates, and how large all of it is: the panels of a
@@ -51,22 +70,25 @@ impl<'a> Scenery<'a> {
         marks: &'a [Mark],
         frames: Frames,
         panels: &[Panel],
+        solids: &'a Solids,
     ) -> Result<Self, PictureError> {
         let drawn = |object: &&Object| {
             !matches!(object.geometry(), Geometry::Group) && panels.iter().any(|p| p.shows(object.name()))
         };
         let palette: HashMap<&str, usize> =
             scene.objects().iter().filter(drawn).enumerate().map(|(i, object)| (object.name(), i)).collect();
-        let new = placed(scene, &palette)?;
-        let old = before.map(|before| placed(before, &palette)).transpose()?.unwrap_or_default();
+        let placed = |scene| placed(scene, &palette, solids);
+        let new = placed(scene)?;
+        let old = before.map(placed).transpose()?.unwrap_or_default();
         let place = |object: &str| scene.position(object).and_then(|i| new[i].place);
         let marks: Vec<(&Mark, Place)> = marks.iter().map(|mark| (mark, place(&mark.object))).collect();
         let earlier: HashMap<&str, &Object> = old.iter().map(|o| (o.object.name(), o.object)).collect();
         let earlier = |object: &Object| earlier.get(object.name()).copied();
         let frames: Vec<_> =
             new.iter().flat_map(|placed| chosen(placed, earlier(placed.object), frames)).collect();
-        let mut moving = moving.map(|moving| placed(moving, &palette)).transpose()?.unwrap_or_default();
-        moving.retain(|placed| placed.object.animation.is_some());
+        let mut moving = moving.map(placed).transpose()?.unwrap_or_default();
+        // The frames of a Brep are of its control vertices.
+        moving.retain(|placed| placed.object.animation.is_some() && placed.solid.is_none());
 
         let mut range: Option<(Point, Point)> = None;
         let mut take = |place: &Place, points: &[Point], name: &str| {
@@ -77,8 +99,8 @@ impl<'a> Scenery<'a> {
             }
             Ok::<_, PictureError>(())
         };
-        for Placed { object, place, .. } in new.iter().chain(&old) {
-            take(place, object.geometry().points(), object.name())?;
+        for placed in new.iter().chain(&old) {
+            take(&placed.place, placed.points(), placed.object.name())?;
         }
         for (Placed { object, place, .. }, _, points) in &frames {
             take(place, points, object.name())?;
@@ -117,12 +139,16 @@ impl<'a> Scenery<'a> {
                 Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
             });
             let normal = |n: &Vector| projection.direction(&cofactors.map_or(*n, |map| map * n));
-            Body::of(p.object, p.index, staged, normal)
+            let mut body = Body::of(p.object, p.index, p.solid(), staged, normal)?;
+            if let Some(Err(why)) = p.solid {
+                body.missing = Some(format!("not drawn, {why}"));
+            }
+            Ok::<_, PictureError>(body)
         };
         let bodies = |list: &[Placed<'a>]| {
             list.iter()
                 .filter(|p| shown(p.object.name()))
-                .map(|p| body(p, p.object.geometry().points()))
+                .map(|p| body(p, p.points()))
                 .collect::<Result<Vec<_>, _>>()
         };
         let new = bodies(&self.new)?;
@@ -161,8 +187,8 @@ impl<'a> Scenery<'a> {
             }
             Ok::<_, PictureError>(())
         };
-        for Placed { object, place, .. } in self.new.iter().chain(&self.old) {
-            take(place, object.geometry().points(), object.name())?;
+        for placed in self.new.iter().chain(&self.old) {
+            take(&placed.place, placed.points(), placed.object.name())?;
         }
         for (Placed { object, place, .. }, _, list) in &self.frames {
             take(place, list, object.name())?;
@@ -178,11 +204,19 @@ impl<'a> Scenery<'a> {
 }
 
 /// The objects of a scene, where they are, with the colours that their names have in a palette.
-fn placed<'a>(scene: &'a Scene, palette: &HashMap<&str, usize>) -> Result<Vec<Placed<'a>>, PictureError> {
+fn placed<'a>(
+    scene: &'a Scene,
+    palette: &HashMap<&str, usize>,
+    solids: &'a Solids,
+) -> Result<Vec<Placed<'a>>, PictureError> {
     let places = scene.world_transforms()?;
     let index = |object: &Object, i| palette.get(object.name()).copied().unwrap_or(i);
     let objects = scene.objects().iter().zip(places).enumerate();
-    Ok(objects.map(|(i, (object, place))| Placed { object, place, index: index(object, i) }).collect())
+    let placed = |(i, (object, place)): (usize, (&'a Object, Place))| {
+        let solid = solids.get(object.geometry_id());
+        Placed { object, place, index: index(object, i), solid }
+    };
+    Ok(objects.map(placed).collect())
 }
 
 /// All frames of an object.
@@ -202,6 +236,10 @@ fn chosen<'a>(
         Frames::Dashed => FRAMES,
         Frames::Fading(count) => count,
     };
+    if placed.solid.is_some() {
+        // Its frames are of its control vertices.
+        return Vec::new();
+    }
     let now = placed.object.geometry().points();
     let Some(animation) = &placed.object.animation else { return Vec::new() };
     let start =
@@ -286,7 +324,7 @@ mod tests {
         let mut object = Object::new("line", Polyline { points: line(20.0), closed: false }.into());
         let before = Object::new("line", Polyline { points: line(0.0), closed: false }.into());
         let ghosts = |object: &Object, how: Frames| -> Vec<Ghost> {
-            let placed = Placed { object, place: None, index: 0 };
+            let placed = Placed { object, place: None, index: 0, solid: None };
             chosen(&placed, Some(&before), how).iter().map(|(_, ghost, _)| *ghost).collect()
         };
         let numbers = |object: &Object| -> Vec<usize> {

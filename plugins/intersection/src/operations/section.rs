@@ -1,4 +1,4 @@
-//! `section`: what planes cut from a surface, a mesh or a curve.
+//! `section`: what planes cut from a Brep, a surface, a mesh or a curve.
 
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
@@ -9,7 +9,10 @@ use loftsman_kernel::text::{a, figure};
 use loftsman_kernel::{Error, Point, Vector};
 
 use super::{NAME, add_beside, base_name, place, told, tolerance};
-use crate::{Contact, Options, Plane, curve_plane, mesh_section, section};
+use crate::section::bounds;
+use crate::{
+    Contact, Options, Plane, ShellSection, brep_section, curve_plane, mesh_section, section, trimmed_section,
+};
 
 /// The most planes of a step.
 const MOST: usize = 10_000;
@@ -26,7 +29,7 @@ const PLANE: &[Field] = &[
 impl Operation for CutBy {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
-            Field::required("object", "text", "a surface, a mesh or a curve"),
+            Field::required("object", "text", "a brep, a surface, trimmed or not, a mesh or a curve"),
             Field::optional(
                 "plane",
                 "{ point, normal }",
@@ -50,13 +53,13 @@ impl Operation for CutBy {
                 "tolerance",
                 "length",
                 "1e-6 of the size",
-                "largest distance of a surface's section curves from it",
+                "largest distance of section curves from a brep or surface",
             ),
             NAME,
         ];
         Declaration {
             name: "section",
-            help: "what planes cut: of a surface curves, of a mesh polylines, of a curve points",
+            help: "what planes cut: of a brep or a surface curves, of a mesh polylines, of a curve points",
             fields: FIELDS,
         }
     }
@@ -136,9 +139,40 @@ impl Operation for CutBy {
                         ));
                     }
                 }
+                Geometry::Brep(_) | Geometry::Trimmed(_) => {
+                    let cut = match geometry {
+                        Geometry::Brep(brep) => brep_section(brep, plane, &options)?,
+                        Geometry::Trimmed(trimmed) => trimmed_section(trimmed, plane, &options)?,
+                        _ => ShellSection::default(),
+                    };
+                    notes.extend(
+                        cut.touching
+                            .iter()
+                            .map(|q| format!("the plane through {at} touches it at {}", place(q))),
+                    );
+                    if !cut.coincident.is_empty() {
+                        notes.push(format!(
+                            "{} in the plane through {at}: not cut",
+                            faces(&cut.coincident, "lies", "lie")
+                        ));
+                    }
+                    if !cut.undecided.is_empty() {
+                        notes.push(format!(
+                            "{} undecided in the plane through {at}",
+                            faces(&cut.undecided, "is", "are")
+                        ));
+                    }
+                    if let Some(area) = cut.area {
+                        notes.push(format!("the plane through {at} cuts an area of {}", figure(area)));
+                    }
+                    for branch in cut.curves {
+                        residual = Some(branch.distance.max(residual.unwrap_or(0.0)));
+                        geometries.push(branch.curve.into());
+                    }
+                }
                 other => {
                     let problem = format!(
-                        "\"{object}\" is {}: a section is cut from a surface, a mesh or a curve (a trimmed surface: untrim it first)",
+                        "\"{object}\" is {}: a section is cut from a brep, a surface, trimmed or not, a mesh or a curve",
                         a(other.kind())
                     );
                     return Err(Error::Invalid(problem).into());
@@ -161,6 +195,17 @@ impl Operation for CutBy {
             ..StepReport::default()
         })
     }
+}
+
+/// Faces in words: `face 3 lies`, `faces 3, 5, 7, … lie`.
+fn faces(list: &[usize], one: &str, many: &str) -> String {
+    const NAMED: usize = 5;
+    if let [face] = list {
+        return format!("face {face} {one}");
+    }
+    let named: Vec<String> = list.iter().take(NAMED).map(usize::to_string).collect();
+    let more = if list.len() > NAMED { ", …" } else { "" };
+    format!("faces {}{more} {many}", named.join(", "))
 }
 
 /// The planes of a step.
@@ -197,6 +242,8 @@ fn planes(parameters: &Parameters, geometry: &Geometry) -> Result<Vec<Plane>, Op
             let (low, high) = match geometry {
                 Geometry::Surface(surface) => surface.bounds(),
                 Geometry::Curve(curve) => curve.bounds(),
+                // The control vertices of its surfaces may be far beyond it.
+                Geometry::Brep(brep) => bounds(brep).unwrap_or_default(),
                 other => {
                     let points = other.points();
                     let first = points.first().copied().unwrap_or_else(Point::origin);

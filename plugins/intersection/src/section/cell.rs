@@ -145,6 +145,7 @@ fn edge(cell: &Cell, orders: [usize; 2], fixed: usize, upper: bool) -> Polynomia
 fn graph(cell: &Cell, orders: [usize; 2]) -> Option<usize> {
     let [rows, columns] = orders;
     let value = |i: usize, j: usize| cell.values[i * columns + j];
+    // The least slope, where all go one way.
     let one_way = |direction: usize| {
         let (r, c) = if direction == 0 { (rows - 1, columns) } else { (rows, columns - 1) };
         let slope = |k: usize| {
@@ -152,7 +153,9 @@ fn graph(cell: &Cell, orders: [usize; 2]) -> Option<usize> {
             let next = if direction == 0 { value(i + 1, j) } else { value(i, j + 1) };
             next - value(i, j)
         };
-        (0..r * c).all(|k| slope(k) > 0.0) || (0..r * c).all(|k| slope(k) < 0.0)
+        let all = (0..r * c).map(slope);
+        let one = all.clone().all(|s| s > 0.0) || all.clone().all(|s| s < 0.0);
+        one.then(|| all.map(f64::abs).fold(f64::INFINITY, f64::min))
     };
     let simple = |fixed: usize| {
         [false, true].into_iter().all(|upper| {
@@ -160,11 +163,16 @@ fn graph(cell: &Cell, orders: [usize; 2]) -> Option<usize> {
             line.has_one_sign() || line.is_monotone() || cell.depth >= CORNERS
         })
     };
-    // Monotone across v: a graph over u, whose edges are those of fixed v.
-    [(1, 0), (0, 1)]
-        .into_iter()
-        .find(|&(across, _)| one_way(across) && simple(across))
-        .map(|(_, along)| along)
+    // Monotone across v: a graph over u, whose edges are those of fixed v. Where both are possible, the steeper: slopes of a patch that
+    // is level in a direction are rounding, which may go one way.
+    let across = [(1, 0), (0, 1)].map(|(across, along)| {
+        let slope = one_way(across).filter(|_| simple(across))?;
+        Some((slope, along))
+    });
+    match across {
+        [Some((a, along)), Some((b, other))] => Some(if b > a { other } else { along }),
+        [one, other] => one.or(other).map(|(_, along)| along),
+    }
 }
 
 /// The part of the section in a cell that is a graph; none where it only passes a corner.

@@ -10,7 +10,15 @@
 
 mod cell;
 mod chain;
+mod clip;
+mod shell;
 mod trace;
+mod trimmed;
+
+pub use clip::ShellCurve;
+pub(crate) use shell::bounds;
+pub use shell::{ShellSection, brep_section};
+pub use trimmed::trimmed_section;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Surface};

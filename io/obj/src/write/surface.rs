@@ -1,0 +1,168 @@
+//! Surfaces, trimmed surfaces and Breps: exactly where OBJ has them, and as meshes beside that.
+
+use std::io::Write;
+
+use loftsman_kernel::brep::Brep;
+use loftsman_kernel::mesh::{FaceGroup, Mesh};
+use loftsman_kernel::plugin::{
+    Fate, Fineness, FormatError, Tessellated, TessellatedBrep, Tessellator, Written,
+};
+use loftsman_kernel::scene::{Geometry, Object};
+use loftsman_kernel::text::a;
+
+use super::{Surfaces, Writer};
+use crate::fingerprint::fingerprint;
+
+/// A surface of whatever kind as a mesh.
+struct Cut {
+    mesh: Mesh,
+    tolerance: f64,
+    error: f64,
+    /// What faces have instead of the look of their object, slot by slot from 1 on.
+    colors: Vec<[f64; 4]>,
+    /// What is missing.
+    remark: Option<String>,
+}
+
+impl From<Tessellated> for Cut {
+    fn from(Tessellated { mesh, tolerance, error }: Tessellated) -> Self {
+        Self { mesh, tolerance, error, colors: Vec::new(), remark: None }
+    }
+}
+
+impl Cut {
+    /// Faces are groups, so that each can be told apart in the mesh.
+    fn of_brep(cut: TessellatedBrep, brep: &Brep) -> Self {
+        let (colors, slots) = cut.colors(brep);
+        let remark = cut.remark(brep);
+        let TessellatedBrep { mut mesh, faces, tolerance, error, .. } = cut;
+        // A colour that is none cannot be written, and the object's stands for it.
+        let is_color = |slot: u32| colors[slot as usize].is_some_and(|c| c.iter().all(|x| x.is_finite()));
+        if slots.iter().any(|&slot| slot != 0) {
+            mesh.materials = slots.iter().map(|&slot| if is_color(slot) { slot } else { 0 }).collect();
+        }
+        let mut first = 0;
+        for run in faces.chunk_by(|one, next| one == next) {
+            let end = first + run.len() as u32;
+            let name = match brep.face_name(run[0]) {
+                Some(name) if !name.is_empty() => {
+                    format!("face_{}_{}", run[0], name.replace(char::is_whitespace, "_"))
+                }
+                _ => format!("face_{}", run[0]),
+            };
+            mesh.groups.push(FaceGroup { name, faces: (first..end).collect() });
+            first = end;
+        }
+        let colors = colors.into_iter().skip(1).map(|color| color.unwrap_or_default()).collect();
+        Self { mesh, tolerance, error, colors, remark }
+    }
+}
+
+fn cut(
+    geometry: &Geometry,
+    fineness: &Fineness,
+    by: &dyn Tessellator,
+) -> loftsman_kernel::Result<Option<Cut>> {
+    Ok(match geometry {
+        Geometry::Surface(surface) => Some(by.measured_surface(surface, fineness)?.into()),
+        Geometry::Trimmed(trimmed) => Some(by.measured_trimmed(trimmed, fineness)?.into()),
+        Geometry::Brep(brep) => Some(Cut::of_brep(by.measured_brep(brep, fineness)?, brep)),
+        _ => None,
+    })
+}
+
+impl<W: Write> Writer<'_, W> {
+    /// A surface, trimmed or not, exactly, beside its tessellation, or one of both; a Brep as its tessellation.
+    pub(super) fn tessellated(
+        &mut self,
+        object: &Object,
+        geometry: &Geometry,
+        mirrored: bool,
+        fineness: &Fineness,
+        written: &mut Written,
+    ) -> Result<(), FormatError> {
+        let is_brep = matches!(geometry, Geometry::Brep(_));
+        let exact = self.surfaces != Surfaces::Mesh && !is_brep;
+        let mesh = match self.tessellator {
+            _ if self.surfaces == Surfaces::Exact && is_brep => {
+                Err("OBJ has no brep, and only exact surfaces were asked for".to_owned())
+            }
+            _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
+            None => Err(format!("{} needs a tessellator, and none is registered", a(geometry.kind()))),
+            Some(tessellator) => match cut(geometry, fineness, tessellator) {
+                Ok(Some(cut)) => Ok(cut),
+                Ok(None) => Err(format!("OBJ has no {}", geometry.kind())),
+                Err(error) => Err(format!("it could not be tessellated: {error}")),
+            },
+        };
+        let mut mark = None;
+        match mesh {
+            Ok(Cut { mut mesh, tolerance, error, colors, remark }) => {
+                // The faces of a Brep are turned with it.
+                if mirrored && !is_brep {
+                    mesh.turn_inside_out();
+                }
+                self.name(object.name())?;
+                if exact {
+                    // Who reads both reads one object.
+                    mark = Some(fingerprint(&mesh));
+                    self.line(&format!("# Loftsman mesh {:016x}", mark.unwrap_or_default()))?;
+                }
+                let mut looks = self.looks(&object.materials);
+                if !colors.is_empty() {
+                    looks.truncate(1);
+                    looks.resize(1, self.paint.clone());
+                    looks.extend(colors.into_iter().map(|color| Some(self.library.paint(color))));
+                }
+                self.mesh(&mesh, &looks)?;
+                written.form = format!("{} triangles", mesh.face_count());
+                written.cut(self.chord.length(tolerance / self.scale), Some(error / self.scale));
+                if !exact {
+                    written.fate = Fate::Approximated;
+                    let what = if is_brep { "brep" } else { "surface" };
+                    written.reason = Some(format!("the {what} was tessellated"));
+                }
+                remark.iter().for_each(|remark| written.change(remark));
+            }
+            Err(problem) if exact => {
+                let what = "programs that read no surf, as Blender and MeshLab, show nothing";
+                written.reason = Some(format!("{problem}: {what}"));
+            }
+            Err(problem) => written.leave_out(problem),
+        }
+        if exact {
+            self.beside(object, geometry, mark, written)?;
+        }
+        Ok(())
+    }
+
+    /// The surface itself, beside the mesh of a mark that shows it.
+    fn beside(
+        &mut self,
+        object: &Object,
+        geometry: &Geometry,
+        mark: Option<u64>,
+        written: &mut Written,
+    ) -> Result<(), FormatError> {
+        // An object of its own: Blender makes a curve of what follows a cstype.
+        self.element_material(object)?;
+        self.name(object.name())?;
+        if let Some(mark) = mark {
+            self.line(&format!("# Loftsman surface {mark:016x}"))?;
+        }
+        let form = match geometry {
+            Geometry::Surface(surface) => {
+                self.surface(object.name(), surface)?;
+                "NURBS surface (surf)".to_owned()
+            }
+            Geometry::Trimmed(trimmed) => {
+                self.trimmed(object.name(), trimmed)?;
+                format!("trimmed surface of {} loops (surf)", trimmed.loops().count())
+            }
+            _ => return Ok(()),
+        };
+        let beside = if mark.is_some() { format!(" beside {}", written.form) } else { String::new() };
+        written.form = format!("{form}{beside}");
+        Ok(())
+    }
+}

@@ -1,0 +1,229 @@
+//! Breps as they are drawn: triangles with normals, and edges as chains of their points.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use loftsman_kernel::brep::{Brep, Frame, SurfaceForm};
+use loftsman_kernel::mesh::{Layer, NONE};
+use loftsman_kernel::plugin::{Chord, Fineness, TessellatedBrep, Tessellator};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::text::clip;
+use loftsman_kernel::{Point, Result, Vector};
+
+/// How far triangles may be from the shape, as a part of the largest extent of the scene: a twentieth of a millimetre on a usual page.
+const CHORD: f64 = 3e-4;
+/// How much neighbouring chords may turn, in degrees.
+const ANGLE: f64 = 10.0;
+/// Faces that meet at a smaller angle are smooth there: its cosine, of 8 degrees.
+const SMOOTH: f64 = 0.99;
+
+/// What an edge of a Brep is to the eye.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Two faces meet at an angle.
+    Sharp,
+    /// Two faces go on into one another.
+    Smooth,
+    /// Less or more than two faces meet.
+    Open,
+}
+
+/// An edge as a chain of points.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Edge {
+    pub(crate) kind: Kind,
+    pub(crate) points: Vec<u32>,
+    /// Of a smooth one, the triangles on both sides of each of its segments.
+    pub(crate) beside: Vec<[u32; 2]>,
+}
+
+/// A Brep in its own coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Solid {
+    pub(crate) points: Vec<Point>,
+    /// At each point, of unit length; points are doubled where faces meet.
+    pub(crate) normals: Vec<Vector>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The colours that faces have of their own, behind that of the object.
+    pub(crate) colors: Vec<Option<[f64; 4]>>,
+    /// For each triangle which of them it has.
+    pub(crate) slots: Vec<u32>,
+    /// Those that are to be drawn: where a face meets itself at a seam, or two halves of one cylinder meet, there is nothing to see.
+    pub(crate) edges: Vec<Edge>,
+    /// Which faces are missing.
+    pub(crate) remark: Option<String>,
+}
+
+impl Solid {
+    /// The colour that all faces have, where they have one of their own.
+    pub(crate) fn color(&self) -> Option<[f64; 4]> {
+        let first = *self.slots.first()?;
+        let all = self.slots.iter().all(|slot| *slot == first);
+        self.colors.get(first as usize).copied().flatten().filter(|_| all)
+    }
+
+    fn of(brep: &Brep, fineness: &Fineness, by: &dyn Tessellator) -> Result<Self> {
+        let mut cut = by.measured_brep(brep, fineness)?;
+        cut.mesh.uvs = Layer::none();
+        let (colors, slots) = cut.colors(brep);
+        let remark = cut.remark(brep);
+        let edges = edges(brep, &cut);
+        let flat = cut.mesh.by_point()?.mesh;
+        let normal = |p: usize| flat.normals.values().get(p).copied().unwrap_or_else(Vector::zeros);
+        let triangles = flat.faces().map(|face| [face[0], face[1], face[2]]).collect();
+        let normals = (0..flat.points().len()).map(normal).collect();
+        Ok(Self { points: flat.points().to_vec(), normals, triangles, colors, slots, edges, remark })
+    }
+}
+
+/// A side of a triangle: which triangle, and the numbers of its normals at both ends.
+type Side = (u32, [u32; 2]);
+
+/// The edges of a Brep that are drawn.
+fn edges(brep: &Brep, cut: &TessellatedBrep) -> Vec<Edge> {
+    let TessellatedBrep { mesh, edges, faces, .. } = cut;
+    // The sides of triangles that are on edges: the triangle and its normals at both ends.
+    let pair = |a: u32, b: u32| (a.min(b), a.max(b));
+    let mut sides: HashMap<(u32, u32), Vec<Side>> = HashMap::new();
+    for chain in edges {
+        sides.extend(chain.windows(2).map(|s| (pair(s[0], s[1]), Vec::new())));
+    }
+    for (triangle, (corners, starts)) in mesh.faces().zip(mesh.starts().windows(2)).enumerate() {
+        for k in 0..corners.len() {
+            let next = (k + 1) % corners.len();
+            if let Some(list) = sides.get_mut(&pair(corners[k], corners[next])) {
+                let [a, b] = if corners[k] < corners[next] { [k, next] } else { [next, k] };
+                list.push((triangle as u32, [a, b].map(|k| mesh.normals.index(starts[0] + k, corners[k]))));
+            }
+        }
+    }
+    let along = |one: u32, other: u32| {
+        let at = |index: u32| mesh.normals.values().get(index as usize).filter(|_| index != NONE);
+        at(one).zip(at(other)).is_some_and(|(a, b)| a.dot(b) >= SMOOTH)
+    };
+    let mut drawn = Vec::new();
+    for (number, chain) in edges.iter().enumerate() {
+        let uses = brep.uses(number);
+        let is_seam = matches!(uses, [one, other] if one.face == other.face);
+        let is_within = matches!(uses, [one, other] if is_one(&brep.surface_form(one.face), &brep.surface_form(other.face)));
+        if chain.len() < 2 || is_seam || is_within {
+            continue;
+        }
+        let beside: Vec<_> = chain.windows(2).map(|s| sides.get(&pair(s[0], s[1]))).collect();
+        let two = |list: &Option<&Vec<Side>>| match list.map(Vec::as_slice) {
+            Some(&[(one, normals), (other, others)]) if faces[one as usize] != faces[other as usize] => {
+                Some(([one, other], along(normals[0], others[0]) && along(normals[1], others[1])))
+            }
+            _ => None,
+        };
+        let found: Option<Vec<_>> = beside.iter().map(two).collect();
+        let (kind, beside) = match found {
+            None => (Kind::Open, Vec::new()),
+            Some(list) if list.iter().all(|(_, smooth)| *smooth) => {
+                (Kind::Smooth, list.into_iter().map(|(beside, _)| beside).collect())
+            }
+            Some(_) => (Kind::Sharp, Vec::new()),
+        };
+        drawn.push(Edge { kind, points: chain.clone(), beside });
+    }
+    drawn
+}
+
+/// Whether two forms are the same set of points, to what files write of them.
+fn is_one(one: &SurfaceForm, other: &SurfaceForm) -> bool {
+    use SurfaceForm as Form;
+    let near = |a: f64, b: f64, size: f64| (a - b).abs() <= 1e-6 * size.abs();
+    // How far the second frame's origin is along the first one's axis and off it, where both axes are one way or opposite.
+    let axis = |one: &Frame, other: &Frame| {
+        let along = one.z.dot(&(other.origin - one.origin));
+        let off = (other.origin - one.origin - one.z * along).norm();
+        (one.z.cross(&other.z).norm() <= 1e-6).then(|| (along, off, one.z.dot(&other.z).signum()))
+    };
+    match (one, other) {
+        (Form::Plane { frame }, Form::Plane { frame: other }) => {
+            let away = frame.z.dot(&(other.origin - frame.origin));
+            let far = (other.origin - frame.origin).norm();
+            frame.z.cross(&other.z).norm() <= 1e-6 && away.abs() <= 1e-6 * far
+        }
+        (Form::Cylinder { frame, radius }, Form::Cylinder { frame: other, radius: r }) => {
+            near(*radius, *r, *radius) && axis(frame, other).is_some_and(|(_, off, _)| off <= 1e-6 * radius)
+        }
+        (Form::Cone { frame, radius, angle }, Form::Cone { frame: other, radius: r, angle: a }) => {
+            near(*angle, *a, 1.0)
+                && axis(frame, other).is_some_and(|(along, off, way)| {
+                    let here = radius + along * angle.tan();
+                    way > 0.0 && off <= 1e-6 * radius.max(*r) && near(here, *r, radius.max(*r))
+                })
+        }
+        (Form::Sphere { frame, radius }, Form::Sphere { frame: other, radius: r }) => {
+            near(*radius, *r, *radius) && (frame.origin - other.origin).norm() <= 1e-6 * radius
+        }
+        (Form::Torus { frame, major, minor }, Form::Torus { frame: other, major: m, minor: n }) => {
+            near(*major, *m, *major)
+                && near(*minor, *n, *minor)
+                && axis(frame, other)
+                    .is_some_and(|(along, off, _)| along.abs() <= 1e-6 * major && off <= 1e-6 * major)
+        }
+        _ => false,
+    }
+}
+
+/// The Breps of all scenes that a picture shows, each cut once, whoever shows it.
+#[derive(Debug, Default)]
+pub(crate) struct Solids(HashMap<usize, std::result::Result<Arc<Solid>, String>>);
+
+impl Solids {
+    /// Cuts all Breps, as finely as the largest of their places in the first scene needs.
+    ///
+    /// # Errors
+    /// When a hierarchy is broken.
+    pub(crate) fn of(scenes: &[&Scene], tessellator: Option<&dyn Tessellator>) -> Result<Self> {
+        let mut all: BTreeMap<usize, (&Brep, f64, usize)> = BTreeMap::new();
+        let mut range: Option<(Point, Point)> = None;
+        let mut order = 0;
+        let mut number: HashMap<usize, usize> = HashMap::new();
+        for scene in scenes {
+            for (object, map) in scene.objects().iter().zip(scene.world_transforms()?) {
+                // By how much lengths may grow.
+                let stretch = map.map_or(1.0, |map| map.fixed_view::<3, 3>(0, 0).norm());
+                let points = match object.geometry() {
+                    Geometry::Brep(brep) => {
+                        let at = *number.entry(object.geometry_id()).or_insert_with(|| {
+                            order += 1;
+                            order
+                        });
+                        let entry = all.entry(at).or_insert((brep, 0.0, object.geometry_id()));
+                        entry.1 = entry.1.max(stretch);
+                        brep.vertices()
+                    }
+                    other => other.points(),
+                };
+                for p in points {
+                    let p = map.as_ref().map_or(*p, |map| map.transform_point(p));
+                    let (low, high) = range.unwrap_or((p, p));
+                    range = Some((low.inf(&p), high.sup(&p)));
+                }
+            }
+        }
+        let extent = range.map_or(0.0, |(low, high)| (high - low).amax());
+        let mut solids = HashMap::new();
+        for (_, (brep, stretch, id)) in all {
+            // A closed face has no vertices, or one.
+            let length = CHORD * extent / stretch;
+            let is_length = brep.vertices().len() > 1 && length.is_finite() && length > 0.0;
+            let chord = if is_length { Chord::Absolute(length) } else { Chord::Relative(CHORD) };
+            let fineness = Fineness { chord, angle: ANGLE.to_radians() };
+            let made = match tessellator {
+                None => Err("it needs a tessellator, and none was given".to_owned()),
+                Some(by) => Solid::of(brep, &fineness, by).map(Arc::new).map_err(|e| clip(&e.to_string())),
+            };
+            solids.insert(id, made);
+        }
+        Ok(Self(solids))
+    }
+
+    /// That of the geometry of this [number](loftsman_kernel::scene::Object::geometry_id), or why there is none; `None` where it is no Brep.
+    pub(crate) fn get(&self, geometry: usize) -> Option<&std::result::Result<Arc<Solid>, String>> {
+        self.0.get(&geometry)
+    }
+}

@@ -1,0 +1,237 @@
+//! Branches of a surface's section cut where they leave a face, and what is left put together across faces.
+
+use std::collections::HashMap;
+
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Vector};
+
+use super::SectionCurve;
+use crate::error::Result;
+
+/// A place on a border that two pieces share: an edge's number, and the number of the meeting on it.
+pub(crate) type Event = (usize, usize);
+
+/// Where a branch meets the border of a face.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Gate {
+    /// The branch's parameter.
+    pub(crate) at: f64,
+    /// 1 where it comes in, -1 where it goes out, running along its parameter; 0 where that is not known.
+    pub(crate) turn: i32,
+    pub(crate) point: Point,
+    pub(crate) event: Event,
+}
+
+/// A part of a section inside a face.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    pub(crate) curve: Curve,
+    /// Where on borders it starts and ends; none where it ends at nothing, or is closed.
+    pub(crate) ends: [Option<Event>; 2],
+    pub(crate) closed: bool,
+    pub(crate) distance: f64,
+    pub(crate) face: usize,
+}
+
+/// How near on a branch, as a part of its length, gates are at one place: seams, and corners.
+const ONE: f64 = 1e-7;
+
+/// The parts of a branch between gates, and whether each is inside: by the gates' turns where these alternate, else as `inside` says
+/// of their middles. Gates at one place at which it comes in and goes out are none. `None` where it cannot be said.
+pub(crate) fn clipped(
+    branch: &SectionCurve,
+    mut gates: Vec<Gate>,
+    face: usize,
+    inside: impl Fn(Point) -> Result<Option<bool>>,
+) -> Result<Option<Vec<Part>>> {
+    let (start, end) = branch.curve.domain();
+    let length = end - start;
+    let is_signed = gates.iter().any(|gate| gate.turn != 0);
+    gates.sort_by(|a, b| a.at.total_cmp(&b.at).then(a.event.cmp(&b.event)));
+    // Places: what is at one of them, together.
+    let mut places: Vec<Gate> = Vec::with_capacity(gates.len());
+    for gate in gates {
+        match places.last_mut() {
+            Some(last) if gate.at - last.at <= ONE * length && is_signed => last.turn += gate.turn,
+            _ => places.push(gate),
+        }
+    }
+    if branch.closed && places.len() > 1 {
+        let (first, last) = (places[0], places[places.len() - 1]);
+        if first.at - start + (end - last.at) <= ONE * length && is_signed {
+            places[0].turn += last.turn;
+            places.pop();
+        }
+    }
+    if is_signed {
+        places.retain(|gate| gate.turn != 0);
+    }
+    let whole = |curve: Curve| Part {
+        curve,
+        ends: [None; 2],
+        closed: branch.closed,
+        distance: branch.distance,
+        face,
+    };
+    if places.is_empty() {
+        let middle = branch.curve.point(0.5 * (start + end))?;
+        return Ok(inside(middle)?.map(|is| if is { vec![whole(branch.curve.clone())] } else { Vec::new() }));
+    }
+    // From each place to the next; of an open branch also before the first and behind the last.
+    let count = places.len();
+    let mut spans: Vec<(f64, f64, Option<usize>, Option<usize>)> = Vec::with_capacity(count + 1);
+    for k in 0..count.saturating_sub(1) {
+        spans.push((places[k].at, places[k + 1].at, Some(k), Some(k + 1)));
+    }
+    let (first, last) = (places[0].at, places[count - 1].at);
+    if branch.closed {
+        spans.push((last, first + length, Some(count - 1), Some(0)));
+    } else {
+        spans.insert(0, (start, first, None, Some(0)));
+        spans.push((last, end, Some(count - 1), None));
+    }
+    let turn = |k: Option<usize>| k.map_or(0, |k| places[k].turn.signum());
+    // Coming in, then going out, all the way round.
+    let alternates = is_signed
+        && spans.iter().all(|&(.., a, b)| a.is_none() || b.is_none() || turn(a) != turn(b) || count == 1);
+    let mut parts = Vec::new();
+    for (from, to, a, b) in spans {
+        if to - from <= ONE * length {
+            continue;
+        }
+        let is_inside = if alternates && (count > 1 || !branch.closed) {
+            // Where it starts or ends at no border of the face, the border of the surface stands for that.
+            if a.is_some() { turn(a) > 0 } else { turn(b) < 0 }
+        } else {
+            let middle = 0.5 * (from + to);
+            let middle = if middle > end { middle - length } else { middle };
+            match inside(branch.curve.point(middle)?)? {
+                Some(is) => is,
+                None => return Ok(None),
+            }
+        };
+        if !is_inside {
+            continue;
+        }
+        let curve = branch.curve.between(from, to)?;
+        let (space, mut points, weights) = curve.into_parts();
+        let rim = points.len() - 1;
+        for (at, gate) in [(0, a), (rim, b)] {
+            if let Some(gate) = gate {
+                // Both faces have the point of the edge itself.
+                points[at] = places[gate].point;
+            }
+        }
+        let curve = Curve::build(space, points, weights)?;
+        let ends = [a, b].map(|k| k.map(|k| places[k].event));
+        parts.push(Part { curve, ends, closed: false, distance: branch.distance, face });
+    }
+    Ok(Some(parts))
+}
+
+/// A branch of the section of several faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShellCurve {
+    /// The branch: a cubic spline. Where it is closed, it ends where it starts.
+    pub curve: Curve,
+    /// Whether it is a loop.
+    pub closed: bool,
+    /// The largest distance from the section that was measured between its points.
+    pub distance: f64,
+    /// The faces that it runs through, in order.
+    pub faces: Vec<usize>,
+}
+
+/// Parts joined where one ends at the place at which another starts. In the order of the parts; `O(parts)`.
+pub(crate) fn joined(parts: Vec<Part>) -> Result<Vec<ShellCurve>> {
+    let mut starts: HashMap<Event, Vec<usize>> = HashMap::new();
+    let mut reached: HashMap<Event, usize> = HashMap::new();
+    for (k, part) in parts.iter().enumerate() {
+        if let [Some(from), to] = part.ends {
+            starts.entry(from).or_default().push(k);
+            to.into_iter().for_each(|to| *reached.entry(to).or_default() += 1);
+        } else if let [None, Some(to)] = part.ends {
+            *reached.entry(to).or_default() += 1;
+        }
+    }
+    starts.values_mut().for_each(|list| list.reverse());
+    let mut used = vec![false; parts.len()];
+    let mut curves = Vec::new();
+    // First those that begin where nothing ends, then what is left are loops.
+    let begins = |k: &usize| parts[*k].ends[0].is_none_or(|from| !reached.contains_key(&from));
+    let order: Vec<usize> = (0..parts.len()).filter(begins).chain(0..parts.len()).collect();
+    for first in order {
+        if used[first] {
+            continue;
+        }
+        let mut chain = vec![first];
+        used[first] = true;
+        let from = parts[first].ends[0];
+        let mut to = parts[first].ends[1];
+        while let Some(event) = to.filter(|to| Some(*to) != from) {
+            let next = starts.get_mut(&event).and_then(|list| {
+                while let Some(k) = list.pop() {
+                    if !used[k] {
+                        return Some(k);
+                    }
+                }
+                None
+            });
+            let Some(next) = next else { break };
+            used[next] = true;
+            chain.push(next);
+            to = parts[next].ends[1];
+        }
+        let closed = parts[first].closed || (from.is_some() && to == from);
+        let distance = chain.iter().map(|&k| parts[k].distance).fold(0.0, f64::max);
+        let faces = chain.iter().map(|&k| parts[k].face).collect();
+        curves.push(ShellCurve {
+            curve: one(chain.iter().map(|&k| &parts[k].curve))?,
+            closed,
+            distance,
+            faces,
+        });
+    }
+    Ok(curves)
+}
+
+/// Cubic curves, each of which starts where the one before ends, as one.
+fn one<'a>(curves: impl ExactSizeIterator<Item = &'a Curve>) -> Result<Curve> {
+    let alone = curves.len() == 1;
+    let (mut knots, mut points): (Vec<f64>, Vec<Point>) = (Vec::new(), Vec::new());
+    for curve in curves {
+        if alone {
+            return Ok(curve.clone());
+        }
+        let (start, end) = curve.domain();
+        let shift = knots.last().map_or(0.0, |last| last - start);
+        let own = curve.space().flat();
+        let skip = if points.is_empty() {
+            knots.extend([start; 4]);
+            0
+        } else {
+            1
+        };
+        knots.extend(own.iter().filter(|&&u| u > start && u < end).map(|u| u + shift));
+        knots.extend([end + shift; 3]);
+        points.extend(curve.points().iter().skip(skip));
+    }
+    knots.extend(knots.last().copied());
+    Ok(Curve::new(Space::open(3, knots)?, points)?)
+}
+
+/// Twice the area that a plane curve goes around, counterclockwise as seen from the tip of the normal: exact for cubics.
+pub(crate) fn doubled_area(curve: &Curve, normal: &Vector) -> Result<f64> {
+    // Of degree 5 on each span: three places of Gauss.
+    let nodes = [(0.5 - 0.15_f64.sqrt(), 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + 0.15_f64.sqrt(), 5.0 / 18.0)];
+    let mut sum = 0.0;
+    let Some(origin) = curve.points().first().copied() else { return Ok(0.0) };
+    for span in curve.space().breakpoints().windows(2) {
+        for (x, weight) in nodes {
+            let u = span[0] + (span[1] - span[0]) * x;
+            let (r, d) = (curve.point(u)? - origin, curve.derivative(u, 1)?);
+            sum += weight * (span[1] - span[0]) * r.cross(&d).dot(normal);
+        }
+    }
+    Ok(sum)
+}
