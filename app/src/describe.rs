@@ -1,13 +1,14 @@
 //! What is in a scene: for each object its type and the facts that people ask first.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::Point;
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::plugin::{CustomShape, Fineness};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
 
-use crate::measures::{Measures, closed};
+use crate::measures::{Measures, closed, of_brep};
 
 /// The facts about a scene.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -27,6 +28,51 @@ pub struct SceneFacts {
     /// How many objects are shown, instances and all that they show, where there are definitions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shown: Option<u64>,
+    /// What all Breps that are shown have together, each instance counted; where there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub totals: Option<Totals>,
+}
+
+/// What Breps have together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct Totals {
+    /// How many Breps there are.
+    pub breps: u64,
+    /// Their solids.
+    pub solids: u64,
+    /// Their faces.
+    pub faces: u64,
+    /// Their edges.
+    pub edges: u64,
+}
+
+impl Totals {
+    fn of(objects: &[Object], defined: &HashMap<&str, Self>) -> Self {
+        objects.iter().fold(Self::default(), |sum, object| match object.geometry() {
+            Geometry::Brep(brep) => sum.with(Self {
+                breps: 1,
+                solids: brep.solids().len() as u64,
+                faces: brep.face_count() as u64,
+                edges: brep.edge_count() as u64,
+            }),
+            Geometry::Instance(of) => sum.with(defined.get(of.as_str()).copied().unwrap_or_default()),
+            _ => sum,
+        })
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            breps: self.breps.saturating_add(other.breps),
+            solids: self.solids.saturating_add(other.solids),
+            faces: self.faces.saturating_add(other.faces),
+            edges: self.edges.saturating_add(other.edges),
+        }
+    }
+
+    /// Nothing where there are no Breps.
+    fn some(self) -> Option<Self> {
+        (self.breps > 0).then_some(self)
+    }
 }
 
 /// The facts about a layer.
@@ -54,6 +100,9 @@ pub struct DefinitionFacts {
     pub name: String,
     /// Each of its objects.
     pub objects: Vec<ObjectFacts>,
+    /// What the Breps have together that it shows; where there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub totals: Option<Totals>,
 }
 
 /// The facts about an object. What does not apply is left out when it is serialised.
@@ -64,7 +113,7 @@ pub struct ObjectFacts {
     /// What it is called where it comes from, if others are called so too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// `"curve"`, `"surface"`, `"trimmed"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"` or `"instance"`; of a
+    /// `"curve"`, `"surface"`, `"trimmed"`, `"brep"`, `"mesh"`, `"polyline"`, `"cloud"`, `"group"` or `"instance"`; of a
     /// plug-in's shape, the name of its kind.
     #[serde(rename = "type")]
     pub kind: String,
@@ -110,9 +159,27 @@ pub struct ObjectFacts {
     /// Loops that bound a trimmed surface; what else is said of one is said of the surface that carries it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loops: Option<usize>,
-    /// Faces of a mesh.
+    /// Faces of a mesh or of a brep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faces: Option<usize>,
+    /// Edges of a brep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edges: Option<usize>,
+    /// Edges of a brep that its faces do not close at: those that do not bound two faces, once in each direction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub open_edges: Option<usize>,
+    /// The first of them, and where they are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub open_at: Vec<OpenEdge>,
+    /// How many colours the faces of a brep have, where they have colours of their own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub face_colors: Option<usize>,
+    /// Shells of a brep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shells: Option<usize>,
+    /// Solids of a brep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solids: Option<usize>,
     /// The triangles that they make.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub triangles: Option<usize>,
@@ -130,6 +197,18 @@ pub struct ObjectFacts {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f64; 3]; 2]>,
 }
+
+/// An edge that the faces of a brep do not close at.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct OpenEdge {
+    /// Its number.
+    pub edge: usize,
+    /// Its middle.
+    pub at: [f64; 3],
+}
+
+/// How many open edges are named.
+const OPEN: usize = 8;
 
 /// One degree, or two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -165,13 +244,53 @@ pub fn describe(scene: &Scene) -> SceneFacts {
         });
         facts.collect()
     };
+    let totals = totals(scene);
+    let of = |name: &str| totals.get(name).copied().and_then(Totals::some);
     let definitions = scene.definitions().iter();
     let definitions: Vec<_> = definitions
-        .map(|d| DefinitionFacts { name: d.name().to_owned(), objects: all(d.objects()) })
+        .map(|d| DefinitionFacts {
+            name: d.name().to_owned(),
+            objects: all(d.objects()),
+            totals: of(d.name()),
+        })
         .collect();
     let objects = all(scene.objects());
     let shown = if definitions.is_empty() { None } else { scene.placed_count().ok() };
-    SceneFacts { unit: scene.unit, up: scene.up, layers: layers(scene), objects, definitions, shown }
+    let totals = Totals::of(scene.objects(), &totals).some();
+    SceneFacts { unit: scene.unit, up: scene.up, layers: layers(scene), objects, definitions, shown, totals }
+}
+
+/// The definition that an object shows.
+fn shows(object: &Object) -> Option<&str> {
+    match object.geometry() {
+        Geometry::Instance(of) => Some(of),
+        _ => None,
+    }
+}
+
+/// What each definition shows of Breps: those that it shows first. `O(objects)` but for the depth to which definitions show one another.
+fn totals(scene: &Scene) -> HashMap<&str, Totals> {
+    let definitions: HashMap<&str, &Definition> = scene.definitions().iter().map(|d| (d.name(), d)).collect();
+    let mut known: HashMap<&str, Totals> = HashMap::new();
+    for first in scene.definitions().iter() {
+        // Scenes let no definition show itself, so that this ends.
+        let mut open = vec![first];
+        while let Some(&definition) = open.last() {
+            let mut next: Vec<&str> = definition.objects().iter().filter_map(shows).collect();
+            next.sort_unstable();
+            next.dedup();
+            let before = open.len();
+            if !known.contains_key(definition.name()) {
+                let unknown = next.into_iter().filter(|name| !known.contains_key(name));
+                open.extend(unknown.filter_map(|name| definitions.get(name)));
+            }
+            if open.len() == before {
+                known.insert(definition.name(), Totals::of(definition.objects(), &known));
+                open.pop();
+            }
+        }
+    }
+    known
 }
 
 fn layers(scene: &Scene) -> Vec<LayerFacts> {
@@ -194,6 +313,9 @@ fn layers(scene: &Scene) -> Vec<LayerFacts> {
 
 /// What is said of a geometry, whoever has it.
 fn shape(geometry: &Geometry) -> ObjectFacts {
+    if let Geometry::Brep(b) = geometry {
+        return brep(b, ObjectFacts { kind: geometry.kind().to_owned(), ..ObjectFacts::default() });
+    }
     let points = geometry.points();
     let has_points = !geometry.is_unknown() && !matches!(geometry, Geometry::Group | Geometry::Instance(_));
     let facts = ObjectFacts {
@@ -254,6 +376,34 @@ fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {
         periodic: vec![u.is_periodic(), v.is_periodic()],
         domain: [u, v].map(|s| <[f64; 2]>::from(s.domain())).to_vec(),
         bounds: Some(corners(surface.bounds())),
+        ..facts
+    }
+}
+
+/// A brep: what it is made of, where it is open, how large it is, and the box around its triangles.
+fn brep(brep: &Brep, facts: ObjectFacts) -> ObjectFacts {
+    let all: Vec<usize> = (0..brep.face_count()).collect();
+    let open = brep.open_edges(&all);
+    let middle = |edge: usize| {
+        let whole = brep.edge(edge)?;
+        let at = whole.curve.point(0.5 * (whole.range.0 + whole.range.1)).ok()?;
+        Some(OpenEdge { edge, at: at.coords.into() })
+    };
+    let colors: HashSet<[u64; 4]> =
+        all.iter().filter_map(|&face| brep.face_color(face)).map(|color| color.map(f64::to_bits)).collect();
+    let (measures, around) = of_brep(brep);
+    ObjectFacts {
+        faces: Some(brep.face_count()),
+        edges: Some(brep.edge_count()),
+        open_edges: Some(open.len()).filter(|&open| open > 0),
+        open_at: open.iter().take(OPEN).filter_map(|&edge| middle(edge)).collect(),
+        face_colors: Some(colors.len()).filter(|&count| count > 0),
+        measures,
+        bounds: around.map(corners).or_else(|| bounds(brep.vertices())),
+        shells: Some(brep.shells().len()),
+        solids: Some(brep.solids().len()),
+        vertices: Some(brep.vertices().len()),
+        closed: Some(brep.is_closed(&all)),
         ..facts
     }
 }

@@ -70,6 +70,12 @@ pub const FIELDS: &[Field] = &[
         "a part of a surface",
     ),
     Field::optional(
+        "objects[].brep",
+        "{ vertices, edges, faces, shells, solids }; a vertex { at, tolerance }, an edge { curve, from, to, vertices, tolerance, form }, a face { name, color, surface, form, reversed, loops, points }, in a loop { edge, reversed, parameters }, a solid { name, outer, voids }, a form { kind, origin, x, z, radius, radii, angle, major, minor }",
+        "one shape is needed",
+        "faces that share edges",
+    ),
+    Field::optional(
         "objects[].mesh",
         "{ points, faces, lines, normals, tangents, uvs, more_uvs, colors, materials, smoothing, groups }",
         "one shape is needed",

@@ -84,6 +84,8 @@ pub use loftsman_fairing as fairing;
 pub use loftsman_fine_tuning as fine_tuning;
 pub use loftsman_fitting as fitting;
 pub use loftsman_gltf as gltf;
+#[cfg(feature = "iges")]
+pub use loftsman_iges as iges;
 pub use loftsman_intersection as intersection;
 pub use loftsman_kernel as kernel;
 pub use loftsman_kernel::nalgebra;
@@ -92,6 +94,8 @@ pub use loftsman_native as native;
 pub use loftsman_obj as obj;
 pub use loftsman_points as points;
 pub use loftsman_regions as regions;
+#[cfg(feature = "step")]
+pub use loftsman_step as step;
 pub use loftsman_subdivision as subdivision;
 pub use loftsman_tessellation as tessellation;
 pub use registry::{BuiltIn, registry};

@@ -1,14 +1,17 @@
 //! How long, how large and how full a geometry is: the quantities that people ask of it first.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use loftsman_area_volume::{area_of, surface_area, volume_of};
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::functional::{Functional, Shapes};
 use loftsman_kernel::mesh::{Mesh, Polyline};
+use loftsman_kernel::plugin::{Chord, Fineness, Tessellator};
 use loftsman_kernel::scene::Geometry;
-use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::shape::{Cells, Shape};
+use loftsman_kernel::spline::{Curve, Surface, Trimmed};
 use loftsman_kernel::{Point, Vector};
+use loftsman_tessellation::Adaptive;
 
 /// Length, area and volume of a geometry, in its own coordinates. What does not apply is left out when it is serialised.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
@@ -19,7 +22,7 @@ pub struct Measures {
     /// The area of a surface or mesh; of a curve that is closed and planar, the area inside it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
-    /// The volume inside a closed surface or watertight mesh; negative where it is inside out.
+    /// The volume inside a closed surface, a watertight mesh or the solids of a Brep; negative where it is inside out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub volume: Option<f64>,
     /// Whether a mesh is watertight: along each edge of it as many faces run one way as run the other way.
@@ -28,6 +31,9 @@ pub struct Measures {
     /// Where a mesh is not watertight.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leaks: Option<Leaks>,
+    /// Where area and volume are those of triangles: how far these are from the shape at most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<f64>,
     /// What was not measured, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unmeasured: Vec<String>,
@@ -56,15 +62,13 @@ const SPANS: usize = 100_000;
 impl Measures {
     /// The measures of a geometry. `O(n)` for curves, polylines and surfaces, by quadrature on every polynomial piece; for
     /// meshes `O(e log e)` in their edges. Points of a mesh that have the same coordinates count as one. Surfaces of more
-    /// than 4096 pieces are not integrated, and it is said.
+    /// than 4096 pieces are not integrated, and it is said. Breps are measured by their triangles.
     pub fn of(geometry: &Geometry) -> Self {
         match geometry {
             Geometry::Curve(curve) => of_curve(curve),
             Geometry::Surface(surface) => of_surface(surface),
-            Geometry::Trimmed(_) => Self {
-                unmeasured: vec!["the area inside trimming loops; tessellate it first".to_owned()],
-                ..Self::default()
-            },
+            Geometry::Trimmed(trimmed) => of_trimmed(trimmed),
+            Geometry::Brep(brep) => of_brep(brep).0,
             Geometry::Custom(custom) => custom.shape().map_or_else(|_| Self::default(), of_shape),
             Geometry::Mesh(mesh) => of_mesh(mesh),
             Geometry::Polyline(line) => Self { length: of_polyline(line), ..Self::default() },
@@ -97,6 +101,16 @@ fn of_surface(surface: &Surface) -> Measures {
     measured(surface, cells)
 }
 
+/// What its loops leave of a surface.
+fn of_trimmed(trimmed: &Trimmed) -> Measures {
+    let found = measured(trimmed, Cells::count(trimmed));
+    if found.area.is_some() || !found.unmeasured.is_empty() {
+        return found;
+    }
+    let unmeasured = vec!["the area inside trimming loops: they do not say what is inside".to_owned()];
+    Measures { unmeasured, ..found }
+}
+
 /// A shape of a plug-in.
 fn of_shape(shape: &dyn Shape) -> Measures {
     match shape.cells() {
@@ -117,6 +131,51 @@ fn measured(surface: &dyn Shape, cells: usize) -> Measures {
     let told = surface_area().value(&Shapes::one(surface), &mut area);
     let volume = finite(volume_of(surface).ok());
     Measures { area: finite(told.ok().map(|()| area[0])), volume, ..Measures::default() }
+}
+
+/// How far the triangles of a Brep may be from it, as a part of its size.
+const CHORD: f64 = 2e-4;
+
+/// A Brep by its triangles: the area of its faces, the volume of its solids, and the box around it.
+pub(crate) fn of_brep(brep: &Brep) -> (Measures, Option<(Point, Point)>) {
+    if brep.face_count() == 0 {
+        return (Measures::default(), None);
+    }
+    let fineness = Fineness { chord: Chord::Relative(CHORD), ..Fineness::default() };
+    let cut = match Adaptive::default().measured_brep(brep, &fineness) {
+        Ok(cut) => cut,
+        Err(why) => {
+            let unmeasured = vec![format!("area and volume: {why}")];
+            return (Measures { unmeasured, ..Measures::default() }, None);
+        }
+    };
+    let points = cut.mesh.points();
+    let around = points.iter().fold(None, |range: Option<(Point, Point)>, p| {
+        Some(range.map_or((*p, *p), |(low, high)| (low.inf(p), high.sup(p))))
+    });
+    if let Some(missing) = cut.remark(brep) {
+        let unmeasured = vec![format!("area and volume: {missing}")];
+        return (Measures { unmeasured, ..Measures::default() }, around);
+    }
+    let shells = brep.solids().iter().flat_map(|solid| solid.voids.iter().chain([&solid.outer]));
+    let bounds: HashSet<usize> =
+        shells.filter_map(|&shell| brep.shells().get(shell)).flat_map(|s| &s.faces).copied().collect();
+    let origin = points.first().copied().unwrap_or_default();
+    let (mut area, mut volume) = (0.0, 0.0);
+    for (triangle, face) in cut.mesh.faces().zip(&cut.faces) {
+        let [a, b, c] = [0, 1, 2].map(|k| points[triangle[k] as usize] - origin);
+        area += (b - a).cross(&(c - a)).norm() / 2.0;
+        if bounds.contains(face) {
+            volume += a.dot(&b.cross(&c)) / 6.0;
+        }
+    }
+    let measures = Measures {
+        area: finite(Some(area)),
+        volume: finite((!bounds.is_empty()).then_some(volume)),
+        within: Some(cut.error),
+        ..Measures::default()
+    };
+    (measures, around)
 }
 
 fn of_polyline(line: &Polyline) -> Option<f64> {
@@ -157,6 +216,7 @@ fn of_mesh(mesh: &Mesh) -> Measures {
         volume: finite(watertight.then_some(volume / 6.0)),
         watertight: Some(watertight),
         leaks,
+        within: None,
         unmeasured: Vec::new(),
     }
 }
@@ -274,6 +334,47 @@ mod tests {
             assert!(near(all.area, 6.0 * size * size) && near(all.volume, size.powi(3)), "{all:?}");
             assert_eq!((all.watertight, all.leaks), (Some(true), None));
         }
+    }
+
+    #[test]
+    fn a_brep_has_the_area_of_its_faces_and_the_volume_of_its_solids() {
+        let block = Brep::block(Point::new(1e6, 0.0, 0.0), Point::new(1e6 + 3.0, 2.0, 1.0)).unwrap();
+        let (all, around) = of_brep(&block);
+        assert!(
+            (all.area.unwrap() - 22.0).abs() < 1e-8 && (all.volume.unwrap() - 6.0).abs() < 1e-8,
+            "{all:?}"
+        );
+        assert!(all.within.unwrap() < 1e-9);
+        let (low, high) = around.unwrap();
+        assert!((low - Point::new(1e6, 0.0, 0.0)).norm() < 1e-9 && (high.x - low.x - 3.0).abs() < 1e-9);
+        // A shell that bounds no solid has an area.
+        let mut parts = block.parts();
+        parts.solids.clear();
+        let shell = of_brep(&Brep::new(parts).unwrap()).0;
+        assert_eq!((shell.area, shell.volume), (all.area, None));
+        assert_eq!(of_brep(&Brep::new(Default::default()).unwrap()), (Measures::default(), None));
+        // A ball: inscribed triangles are within what is said of it.
+        let frame = loftsman_kernel::brep::Frame::new(Point::origin(), Vector::z(), Vector::x()).unwrap();
+        let form = loftsman_kernel::brep::SurfaceForm::Sphere { frame, radius: 2.0 };
+        let face = loftsman_kernel::brep::Face {
+            name: None,
+            color: None,
+            surface: form.covering(&[]).unwrap(),
+            form,
+            reversed: false,
+            loops: vec![],
+            points: vec![],
+        };
+        let ball = loftsman_kernel::brep::Parts {
+            faces: vec![face],
+            shells: vec![loftsman_kernel::brep::Shell { faces: vec![0] }],
+            solids: vec![loftsman_kernel::brep::Solid::default()],
+            ..Default::default()
+        };
+        let all = of_brep(&Brep::new(ball).unwrap()).0;
+        let (area, volume) = (16.0 * std::f64::consts::PI, 32.0 / 3.0 * std::f64::consts::PI);
+        assert!((all.volume.unwrap() - volume).abs() <= 1.01 * area * all.within.unwrap(), "{all:?}");
+        assert!((all.area.unwrap() / area - 1.0).abs() < 1e-2);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use loftsman_kernel::plugin::{Field, Mark, ParameterError, Parameters};
+use loftsman_kernel::plugin::{Field, Mark, ParameterError, Parameters, Registry};
 use loftsman_kernel::scene::Scene;
 
 use crate::error::{Error, Result};
@@ -63,6 +63,7 @@ pub fn draw(
     _: &Scene,
     _: Option<&Scene>,
     _: &[Mark],
+    _: &Registry,
 ) -> Result<(Vec<u8>, Vec<String>)> {
     Err(Error::file(path.display().to_string(), ABSENT))
 }

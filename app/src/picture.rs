@@ -5,7 +5,7 @@ mod fields;
 
 use std::path::Path;
 
-use loftsman_kernel::plugin::{Mark, ParameterError, Parameters};
+use loftsman_kernel::plugin::{Mark, ParameterError, Parameters, Registry};
 use loftsman_kernel::scene::{Geometry, Scene};
 pub use loftsman_picture::*;
 use serde_json::Value;
@@ -317,7 +317,8 @@ pub fn check(_: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The bytes of the picture of a scene with this look, for a file of this name, and what of it could not be drawn.
+/// The bytes of the picture of a scene with this look, for a file of this name, and what of it could not be drawn. Breps are cut by the
+/// registry's tessellator.
 ///
 /// # Errors
 /// As for [`encode`].
@@ -327,8 +328,13 @@ pub fn draw(
     scene: &Scene,
     before: Option<&Scene>,
     marks: &[Mark],
+    registry: &Registry,
 ) -> Result<(Vec<u8>, Vec<String>)> {
-    encode(path, &look.picture(scene, before, marks), look.pixels)
+    let mut picture = look.picture(scene, before, marks);
+    if let Some(tessellator) = registry.tessellator() {
+        picture = picture.tessellator(tessellator);
+    }
+    encode(path, &picture, look.pixels)
 }
 
 /// The bytes of a picture for a file of this name: PNG of `pixels` across where it ends so, else SVG; and what of it could not

@@ -36,6 +36,10 @@ impl Plugin for BuiltIn {
         registry.add(&loftsman_native::Plugin);
         registry.add(&loftsman_obj::Plugin);
         registry.add(&loftsman_points::Plugin);
+        #[cfg(feature = "iges")]
+        registry.add(&loftsman_iges::Plugin);
+        #[cfg(feature = "step")]
+        registry.add(&loftsman_step::Plugin);
     }
 }
 

@@ -251,6 +251,16 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
             json!("alternating"),
         );
         add(op, "smooth", json!({ "object": "kinked", "metric": null, "lock": null }), json!(0), json!(1));
+        // The top of the block, alone or with the sides; where only the bottom may move nothing can be asked of it.
+        let top = json!({ "face": 1, "uv": [1.05, 1.5] });
+        let solid = match op {
+            "edit" => json!({ "object": "block", "metric": null, "lock": null,
+                "constraints": [{ "kind": "position", "at": top, "by": [0, 0, 0.1] }] }),
+            _ => json!({ "object": "block", "frames": null, "handle": { "kind": "position", "at": top },
+                "path": [[0.95, 1.5, 5.2]] }),
+        };
+        add(op, "faces", solid.clone(), json!([1]), json!([0]));
+        add(op, "neighbours", solid, json!(0), json!(1));
     }
     add(
         "drag",

@@ -63,6 +63,7 @@ fn what_a_document_holds_is_what_the_reader_takes() {
         ("objects[].curve", object("curve", junk())),
         ("objects[].surface", object("surface", junk())),
         ("objects[].trimmed", object("trimmed", junk())),
+        ("objects[].brep", object("brep", junk())),
         ("objects[].mesh", object("mesh", junk())),
         ("objects[].polyline", object("polyline", junk())),
         ("objects[].cloud", object("cloud", junk())),
@@ -77,6 +78,20 @@ fn what_a_document_holds_is_what_the_reader_takes() {
     assert_eq!(taken(&top("connections", json!([{ "first": junk() }]))), declared("connections")[1]);
     for side in ["u", "v"] {
         assert_eq!(taken(&object("surface", json!({ side: junk() }))), declared("objects[].surface")[1]);
+    }
+    let brep = declared("objects[].brep");
+    for (k, inner) in [
+        json!({ "vertices": [junk()] }),
+        json!({ "edges": [junk()] }),
+        json!({ "faces": [junk()] }),
+        json!({ "faces": [{ "loops": [[junk()]] }] }),
+        json!({ "solids": [junk()] }),
+        json!({ "faces": [{ "form": junk() }] }),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        assert_eq!(taken(&object("brep", inner)), brep[k + 1], "table {k} of a brep");
     }
     // No table of names is left unlooked at; what a plug-in's kind has, and names of formats, are not of this list.
     let listed = FIELDS

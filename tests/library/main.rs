@@ -12,6 +12,7 @@ mod formats;
 mod instances;
 mod joined;
 mod losses;
+mod solids;
 mod tables;
 mod walk;
 mod work;

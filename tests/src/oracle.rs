@@ -1,4 +1,4 @@
-//! Foreign programs asked for a second opinion: Blender, MeshLab and the Khronos validator.
+//! Foreign programs asked for a second opinion: Blender, MeshLab, OpenCASCADE and the Khronos validator.
 //!
 //! `scripts/oracles.sh` installs them into `$LOFTSMAN_ORACLES` (by default `~/.cache/loftsman-oracles`). Where they
 //! are missing a test is skipped aloud, or fails if `LOFTSMAN_REQUIRE_ORACLES` is set, as it is in `.ci/run`.
@@ -19,6 +19,8 @@ pub enum Oracle {
     BlenderSubdivision,
     /// MeshLab.
     MeshLab,
+    /// OpenCASCADE, on STEP and IGES files.
+    OpenCascade,
     /// The Khronos glTF validator.
     GltfValidator,
 }
@@ -30,6 +32,7 @@ impl Oracle {
             Self::Blender => ("blender/bin/python", "blender_report.py"),
             Self::BlenderSubdivision => ("blender/bin/python", "blender_subdivide.py"),
             Self::MeshLab => ("python/bin/python", "meshlab_report.py"),
+            Self::OpenCascade => ("python/bin/python", "occt_report.py"),
             Self::GltfValidator => ("node/node_modules/gltf-validator", "gltf_validate.mjs"),
         }
     }

@@ -173,11 +173,17 @@ struct Found {
 fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
     let shape = geometry.shape()?;
     let short = |at| shortened(shape, at);
-    let near = candidates(shape, point)?;
+    // Which places of a face are on it only its loops say.
+    let near = if matches!(geometry, Geometry::Brep(_)) { Vec::new() } else { candidates(shape, point)? };
     let best = match geometry {
         Geometry::Curve(curve) => curve.closest(point).map(|c| (Location::Curve(c.at), c.distance))?,
         Geometry::Surface(surface) => of_surface(surface, point)?,
         Geometry::Trimmed(trimmed) => of_surface(trimmed.surface(), point)?,
+        Geometry::Brep(brep) => {
+            let found = brep.closest(point)?;
+            let [u, v] = found.at;
+            (Location::Face(found.face as u32, u, v), found.distance)
+        }
         _ => near.first().map(|c| (c.at, c.distance)).ok_or_else(|| {
             invalid("it does not say of which polynomial pieces it consists, or has too many to be searched")
         })?,
@@ -200,13 +206,12 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
 /// The location with parameters to a billionth of their domain, which people can read and copy: the place is the same to a
 /// billionth of the shape's size or so.
 fn shortened(shape: &dyn Shape, at: Location) -> Location {
-    let domain = shape.domain();
+    let domain = match at {
+        Location::Face(face, ..) => shape.face_domain(face),
+        _ => shape.domain(),
+    };
     let short = |u: f64, side: usize| {
-        // On a face both parameters run from 0 to 1.
-        let (start, end) = match (at, domain.get(side)) {
-            (Location::Curve(_) | Location::Surface(..), Some(side)) => (side.start, side.end),
-            _ => (0.0, 1.0),
-        };
+        let (start, end) = domain.get(side).map_or((0.0, 1.0), |side| (side.start, side.end));
         let decimals = 9 - (end - start).log10().floor().clamp(-300.0, 300.0) as i32;
         let rounded =
             usize::try_from(decimals).ok().and_then(|decimals| format!("{u:.decimals$}").parse().ok());

@@ -175,14 +175,15 @@ impl<'a> Runner<'a> {
                     let look = &recipe.look;
                     let notes = sequence.each(&drawn, self.observer, |file, moment| {
                         let look = look.clone().at(moment);
-                        let (bytes, undrawn) = picture::draw(file, &look, &drawn, None, &[])?;
+                        let (bytes, undrawn) = picture::draw(file, &look, &drawn, None, &[], self.registry)?;
                         outputs.add(file, bytes, none())?;
                         Ok(undrawn)
                     })?;
                     count = notes.len();
                     report.notes.extend(notes.into_iter().next().unwrap_or_default());
                 } else {
-                    let (bytes, undrawn) = picture::draw(file, &recipe.look, &drawn, before, marks)?;
+                    let (bytes, undrawn) =
+                        picture::draw(file, &recipe.look, &drawn, before, marks, self.registry)?;
                     report.notes.extend(undrawn);
                     outputs.add(file, bytes, none())?;
                 }

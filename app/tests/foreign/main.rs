@@ -8,10 +8,14 @@ mod enclosed;
 mod every_file;
 mod example;
 mod gltf;
+#[cfg(feature = "iges")]
+mod iges;
 mod meshes;
 mod motion;
 mod obj;
 mod regions;
+#[cfg(feature = "step")]
+mod step;
 mod subdivision;
 
 use std::path::{Path, PathBuf};

@@ -3,6 +3,7 @@
 use loftsman::kernel::Point;
 use loftsman::kernel::mesh::Mesh;
 use loftsman::kernel::scene::{Geometry, Scene};
+use loftsman::kernel::shape::{Derivative, Location, Shape};
 use loftsman_tests::curves::document;
 use loftsman_tests::oracle::{Oracle, list, number, object, position};
 use serde_json::{Value, json};
@@ -56,6 +57,29 @@ fn off(points: &[Point], shape: &Geometry, vertices: &[Point]) -> f64 {
         other => panic!("{} is no spline", other.kind()),
     };
     points.iter().map(|p| closest(*p)).fold(0.0, f64::max)
+}
+
+/// How far places all over a curve or surface with these control vertices are from the nearest of the points: what is drawn of it in part only leaves some far.
+fn uncovered(points: &[Point], shape: &Geometry, vertices: &[Point]) -> f64 {
+    let mut shape = shape.shape().unwrap().boxed();
+    shape.control_vertices_mut().copy_from_slice(vertices);
+    let domain = shape.domain();
+    let at = |axis: usize, k: u32| {
+        let interval = &domain[axis];
+        interval.start + (interval.end - interval.start) * f64::from(k) / 16.0
+    };
+    let places: Vec<Location> = match domain.len() {
+        1 => (0..=16).map(|k| at(0, k).into()).collect(),
+        _ => (0..=16)
+            .flat_map(|i| (0..=16).map(move |j| (i, j)))
+            .map(|(i, j)| (at(0, i), at(1, j)).into())
+            .collect(),
+    };
+    let nearest = |place: Location| {
+        let own = Point::from(shape.value(place, Derivative::POSITION).unwrap());
+        points.iter().map(|p| (own - p).norm()).fold(f64::INFINITY, f64::min)
+    };
+    places.into_iter().map(nearest).fold(0.0, f64::max)
 }
 
 /// The extent of points.
@@ -117,7 +141,12 @@ fn blender_plays_what_was_simulated_to_its_last_frame_and_smooth() {
                         assert!(shown.len() >= mesh.points().len());
                         paired(&shown, mesh, &wanted)
                     }
-                    spline => off(&shown, spline, &wanted),
+                    spline => {
+                        // All of it, in steps of no more than a thirtieth.
+                        let left = uncovered(&shown, spline, &wanted);
+                        assert!(left < extent(&wanted) / 30.0, "{name} at frame {frame}: {left}");
+                        off(&shown, spline, &wanted)
+                    }
                 };
                 assert!(apart <= near, "{name} at frame {frame}: {apart:e} of {near:e}");
                 // Not because all frames are alike.

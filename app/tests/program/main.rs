@@ -12,6 +12,8 @@ mod fineness;
 mod found;
 mod golden;
 mod hostile;
+#[cfg(feature = "iges")]
+mod iges;
 mod manual;
 mod measures;
 mod output;
@@ -19,6 +21,7 @@ mod own;
 mod pictures;
 mod recipes;
 mod scenes;
+mod solids;
 mod truncated;
 
 use loftsman_tests::program::Program;

@@ -135,6 +135,10 @@ fn its_examples_run_and_print_what_it_says() {
             &folder.path().join("examples"),
         );
         super::examples::copy(&manual().join("files"), folder.path());
+        if text.contains("tests/data/step/") {
+            let data = "tests/data/step";
+            super::examples::copy(&loftsman_tests::repository().join(data), &folder.path().join(data));
+        }
         for (kind, block) in blocks(&text) {
             let file = block.lines().next().and_then(|line| line.strip_prefix("# "));
             match (kind.as_str(), file) {

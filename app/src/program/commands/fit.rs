@@ -33,7 +33,8 @@ pub(crate) fn run(args: &FitArgs, registry: &Registry) -> anyhow::Result<ExitCod
     let step = fit(&mut scene, &object, args, &progress, registry)?;
     let mut written = OutputReport { path: args.out.display().to_string(), ..OutputReport::default() };
     if picture::is_picture(&args.out) {
-        let (bytes, undrawn) = picture::draw(&args.out, &Look::default(), &scene, None, &step.marks)?;
+        let (bytes, undrawn) =
+            picture::draw(&args.out, &Look::default(), &scene, None, &step.marks, registry)?;
         written.notes = undrawn;
         outputs.add(&args.out, bytes, BTreeMap::new())?;
     } else {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use crate::convert::Conversion;
-use crate::describe::{Degree, LayerFacts, ObjectFacts, SceneFacts, describe};
+use crate::describe::{Degree, LayerFacts, ObjectFacts, OpenEdge, SceneFacts, Totals, describe};
 use crate::file::{Content, Input};
 use loftsman_kernel::plugin::{Format, ReadReport, Registry, Source, WriteOptions};
 use loftsman_kernel::scene::{Scene, Unit};
@@ -86,12 +86,17 @@ fn text(info: &Info) -> String {
         let shown = scene.shown.filter(|&n| n < u64::MAX).map_or("countless".to_owned(), |n| n.to_string());
         objects += &format!(" · {} · {shown} shown", count(scene.definitions.len(), "definition"));
     }
+    if let Some(all) = scene.totals.filter(|_| !scene.definitions.is_empty() || scene.objects.len() > 1) {
+        objects += &format!(" · {}", totals(&all).join(" · "));
+    }
     let unit = if scene.unit == Unit::Unknown { "unknown unit".into() } else { scene.unit.name() };
     let facts = format!("{} · {unit} · {up} · {objects}", info.format);
     let mut text = format!("{} · {facts}\n", styled(BOLD, &info.file));
     list(&scene.objects, scene.unit, "  ", &mut text);
     for definition in &scene.definitions {
-        let _ = writeln!(text, "  {} {}", styled(BOLD, "definition"), definition.name);
+        let all = definition.totals.filter(|_| definition.objects.len() > 1);
+        let all = all.map(|all| format!("  {}", styled(DIM, &totals(&all).join(" · ")))).unwrap_or_default();
+        let _ = writeln!(text, "  {} {}{all}", styled(BOLD, "definition"), definition.name);
         list(&definition.objects, scene.unit, "    ", &mut text);
     }
     for layer in &scene.layers {
@@ -121,31 +126,75 @@ fn layer(layer: &LayerFacts) -> String {
 /// More instances of one definition than this are one line.
 const FEW: usize = 8;
 
-/// A line for each object; many instances of one definition are one line, where the first of them would be.
+/// How many open edges a line names.
+const NAMED: usize = 3;
+
+/// How far lines are indented at most, whatever hangs under what.
+const DEEP: usize = 24;
+
+/// A line for each object, below that under which it hangs; many instances of one definition are one line, where the first of
+/// them would be.
 fn list(objects: &[ObjectFacts], unit: Unit, indent: &str, text: &mut String) {
     let mut instances: HashMap<&str, usize> = HashMap::new();
     for definition in objects.iter().filter_map(|o| o.shows.as_deref()) {
         *instances.entry(definition).or_default() += 1;
     }
     instances.retain(|_, number| *number > FEW);
-    let alone = |o: &&ObjectFacts| o.shows.as_deref().is_none_or(|of| !instances.contains_key(of));
-    let width = objects.iter().filter(alone).map(|o| o.name.chars().count()).max().unwrap_or(0).min(32);
+    let lines = tree(objects);
+    let alone = |o: &ObjectFacts| o.shows.as_deref().is_none_or(|of| !instances.contains_key(of));
+    let long = |(object, depth): &(&ObjectFacts, usize)| object.name.chars().count() + 2 * depth;
+    let width = lines.iter().filter(|(o, _)| alone(o)).map(long).max().unwrap_or(0).min(32);
     let mut summed: HashSet<&str> = HashSet::new();
-    for object in objects {
+    for (object, depth) in lines {
+        let indent = format!("{indent}{:1$}", "", 2 * depth);
         if let Some((of, number)) = object.shows.as_deref().and_then(|of| instances.get_key_value(of)) {
             if summed.insert(of) {
                 let _ = writeln!(text, "{indent}{number} instances of {of}");
             }
             continue;
         }
-        let _ = writeln!(
-            text,
-            "{indent}{:width$}  {:8}  {}",
-            object.name,
-            object.kind,
-            self::object(object, unit)
-        );
+        let width = width.saturating_sub(2 * depth);
+        let facts = self::object(object, unit);
+        let _ = writeln!(text, "{indent}{:width$}  {:8}  {facts}", object.name, object.kind);
     }
+}
+
+/// Objects and how deep they hang, each behind that under which it hangs, else in their order.
+fn tree(objects: &[ObjectFacts]) -> Vec<(&ObjectFacts, usize)> {
+    let number: HashMap<&str, usize> = objects.iter().zip(0..).map(|(o, i)| (o.name.as_str(), i)).collect();
+    let mut below: Vec<Vec<usize>> = vec![Vec::new(); objects.len()];
+    let mut open = Vec::new();
+    for (index, object) in objects.iter().enumerate() {
+        match object.parent.as_deref().and_then(|parent| number.get(parent)) {
+            Some(&parent) => below[parent].push(index),
+            None => open.push((index, 0)),
+        }
+    }
+    open.reverse();
+    let mut lines = Vec::with_capacity(objects.len());
+    while let Some((index, depth)) = open.pop() {
+        lines.push((&objects[index], depth.min(DEEP)));
+        open.extend(below[index].iter().rev().map(|&child| (child, depth + 1)));
+    }
+    lines
+}
+
+/// What Breps have together: `18 solids · 150 faces · 300 edges`.
+fn totals(totals: &Totals) -> Vec<String> {
+    let n = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
+    let all = [(totals.solids, "solid"), (totals.faces, "face"), (totals.edges, "edge")];
+    all.iter().map(|(number, what)| count(n(*number), what)).collect()
+}
+
+/// `3 open edges: 12 near (0 1 2), 14 near (0 1 3), …`.
+fn open(number: usize, first: &[OpenEdge]) -> String {
+    let named: Vec<String> = first
+        .iter()
+        .take(NAMED)
+        .map(|open| format!("{} near ({})", open.edge, open.at.map(figure).join(" ")))
+        .collect();
+    let more = if number > named.len() { ", …" } else { "" };
+    format!("{}: {}{more}", count(number, "open edge"), named.join(", "))
 }
 
 fn object(object: &ObjectFacts, unit: Unit) -> String {
@@ -163,12 +212,15 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     match (object.net, object.vertices) {
         (Some([u, v]), _) => facts.push(format!("{u}×{v} vertices")),
         (None, Some(n)) if !object.domain.is_empty() => facts.push(count(n, "vertex")),
+        // The ends of a brep's edges are told by these.
+        (None, Some(_)) if object.kind == "brep" => {}
         (None, Some(n)) => facts.push(count(n, "point")),
         (None, None) => {}
     }
-    if let Some(faces) = object.faces {
-        facts.push(count(faces, "face"));
-    }
+    facts.extend(object.solids.filter(|&n| n > 0).map(|n| count(n, "solid")));
+    facts.extend(object.faces.map(|n| count(n, "face")));
+    facts.extend(object.edges.map(|n| count(n, "edge")));
+    facts.extend(object.open_edges.map(|n| open(n, &object.open_at)));
     facts.extend(object.loops.map(|n| count(n, "loop")));
     if object.rational == Some(true) {
         facts.push("rational".to_owned());
@@ -187,6 +239,7 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     }
     facts.extend(object.frames.map(|n| count(n, "frame")));
     facts.extend(object.layer.as_ref().map(|l| format!("layer {l}")));
-    facts.extend(object.parent.as_ref().map(|p| format!("under {p}")));
+    facts.extend(object.color.map(|color| format!("colour {}", color.map(figure).join(" "))));
+    facts.extend(object.face_colors.map(|n| format!("faces in {}", count(n, "colour"))));
     styled(DIM, &facts.join(" · "))
 }

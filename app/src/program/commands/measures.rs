@@ -51,10 +51,12 @@ fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<Stri
 /// What is known of an object: `area 6 m² · volume 1 m³ · watertight`.
 pub(super) fn all(measures: &Measures, unit: Unit) -> Vec<String> {
     let length = measures.length.map(|l| format!("length {}", quantity(l, unit, 1)));
-    let area = measures.area.map(|a| format!("area {}", quantity(a, unit, 2)));
+    // Of triangles they are near to what they are of the shape.
+    let near = if measures.within.is_some_and(|within| within > 0.0) { "≈ " } else { "" };
+    let area = measures.area.map(|a| format!("area {near}{}", quantity(a, unit, 2)));
     let volume = measures.volume.map(|v| {
         let inside = if v < 0.0 { ", inside out" } else { "" };
-        format!("volume {}{inside}", quantity(v, unit, 3))
+        format!("volume {near}{}{inside}", quantity(v, unit, 3))
     });
     let tight = match (measures.watertight, &measures.leaks) {
         (Some(true), _) => Some("watertight".to_owned()),

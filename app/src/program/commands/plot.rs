@@ -57,14 +57,15 @@ pub(crate) fn run(args: &PlotArgs, registry: &Registry) -> anyhow::Result<ExitCo
     let before = before.as_ref().map(|(_, before)| &before.scene);
     let undrawn = if let Some(sequence) = &sequence {
         let frames = sequence.each(&scene, &progress, |file, moment| {
-            let (image, undrawn) = picture::draw(file, &look.clone().at(moment), &scene, before, &[])?;
+            let (image, undrawn) =
+                picture::draw(file, &look.clone().at(moment), &scene, before, &[], registry)?;
             outputs.add(file, image, BTreeMap::new())?;
             Ok(undrawn)
         })?;
         let undrawn = frames.first().cloned().unwrap_or_default();
         undrawn.into_iter().chain(sequence.notes(frames.len())).collect()
     } else {
-        let (image, undrawn) = picture::draw(&args.out, &look, &scene, before, &[])?;
+        let (image, undrawn) = picture::draw(&args.out, &look, &scene, before, &[], registry)?;
         outputs.add(&args.out, image, BTreeMap::new())?;
         undrawn
     };

@@ -103,7 +103,7 @@ fn step(step: &StepReport, unit: Unit) -> String {
     if step.redundant.len() > REDUNDANT {
         let _ = writeln!(text, "  … and {} more", step.redundant.len() - REDUNDANT);
     }
-    if let Some(smooth) = step.smooth.as_ref().filter(|smooth| smooth.knots > 0) {
+    if let Some(smooth) = step.smooth.as_ref().filter(|smooth| smooth.knots + smooth.bonds > 0) {
         let _ = writeln!(text, "  {}", styled(DIM, &smooth.to_string()));
     }
     for note in &step.notes {

@@ -1,0 +1,77 @@
+//! IGES files of others, and what STEP files hold, written by Loftsman: OpenCASCADE finds the same in both.
+
+use std::path::{Path, PathBuf};
+
+use loftsman_tests::oracle::{Oracle, at, number, position};
+use serde_json::Value;
+
+use crate::LOFTSMAN;
+
+/// Files of three writers whose boundaries close: trimmed surfaces, a shell.
+const FILES: [&str; 6] = [
+    "D150WithGuides_wing.igs",
+    "as1_pe_203.igs",
+    "input.igs",
+    "test_pipe.igs",
+    "test_pipe_hollow.iges",
+    "test_pipe_out_true.igs",
+];
+
+/// Solids of planes, cylinders, cones, spheres, tori and splines, assemblies, shells.
+#[cfg(feature = "step")]
+const SOLIDS: [&str; 9] = [
+    "MAINBODY_FRONT.stp",
+    "NIST_MBE_PMI_11.stp",
+    "as1-oc-214.stp",
+    "dm1-id-214.stp",
+    "io1-cm-214.stp",
+    "featuretype.STEP",
+    "red_cube_blue_cylinder.step",
+    "revolved_sphere.step",
+    "sliced_cylinder.step",
+];
+
+/// What OpenCASCADE finds in files of a folder, and in what Loftsman makes IGES of.
+fn both(folder: &str, names: &[&str]) -> Option<Vec<(Value, Value)>> {
+    let work = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data").join(folder);
+    let (mut before, mut after): (Vec<PathBuf>, Vec<PathBuf>) = (Vec::new(), Vec::new());
+    for (k, name) in names.iter().enumerate() {
+        let (from, to) = (data.join(name), work.path().join(format!("{k}.igs")));
+        LOFTSMAN.done(work.path(), &["convert", &from.to_string_lossy(), &to.to_string_lossy()]);
+        before.push(from);
+        after.push(to);
+    }
+    let (before, after) = (Oracle::OpenCascade.ask(&before, &[])?, Oracle::OpenCascade.ask(&after, &[])?);
+    Some(before.into_iter().zip(after).collect())
+}
+
+/// That both are the same, lengths to a part of the size.
+fn same(name: &str, before: &Value, after: &Value) {
+    assert_eq!(at(before, "counts"), at(after, "counts"), "{name}");
+    assert_eq!(at(after, "valid"), true, "{name}");
+    let size = crate::apart(position(at(before, "low")), position(at(before, "high")));
+    for corner in ["low", "high"] {
+        let off = crate::apart(position(at(before, corner)), position(at(after, corner)));
+        assert!(off < 1e-6 * size, "{name}: the box is {off} off");
+    }
+    for measure in ["area", "volume"] {
+        let (a, b) = (number(before, measure), number(after, measure));
+        assert!((a - b).abs() <= 1e-7 * a.abs(), "{name}: {measure} {a}, written again {b}");
+    }
+}
+
+#[test]
+fn opencascade_finds_the_same_faces_in_files_that_were_written_again() {
+    for (name, (before, after)) in FILES.iter().zip(both("iges", &FILES).into_iter().flatten()) {
+        same(name, &before, &after);
+    }
+}
+
+#[cfg(feature = "step")]
+#[test]
+fn opencascade_finds_the_same_solids_in_what_was_step() {
+    for (name, (before, after)) in SOLIDS.iter().zip(both("step", &SOLIDS).into_iter().flatten()) {
+        same(name, &before, &after);
+    }
+}

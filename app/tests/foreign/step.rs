@@ -1,0 +1,95 @@
+//! STEP files of others, written again by Loftsman: OpenCASCADE finds the same in both.
+
+use std::path::{Path, PathBuf};
+
+use loftsman_tests::oracle::{Oracle, at, list, number, position};
+
+use crate::LOFTSMAN;
+
+/// Files of nine writers: solids, shells, assemblies, in millimetres, inches, centimetres and metres.
+const FILES: [&str; 12] = [
+    "MAINBODY_FRONT.stp",
+    "NIST_MBE_PMI_11.stp",
+    "as1-oc-214.stp",
+    "base_interface_AP203.STEP",
+    "dm1-id-214.stp",
+    "face.stp",
+    "featuretype.STEP",
+    "io1-cm-214.stp",
+    "nacelle.stp",
+    "red_cube_blue_cylinder.step",
+    "revolved_sphere.step",
+    "sliced_cylinder.step",
+];
+
+#[test]
+fn opencascade_finds_the_same_solids_in_files_that_were_written_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/step");
+    let (mut before, mut after): (Vec<PathBuf>, Vec<PathBuf>) = (Vec::new(), Vec::new());
+    for (k, name) in FILES.iter().enumerate() {
+        let (from, to) = (data.join(name), folder.path().join(format!("{k}.step")));
+        LOFTSMAN.done(folder.path(), &["convert", &from.to_string_lossy(), &to.to_string_lossy()]);
+        before.push(from);
+        after.push(to);
+    }
+    let Some(before) = Oracle::OpenCascade.ask(&before, &[]) else { return };
+    let Some(after) = Oracle::OpenCascade.ask(&after, &[]) else { return };
+    for ((name, before), after) in FILES.iter().zip(&before).zip(&after) {
+        assert_eq!(at(before, "counts"), at(after, "counts"), "{name}");
+        assert_eq!(at(after, "valid"), true, "{name}");
+        let size = crate::apart(position(at(before, "low")), position(at(before, "high")));
+        for corner in ["low", "high"] {
+            let off = crate::apart(position(at(before, corner)), position(at(after, corner)));
+            assert!(off < 1e-6 * size, "{name}: the box is {off} off");
+        }
+        for measure in ["area", "volume"] {
+            let (a, b) = (number(before, measure), number(after, measure));
+            assert!((a - b).abs() <= 1e-8 * a.abs(), "{name}: {measure} {a}, written again {b}");
+        }
+    }
+}
+
+/// Solids as meshes: what Blender opens of OBJ and glTF is closed, right side out, and as full as OpenCASCADE says the solids are.
+#[test]
+fn blender_sees_closed_solids_of_the_right_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/step");
+    let names: Vec<&str> =
+        FILES.into_iter().filter(|name| !["face.stp", "nacelle.stp"].contains(name)).collect();
+    let [mut sources, mut objs, mut glbs] = [const { Vec::<PathBuf>::new() }; 3];
+    for (k, name) in names.iter().enumerate() {
+        let from = data.join(name);
+        for (extension, list) in [("obj", &mut objs), ("glb", &mut glbs)] {
+            let to = folder.path().join(format!("{k}.{extension}"));
+            LOFTSMAN.done(folder.path(), &["convert", &from.to_string_lossy(), &to.to_string_lossy()]);
+            list.push(to);
+        }
+        sources.push(from);
+    }
+    let Some(objs) = Oracle::Blender.ask(&objs, &[]) else { return };
+    let Some(glbs) = Oracle::Blender.ask(&glbs, &[]) else { return };
+    let exact = Oracle::OpenCascade.ask(&sources, &[]);
+    let mut solids = 0;
+    for (k, name) in names.iter().enumerate() {
+        let meshes: Vec<_> = list(&objs[k], "objects").iter().filter(|o| o["type"] == "MESH").collect();
+        assert!(!meshes.is_empty(), "{name}");
+        for mesh in &meshes {
+            assert_eq!(mesh["watertight"], true, "{name} {}", mesh["name"]);
+            assert!(number(mesh, "volume_signed") > 0.0, "{name} {}: inside out", mesh["name"]);
+            assert_eq!(number(mesh, "degenerate_faces"), 0.0, "{name} {}", mesh["name"]);
+        }
+        solids += meshes.len();
+        // glTF is in metres; its vertices are doubled where faces meet, so that only the volume tells that nothing is missing.
+        let volume: f64 = list(&glbs[k], "objects")
+            .iter()
+            .filter(|o| o["type"] == "MESH")
+            .map(|o| number(o, "volume_signed"))
+            .sum();
+        if let Some(exact) = &exact {
+            let expected = number(&exact[k], "volume") * 1e-9;
+            assert!((volume / expected - 1.0).abs() < 5e-3, "{name}: {volume} {expected}");
+        }
+    }
+    assert!(solids >= 30, "{solids}");
+}

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Read a STEP or IGES file with real OpenCASCADE (the `cadquery-ocp` wheel) and report what it finds.
+
+    $LOFTSMAN_ORACLES/python/bin/python occt_report.py FILE
+
+stdout: one JSON object.  OpenCASCADE's own chatter goes to stderr.
+exit:   0 a shape came out; 1 did not load (the JSON then has "error").
+
+Lengths are in millimetres, whatever the file's unit.  Areas and volumes are integrated to 1e-9: what
+OpenCASCADE does by default depends on how a surface is parametrised.
+"""
+import json
+import os
+import sys
+
+_report_fd = os.dup(1)
+os.dup2(2, 1)
+
+from OCP.Bnd import Bnd_Box  # noqa: E402
+from OCP.BRepBndLib import BRepBndLib  # noqa: E402
+from OCP.BRepCheck import BRepCheck_Analyzer  # noqa: E402
+from OCP.BRepGProp import BRepGProp  # noqa: E402
+from OCP.GProp import GProp_GProps  # noqa: E402
+from OCP.IFSelect import IFSelect_ReturnStatus  # noqa: E402
+from OCP.IGESControl import IGESControl_Reader  # noqa: E402
+from OCP.Interface import Interface_Static  # noqa: E402
+from OCP.STEPControl import STEPControl_Reader  # noqa: E402
+from OCP.TopAbs import TopAbs_ShapeEnum  # noqa: E402
+from OCP.TopExp import TopExp_Explorer  # noqa: E402
+
+KINDS = {"solid": TopAbs_ShapeEnum.TopAbs_SOLID, "shell": TopAbs_ShapeEnum.TopAbs_SHELL,
+         "face": TopAbs_ShapeEnum.TopAbs_FACE, "edge": TopAbs_ShapeEnum.TopAbs_EDGE}
+
+
+def found(shape, kind):
+    walk, some = TopExp_Explorer(shape, KINDS[kind]), []
+    while walk.More():
+        some.append(walk.Current())
+        walk.Next()
+    return some
+
+
+def mass(function, shape):
+    properties = GProp_GProps()
+    function(shape, properties, 1e-9)
+    return properties.Mass()
+
+
+def report(path):
+    if path.lower().endswith((".igs", ".iges")):
+        reader = IGESControl_Reader()
+        Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)  # or curves are cut where they have corners
+    else:
+        reader = STEPControl_Reader()
+    if reader.ReadFile(path) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        return {"error": "it is not read"}
+    reader.TransferRoots()
+    if not reader.NbShapes():
+        return {"error": "no shape comes out"}
+    shape = reader.OneShape()
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    low, high = box.CornerMin(), box.CornerMax()
+    return {"counts": {kind: len(found(shape, kind)) for kind in KINDS},
+            "valid": BRepCheck_Analyzer(shape).IsValid(),
+            "low": [low.X(), low.Y(), low.Z()], "high": [high.X(), high.Y(), high.Z()],
+            "area": mass(BRepGProp.SurfaceProperties_s, shape),
+            "volume": sum(mass(BRepGProp.VolumeProperties_s, solid) for solid in found(shape, "solid"))}
+
+
+def main():
+    answer = report(sys.argv[1])
+    answer["tool"] = "OpenCASCADE (cadquery-ocp)"
+    os.write(_report_fd, (json.dumps(answer, indent=1) + "\n").encode())
+    os._exit(1 if "error" in answer else 0)  # not through destructors
+
+
+if __name__ == "__main__":
+    main()
