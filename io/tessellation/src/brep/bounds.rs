@@ -22,6 +22,8 @@ use crate::patch::{Homogeneous, Patch, project};
 /// How many cells a direction has at least where the surface bends in it.
 const CELLS: usize = 48;
 
+/// The part of cells below which a box is better looked at by itself.
+const COARSE: f64 = 0.25;
 /// How many cells a mean is taken of, in each direction.
 const SAMPLES: usize = 8;
 /// How many places of a patch, in each direction, a search starts from.
@@ -139,6 +141,14 @@ impl Bounds {
     fn over(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = &Cell> {
         let (rows, columns) = (self.range(0, low[0], high[0]), self.range(1, low[1], high[1]));
         rows.flat_map(move |i| columns.clone().map(move |j| self.cell(i, j)))
+    }
+
+    /// Whether a box is in one direction a small part of the cells that it meets.
+    pub(crate) fn are_coarse(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        (0..2).any(|d| {
+            let cells = self.range(d, low[d], high[d]);
+            high[d] - low[d] < COARSE * (self.breaks[d][cells.end] - self.breaks[d][cells.start])
+        })
     }
 
     /// What the second derivatives can be in a box.
