@@ -1,6 +1,7 @@
 //! Areas and volumes of the solids of real STEP files against OpenCASCADE's.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::path::Path;
 
 use loftsman::area_volume::{surface_area, volume_of};
@@ -46,6 +47,25 @@ fn slack(brep: &Brep) -> f64 {
     FLAT * sum
 }
 
+/// What OpenCASCADE's integrals change by when they are refined a last time does not bound what they are off by.
+const UNSURE: f64 = 4.0;
+
+/// A file whose circles are splines: OpenCASCADE puts those onto its cylinders by approximation, and is off by a millionth. The parts are a bolt,
+/// a nut and a bracket that have closed forms, in millimetres.
+fn in_closed_form(name: &str) -> Option<Vec<Solid>> {
+    let solid = |area: f64, volume: f64| Solid { area, volume, unsure: [0.0; 2] };
+    (name == "dm1-id-214.stp").then(|| {
+        vec![
+            // A shaft of radius 5 and length 37 with a head of radius 7.5 and height 3.
+            solid(527.5 * PI, 1093.75 * PI),
+            // 15 by 20 by 3 with a hole of radius 5.
+            solid(810.0 - 20.0 * PI, 900.0 - 75.0 * PI),
+            // 10 thick, with legs of 50 and 60, 100 wide, and four holes of radius 5.
+            solid(24_000.0 + 200.0 * PI, 100_000.0 - 1000.0 * PI),
+        ]
+    })
+}
+
 /// The diagonal of the box of its vertices.
 fn extent(brep: &Brep) -> f64 {
     let points = brep.vertices();
@@ -58,9 +78,10 @@ fn solids_have_the_areas_and_volumes_that_opencascade_finds() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let told = std::fs::read_to_string(root.join("golden/solids.json")).unwrap();
     let told: BTreeMap<String, Told> = serde_json::from_str(&told).unwrap();
-    let (mut files, mut solids) = (0, 0);
-    for (name, told) in &told {
-        let scene = loftsman::read_scene(root.join("data/step").join(name)).unwrap();
+    let (mut files, mut solids, mut wrong) = (0, 0, Vec::new());
+    for (name, mut told) in told {
+        told.solids = in_closed_form(&name).unwrap_or(told.solids);
+        let scene = loftsman::read_scene(root.join("data/step").join(&name)).unwrap();
         // OpenCASCADE reads all lengths as millimetres.
         let unit = scene.unit.metres().unwrap() * 1e3;
         let definitions = scene.definitions().iter().flat_map(|definition| definition.objects());
@@ -79,27 +100,28 @@ fn solids_have_the_areas_and_volumes_that_opencascade_finds() {
             let off = slack(brep) * unit * unit;
             let near = |found: f64, told: f64, off: f64| (found - told).abs() <= EXACT * told + off;
             let same = |told: &Solid| {
-                near(area, told.area, told.unsure[0] + off)
-                    && near(volume, told.volume, told.unsure[1] + off * extent(brep) * unit)
+                near(area, told.area, UNSURE * told.unsure[0] + off)
+                    && near(volume, told.volume, UNSURE * told.unsure[1] + off * extent(brep) * unit)
             };
-            assert!(
-                told.solids.iter().any(same),
-                "{name} \"{}\": {area:e} {volume:e} of {:?}, edges are off by {off:e}",
-                object.name(),
-                told.solids
-            );
+            if !told.solids.iter().any(same) {
+                let first = told.solids.iter().map(|s| (s.area, s.volume));
+                let nearest = first.min_by(|a, b| (a.0 - area).abs().total_cmp(&(b.0 - area).abs()));
+                wrong.push(format!(
+                    "{name} \"{}\": {area:?} {volume:?}, not {nearest:?}; edges are off by {off:e}",
+                    object.name()
+                ));
+            }
             // What edges are off is little beside the whole, or nothing would be tested.
             assert!(off <= 1e-3 * area, "{name}: {off:e} of {area:e}");
             solids += 1;
         }
-        if told.solids.is_empty() {
-            assert!(
-                (loose - told.area).abs() <= EXACT * told.area + told.unsure + off,
-                "{name}: {loose:e} {:e} {off:e}",
-                told.area
-            );
+        if told.solids.is_empty()
+            && (loose - told.area).abs() > EXACT * told.area + UNSURE * told.unsure + off
+        {
+            wrong.push(format!("{name}: {loose:?}, not {:?}; edges are off by {off:e}", told.area));
         }
         files += 1;
     }
-    assert!(files >= 9 && solids >= 12, "{files} files, {solids} solids");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(files >= 17 && solids >= 20, "{files} files, {solids} solids");
 }
