@@ -14,13 +14,14 @@
 use std::sync::{Arc, OnceLock};
 
 use loftsman_kernel::Vector;
+use smallvec::SmallVec;
 
 use crate::bezier::restrict;
 use crate::form::Ranges;
 use crate::patch::{Homogeneous, Patch, project};
 
 /// How many cells a direction has at least where the surface bends in it.
-const CELLS: usize = 48;
+const CELLS: usize = 24;
 
 /// The part of cells below which a box is better looked at by itself.
 const COARSE: f64 = 0.25;
@@ -28,6 +29,9 @@ const COARSE: f64 = 0.25;
 const SAMPLES: usize = 8;
 /// How many places of a patch, in each direction, a search starts from.
 const NEAR: usize = 4;
+
+/// The Bézier points of a patch or of a derivative of one: of low degrees where they are, without an allocation.
+type Net = SmallVec<[Homogeneous; 16]>;
 
 /// A box of vectors.
 #[derive(Debug, Clone, Copy)]
@@ -163,17 +167,25 @@ impl Bounds {
         self.over(low, high).fold([0.0; 2], |most, cell| [0, 1].map(|d: usize| most[d].max(cell.first[d])))
     }
 
-    /// The means over some cells of a box of how large `S_uu`, `S_uv` and `S_vv` can be.
-    pub(crate) fn mean(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 3] {
+    /// About how long `S_u` and `S_v` are in a box at most: the largest that some of its cells can have.
+    pub(crate) fn speeds_of_some(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
+        self.some(low, high).fold([0.0; 2], |most, cell| [0, 1].map(|d: usize| most[d].max(cell.first[d])))
+    }
+
+    /// Some cells of a box, spread over it.
+    fn some(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = &Cell> {
         let (rows, columns) = (self.range(0, low[0], high[0]), self.range(1, low[1], high[1]));
         let [down, across] = [rows.len(), columns.len()].map(|count| count.div_ceil(SAMPLES));
+        let columns = columns.skip(across / 2).step_by(across);
+        rows.skip(down / 2).step_by(down).flat_map(move |i| columns.clone().map(move |j| self.cell(i, j)))
+    }
+
+    /// The means over some cells of a box of how large `S_uu`, `S_uv` and `S_vv` can be.
+    pub(crate) fn mean(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 3] {
         let (mut sum, mut count) = ([0.0; 3], 0.0);
-        for row in rows.skip(down / 2).step_by(down) {
-            for column in columns.clone().skip(across / 2).step_by(across) {
-                let cell = self.cell(row, column);
-                (0..3).for_each(|k| sum[k] += cell.second[k].most());
-                count += 1.0;
-            }
+        for cell in self.some(low, high) {
+            (0..3).for_each(|k| sum[k] += cell.second[k].most());
+            count += 1.0;
         }
         sum.map(|s| s / count)
     }
@@ -257,30 +269,30 @@ fn cell(patch: &Patch, low: [f64; 2], high: [f64; 2], lengths: [f64; 2]) -> Cell
     let (p, q) = (patch.rows, patch.columns);
     let mut net = patch.net.clone();
     restrict(&mut net, p, q, low, high);
-    let part = Patch::new(net, p, q, patch.rational);
+    let mut part = Patch::new(net, p, q, patch.rational);
     let point = part.point([0.5, 0.5]);
-    let shift = |h: &Homogeneous| [h[0] - point.x * h[3], h[1] - point.y * h[3], h[2] - point.z * h[3], h[3]];
-    let part = Patch { net: part.net.iter().map(shift).collect(), ..part };
+    for h in &mut part.net {
+        (0..3).for_each(|l| h[l] -= point[l] * h[3]);
+    }
     let (degree_u, degree_v) = (p as f64 - 1.0, q as f64 - 1.0);
     let step =
         |factor: f64, a: &Homogeneous, b: &Homogeneous| [0, 1, 2, 3].map(|l: usize| factor * (b[l] - a[l]));
-    let along_u: Vec<Homogeneous> =
+    let along_u: Net =
         part.net.iter().zip(part.net.iter().skip(q)).map(|(a, b)| step(degree_u, a, b)).collect();
-    let along_v: Vec<Homogeneous> = part
+    let along_v: Net = part
         .net
         .chunks_exact(q)
         .flat_map(|row| row.windows(2).map(|h| step(degree_v, &h[0], &h[1])))
         .collect();
-    let (mut uu, mut uv, mut vv) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut uu, mut uv, mut vv) = (Net::new(), Net::new(), Net::new());
     part.uu(&mut uu);
     part.uv(&mut uv);
     part.vv(&mut vv);
     let sizes = [[p - 1, q], [p, q - 1], [p.saturating_sub(2), q], [p - 1, q - 1], [p, q.saturating_sub(2)]];
-    let nets = [along_u, along_v, uu, uv, vv].into_iter().zip(sizes);
-    let [(u, wu), (v, wv), (uu, wuu), (uv, wuv), (vv, wvv)]: [(Span, [f64; 2]); 5] = {
-        let hulls: Vec<_> = nets.clone().map(|(net, _)| hull(&net)).collect();
-        [0, 1, 2, 3, 4].map(|k: usize| hulls[k])
-    };
+    let [one, two, three, four, five] = sizes;
+    let nets = [(along_u, one), (along_v, two), (uu, three), (uv, four), (vv, five)];
+    let [(u, wu), (v, wv), (uu, wuu), (uv, wuv), (vv, wvv)]: [(Span, [f64; 2]); 5] =
+        { nets.each_ref().map(|(net, _)| hull(net)) };
     let (mut first, mut second) = ([u, v], [uu, uv, vv]);
     if part.rational {
         let place = Span::of(part.net.iter().map(project));
@@ -288,7 +300,7 @@ fn cell(patch: &Patch, low: [f64; 2], high: [f64; 2], lengths: [f64; 2]) -> Cell
         let share = [1.0 / heavy, 1.0 / light];
         first = [u.minus(place.times(wu)).times(share), v.minus(place.times(wv)).times(share)];
         // All in the degrees of the patch, so that they can be added point by point.
-        let full: Vec<Vec<Homogeneous>> = nets.map(|(net, size)| raised(net, size, [p, q])).collect();
+        let full = nets.map(|(net, size)| raised(net, size, [p, q]));
         let jet = part.jet([0.5, 0.5]);
         let [cu, cv] = [jet.u, jet.v];
         let off = |net: usize, c: Vector| {
@@ -323,13 +335,9 @@ fn cell(patch: &Patch, low: [f64; 2], high: [f64; 2], lengths: [f64; 2]) -> Cell
 }
 
 /// A net of `rows × columns` in other degrees, which are not lower.
-fn raised(
-    mut net: Vec<Homogeneous>,
-    [mut rows, mut columns]: [usize; 2],
-    to: [usize; 2],
-) -> Vec<Homogeneous> {
+fn raised(mut net: Net, [mut rows, mut columns]: [usize; 2], to: [usize; 2]) -> Net {
     if net.is_empty() {
-        return vec![[0.0; 4]; to[0] * to[1]];
+        return Net::from_elem([0.0; 4], to[0] * to[1]);
     }
     let mix = |a: &Homogeneous, b: &Homogeneous, share: f64| {
         [0, 1, 2, 3].map(|l: usize| a[l] * share + b[l] * (1.0 - share))

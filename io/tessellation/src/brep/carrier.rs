@@ -64,6 +64,56 @@ pub(crate) struct Carrier {
     pub(crate) bounds: Bounds,
     /// Whether it does not bend at all.
     pub(crate) flat: bool,
+    /// Of a plane whose parameters are coordinates on it, how to find these.
+    affine: Option<Affine>,
+}
+
+/// A plane `origin + u a + v b`, over a domain. Feet are found by a division each.
+#[derive(Debug)]
+struct Affine {
+    origin: Vector,
+    along: [Vector; 2],
+    /// The vectors that have the product 1 with one of these and 0 with the other.
+    dual: [Vector; 2],
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Affine {
+    /// Of a single patch of degree 1 in both directions that is a parallelogram, to rounding.
+    fn of(patches: &[Patch], breaks: &[Vec<f64>; 2]) -> Option<Self> {
+        let [patch] = patches else { return None };
+        let (false, 2, 2) = (patch.rational, patch.rows, patch.columns) else { return None };
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| project(&patch.net[k]));
+        let low = [breaks[0][0], breaks[1][0]];
+        let high = [breaks[0][1], breaks[1][1]];
+        let along = [(c - a) / (high[0] - low[0]), (b - a) / (high[1] - low[1])];
+        let [uu, uv, vv] = [along[0].norm_squared(), along[0].dot(&along[1]), along[1].norm_squared()];
+        let area = uu * vv - uv * uv;
+        let size = (c - a).norm().max((b - a).norm());
+        // Slanted directions and long strips would lose digits: those are searched for as on any surface.
+        if (d - c - (b - a)).norm() > 1e-14 * size || area.is_nan() || area <= 1e-2 * uu * vv {
+            return None;
+        }
+        let dual = [(along[0] * vv - along[1] * uv) / area, (along[1] * uu - along[0] * uv) / area];
+        Some(Self { origin: a, along, dual, low, high })
+    }
+
+    /// The nearest place, where it lies within the domain or is brought there by rounding alone, and its distance.
+    fn foot(&self, point: &Vector) -> Option<([f64; 2], f64)> {
+        let off = point - self.origin;
+        let mut at = [0.0; 2];
+        for d in 0..2 {
+            let (low, high) = (self.low[d], self.high[d]);
+            let x = low + self.dual[d].dot(&off);
+            at[d] = x.clamp(low, high);
+            if (x - at[d]).abs() > 1e-12 * (high - low) || x.is_nan() {
+                return None;
+            }
+        }
+        let on = self.along[0] * (at[0] - self.low[0]) + self.along[1] * (at[1] - self.low[1]);
+        Some((at, (off - on).norm()))
+    }
 }
 
 impl Carrier {
@@ -127,10 +177,14 @@ impl Carrier {
             return Err(Error::Invalid("a surface has two directions".into()));
         };
         let sides = [u, v];
-        // A surface of one patch in its directions without bend is flat; others are not worth the search.
+        // A surface of few patches may be flat; of others it is not worth the search. Its patches as wholes tell.
+        let whole = |k: usize| {
+            let at = [k / counts[1], k % counts[1]];
+            (&patches[k], [0.0; 2], [1.0; 2], [0, 1].map(|d: usize| breaks[d][at[d] + 1] - breaks[d][at[d]]))
+        };
         let lengths = [sides[0].length(), sides[1].length()];
         let bend = if patches.len() <= MOST_PATCHES {
-            bounds.spread([sides[0].low, sides[1].low], [sides[0].high, sides[1].high]).whole(lengths)
+            exactly((0..patches.len()).map(whole)).whole(lengths)
         } else {
             f64::INFINITY
         };
@@ -138,7 +192,8 @@ impl Carrier {
             .iter()
             .any(|side| !side.jumps.is_empty() || side.lines.len() > 2 * usize::from(side.closed));
         let flat = !kinks && bend <= 1e-9 * chord;
-        Ok(Self { surface, frame, patches, breaks, sides, poles, bounds, flat })
+        let affine = if flat { Affine::of(&patches, &breaks) } else { None };
+        Ok(Self { surface, frame, patches, breaks, sides, poles, bounds, flat, affine })
     }
 
     /// A point of space in the frame, and back.
@@ -268,6 +323,9 @@ impl Carrier {
     /// # Errors
     /// When the point is not finite.
     pub(crate) fn foot(&self, point: &Point, near: Option<[f64; 2]>, enough: f64) -> Result<([f64; 2], f64)> {
+        if let Some(found) = self.affine.as_ref().and_then(|plane| plane.foot(&self.framed(point))) {
+            return Ok(found);
+        }
         let size = self.frame.size;
         let mut best: Option<([f64; 2], f64)> = None;
         let mut better = |at: (f64, f64), distance: f64| {

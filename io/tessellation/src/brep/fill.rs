@@ -17,6 +17,8 @@ const UPRIGHT: f64 = 0.5;
 const FIRST: f64 = 0.8;
 /// How often a triangle is quartered to be certified.
 const DEPTH: u32 = 2;
+/// What runs around a pole by less than this part of the direction is a line to it.
+const AROUND: f64 = 1e-9;
 /// A bound that is this many times too large is not worth to be sharpened.
 const FAR: f64 = 4.0;
 
@@ -233,11 +235,8 @@ fn fan_bound(
     spread: &Spread,
     normal: Option<&Vector>,
 ) -> Option<f64> {
-    let along = 1 - across;
     let (a, b) = (at[(apex + 1) % 3], at[(apex + 2) % 3]);
-    // Counterclockwise, with the pole to the left: at the upper end of `v` the edge runs to larger `u`, at that of `u` to smaller `v`.
-    let runs = if across == 1 { b[along] - a[along] } else { a[along] - b[along] };
-    if (runs > 0.0) != (end == 1) {
+    if runs_around(at, (apex, across, end)) <= 0.0 {
         return None;
     }
     let side = &carrier.sides[across];
@@ -286,6 +285,16 @@ fn from_plane(
         }
     }
     worst
+}
+
+/// How far the edge opposite to a corner in a pole runs around it: not at all where the triangle is a line to the pole, less than that where it
+/// lies on its back.
+fn runs_around(at: [[f64; 2]; 3], (apex, across, end): (usize, usize, usize)) -> f64 {
+    let along = 1 - across;
+    let (a, b) = (at[(apex + 1) % 3], at[(apex + 2) % 3]);
+    // Counterclockwise, with the pole to the left: at the upper end of `v` the edge runs to larger `u`, at that of `u` to smaller `v`.
+    let runs = if across == 1 { b[along] - a[along] } else { a[along] - b[along] };
+    if end == 1 { runs } else { -runs }
 }
 
 /// How far a triangle can be from the surface, and what would bring it nearer.
@@ -377,6 +386,15 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
             .max_by(|&k, &l| bends(k).total_cmp(&bends(l)))
             .map_or(Wants::Middle, |k| Wants::Edge(pair(k)));
         return Judged { error, far: true, wants };
+    }
+    // A line to the pole has no area in space: cut, it becomes triangles beside it.
+    if let Some((apex, across, end)) = fan
+        && runs_around(at, (apex, across, end)) <= AROUND * carrier.sides[1 - across].length()
+    {
+        let length = |k: usize| (vertices[k].place - vertices[(k + 1) % 3].place).norm();
+        let to_pole = free().filter(|&k| k == apex || (k + 1) % 3 == apex);
+        let longest = to_pole.max_by(|&k, &l| length(k).total_cmp(&length(l)));
+        return Judged { error, far: false, wants: longest.map_or(Wants::Nothing, |k| Wants::Edge(pair(k))) };
     }
     let turn = |k: usize| {
         let l = (k + 1) % 3;

@@ -432,7 +432,7 @@ fn odd(sides: &[(Option<usize>, Option<usize>)], open: &[bool], inside: &mut [Op
 /// The steps along `u` and `v` that the tolerance allows, about, in a box of parameters.
 fn steps(carrier: &Carrier, low: [f64; 2], high: [f64; 2], goal: &Goal) -> [f64; 2] {
     let extent = [0, 1].map(|d: usize| high[d] - low[d]);
-    let speeds = carrier.bounds.speeds(low, high);
+    let speeds = carrier.bounds.speeds_of_some(low, high);
     let fallback = speeds.iter().zip(extent).map(|(s, e)| s * e).fold(0.0, f64::max);
     let speeds =
         [0, 1].map(|d: usize| if speeds[d] > 0.0 { speeds[d] } else { fallback.max(1e-300) / extent[d] });
