@@ -7,6 +7,7 @@ use std::path::Path;
 use loftsman::area_volume::{surface_area, volume_of};
 use loftsman::kernel::brep::Brep;
 use loftsman::kernel::functional::{Shapes, value_of};
+use loftsman::kernel::plugin::{Chord, Fineness, Tessellator};
 use loftsman::kernel::scene::Geometry;
 
 /// What OpenCASCADE finds in a file; `unsure` is what its own integrals are unsure by.
@@ -124,4 +125,33 @@ fn solids_have_the_areas_and_volumes_that_opencascade_finds() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(files >= 17 && solids >= 20, "{files} files, {solids} solids");
+}
+
+/// All files with Breps, at two tolerances: nothing is left out, and nothing is further off than asked for and the file itself is.
+#[test]
+fn every_face_of_every_file_is_cut() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    let tessellator = loftsman::tessellation::Adaptive::default();
+    let (mut files, mut faces) = (0, 0);
+    for folder in ["step", "iges"] {
+        for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let Ok(scene) = loftsman::read_scene(&path) else { continue };
+            let definitions = scene.definitions().iter().flat_map(|definition| definition.objects());
+            let mut found = false;
+            for object in definitions.chain(scene.objects()) {
+                let Geometry::Brep(brep) = object.geometry() else { continue };
+                for chord in [2e-3, 2e-4] {
+                    let fineness = Fineness { chord: Chord::Relative(chord), ..Fineness::default() };
+                    let cut = tessellator.measured_brep(brep, &fineness).unwrap();
+                    assert!(cut.left_out.is_empty(), "{}: {:?}", path.display(), cut.left_out);
+                    assert!(cut.mesh.face_count() >= brep.face_count());
+                }
+                faces += brep.face_count();
+                found = true;
+            }
+            files += usize::from(found);
+        }
+    }
+    assert!(files >= 20 && faces >= 500, "{files} files, {faces} faces");
 }
