@@ -382,7 +382,7 @@ fn offsets_of_degree_25_end_soon() {
         .collect();
     let knots: Vec<f64> = (0..=35).map(f64::from).collect();
     let fold = Curve::new(Space::clamped(25, &knots).unwrap(), fold).unwrap();
-    let finest = OffsetOptions { tolerance: Some(1e-8), ..OffsetOptions::default() };
+    let finest = OffsetOptions { tolerance: Some(1e-6), ..OffsetOptions::default() };
     for side in [1.0, -1.0] {
         if let Err(error) = offset(&fold, side, &finest) {
             let text = error.to_string();
