@@ -9,6 +9,7 @@ use loftsman_kernel::spline::Space;
 
 use crate::error::{Error, Result};
 use crate::recipe::{Applied, Recipe, Runner};
+use loftsman_kernel::text::counted;
 
 /// What every solver made of a recipe.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -191,12 +192,16 @@ fn unlike(a: &Geometry, b: &Geometry) -> Option<(String, String)> {
     };
     let count = |g: &Geometry| match g {
         Geometry::Mesh(mesh) => {
-            format!("a mesh of {} points and {} faces", mesh.points().len(), mesh.face_count())
+            format!(
+                "a mesh of {} and {}",
+                counted(mesh.points().len(), "point[|s]"),
+                counted(mesh.face_count(), "face[|s]")
+            )
         }
         Geometry::Group => "a group".to_owned(),
         Geometry::Instance(definition) => format!("an instance of \"{definition}\""),
         unknown if unknown.is_unknown() => format!("a {} whose plug-in is not here", unknown.kind()),
-        other => format!("a {} of {} points", other.kind(), other.points().len()),
+        other => format!("a {} of {}", other.kind(), counted(other.points().len(), "point[|s]")),
     };
     let (before, after) = (count(a), count(b));
     if before != after {
@@ -257,7 +262,7 @@ mod tests {
         let other = Curve::new(Space::clamped_uniform(2, 4).unwrap(), net.clone()).unwrap();
         let cases: [(Scene, Scene, &str); 5] = [
             (scene("m", one.clone()), scene("m", two), "other faces"),
-            (scene("m", one.clone()), scene("m", mesh(&[[0, 1, 2]])), "4 points and 1 faces"),
+            (scene("m", one.clone()), scene("m", mesh(&[[0, 1, 2]])), "4 points and 1 face"),
             (scene("m", one), scene("m", line.clone()), "polyline"),
             (scene("c", bezier), scene("c", other), "other knots"),
             (scene("c", line.clone()), scene("d", line), "two has not"),

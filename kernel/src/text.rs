@@ -8,6 +8,31 @@ pub fn a(noun: &str) -> String {
     format!("{article} {noun}")
 }
 
+/// A number before the words that go with it: of `[one|several]` those for one where it is 1, else the others. For texts of our own, into
+/// which nothing of a file's has been put: that comes behind.
+///
+/// ```
+/// use loftsman_kernel::text::counted;
+///
+/// let meshes = |count| counted(count, "mesh[|es] [has|have] tangents");
+/// assert_eq!([0, 1, 2].map(meshes), ["0 meshes have tangents", "1 mesh has tangents", "2 meshes have tangents"]);
+/// ```
+pub fn counted(count: usize, words: &str) -> String {
+    let mut text = format!("{count} ");
+    let mut rest = words;
+    while let Some((before, (one, several, after))) = rest.split_once('[').and_then(|(before, choice)| {
+        let (choice, after) = choice.split_once(']')?;
+        let (one, several) = choice.split_once('|')?;
+        Some((before, (one, several, after)))
+    }) {
+        text.push_str(before);
+        text.push_str(if count == 1 { one } else { several });
+        rest = after;
+    }
+    text.push_str(rest);
+    text
+}
+
 /// The start of a text, on one line and printable: what a file says may be a megabyte long.
 ///
 /// ```

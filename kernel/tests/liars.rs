@@ -269,7 +269,7 @@ fn liars() -> Vec<(&'static str, Liar, Option<&'static str>)> {
             },
             Some("before it has opened"),
         ),
-        ("says two and appends one", Liar { equations: 2, ..HONEST }, Some("2 equation(s)")),
+        ("says two and appends one", Liar { equations: 2, ..HONEST }, Some("2 equations")),
         (
             "says two, appends one and writes two",
             Liar { equations: 2, value: Some(|s, o| o.fill(mean(s))), ..HONEST },
@@ -290,7 +290,7 @@ fn liars() -> Vec<(&'static str, Liar, Option<&'static str>)> {
             Liar { equations: usize::MAX, ..HONEST },
             Some("at most"),
         ),
-        ("writes nothing", Liar { value: Some(|_, _| {}), ..HONEST }, Some("writes 0 value(s)")),
+        ("writes nothing", Liar { value: Some(|_, _| {}), ..HONEST }, Some("writes 0 values")),
         (
             "writes half",
             Liar {
@@ -299,7 +299,7 @@ fn liars() -> Vec<(&'static str, Liar, Option<&'static str>)> {
                 value: Some(|_, o| o[0] = 1.0),
                 ..HONEST
             },
-            Some("writes 1 value(s)"),
+            Some("writes 1 value"),
         ),
         ("writes NaN", Liar { value: Some(|_, o| o[0] = f64::NAN), ..HONEST }, Some("NaN")),
         ("refuses what it has", Liar { refuses: true, ..HONEST }, Some("whatever")),

@@ -60,10 +60,7 @@ fn what_stands_still_unasked_is_told_and_let_go() {
 #[test]
 fn a_bound_on_a_curvature_says_what_to_use() {
     let bounded = Edit::new(&twelve()).ask(curvature(4.5).at_most(0.2)).solve().unwrap_err().to_string();
-    assert!(
-        bounded.contains("\"at_most\" gives 1 number(s) where 2 are needed; it is a vector"),
-        "{bounded}"
-    );
+    assert!(bounded.contains("\"at_most\" gives 1 number where 2 are needed; it is a vector"), "{bounded}");
     assert!(bounded.contains("ask for the signed-curvature, which takes bounds"), "{bounded}");
     let flat = [0.0, 0.0, 1.0];
     let mut planar = twelve();

@@ -154,13 +154,13 @@ fn magnitudes_are_positive() {
 fn numbers_that_do_not_fit_name_the_field() {
     let of = |table: Value| solved(&curve(), &[table]).unwrap_err();
     let error = of(json!({ "kind": "position", "at": 2.5, "to": [1, 2] }));
-    assert!(error.contains("\"to\" gives 2 number(s) where 3 are needed"), "{error}");
+    assert!(error.contains("\"to\" gives 2 numbers where 3 are needed"), "{error}");
     let error = of(json!({ "kind": "derivative", "at": 2.5, "by": 1 }));
-    assert!(error.contains("\"by\" gives 1 number(s) where 3 are needed"), "{error}");
+    assert!(error.contains("\"by\" gives 1 number where 3 are needed"), "{error}");
     let error = of(json!({ "kind": "curvature", "at": 2.5, "to": [1, 2, 3] }));
-    assert!(error.contains("\"to\" gives 3 number(s) where 2 are needed"), "{error}");
+    assert!(error.contains("\"to\" gives 3 numbers where 2 are needed"), "{error}");
     let error = of(json!({ "kind": "curvature", "at": 2.5, "at_least": 1 }));
-    assert!(error.contains("\"at_least\" gives 1 number(s) where 2 are needed"), "{error}");
+    assert!(error.contains("\"at_least\" gives 1 number where 2 are needed"), "{error}");
 }
 
 #[test]

@@ -139,7 +139,9 @@ impl Resolving<'_> {
         let told = text_of(&value);
         let [x, y, z] = [x, y, z].map(|c| c + 0.0);
         let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x} {y} {z}), ");
-        note += &if distance == 0.0 {
+        // The distance itself is only as good as the numbers that it is a difference of.
+        let size = geometry.points().iter().fold(point.coords.amax(), |most, p| most.max(p.coords.amax()));
+        note += &if distance <= 16.0 * f64::EPSILON * size {
             "which it passes through".to_owned()
         } else {
             format!("{} away", figure(distance))

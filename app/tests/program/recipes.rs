@@ -220,17 +220,21 @@ fn several_inputs_become_one_scene() {
 #[test]
 fn a_derivative_above_the_degree_says_what_to_do() {
     let bench = LOFTSMAN.bench().with_wave();
-    let recipe = |more: &str| {
+    let recipe = |more: &str, wish: &str| {
         format!(
             "input = \"wave.loft.json\"\noutput = \"o.obj\"\n[[step]]\nop = \"edit\"\nobject = \"wave\"\n{more}constraints = [{{ \
-             kind = \"derivative\", at = 2.5, order = 4, by = [0, 1, 0] }}]\n"
+             kind = \"derivative\", at = 2.5, order = 4, {wish} }}]\n"
         )
     };
-    bench.write("r.toml", recipe(""));
-    bench.fails(&["run", "r.toml"], 1, &["derivative 4 at 2.5", "above the degree is always 0", "elevate"]);
-    // Where vertices are locked, they may be why.
-    bench.write("r.toml", recipe("lock = [0]\n"));
-    bench.fails(&["run", "r.toml"], 1, &["no control vertex that may move has any influence"]);
+    let told = "derivative 4 at 2.5: derivative 4 of degree 3 is always 0; elevate first";
+    // Whatever is asked of it, and whatever is locked.
+    for wish in ["by = [0, 1, 0]", "to = [0, 0, 0]", "scale = 2", "keep = true", "at_least = 1, axis = \"x\""]
+    {
+        for lock in ["", "lock = [0]\n"] {
+            bench.write("r.toml", recipe(lock, wish));
+            bench.fails(&["run", "r.toml"], 1, &[told]);
+        }
+    }
 }
 
 /// Edges of a cage's surface as curves: along the boundary of an open one run cubic splines, which meet where its vertices come to.

@@ -126,14 +126,14 @@ fn info_lists_layers_and_labels_and_pictures_leave_out_what_is_hidden() {
         assert!(text.contains(words), "{words}: {text}");
     }
     let losses = bench.json(&["info", "car.loft.json", "--to", "obj"])["conversion"]["losses"].to_string();
-    assert!(losses.contains("hidden layers") && losses.contains("1 label(s)"), "{losses}");
+    assert!(losses.contains("hidden layer") && losses.contains("1 label is"), "{losses}");
     let run = bench.run(&["plot", "car.loft.json", "car.svg"]);
     assert!(run.code == Some(0) && run.err.contains("one object is on a hidden layer"), "{}", run.err);
     let svg = String::from_utf8(bench.read("car.svg")).unwrap();
     assert!(svg.contains("roof") && !svg.contains("chassis"), "{svg}");
     // Conversions keep it.
     let said = bench.json(&["convert", "car.loft.json", "car.glb"])["notes"].to_string();
-    assert!(said.contains("1 object(s) are on hidden layers"), "{said}");
+    assert!(said.contains("1 object is on a hidden layer"), "{said}");
     bench.done(&["convert", "car.glb", "back.loft.json"]);
     let back = bench.json(&["info", "back.loft.json"]);
     assert_eq!(back["layers"][0], layers[0]);

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
 
 use loftsman_gltf::Gltf;
-use loftsman_kernel::Vector;
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh};
 use loftsman_kernel::plugin::{Format, Memory, ReadOptions, WriteOptions};
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
 use serde_json::{Value, json};
 
@@ -103,4 +105,37 @@ fn what_has_no_name_and_no_material_gets_none_and_matrices_stay_as_they_were() {
     let out = json_of(&write(&renamed));
     assert_eq!(out["nodes"][1]["name"], "wheel");
     assert!(out["meshes"][0]["primitives"][0].get("material").is_some());
+}
+
+/// What has neither colour nor material nor colours of vertices gets no material, whatever it is.
+#[test]
+fn what_is_not_styled_gets_no_material() {
+    let corner = |k: u8| Point::new(f64::from(k & 1), f64::from(k >> 1), 0.0);
+    let mesh = Mesh::new((0..4).map(corner).collect(), &[[0_usize, 1, 3, 2]]).unwrap();
+    let mut colored = mesh.clone();
+    colored.colors = Layer::per_point(vec![[1.0, 0.0, 0.0, 1.0]; 4]);
+    let curve = Curve::bezier((0..4).map(|k| corner(k) * 3.0).collect()).unwrap();
+    let mut scene = Scene::new();
+    scene.add(Object::new("mesh", mesh.clone().into())).unwrap();
+    scene.add(Object::new("curve", curve.into())).unwrap();
+    scene.add(Object::new("cloud", Cloud { points: vec![corner(3)] }.into())).unwrap();
+    let plain = write(&scene);
+    assert_eq!(json_of(&plain).get("materials"), None);
+    assert!(read(&plain).objects().iter().all(|o| o.statements.is_empty() && o.materials.is_empty()));
+    assert_eq!(plain.bytes, write(&read(&plain)).bytes);
+
+    // Colours of vertices are seen as what they are, and not as those of a metal.
+    scene.add(Object::new("colored", colored.into())).unwrap();
+    let mut painted = Object::new("painted", mesh.into());
+    painted.color = Some([0.0, 1.0, 0.0, 1.0]);
+    scene.add(painted).unwrap();
+    let file = write(&scene);
+    let out = json_of(&file);
+    let materials: Vec<_> = out["materials"].as_array().unwrap().iter().map(|m| m["name"].clone()).collect();
+    assert_eq!(materials, ["vertex colors", "color 2"]);
+    assert_eq!(out["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"], json!([1.0, 1.0, 1.0, 1.0]));
+    assert_eq!(out["materials"][0]["pbrMetallicRoughness"]["metallicFactor"], json!(0.0));
+    let second = read(&file);
+    assert!(second.materials.is_empty() && second.object("colored").unwrap().materials.is_empty());
+    assert_eq!(file.bytes, write(&second).bytes);
 }

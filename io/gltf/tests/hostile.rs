@@ -127,7 +127,7 @@ fn glb_headers_and_chunks_are_checked() {
     says(&error(b"glTF\x02\0\0".to_vec()), &["within its header"]);
     let mut trailing = glb(2, 0, 0, b"JSON");
     trailing.extend(b"more");
-    assert!(read_bytes("h.glb", trailing).unwrap().1.notes[0].contains("4 byte(s) after the end"));
+    assert!(read_bytes("h.glb", trailing).unwrap().1.notes[0].contains("4 bytes after the end"));
     for cut in 0..200 {
         let bytes = glb(2, 0, 0, b"JSON");
         assert!(read_bytes("h.glb", bytes[..cut].to_vec()).is_err());

@@ -57,7 +57,7 @@ fn layers_and_what_has_its_colour_from_them_come_back() {
         let scene = scene(unit, up);
         let (file, report) = write(&scene);
         let note = report.losses.iter().find(|note| note.contains("hidden layers"));
-        assert!(note.is_some_and(|note| note.starts_with("2 object(s)")), "{:?}", report.losses);
+        assert!(note.is_some_and(|note| note.starts_with("2 objects")), "{:?}", report.losses);
         // Others see the colour of the layer.
         let json = json_of(&file);
         let shown = &json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"];

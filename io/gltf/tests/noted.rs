@@ -202,7 +202,7 @@ fn notes_that_are_no_json_are_said() {
     scene.add(object).unwrap();
     scene.statements = vec![pair("gltf what", "1"), pair("gltf scene name", "not json")];
     let (file, notes) = write_with(&scene, "part.gltf", &WriteOptions::default());
-    assert!(notes.iter().any(|note| note.starts_with("2 statement(s) headed")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.starts_with("2 statements headed")), "{notes:?}");
     let value = json_of(&file);
     assert_eq!(
         (&value["meshes"][0]["extras"], &value["scenes"][0]["name"]),

@@ -464,7 +464,7 @@ fn elements(file: &Memory) -> BTreeMap<String, Vec<String>> {
                 parts.push(at(&colors.into_rgba_f32().collect::<Vec<_>>(), &order));
             }
             let material = primitive.material();
-            if material.index().is_some() && material.name() != Some("default") {
+            if material.index().is_some() {
                 let pbr = material.pbr_metallic_roughness();
                 parts.push(format!(
                     "{:?} {:?} {} {} {:?} {} {:?} {:?}",

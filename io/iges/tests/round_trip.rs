@@ -225,7 +225,7 @@ fn places_names_and_layers_come_back() {
     for name in ["hidden é", "below"] {
         assert_eq!(second.layers.get(name), Some(&Layer::new(name).hidden()));
     }
-    assert!(report.notes.iter().any(|note| note.starts_with("2 layer(s) lose")), "{:?}", report.notes);
+    assert!(report.notes.iter().any(|note| note.starts_with("2 layers lose")), "{:?}", report.notes);
     assert_eq!(scene.placed_count().unwrap(), second.placed_count().unwrap());
     assert_eq!(read(&write(&second).0), second);
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use loftsman_kernel::scene::{Definition, Geometry, Scene};
 use loftsman_kernel::text::clip;
+use loftsman_kernel::text::counted;
 
 /// What to say of shapes whose plug-ins are not here, a note a kind.
 pub(crate) fn unknown(scene: &Scene) -> Vec<String> {
@@ -18,7 +19,8 @@ pub(crate) fn unknown(scene: &Scene) -> Vec<String> {
     }
     let note = |(kind, count): (&str, usize)| {
         let kind = clip(kind);
-        format!("{count} shape(s) of the kind \"{kind}\", whose plug-in is not here, are kept word for word")
+        let (shapes, are) = (counted(count, "shape[|s]"), if count == 1 { "is" } else { "are" });
+        format!("{shapes} of the kind \"{kind}\", whose plug-in is not here, {are} kept word for word")
     };
     kinds.into_iter().map(note).collect()
 }

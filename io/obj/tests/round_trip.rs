@@ -323,7 +323,7 @@ fn flat_meshes_beside_smooth_ones_have_normals_by_face() {
     assert!(!String::from_utf8(write(&scene, &keep()).0.bytes).unwrap().contains("vn"));
     scene.add(Object::new("smooth", (&smooth).into())).unwrap();
     let (file, report) = write(&scene, &keep());
-    assert!(report.notes.iter().any(|n| n.contains("1 mesh(es) without normals")));
+    assert!(report.notes.iter().any(|n| n.contains("1 mesh without normals")));
     assert_eq!(String::from_utf8_lossy(&file.bytes).matches("vn ").count(), 8);
     let back = read(&file);
     // They are noted as made here, and do not come back.
@@ -371,7 +371,7 @@ fn one_name_for_several_is_their_label_and_names_go_out() {
     assert_eq!(names, [("bolt", None), ("bolt.001", Some("bolt")), ("bolt.002", Some("bolt"))]);
     let (file, report) = write(&scene, &keep());
     assert!(
-        report.losses.iter().any(|note| note.starts_with("2 label(s) are left out")),
+        report.losses.iter().any(|note| note.starts_with("2 labels are left out")),
         "{:?}",
         report.losses
     );
@@ -392,7 +392,7 @@ fn what_obj_cannot_say_of_layers_and_units_is_said() {
     scene.layers.add(layer).unwrap();
     scene.object_mut("dot").unwrap().layer = Some("off".into());
     let (file, report) = write(&scene, &keep());
-    for words in ["1 layer name(s)", "1 object(s) are on hidden layers and go out as all others"] {
+    for words in ["1 layer name is", "1 object is on a hidden layer and goes out as all others"] {
         assert!(report.losses.iter().any(|note| note.contains(words)), "{words}: {:?}", report.losses);
     }
     let (back, _) = Obj.read(&file, &ReadOptions::default()).unwrap();

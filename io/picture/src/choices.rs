@@ -1,6 +1,6 @@
 //! What is drawn of each object.
 
-use loftsman_kernel::spline::curvature::SurfaceCurvature;
+pub use loftsman_kernel::spline::curvature::CurvatureMeasure as Curvature;
 
 /// Whether curvature combs are drawn, and how long their teeth are.
 #[non_exhaustive]
@@ -68,45 +68,6 @@ pub enum Faces {
     /// The distance from the state before, to its nearest point; blue on the side away from its normal. Of meshes how far each point
     /// has moved.
     Deviation,
-}
-
-/// A curvature of a surface.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Curvature {
-    /// Half the sum of the principal curvatures.
-    Mean,
-    /// Their product.
-    Gaussian,
-    /// The larger one.
-    Maximum,
-    /// The smaller one.
-    Minimum,
-}
-
-impl Curvature {
-    pub(crate) fn of(self, at: &SurfaceCurvature) -> f64 {
-        match self {
-            Self::Mean => at.mean,
-            Self::Gaussian => at.gaussian,
-            Self::Maximum => at.principal[0],
-            Self::Minimum => at.principal[1],
-        }
-    }
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Mean => "mean curvature",
-            Self::Gaussian => "Gaussian curvature",
-            Self::Maximum => "larger principal curvature",
-            Self::Minimum => "smaller principal curvature",
-        }
-    }
-
-    /// By which power of a length it is divided.
-    pub(crate) fn power(self) -> i32 {
-        if self == Self::Gaussian { 2 } else { 1 }
-    }
 }
 
 /// What the modules of `draw` need to know of a picture.

@@ -1,6 +1,7 @@
 //! From a picture's wishes to a page: panels in rows and columns, drawings to one scale, title and legend.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::scene::{Geometry, MOST_PLACED, Scene, Unit};
@@ -48,18 +49,49 @@ enum Content {
     Chart(Chart),
 }
 
-/// A panel that shows what the instances show that it names; `flat` is the scene without instances.
+/// A panel that shows what the instances show that it names, and what hangs under the groups; `flat` is the scene without instances.
 fn with_contents(panel: &Panel, scene: &Scene, flat: &Scene) -> Panel {
     let mut panel = panel.clone();
     let Some(names) = &mut panel.objects else { return panel };
-    let is_instance =
-        |name: &&String| scene.get(name).is_some_and(|o| matches!(o.geometry(), Geometry::Instance(_)));
-    let within: Vec<String> = names.iter().filter(is_instance).map(|name| format!("{name}/")).collect();
-    if !within.is_empty() {
-        let inside = |name: &str| scene.get(name).is_none() && within.iter().any(|w| name.starts_with(w));
-        names.extend(flat.objects().iter().map(|o| o.name().to_owned()).filter(|name| inside(name)));
-    }
+    let named = |name: &&String, is: fn(&Geometry) -> bool| scene.get(name).is_some_and(|o| is(o.geometry()));
+    let instances = names.iter().filter(|name| named(name, |g| matches!(g, Geometry::Instance(_))));
+    let within: Vec<String> = instances.map(|name| format!("{name}/")).collect();
+    let groups: Vec<&str> = names
+        .iter()
+        .filter(|name| named(name, |g| matches!(g, Geometry::Group)))
+        .map(String::as_str)
+        .collect();
+    let inside = |name: &str| scene.get(name).is_none() && within.iter().any(|w| name.starts_with(w));
+    let mut more: Vec<String> = if within.is_empty() {
+        Vec::new()
+    } else {
+        flat.objects().iter().map(|o| o.name().to_owned()).filter(|name| inside(name)).collect()
+    };
+    more.extend(below(flat, groups));
+    names.extend(more);
     panel
+}
+
+/// All that hangs under objects of these names, at any depth.
+fn below(scene: &Scene, tops: Vec<&str>) -> Vec<String> {
+    if tops.is_empty() {
+        return Vec::new();
+    }
+    let mut children: HashMap<&str, Vec<&str>> = HashMap::new();
+    for object in scene.objects() {
+        if let Some(parent) = &object.parent {
+            children.entry(parent).or_default().push(object.name());
+        }
+    }
+    let (mut found, mut open) = (Vec::new(), tops);
+    while let Some(name) = open.pop() {
+        // Taken out, so that a circle of parents ends.
+        for child in children.remove(name).unwrap_or_default() {
+            found.push(child.to_owned());
+            open.push(child);
+        }
+    }
+    found
 }
 
 /// The picture as an SVG document.

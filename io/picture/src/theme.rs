@@ -105,11 +105,11 @@ impl Theme {
         color.mixed(Color([128, 128, 128]), 0.6).mixed(self.paper(), 0.45)
     }
 
-    /// An earlier frame of what has a colour: of a `share` from 0 (the first) to 1 (the last), the fainter (nearer to the paper) the earlier. Dark paper
-    /// takes more of a line's light than white does.
+    /// An earlier frame of what has a colour: of a `share` from 0 (the first) to 1 (the last), the fainter (nearer to the paper) the earlier,
+    /// on dark paper as on light. The first can still be seen, the last has nearly the colour itself, so that those between are told apart.
     pub(crate) fn frame(self, color: Color, share: f64) -> Color {
-        let first = if self == Self::Light { 0.76 } else { 0.62 };
-        color.mixed(self.paper(), first + (0.32 - first) * share.clamp(0.0, 1.0))
+        let (first, last) = if self == Self::Light { (0.77, 0.2) } else { (0.72, 0.1) };
+        color.mixed(self.paper(), first + (last - first) * share.clamp(0.0, 1.0))
     }
 
     /// A face of a colour, lit with `light` from 0 (edge on) to 1 (facing the light).
@@ -151,7 +151,12 @@ mod tests {
             for color in &colors[..6] {
                 let frames: Vec<Color> = (0..6).map(|k| theme.frame(*color, f64::from(k) / 5.0)).collect();
                 assert!(apart(frames[0], theme.paper()) >= 30, "{theme:?} {}", frames[0].hex());
-                assert!(frames.windows(2).all(|w| apart(w[0], w[1]) >= 8), "{theme:?}");
+                assert!(frames.windows(2).all(|w| apart(w[0], w[1]) >= 15), "{theme:?}");
+                let off = |frame: &Color| (frame.lightness() - theme.paper().lightness()).abs();
+                assert!(
+                    frames.windows(2).all(|w| off(&w[0]) < off(&w[1])),
+                    "{theme:?}: the fainter the earlier"
+                );
             }
         }
     }

@@ -224,6 +224,26 @@ fn panels_have_one_scale_and_ids_of_their_own() {
     assert_eq!(of_class(&svg, "profile", "d").len(), 2);
 }
 
+/// A group that a panel names is all that hangs under it, at any depth.
+#[test]
+fn a_group_is_what_hangs_under_it() {
+    let mut scene = scene([
+        ("all", Geometry::Group),
+        ("some", Geometry::Group),
+        ("c", cubic(1.0).into()),
+        ("d", cubic(2.0).into()),
+        ("e", cubic(3.0).into()),
+    ]);
+    for (name, parent) in [("some", "all"), ("c", "all"), ("d", "some")] {
+        scene.object_mut(name).unwrap().parent = Some(parent.into());
+    }
+    let drawn = |names: &[&str]| {
+        let panel = Panel::view(View::Top).objects(names.iter().copied());
+        of_class(&Picture::of(&scene).panels([panel]).drawn(), "curve", "d").len()
+    };
+    assert_eq!([drawn(&["all"]), drawn(&["some"]), drawn(&["e"]), drawn(&["some", "d"])], [2, 1, 1, 1]);
+}
+
 #[test]
 fn the_profile_of_a_circle_is_flat_and_as_long_as_the_circle() {
     let w = 0.5_f64.sqrt();

@@ -12,6 +12,7 @@ use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use crate::shape::{Derivative, Location, Shape};
 use crate::spline::trimmed::{ParameterCurve, Region};
 use crate::spline::{Curve, Space, Surface, Trimmed};
+use crate::text::counted;
 use crate::{Point, Vector};
 
 /// A scene with one object of each kind, awkward numbers and awkward names.
@@ -372,6 +373,6 @@ fn hostile(
     }
     for bytes in [Vec::new(), vec![b'x']] {
         let refused = format.read(&Memory::new(file, bytes.clone()), options).is_err();
-        verdict.check(refused, || format!("a file of {} byte(s) is accepted", bytes.len()));
+        verdict.check(refused, || format!("a file of {} is accepted", counted(bytes.len(), "byte[|s]")));
     }
 }

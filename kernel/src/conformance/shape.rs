@@ -278,17 +278,16 @@ fn edges(verdict: &mut Verdict, shape: &dyn Shape) -> Option<()> {
         let edge = edge?;
         for corner in edge.corners() {
             verdict
-                .take(shape.stencil(corner, Derivative::POSITION), |e| format!("edge {}: {e}", edge.name))?;
+                .take(shape.stencil(corner, Derivative::POSITION), |e| format!("{}: {e}", edge.called()))?;
         }
         let rational = shape.cells().is_some_and(|cells| cells.is_rational());
         let degree = shape.cells().map_or(1, |cells| cells.degrees()[usize::from(!edge.along_u)]);
         for order in 0..=if rational { 0 } else { degree.min(2) } {
-            let all = verdict.take(strips(shape, index, order), |e| format!("edge {}: {e}", edge.name))?;
-            verdict.check(all.len() == order + 1, || format!("edge {} has {} strips", edge.name, all.len()));
+            let all = verdict.take(strips(shape, index, order), |e| format!("{}: {e}", edge.called()))?;
+            verdict.check(all.len() == order + 1, || format!("{} has {} strips", edge.called(), all.len()));
             let ends = all.iter().all(|strip| strip.space.domain() == (edge.start, edge.end));
-            verdict.check(ends, || {
-                format!("the strips of edge {} run over another interval than it", edge.name)
-            });
+            verdict
+                .check(ends, || format!("the strips of {} run over another interval than it", edge.called()));
             strip_agrees(verdict, shape, &edge, order, all.last()?)?;
         }
     }
@@ -315,12 +314,12 @@ fn strip_agrees(
             own.iter().for_each(|(v, c)| row.add(v, c * value));
         }
         let found = shape.stencil(edge.at(t), edge.across(order));
-        let found = verdict.take(found, |e| format!("edge {}: {e}", edge.name))?;
+        let found = verdict.take(found, |e| format!("{}: {e}", edge.called()))?;
         // A strip is that of `w S`: for positions the weights sum up to `w`.
         let weight: f64 = if order == 0 { row.coefficients().iter().sum() } else { 1.0 };
         let off = apart(&found, &row, 1.0 / weight);
         verdict.check(off <= 1e-8 * size(&found).max(1.0), || {
-            format!("order {order} of edge {} at {t} is not its strip's: {off:.1e} off", edge.name)
+            format!("order {order} of {} at {t} is not its strip's: {off:.1e} off", edge.called())
         });
     }
     Some(())

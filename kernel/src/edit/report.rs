@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::text::counted;
 use crate::text::figure;
 
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Smoothness};
@@ -51,7 +52,7 @@ impl fmt::Display for Report {
             figure(*residual)
         )?;
         if self.iterations > 1 {
-            write!(f, " · {} iterations", self.iterations)?;
+            write!(f, " · {}", counted(self.iterations, "iteration[|s]"))?;
         }
         if self.smooth.knots + self.smooth.bonds > 0 {
             write!(f, " · {}", self.smooth)?;

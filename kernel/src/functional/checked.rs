@@ -3,6 +3,7 @@
 
 use super::{Functional, Rows, Shapes};
 use crate::error::{Error, Result};
+use crate::text::counted;
 
 /// More equations than this are a mistake (or more than can be computed with).
 const MOST: usize = 1 << 24;
@@ -69,7 +70,7 @@ fn arrived(functional: &dyn Functional, rows: &Rows<'_>, first: usize) -> Result
     }
     let (said, found) = (functional.equations(), rows.scalar_equations(first));
     if said != found {
-        let what = format!("says that it has {said} equation(s) and appends {found}");
+        let what = format!("says that it has {} and appends {found}", counted(said, "equation[|s]"));
         return Err(wrong(functional, &what));
     }
     Ok(())
@@ -81,7 +82,8 @@ fn written(functional: &dyn Functional, out: &[f64]) -> Result<()> {
         return Ok(());
     }
     let found = out.len() - missing;
-    Err(wrong(functional, &format!("says that it has {} equation(s) and writes {found} value(s)", out.len())))
+    let (said, found) = (counted(out.len(), "equation[|s]"), counted(found, "value[|s]"));
+    Err(wrong(functional, &format!("says that it has {said} and writes {found}")))
 }
 
 fn wrong(functional: &dyn Functional, what: &str) -> Error {

@@ -10,6 +10,7 @@ use super::{
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::Result;
 use crate::shape::{Derivative, Location};
+use crate::space::Space;
 
 /// The derivative vector of any order at a location, `Σ S_i^(k) P_i`: three linear equations.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,8 +80,19 @@ impl Functional for DerivativeAt {
         true
     }
 
-    fn powerless(&self) -> Option<&'static str> {
-        Some("a derivative of an order above the degree is always 0; elevate the degree first")
+    fn powerless(&self, shapes: &Shapes<'_>) -> Option<String> {
+        let splines = shapes.get(self.on.shape).ok()?.cells()?.splines()?;
+        let (p, q) = (splines.u.degree(), splines.v.map_or(0, Space::degree));
+        let Derivative { u, v } = self.order;
+        // A quotient has derivatives of all orders.
+        if (u <= p && v <= q) || splines.weights.is_some() {
+            return None;
+        }
+        let (order, degree) = match self.at.location {
+            Location::Curve(_) => (u.to_string(), p.to_string()),
+            _ => (format!("[{u}, {v}]"), format!("{p}×{q}")),
+        };
+        Some(format!("derivative {order} of degree {degree} is always 0; elevate first"))
     }
 
     fn location(&self) -> Option<(usize, Location)> {

@@ -4,6 +4,7 @@ use super::{Functional, Shapes, checked};
 use crate::Vector;
 use crate::error::{Error, Result};
 use crate::shape::Shape;
+use crate::text::counted;
 
 /// The numbers that a functional is, as a caller wants them: an `f64` of one that is one number, a [`Vector`] of one that is
 /// three, a `Vec<f64>` of any.
@@ -73,7 +74,10 @@ pub trait Evaluate: Functional + Sized {
         checked::value_of(functional, shapes, &mut numbers)?;
         T::from_numbers(numbers).ok_or_else(|| {
             let what = functional.describe();
-            Error::Invalid(format!("{what} is {count} number(s): ask for as many, or for a Vec<f64>"))
+            Error::Invalid(format!(
+                "{what} is {}: ask for as many, or for a Vec<f64>",
+                counted(count, "number[|s]")
+            ))
         })
     }
 }
@@ -102,7 +106,7 @@ mod tests {
         let kept: Vec<f64> = tangent(start).evaluate(&circle).unwrap();
         assert!(kept.iter().all(|x| x.abs() < 1e-14), "{kept:?}");
         let wrong = position(start).evaluate::<f64>(&circle).unwrap_err().to_string();
-        assert!(wrong.contains("3 number(s)"), "{wrong}");
+        assert!(wrong.contains("3 numbers"), "{wrong}");
         assert!(magnitude(end + 1.0).evaluate::<f64>(&circle).is_err());
         // Another shape that is not there.
         assert!(position(start).on(1).evaluate::<Vector>(&circle).is_err());

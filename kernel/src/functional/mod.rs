@@ -245,9 +245,10 @@ pub trait Functional: Any + Debug + Send + Sync {
         None
     }
 
-    /// Why no control vertex may have any influence on it though all may move, and what to do; `None` (the default) where that does
-    /// not happen by itself.
-    fn powerless(&self) -> Option<&'static str> {
+    /// Why no control vertex of shapes like these has any influence on it, wherever they are, and what to do: the fourth derivative of
+    /// a cubic. Then nothing can be asked of it, not even to stay. `None` (the default) where that does not happen by itself.
+    fn powerless(&self, shapes: &Shapes<'_>) -> Option<String> {
+        let _ = shapes;
         None
     }
 

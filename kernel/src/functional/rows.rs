@@ -7,6 +7,7 @@ use smallvec::SmallVec;
 use super::shapes::Shapes;
 use crate::Vector;
 use crate::shape::Stencil;
+use crate::text::counted;
 
 /// One block of equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +64,7 @@ impl Clone for Rooms {
 
 impl std::fmt::Debug for Rooms {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} room(s)", self.0.len())
+        f.write_str(&counted(self.0.len(), "room[|s]"))
     }
 }
 

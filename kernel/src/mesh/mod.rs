@@ -9,6 +9,7 @@ pub use by_point::ByPoint;
 pub use layer::{Layer, NONE};
 
 use crate::error::{Error, Result};
+use crate::text::counted;
 use crate::{Point, Vector};
 
 /// A named set of faces; a face may be in several.
@@ -90,7 +91,7 @@ impl Mesh {
         for (face, pair) in starts.windows(2).enumerate() {
             if pair[1] < pair[0] + 3 {
                 let size = pair[1].saturating_sub(pair[0]);
-                let problem = format!("has {size} corners: a face needs at least 3");
+                let problem = format!("has {}: a face needs at least 3", counted(size, "corner[|s]"));
                 return Err(Error::Face { face, problem });
             }
             if let Some(&index) = corners[pair[0]..pair[1]].iter().find(|&&i| i as usize >= points.len()) {

@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::functional::{Curvature, Functional, Linearity, Shapes, equations_of, value_of};
 use crate::measure::error_of;
 use crate::solve::Sense;
+use crate::text::counted;
 use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::Arc;
@@ -177,6 +178,9 @@ pub(crate) fn bind(
             " holds or does not hold, so that \"{wish}\" says nothing: leave it out; {instead}"
         )));
     }
+    if let Some(why) = constraint.functional.powerless(shapes) {
+        return Err(wrong(&format!(": {why}")));
+    }
     let count = equations_of(constraint.functional.as_ref())?;
     if count == 0 && constraint.functional.linearity() != Linearity::Linear {
         return Err(wrong(" has no equations, so that it asks nothing; leave it out"));
@@ -200,8 +204,9 @@ pub(crate) fn bind(
             // One number for the one axis that is asked.
             (1, Some(_)) => Ok(Numbers::from_elem(value.0[0], count)),
             (found, _) if constraint.functional.is_condition() => Err(wrong(&format!(
-                " is a condition that holds or not, and {found} number(s) were given: keep it, or say what it should \
-                 be like in its own fields (\"direction\" for a tangent)"
+                " is a condition that holds or not, and {} given: keep it, or say what it should be like in its own \
+                 fields (\"direction\" for a tangent)",
+                counted(found, "number[|s] [was|were]")
             ))),
             (found, _) => {
                 let short = matches!(constraint.wanted, Wanted::To(_) | Wanted::By(_));
@@ -213,7 +218,8 @@ pub(crate) fn bind(
                         Sense::Equal => "",
                         _ => instead_of_bounds(constraint.functional.as_ref()),
                     };
-                    wrong(&format!(": \"{wish}\" gives {found} number(s) where {count} are needed{instead}"))
+                    let (found, needed) = (counted(found, "number[|s]"), counted(count, "[is|are] needed"));
+                    wrong(&format!(": \"{wish}\" gives {found} where {needed}{instead}"))
                 })
             }
         }

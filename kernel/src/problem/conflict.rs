@@ -30,15 +30,11 @@ pub(crate) fn explain(problem: &Problem, assembly: &Assembly, dependency: &Depen
     };
     let own = constraints[assembly.constraint_of(dependency.row)].describe();
     if dependency.combination.is_empty() {
-        let powerless = constraints[assembly.constraint_of(dependency.row)].functional.powerless();
-        let text = match powerless.filter(|_| freedom.is_whole()) {
-            Some(why) => format!("{} cannot be met: {why}", quoted(&own)),
-            None => format!(
-                "{} cannot be met: no control vertex that may move has any influence there; {}",
-                quoted(&own),
-                freedom.advice()
-            ),
-        };
+        let text = format!(
+            "{} cannot be met: no control vertex that may move has any influence there; {}",
+            quoted(&own),
+            freedom.advice()
+        );
         return SolveError::Conflict { constraints: vec![own], knot: None, text };
     }
     let labels = all.iter().map(|&k| constraints[k].label()).collect();

@@ -44,11 +44,6 @@ impl Freedom {
         Ok(unknowns.vertices().as_ref().clone())
     }
 
-    /// Whether every control vertex may move.
-    pub(crate) fn is_whole(&self) -> bool {
-        self.locked.is_empty() && self.only.is_none() && self.within.is_none() && self.unknowns.is_none()
-    }
-
     /// Whether all vertices that may move do where one does.
     pub(crate) fn takes_all(&self, metric: &Metric) -> bool {
         self.unknowns.is_some() || metric.takes_all()

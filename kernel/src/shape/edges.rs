@@ -30,6 +30,16 @@ pub struct BoundaryEdge {
 }
 
 impl BoundaryEdge {
+    /// The edge in a sentence: `edge u1`, `edge 3`.
+    pub fn called(&self) -> Cow<'_, str> {
+        // The edges of a cage are named by their numbers, "edge 3".
+        if self.name.starts_with("edge ") {
+            Cow::Borrowed(&self.name)
+        } else {
+            format!("edge {}", self.name).into()
+        }
+    }
+
     /// The place of the edge at `t`.
     pub fn at(&self, t: f64) -> Location {
         let (u, v) = if self.along_u { (t, self.fixed) } else { (self.fixed, t) };

@@ -25,7 +25,7 @@ pub(super) fn from_cells(
     order: usize,
 ) -> Result<Vec<Strip>> {
     let wrong =
-        |what: &str| Error::Invalid(format!("edge {} of a shape ({}) {what}", edge.name, shape.type_name()));
+        |what: &str| Error::Invalid(format!("{} of a shape ({}) {what}", edge.called(), shape.type_name()));
     let cells = cells.checked(shape)?;
     let sides = cells_at(edge, &cells);
     let mut all = sides.iter().map(|(run, _)| (run.start, run.end));
@@ -179,9 +179,8 @@ fn coefficient(
             (a, b) => a.or(b),
         };
     }
-    let lost = || {
-        Error::Invalid(format!("edge {} has a function along it that none of its pieces shows", edge.name))
-    };
+    let lost =
+        || Error::Invalid(format!("{} has a function along it that none of its pieces shows", edge.called()));
     let (_, k, span) = found.ok_or_else(lost)?;
     let piece = pieces.iter().find(|piece| piece.start == flat[span]).ok_or_else(lost)?;
     let mut row = piece.bernstein[order].clone();

@@ -60,6 +60,55 @@ pub struct SurfaceCurvature {
     pub mean: f64,
 }
 
+/// One number of a [`SurfaceCurvature`].
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CurvatureMeasure {
+    /// Half the sum of the principal curvatures.
+    Mean,
+    /// Their product.
+    Gaussian,
+    /// The larger one.
+    Maximum,
+    /// The smaller one.
+    Minimum,
+}
+
+impl CurvatureMeasure {
+    /// All of them, by what recipes call them.
+    pub const WORDS: [(&'static str, Self); 4] = [
+        ("mean", Self::Mean),
+        ("gaussian", Self::Gaussian),
+        ("maximum", Self::Maximum),
+        ("minimum", Self::Minimum),
+    ];
+
+    /// Its value at a point.
+    pub fn of(self, at: &SurfaceCurvature) -> f64 {
+        match self {
+            Self::Mean => at.mean,
+            Self::Gaussian => at.gaussian,
+            Self::Maximum => at.principal[0],
+            Self::Minimum => at.principal[1],
+        }
+    }
+
+    /// In a sentence: `mean curvature`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mean => "mean curvature",
+            Self::Gaussian => "Gaussian curvature",
+            Self::Maximum => "larger principal curvature",
+            Self::Minimum => "smaller principal curvature",
+        }
+    }
+
+    /// By which power of a length it is divided: 2 of the Gaussian one, else 1.
+    pub fn power(self) -> i32 {
+        if self == Self::Gaussian { 2 } else { 1 }
+    }
+}
+
 /// The normal of a surface at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Normal {

@@ -209,15 +209,15 @@ fn nearest(edges: &[(usize, EdgeCurve)], k: usize) -> Option<Neighbour> {
 
 fn unmatched(edges: &[(usize, EdgeCurve)], k: usize, members: &[Member<'_>], near: f64, what: &str) -> Error {
     let label =
-        |(member, edge): &(usize, EdgeCurve)| format!("{} of {}", edge.edge.name, members[*member].name);
+        |(member, edge): &(usize, EdgeCurve)| format!("{} of {}", edge.edge.called(), members[*member].name);
     let edge = label(&edges[k]);
     let Some(Neighbour { edge: other, distance, in_parts }) = nearest(edges, k) else {
-        return Error::Invalid(format!("{what}: the boundary is open at the edge {edge}; close it"));
+        return Error::Invalid(format!("{what}: the boundary is open at {edge}; close it"));
     };
     if coincide(&edges[k].1, &edges[other].1, near).is_some() {
         let other = label(&edges[other]);
         return Error::Invalid(format!(
-            "{what}: the edge {edge} meets {other}, which meets another edge already: of the patches that meet there, two bound \
+            "{what}: {edge} meets {other}, which meets another edge already: of the patches that meet there, two bound \
              a volume; leave the others out"
         ));
     }
@@ -225,22 +225,22 @@ fn unmatched(edges: &[(usize, EdgeCurve)], k: usize, members: &[Member<'_>], nea
     let other = label(&edges[other]);
     Error::Invalid(if distance <= near && goes_on {
         format!(
-            "{what}: the edge {edge} meets only a part of {other}; split the patch of the latter where the former ends, so \
+            "{what}: {edge} meets only a part of {other}; split the patch of the latter where the former ends, so \
              that every edge meets one other all along"
         )
     } else if distance <= near {
         format!(
-            "{what}: the edges {edge} and {other} meet, but run through the same points with different parameters (more than \
+            "{what}: {edge} and {other} meet, but run through the same points with different parameters (more than \
              scaled or reversed) or weights, so that they would part; make one from the other's curve, or rebuild the patch"
         )
     } else if in_parts <= near {
         format!(
-            "{what}: the edge {edge} meets several edges, {other} among them; split its patch where they end, so that \
+            "{what}: {edge} meets several edges, {other} among them; split its patch where they end, so that \
              every edge meets one other all along"
         )
     } else {
         format!(
-            "{what}: the boundary is open: the edge {edge} is {distance} away from the nearest other one, {other}; close \
+            "{what}: the boundary is open: {edge} is {distance} away from the nearest other one, {other}; close \
              it, or name all of its patches in \"objects\"",
             distance = figure(distance)
         )

@@ -348,3 +348,50 @@ fn polygons_near_their_inradius_stay_closed_or_are_refused() {
         assert!(error.contains("nothing of the curve"), "{error}");
     }
 }
+
+/// Of degree 25 an offset takes as long as it takes, and no longer: what is finer than can be told is refused at once, and the rest comes within
+/// its tolerance or says what is too much.
+#[test]
+fn offsets_of_degree_25_end_soon() {
+    let points = |n: usize| {
+        (0..n).map(|k| {
+            let k = k as f64;
+            Point::new(k, 2.0 * (0.9 * k).sin() + 0.3 * (7.0 * k).sin(), 0.0)
+        })
+    };
+    for n in [26, 46] {
+        let open: Vec<f64> = (0..=n - 25).map(|k| k as f64).collect();
+        let curve = Curve::new(Space::clamped(25, &open).unwrap(), points(n).collect()).unwrap();
+        let at = |tolerance| OffsetOptions { tolerance: Some(tolerance), ..OffsetOptions::default() };
+        let fine = offset(&curve, 0.3, &at(1e-7)).unwrap();
+        assert!(fine.deviation <= 1e-7 && off(&curve, &fine.curves, 0.3) <= 1e-7, "{}", fine.deviation);
+        for away in [0.3, 4.0] {
+            let error = offset(&curve, away, &at(1e-12)).unwrap_err().to_string();
+            assert!(
+                error.contains("a tolerance of 1e-12 is finer than") && error.contains("give that or more"),
+                "{error}"
+            );
+        }
+    }
+    // Two lines of a fold, side by side at twice the distance, on one of which the other is as near as the distance all along.
+    let fold: Vec<Point> = (0..60)
+        .map(|k| {
+            let t = f64::from(k % 30);
+            if k < 30 { Point::new(t, 0.0, 0.0) } else { Point::new(29.0 - t, 2.0, 0.0) }
+        })
+        .collect();
+    let knots: Vec<f64> = (0..=35).map(f64::from).collect();
+    let fold = Curve::new(Space::clamped(25, &knots).unwrap(), fold).unwrap();
+    let finest = OffsetOptions { tolerance: Some(1e-6), ..OffsetOptions::default() };
+    for side in [1.0, -1.0] {
+        if let Err(error) = offset(&fold, side, &finest) {
+            let text = error.to_string();
+            assert!(
+                ["places to follow", "too short", "misses its place", "nothing of the curve"]
+                    .iter()
+                    .any(|why| text.contains(why)),
+                "{text}"
+            );
+        }
+    }
+}

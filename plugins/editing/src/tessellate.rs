@@ -11,6 +11,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::a;
+use loftsman_kernel::text::counted;
 
 /// The operation `tessellate`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -95,12 +96,12 @@ impl Operation for Tessellate {
         let (pieces, note): (Geometry, String) = match scene.object(&name)?.geometry() {
             Geometry::Curve(curve) => {
                 let line = tessellator()?.curve(curve, &fineness)?;
-                let note = format!("{} points", line.points.len());
+                let note = counted(line.points.len(), "point[|s]");
                 (line.into(), note)
             }
             Geometry::Surface(surface) => {
                 let mut mesh = tessellator()?.surface(surface, &fineness)?;
-                let mut note = format!("{} triangles", mesh.triangle_count());
+                let mut note = counted(mesh.triangle_count(), "triangle[|s]");
                 if let Some(paint) = paint {
                     let values = colors::of_surface(surface, &mesh, paint.measure)?;
                     note += &paint.put(&mut mesh, values);
@@ -111,8 +112,8 @@ impl Operation for Tessellate {
                 let named = |e: Error| Error::Invalid(format!("\"{name}\" cannot be tessellated: {e}"));
                 let mut faceted = custom.tessellate(&fineness).map_err(named)?;
                 let count = match &faceted.drawn {
-                    Drawn::Line(line) => format!("{} points", line.points.len()),
-                    Drawn::Mesh(mesh) => format!("{} triangles", mesh.triangle_count()),
+                    Drawn::Line(line) => counted(line.points.len(), "point[|s]"),
+                    Drawn::Mesh(mesh) => counted(mesh.triangle_count(), "triangle[|s]"),
                 };
                 let said = faceted.remark(1.0).map(|remark| format!("; {remark}")).unwrap_or_default();
                 let mut note = count + &said;
@@ -133,12 +134,12 @@ impl Operation for Tessellate {
             }
             Geometry::Trimmed(trimmed) => {
                 let mesh = tessellator()?.measured_trimmed(trimmed, &fineness)?.mesh;
-                let note = format!("{} triangles", mesh.triangle_count());
+                let note = counted(mesh.triangle_count(), "triangle[|s]");
                 (mesh.into(), note)
             }
             Geometry::Brep(brep) => {
                 let mut cut = tessellator()?.measured_brep(brep, &fineness)?;
-                let note = format!("{} triangles", cut.mesh.triangle_count());
+                let note = counted(cut.mesh.triangle_count(), "triangle[|s]");
                 warnings.extend(cut.remark(brep));
                 color_faces(&mut cut, brep, scene.color_of(scene.object(&name)?));
                 (cut.mesh.into(), note)

@@ -11,6 +11,7 @@ use loftsman_kernel::plugin::ConstraintReport;
 use loftsman_kernel::solve::{Sense, SolveError};
 
 use crate::active::Row;
+use loftsman_kernel::text::counted;
 
 /// One number of a functional that must stay on one side of a value.
 #[derive(Debug, Clone)]
@@ -57,11 +58,9 @@ pub(crate) fn split(
             None => (0..count).collect(),
         };
         if value.len() != asked.len() && value.len() != count {
-            let (found, needed) = (value.len(), asked.len());
-            return Err(Error::Invalid(format!(
-                "{name}: {found} number(s) were given where {needed} are needed"
-            ))
-            .into());
+            let found = counted(value.len(), "number[|s] [was|were] given");
+            let needed = counted(asked.len(), "[is|are] needed");
+            return Err(Error::Invalid(format!("{name}: {found} where {needed}")).into());
         }
         let than = if sign > 0.0 { "≥" } else { "≤" };
         for (k, &equation) in asked.iter().enumerate() {

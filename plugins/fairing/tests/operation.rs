@@ -223,7 +223,7 @@ fn what_bounds_hand_over_is_checked() {
     for rows in [true, false] {
         let bound = Constraint::new(std::sync::Arc::new(Liar(rows)), Wanted::AtLeast(vec![1.0].into()));
         let text = Fair::new(&curve(3, 6)).energy(bend()).ask(bound).solve().unwrap_err().to_string();
-        let part = if rows { "writes 0 value(s)" } else { "appends 0" };
+        let part = if rows { "writes 0 values" } else { "appends 0" };
         assert!(text.contains("\"liar\"") && text.contains(part), "{text}");
     }
 }

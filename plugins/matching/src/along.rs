@@ -6,7 +6,7 @@ use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::spline::Curve;
 
-use crate::beside::{Beside, called};
+use crate::beside::Beside;
 
 /// An edge is on a curve already where it is nearer to it everywhere than this part of the size of both.
 const ON: f64 = 1e-12;
@@ -58,7 +58,7 @@ pub(crate) fn nearest(beside: &Beside, curve: &Curve) -> Result<Nearest> {
         }
     }
     best.ok_or_else(|| {
-        let name = called(&beside.edge.edge.name);
+        let name = beside.edge.edge.called();
         Error::Invalid(format!(
             "no curve in the space of {name} passes as many points as it has control vertices"
         ))

@@ -74,7 +74,7 @@ impl Beside {
     pub(crate) fn new(edge: EdgeCurve, curve: &Curve) -> Result<Self> {
         let spread = edge.spread();
         if spread == 0.0 {
-            let name = called(&edge.edge.name);
+            let name = edge.edge.called();
             return Err(Error::Invalid(format!(
                 "{name} is a point (a pole), which runs along nothing: name another edge"
             )));
@@ -223,11 +223,6 @@ impl Beside {
     pub(crate) fn at(&self, t: f64) -> Location {
         self.edge.edge.at(t)
     }
-}
-
-/// An edge in a sentence: `edge u1`, `edge 3`.
-pub(crate) fn called(name: &str) -> String {
-    if name.starts_with("edge ") { name.to_owned() } else { format!("edge {name}") }
 }
 
 /// Whether a curve ends where it starts, and is not a point.

@@ -4,8 +4,6 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::shape::{BoundaryEdge, Derivative, Location, Shape};
 
-use crate::beside::called;
-
 /// A tangent plane of which nothing is left but this part, of what its vectors' lengths allow, is none.
 const FLAT: f64 = 1e-10;
 
@@ -114,7 +112,7 @@ impl Frame {
     pub(crate) fn new(shape: &dyn Shape, edge: &BoundaryEdge, u: f64) -> Result<Self> {
         let jet = Jet::new(shape, edge.at(u), Partials::new(edge))?;
         let Some(normal) = jet.normal() else {
-            let (name, u) = (called(&edge.name), Figure(u));
+            let (name, u) = (edge.called(), Figure(u));
             return Err(Error::Invalid(format!(
                 "the surface beside has no tangent plane at {u} of its {name} (a pole, or a corner of an edge): \
                  ask for continuity 0"

@@ -14,7 +14,7 @@ use loftsman_kernel::topology::EdgeCurve;
 use loftsman_kernel::{Point, Vector};
 
 use crate::along::{lies_on, nearest};
-use crate::beside::{Beside, called, curve_of, edge_of};
+use crate::beside::{Beside, curve_of, edge_of};
 
 pub(crate) const OBJECT: Field =
     Field::optional("object", "text", "the step's object", "the surface whose edge it is");
@@ -226,7 +226,7 @@ impl Functional for EdgeOn {
     }
 
     fn describe(&self) -> String {
-        format!("{}{} on the curve{}", called(&self.edge.to_string()), self.on, self.curve)
+        format!("{}{} on the curve{}", self.edge.called(), self.on, self.curve)
     }
 
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {

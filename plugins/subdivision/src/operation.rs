@@ -20,6 +20,7 @@ use crate::{
     BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface, catmull_clark,
     doo_sabin,
 };
+use loftsman_kernel::text::counted as several;
 
 /// The operation `subdivide`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -225,7 +226,8 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
             format!(" (faces that are no quads count once a corner: the surface has {own})")
         };
         let note = format!(
-            "{points} points and {faces} faces are the cage of a surface now{counted}; {left}{pairs}"
+            "{points} points and {} the cage of a surface now{counted}; {left}{pairs}",
+            several(faces, "face[ is|s are]")
         );
         return Ok((surface.into(), note));
     }

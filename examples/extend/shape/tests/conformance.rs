@@ -291,7 +291,7 @@ fn obj_has_the_surface_that_it_is_beside_triangles() {
     let kinds: Vec<&str> = read.objects().iter().map(|o| o.geometry().kind()).collect();
     assert!(kinds.contains(&"mesh") && kinds.contains(&"surface"), "{kinds:?}");
     let object = &written.objects[0];
-    assert!(object.form.contains("1 NURBS surface(s) (surf) beside") && object.fate == Fate::Approximated);
+    assert!(object.form.contains("1 NURBS surface (surf) beside") && object.fate == Fate::Approximated);
     let surface = read.objects().iter().find_map(|o| o.geometry().shape().ok()).unwrap();
     for at in [(0.0, 0.0), (0.3, 0.8), (1.0, 0.5)] {
         let value = |shape: &dyn Shape| shape.value(at.into(), Derivative::POSITION).unwrap();

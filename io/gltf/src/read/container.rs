@@ -1,6 +1,7 @@
 //! The two containers: JSON as a text, and GLB, which holds the JSON and the bytes of the first buffer.
 
 use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Place, refuse_utf16, utf8};
+use loftsman_kernel::text::counted;
 use loftsman_kernel::text::unmarked;
 
 /// A file taken apart.
@@ -67,7 +68,7 @@ fn glb(bytes: &[u8]) -> Result<Parts<'_>, FormatError> {
         );
     }
     if length < bytes.len() {
-        notes.push(format!("{} byte(s) after the end of the GLB were passed over", bytes.len() - length));
+        notes.push(counted(bytes.len() - length, "byte[|s] after the end of the GLB [was|were] passed over"));
     }
     let (mut json, mut binary, mut unknown_chunks) = (None, None, 0);
     let mut at = 12;

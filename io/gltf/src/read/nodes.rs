@@ -257,7 +257,10 @@ impl Reader<'_, '_> {
             let shown = self.meshes.shown(file, &path, mesh, weights, drops)?;
             self.meshes.done(mesh);
             (part.color, part.materials) = self.appearance(&content.main.slots, scene)?;
-            if content.main.slots == [None] {
+            // Colours of vertices get a material here, where they have none in the file.
+            let colored =
+                matches!(shown.main.as_deref(), Some(Geometry::Mesh(mesh)) if !mesh.colors.is_empty());
+            if colored && content.main.slots == [None] {
                 part.statements.push((MATERIAL.to_owned(), NONE.to_owned()));
             }
             if part.color.is_none() && !part.materials.is_empty() {

@@ -12,6 +12,7 @@ use super::bin::{Bin, percent_encoded};
 use super::schema::Root;
 use crate::texture::flipped_back;
 use crate::words::{EXTRAS, MATERIAL, NONE, PREFIX, SOURCES};
+use loftsman_kernel::text::counted;
 
 /// The materials that were written, and what they refer to.
 pub(super) struct Materials<'a> {
@@ -24,7 +25,7 @@ pub(super) struct Materials<'a> {
     required: Vec<String>,
     /// A scene's material by its name and the sets of texture coordinates that it may use.
     by_name: HashMap<(&'a str, u32), usize>,
-    /// The material of each colour, by its bits; and of none.
+    /// The material of each colour, by its bits; and of colours of vertices.
     by_color: HashMap<Option<[u64; 4]>, usize>,
     by_image: HashMap<&'a str, Option<Shown>>,
     /// Textures by their picture and sampler.
@@ -103,21 +104,18 @@ impl<'a> Materials<'a> {
         (0..).zip(names).filter_map(|(slot, name)| Some((slot, of(name)?))).collect()
     }
 
-    /// The material of a colour; of none a light grey, or white where vertices have colours, which it multiplies.
-    pub(super) fn color(&mut self, color: Option<[f64; 4]>, has_vertex_colors: bool) -> usize {
-        let neutral = if has_vertex_colors { 1.0 } else { 0.8 };
-        let shown = color.unwrap_or([neutral, neutral, neutral, 1.0]).map(shade);
+    /// The material of a colour, where there is one. What has neither that nor colours at its vertices gets none. Those of vertices are
+    /// multiplied by white, and are no metal's.
+    pub(super) fn color(&mut self, color: Option<[f64; 4]>, has_vertex_colors: bool) -> Option<usize> {
+        if color.is_none() && !has_vertex_colors {
+            return None;
+        }
+        let shown = color.unwrap_or([1.0; 4]).map(shade);
         let next = self.materials.len();
-        let key = match color {
-            Some(_) => Some(shown.map(f64::to_bits)),
-            // White and grey are two.
-            None if has_vertex_colors => Some([u64::MAX; 4]),
-            None => None,
-        };
-        let index = *self.by_color.entry(key).or_insert(next);
+        let index = *self.by_color.entry(color.map(|_| shown.map(f64::to_bits))).or_insert(next);
         if index == next {
             let (name, mark) = match color {
-                None => ("default".to_owned(), "none"),
+                None => ("vertex colors".to_owned(), "none"),
                 Some(_) => (format!("color {}", next + 1), "color"),
             };
             let mut material = json!({
@@ -131,7 +129,7 @@ impl<'a> Materials<'a> {
             }
             self.materials.push(material);
         }
-        index
+        Some(index)
     }
 
     /// Whether a material only says what glTF means where none is named, as it was read.
@@ -236,9 +234,9 @@ impl<'a> Materials<'a> {
             }
         }
         if elsewhere > 0 {
-            let name = material.name();
-            self.notes
-                .push(format!("{elsewhere} texture(s) of the material \"{name}\" mean what glTF has not"));
+            let (name, textures) = (material.name(), counted(elsewhere, "texture[|s]"));
+            let mean = if elsewhere == 1 { "means" } else { "mean" };
+            self.notes.push(format!("{textures} of the material \"{name}\" {mean} what glTF has not"));
         }
         if !extensions.is_empty() {
             self.used.extend(extensions.keys().cloned());

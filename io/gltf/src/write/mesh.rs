@@ -16,6 +16,7 @@ use super::shape::{
 };
 use super::tangent::with_tangents;
 use crate::triangulate;
+use loftsman_kernel::text::counted;
 
 /// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. Slots of which
 /// `maps` says that the material has a normal map, and for which set of texture coordinates, have tangents. Where it
@@ -133,7 +134,7 @@ impl<'a> Planner<'_, 'a> {
             };
             add(&attributes, Some(indices), TRIANGLES, Some(slot));
         }
-        let mut form = if triangles > 0 { format!("{triangles} triangles") } else { String::new() };
+        let mut form = if triangles > 0 { counted(triangles, "triangle[|s]") } else { String::new() };
         if lines > 0 {
             let pairs: Vec<u32> =
                 self.flat.lines().flat_map(|l| l.windows(2).flatten().copied().collect::<Vec<_>>()).collect();
@@ -145,7 +146,7 @@ impl<'a> Planner<'_, 'a> {
         }
         if points_only {
             add(&attributes, None, POINTS, None);
-            form = format!("{count} points");
+            form = counted(count, "point[|s]");
         }
         if self.faces_only && self.flat.lines().next().is_some() {
             remarks.push("its lines were left out, as only meshes were asked for".to_owned());
@@ -240,7 +241,10 @@ impl<'a> Planner<'_, 'a> {
             large |= corners.len() > triangulate::EARS;
         }
         if flat > 0 {
-            remarks.push(format!("{flat} triangle(s) that use a point twice were left out"));
+            remarks.push(counted(
+                flat,
+                "[triangle that uses|triangles that use] a point twice [was|were] left out",
+            ));
         }
         if large {
             remarks.push("very large faces were cut as fans".to_owned());

@@ -130,7 +130,7 @@ fn notes(scene: &Scene, rounding: f64) -> Vec<String> {
     };
     let broken =
         broken(&scene.statements) + scene.objects().iter().map(|o| broken(&o.statements)).sum::<usize>();
-    report.say(broken, "statement(s) headed \"gltf\" are no JSON or unknown, and are left out");
+    report.say(broken, "statement[|s] headed \"gltf\" [is|are] no JSON or unknown, and [is|are] left out");
     report.notes
 }
 

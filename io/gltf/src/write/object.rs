@@ -370,13 +370,13 @@ impl<'a> Writer<'a, '_> {
         noted: &mut ExtrasFields,
         report: &mut Written,
     ) -> Result<usize, FormatError> {
-        // What has no material in the file that it comes from has none here, unless it was given a colour since.
+        // What has colours of vertices and no material in the file that it comes from has none here, unless it was given a colour since.
         let is_bare = object.materials.is_empty()
             && object.statement(MATERIAL) == Some(NONE)
             && self.scene.color_of(object).is_none();
         for (primitive, &(slot, sets)) in shaped.primitives.iter_mut().zip(&shaped.slots) {
             if let Some(paint @ Some(_)) = shaped.paints.get(slot as usize) {
-                primitive.material = Some(self.materials.color(*paint, shaped.has_colors));
+                primitive.material = self.materials.color(*paint, shaped.has_colors);
                 continue;
             }
             let named = object.materials.get(slot as usize);
@@ -385,7 +385,7 @@ impl<'a> Writer<'a, '_> {
             }
             let found = named.and_then(|name| self.materials.named(name, sets, &mut self.bin));
             let made_up = || self.materials.color(self.scene.color_of(object), shaped.has_colors);
-            primitive.material = Some(found.unwrap_or_else(made_up));
+            primitive.material = found.or_else(made_up);
         }
         let mut extras =
             object.statement(MESH_DATA).and_then(|text| serde_json::from_str::<Value>(text).ok());

@@ -13,6 +13,7 @@ use super::bin::{Bin, Kind, Out, Use};
 use super::frame::{Frame, single};
 use super::schema::Primitive;
 use crate::extras::fingerprint;
+use loftsman_kernel::text::counted;
 
 pub(super) const NORMAL: &str = "NORMAL";
 
@@ -139,8 +140,8 @@ pub(super) fn chain<'a>(
         None
     };
     let form = match mode {
-        POINTS => format!("{count} points"),
-        _ => format!("line strip of {} segments", count - usize::from(!closed)),
+        POINTS => counted(count, "point[|s]"),
+        _ => format!("line strip of {}", counted(count - usize::from(!closed), "segment[|s]")),
     };
     let all = vec![primitive(BTreeMap::from([("POSITION".to_owned(), position)]), indices, mode)];
     Ok(Shaped::plain(all, frame, form))
@@ -173,7 +174,8 @@ pub(super) fn chains(
         primitives.push(primitive(attributes, Some(indices), LINE_STRIP));
     }
     let segments: usize = parts.iter().map(|(start, end)| end - start - 1).sum();
-    let form = format!("{} line strips of {segments} segments", primitives.len());
+    let form =
+        format!("{} of {}", counted(primitives.len(), "line strip[|s]"), counted(segments, "segment[|s]"));
     Ok(Shaped::plain(primitives, frame, form))
 }
 

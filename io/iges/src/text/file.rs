@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use super::lines::{Line, Section, line_at, lines, section};
 use super::params::{End, Params, Value};
 use super::{Fault, Global};
+use loftsman_kernel::text::counted;
 
 /// Where parameters end on a line: behind it stands the number of the entity.
 const DATA: usize = 64;
@@ -144,7 +145,7 @@ impl<'f> File<'f> {
             notes.push("the file has no terminate section: it may be cut off".to_owned());
         }
         if unplaced > 0 {
-            notes.push(format!("{unplaced} line(s) without the letter of a section are left out"));
+            notes.push(counted(unplaced, "line[|s] without the letter of a section [is|are] left out"));
         }
         let numbers = Self::numbering(&numbers, &mut notes);
         let left = Cell::new(AGAIN * bytes.len() as u64 + (1 << 20));

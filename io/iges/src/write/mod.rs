@@ -51,9 +51,9 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         report.notes.push(format!("lengths are in millimetres: IGES has no unit {name}"));
         report.objects.iter_mut().for_each(|object| object.change("its lengths are in millimetres now"));
     }
-    report.say(styles.transparent, "colour(s) go out opaque: IGES has no transparency");
+    report.say(styles.transparent, "colour[|s] [goes|go] out opaque: IGES has no transparency");
     let bare = scene.layers.iter().filter(|layer| layer.color.is_some() || layer.parent.is_some()).count();
-    report.say(bare, "layer(s) lose their colour or the layer above: IGES has names of layers only; objects keep their colours");
+    report.say(bare, "layer[|s] [loses its|lose their] colour or the layer above: IGES has names of layers only; objects keep their colours");
     let largest = scene.bounds().map_or(0.0, |(low, high)| low.coords.amax().max(high.coords.amax()));
     let name = sink.name().rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     for part in printer.file(&name, (flag, unit), tolerance, largest)? {

@@ -18,6 +18,7 @@ use loftsman_kernel::scene::{Geometry, Layer, Object, Scene};
 
 use crate::VERSION;
 use layout::Layout;
+use loftsman_kernel::text::counted;
 
 /// Writes a document.
 pub(crate) fn document(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
@@ -254,7 +255,7 @@ fn write_geometry<'s>(
         }
         Geometry::Trimmed(trimmed) => {
             spline::trimmed(trimmed, out)?;
-            format!("trimmed surface with {} loops", trimmed.loops().count())
+            format!("trimmed surface with {}", counted(trimmed.loops().count(), "loop[|s]"))
         }
         Geometry::Brep(brep) => {
             brep::brep(brep, out)?;
@@ -267,7 +268,7 @@ fn write_geometry<'s>(
         }
         Geometry::Mesh(mesh) => {
             mesh::write(mesh, out)?;
-            format!("mesh of {} faces", mesh.face_count())
+            format!("mesh of {}", counted(mesh.face_count(), "face[|s]"))
         }
         Geometry::Polyline(line) => {
             if line.closed {
@@ -276,12 +277,12 @@ fn write_geometry<'s>(
             }
             out.key("points")?;
             out.points(&line.points)?;
-            format!("polyline of {} points", line.points.len())
+            format!("polyline of {}", counted(line.points.len(), "point[|s]"))
         }
         Geometry::Cloud(cloud) => {
             out.key("points")?;
             out.points(&cloud.points)?;
-            format!("cloud of {} points", cloud.points.len())
+            format!("cloud of {}", counted(cloud.points.len(), "point[|s]"))
         }
         // `check` refuses kinds that this version has no name for.
         _ => String::new(),

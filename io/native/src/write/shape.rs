@@ -6,6 +6,7 @@ use loftsman_kernel::plugin::CustomShape;
 use loftsman_kernel::text::clip;
 
 use super::layout::Layout;
+use loftsman_kernel::text::counted;
 
 /// Writes a shape: its kind and the fields that this has, or what a document said of it. What it went out as.
 pub(super) fn write(custom: &CustomShape, out: &mut Layout<'_>) -> io::Result<String> {
@@ -22,5 +23,5 @@ pub(super) fn write(custom: &CustomShape, out: &mut Layout<'_>) -> io::Result<St
         out.value(&value)?;
     }
     out.close_table()?;
-    Ok(format!("{} of {} vertices", custom.kind(), custom.points().len()))
+    Ok(format!("{} of {}", custom.kind(), counted(custom.points().len(), "vert[ex|ices]")))
 }

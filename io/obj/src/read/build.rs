@@ -18,6 +18,7 @@ use super::reader::Reader;
 use super::section::{Look, Section, Shape};
 use crate::fingerprint::fingerprint;
 use crate::text::show;
+use loftsman_kernel::text::counted;
 
 /// The name of the material that faces before the first `usemtl` of an object have, where others follow.
 const DEFAULT: &str = "default";
@@ -166,8 +167,8 @@ impl Reader {
             }
         }
         if pairs > 0 {
-            let what = "surface(s) stand beside the meshes that were made of them: each is one object";
-            report.notes.push(format!("{pairs} {what}"));
+            let what = "[surface stands beside the mesh that was made of it: they are|surfaces stand beside the meshes that were made of them: each is] one object";
+            report.notes.push(counted(pairs, what));
         }
         // Where nothing is left, what is wrong is all that there is to say.
         if let Some((line, problem)) = self.first_wrong.take().filter(|_| scene.objects().is_empty()) {
@@ -337,9 +338,10 @@ impl Reader {
         }
         let unknown = self.materials.list.iter().filter(|name| !materials.known(name)).count();
         if unknown > 0 {
-            report
-                .notes
-                .push(format!("{unknown} material(s) are in no library that was found: they are grey"));
+            report.notes.push(counted(
+                unknown,
+                "material[|s] [is|are] in no library that was found: [it is|they are] grey",
+            ));
         }
         materials
     }
@@ -388,12 +390,12 @@ impl Reader {
             report.count_many(Fate::Kept, "", kept - changed - third);
         }
         if self.restored > 0 {
-            let what = "curve(s) have their own knots, as they were noted beside the Bézier form";
-            report.notes.push(format!("{} {what}", self.restored));
+            let what = "curve[|s] [has its|have their] own knots, as they were noted beside the Bézier form";
+            report.notes.push(counted(self.restored, what));
         }
         if self.periodic > 0 {
-            let what = "spline(s) whose control vertices and knots wrap around are periodic";
-            report.notes.push(format!("{} {what}", self.periodic));
+            let what = "spline[|s] whose control vertices and knots wrap around [is|are] periodic";
+            report.notes.push(counted(self.periodic, what));
         }
         if self.raw.colored() {
             report.notes.push("vertex colours were taken as sRGB and made linear".to_owned());

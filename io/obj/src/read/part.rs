@@ -14,6 +14,7 @@ use loftsman_kernel::{Point, Vector};
 use super::statement::{DISPLAY, Known, OBSOLETE, known};
 use crate::number::{fill, index, next_number, resolve};
 use crate::text::{MRGB, OURS, Statements, ends_statement, keyword, line_length, show, tokens, uncommented};
+use loftsman_kernel::text::counted;
 
 /// About how long a part is: long enough that threads need not wait for one another, short enough that what a wave
 /// of parts holds beside the scene stays small.
@@ -368,7 +369,9 @@ impl<'a> Parser<'a, '_> {
         let out = &self.out;
         let before = [out.corners.len(), out.textures.len(), out.normals.len()];
         let made = self.corners(rest).and_then(|()| match self.out.corners.len() - before[0] {
-            corners @ 0..3 => Err(format!("a face has {corners} corner(s): at least 3 are needed")),
+            corners @ 0..3 => {
+                Err(format!("a face has {}: at least 3 are needed", counted(corners, "corner[|s]")))
+            }
             _ => Ok(()),
         });
         let out = &mut self.out;

@@ -6,6 +6,7 @@ use loftsman_kernel::plugin::{CustomShape, Drawn, Fate, Fineness, FormatError, S
 use loftsman_kernel::scene::Object;
 
 use super::{Surfaces, Writer};
+use loftsman_kernel::text::counted;
 
 /// Whether a shape is drawn as triangles.
 pub(super) fn is_surface(custom: &CustomShape) -> bool {
@@ -51,11 +52,11 @@ impl<W: Write> Writer<'_, W> {
             match splines {
                 Splines::Curves(curves) => {
                     curves.iter().try_for_each(|curve| self.curve(curve))?;
-                    forms.push(format!("{} NURBS curve(s)", curves.len()));
+                    forms.push(counted(curves.len(), "NURBS curve[|s]"));
                 }
                 Splines::Surfaces(surfaces) => {
                     surfaces.iter().try_for_each(|surface| self.surface(object.name(), surface))?;
-                    forms.push(format!("{} NURBS surface(s) (surf)", surfaces.len()));
+                    forms.push(counted(surfaces.len(), "NURBS surface[|s] (surf)"));
                 }
             }
         }
@@ -78,7 +79,7 @@ impl<W: Write> Writer<'_, W> {
         match drawn {
             Drawn::Line(line) => {
                 self.element_material(object)?;
-                Ok(format!("line of {} segments", self.polyline(&line)?))
+                Ok(format!("line of {}", counted(self.polyline(&line)?, "segment[|s]")))
             }
             Drawn::Mesh(mut mesh) => {
                 if mirrored {
@@ -86,7 +87,7 @@ impl<W: Write> Writer<'_, W> {
                 }
                 let looks = self.looks(&object.materials);
                 self.mesh(&mesh, &looks)?;
-                Ok(format!("{} triangles", mesh.face_count()))
+                Ok(counted(mesh.face_count(), "triangle[|s]"))
             }
         }
     }

@@ -21,6 +21,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Error, Point};
 
+use loftsman_kernel::text::counted;
 use print::Names;
 use state::State;
 
@@ -130,17 +131,17 @@ struct Notes {
 fn notes(scene: &Scene, told: &Notes, report: &mut WriteReport) {
     report.say(
         told.given_normals,
-        "mesh(es) without normals got one for each face: where a file has any, Blender smooths those without",
+        "mesh[|es] without normals got one for each face: where a file has any, Blender smooths those without",
     );
-    report.say(told.group_names, "group name(s) had blanks, which OBJ does not allow");
+    report.say(told.group_names, "group name[|s] had blanks, which OBJ does not allow");
     report.say(
         told.connections_left_out,
-        "connection(s) are left out: their surfaces were not written exactly",
+        "connection[|s] [is|are] left out: [its|their] surfaces were not written exactly",
     );
     let cloud = |o: &Object| matches!(o.geometry(), Geometry::Cloud(_));
     report.say(
         scene.objects().iter().filter(|o| cloud(o)).count(),
-        "cloud(s) are point statements (p), which Blender passes over",
+        "[cloud is|clouds are] point statements (p), which Blender passes over",
     );
 }
 
@@ -227,10 +228,12 @@ impl<W: Write> Writer<'_, W> {
                 let looks = self.looks(&object.materials);
                 self.mesh(mesh, &looks)?;
                 written.form = match (mesh.face_count(), mesh.lines().count()) {
-                    (0, 0) => format!("{} points", mesh.points().len()),
-                    (0, lines) => format!("{lines} line(s)"),
-                    (faces, 0) => format!("mesh of {faces} faces"),
-                    (faces, lines) => format!("mesh of {faces} faces and {lines} line(s)"),
+                    (0, 0) => counted(mesh.points().len(), "point[|s]"),
+                    (0, lines) => counted(lines, "line[|s]"),
+                    (faces, 0) => format!("mesh of {}", counted(faces, "face[|s]")),
+                    (faces, lines) => {
+                        format!("mesh of {} and {}", counted(faces, "face[|s]"), counted(lines, "line[|s]"))
+                    }
                 };
             }
             Geometry::Polyline(line) if line.points.len() < 2 => {
@@ -240,13 +243,13 @@ impl<W: Write> Writer<'_, W> {
                 self.element_material(object)?;
                 self.name(object.name())?;
                 let segments = self.polyline(line)?;
-                written.form = format!("line of {segments} segments");
+                written.form = format!("line of {}", counted(segments, "segment[|s]"));
             }
             Geometry::Cloud(cloud) => {
                 self.element_material(object)?;
                 self.name(object.name())?;
                 self.cloud(cloud)?;
-                written.form = format!("{} points", cloud.points.len());
+                written.form = counted(cloud.points.len(), "point[|s]");
             }
             Geometry::Custom(custom) => {
                 self.custom(object, custom, mirrored, fineness, &mut written)?;

@@ -213,11 +213,13 @@ impl Library {
                 sink.picture(name, bytes)?;
             }
         }
-        report
-            .say(self.left_out, "picture(s) lie outside of the folder: textures that show them are left out");
+        report.say(
+            self.left_out,
+            "[picture lies|pictures lie] outside of the folder: textures that show [it|them] are left out",
+        );
         report.say(
             unplaced,
-            "texture(s) or settings of textures have no place in a material library and are left out",
+            "[texture or setting of a texture has|textures or settings of textures have] no place in a material library and [is|are] left out",
         );
         let embedded: HashSet<&str> = self.embedded.iter().map(|(_, name)| name.as_str()).collect();
         let files = self.pictures.iter().filter(|(name, _)| !embedded.contains(name.as_str()));

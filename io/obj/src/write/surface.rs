@@ -12,6 +12,7 @@ use loftsman_kernel::text::a;
 
 use super::{Surfaces, Writer};
 use crate::fingerprint::fingerprint;
+use loftsman_kernel::text::counted;
 
 /// A surface of whatever kind as a mesh.
 struct Cut {
@@ -115,7 +116,7 @@ impl<W: Write> Writer<'_, W> {
                     looks.extend(colors.into_iter().map(|color| Some(self.library.paint(color))));
                 }
                 self.mesh(&mesh, &looks)?;
-                written.form = format!("{} triangles", mesh.face_count());
+                written.form = counted(mesh.face_count(), "triangle[|s]");
                 written.cut(self.chord.length(tolerance / self.scale), Some(error / self.scale));
                 if !exact {
                     written.fate = Fate::Approximated;
@@ -157,7 +158,7 @@ impl<W: Write> Writer<'_, W> {
             }
             Geometry::Trimmed(trimmed) => {
                 self.trimmed(object.name(), trimmed)?;
-                format!("trimmed surface of {} loops (surf)", trimmed.loops().count())
+                format!("trimmed surface of {} (surf)", counted(trimmed.loops().count(), "loop[|s]"))
             }
             _ => return Ok(()),
         };

@@ -1,5 +1,6 @@
 //! What the colours of faces say: zebra stripes, curvature, the distance from the state before.
 
+use loftsman_kernel::mesh::color::{diverging, map_end};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
@@ -16,8 +17,6 @@ use crate::view::Lens;
 const STRIPES: f64 = 24.0;
 /// Where stripes meet, this part of one is between light and dark, so that their edges are smooth.
 const SOFT: f64 = 0.12;
-/// This part of all values is within the ends of the map: a few may be far out.
-const WITHIN: f64 = 0.98;
 /// The cells of faces that are painted are finer, so that stripes and colours change smoothly.
 const FINER: usize = 3;
 
@@ -52,11 +51,7 @@ impl Painting {
             let painted = painting.painted(stage, body, surfaces);
             painting.bodies.push(painted);
         }
-        let mut all: Vec<f64> = painting.bodies.iter().flat_map(|b| &b.values).map(|v| v.abs()).collect();
-        all.sort_by(f64::total_cmp);
-        // A single place that is far out is not to make all others white.
-        let most = ((all.len() as f64 * WITHIN).ceil() as usize).saturating_sub(1);
-        painting.end = all.get(most).copied().filter(|end| end.is_finite()).map_or(0.0, rounded);
+        painting.end = map_end(painting.bodies.iter().flat_map(|b| &b.values).copied());
         painting
     }
 
@@ -271,37 +266,14 @@ fn deviation(from: &Surface, p: &Vector) -> Option<f64> {
     Some(side * away.norm())
 }
 
-/// The colour at a share of the map, -1 to 1: blue, white, vermilion (Okabe and Ito 2008).
+/// The colour at a share of the map, -1 to 1.
 pub(crate) fn mapped(share: f64) -> Color {
-    let (end, by) =
-        if share < 0.0 { (Color([0x00, 0x72, 0xb2]), -share) } else { (Color([0xd5, 0x5e, 0x00]), share) };
-    Color([245, 245, 245]).mixed(end, by.clamp(0.0, 1.0))
-}
-
-/// A number not smaller that has two digits.
-fn rounded(value: f64) -> f64 {
-    if value == 0.0 {
-        return 0.0;
-    }
-    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
-    let up = (value / unit * (1.0 - 1e-12)).ceil() * unit;
-    // Without the digits that multiplying leaves.
-    format!("{up:.1e}").parse().unwrap_or(up)
+    Color(diverging(share).map(|byte| byte.round() as u8))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_map_has_its_ends_and_its_middle() {
-        assert_eq!(mapped(0.0), Color([245, 245, 245]));
-        assert_eq!(mapped(-2.0), Color([0x00, 0x72, 0xb2]));
-        assert_eq!(mapped(1.0), Color([0xd5, 0x5e, 0x00]));
-        for (value, up) in [(0.0123, 0.013), (0.013, 0.013), (9.99, 10.0), (1234.0, 1300.0), (4e-9, 4e-9)] {
-            assert_eq!(rounded(value), up, "{value}");
-        }
-    }
 
     #[test]
     fn stripes_turn_twice_as_fast_as_the_normal_and_know_no_side() {

@@ -6,6 +6,10 @@ use loftsman_kernel::spline::trimmed::{ParameterCurve, Trimmed};
 
 /// Steps of a curved loop from knot to knot.
 const STEPS: usize = 24;
+/// Steps of a loop through the whole domain of a surface: a straight line of parameters bends as the surface does. As many a span of
+/// the surface, and no fewer, and no more, than these.
+const ACROSS_A_SPAN: f64 = 16.0;
+const ACROSS: [f64; 2] = [64.0, 2048.0];
 
 /// Cells of a mask each way: what is inside is decided to within a thousandth of the domain.
 const CELLS: usize = 1024;
@@ -25,21 +29,32 @@ impl Trim {
     /// # Errors
     /// When a curve overflows.
     pub(crate) fn of(trimmed: &Trimmed) -> Result<Option<Self>> {
-        let loops: Vec<Vec<[f64; 2]>> = trimmed.loops().map(flattened).collect::<Result<_>>()?;
+        let loops: Vec<Vec<[f64; 2]>> =
+            trimmed.loops().map(|chain| flattened(chain, trimmed.surface())).collect::<Result<_>>()?;
         let whole = trimmed.regions().iter().any(|region| region.outer.is_empty());
         Ok((!loops.is_empty()).then_some(Self { loops, whole }))
     }
 }
 
-fn flattened(chain: &[ParameterCurve]) -> Result<Vec<[f64; 2]>> {
+fn flattened(chain: &[ParameterCurve], surface: &Surface) -> Result<Vec<[f64; 2]>> {
     let mut points = Vec::new();
+    // Steps a parameter, each way.
+    let density = [surface.u(), surface.v()].map(|space| {
+        let (low, high) = space.domain();
+        let spans = space.breakpoints().len().saturating_sub(1) as f64;
+        (ACROSS_A_SPAN * spans).clamp(ACROSS[0], ACROSS[1]) / (high - low)
+    });
     for part in chain {
         let (curve, (from, to)) = (part.curve(), part.range());
         let inner = curve.space().breakpoints().into_iter().filter(|u| *u > from && *u < to);
         let breaks: Vec<f64> = [from].into_iter().chain(inner).chain([to]).collect();
         let straight = curve.space().degree() == 1 && curve.weights().is_none();
-        let steps = if straight { 1 } else { STEPS };
         for span in breaks.windows(2) {
+            let (p, q) = (curve.point(span[0])?, curve.point(span[1])?);
+            let across = [(q.x - p.x) * density[0], (q.y - p.y) * density[1]].map(f64::abs);
+            // The cast saturates, and a range of parameters is within the domain or not far from it.
+            let across = (across[0].max(across[1]).ceil() as usize).clamp(1, ACROSS[1] as usize);
+            let steps = if straight { across } else { across.max(STEPS) };
             for i in 0..steps {
                 let p = curve.point(span[0] + (span[1] - span[0]) * (i as f64 / steps as f64))?;
                 points.push([p.x, p.y]);
@@ -132,5 +147,30 @@ mod tests {
         }
         let whole = Trimmed::new(surface, Vec::new(), Vec::new(), Vec::new()).unwrap();
         assert_eq!(Trim::of(&whole).unwrap(), None);
+    }
+
+    /// A straight line of parameters bends as its surface does: here through four spans of it, so that there are as many steps in each.
+    #[test]
+    fn straight_lines_of_parameters_have_steps_in_each_span() {
+        let u = Space::clamped(3, &[0.0, 1.0, 2.0, 3.0, 4.0]).unwrap();
+        let v = Space::clamped(1, &[0.0, 1.0]).unwrap();
+        let net =
+            (0..14).map(|k| Point::new(f64::from(k / 2), f64::from(k % 2), f64::from(k / 2 % 2))).collect();
+        let surface = Surface::new(u, v, net).unwrap();
+        let corners = [[0.0, 0.25], [4.0, 0.25], [4.0, 0.75], [0.0, 0.75], [0.0, 0.25]];
+        let outline = Curve::new(
+            Space::clamped(1, &[0.0, 1.0, 2.0, 3.0, 4.0]).unwrap(),
+            corners.map(|[u, v]| Point::new(u, v, 0.0)).to_vec(),
+        );
+        let outer = vec![ParameterCurve::whole(outline.unwrap()).unwrap()];
+        let region = Region { outer, holes: Vec::new() };
+        let trimmed = Trimmed::new(surface, vec![region], Vec::new(), Vec::new()).unwrap();
+        let trim = Trim::of(&trimmed).unwrap().unwrap();
+        let [points] = &trim.loops[..] else { panic!("one loop") };
+        for pair in points.windows(2) {
+            assert!((pair[1][0] - pair[0][0]).abs() <= 4.0 / 64.0 + 1e-12, "{pair:?}");
+            assert!((pair[1][1] - pair[0][1]).abs() <= 1.0 / 64.0 + 1e-12, "{pair:?}");
+        }
+        assert_eq!(points.len(), 2 * (64 + 32));
     }
 }

@@ -12,6 +12,7 @@ use loftsman_kernel::text::number;
 use nalgebra::Matrix4;
 
 use crate::marks::{self, Kind};
+use loftsman_kernel::text::counted;
 
 /// An object that goes out, and its way into the scene's coordinates.
 struct Rows<'s> {
@@ -53,7 +54,11 @@ pub(crate) fn file(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Write
             return Err(FormatError::whole(problem).of(object.name()));
         }
         let by = if place.is_some() { ", placed by its transforms" } else { "" };
-        let form = format!("{} of {} points{by}", object.geometry().kind(), object.geometry().points().len());
+        let form = format!(
+            "{} of {}{by}",
+            object.geometry().kind(),
+            counted(object.geometry().points().len(), "point[|s]")
+        );
         report.objects.push(Written::kept(object, form));
         out.push(rows);
     }

@@ -52,7 +52,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let Writer { mut printer, mut common, looks, mut report, sink, .. } = writer;
     let context = common.context(&mut printer, 0.0);
     let lost = looks.finish(&mut printer, &scene, context);
-    report.say(lost, "layer(s) that nothing is on are lost");
+    report.say(lost, "layer[|s] that nothing is on [is|are] lost");
     printer.out.extend_from_slice(END.as_bytes());
     sink.main().write_all(&printer.out)?;
     Ok(report)

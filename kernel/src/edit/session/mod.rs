@@ -32,6 +32,7 @@ use crate::problem::conflict::quoted;
 use crate::problem::{Asked, Constraint, ConstraintId, EditError, Numbers, Problem, Value, view};
 use crate::shape::{Location, Shape};
 use crate::solve::{Sense, SolveError, Solver};
+use crate::text::counted;
 
 /// An edit under way. Events do not allocate and do not depend on the size of the shapes (as long as everything
 /// asked is a linear equation and the handle does not slide). Where something is not linear, an event costs a few times what that
@@ -266,7 +267,11 @@ impl<S: Shape> Session<S> {
             let (what, needed) =
                 (self.problem.bound[handle].constraint.describe(), self.problem.bound[handle].target.len());
             let found = value.len();
-            return Err(Error::Invalid(format!("\"{what}\" has {needed} number(s), not {found}")).into());
+            return Err(Error::Invalid(format!(
+                "\"{what}\" has {}, not {found}",
+                counted(needed, "number[|s]")
+            ))
+            .into());
         }
         self.slide(value)?;
         let target = &mut self.problem.bound[handle].target;

@@ -48,8 +48,16 @@ impl Edge {
         found.ok_or_else(|| {
             let names: Vec<_> = edges.iter().map(|edge| edge.name).collect();
             let names = if names.is_empty() { "none: it is closed".into() } else { names.join(", ") };
-            Error::Invalid(format!("there is no edge {self}: the surface's edges are {names}"))
+            Error::Invalid(format!("there is no {}: the surface's edges are {names}", self.called()))
         })
+    }
+
+    /// The edge in a sentence: `edge u1`, `edge 3`.
+    pub fn called(self) -> String {
+        match self {
+            Self::Number(index) => format!("edge {index}"),
+            _ => format!("edge {self}"),
+        }
     }
 
     /// The edge that a field of a recipe names.

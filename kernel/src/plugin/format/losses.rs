@@ -9,6 +9,7 @@ use crate::mesh::Mesh;
 use crate::named::Named;
 use crate::scene::{Definition, Geometry, Object, Scene, Unit};
 use crate::spline::Space;
+use crate::text::counted;
 
 impl MeshPart {
     /// Whether a mesh has it.
@@ -29,19 +30,21 @@ impl MeshPart {
     /// What becomes of it where the format has no such thing.
     fn fate(self) -> &'static str {
         match self {
-            Self::Polygons => "have faces of more than three corners, which are cut into triangles",
-            Self::Corners => "have values that differ between the faces at a point: such points are doubled",
+            Self::Polygons => "[has|have] faces of more than three corners, which are cut into triangles",
+            Self::Corners => {
+                "[has|have] values that differ between the faces at a point: such points are doubled"
+            }
             Self::CornerColors => {
-                "have colours that differ between the faces at a point: one of them goes out"
+                "[has|have] colours that differ between the faces at a point: one of them goes out"
             }
-            Self::Tangents => "have tangents, which are left out",
-            Self::FurtherUvs => "have further texture coordinates, which are left out",
-            Self::Groups => "have groups of faces, which are left out",
-            Self::Smoothing => "have smoothing groups, which are left out",
+            Self::Tangents => "[has|have] tangents, which are left out",
+            Self::FurtherUvs => "[has|have] further texture coordinates, which are left out",
+            Self::Groups => "[has|have] groups of faces, which are left out",
+            Self::Smoothing => "[has|have] smoothing groups, which are left out",
             Self::BareLines => {
-                "are lines without faces, each chain of which is read as a polyline of its own"
+                "[is|are] lines without faces, each chain of which is read as a polyline of its own"
             }
-            Self::BarePoints => "are points without faces, which are read as clouds",
+            Self::BarePoints => "[is|are] points without faces, read as [a cloud|clouds]",
         }
     }
 }
@@ -68,69 +71,86 @@ impl Holds {
         };
         let mut say = |count: usize, what: &str| {
             if count > 0 {
-                lost.push(format!("{count} {what}"));
+                lost.push(counted(count, what));
             }
         };
         if objects.iter().any(|o| matches!(o.geometry(), Geometry::Mesh(_)) && self.exactly(o.geometry())) {
             for part in MeshPart::ALL.iter().filter(|part| !self.meshes.contains(part)) {
                 let has = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if part.is_in(mesh));
-                say(count(false, &has), &format!("mesh(es) {}", part.fate()));
+                say(count(false, &has), &format!("mesh[|es] {}", part.fate()));
             }
         }
         let is_simple = |o: &Object| matches!(o.geometry(), Geometry::Curve(c) if !is_bezier(c.space()));
         say(
             count(self.knots || !self.exact.contains(&"curve"), &is_simple),
-            "curve(s) go out in Bézier form: the same shapes with more control vertices, open where they were periodic",
+            "curve[|s] [goes|go] out in Bézier form: the same shape[|s] with more control vertices, open where [it was|they were] periodic",
         );
         let opened = |o: &Object| self.exactly(o.geometry()) && is_unclamped(o.geometry());
         say(
             count(self.unclamped || !self.knots, &opened),
-            "curve(s) or surface(s) are clamped: the same shapes with more control vertices, open where they were periodic",
+            "[curve or surface is|curves or surfaces are] clamped: the same shape[|s] with more control vertices, open where [it was|they were] periodic",
         );
         say(
             count(self.hierarchy, &|o| o.transform.is_some()),
-            "transform(s) are baked in: the format has none",
+            "transform[|s] [is|are] baked in: the format has none",
         );
-        say(count(self.hierarchy, &|o| o.parent.is_some()), "object(s) lose their place in the hierarchy");
+        say(
+            count(self.hierarchy, &|o| o.parent.is_some()),
+            "object[|s] [loses its|lose their] place in the hierarchy",
+        );
         say(
             count(self.animation, &|o| o.animation.is_some()),
-            "animation(s) are left out: the frame that the object is in goes out",
+            "animation[|s] [is|are] left out: the frame that the object is in goes out",
         );
-        say(count(self.colors, &|o| o.color.is_some()), "colour(s) of objects are left out");
-        say(count(self.layers, &|o| o.layer.is_some()), "layer name(s) are left out");
+        say(
+            count(self.colors, &|o| o.color.is_some()),
+            "[colour of an object is|colours of objects are] left out",
+        );
+        say(count(self.layers, &|o| o.layer.is_some()), "layer name[|s] [is|are] left out");
         say(
             count(self.labels, &|o| o.label.is_some()),
-            "label(s) are left out: names must differ in the format",
+            "label[|s] [is|are] left out: names must differ in the format",
         );
         let hidden = if self.hides { 0 } else { scene.hidden_count() };
-        say(hidden, "object(s) are on hidden layers and go out as all others: other programs show them");
+        say(
+            hidden,
+            "[object is on a hidden layer and goes|objects are on hidden layers and go] out as all others: other programs show them",
+        );
         if !self.layer_trees {
             // A format without layers may give their colours to the objects.
             match (self.layers, self.colors) {
                 (true, true) => {
-                    say(scene.colored_layers(), "colour(s) of layers become those of what is on them");
+                    say(
+                        scene.colored_layers(),
+                        "[colour of a layer becomes that of what is on it|colours of layers become those of what is on them]",
+                    );
                 }
                 (false, true) => {}
-                (_, false) => say(scene.colored_layers(), "colour(s) of layers are left out"),
+                (_, false) => {
+                    say(scene.colored_layers(), "[colour of a layer is|colours of layers are] left out")
+                }
             }
             let below = scene.layers.iter().filter(|layer| layer.parent.is_some()).count();
-            say(if self.layers { below } else { 0 }, "layer(s) lose their place below others");
+            say(
+                if self.layers { below } else { 0 },
+                "layer[|s] [loses its|lose their] place below [another|others]",
+            );
         }
         let (materials, images, definitions) = unused(scene, &objects);
         let all = scene.materials.iter().count();
         if !self.materials {
-            say(all, "material(s) are left out");
-            say(scene.images.iter().count(), "picture(s) are left out");
+            say(all, "material[|s] [is|are] left out");
+            say(scene.images.iter().count(), "picture[|s] [is|are] left out");
         } else if !self.unused {
-            say(materials, "material(s) that no object has are lost");
-            say(images, "picture(s) that nothing shows are lost");
+            say(materials, "material[|s] that no object has [is|are] lost");
+            say(images, "picture[|s] that nothing shows [is|are] lost");
         }
         if !self.unused {
-            say(definitions, "definition(s) that nothing shows are lost");
+            say(definitions, "definition[|s] that nothing shows [is|are] lost");
         }
         let connections = if self.connections { 0 } else { scene.connections().len() };
-        say(connections, "connection(s) of surfaces are left out");
-        say(self.foreign(scene, &objects), "statement(s) of other formats are left out");
+        say(connections, "connection[|s] of surfaces [is|are] left out");
+        say(self.foreign(scene, &objects), "statement[|s] of other formats [is|are] left out");
         if self.single_precision && objects.iter().any(|o| !o.geometry().points().is_empty()) {
             lost.push("coordinates are rounded to single precision".to_owned());
         }

@@ -139,11 +139,12 @@ impl<'a> Outgoing<'a> {
                 None => named += 1,
             }
         }
-        report.say(named, "picture file(s) are named, not copied: they belong beside the new file too");
         report.say(
-            missing,
-            "picture file(s) are named, but missing beside the source: they are not there either",
+            named,
+            "picture file[|s] [is|are] named, not copied: [it belongs|they belong] beside the new file too",
         );
+        report
+            .say(missing, "picture file[|s] [is|are] named, but missing beside the source: not there either");
         Ok(())
     }
 }

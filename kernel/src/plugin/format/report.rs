@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::scene::{Object, Unit};
+use crate::text::counted;
 
 /// What became of an entity of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -131,10 +132,10 @@ impl WriteReport {
         [self.losses, self.notes].concat()
     }
 
-    /// Notes how many there are of something, where there are any.
+    /// Notes how many there are of something, where there are any; words that one and several differ in as in [`counted`].
     pub fn say(&mut self, count: usize, what: &str) {
         if count > 0 {
-            self.notes.push(format!("{count} {what}"));
+            self.notes.push(counted(count, what));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Which parts of the elements are kept: those no nearer to the curve than the distance.
 
-use loftsman_kernel::error::Result;
+use loftsman_kernel::error::{Error, Figure, Result};
 
 use super::Job;
 use super::element::Element;
@@ -32,6 +32,8 @@ pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32) -> Result<Ke
     let enough = away - job.slack();
     let shortest = job.blind() / (3.0 * 4_f64.powi(round as i32));
     let mut before = true;
+    let most_places = job.places(elements.len());
+    let mut looked = 0;
     for (index, element) in elements.iter().enumerate() {
         let valid =
             |t: f64| -> Result<bool> { Ok(job.around.distance(&element.place(job, t)?.point)? >= enough) };
@@ -42,6 +44,14 @@ pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32) -> Result<Ke
         kept.cut += usize::from(before && !last.1);
         let mut t = a;
         while t < b {
+            looked += 1;
+            if looked > most_places {
+                return Err(Error::Invalid(format!(
+                    "the offset at {} within {} takes more than {most_places} places to follow: give a larger tolerance, or split the curve",
+                    Figure(job.distance),
+                    crate::fields::figure(job.tolerance)
+                )));
+            }
             let place = element.place(job, t)?;
             let speed = place.derivative.norm();
             let most = away + speed * widest;

@@ -78,8 +78,8 @@ pub struct Offset {
 /// ```
 ///
 /// # Errors
-/// When the distance is 0 or the tolerance no length; the curve is a point, leaves its plane by more than 1e-9 of its size, or is straight
-/// and no normal is given; it stops on its way; or nothing is left at that distance (the message says up to where something is).
+/// When the distance is 0 or the tolerance no length, or less than 1e-10 of the size of curve and distance; the curve is a point, leaves its plane by more than 1e-9 of its size, or is straight
+/// and no normal is given; it stops on its way; more than some seconds' work is needed to follow it; or nothing is left at that distance (the message says up to where something is).
 pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<Offset> {
     if !distance.is_finite() || distance == 0.0 {
         let problem = "give a distance that is not 0, positive outwards or to the right";
@@ -96,6 +96,13 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
             "the curve and the distance are too large or too small for their squares to be numbers: scale them"
                 .into(),
         ));
+    }
+    if tolerance < FINEST * size {
+        return Err(Error::Invalid(format!(
+            "a tolerance of {} is finer than the parts of an offset are found, which is to {} here: give that or more",
+            crate::fields::figure(tolerance),
+            crate::fields::figure(FINEST * size)
+        )));
     }
     let around = around::Around::new(curve, 1e-14 * size)?;
     let job = Job { curve, around, plane, distance, tolerance, size, corners: options.corners };
@@ -150,6 +157,13 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
 
 /// Nothing is left at a distance of which the largest circle that touches the curve from there is so much smaller.
 const FAR: f64 = 0.9;
+/// The least tolerance, as a part of the size: the parts that are kept are found to a hundredth of it.
+const FINEST: f64 = 1e-10;
+/// So many places are looked at on the way along a curve of degree 0, divided by `(p + 1)²` for one of degree `p`, of which each costs as much more:
+/// some seconds.
+const PLACES: f64 = 2e7;
+/// So many an element in any case.
+const AN_ELEMENT: usize = 256;
 /// So often are the steps along the curve made shorter, four times each.
 const ROUNDS: u32 = 5;
 
@@ -184,6 +198,12 @@ impl Job<'_> {
     /// What comes nearer than the distance by the tolerance does so over this length.
     fn blind(&self) -> f64 {
         2.0 * (2.0 * self.distance.abs() * self.tolerance.min(self.distance.abs())).sqrt()
+    }
+
+    /// How many places are looked at on the way along so many elements, at most.
+    fn places(&self, elements: usize) -> usize {
+        let order = self.curve.degree() as f64 + 1.0;
+        ((PLACES / (order * order)) as usize).max(AN_ELEMENT.saturating_mul(elements))
     }
 
     /// How far pieces may be apart where they are put together.

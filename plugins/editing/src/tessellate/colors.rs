@@ -1,63 +1,23 @@
 //! The curvature of a surface as colours of the points of its mesh.
 
 use loftsman_kernel::error::Result;
-use loftsman_kernel::mesh::color::from_srgb;
+use loftsman_kernel::mesh::color::{diverging, from_srgb, map_end};
 use loftsman_kernel::mesh::{Layer, Mesh};
 use loftsman_kernel::plugin::{ParameterError, Parameters};
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::spline::Surface;
-use loftsman_kernel::spline::curvature::SurfaceCurvature;
+use loftsman_kernel::spline::curvature::{CurvatureMeasure, SurfaceCurvature};
+use loftsman_kernel::text::counted;
 
-/// Which curvature.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Measure {
-    Mean,
-    Gaussian,
-    Maximum,
-    Minimum,
-}
-
-impl Measure {
-    const WORDS: [(&str, Self); 4] = [
-        ("mean", Self::Mean),
-        ("gaussian", Self::Gaussian),
-        ("maximum", Self::Maximum),
-        ("minimum", Self::Minimum),
-    ];
-
-    fn of(self, at: &SurfaceCurvature) -> f64 {
-        match self {
-            Self::Mean => at.mean,
-            Self::Gaussian => at.gaussian,
-            Self::Maximum => at.principal[0],
-            Self::Minimum => at.principal[1],
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Mean => "mean curvature",
-            Self::Gaussian => "Gaussian curvature",
-            Self::Maximum => "larger principal curvature",
-            Self::Minimum => "smaller principal curvature",
-        }
-    }
-}
-
-/// A colour map: the ends are two colours of Okabe and Ito (2008), "Color universal design", which colour-blind readers can tell apart.
+/// What the colours show, and the curvatures at the ends of the map.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Paint {
-    pub(super) measure: Measure,
+    pub(super) measure: CurvatureMeasure,
     range: Option<[f64; 2]>,
 }
 
-/// sRGB.
-const MAP: [[f64; 3]; 3] = [[0.0, 114.0, 178.0], [245.0, 245.0, 245.0], [213.0, 94.0, 0.0]];
-/// Of points where nothing has a curvature.
+/// Of points where nothing has a curvature, in sRGB.
 const GREY: [f64; 3] = [128.0; 3];
-/// Without a range, this part of the points is within the ends of the map.
-const WITHIN: f64 = 0.98;
-
 impl Paint {
     /// What the fields `colors` and `range` say.
     pub(super) fn new(p: &Parameters) -> std::result::Result<Option<Self>, ParameterError> {
@@ -67,7 +27,7 @@ impl Paint {
             }
             return Ok(None);
         }
-        let measure = p.choice("colors", &Measure::WORDS)?;
+        let measure = p.choice("colors", &CurvatureMeasure::WORDS)?;
         let range = match p.has("range").then(|| p.numbers("range")).transpose()?.as_deref() {
             None => None,
             Some(&[low, high]) if low < high && (high - low).is_finite() => Some([low, high]),
@@ -81,13 +41,13 @@ impl Paint {
         let without = values.iter().filter(|v| v.is_none()).count();
         spread(mesh, &mut values);
         let [low, high] = self.range.unwrap_or_else(|| {
-            let end = end_of(&values);
+            let end = map_end(values.iter().flatten().copied());
             [-end, end]
         });
-        let share =
-            |value: f64| if high > low { ((value - low) / (high - low)).clamp(0.0, 1.0) } else { 0.5 };
+        // From the middle of the range: -1 at its low end, 1 at its high one.
+        let share = |value: f64| if high > low { 2.0 * (value - low) / (high - low) - 1.0 } else { 0.0 };
         let color = |value: &Option<f64>| {
-            let [r, g, b] = value.map_or(GREY, |v| mapped(share(v))).map(|byte| from_srgb(byte / 255.0));
+            let [r, g, b] = value.map_or(GREY, |v| diverging(share(v))).map(|byte| from_srgb(byte / 255.0));
             [r, g, b, 1.0]
         };
         mesh.colors = Layer::per_point(values.iter().map(color).collect());
@@ -97,32 +57,20 @@ impl Paint {
             let mut said =
                 format!("; {} from {low} (blue) over {middle} to {high} (vermilion)", self.measure.name());
             if beyond > 0 {
-                said += &format!(", {beyond} points beyond");
+                said += &format!(", {} beyond", counted(beyond, "point[|s]"));
             }
             said
         } else {
             format!("; {} 0 everywhere", self.measure.name())
         };
         if without > 0 {
-            said += &format!(", {without} points without one have that of their neighbours");
+            said += &format!(
+                ", {}",
+                counted(without, "point[|s] without one [has|have] that of [its|their] neighbours")
+            );
         }
         said
     }
-}
-
-/// The colour at a share of the map.
-fn mapped(share: f64) -> [f64; 3] {
-    let (from, to, t) = if share < 0.5 { (0, 1, 2.0 * share) } else { (1, 2, 2.0 * share - 1.0) };
-    std::array::from_fn(|k| MAP[from][k] + (MAP[to][k] - MAP[from][k]) * t)
-}
-
-/// The size that most values are within, to three digits.
-fn end_of(values: &[Option<f64>]) -> f64 {
-    let mut sizes: Vec<f64> = values.iter().flatten().map(|v| v.abs()).collect();
-    sizes.sort_unstable_by(f64::total_cmp);
-    let at = (sizes.len() as f64 * WITHIN).ceil() as usize;
-    let size = sizes.get(at.saturating_sub(1)).copied().unwrap_or(0.0);
-    format!("{size:.2e}").parse().unwrap_or(size)
 }
 
 /// Gives points that have no value the mean of those of their faces that have one, from one point to the next.
@@ -155,7 +103,11 @@ fn spread(mesh: &Mesh, values: &mut [Option<f64>]) {
 
 /// The curvature of a surface at each point of a mesh of it, from the mesh's `uvs`: where a point has several (at seams), the mean of
 /// those there. `None` at poles.
-pub(super) fn of_surface(surface: &Surface, mesh: &Mesh, measure: Measure) -> Result<Vec<Option<f64>>> {
+pub(super) fn of_surface(
+    surface: &Surface,
+    mesh: &Mesh,
+    measure: CurvatureMeasure,
+) -> Result<Vec<Option<f64>>> {
     let [(u0, u1), (v0, v1)] = [surface.u().domain(), surface.v().domain()];
     let between = |share: f64, from: f64, to: f64| (from + (to - from) * share).clamp(from, to);
     let mut sums: Vec<(f64, u32, Option<[f64; 2]>)> = vec![(0.0, 0, None); mesh.points().len()];
@@ -180,7 +132,7 @@ pub(super) fn of_surface(surface: &Surface, mesh: &Mesh, measure: Measure) -> Re
 pub(super) fn of_shape(
     shape: &dyn Shape,
     places: &[Location],
-    measure: Measure,
+    measure: CurvatureMeasure,
 ) -> Option<Result<Vec<Option<f64>>>> {
     let value = |&at: &Location| {
         let found = SurfaceCurvature::of(shape, at)?.map(|at| measure.of(&at));

@@ -10,6 +10,7 @@ use super::{
 };
 use crate::measure::area;
 use crate::outline::outlines;
+use loftsman_kernel::text::counted;
 
 /// The operation `fill`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,8 +46,12 @@ impl Operation for Fill {
         let mut mesh = Mesh::from_parts(points, corners, starts)?;
         (mesh.normals, mesh.uvs) = (Layer::per_point(normals), Layer::per_point(uvs));
         let area = finite("the area", area(&mesh))?;
-        let (count, plural) = (outlines.len(), if outlines.len() == 1 { "" } else { "s" });
-        let mut notes = vec![format!("\"{name}\": {} triangles, {count} outline{plural}", mesh.face_count())];
+        let count = outlines.len();
+        let mut notes = vec![format!(
+            "\"{name}\": {}, {}",
+            counted(mesh.face_count(), "triangle[|s]"),
+            counted(count, "outline[|s]")
+        )];
         notes.extend(unrefined(filled.refined));
         let object = like(scene, &objects[0], &name, mesh);
         scene.add(object)?;

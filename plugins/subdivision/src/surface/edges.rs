@@ -83,9 +83,9 @@ impl SubdivisionSurface {
     fn irregular(&self, edge: &BoundaryEdge, order: usize) -> Result<Vec<Strip>> {
         let wrong = |what: &str| {
             Err(Error::Invalid(format!(
-                "edge {} ends at an extraordinary vertex: {what}; join places of it one by one, or refine the cage and join the half away from \
+                "{} ends at an extraordinary vertex: {what}; join places of it one by one, or refine the cage and join the half away from \
                  that vertex",
-                edge.name
+                edge.called()
             )))
         };
         if order > 0 {

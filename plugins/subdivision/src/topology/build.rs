@@ -2,6 +2,7 @@
 
 use super::{NONE, Polygons, Topology};
 use crate::error::{Result, SubdivisionError};
+use loftsman_kernel::text::counted;
 
 impl Topology {
     /// The topology of faces over `vertices` vertices: the vertex at each corner, face after face, and where each face starts among
@@ -161,7 +162,10 @@ fn check_sizes(vertices: usize, corners: usize, starts: &[usize]) -> Result<()> 
     check_room("corners of faces", corners)?;
     for (face, pair) in starts.windows(2).enumerate() {
         if pair[1] < pair[0].saturating_add(3) {
-            let problem = format!("has {} corners: a face needs at least 3", pair[1].saturating_sub(pair[0]));
+            let problem = format!(
+                "has {}: a face needs at least 3",
+                counted(pair[1].saturating_sub(pair[0]), "corner[|s]")
+            );
             return Err(SubdivisionError::Face { face, problem });
         }
     }

@@ -5,6 +5,7 @@
 //! that meet become one spline with knots of multiplicity `n`.
 
 use loftsman_kernel::spline::Space;
+use loftsman_kernel::text::counted;
 
 /// What the control points of an element mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,12 +155,19 @@ impl Direction<'_> {
         let breaks = match (self.parameters, pieces) {
             (Some(found), None) if found.len() >= 2 => found.to_vec(),
             (Some(found), None) => {
-                return Err(format!("parm has {} value(s): at least 2 are needed", found.len()).into());
+                return Err(
+                    format!("parm has {}: at least 2 are needed", counted(found.len(), "value[|s]")).into()
+                );
             }
             (Some(found), Some(pieces)) if found.len() == pieces + 1 => found.to_vec(),
             (Some(found), Some(pieces)) => {
                 let (n, needed) = (found.len(), pieces + 1);
-                return Err(format!("parm has {n} values: {pieces} piece(s) need {needed}").into());
+                return Err(format!(
+                    "parm has {}: {} {needed}",
+                    counted(n, "value[|s]"),
+                    counted(pieces, "[piece needs|pieces need]")
+                )
+                .into());
             }
             (None, Some(pieces)) => {
                 let (a, b) = self.range;

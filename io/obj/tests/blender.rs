@@ -1,0 +1,154 @@
+//! Curves as Blender 4.4, 4.5 and 5.0 write them to OBJ: of every kind of spline, order, closed or not, with end points or not, in Bézier mode or not,
+//! what is read, and whether that is the curve that Blender draws. The files and the points drawn are those of `golden/blender_curves.py`, and
+//! the rows of the table in the manual (`docs/manual/src/files.md`) are the functions below.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
+
+use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{Format, Memory, ReadOptions};
+use loftsman_kernel::scene::Geometry;
+use loftsman_obj::Obj;
+use serde_json::Value;
+
+struct Case {
+    kind: String,
+    order: usize,
+    cyclic: bool,
+    endpoint: bool,
+    bezier: bool,
+    points: usize,
+    obj: String,
+    drawn: Vec<[f64; 3]>,
+}
+
+impl Case {
+    fn new(case: &Value) -> Self {
+        let flag = |name: &str| case[name].as_bool().unwrap();
+        let count = |name: &str| case[name].as_u64().unwrap() as usize;
+        let text = |name: &str| case[name].as_str().unwrap().to_owned();
+        let drawn = case["drawn"].as_array().unwrap().iter();
+        let drawn = drawn.map(|p| std::array::from_fn(|k| p[k].as_f64().unwrap())).collect();
+        let (cyclic, endpoint, bezier) = (flag("cyclic"), flag("endpoint"), flag("bezier"));
+        Self {
+            kind: text("type"),
+            order: count("order"),
+            cyclic,
+            endpoint,
+            bezier,
+            points: count("points"),
+            obj: text("obj"),
+            drawn,
+        }
+    }
+}
+
+#[derive(Debug, PartialEq, Clone, Copy)]
+enum Read {
+    /// A curve that passes where Blender draws.
+    Drawn,
+    /// A curve that does not: the file has other knots than Blender draws by.
+    Other,
+    /// Left out with its line.
+    LeftOut,
+    /// A polyline.
+    Segments,
+}
+
+/// Blender 4.4: as drawn are curves without end points, not in Bézier mode, and all of order 2; from order 5 on there are too few knots.
+fn of_4_4(case: &Case) -> Read {
+    match case {
+        Case { order: 5.., .. } => Read::LeftOut,
+        Case { order: 2, .. } | Case { endpoint: false, bezier: false, .. } => Read::Drawn,
+        // One span between end points, with whatever knots.
+        Case { order: 4, points: 4, endpoint: true, cyclic: false, .. } => Read::Drawn,
+        _ => Read::Other,
+    }
+}
+
+/// Blender 4.5: closed curves with end points or in Bézier mode have other knots, and some open ones in Bézier mode have; of as many points as the order
+/// these have no domain, and with end points they may be torn.
+fn of_4_5(case: &Case) -> Read {
+    match case {
+        Case { order: 2, .. } | Case { endpoint: false, bezier: false, .. } => Read::Drawn,
+        Case { cyclic: true, .. } => Read::Other,
+        Case { endpoint: false, .. } if case.points == case.order => Read::LeftOut,
+        Case { endpoint: false, order, .. } => {
+            if order % 2 == 1 {
+                Read::Drawn
+            } else {
+                Read::Other
+            }
+        }
+        Case { bezier: true, order: 5.., points: 7, .. } => Read::LeftOut,
+        _ => Read::Drawn,
+    }
+}
+
+/// Blender 5.0: closed curves in Bézier mode have other knots; open ones without end points of as many points as the order have one point.
+fn of_5_0(case: &Case) -> Read {
+    match case {
+        Case { order: 2, .. } | Case { bezier: false, .. } => Read::Drawn,
+        Case { cyclic: true, .. } => Read::Other,
+        Case { endpoint: false, .. } if case.points == case.order => Read::LeftOut,
+        _ => Read::Drawn,
+    }
+}
+
+fn check(golden: &str, version: &str, expected: fn(&Case) -> Read) {
+    let golden: Value = serde_json::from_str(golden).unwrap();
+    assert!(golden["blender"].as_str().unwrap().starts_with(version));
+    let cases: Vec<Case> = golden["cases"].as_array().unwrap().iter().map(Case::new).collect();
+    assert_eq!(cases.len(), 4 + 5 * 2 * 2 * 2 * 2);
+    for case in &cases {
+        let name = format!(
+            "{version} {} order {} cyclic {} endpoint {} bezier {} points {}",
+            case.kind, case.order, case.cyclic, case.endpoint, case.bezier, case.points
+        );
+        // A point beside it, so that the file is read whatever becomes of the curve.
+        let beside = "v 9 9 9\np -1\n";
+        let file = Memory::new("c.obj", format!("{}\n{beside}", case.obj));
+        let (scene, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
+        assert!(report.adds_up(), "{name}");
+        let shapes: Vec<&Geometry> = scene.objects().iter().map(|o| o.geometry()).collect();
+        let found = match shapes[..] {
+            [Geometry::Curve(curve), Geometry::Cloud(_)] | [Geometry::Cloud(_), Geometry::Curve(curve)] => {
+                assert_eq!(curve.degree(), if case.order > 0 { case.order - 1 } else { 1 }, "{name}");
+                assert!(case.drawn.len() > 1, "{name}");
+                // Files have six decimals, the points drawn four.
+                let off = |p: &[f64; 3]| curve.closest(Point::from(*p)).unwrap().distance;
+                let farthest = case.drawn.iter().map(off).fold(0.0, f64::max);
+                assert!(!(2e-4..0.05).contains(&farthest), "{name}: {farthest}");
+                if farthest < 2e-4 { Read::Drawn } else { Read::Other }
+            }
+            [Geometry::Polyline(_), Geometry::Cloud(_)] | [Geometry::Cloud(_), Geometry::Polyline(_)] => {
+                Read::Segments
+            }
+            [Geometry::Cloud(_)] => {
+                assert!(report.left_out.keys().any(|why| why.starts_with("line ")), "{name}: {report:?}");
+                Read::LeftOut
+            }
+            _ => panic!("{name}: {} objects", shapes.len()),
+        };
+        let expected = match case.kind.as_str() {
+            "POLY" => Read::Drawn,
+            "BEZIER" => Read::Segments,
+            _ => expected(case),
+        };
+        assert_eq!(found, expected, "{name}\n{}", case.obj);
+    }
+}
+
+#[test]
+fn curves_of_blender_4_4() {
+    check(include_str!("golden/blender-4.4.json"), "4.4.0", of_4_4);
+}
+
+#[test]
+fn curves_of_blender_4_5() {
+    check(include_str!("golden/blender-4.5.json"), "4.5.4", of_4_5);
+}
+
+#[test]
+fn curves_of_blender_5_0() {
+    check(include_str!("golden/blender-5.0.json"), "5.0.1", of_5_0);
+}
