@@ -15,6 +15,9 @@ const KEPT: f64 = 5e-7;
 const SHORTER: [f64; 2] = [0.1, 0.7];
 const TIMES: usize = 10;
 
+/// What sums of steps may miss of their time.
+const ROUNDED: f64 = 1e-9;
+
 /// Shorter steps are of use where constraints drift by no more than this share of what they did.
 const USE: f64 = 0.9;
 
@@ -87,14 +90,44 @@ impl Before {
 }
 
 impl Simulation {
-    /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 1e-6 of the size. Explicit steps that let
-    /// one drift farther are taken again, shorter, down to a hundredth of what is stable; where that is of no use, as where a place slides over a
+    /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 1e-6 of the size; a step ends where a constraint, force or
+    /// pull comes or goes. Explicit steps that let a constraint drift farther are taken again, shorter, down to a hundredth of what is stable; where that is of no use, as where a place slides over a
     /// corner, they stay as they were, and [`worst_error`](Self::worst_error) tells.
     ///
     /// # Errors
     /// When it blows up, constraints that come contradict others, or very many steps would be needed.
     pub fn advance(&mut self, seconds: f64) -> Result<()> {
         crate::error::check("the time to go on", seconds, false)?;
+        let end = self.time + seconds;
+        // Sums of steps are rounded: what comes this near to the end comes there.
+        let near = ROUNDED * seconds;
+        let end = self.changes().find(|at| (at - end).abs() <= near).unwrap_or(end);
+        while end - self.time > near {
+            if self.changes().any(|at| at == self.time) {
+                self.catch_up()?;
+            }
+            let next = self.changes().filter(|at| *at > self.time).fold(end, f64::min);
+            if next - self.time > near {
+                self.advance_evenly(next - self.time)?;
+            }
+            self.time = next;
+        }
+        self.time = end;
+        Ok(())
+    }
+
+    /// When things come or go by their times, from now on.
+    fn changes(&self) -> impl Iterator<Item = f64> + '_ {
+        let links = self.links.iter().map(|link| match link.phase {
+            Phase::Waiting => link.from,
+            Phase::Held => link.until,
+            Phase::Off { .. } => f64::INFINITY,
+        });
+        links.chain(self.loads.iter().flat_map(|load| load.times()))
+    }
+
+    /// Goes on by so many seconds in which nothing comes or goes by its time.
+    fn advance_evenly(&mut self, seconds: f64) -> Result<()> {
         if self.scheme == Scheme::Implicit {
             return self.go_on(seconds);
         }
@@ -161,7 +194,7 @@ impl Simulation {
         let end = self.time + seconds;
         loop {
             let left = end - self.time;
-            if left.is_nan() || left <= 1e-9 * seconds {
+            if left.is_nan() || left <= ROUNDED * seconds {
                 break;
             }
             let limit = self.limit();

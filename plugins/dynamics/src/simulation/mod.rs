@@ -74,6 +74,8 @@ pub struct Simulation {
     pub(crate) scheme: Scheme,
     pub(crate) size: f64,
     pub(crate) time: f64,
+    /// Within an implicit step, which looks at its end: half of it, for in its middle loads act that do so in all of it.
+    pub(crate) late: f64,
     /// Velocities half a step behind (explicit), or now (implicit), three numbers a vertex.
     pub(crate) half: Vec<f64>,
     pub(crate) acceleration: Vec<f64>,
@@ -136,6 +138,7 @@ impl Simulation {
             scheme,
             size,
             time: 0.0,
+            late: 0.0,
             half,
             acceleration: vec![0.0; numbers],
             last: 0.0,
@@ -315,7 +318,7 @@ impl Simulation {
         checked
     }
 
-    /// One step of exactly this length, stable or not.
+    /// One step of exactly this length, stable or not. What comes or goes within it does so at its end.
     ///
     /// # Errors
     /// As for [`advance`](Self::advance).
