@@ -97,8 +97,9 @@ fn all_curves_move_and_keep_what_holds_them() {
                     simulation.advance(step).unwrap_or_else(|e| panic!("{what}, {scheme:?}: {e}"));
                 }
                 let errors = simulation.errors().unwrap();
-                // What slides over a corner is thrown off by the way of a step.
-                let allowed = if what.ends_with("degree 1") { 2e-5 } else { 1e-5 };
+                // What slides over a corner, of polylines and of pieces, is thrown off by the way of a step as it turns: at 2 units a second in steps of 0.0002 s, the shortest.
+                let corners = what.ends_with("degree 1") || what.starts_with("pieces");
+                let allowed = if corners { 2e-4 } else { 1e-5 };
                 assert!(errors.iter().all(|e| *e < allowed), "{what}, {scheme:?}: {errors:?}");
                 let now = simulation.energy().total();
                 // By a share of how far it would fall if nothing held it.

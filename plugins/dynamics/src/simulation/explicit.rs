@@ -5,9 +5,9 @@ use crate::error::Result;
 
 /// The time constant of Baumgarte's terms, in steps: they are stable up to 1.2 and drift no more.
 const STEADY: f64 = 2.0;
-/// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable.
+/// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable, or of the whole way where that is shorter.
 const DRIFT: f64 = 3e-7;
-const FINEST: f64 = 1e-2;
+const FINEST: f64 = 3e-3;
 /// Steps between changes of their length.
 const PATIENCE: usize = 20;
 
@@ -123,7 +123,7 @@ impl Simulation {
 
     /// Steps are no longer than this for some time; whether they become shorter by that.
     pub(super) fn shorten(&mut self, to: f64) -> bool {
-        let fineness = (to / self.stable).max(FINEST);
+        let fineness = (to / self.reach).max(FINEST);
         let shorter = fineness < self.fineness;
         if shorter {
             (self.fineness, self.patience) = (fineness, PATIENCE);

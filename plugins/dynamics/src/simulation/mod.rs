@@ -100,7 +100,8 @@ pub struct Simulation {
     /// The same at the last of Newton's steps.
     missed: f64,
     pub(crate) rank: usize,
-    /// Which share of the stable step keeps constraints where they are.
+    /// The stable step, or all of the way that it goes on where that is shorter; and which share of it keeps constraints where they are.
+    reach: f64,
     fineness: f64,
     patience: usize,
     /// Whether it looks for rest, and time stands still.
@@ -158,6 +159,7 @@ impl Simulation {
             worst: 0.0,
             missed: 0.0,
             rank: 0,
+            reach: f64::INFINITY,
             fineness: 1.0,
             patience: 0,
             settling: false,
