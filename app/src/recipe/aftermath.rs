@@ -74,8 +74,18 @@ impl Beforehand {
     /// which go.
     ///
     /// Where an object no longer has a place, one that the step made may have it: a piece of it, or the object itself under
-    /// another name.
-    pub(super) fn follow(&self, scene: &Scene, marks: &mut Vec<Mark>) -> usize {
+    /// another name. Where the step took off an object's frames, or `made` marks with others of its own, those of earlier ones know of none.
+    pub(super) fn follow(&self, scene: &Scene, marks: &mut Vec<Mark>, made: &[Mark]) -> usize {
+        marks.retain_mut(|mark| {
+            let was = self.animated.contains_key(&mark.object);
+            let still = was && scene.find(&mark.object).is_some_and(|object| object.animation.is_none());
+            let anew = made.iter().any(|other| other.object == mark.object && other.track.is_some());
+            let stays = mark.stays();
+            if still || anew {
+                mark.track = None;
+            }
+            stays || mark.track.is_some()
+        });
         let count = marks.len();
         let fresh = || scene.objects().iter().filter(|object| !self.names.contains(object.name()));
         marks.retain_mut(|mark| {

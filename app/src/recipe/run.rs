@@ -175,7 +175,8 @@ impl<'a> Runner<'a> {
                     let look = &recipe.look;
                     let notes = sequence.each(&drawn, self.observer, |file, moment| {
                         let look = look.clone().at(moment);
-                        let (bytes, undrawn) = picture::draw(file, &look, &drawn, None, &[], self.registry)?;
+                        let (bytes, undrawn) =
+                            picture::draw(file, &look, &drawn, None, marks, self.registry)?;
                         outputs.add(file, bytes, none())?;
                         Ok(undrawn)
                     })?;
@@ -286,7 +287,7 @@ impl<'a> Runner<'a> {
                 let what = "areas and volumes are of the file's numbers; give the recipe a `unit`";
                 report.notes.push(format!("the unit is unknown: {what}"));
             }
-            applied.lost_marks += before.follow(&applied.scene, &mut applied.marks);
+            applied.lost_marks += before.follow(&applied.scene, &mut applied.marks, &report.marks);
             applied.marks.extend(report.marks.iter().cloned());
             lifted.put_back(&mut applied.scene, parameters, &mut report, notes).map_err(locate)?;
             applied.steps.push(report);

@@ -128,6 +128,49 @@ fn marks_follow_the_frames_of_a_film() {
     assert!((offset(0) - offset(1)).abs() > 1.0 && (offset(1) - offset(2)).abs() > 1.0, "{starts:?}");
 }
 
+/// A ring through which a rope slides is marked where it hangs in space, in each picture of a film and of a sequence: as far from the nail as
+/// at the start.
+#[test]
+fn a_ring_is_marked_in_its_place_in_all_frames() {
+    let bench = bench_with_rope(2);
+    for (out, fields) in [("film.svg", serde_json::json!({ "film": 4 })), ("p##.svg", serde_json::json!({}))]
+    {
+        let mut look = serde_json::json!({ "before": false, "polygons": false, "labels": false, "legend": false, "view": "front" });
+        look.as_object_mut().unwrap().extend(fields.as_object().unwrap().clone());
+        bench.write(
+            "ring.json",
+            serde_json::json!({
+                "input": "rope.loft.json", "output": out, "picture": look,
+                "step": [{ "op": "simulate", "seconds": 0.25, "scheme": "implicit", "gravity": [20, 0, -9.81], "constraints": [
+                    { "kind": "fixed", "at": 0 }, { "kind": "sliding", "near": 0.45 },
+                ] }],
+            })
+            .to_string(),
+        );
+        bench.done(&["run", "ring.json"]);
+        let files = match out {
+            "film.svg" => vec![out.to_owned()],
+            _ => (0..7).map(|k| format!("p{k:02}.svg")).collect(),
+        };
+        let mut offsets = Vec::new();
+        for file in files {
+            let svg = String::from_utf8(bench.read(&file)).unwrap();
+            let number = |text: &str| -> f64 { text.split('"').next().unwrap().parse().unwrap() };
+            let marks: Vec<[f64; 2]> = svg
+                .split("<g class=\"mark ")
+                .skip(1)
+                .map(|mark| ["cx=\"", "cy=\""].map(|at| number(mark.split(at).nth(1).unwrap())))
+                .collect();
+            offsets.extend(marks.chunks(2).map(|m| [m[1][0] - m[0][0], m[1][1] - m[0][1]]));
+        }
+        assert_eq!(offsets.len(), if out == "film.svg" { 4 } else { 7 }, "{out}");
+        for offset in &offsets {
+            let off = (offset[0] - offsets[0][0]).hypot(offset[1] - offsets[0][1]);
+            assert!(off < 0.02, "{out}: {offsets:?}");
+        }
+    }
+}
+
 #[test]
 fn films_show_frames_side_by_side_and_one_above_the_other() {
     let bench = bench_with_rope(25);

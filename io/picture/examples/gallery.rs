@@ -69,6 +69,7 @@ fn section(folder: &Path) -> Result<(), Box<dyn Error>> {
             vector,
             label: label.into(),
             spot: None,
+            track: None,
         })
     };
     let (_, first, second) = jet(nose)?;
@@ -92,6 +93,7 @@ fn section(folder: &Path) -> Result<(), Box<dyn Error>> {
             vector: None,
             label,
             spot: None,
+            track: None,
         });
     }
     let picture = Picture::of(&after).before(&before).marks(&marks);
@@ -131,6 +133,7 @@ fn theory(folder: &Path) -> Result<(), Box<dyn Error>> {
         vector: None,
         label: "position at 4.5".into(),
         spot: None,
+        track: None,
     }];
     let picture = Picture::of(&after).before(&before).marks(&marks).beads(Beads::Knots);
     write(

@@ -127,8 +127,11 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     let shown: Vec<&Scene> =
         [Some(&*scene), before.as_deref()].into_iter().flatten().chain(&stills).collect();
     let solids = Solids::of(&shown, picture.tessellator)?;
-    let scenery = Scenery::new(&scene, (before.as_deref(), None), &marks, picture.frames, &panels, &solids)?;
-    let moving: Vec<Vec<Mark>> = stills.iter().map(|still| followed(&marks, still)).collect();
+    // What let go on the way is marked in its moments only.
+    let ends: Vec<Mark> = marks.iter().filter(|mark| mark.stays()).cloned().collect();
+    let scenery = Scenery::new(&scene, (before.as_deref(), None), &ends, picture.frames, &panels, &solids)?;
+    let at = |(moment, still): (&f64, &Scene)| followed(&marks, *moment, &scene, still);
+    let moving: Vec<Vec<Mark>> = moments.iter().zip(&stills).map(at).collect();
     let still =
         |(still, marks)| Scenery::new(still, (None, Some(&*scene)), marks, Frames::Off, &panels, &solids);
     let sceneries = stills
@@ -201,11 +204,12 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
     Ok(document(picture, &content, bottom))
 }
 
-/// The marks where their places are in a scene at a moment; those that have none there are left out.
-fn followed(marks: &[Mark], still: &Scene) -> Vec<Mark> {
+/// The marks where their places are in a scene at a moment, `still`; those that have none there are left out.
+fn followed(marks: &[Mark], moment: f64, scene: &Scene, still: &Scene) -> Vec<Mark> {
     let follow = |mark: &Mark| {
         let mut mark = mark.clone();
-        let there = still.get(&mark.object).is_some_and(|object| mark.follow(object.geometry()));
+        let objects = scene.get(&mark.object).zip(still.get(&mark.object));
+        let there = objects.is_some_and(|(moves, still)| mark.go_to(moment, moves, still.geometry()));
         // Where it was before is not of this moment.
         mark.before = mark.position;
         there.then_some(mark)

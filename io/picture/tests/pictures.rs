@@ -33,7 +33,16 @@ fn cubic(scale: f64) -> Curve {
 }
 
 fn mark(kind: MarkKind, before: Point, position: Point, vector: Option<Vector>) -> Mark {
-    Mark { object: "c".into(), kind, position, before, vector, label: "position at 0.25".into(), spot: None }
+    Mark {
+        object: "c".into(),
+        kind,
+        position,
+        before,
+        vector,
+        label: "position at 0.25".into(),
+        spot: None,
+        track: None,
+    }
 }
 
 /// Parses the document, and gives the elements.

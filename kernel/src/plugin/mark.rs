@@ -4,7 +4,7 @@ use std::any::Any;
 
 use crate::edit::{Constraint, Wanted};
 use crate::functional::{Curvature, DerivativeAt, Functional, Position, Tangent};
-use crate::scene::Geometry;
+use crate::scene::{Geometry, Object};
 use crate::shape::{Derivative, Location, Shape};
 use crate::{Point, Vector};
 
@@ -28,6 +28,52 @@ pub struct Mark {
     pub label: String,
     /// Where on the object it is, for [`follow`](Mark::follow); `None` where it is in space only.
     pub spot: Option<Spot>,
+    /// Where on the object it is while things move, where that changes: of a place that slides, comes or goes.
+    pub track: Option<Track>,
+}
+
+/// Where a mark is in each frame of what moves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    /// Frames a second; the first is at 0 s.
+    pub rate: f64,
+    /// Its spot in each frame; `None` in those in which nothing is asked there.
+    pub spots: Vec<Option<Spot>>,
+    /// Whether something is still asked there at the end, so that it is marked where things end.
+    pub stays: bool,
+}
+
+impl Track {
+    /// The spot at a moment, in seconds: that of a frame, or between two on the straight way of its parameters, the short way round a
+    /// shape that is closed; where it has no spot in one of these, that of the nearer. Before the first frame as in it, after the last as in that.
+    fn at(&self, seconds: f64, shape: Option<&dyn Shape>) -> Option<Spot> {
+        let last = self.spots.len().checked_sub(1)?;
+        let place = (seconds * self.rate).clamp(0.0, last as f64);
+        // What is no number is the start.
+        let frame = (place.floor() as usize).min(last);
+        let part = place - frame as f64;
+        let (here, next) = (self.spots[frame], self.spots[(frame + 1).min(last)]);
+        let nearer = if part > 0.5 { next } else { here };
+        let between = |axis: usize, a: f64, b: f64| {
+            let interval = shape.and_then(|shape| shape.domain().get(axis).copied());
+            let Some(interval) = interval.filter(|interval| interval.periodic) else {
+                return a + part * (b - a);
+            };
+            let whole = interval.end - interval.start;
+            let way = (b - a + 0.5 * whole).rem_euclid(whole) - 0.5 * whole;
+            interval.start + (a + part * way - interval.start).rem_euclid(whole)
+        };
+        match (here, next) {
+            _ if part.is_nan() || part <= SAME || here == next => here,
+            (Some(Spot::At(Location::Curve(a))), Some(Spot::At(Location::Curve(b)))) => {
+                Some(Spot::At(Location::Curve(between(0, a, b))))
+            }
+            (Some(Spot::At(Location::Surface(a, c))), Some(Spot::At(Location::Surface(b, d)))) => {
+                Some(Spot::At(Location::Surface(between(0, a, b), between(1, c, d))))
+            }
+            _ => nearer,
+        }
+    }
 }
 
 /// What was asked where a mark is.
@@ -109,6 +155,7 @@ impl Mark {
             vector: kind.vector(after, at),
             label,
             spot: Some(Spot::At(at)),
+            track: None,
         })
     }
 
@@ -141,9 +188,20 @@ impl Mark {
                 let here = points.get(index).is_some_and(near).then_some(index);
                 here.or_else(|| points.iter().position(near)).map(Spot::Vertex)
             }
-            Some(Spot::At(at)) => ways(geometry, at).into_iter().find_map(|at| {
+            Some(Spot::At(at)) => ways(geometry, at).into_iter().enumerate().find_map(|(way, at)| {
                 let point = shape(geometry)?.value(at, Derivative::POSITION).ok()?;
-                near(&point.into()).then_some(Spot::At(at))
+                near(&point.into()).then(|| {
+                    // Where it was in frames is turned over as it is itself.
+                    let spots = self.track.iter_mut().flat_map(|track| &mut track.spots).flatten();
+                    for spot in spots {
+                        if let Spot::At(own) = spot
+                            && let Some(turned) = ways(geometry, *own).get(way)
+                        {
+                            *own = *turned;
+                        }
+                    }
+                    Spot::At(at)
+                })
             }),
         };
         if found.is_some() {
@@ -151,6 +209,26 @@ impl Mark {
             self.turn(geometry);
         }
         found.is_some()
+    }
+
+    /// Moves the mark to where it is at a moment, in seconds: of its [track](Track), where it has one that is of the frames that its object `moves` by now, or of
+    /// an object without frames. `still` is the object's geometry then. False where it is not marked then.
+    pub fn go_to(&mut self, seconds: f64, moves: &Object, still: &Geometry) -> bool {
+        if let Some(track) = &self.track {
+            let own = moves.animation.as_ref();
+            if own.is_none_or(|own| own.rate == track.rate && own.frames.len() == track.spots.len()) {
+                let Some(spot) = track.at(seconds, shape(still)) else { return false };
+                self.spot = Some(spot);
+            } else if !track.stays {
+                return false;
+            }
+        }
+        self.follow(still)
+    }
+
+    /// Whether it is marked where things end, and not only on the way there.
+    pub fn stays(&self) -> bool {
+        self.track.as_ref().is_none_or(|track| track.stays)
     }
 
     /// Moves the mark to where this geometry, which its object has become, has its spot; false where it has none.
@@ -208,6 +286,7 @@ fn ways(geometry: &Geometry, at: Location) -> Vec<Location> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Animation;
     use crate::spline::{Curve, Space};
 
     fn curve() -> Curve {
@@ -244,6 +323,51 @@ mod tests {
         assert!(!there.rests(&far.into()) && !there.follow(&far.into()));
     }
 
+    /// In frames, between them, before and after all, round the seam of what is closed, on what is turned over; not where nothing is asked.
+    #[test]
+    fn a_mark_that_slides_is_where_it_is_at_a_moment() {
+        let shape = curve();
+        let kind = (MarkKind::Kept, "ring".to_owned());
+        let mut mark = Mark::on("c", kind, Location::Curve(3.0), &shape, &shape).unwrap();
+        let spot = |u: f64| Some(Spot::At(Location::Curve(u)));
+        let track = |spots: &[Option<Spot>]| Some(Track { rate: 2.0, spots: spots.to_vec(), stays: true });
+        mark.track = track(&[None, spot(1.0), spot(2.0), spot(3.0)]);
+        let mut object = Object::new("c", (&shape).into());
+        let mut at = |mark: &Mark, seconds: f64, object: &Object| {
+            let mut there = mark.clone();
+            let marked = there.go_to(seconds, object, object.geometry());
+            marked.then_some(there.position)
+        };
+        for frames in [None, Some(4)] {
+            let animation = |count| Animation { rate: 2.0, frames: vec![shape.points().to_vec(); count] };
+            object.animation = frames.map(animation);
+            for (seconds, u) in
+                [(0.5, 1.0), (0.7, 1.4), (1.0, 2.0), (1.25, 2.5), (1.5, 3.0), (9.0, 3.0), (0.4, 1.0)]
+            {
+                let wanted = shape.point(u).unwrap();
+                assert!((at(&mark, seconds, &object).unwrap() - wanted).norm() < 1e-12, "{seconds}");
+            }
+            assert_eq!((at(&mark, 0.0, &object), at(&mark, 0.2, &object)), (None, None));
+        }
+        // Of other frames it knows nothing, but where it ends.
+        object.animation = Some(Animation { rate: 2.0, frames: vec![shape.points().to_vec(); 3] });
+        assert_eq!(at(&mark, 0.5, &object), Some(mark.position));
+        let gone = Track { stays: false, ..mark.track.clone().unwrap() };
+        assert_eq!(at(&Mark { track: Some(gone), ..mark.clone() }, 0.5, &object), None);
+        // Turned over it has the same points.
+        object.animation = None;
+        let back: Geometry = shape.reverse().unwrap().into();
+        let mut turned = mark.clone();
+        assert!(turned.rests(&back));
+        let (one, other) = (at(&mark, 0.7, &object), at(&turned, 0.7, &Object::new("c", back)));
+        assert!((one.unwrap() - other.unwrap()).norm() < 1e-12);
+        // From 6.8 to 0.2 of seven it goes by 7, not by 3.5.
+        let ring = Curve::new(Space::periodic_uniform(3, 7).unwrap(), shape.points().to_vec()).unwrap();
+        mark.track = track(&[spot(6.8), spot(0.2)]);
+        let object = Object::new("c", (&ring).into());
+        assert!((at(&mark, 0.375, &object).unwrap() - ring.point(0.1).unwrap()).norm() < 1e-12);
+    }
+
     #[test]
     fn marks_of_vertices_find_them_again() {
         let old = curve();
@@ -256,6 +380,7 @@ mod tests {
             vector: None,
             label: "vertex 2 locked".into(),
             spot: Some(Spot::Vertex(2)),
+            track: None,
         };
         assert!(mark.rests(&old.reverse().unwrap().into()));
         assert_eq!((mark.spot, mark.position), (Some(Spot::Vertex(4)), position));

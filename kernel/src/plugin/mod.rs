@@ -30,7 +30,7 @@ pub use format::{
 };
 pub use frames::Frames;
 pub use functionals::register_functionals;
-pub use mark::{Mark, MarkKind, Spot};
+pub use mark::{Mark, MarkKind, Spot, Track};
 pub use operation::{
     Cancelled, Clock, Context, NoClock, Observer, Operation, OperationError, Quiet, StepReport,
 };

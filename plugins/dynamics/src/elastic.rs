@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 
 use crate::body::Material;
 use crate::error::Result;
-use crate::points::{CellPoints, Points, order};
+use crate::points::{CellPoints, Points, Rest, order};
 
 /// The elasticity of one body.
 #[derive(Debug, Clone)]
@@ -147,6 +147,22 @@ impl Elastic {
 
     /// The energy that is in it, and the largest stretch `|P'|/ℓ - 1` (by its amount, with its sign).
     pub(crate) fn energy(&self, q: &[Point]) -> (f64, f64) {
+        let (mut energy, largest) = self.stretching(q);
+        if let Some(bend) = &self.bend {
+            for (i, p) in q.iter().enumerate() {
+                let pull = bend.row(i).fold(Vector::zeros(), |sum, (j, c)| sum + (q[j] - p) * c);
+                energy += 0.5 * (p - q[0]).dot(&pull);
+            }
+        }
+        (energy, largest)
+    }
+
+    /// The same without bending.
+    pub(crate) fn energy_of_stretching(&self, q: &[Point]) -> f64 {
+        self.stretching(q).0
+    }
+
+    fn stretching(&self, q: &[Point]) -> (f64, f64) {
         let (mut energy, mut largest) = (0.0, 0.0_f64);
         for cell in &self.points.cells {
             let vertices = self.points.of(cell);
@@ -168,15 +184,46 @@ impl Elastic {
                 }
             }
         }
-        if let Some(bend) = &self.bend {
-            for (i, p) in q.iter().enumerate() {
-                let pull = bend.row(i).fold(Vector::zeros(), |sum, (j, c)| sum + (q[j] - p) * c);
-                energy += 0.5 * (p - q[0]).dot(&pull);
-            }
-        }
         (energy, largest)
     }
 }
+
+/// The energy of stretching and shearing of a shape that was so at `first`, summed up at so many points more than its degree in each span: what it is, where
+/// [`Elastic::energy`] is what steps take it for. `O(n)`.
+pub(crate) fn stretching(shape: &dyn Shape, first: &[Point], material: &Material) -> Result<f64> {
+    let (directions, now) = (shape.domain().len(), shape.control_vertices());
+    let mut energy = 0.0;
+    for cell in cells_of(shape, "an energy")?.checked(shape)? {
+        let count = |k: usize| cell.sides.get(k).map_or(0, |side| side.degree + MANY);
+        let points = cell.gauss_points([count(0), count(1)]);
+        let width = cell.vertices.len();
+        let rows: Vec<Vec<f64>> = (0..directions)
+            .map(|k| rows_at(shape, &cell, &points, order(k, 1)))
+            .collect::<loftsman_kernel::Result<_>>()?;
+        for (index, (_, weight)) in points.iter().enumerate() {
+            let (mut before, mut after) = ([Vector::zeros(); 2], [Vector::zeros(); 2]);
+            for k in 0..directions {
+                for (c, &v) in rows[k][index * width..][..width].iter().zip(&cell.vertices) {
+                    before[k] += first[v].coords * *c;
+                    after[k] += now[v].coords * *c;
+                }
+            }
+            let rest = Rest::new(*weight, &before, directions, material.rest);
+            let scale = 0.5 * rest.weight * rest.size;
+            for (after, speed) in after.iter().zip(rest.speed).take(directions) {
+                energy += scale * material.stiffness * (after.norm() / speed - 1.0).powi(2);
+            }
+            if directions == 2 {
+                let shear = after[0].dot(&after[1]) / (rest.speed[0] * rest.speed[1]) - rest.cosine;
+                energy += scale * material.shear * shear * shear;
+            }
+        }
+    }
+    Ok(energy)
+}
+
+/// So many points more than its degree a span has where its energy is to be seen as it is.
+const MANY: usize = 8;
 
 pub(crate) fn sum(row: &[f64], vertices: &[u32], points: &[Point]) -> Vector {
     let mut all = Vector::zeros();
@@ -186,7 +233,17 @@ pub(crate) fn sum(row: &[f64], vertices: &[u32], points: &[Point]) -> Vector {
     all
 }
 
-/// `B ∫ D Dᵀ`, `D` being second derivatives by length at rest: `(P'' - P' ℓ'/ℓ) / ℓ²` in each direction, and mixed ones twice.
+/// The direction in which a shape is a polyline, if there is one: its second derivatives are nothing there, and it folds at its corners for nothing.
+pub(crate) fn unbending(shape: &dyn Shape) -> Result<Option<usize>> {
+    let cells = cells_of(shape, "bending")?.checked(shape)?;
+    let straight =
+        |k: &usize| cells.iter().all(|cell| cell.sides.get(*k).is_some_and(|side| side.degree < 2));
+    Ok((0..shape.domain().len()).find(straight))
+}
+
+/// `B ∫ D Dᵀ`, `D` being second derivatives by length at rest: `(P'' - P' ℓ'/ℓ) / ℓ²` in each direction, and mixed ones twice. With `p` points a span of
+/// degree `p`, and `p + 1` in each direction of a surface, whose second derivatives are of full degree across: exact where lengths at rest are alike all over,
+/// and the shape is no quotient (four more points then).
 fn bending(shape: &dyn Shape, material: &Material) -> Result<Symmetric> {
     let directions = shape.domain().len();
     let vertices = shape.control_vertices();
@@ -194,7 +251,7 @@ fn bending(shape: &dyn Shape, material: &Material) -> Result<Symmetric> {
     for cell in cells_of(shape, "bending")?.checked(shape)? {
         let count = |k: usize| {
             let degree = cell.sides.get(k).map_or(0, |side| side.degree);
-            degree + if cell.rational { 4 } else { 0 }
+            degree + (directions - 1) + if cell.rational { 4 } else { 0 }
         };
         let points = cell.gauss_points([count(0).max(1), count(1).max(1)]);
         let width = cell.vertices.len();
@@ -250,6 +307,116 @@ mod tests {
     use loftsman_kernel::spline::{Curve, Space, Surface};
 
     use super::*;
+
+    /// A straight rope and strip of length 1, bowed to `z = c x²/2`: `½ k ∫ (√(1 + c²x²) - 1)² dx` in closed form, of any degree.
+    #[test]
+    fn energy_is_told_as_it_is() {
+        let mut missed = 0.0_f64;
+        for degree in [2, 3, 4, 5, 7] {
+            for c in [0.1_f64, 2.0, 20.0] {
+                let space = Space::clamped(degree, &[0.0, 0.4, 1.0]).unwrap();
+                let [x, squares] = [1, 2].map(|a| power(&space, a));
+                let at = |k: usize, c: f64| Point::new(x[k], 0.0, 0.5 * c * squares[k]);
+                let shape =
+                    |c: f64| Curve::new(space.clone(), (0..x.len()).map(|k| at(k, c)).collect()).unwrap();
+                let (flat, bowed) = (shape(0.0), shape(c));
+                let material = Material { stiffness: 30.0, shear: 7.0, ..Material::default() };
+                let root = (1.0 + c * c).sqrt();
+                let wanted = 15.0 * (2.0 + c * c / 3.0 - root - c.asinh() / c);
+                let found = stretching(&bowed, flat.points(), &material).unwrap();
+                assert!((found - wanted).abs() < 1e-3 * wanted, "{degree} {c}: {found} {wanted}");
+                let seen = Elastic::new(&flat, &material).unwrap().energy(bowed.points()).0;
+                missed = missed.max((seen / wanted - 1.0).abs());
+                // As wide as 2, where nothing is stretched across or sheared.
+                let across = Space::clamped_uniform(1, 2).unwrap();
+                let wide = |curve: &Curve| -> Vec<Point> {
+                    curve.points().iter().flat_map(|p| [*p, p + Vector::y() * 2.0]).collect()
+                };
+                let sheet = Surface::new(space.clone(), across, wide(&bowed)).unwrap();
+                let found = stretching(&sheet, &wide(&flat), &material).unwrap();
+                assert!((found - 2.0 * wanted).abs() < 2e-3 * wanted, "{degree} {c}: {found} {wanted}");
+            }
+        }
+        // Folded in its middle, `|P'| = a |2t - 1|`: `½ k (a²/3 - a + 1)`, of which two points in degree 2 see half.
+        let space = Space::clamped(2, &[0.0, 1.0]).unwrap();
+        let [x, squares] = [1, 2].map(|a| power(&space, a));
+        let flat = Curve::new(space.clone(), x.iter().map(|x| Point::new(*x, 0.0, 0.0)).collect()).unwrap();
+        let fold = x.iter().zip(&squares).map(|(x, square)| Point::new(square - x, 0.0, 0.0)).collect();
+        let fold = Curve::new(space, fold).unwrap();
+        let material = Material { stiffness: 30.0, ..Material::default() };
+        let found = stretching(&fold, flat.points(), &material).unwrap();
+        let seen = Elastic::new(&flat, &material).unwrap().energy(fold.points()).0;
+        assert!((found / 5.0 - 1.0).abs() < 0.03 && seen < 0.6 * found, "{found} {seen}, {missed}");
+    }
+
+    /// `Σ Π t / C(p, a)` over all choices of `a` of the `p` knots of each vertex: the control numbers of `x^a` (its polar form).
+    fn power(space: &Space, a: usize) -> Vec<f64> {
+        let p = space.degree();
+        (0..space.len())
+            .map(|i| {
+                // Elementary symmetric sums of the knots, and binomial coefficients as those of ones.
+                let (mut sums, mut ones) = (vec![0.0; p + 1], vec![0.0; p + 1]);
+                (sums[0], ones[0]) = (1.0, 1.0);
+                for &t in &space.knots()[i + 1..=i + p] {
+                    for k in (1..=p).rev() {
+                        sums[k] += t * sums[k - 1];
+                        ones[k] += ones[k - 1];
+                    }
+                }
+                sums[a] / ones[a]
+            })
+            .collect()
+    }
+
+    /// Flat sheets of all degrees, bent to `z = x^a y^b`: the thin plate's `½ B ∫∫ z_xx² + 2 z_xy² + z_yy²`, in closed form.
+    #[test]
+    fn a_bent_sheet_has_the_energy_of_a_thin_plate() {
+        let mut bent = 0;
+        for (p, q) in (1..=5).flat_map(|p| (1..=5).map(move |q| (p, q))).chain([(7, 2), (2, 7), (1, 7)]) {
+            let spaces =
+                [(p, p + 3), (q, q + 1)].map(|(degree, n)| Space::clamped_uniform(degree, n).unwrap());
+            let [length, width] = [0, 1].map(|k| spaces[k].domain().1);
+            let x = [power(&spaces[0], 1), power(&spaces[1], 1)];
+            let sheet: Vec<Point> = x[0].iter().flat_map(|x| x_row(*x, &power(&spaces[1], 1))).collect();
+            let surface = Surface::new(spaces[0].clone(), spaces[1].clone(), sheet.clone()).unwrap();
+            let material = Material { stiffness: 0.0, shear: 0.0, bending: 0.7, ..Material::default() };
+            let elastic = Elastic::new(&surface, &material).unwrap();
+            for (a, b) in (0..=p).flat_map(|a| (0..=q).map(move |b| (a, b))) {
+                let heights = [power(&spaces[0], a), power(&spaces[1], b)];
+                let bowed: Vec<Point> = sheet
+                    .iter()
+                    .enumerate()
+                    .map(|(k, at)| {
+                        let n = spaces[1].len();
+                        Point::new(at.x, at.y, heights[0][k / n] * heights[1][k % n])
+                    })
+                    .collect();
+                // ∫∫ (c x^i y^j)² of each second derivative.
+                let square = |c: usize, i: isize, j: isize| {
+                    if c == 0 {
+                        return 0.0;
+                    }
+                    let along =
+                        |of: f64, power: isize| of.powi(2 * power as i32 + 1) / (2 * power + 1) as f64;
+                    (c * c) as f64 * along(length, i) * along(width, j)
+                };
+                let (i, j) = (a as isize, b as isize);
+                let wanted = 0.35
+                    * (square(a * a.saturating_sub(1), i - 2, j)
+                        + 2.0 * square(a * b, i - 1, j - 1)
+                        + square(b * b.saturating_sub(1), i, j - 2));
+                let found = elastic.energy(&bowed).0;
+                let what = format!("degrees {p} and {q}, x^{a} y^{b}: {found} for {wanted}");
+                assert!((found - wanted).abs() < 1e-9 * wanted.max(1e-3), "{what}");
+                bent += usize::from(wanted > 0.0);
+            }
+        }
+        assert!(bent > 200, "{bent}");
+    }
+
+    fn x_row(x: f64, y: &[f64]) -> Vec<Point> {
+        y.iter().map(|y| Point::new(x, *y, 0.0)).collect()
+    }
 
     /// What rests at `r` times its lengths is what was made `r` times as large: stretched, sheared, bent and pulled alike, curve or surface.
     #[test]

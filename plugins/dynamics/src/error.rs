@@ -30,6 +30,19 @@ pub enum DynamicsError {
         /// Where, by its parameters.
         at: String,
     },
+    /// Bending of what has no second derivative.
+    #[error(
+        "{body:?} is of degree 1{along}, where nothing resists being folded at a corner: `bending` would do nothing; give a shape of degree 2 or more \
+         (fit a curve or surface to its points), or leave `bending` out{own}"
+    )]
+    Unbending {
+        /// What it is called.
+        body: String,
+        /// Along which of the parameters of a surface.
+        along: &'static str,
+        /// What else can be done.
+        own: &'static str,
+    },
     /// All of a shape that is to move is one point.
     #[error(
         "{body:?} is a single point: what moves needs a length, a sheet an area; give it control vertices that differ, or let another object move"

@@ -1,7 +1,7 @@
 //! Forces at places, and pulls: damped springs to where somebody holds them.
 
 use loftsman_kernel::functional::Shapes;
-use loftsman_kernel::shape::{Derivative, Stencil};
+use loftsman_kernel::shape::{Derivative, Location, Stencil};
 use loftsman_kernel::solve::RangeSpace;
 use loftsman_kernel::{Point, Vector};
 
@@ -12,6 +12,8 @@ use crate::path::Path;
 /// A force at a place that stays on its shape.
 #[derive(Debug)]
 pub(crate) struct Load {
+    pub(crate) body: usize,
+    pub(crate) at: Location,
     offset: usize,
     stencil: Stencil,
     pub(crate) kind: Kind,
@@ -36,7 +38,7 @@ impl Load {
         let Force { body, at, force, from, until, .. } = force;
         check_vector("a force", &force)?;
         let stencil = shapes.get(body)?.stencil(at, Derivative::POSITION)?;
-        Ok(Self { offset: shapes.offset(body), stencil, kind: Kind::Force(force), from, until })
+        Ok(Self { body, at, offset: shapes.offset(body), stencil, kind: Kind::Force(force), from, until })
     }
 
     pub(crate) fn pull(pull: Pull, shapes: &Shapes<'_>, space: &mut RangeSpace) -> Result<Self> {
@@ -62,7 +64,7 @@ impl Load {
         // Critically damped, for the mass that is felt there.
         let damping = if mobility > 0.0 { 2.0 * (stiffness / mobility).sqrt() } else { 0.0 };
         let kind = Kind::Pull { to, stiffness, damping, mobility };
-        Ok(Self { offset, stencil, kind, from, until })
+        Ok(Self { body, at, offset, stencil, kind, from, until })
     }
 
     /// `ω²` of a pull: of its spring on the mass that is felt there.
@@ -71,6 +73,11 @@ impl Load {
             Kind::Force(_) => 0.0,
             Kind::Pull { stiffness, mobility, .. } => stiffness * mobility,
         }
+    }
+
+    /// When it comes and goes.
+    pub(crate) fn times(&self) -> [f64; 2] {
+        [self.from, self.until]
     }
 
     pub(crate) fn acts(&self, time: f64) -> bool {

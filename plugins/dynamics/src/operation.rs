@@ -2,6 +2,7 @@
 
 mod constraints;
 mod declared;
+mod marks;
 mod report;
 
 use loftsman_kernel::functional::ShapeNames;
@@ -17,9 +18,10 @@ use loftsman_kernel::{Point, Vector};
 
 use self::constraints::{Words, constraint, force, pull};
 use self::declared::{BODY, FIELDS, TABLES};
-use self::report::{marks, report};
+use self::marks::Spots;
+use self::report::report;
 use crate::body::{Body, Material};
-use crate::error::DynamicsError;
+use crate::error::{DynamicsError, check};
 use crate::scheme::Scheme;
 use crate::setup::Setup;
 use crate::simulation::{Audit, Simulation};
@@ -73,12 +75,13 @@ impl Operation for Simulate {
         let before = simulation.energy().total();
         let count = run.names.len();
         let mut frames: Vec<Vec<Vec<Point>>> = vec![Vec::new(); count];
-        let keep =
+        let mut spots = Spots::default();
+        let mut keep =
             |simulation: &Simulation, frames: &mut Vec<Vec<Vec<Point>>>| -> Result<(), OperationError> {
                 for (index, frames) in frames.iter_mut().enumerate() {
                     frames.push(simulation.shape(index)?.control_vertices().to_vec());
                 }
-                Ok(())
+                spots.keep(simulation)
             };
         let mut stretch = simulation.stretch(0)?;
         let mut audit = (run.frames > 0 && !simulation.is_fed()).then(Audit::default);
@@ -129,7 +132,7 @@ impl Operation for Simulate {
         }
         report.notes.extend(run.notes);
         report.notes.extend(run.seen.note());
-        report.marks = marks(&simulation, &run.names, &run.seen, &run.first)?;
+        report.marks = spots.marks(&simulation, run.rate, &run.names, &run.seen, &run.first)?;
         let mut moved = scene.clone();
         for (index, name) in run.names.iter().enumerate() {
             if run.still[index] {
@@ -283,6 +286,17 @@ impl Run {
         }
         let scheme = parameters.text_or("scheme", "epsilon")?.to_owned();
         let settle_frames = parameters.flag("settle_frames")?;
+        if settle_frames && !(settle && frames > 0) {
+            let missing = if settle {
+                "`seconds`: there are no frames without"
+            } else {
+                "`settle = true`: nothing is settled without"
+            };
+            let problem = format!(
+                "the rest is one more frame where there are frames and rest is looked for; give {missing}, or leave it out"
+            );
+            return Err(parameters.error("settle_frames", problem).into());
+        }
         Ok(Self {
             asked,
             setup,
@@ -334,7 +348,8 @@ fn timing(
     }
     let whole = frames / rate;
     if (whole - seconds).abs() > 1e-9 * seconds {
-        notes.push(format!("it moves for {whole} s: {frames} whole frames"));
+        let plural = if frames == 1.0 { "" } else { "s" };
+        notes.push(format!("it moves for {whole} s: {frames} whole frame{plural}"));
     }
     Ok((rate, frames as usize, whole))
 }
@@ -364,12 +379,30 @@ fn gravity(
     Ok((up * -fall, fall))
 }
 
+/// The numbers of a material: their fields, what they are, and whether they may be 0.
+const NUMBERS: [(&str, &str, bool); 6] = [
+    ("stiffness", "the stiffness", false),
+    ("mass", "the mass", false),
+    ("shear", "the shear stiffness", true),
+    ("bending", "the bending stiffness", true),
+    ("damping", "the damping", true),
+    ("viscosity", "the viscosity", true),
+];
+
 fn material(parameters: &Parameters, other: Material) -> Result<Material, ParameterError> {
     let number = |name: &str, or: f64| if parameters.has(name) { parameters.number(name) } else { Ok(or) };
     let stiffness = number("stiffness", other.stiffness)?;
     if stiffness <= 0.0 {
         let problem = format!("a stiffness of {stiffness} keeps nothing together: give more than 0");
         return Err(parameters.error("stiffness", problem));
+    }
+    // At its place in the recipe, and with 0 only where it means something.
+    for (field, what, zero) in NUMBERS {
+        if parameters.has(field)
+            && let Err(error) = check(what, parameters.number(field)?, zero)
+        {
+            return Err(parameters.error(field, error.to_string()));
+        }
     }
     let shear = if parameters.has("shear") {
         parameters.number("shear")?

@@ -152,7 +152,7 @@ impl Points {
 }
 
 impl Rest {
-    fn new(weight: f64, tangents: &[Vector; 2], directions: usize, factor: f64) -> Self {
+    pub(crate) fn new(weight: f64, tangents: &[Vector; 2], directions: usize, factor: f64) -> Self {
         let speeds = [tangents[0].norm(), tangents[1].norm()];
         let (cosine, measure) = match directions {
             2 => (

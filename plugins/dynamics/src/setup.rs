@@ -6,7 +6,7 @@ use loftsman_kernel::solve::{RangeSpace, Weight};
 
 use crate::body::{Body, extent};
 use crate::constraint::{Force, Hold, Pull};
-use crate::elastic::Elastic;
+use crate::elastic::{Elastic, unbending};
 use crate::error::{DynamicsError, Result, check, check_vector};
 use crate::link::Link;
 use crate::load::Load;
@@ -167,6 +167,18 @@ impl Setup {
             let count = body.shape.control_vertices().len();
             if !body.still && extent(body.shape.control_vertices()) == 0.0 {
                 return Err(DynamicsError::Point { body: body.name.clone() });
+            }
+            if !body.still
+                && body.material.bending > 0.0
+                && let Some(direction) = unbending(body.shape.as_ref())?
+            {
+                let along = match (body.shape.domain().len(), direction) {
+                    (1, _) => "",
+                    (_, 0) => " along u",
+                    _ => " along v",
+                };
+                let own = if moving.is_empty() { "" } else { " (`bending = 0` for this body)" };
+                return Err(DynamicsError::Unbending { body: body.name.clone(), along, own });
             }
             let (elastic, mass, highest) = if body.still {
                 weights.push((Weight::Still(count), None));

@@ -27,5 +27,5 @@ fn a_straight_rope_that_bends_leaves_its_balance_wherever_its_knots_are() {
         assert!(settled.rests && told, "{degree} {inner:?}: {settled:?} {energy}");
         bending += usize::from(bent);
     }
-    assert!(bending >= 3, "{bending}");
+    assert!(bending >= 5, "{bending}");
 }

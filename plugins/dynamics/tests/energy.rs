@@ -15,7 +15,7 @@ fn energy_does_not_grow_without_input() {
     for degree in [1, 2, 3, 5] {
         for closed in [false, true] {
             for rings in [0, 2] {
-                for (stiffness, bending) in [(5.0, 0.0), (100.0, 0.5)] {
+                for (stiffness, bending) in [(5.0, 0.0), (100.0, if degree > 1 { 0.5 } else { 0.0 })] {
                     for (index, scheme) in
                         [Scheme::Epsilon, Scheme::Exact, Scheme::Implicit].into_iter().enumerate()
                     {
@@ -55,10 +55,8 @@ fn energy_does_not_grow_without_input() {
                             audit.look(&mut simulation);
                         }
                         assert!(audit.most() > 0.01, "{what}: it moves");
-                        // A ring that a corner is thrown over misses its place, which is warned of.
-                        let drifts = degree == 1 && rings > 0 && simulation.worst_error() > 1e-6 * 2.0;
                         let bound = if scheme == Scheme::Implicit { 1e-6 } else { 1.0 / 3.0 };
-                        assert!(audit.rise() <= bound || drifts, "{what}: {audit:?}");
+                        assert!(audit.rise() <= bound, "{what}: {audit:?}");
                         rises[index].push(audit.rise());
                         motions += 1;
                     }

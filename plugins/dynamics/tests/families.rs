@@ -92,14 +92,21 @@ fn all_curves_move_and_keep_what_holds_them() {
                 let explicit = scheme != Scheme::Implicit;
                 let step = if explicit { simulation.stable_step() } else { 1.0 / 60.0 };
                 let energy = simulation.energy().total();
+                let before = simulation.shape(0).unwrap().control_vertices().to_vec();
                 for _ in 0..if explicit { 60 } else { 12 } {
                     simulation.advance(step).unwrap_or_else(|e| panic!("{what}, {scheme:?}: {e}"));
                 }
                 let errors = simulation.errors().unwrap();
-                // What slides over a corner is thrown off by the way of a step.
-                let allowed = if what.ends_with("degree 1") { 2e-5 } else { 1e-5 };
+                // What slides over a corner, of polylines and of pieces, is thrown off by the way of a step as it turns: at 2 units a second in steps of 0.0002 s, the shortest.
+                let corners = what.ends_with("degree 1") || what.starts_with("pieces");
+                let allowed = if corners { 2e-4 } else { 1e-5 };
                 assert!(errors.iter().all(|e| *e < allowed), "{what}, {scheme:?}: {errors:?}");
                 let now = simulation.energy().total();
+                // By a share of how far it would fall if nothing held it.
+                let fallen = 0.5 * 9.81 * simulation.time().powi(2);
+                let there = simulation.shape(0).unwrap().control_vertices();
+                let most = before.iter().zip(there).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+                assert!(most > 0.2 * fallen.min(0.5), "{what}, {scheme:?}: {most} of {fallen}");
                 // It falls, and is damped: nothing is gained.
                 assert!(now < energy, "{what}, {scheme:?}: {energy} → {now}");
             }
@@ -294,6 +301,26 @@ fn what_cannot_be_is_refused() {
         let error = refused(Setup::new(body)).to_string();
         assert!(error.contains(word), "{error}");
     }
+    // Polylines and sheets of degree 1 fold for nothing.
+    let line = Curve::new(Space::clamped_uniform(1, 8).unwrap(), wave(8)).unwrap();
+    let flat = |p: usize, q: usize| {
+        let [u, v] = [p, q].map(|degree| Space::clamped_uniform(degree, 5).unwrap());
+        let points = (0..25).map(|k| Point::new(f64::from(k / 5), f64::from(k % 5), 0.0)).collect();
+        Surface::new(u, v, points).unwrap()
+    };
+    let named = |body: Body| refused(Setup::new(body.called("net").bending(0.1))).to_string();
+    for (error, words) in [
+        (named(Body::new(&line)), "\"net\" is of degree 1, where"),
+        (named(Body::new(&flat(1, 3))), "\"net\" is of degree 1 along u"),
+        (named(Body::new(&flat(2, 1))), "\"net\" is of degree 1 along v"),
+        (
+            refused(Setup::new(Body::new(&rope())).and(Body::new(&line).bending(0.1))).to_string(),
+            "(`bending = 0` for this body)",
+        ),
+    ] {
+        assert!(error.contains(words), "{error}");
+    }
+    assert!(Setup::new(Body::new(&line)).and(Body::new(&line).bending(1.0).still()).prepare().is_ok());
     let twice = Setup::new(Body::new(&rope()))
         .hold(fixed(1.0).called("one"))
         .hold(fixed(1.0).to([0.0, 5.0, 0.0]).called("other"));

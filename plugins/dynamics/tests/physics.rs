@@ -114,7 +114,7 @@ fn a_ring_pulls_across_its_rope() {
                 let speed = |u: f64| shape.value(u.into(), Derivative::from(1)).unwrap().norm();
                 let (left, right) = (speed(0.5 * u), speed(0.5 * (u + ends)));
                 assert!(
-                    (left / right - 1.0).abs() < 0.05,
+                    (left / right - 1.0).abs() < if n == 21 { 0.025 } else { 0.01 },
                     "{n} {to:?} {bending} {scheme:?} {waits}: {left} {right}"
                 );
             }
@@ -367,6 +367,7 @@ fn steps_are_of_second_order_and_implicit_ones_of_first() {
         let mut simulation = Setup::new(body)
             .gravity([0.0, 0.0, -9.81])
             .hold(fixed(0.0))
+            .hold(sliding(3.1))
             .scheme(scheme)
             .step(step)
             .draw(0.02)
@@ -378,7 +379,12 @@ fn steps_are_of_second_order_and_implicit_ones_of_first() {
         simulation.shape(0).unwrap().control_vertices().to_vec()
     };
     let apart = |a: &[Point], b: &[Point]| a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-    for (scheme, order, h) in [(Scheme::Exact, 2.0, 1.0 / 800.0), (Scheme::Implicit, 1.0, 1.0 / 6400.0)] {
+    let all = [
+        (Scheme::Exact, 2.0, 1.0 / 800.0),
+        (Scheme::Epsilon, 2.0, 1.0 / 800.0),
+        (Scheme::Implicit, 1.0, 1.0 / 6400.0),
+    ];
+    for (scheme, order, h) in all {
         let best = run(scheme, h / 16.0);
         let (coarse, fine) = (apart(&run(scheme, h), &best), apart(&run(scheme, h / 2.0), &best));
         let found = (coarse / fine).log2();

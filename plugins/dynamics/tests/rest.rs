@@ -73,7 +73,7 @@ fn rope(round: usize, chance: &mut Chance) -> (Curve, bool) {
 #[test]
 fn ropes_of_every_kind_come_to_rest() {
     let mut chance = Chance(16);
-    let (mut rest, mut late, mut steps) = (0, Vec::new(), 0);
+    let (mut rest, mut late, mut steps, mut contradict) = (0, Vec::new(), 0, 0);
     for round in 0..240 {
         let (curve, periodic) = rope(round, &mut chance);
         let (a, b) = curve.space().domain();
@@ -82,6 +82,8 @@ fn ropes_of_every_kind_come_to_rest() {
         let stiffness = mass * 9.81 * 3.0 * 10_f64.powf(chance.between(0.7, 3.0));
         let bending =
             if chance.happens(0.55) { stiffness * 10_f64.powf(chance.between(-4.0, -0.5)) } else { 0.0 };
+        // Polylines have nothing that bends.
+        let bending = if curve.space().degree() > 1 { bending } else { 0.0 };
         let slack = if chance.happens(0.3) { chance.between(0.8, 1.1) } else { 1.0 };
         let material = Material { mass, stiffness, bending, rest: slack, ..Material::default() };
         let ends =
@@ -130,7 +132,10 @@ fn ropes_of_every_kind_come_to_rest() {
         let mut simulation = match setup.scheme(Scheme::Exact).prepare() {
             Ok(simulation) => simulation,
             // What chance asks for may contradict itself.
-            Err(loftsman_dynamics::DynamicsError::Conflict { .. }) => continue,
+            Err(loftsman_dynamics::DynamicsError::Conflict { .. }) => {
+                contradict += 1;
+                continue;
+            }
             Err(error) => panic!("{what}: {error}"),
         };
         let settled = simulation.settle().unwrap_or_else(|error| panic!("{what}: {error}"));
@@ -145,6 +150,7 @@ fn ropes_of_every_kind_come_to_rest() {
             late.push((what, settled));
         }
     }
+    assert!(contradict <= 40 && rest + late.len() + contradict == 240, "{contradict} contradict themselves");
     assert!(rest >= 180 && late.len() <= 2, "{rest} rest, {} do not: {late:#?}", late.len());
     assert!(steps < 50 * rest, "{steps} steps for {rest}");
 }

@@ -1,14 +1,15 @@
 //! What a simulation tells of itself.
 
-use loftsman_kernel::Point;
-use loftsman_kernel::plugin::{
-    ConstraintReport, Frames, Mark, MarkKind, OperationError, Spot as MarkSpot, StepReport,
-};
-use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::plugin::{ConstraintReport, Frames, OperationError, StepReport};
+use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::text::{figure, short};
 
 use crate::body::extent;
+use crate::link::LEFT;
 use crate::simulation::{Event, Settled, Simulation, Unrest};
+
+/// Elastic energy that steps do not see is told where it is more than this share of what they do.
+const UNSEEN: f64 = 0.01;
 
 /// Constraints that drift by more than this share of the size are warned of.
 const DRIFT: f64 = 1e-6;
@@ -42,8 +43,14 @@ pub(super) fn report(
                 figure(stable)
             ),
         });
+        let more = simulation.unseen_energy()?;
+        let unseen = if more.abs() > UNSEEN * after.elastic {
+            format!(" as steps see it ({} in all: stretch varies within spans)", figure(after.elastic + more))
+        } else {
+            String::new()
+        };
         notes.push(format!(
-            "energy at the end: motion {}, elastic {}, gravity {}, pulls {}",
+            "energy at the end: motion {}, elastic {}{unseen}, gravity {}, pulls {}",
             figure(after.kinetic),
             figure(after.elastic),
             figure(after.gravity),
@@ -106,7 +113,8 @@ pub(super) fn report(
             ));
         }
     }
-    warnings.extend(gone(simulation)?);
+    let unheld = gone(simulation)?;
+    warnings.extend(unheld.or_else(|| left(simulation)));
     notes.extend(
         simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
     );
@@ -163,6 +171,26 @@ fn gone(simulation: &mut Simulation) -> Result<Option<String>, OperationError> {
     )))
 }
 
+/// That constraints let go because the end or edge of what slid through them has passed, where others still hold it.
+fn left(simulation: &Simulation) -> Option<String> {
+    let left = simulation.events().iter().filter(|event| event.let_go && event.what == LEFT);
+    let mut told: Vec<String> =
+        left.map(|event| format!("\"{}\" ({} s)", event.name, round(event.time))).collect();
+    let more = told.len().saturating_sub(LEFTS);
+    told.truncate(LEFTS);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    (!told.is_empty()).then(|| {
+        format!(
+            "the end or edge of the shape has passed {}{more}, and nothing holds it there any more: where that is not meant, hold a place that stays (`fixed`), or \
+             pull less",
+            told.join(", ")
+        )
+    })
+}
+
+/// So many that let go are named in a warning.
+const LEFTS: usize = 4;
+
 /// So many places that slide have a line each.
 const ENDS: usize = 20;
 
@@ -206,14 +234,18 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
     Ok(lines)
 }
 
-/// How much curves are stretched on both sides of the places that slide along them.
+/// How much curves are stretched on both sides of the places that slide along them: alike where nothing else acts on the sides.
 fn sides(simulation: &Simulation) -> Result<Vec<String>, OperationError> {
     let mut lines = Vec::new();
+    let weighs = simulation.gravity.norm() > 0.0;
+    let by_weight = if weighs { " on average, the higher one more by its weight" } else { "" };
     for index in 0..simulation.constraints() {
         for [behind, ahead] in simulation.side_stretches(index)? {
             let name = simulation.name_of(index)?;
             let [behind, ahead] = [behind, ahead].map(|stretch| 100.0 * stretch);
-            lines.push(format!("\"{name}\": on both sides stretched by {behind:.2} % and {ahead:.2} %"));
+            lines.push(format!(
+                "\"{name}\": on both sides stretched by {behind:.2} % and {ahead:.2} %{by_weight}"
+            ));
         }
     }
     lines.truncate(ENDS);
@@ -235,40 +267,11 @@ fn round(time: f64) -> f64 {
     (time * 1000.0).round() / 1000.0
 }
 
-/// Where things are held, for pictures.
-pub(super) fn marks(
-    simulation: &Simulation,
-    names: &[String],
-    seen: &Frames,
-    first: &[Box<dyn Shape>],
-) -> Result<Vec<Mark>, OperationError> {
-    let mut all = Vec::new();
-    for index in 0..simulation.constraints() {
-        if !simulation.holds(index)? {
-            continue;
-        }
-        for (body, at) in simulation.places(index)? {
-            let shape = seen.own_shape(body, simulation.shape(body)?);
-            let before = seen.own_shape(body, first[body].as_ref());
-            let point = |shape: &dyn Shape| shape.value(at, Derivative::POSITION).map(Point::from);
-            all.push(Mark {
-                object: names[body].clone(),
-                kind: MarkKind::Kept,
-                position: point(shape.as_ref())?,
-                before: point(before.as_ref())?,
-                vector: None,
-                label: simulation.name_of(index)?.to_owned(),
-                spot: Some(MarkSpot::At(at)),
-            });
-        }
-    }
-    Ok(all)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{Body, Setup, fixed};
+    use loftsman_kernel::Point;
     use loftsman_kernel::plugin::Frames;
     use loftsman_kernel::spline::{Curve, Space};
 

@@ -15,8 +15,14 @@ const KEPT: f64 = 5e-7;
 const SHORTER: [f64; 2] = [0.1, 0.7];
 const TIMES: usize = 10;
 
-/// Shorter steps are of use where constraints drift by no more than this share of what they did.
+/// What sums of steps may miss of their time.
+const ROUNDED: f64 = 1e-9;
+
+/// Shorter steps are of use where constraints drift by no more than this share of what they did; where so many in turn are of none, they are in vain. They are
+/// tried again where drift has grown so many times.
 const USE: f64 = 0.9;
+const USELESS: usize = 3;
+const AGAIN: f64 = 2.0;
 
 /// Where an advance started, to go back to; its rooms are kept.
 #[derive(Debug, Default)]
@@ -31,8 +37,8 @@ pub(crate) struct Before {
     /// Rates, accelerations and multipliers of links, one after another.
     numbers: Vec<f64>,
     phases: Vec<Phase>,
-    /// Whether the last steps were made shorter in vain.
-    in_vain: bool,
+    /// How much constraints drifted where steps were made shorter in vain; nothing where they were not.
+    in_vain: Option<f64>,
 }
 
 impl Before {
@@ -87,17 +93,48 @@ impl Before {
 }
 
 impl Simulation {
-    /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 1e-6 of the size. Explicit steps that let
-    /// one drift farther are taken again, shorter, down to a hundredth of what is stable; where that is of no use, as where a place slides over a
+    /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 1e-6 of the size; a step ends where a constraint, force or
+    /// pull comes or goes. Explicit steps that let a constraint drift farther are taken again, shorter, down to 0.003 of what is stable; where that is of no use, as where a place slides over a
     /// corner, they stay as they were, and [`worst_error`](Self::worst_error) tells.
     ///
     /// # Errors
     /// When it blows up, constraints that come contradict others, or very many steps would be needed.
     pub fn advance(&mut self, seconds: f64) -> Result<()> {
         crate::error::check("the time to go on", seconds, false)?;
+        let end = self.time + seconds;
+        // Sums of steps are rounded: what comes this near to the end comes there.
+        let near = ROUNDED * seconds;
+        let end = self.changes().find(|at| (at - end).abs() <= near).unwrap_or(end);
+        while end - self.time > near {
+            if self.changes().any(|at| at == self.time) {
+                self.catch_up()?;
+            }
+            let next = self.changes().filter(|at| *at > self.time).fold(end, f64::min);
+            if next - self.time > near {
+                self.advance_evenly(next - self.time)?;
+            }
+            self.time = next;
+        }
+        self.time = end;
+        Ok(())
+    }
+
+    /// When things come or go by their times, from now on.
+    fn changes(&self) -> impl Iterator<Item = f64> + '_ {
+        let links = self.links.iter().map(|link| match link.phase {
+            Phase::Waiting => link.from,
+            Phase::Held => link.until,
+            Phase::Off { .. } => f64::INFINITY,
+        });
+        links.chain(self.loads.iter().flat_map(|load| load.times()))
+    }
+
+    /// Goes on by so many seconds in which nothing comes or goes by its time.
+    fn advance_evenly(&mut self, seconds: f64) -> Result<()> {
         if self.scheme == Scheme::Implicit {
             return self.go_on(seconds);
         }
+        self.reach = self.stable.min(seconds);
         // What comes comes before.
         if self.come_and_go()? {
             let mut desk = std::mem::take(&mut self.desk);
@@ -109,26 +146,34 @@ impl Simulation {
         before.remember(self);
         let worst = std::mem::take(&mut self.worst);
         let given = (self.fineness, self.patience);
-        let mut last = f64::INFINITY;
+        let (mut first, mut best, mut useless) = (None, (f64::INFINITY, given), 0);
+        let mut tried = given;
         let mut done = self.go_on(seconds).and_then(|()| self.drifted());
         for time in 0.. {
             let drift = self.worst;
             if done.is_err() || !before.is_as_held(self) || drift <= KEPT * self.size {
-                before.in_vain = false;
+                before.in_vain = None;
                 break;
             }
-            if before.in_vain {
+            if before.in_vain.is_some_and(|before| drift <= AGAIN * before) {
                 break;
             }
-            // Where shorter steps are of no use, as where a place slides over a corner, they are as long as they were.
-            before.in_vain = time == TIMES || drift > USE * last;
-            last = drift;
+            let first = *first.get_or_insert(drift);
+            useless = if drift > USE * best.0 { useless + 1 } else { 0 };
+            if drift < best.0 {
+                best = (drift, tried);
+            }
             // Of second order, cautiously: drift is of fourth.
             let shorter = (0.5 * KEPT * self.size / drift).sqrt().clamp(SHORTER[0], SHORTER[1]);
-            if before.in_vain || !self.shorten(shorter * self.last) {
-                before.in_vain = true;
-                (self.fineness, self.patience) = given;
+            // Where shorter steps are of no use, as where a place slides over a corner, they are as long as they were, or as those that were of some.
+            let in_vain = time >= TIMES || useless == USELESS || !self.shorten(shorter * self.last);
+            before.in_vain = None;
+            if in_vain {
+                let (drift, (fineness, patience)) =
+                    if AGAIN * best.0 < first { best } else { (first, given) };
+                (before.in_vain, self.fineness, self.patience) = (Some(drift), fineness, patience);
             }
+            tried = (self.fineness, self.patience);
             before.back(self);
             self.worst = 0.0;
             done = self.go_on(seconds).and_then(|()| self.drifted());
@@ -161,7 +206,7 @@ impl Simulation {
         let end = self.time + seconds;
         loop {
             let left = end - self.time;
-            if left.is_nan() || left <= 1e-9 * seconds {
+            if left.is_nan() || left <= ROUNDED * seconds {
                 break;
             }
             let limit = self.limit();
@@ -185,7 +230,7 @@ impl Simulation {
     fn limit(&self) -> f64 {
         let explicit = self.scheme != Scheme::Implicit;
         self.step.unwrap_or(f64::INFINITY).min(if explicit {
-            self.stable * self.fineness
+            self.reach * self.fineness
         } else {
             f64::INFINITY
         })

@@ -5,15 +5,43 @@ use crate::error::Result;
 
 /// The time constant of Baumgarte's terms, in steps: they are stable up to 1.2 and drift no more.
 const STEADY: f64 = 2.0;
-/// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable.
+/// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable, or of the whole way where that is shorter.
 const DRIFT: f64 = 3e-7;
-const FINEST: f64 = 1e-2;
+const FINEST: f64 = 3e-3;
 /// Steps between changes of their length.
 const PATIENCE: usize = 20;
 
 impl Simulation {
     /// A leapfrog step: forces where things are, velocities between.
     pub(super) fn step_explicitly(&mut self, step: f64) -> Result<()> {
+        self.accelerate(step)?;
+        let kick = 0.5 * (self.last + step);
+        self.kick(kick);
+        self.drift(step, kick);
+        self.last = step;
+        Ok(())
+    }
+
+    /// Brings velocities, which are half a step behind, to where things are, by the forces that have acted until now: before others do.
+    pub(super) fn catch_up(&mut self) -> Result<()> {
+        if self.last == 0.0 {
+            return Ok(());
+        }
+        let kick = 0.5 * self.last;
+        self.late = kick;
+        let done = self.accelerate(self.last);
+        self.late = 0.0;
+        done?;
+        self.kick(kick);
+        for link in self.links.iter_mut().filter(|link| link.is_held()) {
+            link.rates.iter_mut().zip(&link.accelerations).for_each(|(rate, a)| *rate += kick * a);
+        }
+        self.last = 0.0;
+        Ok(())
+    }
+
+    /// The accelerations where things are, of all and of what slides; for a step of this length.
+    fn accelerate(&mut self, step: f64) -> Result<()> {
         self.predict();
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
             let ahead = 0.5 * self.last;
@@ -41,7 +69,6 @@ impl Simulation {
         self.multipliers.resize(equations, 0.0);
         self.acceleration.copy_from_slice(&self.forces);
         self.space.solve(&mut self.acceleration, &self.right, &mut self.multipliers, &mut self.rates);
-        let kick = 0.5 * (self.last + step);
         let mut parameter = 0;
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
             link.multipliers.copy_from_slice(&self.multipliers[link.first..link.first + link.equations]);
@@ -49,12 +76,13 @@ impl Simulation {
             link.accelerations.copy_from_slice(&self.rates[parameter..parameter + count]);
             parameter += count;
         }
+        Ok(())
+    }
+
+    fn kick(&mut self, kick: f64) {
         for (v, a) in self.half.iter_mut().zip(&self.acceleration) {
             *v += kick * a;
         }
-        self.drift(step, kick);
-        self.last = step;
-        Ok(())
     }
 
     /// `E`: what the constraints' accelerations are to be, with Baumgarte's terms; how much they miss now.
@@ -95,7 +123,7 @@ impl Simulation {
 
     /// Steps are no longer than this for some time; whether they become shorter by that.
     pub(super) fn shorten(&mut self, to: f64) -> bool {
-        let fineness = (to / self.stable).max(FINEST);
+        let fineness = (to / self.reach).max(FINEST);
         let shorter = fineness < self.fineness;
         if shorter {
             (self.fineness, self.patience) = (fineness, PATIENCE);

@@ -115,7 +115,7 @@ impl Simulation {
                 }
             }
         }
-        for load in self.loads.iter().filter(|load| load.acts(self.time)) {
+        for load in self.loads.iter().filter(|load| load.acts(self.time - self.late)) {
             let Some(body) = self.bodies.iter().find(|body| body.start == load.offset()) else { continue };
             let (q, v) = (body.body.shape.control_vertices(), body.velocity.control_vertices());
             load.add(q, v, self.time, self.settling, &mut self.forces);

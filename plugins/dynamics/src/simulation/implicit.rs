@@ -131,7 +131,7 @@ impl Simulation {
         let (before, time) = (self.time, self.time + step);
         self.last = 0.0;
         // Who looks for rest stands still in time: targets stay where they are.
-        self.time = if self.settling { before } else { time };
+        (self.time, self.late) = if self.settling { (before, 0.0) } else { (time, 0.5 * step) };
         self.drift(step, 0.0);
         let settling = self.settling;
         self.links.iter_mut().for_each(|link| link.begin_turns(settling));
@@ -163,7 +163,7 @@ impl Simulation {
             // Another answer of the same equations, far away, is none.
             *arrived &= self.is_near(implicit, step);
         }
-        self.time = before;
+        (self.time, self.late) = (before, 0.0);
         let arrives = matches!(arrived, Ok(true));
         if !settling || !arrives {
             // Explicit steps, and reports, know nothing of it.
@@ -265,7 +265,7 @@ impl Simulation {
 
     /// `M + h D + h² K`, factored.
     fn weigh(&mut self, implicit: &mut Implicit, step: f64) -> Result<()> {
-        let Self { bodies, space, loads, time, .. } = self;
+        let Self { bodies, space, loads, time, late, .. } = self;
         for (index, body) in bodies.iter().enumerate() {
             let (Some(mass), Some(elastic)) = (&body.mass, &body.elastic) else { continue };
             let Some(Weight::Coordinates(factor)) = space.weight_mut(index) else { continue };
@@ -285,7 +285,7 @@ impl Simulation {
             let q = body.body.shape.control_vertices();
             elastic.add_stiffness(q, Part::Convex, step * step, step, &mut implicit.room, &mut add);
             let first = 3 * body.start;
-            for load in loads.iter().filter(|load| load.acts(*time) && load.offset() == body.start) {
+            for load in loads.iter().filter(|load| load.acts(*time - *late) && load.offset() == body.start) {
                 load.add_stiffness(step * step, step, |i, j, value| add(i - first, j - first, value));
             }
             // Of the mass alone it was one; stiffness has drowned it.

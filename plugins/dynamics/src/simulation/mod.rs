@@ -74,6 +74,8 @@ pub struct Simulation {
     pub(crate) scheme: Scheme,
     pub(crate) size: f64,
     pub(crate) time: f64,
+    /// Within an implicit step, which looks at its end: half of it, for in its middle loads act that do so in all of it.
+    pub(crate) late: f64,
     /// Velocities half a step behind (explicit), or now (implicit), three numbers a vertex.
     pub(crate) half: Vec<f64>,
     pub(crate) acceleration: Vec<f64>,
@@ -98,7 +100,8 @@ pub struct Simulation {
     /// The same at the last of Newton's steps.
     missed: f64,
     pub(crate) rank: usize,
-    /// Which share of the stable step keeps constraints where they are.
+    /// The stable step, or all of the way that it goes on where that is shorter; and which share of it keeps constraints where they are.
+    reach: f64,
     fineness: f64,
     patience: usize,
     /// Whether it looks for rest, and time stands still.
@@ -136,6 +139,7 @@ impl Simulation {
             scheme,
             size,
             time: 0.0,
+            late: 0.0,
             half,
             acceleration: vec![0.0; numbers],
             last: 0.0,
@@ -155,6 +159,7 @@ impl Simulation {
             worst: 0.0,
             missed: 0.0,
             rank: 0,
+            reach: f64::INFINITY,
             fineness: 1.0,
             patience: 0,
             settling: false,
@@ -315,7 +320,7 @@ impl Simulation {
         checked
     }
 
-    /// One step of exactly this length, stable or not.
+    /// One step of exactly this length, stable or not. What comes or goes within it does so at its end.
     ///
     /// # Errors
     /// As for [`advance`](Self::advance).

@@ -12,9 +12,9 @@ const MORE: usize = 12;
 
 impl Simulation {
     /// Of each place of a constraint that slides along a curve that moves: the mean stretch of its two sides, behind and ahead (to smaller parameters and to
-    /// larger ones), `L / L₀ - 1` of the length `L` from there to the next place of the curve that a constraint holds, or to its end, and the length `L₀` of
-    /// that part at rest. Without weight and friction both are the same where a rope may slide freely, to what half a span is of the sides (a spline turns
-    /// within a span, not at a point). 0 of a side without length. `O(n)` for `n` control vertices.
+    /// larger ones), `L / L₀ - 1` of the length `L` from there to the next place of the curve that a constraint holds or where a force or pull acts, or to its end, and the length `L₀` of
+    /// that part at rest. Without weight, bending and motion both are the same where a rope may slide freely, to what half a span is of the sides (a spline turns
+    /// within a span, not at a point); weight makes the higher side the tauter one. 0 of a side without length. `O(n)` for `n` control vertices.
     ///
     /// # Errors
     /// When there are not as many constraints.
@@ -30,11 +30,13 @@ impl Simulation {
             let whole = interval.end - interval.start;
             // Where it is held, as ways from here: of what is closed, round the seam.
             let held = self.links.iter().filter(|link| link.is_held()).flat_map(|link| &link.places);
-            let others =
-                held.filter(|other| other.body == place.body).filter_map(|other| match other.location {
-                    Location::Curve(u) if u != at => Some(u - at),
-                    _ => None,
-                });
+            let loads =
+                self.loads.iter().filter(|load| load.acts(self.time)).map(|load| (load.body, load.at));
+            let others = held.map(|other| (other.body, other.location)).chain(loads);
+            let others = others.filter(|other| other.0 == place.body).filter_map(|other| match other.1 {
+                Location::Curve(u) if u != at => Some(u - at),
+                _ => None,
+            });
             let (mut behind, mut ahead) = match interval.periodic {
                 true => (whole, whole),
                 false => (at - interval.start, interval.end - at),
