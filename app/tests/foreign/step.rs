@@ -141,7 +141,9 @@ fn opencascade_reads_trimmed_surfaces() {
     let folder = tempfile::tempdir().unwrap();
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/obj");
     let (mut files, mut areas) = (Vec::new(), Vec::new());
-    for name in ["spec_two_regions_with_holes.obj", "spec_trimmed_nurb_surface_fixed.obj"] {
+    // Its quadrature stops early inside the second one's loop, whose weights are 0.5 to 10.7: asked for 1e-9 it is 1.4e-4 off, for 1e-12 6e-6.
+    let cases = [("spec_two_regions_with_holes.obj", 1e-6), ("spec_trimmed_nurb_surface_fixed.obj", 2e-4)];
+    for (name, _) in cases {
         let (from, to) = (data.join(name), folder.path().join(name).with_extension("step"));
         let (from, into) = (from.to_string_lossy(), to.to_string_lossy());
         LOFTSMAN.done(folder.path(), &["convert", &from, &into, "--unit", "mm"]);
@@ -156,9 +158,9 @@ fn opencascade_reads_trimmed_surfaces() {
         files.push(to);
     }
     let Some(found) = Oracle::OpenCascade.ask(&files, &[]) else { return };
-    for ((file, found), (count, area)) in files.iter().zip(&found).zip(areas) {
+    for (((file, found), (count, area)), (_, within)) in files.iter().zip(&found).zip(areas).zip(cases) {
         assert_eq!(number(at(found, "counts"), "face"), count as f64, "{}", file.display());
         let told = number(found, "area");
-        assert!((told / area - 1.0).abs() < 1e-6, "{}: {told} {area}", file.display());
+        assert!((told / area - 1.0).abs() < within, "{}: {told} {area}", file.display());
     }
 }
