@@ -77,6 +77,24 @@ impl Measures {
     }
 }
 
+impl Measures {
+    /// The same, of a Brep by quadrature on its faces instead of triangles: it takes longer, and tells apart what an edit keeps from what it
+    /// nearly keeps. Where a face cannot be integrated, or there are very many pieces, those of its triangles.
+    pub(crate) fn by_quadrature(geometry: &Geometry) -> Self {
+        match geometry {
+            Geometry::Brep(brep) if brep.face_count() > 0 => {
+                let mut found = measured(brep, Cells::count(brep));
+                if brep.solids().is_empty() {
+                    found.volume = None;
+                }
+                let whole = found.area.is_some() && found.volume.is_some() != brep.solids().is_empty();
+                if whole { found } else { of_brep(brep).0 }
+            }
+            other => Self::of(other),
+        }
+    }
+}
+
 fn of_curve(curve: &Curve) -> Measures {
     let length = curve.length(1e-10).ok().map(|length| length.value);
     let spans = curve.space().spans().count();

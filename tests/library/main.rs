@@ -12,6 +12,7 @@ mod formats;
 mod instances;
 mod joined;
 mod losses;
+mod mutated;
 mod solids;
 mod tables;
 mod walk;

@@ -30,7 +30,7 @@ impl Known {
     fn measures(&mut self, geometry: &Arc<Geometry>) -> Measures {
         let id = Arc::as_ptr(geometry).cast::<()>() as usize;
         let (_, measures) =
-            self.0.entry(id).or_insert_with(|| (Arc::clone(geometry), Measures::of(geometry)));
+            self.0.entry(id).or_insert_with(|| (Arc::clone(geometry), Measures::by_quadrature(geometry)));
         measures.clone()
     }
 }

@@ -110,3 +110,64 @@ fn pictures_and_sections_of_a_part() {
     let curves = back["objects"].as_array().unwrap().iter().filter(|o| o["type"] == "curve");
     assert!(curves.clone().count() >= 2 && curves.clone().all(|c| c["closed"] == true), "{back}");
 }
+
+/// What `examples/housing` says of itself: of four faces that may move three do, their edges with them, the dome stays smooth and the volume what it was.
+#[test]
+fn the_housing_keeps_its_volume_and_stays_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = folder.path().join("examples/housing");
+    super::examples::copy(&repository().join("examples/housing"), &example);
+    let report = LOFTSMAN.json(folder.path(), &["run", &example.join("recipe.toml").to_string_lossy()]);
+    let edit = &report["steps"][1];
+    let notes = edit["notes"].to_string();
+    assert!(notes.contains("3 faces moved (6, 7, 8), 2 edges followed"), "{notes}");
+    assert!(
+        notes.contains("no edge opened") && notes.contains("2 edges were smooth before, kept so"),
+        "{notes}"
+    );
+    // By quadrature inside the loops, not of triangles.
+    let volume = &edit["objects"][0]["volume"];
+    let (before, after) = (volume["before"].as_f64().unwrap(), volume["after"].as_f64().unwrap());
+    assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
+    let area = &edit["objects"][0]["area"];
+    assert!(area["after"].as_f64().unwrap() > 1.001 * area["before"].as_f64().unwrap(), "{area}");
+    let back = LOFTSMAN.json(folder.path(), &["info", "out/housing/housing.step"]);
+    for name in ["MAINBODY_FRONT", "housing"] {
+        let part = object(&back["objects"], name);
+        assert_eq!((&part["closed"], &part["solids"], &part["faces"]), (&json!(true), &json!(1), &json!(22)));
+    }
+    // Every other face is what it was to the last bit.
+    let brep = |file: &str, name: &str| {
+        let scene = loftsman::read_scene(folder.path().join(file)).unwrap();
+        match scene.object(name).unwrap().geometry() {
+            loftsman::kernel::scene::Geometry::Brep(brep) => brep.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let old = brep("examples/housing/MAINBODY_FRONT.stp", "MAINBODY_FRONT");
+    let new = brep("out/housing/housing.step", "housing");
+    for face in (0..22).filter(|face| !(5..9).contains(face)) {
+        assert_eq!(old.surface(face), new.surface(face), "{face}");
+    }
+    assert!((6..9).all(|face| old.surface(face) != new.surface(face)));
+}
+
+/// Meshes and trimmed surfaces go out to STEP and come back.
+#[test]
+fn meshes_and_trimmed_surfaces_go_to_step_and_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let obj = repository().join("tests/data/obj");
+    for (name, kind) in [("icosahedron.obj", "mesh"), ("spec_two_regions_with_holes.obj", "trimmed")] {
+        let from = obj.join(name).to_string_lossy().into_owned();
+        LOFTSMAN.done(folder.path(), &["convert", &from, "it.step"]);
+        let (before, after) = (
+            LOFTSMAN.json(folder.path(), &["info", &from]),
+            LOFTSMAN.json(folder.path(), &["info", "it.step"]),
+        );
+        let area = |found: &Value| -> f64 {
+            let own = found["objects"].as_array().unwrap().iter().filter(|o| o["type"] == kind);
+            own.filter_map(|o| o["area"].as_f64()).sum()
+        };
+        assert!(area(&before) > 0.0 && (area(&after) / area(&before) - 1.0).abs() < 1e-9, "{before} {after}");
+    }
+}

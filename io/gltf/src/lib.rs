@@ -60,7 +60,6 @@ mod extras;
 mod place;
 mod read;
 mod texture;
-mod triangulate;
 mod words;
 mod write;
 
@@ -102,6 +101,10 @@ impl Format for Gltf {
                 carried: &["curve", "surface", "trimmed", "shape"],
                 // Colours that differ at a point are there with the points that are doubled.
                 meshes: &[
+                    MeshPart::Normals,
+                    MeshPart::Uvs,
+                    MeshPart::Colors,
+                    MeshPart::Lines,
                     MeshPart::CornerColors,
                     MeshPart::Tangents,
                     MeshPart::FurtherUvs,

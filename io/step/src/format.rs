@@ -25,7 +25,9 @@ impl Format for Step {
             holds: Holds {
                 unit: UnitRule::Stated,
                 up: Some(Up::Z),
-                exact: &["group", "instance", "curve", "surface", "brep", "polyline", "cloud"],
+                exact: &[
+                    "group", "instance", "curve", "surface", "trimmed", "brep", "mesh", "polyline", "cloud",
+                ],
                 knots: true,
                 hierarchy: true,
                 layers: true,

@@ -15,6 +15,8 @@
 //! | surface of revolution, of extrusion, offset of an elementary one | an exact spline |
 //! | line, circle, ellipse, parabola, hyperbola, polyline, trimmed and composite curve | an exact spline, with what it is |
 //! | B-spline in any form | itself; curves said to be closed keep the knots that are listed |
+//! | parameter curve on a B-spline surface, of an edge that runs along no line of parameters | that of the edge's use, where it is as near as the edge's tolerance says |
+//! | B-spline surface that B-splines in its parameters bound | a trimmed surface |
 //! | elements of geometric sets | curves, polylines, surfaces; points together as a cloud |
 //! | triangulated faces and solids (AP242) | a mesh each |
 //! | product | an object named after it, a group where it holds several things or others |
@@ -24,12 +26,14 @@
 //! | length unit | the scene's unit; parts in other units are brought to the first one |
 //! | uncertainty | the tolerance of edges and vertices |
 //!
-//! Parameter curves of edges are left out: they are computed where they are needed. Dimensions, annotations and who approved what are not
-//! read.
+//! Other parameter curves of edges are left out: they are computed where they are needed, exactly along lines of parameters. Dimensions,
+//! annotations and who approved what are not read.
 //!
 //! **Writing.** AP242. Each object is a product under its name, with its label; groups and definitions are assemblies, instances occurrences of a
-//! product that is written once. Curves, polylines, points and surfaces go into geometric sets, Breps out as solids or surface models,
-//! their faces and edges as what they are: planes, cylinders, lines, circles, else B-splines. Numbers read back to the same bits.
+//! product that is written once. Curves, polylines, points, surfaces and trimmed surfaces go into geometric sets, Breps out as solids or surface
+//! models, their faces and edges as what they are: planes, cylinders, lines, circles, else B-splines, with the parameter curves that are known on
+//! these. Trimmed surfaces are bounded by their loops in parameters (`CURVE_BOUNDED_SURFACE`), exactly; meshes are tessellated shells of
+//! triangles. Numbers read back to the same bits.
 //! Periodic splines are opened and all are clamped, as other programs take other knots amiss. A transform that is no turn and shift is baked in. What a layer
 //! has beyond its name stands in its description.
 

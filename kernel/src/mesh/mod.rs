@@ -4,6 +4,7 @@ mod by_point;
 pub mod color;
 mod layer;
 mod moved;
+pub mod triangulate;
 
 pub use by_point::ByPoint;
 pub use layer::{Layer, NONE};

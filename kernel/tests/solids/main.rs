@@ -4,6 +4,7 @@
 
 mod edits;
 mod family;
+mod smooth;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::Brep;

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::mesh::triangulate;
 use loftsman_kernel::mesh::{Layer, Mesh, NONE};
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::plugin::FormatError;
@@ -15,8 +16,11 @@ use super::shape::{
     LINES, NORMAL, POINTS, Shaped, TRIANGLES, Turning, positions, primitive, put, put_index, values,
 };
 use super::tangent::with_tangents;
+<<<<<<< HEAD
 use crate::triangulate;
 use loftsman_kernel::text::counted;
+=======
+>>>>>>> h14
 
 /// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. Slots of which
 /// `maps` says that the material has a normal map, and for which set of texture coordinates, have tangents. Where it

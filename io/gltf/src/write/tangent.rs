@@ -8,10 +8,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use loftsman_kernel::mesh::triangulate;
 use loftsman_kernel::mesh::{Layer, Mesh};
 use loftsman_kernel::{Point, Result, Vector};
-
-use crate::triangulate;
 
 /// The mesh in triangles with a tangent at each corner, right for the slots whose material has a normal map; `maps` says which
 /// set of texture coordinates that uses. Normals are the faces' own where the mesh has none. `None` where nothing is

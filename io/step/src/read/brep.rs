@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 
 use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Shell, Solid, SurfaceForm, Use, Vertex};
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use super::entity::{At, Got, Problem, deeper};
+use super::parameters::Origin;
 use super::place::Space;
+use super::spline::{SURFACES, is_one};
 use super::style::Styles;
 use super::surface::Sheet;
 
@@ -17,6 +19,8 @@ pub(crate) struct Model {
     /// The entities that are in it with all that they name, and those that are in it themselves.
     pub(crate) whole: Vec<u64>,
     pub(crate) alone: Vec<u64>,
+    /// The parameter curves that are in it.
+    pub(crate) parameters: Vec<u64>,
     /// What of it is left out, and why.
     pub(crate) problems: Vec<Problem>,
     /// What is to be said of it.
@@ -31,10 +35,13 @@ pub(crate) struct Builder<'r, 'f> {
     vertices: HashMap<u64, usize>,
     /// Of each EDGE_CURVE the edge, and whether that runs the other way.
     edges: HashMap<u64, (usize, bool)>,
+    /// Where the curves of edges come from.
+    origins: HashMap<usize, Origin>,
     /// Edges between points of polygons.
     segments: HashMap<[usize; 2], usize>,
     whole: Vec<u64>,
     alone: Vec<u64>,
+    parameters: Vec<u64>,
     problems: Vec<Problem>,
     notes: Vec<String>,
 }
@@ -65,9 +72,11 @@ impl<'r, 'f> Builder<'r, 'f> {
             parts: Parts::default(),
             vertices: HashMap::new(),
             edges: HashMap::new(),
+            origins: HashMap::new(),
             segments: HashMap::new(),
             whole: Vec::new(),
             alone: vec![number],
+            parameters: Vec::new(),
             problems: Vec::new(),
             notes: Vec::new(),
         };
@@ -200,6 +209,11 @@ impl<'r, 'f> Builder<'r, 'f> {
             (self.space.sheet(at, 0)?, at, args.flag(3)?)
         };
         let points = if matches!(sheet, Sheet::Spline(_)) { Vec::new() } else { points().at(number)? };
+        if let Sheet::Spline(surface) = &sheet
+            && is_one(&self.space.entity(at)?, &SURFACES)
+        {
+            self.with_parameters((at, surface), turned, &mut loops);
+        }
         let covering = sheet.covering(&points, at)?;
         let name = Some(args.name(0)).filter(|name| !name.is_empty());
         Ok(Face {
@@ -211,6 +225,18 @@ impl<'r, 'f> Builder<'r, 'f> {
             loops,
             points: lone,
         })
+    }
+
+    /// Gives the uses of a face on a B-spline surface the parameter curves that the file has. Where one cannot be read it is as if there were none.
+    fn with_parameters(&mut self, surface: (u64, &Surface), turned: bool, loops: &mut [Vec<Use>]) {
+        for one in loops.iter_mut().flatten() {
+            let Some(&origin) = self.origins.get(&one.edge) else { continue };
+            let reversed = one.reversed != turned;
+            if let Ok(Some((curve, number))) = self.space.parameter_curve(origin, surface, reversed) {
+                one.parameters = Some(curve);
+                self.parameters.push(number);
+            }
+        }
     }
 
     /// The edges of a loop; a vertex alone goes to `lone`.
@@ -250,11 +276,15 @@ impl<'r, 'f> Builder<'r, 'f> {
         let args = entity.of("EDGE_CURVE")?;
         let ends = [self.vertex(args.reference(1)?)?, self.vertex(args.reference(2)?)?];
         let points = ends.map(|end| self.parts.vertices[end].point);
-        let (basis, along) = self.space.basis(args.reference(3)?, 0)?;
+        let geometry = args.reference(3)?;
+        let (basis, along) = self.space.basis(geometry, 0)?;
         let along = along == args.flag(4)?;
         let size = points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
         let near = self.space.units.tolerance.max(1e-6 * size);
         let found = basis.edge(points, ends[0] == ends[1], along, near, number)?;
+        if let Some(range) = basis.range_of(&found, along) {
+            self.origins.insert(self.parts.edges.len(), Origin { curve: geometry, range });
+        }
         let ends = if found.reversed { [ends[1], ends[0]] } else { ends };
         let tolerance = self.space.units.tolerance;
         let (curve, range, form) = (found.curve, found.range, found.form);
@@ -390,9 +420,9 @@ impl<'r, 'f> Builder<'r, 'f> {
         if !self.problems.is_empty() {
             drop_unused(&mut self.parts);
         }
-        let Self { parts, whole, alone, problems, notes, .. } = self;
+        let Self { parts, whole, alone, parameters, problems, notes, .. } = self;
         let brep = Brep::new(parts).at(number)?;
-        Ok(Model { brep, whole, alone, problems, notes })
+        Ok(Model { brep, whole, alone, parameters, problems, notes })
     }
 }
 

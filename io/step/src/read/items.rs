@@ -101,6 +101,12 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
                 self.add(number, set, curve.into());
                 self.account.keep_whole(&[number]);
             }
+            b"CURVE_BOUNDED_SURFACE" => {
+                let (trimmed, used) = self.space.curve_bounded(number)?;
+                self.add(number, set, trimmed.into());
+                self.account.keep_whole(&[number]);
+                self.account.keep_parameters(&used);
+            }
             _ if kind == b"PLANE"
                 || kind.ends_with(b"_SURFACE")
                 || kind.starts_with(b"B_SPLINE_SURFACE")
@@ -145,6 +151,7 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
         }
         self.account.keep_whole(&model.whole);
         self.account.keep_alone(&model.alone);
+        self.account.keep_parameters(&model.parameters);
         self.account.problems(model.problems);
         model.notes.into_iter().for_each(|note| self.account.note(note));
         Ok(())

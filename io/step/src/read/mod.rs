@@ -7,6 +7,7 @@ mod emit;
 mod entity;
 mod facets;
 mod items;
+mod parameters;
 mod place;
 mod product;
 mod report;

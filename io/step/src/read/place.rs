@@ -41,7 +41,7 @@ impl<'f> Space<'_, 'f> {
     }
 
     /// The coordinates of a point or a direction.
-    fn coordinates<const N: usize>(&self, number: u64, kind: &str) -> Got<[f64; N]> {
+    pub(crate) fn coordinates<const N: usize>(&self, number: u64, kind: &str) -> Got<[f64; N]> {
         let entity = self.entity(number)?;
         let args = entity.of(kind)?;
         let values = args.list(1)?;

@@ -59,7 +59,18 @@ impl<'r, 'f> Account<'r, 'f> {
         }
     }
 
-    /// Entities that are in the scene with all that they name. Parameter curves are computed anew: what they name stays out.
+    /// Parameter curves that are in the scene, with what they name.
+    pub(crate) fn keep_parameters(&mut self, numbers: &[u64]) {
+        for &number in numbers {
+            let Some(place) = self.file.place(number) else { continue };
+            self.state[place] = State::Kept;
+            let mut named = Vec::new();
+            self.file.references(place, |number| named.push(number));
+            self.keep_whole(&named);
+        }
+    }
+
+    /// Entities that are in the scene with all that they name. Parameter curves that are not taken are computed anew: what they name stays out.
     pub(crate) fn keep_whole(&mut self, numbers: &[u64]) {
         let file = self.file;
         let mut waiting: Vec<usize> = numbers.iter().filter_map(|&number| file.place(number)).collect();

@@ -1,5 +1,6 @@
 //! B-spline curves and surfaces, in all the forms that the schema has for them.
 
+use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Space as Knots, Surface};
 
 use super::entity::{Args, At, Got, Problem};
@@ -132,10 +133,25 @@ fn weights(number: u64, values: Option<Vec<f64>>) -> Got<Option<Vec<f64>>> {
 impl Space<'_, '_> {
     /// A B-spline curve.
     pub(crate) fn spline_curve(&self, entity: &Entity<'_>) -> Got<Curve> {
+        self.curve_with(entity, |points| self.points(points))
+    }
+
+    /// A B-spline curve of two coordinates, which are parameters of a surface: no lengths.
+    pub(crate) fn planar_spline(&self, entity: &Entity<'_>) -> Got<Curve> {
+        self.curve_with(entity, |points| {
+            let point = |&number: &u64| {
+                let [x, y] = self.coordinates::<2>(number, "CARTESIAN_POINT")?;
+                Ok(Point::new(x, y, 0.0))
+            };
+            points.iter().map(point).collect()
+        })
+    }
+
+    fn curve_with(&self, entity: &Entity<'_>, points: impl FnOnce(&[u64]) -> Got<Vec<Point>>) -> Got<Curve> {
         let number = entity.number;
         let (common, form, rational) = attributes(entity, &CURVES, 5)?;
         let degree = common.count(0)?;
-        let points = self.points(&common.references(1)?)?;
+        let points = points(&common.references(1)?)?;
         let knots = form.knots(degree, points.len(), (0, 1)).map_err(|p| Problem { number, ..p })?;
         let values = rational.map(|value| numbers(number, value)).transpose()?;
         Curve::build(knots, points, weights(number, values)?).at(number)

@@ -4,6 +4,7 @@ use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Result, Vector};
 
+use super::parameters::Pace;
 use super::print::{Printer, flag, real, references};
 use crate::part21::encode;
 
@@ -19,18 +20,39 @@ pub(crate) struct Written {
     pub(crate) changes: Vec<&'static str>,
 }
 
+/// A surface that was written.
+pub(super) struct Sheet {
+    pub(super) number: u64,
+    /// Whether its normal in the file is that of the spline.
+    same: bool,
+    /// What was written, where that is a spline.
+    pub(super) spline: Option<Surface>,
+}
+
+fn no_face(number: usize) -> loftsman_kernel::Error {
+    loftsman_kernel::Error::Invalid(format!("there is no face {number}"))
+}
+
 impl Printer {
     /// All of a Brep, under a name.
     pub(crate) fn brep(&mut self, brep: &Brep, name: &str) -> Result<Written> {
         let mut changes = Vec::new();
         let vertices: Vec<u64> = brep.vertices().iter().map(|p| self.vertex(p)).collect();
-        let mut edges = Vec::with_capacity(brep.edge_count());
+        let mut sheets = Vec::with_capacity(brep.face_count());
+        for face in 0..brep.face_count() {
+            let surface = brep.surface(face).ok_or_else(|| no_face(face))?;
+            sheets.push(self.sheet(surface, &brep.surface_form(face))?);
+        }
+        let (mut edges, mut left) = (Vec::with_capacity(brep.edge_count()), false);
         for edge in 0..brep.edge_count() {
-            edges.push(self.edge(brep, edge, &vertices)?);
+            edges.push(self.edge(brep, edge, (&vertices, &sheets), &mut left)?);
+        }
+        if left {
+            changes.push("parameter curves that are not at the pace of their edges, or leave their surfaces, are left out");
         }
         let mut faces = Vec::with_capacity(brep.face_count());
-        for face in 0..brep.face_count() {
-            faces.push(self.face(brep, face, (&vertices, &edges))?);
+        for (face, sheet) in sheets.iter().enumerate() {
+            faces.push(self.face(brep, face, sheet, (&vertices, &edges))?);
         }
         let mut items = Vec::new();
         let mut in_solid = vec![false; brep.shells().len()];
@@ -93,7 +115,13 @@ impl Printer {
         self.put(&format!("VERTEX_POINT('',#{point})"))
     }
 
-    fn edge(&mut self, brep: &Brep, number: usize, vertices: &[u64]) -> Result<u64> {
+    fn edge(
+        &mut self,
+        brep: &Brep,
+        number: usize,
+        (vertices, sheets): (&[u64], &[Sheet]),
+        left: &mut bool,
+    ) -> Result<u64> {
         let Some(edge) = brep.edge(number) else {
             return Err(loftsman_kernel::Error::Invalid(format!("there is no edge {number}")));
         };
@@ -102,40 +130,48 @@ impl Printer {
         let points = [edge.curve.point(from)?, edge.curve.point(to)?];
         // Beyond this the squares of lengths are no numbers that can be computed with.
         let length = nalgebra::distance(&points[0], &points[1]);
-        let (curve, along) = match edge.form {
+        // Parameter curves have to be at the pace of the curve that is written: a circle's is its angle.
+        let (curve, along, pace) = match edge.form {
             CurveForm::Line if (1e-150..1e150).contains(&length) => {
                 let origin = self.point(&points[0]);
                 let way = points[1] - points[0];
                 let direction = self.direction(&way);
                 let vector = self.put(&format!("VECTOR('',#{direction},{})", real(length)));
-                (self.put(&format!("LINE('',#{origin},#{vector})")), true)
+                (self.put(&format!("LINE('',#{origin},#{vector})")), true, Pace::even(0.0, 1.0))
             }
             CurveForm::Circle { frame, radius } => {
                 let along = turns_with(&frame, points[0], edge.curve.derivative(from, 1)?);
                 let placement = self.frame(&frame);
-                (self.put(&format!("CIRCLE('',#{placement},{})", real(radius))), along)
+                let pace = Pace::around(frame, [radius; 2], points, along, start == end);
+                (self.put(&format!("CIRCLE('',#{placement},{})", real(radius))), along, pace)
             }
             CurveForm::Ellipse { frame, radii: [a, b] } => {
                 let along = turns_with(&frame, points[0], edge.curve.derivative(from, 1)?);
                 let placement = self.frame(&frame);
-                (self.put(&format!("ELLIPSE('',#{placement},{},{})", real(a), real(b))), along)
+                let pace = Pace::around(frame, [a, b], points, along, start == end);
+                (self.put(&format!("ELLIPSE('',#{placement},{},{})", real(a), real(b))), along, pace)
             }
             _ => {
                 // On a periodic curve the edge may run through the seam.
                 let part =
                     if edge.curve.is_periodic() { edge.curve.between(from, to)? } else { edge.curve.clone() };
-                (self.curve(part.clamped()?.as_ref()), true)
+                (self.curve(part.clamped()?.as_ref()), true, Pace::even(from, to))
             }
         };
+        let curve = self.on_surfaces(brep, number, sheets, (curve, pace), left)?;
         let (start, end) = (vertices[start], vertices[end]);
         Ok(self.put(&format!("EDGE_CURVE('',#{start},#{end},#{curve},{})", flag(along))))
     }
 
-    fn face(&mut self, brep: &Brep, number: usize, (vertices, edges): (&[u64], &[u64])) -> Result<u64> {
-        let Some(face) = brep.face(number) else {
-            return Err(loftsman_kernel::Error::Invalid(format!("there is no face {number}")));
-        };
-        let (surface, same) = self.sheet(&face.surface, &face.form)?;
+    fn face(
+        &mut self,
+        brep: &Brep,
+        number: usize,
+        sheet: &Sheet,
+        (vertices, edges): (&[u64], &[u64]),
+    ) -> Result<u64> {
+        let Some(face) = brep.face(number) else { return Err(no_face(number)) };
+        let (surface, same) = (sheet.number, sheet.same);
         let mut bounds = Vec::new();
         for chain in &face.loops {
             let mut uses = Vec::new();
@@ -161,9 +197,9 @@ impl Printer {
         Ok(self.put(&format!("ADVANCED_FACE({name},{},#{surface},{sense})", references(&bounds))))
     }
 
-    /// A surface as what it is, and whether its normal in the file is that of the spline.
-    fn sheet(&mut self, surface: &Surface, form: &SurfaceForm) -> Result<(u64, bool)> {
-        let same = same_side(surface, form)?;
+    /// A surface as what it is.
+    fn sheet(&mut self, surface: Surface, form: &SurfaceForm) -> Result<Sheet> {
+        let same = same_side(&surface, form)?;
         let written = match (*form, same) {
             (SurfaceForm::Plane { frame }, Some(_)) => {
                 let placement = self.frame(&frame);
@@ -190,8 +226,11 @@ impl Printer {
             _ => None,
         };
         match (written, same) {
-            (Some(number), Some(same)) => Ok((number, same)),
-            _ => Ok((self.surface(surface.clamped()?.as_ref()), true)),
+            (Some(number), Some(same)) => Ok(Sheet { number, same, spline: None }),
+            _ => {
+                let plain = surface.clamped()?.into_owned();
+                Ok(Sheet { number: self.surface(&plain), same: true, spline: Some(plain) })
+            }
         }
     }
 }

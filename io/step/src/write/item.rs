@@ -1,5 +1,6 @@
 //! What an object is, as items of a representation.
 
+use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::scene::Geometry;
 
 use super::print::{Printer, references};
@@ -58,6 +59,26 @@ impl Items {
     }
 }
 
+/// A mesh without faces: its lines, or its points where it has none.
+fn bare(p: &mut Printer, mesh: &Mesh, name: &str) -> Items {
+    let at = |index: u32| mesh.points()[index as usize];
+    let lines: Vec<u64> = mesh
+        .lines()
+        .map(|line| {
+            let points: Vec<_> = line.iter().map(|&index| at(index)).collect();
+            let list = p.points(&points);
+            p.put(&format!("POLYLINE('',{list})"))
+        })
+        .collect();
+    if !lines.is_empty() {
+        return Items::one(p, "GEOMETRIC_CURVE_SET", name, &lines, Carrier::Curve, "polylines");
+    }
+    let points: Vec<u64> = mesh.points().iter().map(|point| p.point(point)).collect();
+    let mut items = Items::one(p, "GEOMETRIC_SET", name, &points, Carrier::Point, "points");
+    items.colored.clone_from(&items.items);
+    items
+}
+
 /// Writes a geometry, in its own coordinates.
 pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_kernel::Result<Put> {
     const OPENED: &str =
@@ -107,6 +128,42 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
             // One colour for all of them.
             items.colored.clone_from(&items.items);
             items
+        }
+        Geometry::Trimmed(trimmed) => {
+            let written = match p.trimmed(trimmed, name)? {
+                Ok(written) => written,
+                Err(why) => return Ok(Put::LeftOut(why)),
+            };
+            let mut items = Items::one(
+                p,
+                "GEOMETRIC_SET",
+                name,
+                &written.items,
+                Carrier::Surface,
+                "surface that curves bound",
+            );
+            items.changes = written.changes;
+            items
+        }
+        Geometry::Mesh(mesh) => {
+            if mesh.points().is_empty() {
+                return Ok(Put::LeftOut("a mesh without points"));
+            }
+            if mesh.face_count() == 0 {
+                return Ok(Put::Items(bare(p, mesh, name)));
+            }
+            let (shell, fan) = p.mesh(mesh, &encode(name));
+            let changes = fan.then_some("faces of very many corners are cut as fans");
+            Items {
+                items: vec![shell],
+                colored: vec![shell],
+                faces: Vec::new(),
+                carrier: Carrier::Surface,
+                representation: "TESSELLATED_SHAPE_REPRESENTATION",
+                form: "triangles",
+                changes: changes.into_iter().collect(),
+                uncertainty: 0.0,
+            }
         }
         Geometry::Brep(brep) => {
             if brep.face_count() == 0 {

@@ -2,10 +2,13 @@
 
 mod brep;
 mod context;
+mod facets;
 mod item;
+mod parameters;
 mod print;
 mod spline;
 mod style;
+mod trimmed;
 
 use std::collections::HashMap;
 

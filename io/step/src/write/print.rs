@@ -8,6 +8,8 @@ use loftsman_kernel::{Point, Vector};
 #[derive(Debug, Default)]
 pub(crate) struct Printer {
     pub(crate) out: Vec<u8>,
+    /// The context of curves in parameter planes, where there is one yet.
+    pub(crate) plane: Option<u64>,
     last: u64,
 }
 

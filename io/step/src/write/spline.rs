@@ -23,6 +23,11 @@ impl Printer {
     /// A [clamped](Curve::clamped) curve.
     pub(crate) fn curve(&mut self, curve: &Curve) -> u64 {
         let points = self.points(curve.points());
+        self.curve_of(curve, &points)
+    }
+
+    /// The same with control points that are written already.
+    pub(crate) fn curve_of(&mut self, curve: &Curve, points: &str) -> u64 {
         let common = format!("{},{points},.UNSPECIFIED.,.F.,.U.", curve.degree());
         let (multiplicities, values) = knots(curve.space());
         let own = format!("{multiplicities},{values},.UNSPECIFIED.");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::Brep;
+use super::super::{Brep, UsePlace};
 use super::Loose;
 use super::pair::together;
 use super::strand::Strand;
@@ -13,6 +13,11 @@ use crate::text::figure;
 
 /// Places in each part of an edge along which both faces are smooth.
 const EACH: usize = 17;
+/// Faces that meet at no larger angle, in radians (1°), meet smoothly as far as files tell: CAD programs draw no edge between them.
+pub(super) const MEETS: f64 = 0.0175;
+/// Angles that differ by less, in radians, are the same but for rounding: normals are known to about 1e-8 of a turn at best where a
+/// surface was refined.
+const SAME: f64 = 1e-7;
 /// So many edges are told one by one.
 const TOLD: usize = 3;
 
@@ -25,13 +30,16 @@ pub struct Opening {
     pub gap: f64,
     /// How far the edge's curve is off a face at most.
     pub off: f64,
+    /// The largest angle between the tangent planes of its two faces, in radians: 0 where they meet smoothly all along it, π where one is
+    /// folded back on the other. `None` where it has not two, or these have no tangent planes along it.
+    pub angle: Option<f64>,
 }
 
 type Curves = BTreeMap<usize, (Surface, Vec<Vec<ParameterCurve>>)>;
 
 impl Brep {
-    /// How far the faces of each edge are apart along it, and its curve from them: of the surfaces along their parameter curves, at 17
-    /// places of each part along which both are smooth.
+    /// How far the faces of each edge are apart along it, its curve from them, and the angle between them: of the surfaces along their
+    /// parameter curves, at 17 places of each part along which both are smooth.
     ///
     /// # Errors
     /// When an evaluation overflows.
@@ -68,7 +76,7 @@ impl Brep {
     }
 
     fn opening(&self, edge: usize, known: &Curves) -> Result<Opening> {
-        let mut opening = Opening { edge, gap: 0.0, off: 0.0 };
+        let mut opening = Opening { edge, gap: 0.0, off: 0.0, angle: None };
         let Some(own) = self.edge(edge) else { return Ok(opening) };
         let part = own.curve.between(own.range.0, own.range.1)?;
         let (from, to) = part.domain();
@@ -80,14 +88,26 @@ impl Brep {
             }
         }
         let Some((first, others)) = strands.split_first() else { return Ok(opening) };
+        let turned = match self.uses(edge) {
+            // Loops run around normals: two that run through an edge in one sense have normals on opposite sides.
+            [one, other] if strands.len() == 2 => Some(self.turns(one) == self.turns(other)),
+            _ => None,
+        };
         let beside = others.first().unwrap_or(first);
         for pair in together(first, beside)?.windows(2) {
             for k in 0..EACH {
                 let share = pair[0] + (pair[1] - pair[0]) * (k as f64 / (EACH - 1) as f64);
-                let point = first.point(first.at_share(share))?;
+                let here = first.at_share(share);
+                let point = first.point(here)?;
                 for other in others {
-                    let there = other.point(other.nearest(point, share)?)?;
-                    opening.gap = opening.gap.max((there - point).norm());
+                    let t = other.nearest(point, share)?;
+                    opening.gap = opening.gap.max((other.point(t)? - point).norm());
+                    let Some(turned) = turned else { continue };
+                    if let (Some(a), Some(b)) = (first.normal(here)?, other.normal(t)?) {
+                        let cosine = if turned { -a.dot(&b) } else { a.dot(&b) };
+                        let angle = a.cross(&b).norm().atan2(cosine);
+                        opening.angle = Some(opening.angle.map_or(angle, |largest| largest.max(angle)));
+                    }
                 }
                 let at = part.point(if share >= 1.0 { to } else { from + (to - from) * share })?;
                 for strand in &strands {
@@ -97,6 +117,12 @@ impl Brep {
             }
         }
         Ok(opening)
+    }
+
+    /// Whether a loop runs through an edge backwards, as seen against `S_u × S_v` of its face.
+    fn turns(&self, place: &UsePlace) -> bool {
+        let one = self.loops(place.face).get(place.chain).and_then(|chain| chain.get(place.number));
+        one.is_some_and(|one| one.reversed) != self.is_reversed(place.face)
     }
 
     /// What an edit did to the edges between faces that moved: tolerances raised to what is measured, and notes.
@@ -146,6 +172,7 @@ impl Brep {
             let widest = after.iter().map(|one| one.gap).fold(0.0, f64::max);
             notes.push(format!("no edge opened: faces are at most {} apart along them", figure(widest)));
         }
+        notes.extend(creases(loose, &after));
         let between = edges.iter().filter(|edge| loose.between.contains(edge)).count();
         if between > 0 {
             notes.push(format!(
@@ -177,4 +204,34 @@ impl Brep {
         }
         Ok(())
     }
+}
+
+/// What became of edges at which faces met smoothly before an edit.
+fn creases(loose: &Loose, after: &[Opening]) -> Option<String> {
+    let mut smooth = Vec::new();
+    for now in after {
+        let before = loose.before.iter().find(|one| one.edge == now.edge).and_then(|one| one.angle);
+        if let (Some(before), Some(angle)) = (before.filter(|angle| *angle <= MEETS), now.angle) {
+            smooth.push((now.edge, before, angle));
+        }
+    }
+    let (edge, before, now) = *smooth.iter().max_by(|a, b| (a.2 - a.1).total_cmp(&(b.2 - b.1)))?;
+    let (count, degrees) = (smooth.len(), |angle: f64| figure(angle.to_degrees()));
+    let which = if count == 1 {
+        "1 edge was smooth before".to_owned()
+    } else {
+        format!("{count} edges were smooth before")
+    };
+    let worst = smooth.iter().map(|one| one.2).fold(0.0, f64::max);
+    let kept = smooth.iter().filter(|(edge, ..)| loose.smooth.contains(edge)).count();
+    let kept = match kept {
+        0 => String::new(),
+        k if k == count => ", kept so".to_owned(),
+        k => format!(", {k} of them kept so"),
+    };
+    Some(if now <= before + SAME {
+        format!("{which}{kept}: faces meet there at {}° at most", degrees(worst))
+    } else {
+        format!("{which}{kept}: edge {edge} changed most, from {}° to {}°", degrees(before), degrees(now))
+    })
 }

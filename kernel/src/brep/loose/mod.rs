@@ -11,6 +11,8 @@
 //!   places as these have coefficients: flat faces with straight edges). Where it is such a line of one face only, that face's boundary is given
 //!   knots and follows at its own places; what is left between them, some 10⁻⁶ of the way as a rule, is measured afterwards, told, and in
 //!   the edge's tolerance. An edge of neither kind stays where it is.
+//! * *Where they meet smoothly* along a line of parameters of one of them, they go on doing so ([`tangent`]), exactly or at places as above; along
+//!   any other edge a crease may appear. How much the angle between them has changed is told for all edges that follow.
 //! * *Edges between them follow*, and vertices: as the curve on one of the faces, exactly where it is a line of constant parameter, else by
 //!   interpolation in the edge's own space, refined.
 
@@ -19,6 +21,7 @@ mod measure;
 mod pair;
 mod sheet;
 mod strand;
+mod tangent;
 mod touch;
 mod trace;
 
@@ -31,7 +34,7 @@ use self::sheet::{Sheet, Still};
 use super::Brep;
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::shape::{Bond, Bonds, SMOOTH, Shape, Stencil};
+use crate::shape::{Bond, Bonds, Shape, Stencil};
 use crate::spline::Surface;
 use crate::spline::trimmed::ParameterCurve;
 
@@ -112,6 +115,8 @@ pub(super) struct Loose {
     before: Vec<Opening>,
     /// Edges that are held together at places only.
     between: BTreeSet<usize>,
+    /// Edges at which faces go on meeting smoothly.
+    smooth: BTreeSet<usize>,
     /// How many edges stay though their faces move.
     stays: usize,
 }
@@ -199,8 +204,12 @@ impl Brep {
         ties.retain(|_, tie| *tie != Tie::Held);
         let moves = |edge: usize| ties.contains_key(&edge);
         self.hold(&mut sheets, &moves, moving)?;
+        let smooth = if moving.sharp { BTreeSet::new() } else { self.stay_smooth(&ties, &sheets)? };
         for (&edge, &tie) in &ties {
             self.refine_along(edge, tie, &mut sheets)?;
+        }
+        for (&edge, &tie) in ties.iter().filter(|(edge, _)| smooth.contains(edge)) {
+            self.refine_across(edge, tie, &mut sheets)?;
         }
         for (face, sheet) in &mut sheets {
             sheet.freed(&on(*face))?;
@@ -220,7 +229,7 @@ impl Brep {
             plans.insert(edge, edge::replace(self, edge, &sheets, &mut parts)?);
         }
         let mut ready = Self::new(parts)?;
-        ready.prepare(&sheets, &ties, &plans, stays)?;
+        ready.prepare(&sheets, &ties, &plans, (smooth, stays))?;
         Ok(ready)
     }
 
@@ -279,7 +288,7 @@ impl Brep {
         Ok(())
     }
 
-    /// Whether the faces of an edge have one tangent plane all along it: to within the angle up to which a curve is smooth.
+    /// Whether the faces of an edge have one tangent plane all along it, as far as files tell: to within 1°.
     fn meets_smoothly(&self, edge: usize) -> Result<bool> {
         let (Some(edge_whole), [first, second]) = (self.edge(edge), self.uses(edge)) else {
             return Ok(false);
@@ -307,7 +316,7 @@ impl Brep {
             }
             if let [Some(a), Some(b)] = normals[..] {
                 compared += 1;
-                if a.cross(&b).norm() > SMOOTH.max(1e-4) {
+                if a.cross(&b).norm() > measure::MEETS {
                     return Ok(false);
                 }
             }
@@ -321,7 +330,7 @@ impl Brep {
         sheets: &BTreeMap<usize, Sheet>,
         ties: &BTreeMap<usize, Tie>,
         plans: &BTreeMap<usize, edge::Plan>,
-        stays: usize,
+        (smooth, stays): (BTreeSet<usize>, usize),
     ) -> Result<()> {
         let mut free = vec![false; self.net.len()];
         for (&face, sheet) in sheets {
@@ -344,7 +353,11 @@ impl Brep {
                 let row: Stencil = row.iter().filter(|(_, c)| c.abs() > least).collect();
                 row.vertices().iter().any(|v| free[*v]).then_some(row)
             };
-            let kept: Vec<Stencil> = rows.rows.into_iter().filter_map(clean).collect();
+            let mut rows = rows.rows;
+            if smooth.contains(&edge) {
+                rows.extend(self.smooth_rows(edge, tie, sheets)?);
+            }
+            let kept: Vec<Stencil> = rows.into_iter().filter_map(clean).collect();
             if !kept.is_empty() {
                 let mut faces: Vec<String> = self.uses(edge).iter().map(|one| one.face.to_string()).collect();
                 faces.dedup();
@@ -373,6 +386,7 @@ impl Brep {
             base: self.net.clone(),
             before,
             between,
+            smooth,
             stays,
         }));
         Ok(())

@@ -40,13 +40,15 @@ pub(super) struct Rows {
     pub(super) places: bool,
 }
 
-fn strand<'a>(sheets: &'a BTreeMap<usize, Sheet>, one: &UsePlace) -> Result<Option<Strand<'a>>> {
+/// A use as its face has it.
+pub(super) fn strand<'a>(sheets: &'a BTreeMap<usize, Sheet>, one: &UsePlace) -> Result<Option<Strand<'a>>> {
     let Some(sheet) = sheets.get(&one.face) else { return Ok(None) };
     let curve = sheet.curves.get(one.chain).and_then(|chain| chain.get(one.number));
     curve.map(|curve| Strand::new(&sheet.surface, curve)).transpose()
 }
 
-fn line(sheets: &BTreeMap<usize, Sheet>, one: &UsePlace) -> Option<Line> {
+/// The line of parameters that a use is, where it is one.
+pub(super) fn line(sheets: &BTreeMap<usize, Sheet>, one: &UsePlace) -> Option<Line> {
     Line::of(sheets.get(&one.face)?.curves.get(one.chain)?.get(one.number)?)
 }
 

@@ -51,6 +51,12 @@ impl<'a> Strand<'a> {
         point(self.surface, self.curve, t)
     }
 
+    /// The unit vector along `S_u × S_v`; `None` where that vanishes.
+    pub(super) fn normal(&self, t: f64) -> Result<Option<Vector>> {
+        let [u, v] = self.parameters(t)?;
+        super::normal(self.surface, inside(self.surface, u, v))
+    }
+
     /// The parameter at a share of the whole.
     pub(super) fn at_share(&self, share: f64) -> f64 {
         let (from, to) = self.curve.range();

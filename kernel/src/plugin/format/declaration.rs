@@ -46,6 +46,14 @@ pub enum UnitRule {
 pub enum MeshPart {
     /// Faces of more than three corners.
     Polygons,
+    /// Normals.
+    Normals,
+    /// Texture coordinates.
+    Uvs,
+    /// Colours of points.
+    Colors,
+    /// Lines beside faces.
+    Lines,
     /// Normals, tangents and texture coordinates that differ between the faces at a point.
     Corners,
     /// Colours that do.
@@ -68,6 +76,10 @@ impl MeshPart {
     /// All of them.
     pub const ALL: &'static [Self] = &[
         Self::Polygons,
+        Self::Normals,
+        Self::Uvs,
+        Self::Colors,
+        Self::Lines,
         Self::Corners,
         Self::CornerColors,
         Self::Tangents,
@@ -82,6 +94,10 @@ impl MeshPart {
     pub fn name(self) -> &'static str {
         match self {
             Self::Polygons => "polygons",
+            Self::Normals => "normals",
+            Self::Uvs => "texture coordinates",
+            Self::Colors => "colours of points",
+            Self::Lines => "lines beside faces",
             Self::Corners => "values by corner",
             Self::CornerColors => "colours by corner",
             Self::Tangents => "tangents",
@@ -235,8 +251,7 @@ impl fmt::Display for Holds {
         ];
         let mut without: Vec<&str> = all.iter().filter(|(has, _)| !has).map(|(_, what)| *what).collect();
         if self.exact.contains(&"mesh") {
-            let parts = MeshPart::ALL.iter().filter(|part| !self.meshes.contains(part));
-            without.extend(parts.map(|part| part.name()));
+            without.extend(self.missing_parts().map(MeshPart::name));
         }
         if !without.is_empty() {
             write!(f, "; no {}", without.join(", "))?;
@@ -253,6 +268,20 @@ impl fmt::Display for Holds {
             write!(f, "; single precision")?;
         }
         Ok(())
+    }
+}
+
+impl Holds {
+    /// What meshes do not keep. Where they keep no such values at all, those that differ by corner are not told apart from these.
+    pub(super) fn missing_parts(&self) -> impl Iterator<Item = MeshPart> + use<> {
+        let (meshes, has) = (self.meshes, |part: MeshPart| self.meshes.contains(&part));
+        let corners = has(MeshPart::Normals) || has(MeshPart::Uvs);
+        let colors = has(MeshPart::Colors);
+        MeshPart::ALL.iter().copied().filter(move |part| match part {
+            MeshPart::Corners if !corners => false,
+            MeshPart::CornerColors if !colors => false,
+            part => !meshes.contains(part),
+        })
     }
 }
 

@@ -16,6 +16,10 @@ impl MeshPart {
     fn is_in(self, mesh: &Mesh) -> bool {
         match self {
             Self::Polygons => mesh.faces().any(|face| face.len() > 3),
+            Self::Normals => !mesh.normals.is_empty(),
+            Self::Uvs => !mesh.uvs.is_empty(),
+            Self::Colors => !mesh.colors.is_empty(),
+            Self::Lines => mesh.face_count() > 0 && mesh.lines().next().is_some(),
             Self::Corners => mesh.differs_at_points(),
             Self::CornerColors => mesh.colors_differ_at_points(),
             Self::Tangents => !mesh.tangents.is_empty(),
@@ -31,6 +35,10 @@ impl MeshPart {
     fn fate(self) -> &'static str {
         match self {
             Self::Polygons => "[has|have] faces of more than three corners, which are cut into triangles",
+            Self::Normals => "[has|have] normals, which are left out",
+            Self::Uvs => "[has|have] texture coordinates, which are left out",
+            Self::Colors => "[has|have] colours of points, which are left out",
+            Self::Lines => "[has|have] lines beside faces, which are left out",
             Self::Corners => {
                 "[has|have] values that differ between the faces at a point: such points are doubled"
             }
@@ -75,7 +83,7 @@ impl Holds {
             }
         };
         if objects.iter().any(|o| matches!(o.geometry(), Geometry::Mesh(_)) && self.exactly(o.geometry())) {
-            for part in MeshPart::ALL.iter().filter(|part| !self.meshes.contains(part)) {
+            for part in self.missing_parts() {
                 let has = |o: &Object| matches!(o.geometry(), Geometry::Mesh(mesh) if part.is_in(mesh));
                 say(count(false, &has), &format!("mesh[|es] {}", part.fate()));
             }

@@ -1,14 +1,15 @@
 //! Polygons as triangles.
 
-use loftsman_kernel::{Point, Vector};
+use crate::{Point, Vector};
 
 /// Above this many corners a face is cut as a fan from its first corner: cutting ears costs the square of it.
-pub(crate) const EARS: usize = 2048;
+pub const EARS: usize = 2048;
 
 /// Appends the triangles of a face. Quadrilaterals are cut so that both halves look the same way, along the
 /// shorter diagonal if both ways do; larger faces by their ears (Meisters 1975), seen along their area vector.
-/// Triangles that use a point twice are left out. `O(corners²)` up to [`EARS`] corners, else `O(corners)`.
-pub(crate) fn face(points: &[Point], corners: &[u32], out: &mut Vec<u32>) {
+/// Triangles that use a point twice are left out. `corners` are numbers of `points`; three are appended for each triangle. `O(corners²)` up to
+/// [`EARS`] corners, else `O(corners)`.
+pub fn face(points: &[Point], corners: &[u32], out: &mut Vec<u32>) {
     let mut push = |a: u32, b: u32, c: u32| {
         if a != b && b != c && c != a {
             out.extend([a, b, c]);

@@ -1,0 +1,186 @@
+//! STEP and IGES files of other programs with something in them changed: read or refused, sound, and never for long.
+//!
+//! A few hundred changes are tried as a rule. `LOFTSMAN_MUTATE_SECONDS=3600 cargo test --release -p loftsman-tests --test library mutated` goes on
+//! for so long with each format. What it finds is named by the file and the number of the change, and becomes a test of the crate at fault.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use loftsman::kernel::plugin::{Fate, Format, Memory, ReadOptions, WriteOptions};
+
+/// Changes of each format where no time is given.
+const CHANGES: u64 = 150;
+/// No file of these sizes may take longer, however slow the machine.
+const LONGEST: Duration = Duration::from_secs(60);
+/// Larger files are left out: the changes would be fewer.
+const LARGEST: u64 = 100_000;
+
+/// Numbers in a fixed order, the same every time (Steele and Vigna's SplitMix64).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        if count == 0 { 0 } else { (self.next() % count as u64) as usize }
+    }
+}
+
+/// Where in a text runs of digits and what belongs to numbers are, from a place on; the first one.
+fn number_from(bytes: &[u8], from: usize) -> Option<(usize, usize)> {
+    let start = from + bytes[from..].iter().position(u8::is_ascii_digit)?;
+    let end = bytes[start..].iter().position(|b| !b.is_ascii_digit() && !b".eE+-".contains(b));
+    Some((start, end.map_or(bytes.len(), |end| start + end)))
+}
+
+/// One to four changes: bytes, numbers, lines, references, words of elsewhere, the end.
+fn changed(original: &[u8], numbers: &mut Numbers) -> Vec<u8> {
+    const ODD: [&str; 16] = [
+        "0",
+        "1",
+        "-1",
+        "2",
+        "3",
+        "1e308",
+        "-1e308",
+        "1e-308",
+        "999999999999",
+        "0.5",
+        "1e9",
+        "4294967296",
+        "-0.",
+        "1.",
+        "1000000",
+        "17",
+    ];
+    let mut bytes = original.to_vec();
+    for _ in 0..=numbers.below(4) {
+        if bytes.is_empty() {
+            break;
+        }
+        let at = numbers.below(bytes.len());
+        let line = |bytes: &[u8], at: usize| {
+            let start = bytes[..at].iter().rposition(|&b| b == b'\n').map_or(0, |k| k + 1);
+            let end = bytes[at..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |k| at + k + 1);
+            start..end
+        };
+        match numbers.below(8) {
+            0 => bytes[at] = (numbers.next() & 0xff) as u8,
+            1 => {
+                let own = line(&bytes, at);
+                bytes.drain(own);
+            }
+            2 => {
+                let copy = bytes[line(&bytes, at)].to_vec();
+                let to = numbers.below(bytes.len());
+                let to = line(&bytes, to).start;
+                bytes.splice(to..to, copy);
+            }
+            // Of both formats most of what matters are numbers.
+            3..=5 => {
+                if let Some((start, end)) = number_from(&bytes, at) {
+                    bytes.splice(start..end, ODD[numbers.below(ODD.len())].bytes());
+                }
+            }
+            6 => {
+                let from = numbers.below(original.len());
+                if let (Some((a, b)), Some((c, d))) = (number_from(&bytes, at), number_from(original, from)) {
+                    let other = original[c..d].to_vec();
+                    bytes.splice(a..b, other);
+                }
+            }
+            _ => {
+                let far = numbers.below(200);
+                let end = (at + far).min(bytes.len());
+                bytes.drain(at..end);
+            }
+        }
+    }
+    bytes
+}
+
+/// Reads, and where something is read, writes it and reads that.
+fn survives(format: &dyn Format, name: &str, bytes: Vec<u8>) -> bool {
+    let memory = Memory::new(name, bytes);
+    let (scene, report) = match format.read(&memory, &ReadOptions::default()) {
+        Ok(read) => read,
+        Err(error) => {
+            assert!(error.file == name && !error.problem.is_empty(), "{error}");
+            return false;
+        }
+    };
+    assert!(report.adds_up(), "{report:?}");
+    scene.check().unwrap();
+    let finite = scene
+        .objects()
+        .iter()
+        .all(|o| o.geometry().points().iter().flat_map(|p| p.iter()).all(|c| c.is_finite()));
+    assert!(finite, "NaN or infinity came through");
+    let mut out = Memory::new(name, Vec::new());
+    if let Ok(report) = format.write(&scene, &mut out, &WriteOptions::default())
+        && report.objects.iter().any(|o| o.fate != Fate::LeftOut)
+    {
+        format.read(&out, &ReadOptions::default()).unwrap();
+    }
+    true
+}
+
+fn mutated(format: &str, extensions: &[&str]) {
+    let registry = loftsman::registry();
+    let format = registry.formats().iter().find(|f| f.declaration().name == format).unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(format.declaration().name);
+    let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap()).collect();
+    files.retain(|file| {
+        let extension = file.path().extension().map(|e| e.to_string_lossy().to_lowercase());
+        extension.is_some_and(|e| extensions.contains(&e.as_str()))
+            && file.metadata().unwrap().len() <= LARGEST
+    });
+    files.sort_by_key(std::fs::DirEntry::path);
+    let files: Vec<(String, Vec<u8>)> = files
+        .iter()
+        .map(|file| (file.file_name().to_string_lossy().into_owned(), std::fs::read(file.path()).unwrap()))
+        .collect();
+    assert!(files.len() >= 5);
+    let given = std::env::var("LOFTSMAN_MUTATE_SECONDS").ok().map(|text| text.parse().unwrap());
+    let first: u64 = std::env::var("LOFTSMAN_MUTATE_FROM").map_or(0, |text| text.parse().unwrap());
+    let (started, mut read, mut failed, mut change) = (Instant::now(), 0, Vec::new(), first);
+    while given.map_or(change < CHANGES, |seconds| started.elapsed() < Duration::from_secs(seconds)) {
+        let (name, original) = &files[(change % files.len() as u64) as usize];
+        let bytes = changed(original, &mut Numbers(change));
+        let begun = Instant::now();
+        match catch_unwind(AssertUnwindSafe(|| survives(format.as_ref(), name, bytes))) {
+            Ok(is_read) => read += u64::from(is_read),
+            Err(_) => failed.push(format!("{name}, change {change}")),
+        }
+        if begun.elapsed() > LONGEST {
+            failed.push(format!("{name}, change {change}: {:?}", begun.elapsed()));
+        }
+        change += 1;
+    }
+    let tried = change - first;
+    println!(
+        "{}: {tried} changes from {first} on, {read} read, {} failed",
+        format.declaration().name,
+        failed.len()
+    );
+    assert!(failed.is_empty(), "{failed:#?}");
+    // Most changes cost something in the file and not the file.
+    assert!(4 * read > tried, "{read} of {tried}");
+}
+
+#[test]
+fn changed_step_files_are_read_or_refused() {
+    mutated("step", &["stp", "step"]);
+}
+
+#[test]
+fn changed_iges_files_are_read_or_refused() {
+    mutated("iges", &["igs", "iges"]);
+}
