@@ -16,11 +16,7 @@ use super::shape::{
     LINES, NORMAL, POINTS, Shaped, TRIANGLES, Turning, positions, primitive, put, put_index, values,
 };
 use super::tangent::with_tangents;
-<<<<<<< HEAD
-use crate::triangulate;
 use loftsman_kernel::text::counted;
-=======
->>>>>>> h14
 
 /// A mesh: its faces by material, its lines (unless `faces_only`), or its points where it has neither. Slots of which
 /// `maps` says that the material has a normal map, and for which set of texture coordinates, have tangents. Where it
