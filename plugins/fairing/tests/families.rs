@@ -223,12 +223,9 @@ fn feasible(dice: &mut Dice, number: usize) -> (Problem, Vec<Point>) {
         let u = problem.anywhere(dice);
         let order = dice.below(2).min(problem.curve.degree());
         let value = at(&problem, u, order);
-        // Some say the same twice, some say nothing: derivatives that every curve of this degree lacks.
+        // Some say the same twice.
         for _ in 0..=dice.below(2) {
             problem.equation(u, order, value);
-        }
-        if dice.chance(0.2) && problem.curve.weights().is_none() {
-            problem.equation(u, problem.curve.degree() + 1, [0.0; 3]);
         }
     }
     let width = [0.5, 0.1, 0.02][dice.below(3)];

@@ -135,7 +135,7 @@ impl Holds {
                 }
                 (false, true) => {}
                 (_, false) => {
-                    say(scene.colored_layers(), "[colour of a layer is|colours of layers are] left out")
+                    say(scene.colored_layers(), "[colour of a layer is|colours of layers are] left out");
                 }
             }
             let below = scene.layers.iter().filter(|layer| layer.parent.is_some()).count();
