@@ -333,7 +333,7 @@ mod tests {
         let track = |spots: &[Option<Spot>]| Some(Track { rate: 2.0, spots: spots.to_vec(), stays: true });
         mark.track = track(&[None, spot(1.0), spot(2.0), spot(3.0)]);
         let mut object = Object::new("c", (&shape).into());
-        let mut at = |mark: &Mark, seconds: f64, object: &Object| {
+        let at = |mark: &Mark, seconds: f64, object: &Object| {
             let mut there = mark.clone();
             let marked = there.go_to(seconds, object, object.geometry());
             marked.then_some(there.position)
