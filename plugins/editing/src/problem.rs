@@ -230,7 +230,16 @@ impl Problem {
                     let label = format!("vertex {index} locked");
                     let (object, kind) = (name.clone(), MarkKind::Locked);
                     let (before, spot) = (position, Some(Spot::Vertex(i)));
-                    marks.push(Mark { object, kind, position, before, vector: None, label, spot, track: None });
+                    marks.push(Mark {
+                        object,
+                        kind,
+                        position,
+                        before,
+                        vector: None,
+                        label,
+                        spot,
+                        track: None,
+                    });
                 }
             }
         }
