@@ -84,6 +84,13 @@ fn nothing_changes_where_it_is_refused() {
             json!({ "seconds": 1, "forces": [{ "at": 1, "force": [0, -1e200, 0] }] }),
             "a force is -1e200: give numbers below",
         ),
+        (json!({ "seconds": 1, "settle_frames": true }), "`settle = true`"),
+        (json!({ "settle": true, "settle_frames": true }), "`seconds`"),
+        (
+            json!({ "seconds": 1, "stiffness": 1e300 }),
+            "stiffness: the stiffness is 1e300: give a number above 0, below 1e100",
+        ),
+        (json!({ "seconds": 1, "mass": 0 }), "mass: the mass is 0: give a number above 0"),
         (
             json!({ "seconds": 1, "bending": 1e20, "scheme": "implicit" }),
             "\"rope\": its stiffness, bending or pulls",
@@ -179,6 +186,22 @@ fn what_is_torn_is_refused() {
     assert_eq!(scene.object("rope").unwrap().geometry().points(), before);
 }
 
+/// An end that passes its ring is warned of, where others still hold the rope; times that are no whole frames are told.
+#[test]
+fn an_end_that_has_passed_is_warned_of() {
+    let held = json!([
+        { "kind": "fixed", "at": 9, "to": [[2.2, 0, 0.1], [4.2, 0, 0.1]], "name": "hand" },
+        { "kind": "sliding", "near": 0.5, "name": "ring" },
+    ]);
+    let fields = json!({ "seconds": 0.99, "scheme": "implicit", "gravity": [0, 0, 0], "constraints": held });
+    let report = run(&mut scene(), fields).unwrap();
+    let [warning] = &report.warnings[..] else { unreachable!("one: {:?}", report.warnings) };
+    assert!(warning.contains("has passed \"ring\" (") && !warning.contains("hand"), "{warning}");
+    assert!(report.notes.iter().any(|note| note.ends_with(": 24 whole frames")), "{:?}", report.notes);
+    let short = run(&mut scene(), json!({ "seconds": 0.03 })).unwrap();
+    assert!(short.notes.iter().any(|note| note.ends_with(": 1 whole frame")), "{:?}", short.notes);
+}
+
 /// What is told of a motion into which nothing is put, and of both sides of a ring at rest.
 #[test]
 fn energies_and_sides_are_told() {
@@ -186,15 +209,30 @@ fn energies_and_sides_are_told() {
     let held = json!([{ "kind": "fixed", "at": 0 }, { "kind": "sliding", "near": 4, "name": "ring" }, { "kind": "fixed", "at": 9 }]);
     let fields =
         json!({ "seconds": 0.5, "settle": true, "gravity": [0, 0, 0], "rest": 0.8, "constraints": held });
-    let notes = run(&mut scene, fields).unwrap().notes;
-    assert!(
-        notes.iter().any(|note| note.starts_with("nothing was put in, and energy rose by ")),
-        "{notes:?}"
-    );
+    let first = scene.clone();
+    let report = run(&mut scene, fields).unwrap();
+    let notes = &report.notes;
+    let rose = notes.iter().find_map(|note| note.strip_prefix("nothing was put in, and energy rose by "));
+    let rose: f64 = rose.unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((0.0..100.0 / 3.0).contains(&rose), "{notes:?}");
     let sides =
         notes.iter().find_map(|note| note.strip_prefix("\"ring\": on both sides stretched by ")).unwrap();
     let numbers: Vec<f64> =
         sides.split(" % and ").map(|n| n.trim_end_matches(" %").parse().unwrap()).collect();
-    assert!(numbers.len() == 2 && (numbers[0] - numbers[1]).abs() < 3.0, "{sides}");
-    assert!(numbers.iter().all(|stretch| (10.0..30.0).contains(stretch)), "{sides}");
+    // As long as chords say, over what they say of the rope at the start, of which 0.8 is its rest.
+    let ring = report.constraints.iter().find(|c| c.name == "ring").unwrap().location.clone().unwrap()[0];
+    let first = first.object("rope").unwrap().geometry().clone();
+    let now = scene.object("rope").unwrap().geometry();
+    let length = |of: &Geometry, from: f64, to: f64| -> f64 {
+        let Geometry::Curve(curve) = of else { unreachable!("a curve") };
+        let at = |k: usize| curve.point(from + (to - from) * k as f64 / 2000.0).unwrap();
+        (0..2000).map(|k| (at(k + 1) - at(k)).norm()).sum()
+    };
+    for (told, [from, to]) in numbers.iter().zip([[0.0, ring], [ring, 9.0]]) {
+        let own = 100.0 * (length(now, from, to) / (0.8 * length(&first, from, to)) - 1.0);
+        assert!((told - own).abs() < 0.02, "{sides}: {own} from {from} to {to}");
+    }
+    // To half a span of each side.
+    let apart = ((100.0 + numbers[0]) / (100.0 + numbers[1]) - 1.0).abs();
+    assert!(numbers.len() == 2 && apart < 0.5 / ring + 0.5 / (9.0 - ring), "{sides}");
 }
