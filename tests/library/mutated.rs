@@ -3,6 +3,8 @@
 //! A few hundred changes are tried as a rule. `LOFTSMAN_MUTATE_SECONDS=3600 cargo test --release -p loftsman-tests --test library mutated` goes on
 //! for so long with each format. What it finds is named by the file and the number of the change, and becomes a test of the crate at fault.
 
+#![allow(clippy::print_stdout, reason = "how many changes were tried is asked for with --nocapture")]
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
