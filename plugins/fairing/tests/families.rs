@@ -227,6 +227,8 @@ fn feasible(dice: &mut Dice, number: usize) -> (Problem, Vec<Point>) {
         for _ in 0..=dice.below(2) {
             problem.equation(u, order, value);
         }
+        // Drawn for what is no longer there, so that the problems stay those that they were.
+        _ = dice.chance(0.2);
     }
     let width = [0.5, 0.1, 0.02][dice.below(3)];
     for _ in 0..10 + dice.below(51) {
