@@ -93,6 +93,11 @@ impl Curve {
         !self.space().is_periodic() && self.space().is_clamped()
     }
 
+    /// What becomes of it in formats that hold clamped splines only; `None` where it is one.
+    pub fn change_when_clamped(&self) -> Option<&'static str> {
+        (!self.is_clamped()).then(|| clamping_in_words(self.space().is_periodic()))
+    }
+
     /// [Clamped](Self::to_clamped), for those who take no other knots: itself where it is.
     ///
     /// # Errors
@@ -136,12 +141,26 @@ impl Surface {
         [self.u(), self.v()].iter().all(|space| !space.is_periodic() && space.is_clamped())
     }
 
+    /// What becomes of it in formats that hold clamped splines only; `None` where it is one.
+    pub fn change_when_clamped(&self) -> Option<&'static str> {
+        let opened = self.u().is_periodic() || self.v().is_periodic();
+        (!self.is_clamped()).then(|| clamping_in_words(opened))
+    }
+
     /// [Clamped](Self::to_clamped), for those who take no other knots: itself where it is.
     ///
     /// # Errors
     /// Only when numbers overflow.
     pub fn clamped(&self) -> Result<Cow<'_, Self>> {
         if self.is_clamped() { Ok(Cow::Borrowed(self)) } else { self.to_clamped().map(Cow::Owned) }
+    }
+}
+
+fn clamping_in_words(opened: bool) -> &'static str {
+    if opened {
+        "opened at its seam and clamped, the same shape"
+    } else {
+        "clamped at its ends, the same shape"
     }
 }
 
@@ -243,6 +262,7 @@ mod tests {
         assert!(curve.split(0.0).is_err() && curve.split(6.0).is_err());
         let points = (0..4).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
         let ring = Curve::new(Space::periodic_uniform(3, 4).unwrap(), points).unwrap();
+        assert!(ring.change_when_clamped().is_some_and(|change| change.starts_with("opened at its seam")));
         assert!(ring.between(1.0, 5.5).is_err());
         assert!(ring.between(1.0, f64::NAN).is_err());
         assert!(ring.between(1.0, f64::NEG_INFINITY).is_err());

@@ -18,8 +18,6 @@ use style::Styles;
 
 /// How deep objects and definitions may hang under one another: less than what is read again, as each may be two levels there.
 const DEEPEST: usize = 60;
-/// What comes back of splines whose knots are not clamped.
-const OPENED: &str = "opened at its seam and clamped, the same shape: other programs take other knots amiss";
 
 /// Writes a scene.
 pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
@@ -383,13 +381,13 @@ impl<'s> Writer<'_, 's> {
         let p = &mut self.printer;
         let (items, form) = match geometry {
             Geometry::Curve(curve) => {
-                let (plain, changed) = (curve.clamped()?, !curve.is_clamped());
-                changes.extend(changed.then_some(OPENED));
+                let plain = curve.clamped()?;
+                changes.extend(curve.change_when_clamped());
                 (vec![p.curve(&plain, look, &properties)], "B-spline curve")
             }
             Geometry::Surface(surface) => {
-                let (plain, changed) = (surface.clamped()?, !surface.is_clamped());
-                changes.extend(changed.then_some(OPENED));
+                let plain = surface.clamped()?;
+                changes.extend(surface.change_when_clamped());
                 (vec![p.surface(&plain, look, &properties)], "B-spline surface")
             }
             Geometry::Trimmed(trimmed) => match p.trimmed(trimmed, look, &properties)? {

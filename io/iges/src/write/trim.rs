@@ -2,7 +2,7 @@
 
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface, Trimmed};
-use loftsman_kernel::{Point, Result};
+use loftsman_kernel::{Error, Point, Result};
 
 use super::print::{Look, Printer, Purpose, Record};
 
@@ -26,13 +26,13 @@ impl Printer {
         look: Look,
         properties: &[u32],
     ) -> Result<std::result::Result<Written, &'static str>> {
-        let (surface, opened) = (trimmed.surface().clamped()?, !trimmed.surface().is_clamped());
+        let surface = trimmed.surface().clamped()?;
         let mut changes = Vec::new();
-        if opened {
+        if let Some(change) = trimmed.surface().change_when_clamped() {
             if !trimmed.loops().flatten().all(|one| inside(&surface, one).unwrap_or(false)) {
                 return Ok(Err("its loops run through the seam of a periodic surface: split it there first"));
             }
-            changes.push("its surface is opened at its seam and clamped, the same shape");
+            changes.push(change);
         }
         if !(trimmed.curves().is_empty() && trimmed.points().is_empty()) {
             changes.push("its special curves and points are left out");
@@ -166,7 +166,14 @@ impl Lift<'_> {
             let r = 1.0 - s;
             let by = [r * r * r, 3.0 * r * r * s, 3.0 * r * s * s, s * s * s];
             let on: loftsman_kernel::Vector = piece.iter().zip(by).map(|(p, w)| p.coords * w).sum();
-            off = off.max((on - self.at(from + s * h)?.0.coords).norm());
+            // By components, whose squares may overflow; what is no number stays that.
+            let away = (on - self.at(from + s * h)?.0.coords).abs();
+            off = away.iter().fold(off, |off, x| if *x <= off { off } else { *x });
+        }
+        if !off.is_finite() {
+            return Err(Error::Invalid(
+                "a curve on a trimmed surface overflows; scale the surface down".into(),
+            ));
         }
         let middle = 0.5 * (from + to);
         if off > self.near && depth < DEEPEST && from < middle && middle < to {

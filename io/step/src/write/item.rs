@@ -81,24 +81,22 @@ fn bare(p: &mut Printer, mesh: &Mesh, name: &str) -> Items {
 
 /// Writes a geometry, in its own coordinates.
 pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_kernel::Result<Put> {
-    const OPENED: &str =
-        "opened at its seam and clamped, the same shape: other programs take other knots amiss";
     let written = match geometry {
         Geometry::Group | Geometry::Instance(_) => return Ok(Put::Nothing),
         Geometry::Curve(curve) => {
-            let (plain, changed) = (curve.clamped()?, !curve.is_clamped());
+            let plain = curve.clamped()?;
             let number = p.curve(&plain);
             let mut items =
                 Items::one(p, "GEOMETRIC_CURVE_SET", name, &[number], Carrier::Curve, "B-spline curve");
-            items.changes.extend(changed.then_some(OPENED));
+            items.changes.extend(curve.change_when_clamped());
             items
         }
         Geometry::Surface(surface) => {
-            let (plain, changed) = (surface.clamped()?, !surface.is_clamped());
+            let plain = surface.clamped()?;
             let number = p.surface(&plain);
             let mut items =
                 Items::one(p, "GEOMETRIC_SET", name, &[number], Carrier::Surface, "B-spline surface");
-            items.changes.extend(changed.then_some(OPENED));
+            items.changes.extend(surface.change_when_clamped());
             items
         }
         Geometry::Polyline(line) => {

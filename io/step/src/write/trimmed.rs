@@ -21,9 +21,9 @@ impl Printer {
         trimmed: &Trimmed,
         name: &str,
     ) -> Result<std::result::Result<Written, &'static str>> {
-        let (surface, opened) = (trimmed.surface().clamped()?, !trimmed.surface().is_clamped());
+        let surface = trimmed.surface().clamped()?;
         let mut changes = Vec::new();
-        if opened {
+        if let Some(change) = trimmed.surface().change_when_clamped() {
             for one in trimmed.loops().flatten() {
                 if !inside(&surface, one)? {
                     return Ok(Err(
@@ -31,7 +31,7 @@ impl Printer {
                     ));
                 }
             }
-            changes.push("its surface is opened at its seam and clamped, the same shape");
+            changes.push(change);
         }
         if !(trimmed.curves().is_empty() && trimmed.points().is_empty()) {
             changes.push("its special curves and points are left out");
