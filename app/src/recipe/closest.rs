@@ -57,9 +57,12 @@ impl Resolving<'_> {
             Some("v") => Some(1),
             _ => None,
         };
+        // Where a step puts planes on an axis is a coordinate there and no location.
+        let planes = path.is_empty() && map.contains_key("axis");
         for (name, value) in map.iter_mut() {
             let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
             match FIELDS.iter().find(|(field, _)| field == name) {
+                Some(("at", _)) if planes => self.inside(value, &path, object)?,
                 Some((_, "other")) => self.place(value, &path, other.as_deref(), along)?,
                 Some(_) => self.place(value, &path, object, along)?,
                 None => self.inside(value, &path, object)?,
@@ -370,6 +373,18 @@ mod tests {
         assert_eq!(notes.len(), 3, "{notes:?}");
         assert!(notes[1].contains("constraints[1].with.at = 0.0 on \"low\""), "{notes:?}");
         assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
+    }
+
+    /// `section` puts planes on an axis: what is pointed at there is no parameter, and is refused by it.
+    #[test]
+    fn what_is_a_coordinate_is_no_location() {
+        let step = json!({ "object": "arch", "axis": "x", "at": { "closest": [0.5, 0, 0] } });
+        let (found, notes) = resolved(step.clone()).unwrap();
+        assert_eq!((&found, notes.len()), (&step, 0));
+        // The axis of a constraint is another thing.
+        let step =
+            json!({ "object": "arch", "constraints": [{ "axis": "x", "at": { "closest": [0, 9, 0] } }] });
+        assert_eq!(resolved(step).unwrap().0["constraints"][0]["at"], json!(0.5));
     }
 
     /// Of a surface the location is both parameters, along a direction one.

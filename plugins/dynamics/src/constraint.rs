@@ -6,6 +6,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::functional::{At, Functional, derivative, near, position};
 use loftsman_kernel::shape::{Derivative, Location};
 
+use crate::error::{Result, check_vector};
 use crate::path::Path;
 
 /// A constraint of a simulation: sums of linear functionals that have values, some of their locations floating along their shapes. Points of
@@ -59,6 +60,20 @@ pub(crate) enum Target {
     Value(Vec<f64>),
     /// A place that may move.
     Path(Path),
+}
+
+impl Target {
+    /// Whether its numbers are finite, and no mistakes.
+    pub(crate) fn check(&self) -> Result<()> {
+        let what = "a coordinate of a constraint's target";
+        match self {
+            Self::Keep => Ok(()),
+            Self::Value(numbers) => {
+                numbers.iter().try_for_each(|number| check_vector(what, &Vector::repeat(*number)))
+            }
+            Self::Path(path) => path.points().iter().try_for_each(|p| check_vector(what, &p.coords)),
+        }
+    }
 }
 
 fn place(body: usize, location: impl Into<Location>, floats: bool) -> Place {

@@ -44,14 +44,7 @@ impl Load {
     pub(crate) fn pull(pull: Pull, shapes: &Shapes<'_>, space: &mut RangeSpace) -> Result<Self> {
         let Pull { body, at, to, stiffness, from, until, .. } = pull;
         check("the stiffness of a pull", stiffness, false)?;
-        if !to.is_finite() {
-            let needed = "give finite numbers";
-            return Err(DynamicsError::Number {
-                what: "a coordinate of a pull's target",
-                value: f64::NAN,
-                needed,
-            });
-        }
+        to.points().iter().try_for_each(|p| check_vector("a coordinate of a pull's target", &p.coords))?;
         let stencil = shapes.get(body)?.stencil(at, Derivative::POSITION)?;
         let offset = shapes.offset(body);
         let mut x = vec![0.0; 3 * space.vertices()];

@@ -4,6 +4,7 @@ mod constraints;
 mod declared;
 mod marks;
 mod report;
+mod seams;
 
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
@@ -20,6 +21,7 @@ use self::constraints::{Words, constraint, force, pull};
 use self::declared::{BODY, FIELDS, TABLES};
 use self::marks::Spots;
 use self::report::report;
+use self::seams::Seams;
 use crate::body::{Body, Material};
 use crate::error::{DynamicsError, check};
 use crate::scheme::Scheme;
@@ -74,6 +76,8 @@ impl Operation for Simulate {
         }
         let before = simulation.energy().total();
         let count = run.names.len();
+        let seams = (0..count).map(|index| Ok(Seams::of(simulation.shape(index)?)));
+        let seams: Vec<Seams> = seams.collect::<Result<_, OperationError>>()?;
         let mut frames: Vec<Vec<Vec<Point>>> = vec![Vec::new(); count];
         let mut spots = Spots::default();
         let mut keep =
@@ -129,6 +133,9 @@ impl Operation for Simulate {
                 "nothing was put in, and energy rose by {} % of what moved and was stretched at most",
                 short(rise)
             ));
+        }
+        for (index, (seams, name)) in seams.iter().zip(&run.names).enumerate() {
+            report.warnings.extend(seams.lost(name, simulation.shape(index)?));
         }
         report.notes.extend(run.notes);
         report.notes.extend(run.seen.note());

@@ -152,6 +152,10 @@ impl Setup {
         if let Some(step) = step {
             check("the step", step, false)?;
         }
+        constraints
+            .iter()
+            .flat_map(|constraint| &constraint.parts)
+            .try_for_each(|part| part.target.check())?;
         // Those that are called the same are numbered.
         let names: Vec<String> = constraints.iter().map(|constraint| constraint.name.clone()).collect();
         for (index, constraint) in constraints.iter_mut().enumerate() {

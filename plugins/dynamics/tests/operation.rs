@@ -236,3 +236,33 @@ fn energies_and_sides_are_told() {
     let apart = ((100.0 + numbers[0]) / (100.0 + numbers[1]) - 1.0).abs();
     assert!(numbers.len() == 2 && apart < 0.5 / ring + 0.5 / (9.0 - ring), "{sides}");
 }
+
+/// A circle of clamped knots closes by its points, and runs smoothly over double knots by these: what of that a motion loses is said.
+#[test]
+fn what_comes_open_or_folds_is_said() {
+    let hoop = |periodic: bool| {
+        let mut scene = Scene::new();
+        scene.unit = Unit::Metre;
+        let mut circle = Curve::circle(Point::origin(), loftsman_kernel::Vector::y(), 0.15).unwrap();
+        if periodic {
+            let points =
+                (0..9).map(|k| circle.point(f64::from(k) * std::f64::consts::TAU / 9.0).unwrap()).collect();
+            circle = Curve::new(Space::periodic_uniform(3, 9).unwrap(), points).unwrap();
+        }
+        scene.add(Object::new("hoop", Geometry::Curve(circle))).unwrap();
+        scene
+    };
+    let told = |periodic: bool, more: Value| {
+        let mut constraints = vec![json!({ "kind": "fixed", "at": 0 })];
+        constraints.extend(more.as_array().unwrap().iter().cloned());
+        let fields = json!({ "seconds": 0.5, "scheme": "implicit", "mass": 0.1, "stiffness": 100,
+            "bending": 0.01, "damping": 2, "constraints": constraints });
+        run(&mut hoop(periodic), fields).unwrap().warnings.join("; ")
+    };
+    let open = told(false, json!([]));
+    assert!(open.contains("\"hoop\" has come open") && open.contains("closed"), "{open}");
+    let closed = told(false, json!([{ "kind": "closed" }]));
+    assert!(!closed.contains("open") && closed.contains("\"hoop\" has folded at"), "{closed}");
+    let smooth = told(true, json!([]));
+    assert!(!smooth.contains("open") && !smooth.contains("folded"), "{smooth}");
+}

@@ -279,7 +279,7 @@ fn the_rows_are_the_derivatives_and_refusals_say_why() {
     let limits = Limits::default();
     for (problem, words) in [
         (refused(&matching(Edge::UEnd, 0, low, 1, limits)), "cannot be matched to itself"),
-        (refused(&matching(Edge::Number(9), 1, low, 1, limits)), "there is no edge edge 9"),
+        (refused(&matching(Edge::Number(9), 1, low, 1, limits)), "there is no edge 9"),
         (refused(&matching(Edge::UEnd, 7, low, 1, limits)), "there is no shape 7"),
         (refused(&matching(Edge::UEnd, 1, low, 3, limits)), "is not 0, 1 or 2"),
         (refused(&matching(Edge::UEnd, 1, low, 1, Limits { angle: f64::NAN, ..limits })), "above 0"),

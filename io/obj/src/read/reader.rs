@@ -374,16 +374,20 @@ impl Reader {
                 }
                 self.periodic += usize::from(wrapped);
                 self.groups_used.extend(&self.state.groups);
-                let group = self.state.groups.first().map(|&g| self.groups.list[g].clone());
-                let lost = if self.current_name.is_empty() { 1 } else { 0 };
+                let material = self.state.material;
+                let index = self.section();
+                // The group is its name where there is none, or where that is the name of the faces before it: so Blender writes curves
+                // behind a mesh.
+                let section = &self.sections[index];
+                let group = self.state.groups.first().copied().filter(|&group| {
+                    section.name.is_empty() || !section.corners.is_empty() && !section.has_group(group)
+                });
                 self.leave_out(
                     "groups of curves and surfaces, which have none: at most one is their name",
-                    self.state.groups.len().saturating_sub(lost),
+                    self.state.groups.len() - usize::from(group.is_some()),
                 );
-                let material = self.state.material;
-                let section = self.section();
-                let section = &mut self.sections[section];
-                let name = if section.name.is_empty() { group } else { None };
+                let name = group.map(|group| self.groups.list[group].clone());
+                let section = &mut self.sections[index];
                 section.elements.push(Element { shape: *shape, name, surface, material });
             }
             Outcome::ParameterCurve | Outcome::GivenUp => {}

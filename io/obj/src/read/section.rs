@@ -103,6 +103,11 @@ impl Section {
         self.starts.len().saturating_sub(1)
     }
 
+    /// Whether faces of it are in a group.
+    pub(crate) fn has_group(&self, group: usize) -> bool {
+        self.group_of.contains_key(&group)
+    }
+
     /// Whether it is one surface that a mesh of its own shows.
     pub(crate) fn is_shown(&self) -> bool {
         self.shown.is_some()

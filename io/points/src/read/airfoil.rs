@@ -13,19 +13,28 @@ pub(super) fn lednicer_counts(block: &Block) -> Option<(usize, usize)> {
     if upper.checked_add(lower) != Some(rest.len()) || rest.iter().any(|p| p.z != 0.0) {
         return None;
     }
+    // Where blank lines set the surfaces apart elsewhere, the counts contradict them.
+    if matches!(block.gaps[..], [1, second] if second != 1 + upper) {
+        return None;
+    }
     let apart = block.gaps.contains(&1) && block.gaps.contains(&(1 + upper));
     let outside = rest.iter().all(|p| p.x < first.x && p.y.abs() < first.y);
     (apart || outside).then_some((upper, lower))
 }
 
-/// A counts row that does not fit the rows behind it: two whole numbers, set apart by a blank line, far outside
-/// the unit chord that all other rows keep to.
+/// A counts row that does not fit the rows behind it: two whole numbers, set apart by a blank line, that add up to the rows all the same, or
+/// are far outside the unit chord that all other rows keep to.
 pub(super) fn wrong_counts(block: &Block) -> Option<(f64, f64, usize)> {
     let (first, rest) = block.points.split_first()?;
     let whole = |x: f64| x >= 2.0 && x.fract() == 0.0;
     let unit = |p: &Point| p.x >= -0.5 && p.x <= 1.5 && p.y.abs() <= 1.0;
     let counts = whole(first.x) && whole(first.y) && block.gaps.contains(&1);
-    (counts && !rest.is_empty() && rest.iter().all(unit)).then_some((first.x, first.y, rest.len()))
+    let as_many = first.x + first.y == rest.len() as f64;
+    (counts && !rest.is_empty() && (as_many || rest.iter().all(unit))).then_some((
+        first.x,
+        first.y,
+        rest.len(),
+    ))
 }
 
 /// The rows of the two surfaces of a file with a counts row that does not fit them: those between its blank lines, or up
@@ -45,10 +54,14 @@ pub(super) fn lednicer_blocks(block: &Block) -> Option<(usize, usize)> {
         }
         _ => return None,
     };
-    let runs = |part: &[Point]| part.len() >= 2 && part.windows(2).all(|w| w[1].x >= w[0].x);
+    let runs = |part: &[Point]| {
+        let (there, back) = (|w: &[Point]| w[1].x >= w[0].x, |w: &[Point]| w[1].x <= w[0].x);
+        part.len() >= 2 && (part.windows(2).all(there) || part.windows(2).all(back))
+    };
+    let trailing = |part: &[Point]| part.iter().map(|p| p.x).reduce(f64::max);
     let (upper, lower) = rest.split_at(split);
     // Both end where the other does: else one of them is cut off.
-    let ends_meet = upper.last().zip(lower.last()).is_some_and(|(a, b)| (a.x - b.x).abs() <= 0.05);
+    let ends_meet = trailing(upper).zip(trailing(lower)).is_some_and(|(a, b)| (a - b).abs() <= 0.05);
     (runs(upper) && runs(lower) && ends_meet).then_some((split, rows - split))
 }
 
@@ -142,5 +155,12 @@ mod tests {
         assert_eq!(lednicer_counts(&rows([2.0, 2.0], &[1, 3])), Some((2, 2)));
         assert_eq!(lednicer_counts(&rows([2.0, 3.0], &[1, 3])), None);
         assert_eq!(lednicer_counts(&rows([f64::MAX, 2.0], &[1, 3])), None);
+        // Counts that add up, and blank lines that say otherwise.
+        let mut list = vec![[3.0, 4.0], [1.0, 0.0], [0.5, 0.1], [0.1, 0.05], [0.0, 0.0]];
+        list.extend([[0.0, 0.0], [0.5, -0.05], [1.0, 0.0]]);
+        let block = |gaps: &[usize]| Block { points: points(&list), gaps: gaps.to_vec(), ..Block::default() };
+        assert_eq!(lednicer_counts(&block(&[1, 5])), None);
+        assert_eq!(lednicer_blocks(&block(&[1, 5])), Some((4, 3)));
+        assert_eq!(lednicer_counts(&block(&[1, 4])), Some((3, 4)));
     }
 }
