@@ -88,6 +88,22 @@ fn groups_name_lines_and_points_or_are_counted() {
     assert_eq!(left_out(&read(&format!("{vertices}g b\ng c\nf 1 2 3\n")).1, "groups (g) that have no"), 1);
 }
 
+/// Blender writes meshes first, each after its `o`, then curves, each after a `g`.
+#[test]
+fn curves_behind_a_mesh_have_the_names_of_their_groups() {
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\no Cube\ng side\nf 1 2 3\n";
+    let curve = "cstype bspline\ndeg 2\ncurv 0 1 1 2 3\nparm u 0 0 0 1 1 1\nend\n";
+    let (scene, report) = read(&format!("{mesh}g path\n{curve}g ring\n{curve}"));
+    let names: Vec<&str> = scene.objects().iter().map(Object::name).collect();
+    assert_eq!((names.as_slice(), left_out(&report, "group")), (["Cube", "path", "ring"].as_slice(), 0));
+    // The group of the faces is not the curve's name, and of a named curve a group is left out as before.
+    for text in [format!("{mesh}{curve}"), format!("v 0 0 0\nv 1 0 0\nv 0 1 0\no Cube\ng path\n{curve}")] {
+        let (scene, report) = read(&text);
+        assert_eq!(scene.objects().last().map(Object::label), Some("Cube"), "{text}");
+        assert_eq!(left_out(&report, "groups of curves"), 1, "{text}");
+    }
+}
+
 #[test]
 fn names_without_elements_and_weights_without_use_are_counted() {
     let (scene, report) = read("o nothing\nv 0 0 0\nv 1 0 0 2\nv 0 1 0\no a\nf 1 2 3\no b\n");

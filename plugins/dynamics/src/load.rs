@@ -6,7 +6,7 @@ use loftsman_kernel::solve::RangeSpace;
 use loftsman_kernel::{Point, Vector};
 
 use crate::constraint::{Force, Pull};
-use crate::error::{DynamicsError, Result, check, check_vector};
+use crate::error::{Result, check, check_vector};
 use crate::path::Path;
 
 /// A force at a place that stays on its shape.

@@ -74,6 +74,11 @@ impl Path {
         ]
     }
 
+    /// Whether it is somewhere at all times.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.points.iter().flat_map(|p| p.iter()).all(|v| v.is_finite())
+    }
+
     /// All points that it passes.
     pub fn points(&self) -> &[Point] {
         &self.points
