@@ -311,7 +311,7 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
         }
         self.order();
         if !self.problems.is_empty() {
-            drop_unused(&mut self.parts);
+            self.parts.drop_unused();
         }
         let mut brep = Brep::new(self.parts).at(place)?;
         if let Some(map) = self.reader.placed(place)? {
@@ -365,38 +365,4 @@ fn on_curve(run: Run, [first, last]: [Point; 2], closes: bool, near: f64) -> Res
     Err(loftsman_kernel::Error::Invalid(format!(
         "its edge has the ends {from} and {to} on it, which leave nothing between them"
     )))
-}
-
-/// Takes out the edges and vertices that no face has.
-fn drop_unused(parts: &mut Parts) {
-    let mut edges = vec![false; parts.edges.len()];
-    let mut vertices = vec![false; parts.vertices.len()];
-    for face in &parts.faces {
-        face.loops.iter().flatten().for_each(|one| edges[one.edge] = true);
-        face.points.iter().for_each(|&vertex| vertices[vertex] = true);
-    }
-    for (edge, _) in parts.edges.iter().zip(&edges).filter(|(_, used)| **used) {
-        edge.ends.iter().for_each(|&end| vertices[end] = true);
-    }
-    let places = |used: &[bool]| -> Vec<usize> {
-        let mut next = 0;
-        used.iter()
-            .map(|used| {
-                next += usize::from(*used);
-                next - usize::from(*used)
-            })
-            .collect()
-    };
-    let (edge_at, vertex_at) = (places(&edges), places(&vertices));
-    let mut keep = edges.iter();
-    parts.edges.retain(|_| keep.next().copied().unwrap_or(false));
-    let mut keep = vertices.iter();
-    parts.vertices.retain(|_| keep.next().copied().unwrap_or(false));
-    for edge in &mut parts.edges {
-        edge.ends = edge.ends.map(|end| vertex_at[end]);
-    }
-    for face in &mut parts.faces {
-        face.loops.iter_mut().flatten().for_each(|one| one.edge = edge_at[one.edge]);
-        face.points.iter_mut().for_each(|vertex| *vertex = vertex_at[*vertex]);
-    }
 }

@@ -418,43 +418,10 @@ impl<'r, 'f> Builder<'r, 'f> {
         }
         self.order();
         if !self.problems.is_empty() {
-            drop_unused(&mut self.parts);
+            self.parts.drop_unused();
         }
         let Self { parts, whole, alone, parameters, problems, notes, .. } = self;
         let brep = Brep::new(parts).at(number)?;
         Ok(Model { brep, whole, alone, parameters, problems, notes })
-    }
-}
-
-/// Takes out the edges and vertices that no face has.
-fn drop_unused(parts: &mut Parts) {
-    let mut edges = vec![false; parts.edges.len()];
-    let mut vertices = vec![false; parts.vertices.len()];
-    for face in &parts.faces {
-        face.loops.iter().flatten().for_each(|one| edges[one.edge] = true);
-        face.points.iter().for_each(|&vertex| vertices[vertex] = true);
-    }
-    for (edge, _) in parts.edges.iter().zip(&edges).filter(|(_, used)| **used) {
-        edge.ends.iter().for_each(|&end| vertices[end] = true);
-    }
-    let places = |used: &[bool]| -> Vec<usize> {
-        used.iter()
-            .scan(0, |next, used| {
-                *next += usize::from(*used);
-                Some(next.saturating_sub(1))
-            })
-            .collect()
-    };
-    let (edge_at, vertex_at) = (places(&edges), places(&vertices));
-    let mut keep = edges.iter();
-    parts.edges.retain(|_| keep.next().copied().unwrap_or(false));
-    let mut keep = vertices.iter();
-    parts.vertices.retain(|_| keep.next().copied().unwrap_or(false));
-    for edge in &mut parts.edges {
-        edge.ends = edge.ends.map(|end| vertex_at[end]);
-    }
-    for face in &mut parts.faces {
-        face.loops.iter_mut().flatten().for_each(|one| one.edge = edge_at[one.edge]);
-        face.points.iter_mut().for_each(|vertex| *vertex = vertex_at[*vertex]);
     }
 }

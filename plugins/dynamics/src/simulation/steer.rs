@@ -10,16 +10,10 @@ use crate::load::Kind;
 use crate::path::Path;
 use crate::place::{check_constraint, slide_of};
 
-/// A path whose places are all finite.
+/// A path whose places are all finite, and no mistakes.
 fn known(path: Path) -> Result<Path> {
-    match path.points().iter().flat_map(|p| p.iter()).find(|v| !v.is_finite()) {
-        Some(bad) => Err(DynamicsError::Number {
-            what: "a coordinate of a target",
-            value: *bad,
-            needed: "give finite numbers",
-        }),
-        None => Ok(path),
-    }
+    path.points().iter().try_for_each(|p| check_vector("a coordinate of a target", &p.coords))?;
+    Ok(path)
 }
 
 impl Simulation {
