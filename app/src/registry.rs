@@ -27,6 +27,7 @@ impl Plugin for BuiltIn {
         registry.add(&loftsman_area_volume::AreaVolume);
         registry.add(&loftsman_intersection::Intersection);
         registry.add(&loftsman_matching::MatchingPlugin);
+        registry.operation(crate::recipe::Merge);
         registry.add(&loftsman_regions::Regions);
         registry.add(&loftsman_subdivision::Subdivision);
         #[cfg(feature = "interior-point")]

@@ -95,6 +95,7 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "tessellate" => json!({ "object": "patch", "tolerance": 20.0, "angle": 170 }),
         "tube" => json!({ "object": curve, "radius": 0.5, "sides": 5 }),
         "copy" => json!({ "object": "rational", "to": ["once", "twice"] }),
+        "merge" => json!({ "file": merged() }),
         "delete" => json!({ "object": "group" }),
         "rename" => json!({ "object": "group", "to": "all" }),
         "fill" => json!({ "objects": ["square"], "size": 0.5 }),
@@ -148,6 +149,12 @@ pub(crate) fn with_squares() -> Scene {
         scene.add(Object::new(name, SubdivisionSurface::new(cage).unwrap().into())).unwrap();
     }
     scene
+}
+
+/// A file that `merge` reads: points without a unit.
+pub(crate) fn merged() -> String {
+    let data = loftsman_tests::repository().join("examples/blade-section/IEA-15-240-RWT_AF20_Coords.txt");
+    data.display().to_string()
 }
 
 /// Two shapes by any names.

@@ -8,7 +8,7 @@ use loftsman::recipe::{Recipe, Runner};
 use loftsman_tests::curves::Sequence;
 use serde_json::{Value, json};
 
-use super::conformance::{operation_sample, with_squares};
+use super::conformance::{merged, operation_sample, with_squares};
 
 /// Runs one step on the document `in.loft.json`: the document after it and the report, or the error's text.
 fn run(folder: &Path, op: &str, fields: &Value) -> Result<(Value, Value), String> {
@@ -143,6 +143,42 @@ fn missing_fields_are_errors_that_name_the_place() {
         }
     }
     assert!(tried >= 25, "{tried}");
+}
+
+/// A kind takes the forms of a location that its declaration lists, and refuses the others at their place.
+#[test]
+fn places_are_taken_as_they_are_declared() {
+    let folder = bench();
+    let (mut taken, mut refused) = (0, 0);
+    for declaration in loftsman::registry().functionals() {
+        for place in declaration.fields.iter().filter(|field| matches!(field.name, "at" | "near")) {
+            let (number, pair) = (place.takes.contains("number"), place.takes.contains("[u, v]"));
+            assert!(place.takes.contains("{ closest = [x, y, z] }"), "{}: {}", declaration.name, place.takes);
+            let closest = json!({ "closest": [0.2, 0.3, 0.1] });
+            for (object, value, declared) in [
+                ("clamped curve", json!(1.2), number),
+                ("patch", json!([0.4, 0.6]), pair),
+                ("clamped curve", closest.clone(), number),
+                ("patch", closest, pair),
+            ] {
+                let mut table = json!({ "kind": declaration.name, "keep": true, place.name: value });
+                for field in declaration.fields.iter().filter(|f| f.default.is_none() && f.name != place.name)
+                {
+                    table[field.name] = match field.name {
+                        "with" => json!({ "object": "rational", "at": 0.0 }),
+                        _ => json!([0, 0, 1]),
+                    };
+                }
+                let fields = json!({ "object": object, "constraints": [table] });
+                let at = format!("constraints[0].{}", place.name);
+                let error = run(folder.path(), "edit", &fields).err().unwrap_or_default();
+                let what = format!("{} {} = {value} on a {object}", declaration.name, place.name);
+                assert_eq!(!error.contains(&at), declared, "{what}: {error}");
+                if declared { taken += 1 } else { refused += 1 }
+            }
+        }
+    }
+    assert!(taken >= 20 && refused >= 10, "{taken} taken, {refused} refused");
 }
 
 /// Whether a declaration's words for people let a JSON value be.
@@ -452,6 +488,9 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("simulate", "settle_frames", json!({ "settle": true }), json!(true), json!(false));
     add("copy", "object", none(), json!("rational"), json!("cloud"));
     add("copy", "to", none(), json!("once"), json!(["twice", "thrice"]));
+    add("merge", "file", none(), json!(merged()), json!([merged(), merged()]));
+    add("merge", "unit", none(), json!("mm"), json!("in"));
+    add("merge", "read", none(), json!({ "as": "cloud" }), json!({ "as": "polyline" }));
     add("delete", "object", none(), json!("mesh"), json!("cloud"));
     add("rename", "object", none(), json!("mesh"), json!("cloud"));
     add("rename", "to", none(), json!("a"), json!("b"));

@@ -276,5 +276,21 @@ fn every_linear_kind_holds_while_things_move() {
     for name in ["position", "derivative", "vertex", "linear", "tangent", "orthogonal"] {
         assert!(held.contains(&name), "{name} of {held:?}, {refused:?}");
     }
-    assert!(floating.contains(&"position") && floating.contains(&"derivative"), "{floating:?}");
+    // What a rope cannot be asked: not linear, of surfaces, or not to be had of this one.
+    let never = [
+        "magnitude",
+        "normal",
+        "signed-curvature",
+        "symmetry",
+        "area",
+        "volume",
+        "centroid",
+        "length",
+        "surface-area",
+        "closed",
+        "edge",
+        "match",
+    ];
+    assert_eq!(refused, never);
+    assert_eq!(floating, ["position", "derivative"]);
 }

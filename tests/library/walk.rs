@@ -801,6 +801,21 @@ fn scene_keeping(walk: &mut Walk<'_>, op: &str, fields: &Value, names: &[&str]) 
     Ok(())
 }
 
+/// Another document beside the first: its objects come along, to the bit, under free names.
+fn merge(walk: &mut Walk<'_>) -> Outcome {
+    let (curve, surface, other) = (walk.curve(1), walk.surface(), walk.curve(1));
+    let path = walk.folder.join("other.loft.json");
+    let objects = json!([{ "name": "c", "curve": other }, { "name": "d", "surface": surface }]);
+    std::fs::write(&path, json!({ "loftsman": 1, "objects": objects }).to_string()).unwrap();
+    let after = walk.run(&[("c", "curve", &curve)], "merge", json!({ "file": path }))?;
+    for (name, kind, was) in [("c", "curve", &curve), ("c.001", "curve", &other), ("d", "surface", &surface)]
+    {
+        assert_eq!(numbers_of(&object(&after, name)[kind]["points"]), numbers_of(&was["points"]), "{name}");
+    }
+    assert_eq!(after["objects"].as_array().unwrap().len(), 3);
+    Ok(())
+}
+
 fn sorted<'a>(names: &[&'a str]) -> Vec<&'a str> {
     let mut all = names.to_vec();
     all.sort_unstable();
@@ -1252,7 +1267,7 @@ fn symmetrize(walk: &mut Walk<'_>) -> Outcome {
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 39] = [
+const STEPS: [(&str, Step, u32); 40] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -1274,6 +1289,7 @@ const STEPS: [(&str, Step, u32); 39] = [
     ("tessellate", tessellate, 0),
     ("tube", tube, 0),
     ("copy", |w| scene_keeping(w, "copy", &json!({ "object": "c", "to": ["d"] }), &["c", "s", "d"]), 0),
+    ("merge", merge, 0),
     ("delete", |w| scene_keeping(w, "delete", &json!({ "object": "s" }), &["c"]), 0),
     ("rename", |w| scene_keeping(w, "rename", &json!({ "object": "c", "to": "k" }), &["k", "s"]), 0),
     ("untrim", untrim, 0),

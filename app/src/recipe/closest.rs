@@ -1,7 +1,8 @@
 //! Places of a recipe that are pointed at: `at = { closest = [x, y, z] }` is the location of the shape's nearest point.
 //! One place for all operations, whoever wrote them: before a step runs, such a table becomes the parameters found.
 
-use loftsman_kernel::plugin::{ParameterError, Parameters, editable, object_name};
+use loftsman_kernel::error::Figure;
+use loftsman_kernel::plugin::{Field, ParameterError, Parameters, editable, object_name};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
 use loftsman_kernel::text::figure;
@@ -10,25 +11,36 @@ use serde_json::{Map, Value, json};
 
 /// The field of the table.
 const CLOSEST: &str = "closest";
-/// The fields that hold locations, of the object that the second field names.
-const FIELDS: [(&str, &str); 4] =
-    [("at", "object"), ("near", "object"), ("other_at", "other"), ("other_near", "other")];
+/// The fields that hold locations or lists of them, of the object that the second field names. In a step itself those of them
+/// do whose declaration says so: where `section` puts planes on an axis, `at` is a coordinate.
+const FIELDS: [(&str, &str); 9] = [
+    ("at", "object"),
+    ("near", "object"),
+    ("other_at", "other"),
+    ("other_near", "other"),
+    ("within", "object"),
+    ("range", "object"),
+    ("knots", "object"),
+    ("u", "object"),
+    ("v", "object"),
+];
 /// The most polynomial pieces that are searched where a shape has no search of its own, or for further places as near.
 const CELLS: usize = 20_000;
 /// Two distances that differ by less than this share of the shape's size are one.
 const AS_NEAR: f64 = 1e-7;
 
-/// The fields of a step with each place that is pointed at found on the shape as it is now, and a note on each for the report.
-/// `O(fields)` and a search for each place.
+/// The fields of a step with each place that is pointed at found on the shape as it is now, and a note on each for the report;
+/// `declared` are those that its operation takes. `O(fields)` and a search for each place.
 ///
 /// # Errors
 /// When the table is no `{ closest = [x, y, z] }`, or its object is no shape with parameters.
 pub(super) fn resolve(
     scene: &Scene,
     parameters: &Parameters,
+    declared: &[Field],
     notes: &mut Vec<String>,
 ) -> std::result::Result<Parameters, ParameterError> {
-    let mut resolving = Resolving { scene, step: parameters, notes };
+    let mut resolving = Resolving { scene, step: parameters, declared, notes };
     let mut map = parameters.clone().into_map();
     resolving.table(&mut map, "", None)?;
     Parameters::new(Value::Object(map), parameters.path())
@@ -37,6 +49,7 @@ pub(super) fn resolve(
 struct Resolving<'a> {
     scene: &'a Scene,
     step: &'a Parameters,
+    declared: &'a [Field],
     notes: &'a mut Vec<String>,
 }
 
@@ -57,18 +70,33 @@ impl Resolving<'_> {
             Some("v") => Some(1),
             _ => None,
         };
-        // Where a step puts planes on an axis is a coordinate there and no location.
-        let planes = path.is_empty() && map.contains_key("axis");
+        let in_step = path.is_empty();
         for (name, value) in map.iter_mut() {
-            let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-            match FIELDS.iter().find(|(field, _)| field == name) {
-                Some(("at", _)) if planes => self.inside(value, &path, object)?,
+            let path = if in_step { name.clone() } else { format!("{path}.{name}") };
+            let known = FIELDS.iter().find(|(field, _)| field == name);
+            match known.filter(|_| !in_step || self.is_location(name)) {
+                // A parameter of its own, whatever the direction.
+                Some((parameter @ ("u" | "v"), _)) => {
+                    self.place(value, &path, object, Some(usize::from(*parameter == "v")))?;
+                }
+                // Of a surface an interval of u, and one of v.
+                Some(("range", _)) if value.get(0).is_some_and(Value::is_array) => {
+                    for (side, interval) in value.as_array_mut().into_iter().flatten().enumerate() {
+                        self.place(interval, &format!("{path}[{side}]"), object, Some(side))?;
+                    }
+                }
                 Some((_, "other")) => self.place(value, &path, other.as_deref(), along)?,
                 Some(_) => self.place(value, &path, object, along)?,
                 None => self.inside(value, &path, object)?,
             }
         }
         Ok(())
+    }
+
+    /// Whether a field of the step takes what is pointed at.
+    fn is_location(&self, name: &str) -> bool {
+        let takes = |field: &Field| field.takes.contains(CLOSEST) || field.takes == "location";
+        self.declared.iter().any(|field| field.name == name && takes(field))
     }
 
     /// Tables further inside.
@@ -140,7 +168,7 @@ impl Resolving<'_> {
         let value = along.and_then(|k| whole.get(k).cloned()).unwrap_or(whole);
         let [x, y, z] = [point.x, point.y, point.z];
         let told = text_of(&value);
-        let [x, y, z] = [x, y, z].map(|c| c + 0.0);
+        let [x, y, z] = [x, y, z].map(|c| Figure(c + 0.0));
         let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x} {y} {z}), ");
         // The distance itself is only as good as the numbers that it is a difference of.
         let size = geometry.points().iter().fold(point.coords.amax(), |most, p| most.max(p.coords.amax()));
@@ -198,7 +226,7 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
     let mut others: Vec<(Location, Point)> = Vec::new();
     for candidate in near.iter().take_while(|c| c.distance <= best.1 + AS_NEAR * size) {
         let apart = |at: Location, p: Point| {
-            (candidate.point - p).norm() > 1e3 * AS_NEAR * size || crossing(shape, candidate.at, at)
+            between(&candidate.point, &p) > 1e3 * AS_NEAR * size || crossing(shape, candidate.at, at)
         };
         if apart(best.0, place.into()) && others.iter().all(|(at, p)| apart(*at, *p)) {
             others.push((candidate.at, candidate.point));
@@ -228,6 +256,12 @@ fn shortened(shape: &dyn Shape, at: Location) -> Location {
         Location::Face(face, u, v) => Location::Face(face, short(u, 0), short(v, 1)),
         vertex @ Location::Vertex(_) => vertex,
     }
+}
+
+/// A distance whose squares neither overflow nor vanish.
+fn between(p: &Point, q: &Point) -> f64 {
+    let d = q - p;
+    d.x.hypot(d.y).hypot(d.z)
 }
 
 fn of_surface(surface: &loftsman_kernel::spline::Surface, point: Point) -> Result<(Location, f64)> {
@@ -273,7 +307,7 @@ fn valleys(shape: &dyn Shape, cell: &Cell, point: Point, all: &mut Vec<Candidate
     let share = |k: usize, of: usize| if of == 1 { 0.0 } else { k as f64 / (of - 1) as f64 };
     let look = |shares: [f64; 2]| -> Result<(Point, f64)> {
         let at = Point::from(shape.value(cell.at(shares), Derivative::POSITION)?);
-        Ok((at, (at - point).norm()))
+        Ok((at, between(&at, &point)))
     };
     let mut grid = Vec::with_capacity(rows * columns);
     for i in 0..rows {
@@ -349,10 +383,24 @@ mod tests {
         scene
     }
 
+    const DECLARED: &[Field] = &[
+        Field::optional("at", "number, or { closest = [x, y, z] }", "", ""),
+        Field::optional("u", "number, { closest = [x, y, z] }, or a list", "", ""),
+        Field::optional("v", "number, { closest = [x, y, z] }, or a list", "", ""),
+        Field::optional("within", "[from, to], each a number or { closest = [x, y, z] }", "", ""),
+        Field::optional("knots", "[number or { closest = [x, y, z] }, …]", "", ""),
+        Field::optional(
+            "range",
+            "[[from, to], [from, to]], each a number or { closest = [x, y, z] }",
+            "",
+            "",
+        ),
+    ];
+
     fn resolved(step: Value) -> std::result::Result<(Value, Vec<String>), String> {
         let mut notes = Vec::new();
         let fields = Parameters::new(step, "step[0]").unwrap();
-        let found = resolve(&scene(), &fields, &mut notes).map_err(|e| e.to_string())?;
+        let found = resolve(&scene(), &fields, DECLARED, &mut notes).map_err(|e| e.to_string())?;
         Ok((Value::Object(found.into_map()), notes))
     }
 
@@ -375,16 +423,28 @@ mod tests {
         assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
     }
 
-    /// `section` puts planes on an axis: what is pointed at there is no parameter, and is refused by it.
+    /// Where the operation's declaration takes a coordinate or something else, what is pointed at is left for it to refuse.
     #[test]
-    fn what_is_a_coordinate_is_no_location() {
-        let step = json!({ "object": "arch", "axis": "x", "at": { "closest": [0.5, 0, 0] } });
-        let (found, notes) = resolved(step.clone()).unwrap();
+    fn what_is_declared_otherwise_is_no_location() {
+        let step = json!({ "object": "arch", "range": [{ "closest": [0.5, 0, 0] }, 1] });
+        let fields = Parameters::new(step.clone(), "step[0]").unwrap();
+        let curvatures = [Field::optional("range", "[low, high]", "", "")];
+        let mut notes = Vec::new();
+        let found = Value::Object(resolve(&scene(), &fields, &curvatures, &mut notes).unwrap().into_map());
         assert_eq!((&found, notes.len()), (&step, 0));
-        // The axis of a constraint is another thing.
+        // In the tables of a step names say what is a location.
         let step =
             json!({ "object": "arch", "constraints": [{ "axis": "x", "at": { "closest": [0, 9, 0] } }] });
         assert_eq!(resolved(step).unwrap().0["constraints"][0]["at"], json!(0.5));
+    }
+
+    #[test]
+    fn intervals_and_knots_may_be_pointed_at() {
+        let step = json!({ "object": "arch", "within": [{ "closest": [-1, 0.1, 0] }, { "closest": [0, 9, 0] }],
+            "knots": [{ "closest": [0, 9, 0] }, 0.75] });
+        let (found, notes) = resolved(step).unwrap();
+        assert_eq!((&found["within"][1], &found["knots"]), (&json!(0.5), &json!([0.5, 0.75])), "{notes:?}");
+        assert!(notes[1].starts_with("within[1] = 0.5 on \"arch\""), "{notes:?}");
     }
 
     /// Of a surface the location is both parameters, along a direction one.
@@ -400,11 +460,16 @@ mod tests {
             (json!({ "at": at }), json!([0.25, 0.75])),
             (json!({ "at": at, "direction": "u" }), json!(0.25)),
             (json!({ "at": at, "direction": "v" }), json!(0.75)),
+            (json!({ "range": [[0, at], [at, 1]] }), json!([[0, 0.25], [0.75, 1]])),
+            // An isocurve's own field is one parameter.
+            (json!({ "u": at }), json!(0.25)),
+            (json!({ "v": [at], "direction": "u" }), json!([0.75])),
         ] {
             let mut notes = Vec::new();
             let fields = Parameters::new(step, "step[0]").unwrap();
-            let found = resolve(&scene, &fields, &mut notes).unwrap();
-            assert_eq!(found.value("at"), Some(&wanted), "{notes:?}");
+            let found = resolve(&scene, &fields, DECLARED, &mut notes).unwrap();
+            let place = found.names().next().unwrap().to_owned();
+            assert_eq!(found.value(&place), Some(&wanted), "{notes:?}");
             assert!(notes[0].ends_with("(0.75 2.25 5), 5 away"), "{notes:?}");
         }
     }

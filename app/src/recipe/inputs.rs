@@ -58,7 +58,7 @@ impl Inputs {
             let place = place(number + 1);
             let next = open(name, place.clone())?;
             let mut content = conversion.read_beside(format.name, &next, observer, registry)?;
-            let mut notes = embed_pictures(&mut content.scene, &next, &source)?;
+            let mut notes = embed_pictures(&mut content.scene, &next, Some(&source))?;
             let merged = scene.merge(&content.scene).map_err(|e| recipe.error(place, e.to_string()))?;
             notes.extend(merged.notes());
             let (path, report) = (Source::name(&next).to_owned(), content.report);
@@ -70,14 +70,19 @@ impl Inputs {
 
 /// Takes along the pictures that a scene names by file, where the first input has not the same beside it: files of other inputs
 /// may lie in another folder. What is said of those that cannot be read.
-fn embed_pictures(scene: &mut Scene, source: &Input, first: &Input) -> Result<Vec<String>> {
+pub(super) fn embed_pictures(
+    scene: &mut Scene,
+    source: &Input,
+    first: Option<&Input>,
+) -> Result<Vec<String>> {
+    let known = |file: &str| first.and_then(|first| first.sibling(file).ok());
     let mut notes = Vec::new();
     let mut images = NamedList::default();
     for image in &scene.images {
         let mut data = image.data.clone();
         if let ImageData::File(file) = &image.data {
             match source.sibling(file) {
-                Ok(bytes) if first.sibling(file).is_ok_and(|known| known == bytes) => {}
+                Ok(bytes) if known(file).is_some_and(|known| known == bytes) => {}
                 Ok(bytes) => {
                     let found = ImageData::media_type_of(&bytes);
                     let media_type = found.unwrap_or("application/octet-stream").to_owned();

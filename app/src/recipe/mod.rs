@@ -14,6 +14,7 @@ mod aftermath;
 mod changes;
 mod closest;
 mod inputs;
+mod merge;
 mod parse;
 mod place;
 mod report;
@@ -26,6 +27,7 @@ use loftsman_kernel::plugin::{Field, Parameters};
 use serde_json::Value;
 
 pub use crate::recipe_error::RecipeError;
+pub use merge::Merge;
 pub use report::{InputReport, OutputReport, RunReport};
 pub use run::{Applied, Runner};
 

@@ -15,6 +15,7 @@ use super::aftermath::Beforehand;
 use super::changes::{self, Known};
 use super::closest;
 use super::inputs::Inputs;
+use super::merge;
 use super::report::{InputReport, OutputReport, RunReport};
 use super::within::{Lifted, UNIQUE};
 use crate::error::{Error, Result};
@@ -135,6 +136,13 @@ impl<'a> Runner<'a> {
         outputs.protect(&recipe.name);
         for input in &recipe.inputs {
             outputs.protect(recipe.resolve(input));
+        }
+        for (number, step) in recipe.steps.iter().enumerate() {
+            let op = step.get("op").and_then(Value::as_str).unwrap_or_default();
+            let declared = self.operation(recipe, op, number)?.declaration().fields;
+            for file in merge::files(step, declared) {
+                outputs.protect(recipe.resolve(file));
+            }
         }
         if self.outputs.is_none() && !files.is_empty() {
             self.unused(recipe, &files)?;
@@ -267,7 +275,11 @@ impl<'a> Runner<'a> {
             let lifted = Lifted::lift(&mut applied.scene, parameters, *unique, &mut notes).map_err(locate)?;
             let before = Beforehand::of(&applied.scene);
             let geometry = changes::Before::of(&applied.scene);
-            let pointed = closest::resolve(&applied.scene, parameters, &mut notes).map_err(locate)?;
+            let declared = operation.declaration().fields;
+            let pointed =
+                closest::resolve(&applied.scene, parameters, declared, &mut notes).map_err(locate)?;
+            let place = |file: &str| recipe.resolve(file).display().to_string();
+            let pointed = merge::relative(pointed, declared, place).map_err(locate)?;
             let mut report = operation
                 .apply(&mut applied.scene, &pointed, &context)
                 .map_err(|e| step_error(recipe, number, op, parameters, e))?;
@@ -337,13 +349,7 @@ impl<'a> Runner<'a> {
     ) -> Result<&'a std::sync::Arc<dyn loftsman_kernel::plugin::Operation>> {
         self.registry
             .find_operation(op, &format!("step[{number}].op"))
-            .map_err(|e| match op {
-                "merge" => recipe.error(
-                    e.path,
-                    "unknown operation \"merge\"; several files become one scene as inputs: input = [\"a.obj\", \"b.obj\"]",
-                ),
-                _ => recipe.error(e.path, e.problem),
-            })
+            .map_err(|e| recipe.error(e.path, e.problem))
     }
 }
 

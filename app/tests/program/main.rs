@@ -16,6 +16,7 @@ mod hostile;
 mod iges;
 mod manual;
 mod measures;
+mod merge;
 mod output;
 mod own;
 mod pictures;

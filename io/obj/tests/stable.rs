@@ -165,9 +165,7 @@ fn colours_of_objects_come_back_to_the_bit_and_others_see_them_as_materials() {
     assert!(library.contains("newmtl plain\n# Loftsman none\nKd 0.8 0.8 0.8\n"), "{library}");
     assert!(!String::from_utf8_lossy(&file.bytes).lines().any(|line| line.trim() == "usemtl"));
     assert!(library.contains("newmtl color-1\nKd 0.9 0 0\n"), "{library}");
-    assert!(
-        library.contains("newmtl color-2\n# Loftsman color\nKd 1 0 0.5\n") || library.contains("Kd 1 0 0.5")
-    );
+    assert!(library.contains("\n# Loftsman color\nKd 1 0 0.5\n"), "{library}");
     assert!(library.contains("d 0.5\n"), "{library}");
     // Who makes more of such a colour in the library has a material.
     let mut more = file.clone();

@@ -218,10 +218,10 @@ impl Caption {
     ) {
         if shown * 4 < all * 3 {
             let name = text::clipped(object, 30);
-            let verb = if shown == 1 { "has a" } else { "have" };
-            let glyphs = if shown == 1 { glyphs.trim_end_matches('s') } else { glyphs };
+            let (glyphs, show) =
+                if shown == 1 { (glyphs.trim_end_matches('s'), "shows") } else { (glyphs, "show") };
             self.note(format!(
-                "{name}: {shown} of {all} {things} {verb} {glyphs}; the others are as good as covered by them"
+                "{name}: its {all} {things} lie so close together here that {shown} {glyphs} {show} where they are"
             ));
         }
     }

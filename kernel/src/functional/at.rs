@@ -68,13 +68,13 @@ impl At {
 pub(super) const AT_OR_NEAR: [Field; 2] = [
     Field::optional(
         "at",
-        "number, [u, v] on a surface, or { closest = [x, y, z] }",
+        "number, [u, v] on a surface, { closest = [x, y, z] }, or on faces { face, uv } or { vertex }",
         "this or near is needed",
         "the location, in the shape's own parameters",
     ),
     Field::optional(
         "near",
-        "number, [u, v] on a surface, or { closest = [x, y, z] }",
+        "number, [u, v] on a surface, { closest = [x, y, z] }, or on faces { face, uv } or { vertex }",
         "this or at is needed",
         "instead of at: the location floats, from here to where the change is least",
     ),

@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 
 use super::jet::Jet;
 use super::on::{curve_location, perpendiculars};
-use super::position::{AT, OBJECT};
+use super::position::{AT_ON_CURVE, OBJECT};
 use super::{
     DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, magnitude, position,
     tangent,
@@ -320,7 +320,7 @@ impl DeclaredFunctional for Curvature {
     const DECLARATION: Declaration = Declaration {
         name: "curvature",
         help: "the curvature, in the plane in which the curve turns (below 0 it turns the other way); position and first derivative stand still unless asked",
-        fields: &[AT, OBJECT],
+        fields: &[AT_ON_CURVE, OBJECT],
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {

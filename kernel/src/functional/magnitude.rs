@@ -1,7 +1,7 @@
 //! The length of a curve's first derivative.
 
 use super::on::{curve_location, unit};
-use super::position::{AT, OBJECT};
+use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, equals};
 use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::error::{Error, Result};
@@ -87,8 +87,11 @@ impl Functional for Magnitude {
 }
 
 impl DeclaredFunctional for Magnitude {
-    const DECLARATION: Declaration =
-        Declaration { name: "magnitude", help: "the length of the tangent vector C'", fields: &[AT, OBJECT] };
+    const DECLARATION: Declaration = Declaration {
+        name: "magnitude",
+        help: "the length of the tangent vector C'",
+        fields: &[AT_ON_CURVE, OBJECT],
+    };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
         let at = curve_location(parameters)?;

@@ -1,7 +1,7 @@
 //! The normal of a surface.
 
 use super::on::unit;
-use super::position::{AT, OBJECT};
+use super::position::{AT_ON_SURFACE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
@@ -67,7 +67,7 @@ impl DeclaredFunctional for Normal {
     const DECLARATION: Declaration = Declaration {
         name: "normal",
         help: "the surface normal parallel to a direction",
-        fields: &[AT, Field::required("to", "[x, y, z]", "the direction"), OBJECT],
+        fields: &[AT_ON_SURFACE, Field::required("to", "[x, y, z]", "the direction"), OBJECT],
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {

@@ -1,7 +1,7 @@
 //! A curve's tangent perpendicular to a direction.
 
 use super::on::{curve_location, unit};
-use super::position::{AT, OBJECT};
+use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, tangent};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
@@ -70,7 +70,7 @@ impl DeclaredFunctional for Orthogonal {
     const DECLARATION: Declaration = Declaration {
         name: "orthogonal",
         help: "the tangent C' perpendicular to a direction",
-        fields: &[AT, Field::required("to", "[x, y, z]", "the direction"), OBJECT],
+        fields: &[AT_ON_CURVE, Field::required("to", "[x, y, z]", "the direction"), OBJECT],
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {

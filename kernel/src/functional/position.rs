@@ -90,11 +90,15 @@ impl Functional for Position {
     }
 }
 
-/// The field that every kind with a location has.
-pub(super) const AT: Field = Field::required(
+/// The field of a kind that is asked of curves.
+pub(super) const AT_ON_CURVE: Field =
+    Field::required("at", "number, or { closest = [x, y, z] }", "the location: the curve's parameter");
+
+/// The field of a kind that is asked of surfaces.
+pub(super) const AT_ON_SURFACE: Field = Field::required(
     "at",
-    "number, [u, v] on a surface, or { closest = [x, y, z] }",
-    "the location, in the shape's own parameters",
+    "[u, v], { closest = [x, y, z] }, or on faces { face, uv }",
+    "the location, in the surface's own parameters",
 );
 
 /// The field that every kind has.

@@ -2,7 +2,7 @@
 
 use super::jet::Jet;
 use super::on::{curve_location, unit};
-use super::position::{AT, OBJECT};
+use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
@@ -95,7 +95,7 @@ impl DeclaredFunctional for SignedCurvature {
         name: "signed-curvature",
         help: "the curvature as a number, positive where the curve turns left seen against the normal",
         fields: &[
-            AT,
+            AT_ON_CURVE,
             Field::optional("normal", "[x, y, z]", "[0, 0, 1]", "the normal of the plane it is seen in"),
             OBJECT,
         ],

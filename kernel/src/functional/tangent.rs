@@ -4,7 +4,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 use super::on::{curve_location, perpendiculars, unit};
-use super::position::{AT, OBJECT};
+use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
@@ -117,7 +117,7 @@ impl DeclaredFunctional for Tangent {
         name: "tangent",
         help: "C' parallel to a direction, its length free: holds where it is asked (with or without keep = true)",
         fields: &[
-            AT,
+            AT_ON_CURVE,
             Field::optional(
                 "direction",
                 "[x, y, z]",

@@ -85,10 +85,17 @@ impl Curve {
     /// The point of the curve closest to `point`, over the whole curve. Where several are equally close, the same
     /// one is given every time. `O(n)` for the boxes of the spans, then the few spans that come near.
     ///
+    /// Coordinates whose squares overflow or vanish are scaled by a power of two first, and the distance is scaled back.
+    ///
     /// # Errors
-    /// When `point` is not finite.
+    /// When `point` is not finite, or the distance is no number.
     pub fn closest(&self, point: Point) -> Result<Closest<f64>> {
         check(point)?;
+        if let Some(factor) = factor_for_squares(self.points(), point) {
+            let weights = self.weights().map(<[f64]>::to_vec);
+            let scaled = Self::build(self.space().clone(), times(self.points(), factor), weights)?;
+            return scaled.closest(point * factor)?.scaled_back(factor, |u| self.point(u));
+        }
         let (space, p) = (self.space(), self.degree());
         let vertex = |k: usize| homogeneous(self.points(), self.weights(), space.vertex(k), point);
         let mut size = 0.0_f64;
@@ -188,9 +195,15 @@ impl Surface {
     /// The point of the surface closest to `point`, over the whole surface, as [`Curve::closest`].
     ///
     /// # Errors
-    /// When `point` is not finite.
+    /// When `point` is not finite, or the distance is no number.
     pub fn closest(&self, point: Point) -> Result<Closest<(f64, f64)>> {
         check(point)?;
+        if let Some(factor) = factor_for_squares(self.points(), point) {
+            let weights = self.weights().map(<[f64]>::to_vec);
+            let points = times(self.points(), factor);
+            let scaled = Self::build(self.u().clone(), self.v().clone(), points, weights)?;
+            return scaled.closest(point * factor)?.scaled_back(factor, |(u, v)| self.point(u, v));
+        }
         let (su, sv) = (self.u(), self.v());
         let (p, q) = (su.degree(), sv.degree());
         let index = |i: usize, j: usize| su.vertex(i) * sv.len() + sv.vertex(j);
@@ -355,6 +368,42 @@ impl<L: Copy> Best<L> {
         let gap = self.distance - self.enough().min(self.open);
         Closest { at: self.at, point: self.point, distance: self.distance, gap }
     }
+}
+
+impl<L: Copy> Closest<L> {
+    /// What was found of a shape that was scaled, said of the shape.
+    fn scaled_back(self, factor: f64, point: impl Fn(L) -> Result<Point>) -> Result<Self> {
+        let (distance, gap) = (self.distance / factor, self.gap / factor);
+        if !distance.is_finite() {
+            return Err(Error::Invalid(
+                "the distance to the point is larger than any number: scale both down".into(),
+            ));
+        }
+        Ok(Self { at: self.at, point: point(self.at)?, distance, gap })
+    }
+}
+
+/// Sizes between which fourth powers (determinants of squares), and products of squares with weights, neither overflow nor vanish.
+const SQUARES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+
+/// The power of two that brings points, seen from a place, to a size near 1; none where their squares are numbers as they are.
+fn factor_for_squares(points: &[Point], from: Point) -> Option<f64> {
+    // Halves, so that no difference overflows.
+    let far = |p: &Point| (p.coords * 0.5 - from.coords * 0.5).amax();
+    let reach = points.iter().map(far).fold(0.0, f64::max);
+    // What is much larger than the shape would still overflow when it is squared.
+    let size = points.iter().chain([&from]).map(|p| p.coords.amax()).fold(reach, f64::max);
+    let power = |size: f64| 2.0_f64.powi((-size.log2().ceil()).clamp(-1022.0, 1022.0) as i32);
+    if size > *SQUARES.end() {
+        return Some(power(size));
+    }
+    // What is small and lies far out stays where it is: nothing of it is to overflow.
+    let small = reach > 0.0 && reach < *SQUARES.start();
+    Some(power(reach)).filter(|factor| small && size * factor <= *SQUARES.end())
+}
+
+fn times(points: &[Point], factor: f64) -> Vec<Point> {
+    points.iter().map(|p| p * factor).collect()
 }
 
 fn check(point: Point) -> Result<()> {
@@ -529,6 +578,37 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The place does not depend on the size, up to the ends of numbers.
+    #[test]
+    fn sizes_whose_squares_are_no_numbers_are_found_as_others() {
+        let points = [[0.0, 0.0], [1.0, 2.0], [2.0, -1.0], [3.0, 2.0], [4.0, 0.0]];
+        let query = [2.6, 1.7];
+        let of = |size: f64| {
+            let at = |[x, y]: [f64; 2]| Point::new(x * size, y * size, 0.1 * size);
+            let points: Vec<Point> = points.map(at).to_vec();
+            let curve = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points.clone()).unwrap();
+            let net = points.iter().flat_map(|p| [*p, p + Vector::z() * size]).collect();
+            let line = Space::clamped_uniform(1, 2).unwrap();
+            let sheet = Surface::new(Space::clamped_uniform(3, 5).unwrap(), line, net).unwrap();
+            (curve.closest(at(query)).unwrap(), sheet.closest(at(query)).unwrap())
+        };
+        let (curve, sheet) = of(1.0);
+        for size in [1e-300, 1e-160, 1e-90, 1e-59, 1e59, 1e90, 1e154, 1e160, 1e300, 2e307] {
+            let (c, s) = of(size);
+            assert!((c.at - curve.at).abs() < 1e-7, "{size:e}: {c:?}");
+            assert!((c.distance / size - curve.distance).abs() < 1e-9, "{size:e}: {c:?}");
+            assert!((s.at.0 - sheet.at.0).abs() < 1e-7, "{size:e}: {s:?}");
+            assert!((s.distance / size - sheet.distance).abs() < 1e-9, "{size:e}: {s:?}");
+            assert!(c.gap <= 1e-8 * size && s.gap <= 1e-8 * size, "{size:e}: {c:?} {s:?}");
+        }
+        // Small differences far out are left as they are.
+        let near = Curve::bezier(vec![Point::new(1.0, 0.0, 0.0), Point::new(1.0, 1e-200, 0.0)]).unwrap();
+        assert_eq!(near.closest(Point::new(1.0, 1e-200, 0.0)).unwrap().distance, 0.0);
+        let line = Curve::bezier(vec![Point::new(1.7e308, 0.0, 0.0), Point::new(1.7e308, 1.0, 0.0)]).unwrap();
+        let error = line.closest(Point::new(-1.7e308, 0.0, 0.0)).unwrap_err().to_string();
+        assert!(error.contains("larger than any number"), "{error}");
     }
 
     #[test]

@@ -31,6 +31,11 @@ pub(crate) fn point_or_origin(p: &Parameters, field: &str) -> Result<Point, Para
     if p.has(field) { p.point(field) } else { Ok(Point::origin()) }
 }
 
+/// How long a vector is, where its squares may overflow or vanish.
+pub(crate) fn long(vector: &Vector) -> f64 {
+    vector.x.hypot(vector.y).hypot(vector.z)
+}
+
 /// A length above 0.
 pub(crate) fn length(p: &Parameters, field: &str) -> Result<f64, ParameterError> {
     let length = p.number(field)?;

@@ -21,11 +21,21 @@ impl Operation for Isocurve {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
             Field::optional("object", "text", "the only surface", "the surface"),
-            Field::optional("u", "number or [number, …]", "u, v or at is needed", "where u stands still"),
-            Field::optional("v", "number or [number, …]", "u, v or at is needed", "where v stands still"),
+            Field::optional(
+                "u",
+                "number, { closest = [x, y, z] }, or a list of these",
+                "u, v or at is needed",
+                "where u stands still",
+            ),
+            Field::optional(
+                "v",
+                "number, { closest = [x, y, z] }, or a list of these",
+                "u, v or at is needed",
+                "where v stands still",
+            ),
             Field::optional(
                 "at",
-                "[u, v], or number with direction",
+                "[u, v] or { closest = [x, y, z] }, with direction also a number",
                 "u, v or at is needed",
                 "a place that the curves go through: both, or the one along which the direction's parameter stands still",
             ),

@@ -9,7 +9,7 @@ use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::text::a;
 use loftsman_kernel::{Point, Vector};
 
-use crate::fields::{direction, figure, made, named, point_or_origin};
+use crate::fields::{direction, figure, long, made, named, point_or_origin};
 
 /// Samples of a span for the places where a curve crosses the plane.
 const SAMPLES: usize = 16;
@@ -87,9 +87,9 @@ impl Mirror {
 /// When half of the curve is asked for and it does not cross the plane once (closed: twice); when a closed curve does not cross it at all.
 pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetric<Curve>> {
     let (start, end) = curve.domain();
-    let size = curve.points().iter().map(|p| (p - curve.points()[0]).norm()).fold(0.0, f64::max);
+    let size = curve.points().iter().map(|p| long(&(p - curve.points()[0]))).fold(0.0, f64::max);
     let closed =
-        curve.is_periodic() || (curve.point(start)? - curve.point(end)?).norm() <= IN_PLANE * 1e-3 * size;
+        curve.is_periodic() || long(&(curve.point(start)? - curve.point(end)?)) <= IN_PLANE * 1e-3 * size;
     if half == Half::Both {
         if !closed {
             return mean(curve, mirror);
@@ -196,7 +196,7 @@ pub fn symmetrize_surface(
 /// The half of a surface on one side of the plane (that of the normal where `side` is 1), and its mirror image.
 fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> Result<Symmetric<Surface>> {
     let name = if direction == Direction::U { "u" } else { "v" };
-    let reach = open.points().iter().map(|p| (p - open.points()[0]).norm()).fold(0.0, f64::max);
+    let reach = open.points().iter().map(|p| long(&(p - open.points()[0]))).fold(0.0, f64::max);
     let (cut, line) = plane_line(open, mirror, direction, name, IN_PLANE * reach)?;
     let (a, b) = open.space(direction).domain();
     let parts = if a < cut && cut < b { open.split(direction, cut)? } else { vec![open.clone()] };
@@ -300,7 +300,7 @@ fn mean(curve: &Curve, mirror: &Mirror) -> Result<Symmetric<Curve>> {
     let image = mirrored(&fine, mirror)?;
     let (points, weights, moved) =
         averaged((fine.points(), fine.weights()), (image.points(), image.weights()));
-    let size = points.iter().map(|p| (p - points[0]).norm().max(p.coords.amax())).fold(0.0, f64::max);
+    let size = points.iter().map(|p| long(&(p - points[0])).max(p.coords.amax())).fold(0.0, f64::max);
     let mut shape = Curve::build(common, points, weights)?;
     if curve.is_periodic() {
         shape = shape.to_periodic(1e-14 * size)?.shape;
@@ -322,7 +322,7 @@ fn averaged(first: Net<'_>, second: Net<'_>) -> (Vec<Point>, Option<Vec<f64>>, f
         .collect();
     let weights =
         first.1.map(|_| (0..n).map(|k| 0.5 * weight(&first, k) + 0.5 * weight(&second, k)).collect());
-    let moved = points.iter().zip(first.0).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+    let moved = points.iter().zip(first.0).map(|(p, q)| long(&(p - q))).fold(0.0, f64::max);
     (points, weights, moved)
 }
 
@@ -402,7 +402,7 @@ fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
     }
     // A closed curve may change sides at its seam.
     let (a, b) = curve.domain();
-    let closes = curve.is_periodic() || (curve.point(a)? - curve.point(b)?).norm() == 0.0;
+    let closes = curve.is_periodic() || long(&(curve.point(a)? - curve.point(b)?)) == 0.0;
     if closes && found.len() % 2 == 1 {
         found.insert(0, a);
     }

@@ -384,14 +384,26 @@ fn offsets_of_degree_25_end_soon() {
     let fold = Curve::new(Space::clamped(25, &knots).unwrap(), fold).unwrap();
     let finest = OffsetOptions { tolerance: Some(1e-6), ..OffsetOptions::default() };
     for side in [1.0, -1.0] {
-        if let Err(error) = offset(&fold, side, &finest) {
-            let text = error.to_string();
-            assert!(
-                ["places to follow", "too short", "misses its place", "nothing of the curve"]
-                    .iter()
-                    .any(|why| text.contains(why)),
-                "{text}"
-            );
+        match offset(&fold, side, &finest) {
+            Ok(found) => {
+                assert!(
+                    found.deviation <= 1e-6 && off(&fold, &found.curves, 1.0) <= 1e-6,
+                    "{}",
+                    found.deviation
+                );
+            }
+            Err(error) => {
+                let text = error.to_string();
+                let why = ["places to follow", "too short", "misses its place", "nothing of the curve"];
+                assert!(why.iter().any(|why| text.contains(why)), "{text}");
+            }
         }
+    }
+    // A distance that nothing is found to is refused at once.
+    for away in [1e-300, -1e-300, -1e-12] {
+        let start = std::time::Instant::now();
+        let error = offset(&fold, away, &OffsetOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("is less than the parts of an offset are found to"), "{error}");
+        assert!(start.elapsed().as_secs() < 2, "{:?}", start.elapsed());
     }
 }

@@ -62,6 +62,27 @@ fn the_mean_is_symmetric_and_near() {
     }
 }
 
+/// Sizes whose squares are no numbers: the shape is that of size 1, and so is what it moved by.
+#[test]
+fn what_moves_is_told_at_all_sizes() {
+    let plane = Mirror::new(Point::origin(), Vector::x()).unwrap();
+    let of = |size: f64| {
+        let points = [[-2.0, 0.1], [-1.0, 2.0], [1.1, 2.0], [2.0, 0.0]];
+        let points = points.map(|[x, y]| Point::new(x * size, y * size, 0.0)).to_vec();
+        symmetrize(&Curve::bezier(points).unwrap(), &plane, Half::Both).unwrap()
+    };
+    let one = of(1.0);
+    for size in [1e-300, 1e-160, 1e160, 1e300] {
+        let even = of(size);
+        let moved = even.moved.unwrap() / size;
+        assert!((moved - one.moved.unwrap()).abs() < 1e-12, "{size:e}: {moved}");
+        assert_eq!(even.shape.points().len(), one.shape.points().len(), "{size:e}");
+        for (p, q) in even.shape.points().iter().zip(one.shape.points()) {
+            assert!((p / size - q).norm() < 1e-12, "{size:e}: {p}");
+        }
+    }
+}
+
 #[test]
 fn closed_curves_begin_in_the_plane() {
     let (plane, image) = mirror();

@@ -14,7 +14,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::Up;
 use loftsman_kernel::scene::{Animation, Scene};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::text::short;
+use loftsman_kernel::text::{figure, short};
 use loftsman_kernel::{Point, Vector};
 
 use self::constraints::{Words, constraint, force, pull};
@@ -356,7 +356,7 @@ fn timing(
     let whole = frames / rate;
     if (whole - seconds).abs() > 1e-9 * seconds {
         let plural = if frames == 1.0 { "" } else { "s" };
-        notes.push(format!("it moves for {whole} s: {frames} whole frame{plural}"));
+        notes.push(format!("it moves for {} s: {frames} whole frame{plural}", figure(whole)));
     }
     Ok((rate, frames as usize, whole))
 }

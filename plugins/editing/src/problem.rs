@@ -37,7 +37,7 @@ pub(crate) const SHARED: [Field; 13] = [
     Field::optional("locality", "count", "all", "only so many control vertices may move"),
     Field::optional(
         "within",
-        "[from, to]",
+        "[from, to], each a number or { closest = [x, y, z] }",
         "everywhere",
         "keep the edit in an interval of the parameter, inserting knots; curves only",
     ),

@@ -57,7 +57,11 @@ impl Operation for Refine {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
             OBJECT,
-            Field::required("knots", "[number, …]", "the knots to insert; repeat one to raise it"),
+            Field::required(
+                "knots",
+                "[number or { closest = [x, y, z] }, …]",
+                "the knots to insert; repeat one to raise it",
+            ),
             DIRECTION,
         ];
         Declaration { name: "refine", help: "insert knots; the shape does not change", fields: FIELDS }

@@ -62,7 +62,7 @@ const FIELDS: [Field; 15] = [
     ),
     Field::optional(
         "range",
-        "[from, to] | [[from, to], [from, to]]",
+        "[from, to] | [[from, to], [from, to]], each a number or { closest = [x, y, z] }",
         "the whole",
         "tune this part only; the rest stays as it is",
     ),

@@ -10,11 +10,14 @@ use crate::intersections::Plane;
 /// The section of a mesh by a plane: polylines from face to face, closed where the mesh goes all round.
 ///
 /// A vertex on the plane counts as above it, so that each face is crossed at an even number of edges and what lies in
-/// the plane is bounded by its lower neighbours. Where the plane passes a vertex the section has that vertex, to the last
+/// the plane is bounded by its lower neighbours; where nothing lies below, as below it. Where the plane passes a vertex the section has that vertex, to the last
 /// bit. A face that bends is cut along its edges only. `O(n log n)`.
 pub fn mesh_section(mesh: &Mesh, plane: &Plane) -> Vec<Polyline> {
     let points = mesh.points();
-    let distances: Vec<f64> = points.iter().map(|p| plane.distance(p)).collect();
+    let mut distances: Vec<f64> = points.iter().map(|p| plane.distance(p)).collect();
+    if distances.iter().all(|d| *d >= 0.0) {
+        distances.iter_mut().for_each(|d| *d = -*d);
+    }
     // The edges that are crossed, and which of them each is joined to by a face.
     let mut joined: BTreeMap<(u32, u32), Vec<(u32, u32)>> = BTreeMap::new();
     for face in mesh.faces() {
@@ -69,6 +72,41 @@ pub fn mesh_section(mesh: &Mesh, plane: &Plane) -> Vec<Polyline> {
         }
     }
     lines
+}
+
+/// The area inside the loops of a mesh's section, what an even number of them goes around left out; `None` where a line does not
+/// close or there is none. `O(l n)` for `l` loops of `n` points.
+pub fn mesh_section_area(lines: &[Polyline], plane: &Plane) -> Option<f64> {
+    if lines.is_empty() || !lines.iter().all(|line| line.closed) {
+        return None;
+    }
+    // In the plane, by the two coordinates in which it is widest.
+    let normal = plane.normal();
+    let across = normal.iamax();
+    let flat = |p: &Point| [p[(across + 1) % 3], p[(across + 2) % 3]];
+    let loops: Vec<Vec<[f64; 2]>> = lines.iter().map(|line| line.points.iter().map(flat).collect()).collect();
+    let doubled = |points: &[[f64; 2]]| -> f64 {
+        let [x, y] = points[0];
+        let turned = |(p, q): (&[f64; 2], &[f64; 2])| (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
+        points.iter().zip(points.iter().skip(1)).map(turned).sum()
+    };
+    let holds = |points: &[[f64; 2]], [x, y]: [f64; 2]| {
+        let next = points.iter().cycle().skip(1);
+        let passed = points.iter().zip(next).filter(|(p, q)| {
+            (p[1] > y) != (q[1] > y) && x < p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0])
+        });
+        passed.count() % 2 == 1
+    };
+    let mut sum = 0.0;
+    for (k, points) in loops.iter().enumerate() {
+        // A place beside a vertex may be on another loop; the middle of a side seldom is.
+        let [p, q] = [points[0], points[1]];
+        let middle = [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
+        let around = loops.iter().enumerate().filter(|(j, other)| *j != k && holds(other, middle)).count();
+        let own = 0.5 * doubled(points).abs() / normal[across].abs();
+        sum += if around % 2 == 0 { own } else { -own };
+    }
+    Some(sum)
 }
 
 /// Where an edge, given by its lesser end first, passes the plane.

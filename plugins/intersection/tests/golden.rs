@@ -54,6 +54,11 @@ fn curves_meet_where_opencascade_finds_it() {
         let found = curves(&a, &b, &Options::default()).unwrap();
         // Theirs lacks some: all of ours are there, by dense chords.
         assert_eq!(found.meetings.len(), chord_crossings(&a, &b).len());
+        // And lie on both, by another search than the one that found them.
+        for m in &found.meetings {
+            let off = [&a, &b].map(|c| c.closest(m.point).unwrap().distance);
+            assert!(off.iter().all(|off| *off <= 1e-9), "{m:?}: {off:?}");
+        }
         assert!(found.is_complete() && found.overlaps.is_empty());
         let theirs = points(&case["points"]);
         compare(&theirs, &found.meetings, &mut more);
@@ -70,6 +75,8 @@ fn curves_meet_themselves_where_opencascade_finds_it() {
         let own = curve(case, "a");
         let found = self_intersections(&own, &Options::default()).unwrap();
         assert!(found.is_complete() && found.overlaps.is_empty());
+        let off = found.meetings.iter().map(|m| own.closest(m.point).unwrap().distance).fold(0.0, f64::max);
+        assert!(off <= 1e-9, "{off:e}");
         let theirs = points(&case["points"]);
         compare(&theirs, &found.meetings, &mut more);
         count += theirs.len();
@@ -82,8 +89,13 @@ fn curves_meet_themselves_where_opencascade_finds_it() {
 fn curves_meet_surfaces_where_opencascade_finds_it() {
     let (mut count, mut more) = (0, 0);
     for case in golden()["curve_surface"].as_array().unwrap() {
-        let found = curve_surface(&curve(case, "a"), &surface(case), &Options::default()).unwrap();
+        let (a, b) = (curve(case, "a"), surface(case));
+        let found = curve_surface(&a, &b, &Options::default()).unwrap();
         assert!(found.is_complete() && found.overlaps.is_empty());
+        for m in &found.meetings {
+            let off = [a.closest(m.point).unwrap().distance, b.closest(m.point).unwrap().distance];
+            assert!(off.iter().all(|off| *off <= 1e-9), "{m:?}: {off:?}");
+        }
         let theirs = points(&case["points"]);
         compare(&theirs, &found.meetings, &mut more);
         count += theirs.len();
@@ -107,6 +119,15 @@ fn sections_are_those_of_opencascade() {
         let length: f64 = cut.curves.iter().map(|c| c.curve.length(1e-9).unwrap().value).sum();
         let theirs = case["length"].as_f64().unwrap();
         assert!((length - theirs).abs() <= 1e-4 * theirs, "{length} is not {theirs}");
+        // Ours lie in the plane and on the surface, by another search.
+        for one in &cut.curves {
+            let (a, b) = one.curve.domain();
+            for k in 0..=20 {
+                let p = one.curve.point((a + (b - a) * f64::from(k) / 20.0).min(b)).unwrap();
+                let off = plane.distance(&p).abs().max(surface(case).closest(p).unwrap().distance);
+                assert!(off <= 2e-7, "{p} is {off:e} off");
+            }
+        }
         for p in points(&case["samples"]) {
             let near = cut.curves.iter().map(|c| c.curve.closest(p).unwrap().distance);
             let near = near.fold(f64::INFINITY, f64::min);

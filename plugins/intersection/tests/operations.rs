@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 use loftsman_intersection::{
-    Intersection, IntersectionError, Options, Plane, curve_plane, curves, mesh_section,
+    Intersection, IntersectionError, Options, Plane, curve_plane, curves, mesh_section, mesh_section_area,
+    section,
 };
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::{Cloud, Mesh};
@@ -40,8 +41,12 @@ fn meshes_are_cut_in_loops() {
     let cut = mesh_section(&cube, &plane([0.0; 3], [1.0, -1.0, 0.0]));
     assert!(cut.iter().flat_map(|l| &l.points).all(|p| p.x == p.y) && !cut.is_empty(), "{cut:?}");
     assert!(mesh_section(&cube, &plane([0.0, 0.0, 1.5], [0.0, 0.0, 1.0])).is_empty());
-    // Its lower face is on the plane and counts as above it: nothing is below.
-    assert!(mesh_section(&cube, &plane([0.0; 3], [0.0, 0.0, 1.0])).is_empty());
+    // A face in the plane is bounded by a loop, on whichever side the rest is.
+    for z in [0.0, 1.0] {
+        let cut = mesh_section(&cube, &plane([0.0, 0.0, z], [0.0, 0.0, 1.0]));
+        assert!(cut.len() == 1 && cut[0].closed && round(&cut[0].points) == 4.0, "{z}: {cut:?}");
+        assert!(cut[0].points.iter().all(|p| p.z == z), "{cut:?}");
+    }
     let open = Mesh::new(cube.points().to_vec(), &[[0, 1, 5, 4], [1, 3, 7, 5]]).unwrap();
     let cut = mesh_section(&open, &plane([0.0, 0.0, 0.5], [0.0, 0.0, 1.0]));
     assert!(cut.len() == 1 && !cut[0].closed && cut[0].points.len() == 3, "{cut:?}");
@@ -53,6 +58,68 @@ fn meshes_are_cut_in_loops() {
     let cut = mesh_section(&comb, &plane([0.0, 0.0, 1.5], [0.0, 0.0, 1.0]));
     assert_eq!(cut.len(), 2, "{cut:?}");
     assert!(cut.iter().all(|l| (l.points[1] - l.points[0]).norm() == 1.0));
+}
+
+/// The area of closed sections, by closed forms; of what is open none.
+#[test]
+fn closed_sections_of_meshes_have_an_area() {
+    let cube = cube();
+    let area = |mesh: &Mesh, at: &Plane| mesh_section_area(&mesh_section(mesh, at), at);
+    let level = plane([0.0, 0.0, 0.3], [0.0, 0.0, -2.0]);
+    assert!((area(&cube, &level).unwrap() - 1.0).abs() < 1e-15);
+    // A hexagon with sides √2/2.
+    let askew = area(&cube, &plane([0.5; 3], [1.0; 3])).unwrap();
+    assert!((askew - 0.75 * 3.0_f64.sqrt()).abs() < 1e-14, "{askew}");
+    // A room inside takes its part away, and a block in it adds its own.
+    let mut points = Vec::new();
+    let mut faces: Vec<Vec<usize>> = Vec::new();
+    for (low, high) in [(0.0, 1.0), (0.2, 0.8), (0.4, 0.6)] {
+        let first = points.len();
+        points.extend(cube.points().iter().map(|p| p.map(|c| if c == 0.0 { low } else { high })));
+        faces.extend(cube.faces().map(|face| face.iter().map(|k| first + *k as usize).collect()));
+    }
+    let nested = Mesh::new(points, &faces).unwrap();
+    let found = area(&nested, &plane([0.0, 0.5, 0.0], [0.0, 1.0, 0.0])).unwrap();
+    assert!((found - (1.0 - 0.36 + 0.04)).abs() < 1e-14, "{found}");
+    let open = Mesh::new(cube.points().to_vec(), &[[0, 1, 5, 4], [1, 3, 7, 5]]).unwrap();
+    assert_eq!(area(&open, &level), None);
+    assert_eq!(area(&cube, &plane([0.0, 0.0, 2.0], [0.0, 0.0, 1.0])), None);
+    let report = run(&mut scene(), "section", json!({ "object": "cube", "axis": "z", "at": 0.5 })).unwrap();
+    assert!(report.notes.iter().any(|note| note.ends_with("cuts an area of 1")), "{report:?}");
+}
+
+/// An edge in the plane belongs to the section, and of a line along which a surface touches it a point is told, whichever way the plane
+/// looks and on whichever side the surface is.
+#[test]
+fn edges_in_the_plane_and_lines_that_touch_it_are_told_from_either_side() {
+    let corner = |x: f64, y: f64| Point::new(x, y, 0.5 * x);
+    let line = || Space::clamped_uniform(1, 2).unwrap();
+    let net = vec![corner(0.0, 0.0), corner(0.0, 1.0), corner(1.0, 0.0), corner(1.0, 1.0)];
+    let ramp = Surface::new(line(), line(), net).unwrap();
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let pipe = Surface::extrusion(&ring, Vector::z() * 3.0).unwrap();
+    for way in [1.0, -1.0] {
+        for x in [0.0, 0.3, 1.0] {
+            let cut = section(&ramp, &plane([x, 0.0, 0.0], [way, 0.0, 0.0]), &Options::default()).unwrap();
+            assert!(cut.curves.len() == 1 && cut.touching.is_empty(), "{x} {way}: {cut:?}");
+            let length = cut.curves[0].curve.length(1e-12).unwrap().value;
+            assert!((length - 1.0).abs() < 1e-9, "{x} {way}: {length}");
+        }
+        for (x, lines) in [(-1.0, 0), (-0.5, 2), (0.999, 2), (0.99999, 2), (1.0, 0), (1.1, 0)] {
+            let cut = section(&pipe, &plane([x, 0.0, 0.0], [way, 0.0, 0.0]), &Options::default()).unwrap();
+            assert_eq!(cut.curves.len(), lines, "{x} {way}");
+            assert_eq!(cut.touching.len(), usize::from(f64::abs(x) == 1.0), "{x} {way}");
+            assert!(cut.touching.iter().all(|p| (p.x - x).abs() < 1e-6 && p.y.abs() < 1e-4), "{cut:?}");
+            for one in &cut.curves {
+                assert!((one.curve.length(1e-12).unwrap().value - 3.0).abs() < 1e-6, "{x} {way}");
+            }
+        }
+        // The end of a pipe is a circle, closed.
+        for z in [0.0, 3.0] {
+            let cut = section(&pipe, &plane([0.0, 0.0, z], [0.0, 0.0, way]), &Options::default()).unwrap();
+            assert!(cut.curves.len() == 1 && cut.curves[0].closed, "{z} {way}: {cut:?}");
+        }
+    }
 }
 
 #[test]

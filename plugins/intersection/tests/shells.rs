@@ -3,7 +3,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use loftsman_intersection::{Options, Plane, ShellSection, brep_section, mesh_section, trimmed_section};
+use loftsman_intersection::{
+    Options, Plane, ShellSection, brep_section, mesh_section, mesh_section_area, trimmed_section,
+};
 use loftsman_kernel::brep::{
     Brep, CurveForm, Edge, Face, Frame, Parts, Shell, Solid, SurfaceForm, Use, Vertex,
 };
@@ -272,7 +274,7 @@ fn real_parts_are_cut_as_their_triangles_are() {
         "as1-oc-214.stp",
         "red_cube_blue_cylinder.step",
     ];
-    let (mut sections, mut solids) = (0, 0);
+    let (mut sections, mut solids, mut areas) = (0, 0, 0);
     for name in names {
         let file = Memory::new(name, std::fs::read(format!("{folder}{name}")).unwrap());
         let (scene, _) = Step.read(&file, &ReadOptions::default()).unwrap();
@@ -324,10 +326,20 @@ fn real_parts_are_cut_as_their_triangles_are() {
                     let (area, expected) = (found.area.unwrap(), 0.5 * vector.norm());
                     assert!((area - expected).abs() <= 2e-3 * size * size, "{told}: {area} {expected}");
                 }
-                assert!(found.curves.is_empty() || found.area.unwrap() > 0.0, "{told}: {:?}", found.area);
+                let none = found.curves.is_empty();
+                assert_eq!(none, lines.is_empty(), "{told}: {} and {}", found.curves.len(), lines.len());
+                assert!(none || found.area.unwrap() > 0.0, "{told}: {:?}", found.area);
+                // Several loops too: the mesh's own area, by which of them lie in one another.
+                if let (Some(area), Some(expected)) = (found.area, mesh_section_area(&lines, &at)) {
+                    assert!((area - expected).abs() <= 2e-3 * size * size, "{told}: {area} {expected}");
+                    areas += 1;
+                }
                 sections += found.curves.len();
             }
         }
     }
-    assert!(solids >= 12 && sections >= 60, "{solids} solids, {sections} loops");
+    assert!(
+        solids >= 12 && sections >= 60 && areas >= 30,
+        "{solids} solids, {sections} loops, {areas} areas"
+    );
 }

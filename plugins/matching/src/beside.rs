@@ -202,7 +202,7 @@ impl Beside {
     }
 
     /// Places all along the edge between those where anything is imposed: as many of each piece as determine a polynomial of both
-    /// degrees, and where the two are not to be equal as many more as show how far they are apart.
+    /// degrees, and where the two are not to be equal as many more as show how far they are apart, and both ends, where that may be most.
     pub(crate) fn between(&self, exact: bool) -> Vec<f64> {
         let mut breaks = self.edge.curve.space().breakpoints();
         breaks.extend(self.curve.space().breakpoints());
@@ -216,7 +216,9 @@ impl Beside {
             let angle = move |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / each as f64;
             (0..each).map(move |i| middle - half * angle(i).cos()).collect::<Vec<f64>>()
         };
-        breaks.windows(2).flat_map(nodes).map(|t| t.clamp(a, b)).collect()
+        let inner = breaks.windows(2).flat_map(nodes).map(|t| t.clamp(a, b));
+        let ends = [a, b].map(|end| (!exact).then_some(end));
+        ends[0].into_iter().chain(inner).chain(ends[1]).collect()
     }
 
     /// The place of the edge at `t`.

@@ -47,7 +47,7 @@ pub(crate) fn warn(path: &str, report: &ReadReport) {
 /// What was not kept as it was, indented.
 pub(crate) fn read(report: &ReadReport) -> String {
     let mut text = String::new();
-    for (what, reasons) in [("approximated", &report.approximated), ("left out", &report.left_out)] {
+    for (what, reasons) in [("read otherwise", &report.approximated), ("left out", &report.left_out)] {
         for (reason, number) in reasons {
             let _ = writeln!(text, "  {number} of {} {what}: {reason}", report.entities);
         }

@@ -78,7 +78,7 @@ pub struct Offset {
 /// ```
 ///
 /// # Errors
-/// When the distance is 0 or the tolerance no length, or less than 1e-10 of the size of curve and distance; the curve is a point, leaves its plane by more than 1e-9 of its size, or is straight
+/// When the distance is 0 or the tolerance no length, or either less than 1e-10 of the size of curve and distance; the curve is a point, leaves its plane by more than 1e-9 of its size, or is straight
 /// and no normal is given; it stops on its way; more than some seconds' work is needed to follow it; or nothing is left at that distance (the message says up to where something is).
 pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<Offset> {
     if !distance.is_finite() || distance == 0.0 {
@@ -96,6 +96,13 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
             "the curve and the distance are too large or too small for their squares to be numbers: scale them"
                 .into(),
         ));
+    }
+    if distance.abs() < FINEST * size {
+        return Err(Error::Invalid(format!(
+            "a distance of {} is less than the parts of an offset are found to, which is {} here: take the curve itself, or a larger distance",
+            Figure(distance.abs()),
+            crate::fields::figure(FINEST * size)
+        )));
     }
     if tolerance < FINEST * size {
         return Err(Error::Invalid(format!(

@@ -11,7 +11,8 @@ use loftsman_kernel::{Error, Point, Vector};
 use super::{NAME, add_beside, base_name, place, told, tolerance};
 use crate::section::bounds;
 use crate::{
-    Contact, Options, Plane, ShellSection, brep_section, curve_plane, mesh_section, section, trimmed_section,
+    Contact, Options, Plane, ShellSection, brep_section, curve_plane, mesh_section, mesh_section_area,
+    section, trimmed_section,
 };
 
 /// The most planes of a step.
@@ -59,7 +60,7 @@ impl Operation for CutBy {
         ];
         Declaration {
             name: "section",
-            help: "what planes cut: of a brep or a surface curves, of a mesh polylines, of a curve points",
+            help: "what planes cut: of a brep or a surface curves, of a mesh polylines, of a curve points; edges in the plane belong to it; reports the area of closed loops",
             fields: FIELDS,
         }
     }
@@ -115,7 +116,11 @@ impl Operation for CutBy {
                     }
                 }
                 Geometry::Mesh(mesh) => {
-                    geometries.extend(mesh_section(mesh, plane).into_iter().map(Geometry::from));
+                    let lines = mesh_section(mesh, plane);
+                    if let Some(area) = mesh_section_area(&lines, plane) {
+                        notes.push(format!("the plane through {at} cuts an area of {}", figure(area)));
+                    }
+                    geometries.extend(lines.into_iter().map(Geometry::from));
                 }
                 Geometry::Curve(curve) => {
                     let cut = curve_plane(curve, plane, &options)?;

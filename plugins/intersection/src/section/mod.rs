@@ -6,7 +6,8 @@
 //! follows from the signs at the corners. So the section's branches and loops are known before one of them is drawn.
 //!
 //! The plane is moved by an eighth of the tolerance first, so that none of this happens at 0: an edge in the plane, a
-//! peak that touches it, branches that cross. Its two sides tell peaks and pits that only touch.
+//! peak that touches it, branches that cross. It is moved both ways: what only one of the two meets is an edge in the plane, which belongs to
+//! the section on whichever side the rest of the surface lies, or it only touches the plane, in a place (a peak, a pit) or along a line.
 
 mod cell;
 mod chain;
@@ -33,6 +34,13 @@ use cell::Cells;
 /// Cells of all patches together before the rest is called undecided.
 const CELLS: usize = 400_000;
 
+/// Branches that are no further apart than this many tolerances run along one another.
+const ALONG: f64 = 4.0;
+/// What only touches the plane is met in a strip no wider than this part of the surface's size.
+const STRIP: f64 = 1e-2;
+/// Places of a branch that are looked at for that.
+const PLACES: usize = 16;
+
 /// One branch of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionCurve {
@@ -51,7 +59,7 @@ pub struct SectionCurve {
 pub struct Section {
     /// Its branches and loops.
     pub curves: Vec<SectionCurve>,
-    /// Points where the surface only touches the plane.
+    /// Points where the surface only touches the plane; of a line along which it does, one.
     pub touching: Vec<Point>,
     /// Parameters `[(u₀, u₁), (v₀, v₁)]` of patches that lie in the plane.
     pub coincident: Vec<[(f64, f64); 2]>,
@@ -64,7 +72,8 @@ pub struct Section {
 /// The section of a surface by a plane, drawn within a tolerance (`None`: 1e-6 of the surface's size).
 ///
 /// Which branches and loops there are is known to an eighth of the tolerance: branches that pass one another more
-/// closely may be joined the other way. `O(n)` for patches that do not meet the plane, then what the section passes.
+/// closely may be joined the other way. An edge of the surface that lies in the plane is a branch as others, on whichever side of the plane
+/// the surface is; of a line along which it only touches the plane one point is told. `O(n)` for patches that do not meet the plane, then what the section passes.
 ///
 /// ```
 /// use loftsman_intersection::{Options, Plane, section};
@@ -80,6 +89,20 @@ pub struct Section {
 /// # Errors
 /// When the tolerance is no length, or the surface is too large for numbers.
 pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Section> {
+    cut(surface, plane, options, Sides::Both)
+}
+
+/// Which lines along which a surface touches a plane belong to its section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sides {
+    /// Those of either side, each once.
+    Both,
+    /// What the plane meets where it is moved to one side: of faces that share edges this is what closes.
+    One,
+}
+
+/// The section as it is where the plane is moved to one side, or to both.
+fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Result<Section> {
     let (frame, least) = setting(&[surface.hull_bounds()], &Options::default())?;
     let tolerance = match options.tolerance {
         Some(_) => setting(&[surface.hull_bounds()], options)?.1,
@@ -94,15 +117,17 @@ pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Se
         let mut cells = Cells::new(&pieces, plane.normal(), distance, sign * shift);
         cells.search(CELLS);
         for chain in chain::chains(&cells, surface) {
-            // The other side is asked for peaks and pits only.
+            // Of faces the other side is asked for peaks and pits only.
             let small = chain.closed && is_small(&cells, &chain);
-            if !(main || small) {
+            if !(main || small || sides == Sides::Both) {
                 continue;
             }
             let traced = trace::trace(&cells, &chain, &frame, plane, inner)?;
             if traced.closed && is_touching(&traced, &cells, plane, &frame, shift) {
                 result.touching.push(middle(&traced.curve));
-            } else if main {
+            } else if main && sides == Sides::One
+                || sides == Sides::Both && !is_there(&result.curves, &traced, tolerance)?
+            {
                 result.curves.push(traced);
             }
         }
@@ -111,7 +136,101 @@ pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Se
             result.undecided = cells.undecided;
         }
     }
+    if sides == Sides::Both {
+        let strip =
+            Strip { surface, plane, tolerance, width: STRIP * frame.size, off: 4.0 * shift * frame.size };
+        touched(&mut result, &strip)?;
+    }
     Ok(result)
+}
+
+/// What tells the two sides of a strip that is there only because the plane was moved.
+struct Strip<'a> {
+    surface: &'a Surface,
+    plane: &'a Plane,
+    tolerance: f64,
+    /// How wide it may be.
+    width: f64,
+    /// How far from the plane the surface is between them, at most.
+    off: f64,
+}
+
+/// Takes away pairs of branches between which the surface only touches the plane, and leaves a point of each.
+fn touched(section: &mut Section, strip: &Strip<'_>) -> Result<()> {
+    let mut k = 0;
+    while k < section.curves.len() {
+        let mut found = None;
+        for other in k + 1..section.curves.len() {
+            if let Some(point) = strip.between(&section.curves[k].curve, &section.curves[other].curve)? {
+                found = Some((other, point));
+                break;
+            }
+        }
+        match found {
+            Some((other, point)) => {
+                section.curves.remove(other);
+                section.curves.remove(k);
+                section.touching.push(point);
+            }
+            None => k += 1,
+        }
+    }
+    Ok(())
+}
+
+impl Strip<'_> {
+    /// A point of the surface between two branches, where all along the first the other is beside it and the surface between them in the plane, but
+    /// for how far that was moved.
+    fn between(&self, one: &Curve, other: &Curve) -> Result<Option<Point>> {
+        let [(low, high), (l, h)] = [one.hull_bounds(), other.hull_bounds()];
+        if (0..3).any(|k| l[k] > high[k] + self.width || low[k] > h[k] + self.width) {
+            return Ok(None);
+        }
+        let (a, b) = one.domain();
+        let mut middle = None;
+        for k in 0..PLACES {
+            let point = one.point(a + (b - a) * (k as f64 + 0.5) / PLACES as f64)?;
+            let foot = other.closest(point)?;
+            let halfway = Point::from(point.coords * 0.5 + foot.point.coords * 0.5);
+            if foot.distance <= ALONG * self.tolerance || foot.distance > self.width {
+                return Ok(None);
+            }
+            let between = self.surface.closest(halfway)?.point;
+            if self.plane.distance(&between).abs() > self.off {
+                return Ok(None);
+            }
+            if k == PLACES / 2 {
+                middle = Some(between);
+            }
+        }
+        Ok(middle)
+    }
+}
+
+/// Whether most of a branch runs along those that are there already, nearer to them than what the two sides of the plane may be apart.
+fn is_there(known: &[SectionCurve], branch: &SectionCurve, tolerance: f64) -> Result<bool> {
+    let (low, high) = branch.curve.hull_bounds();
+    let near = ALONG * tolerance;
+    let beside = known.iter().filter(|one| {
+        let (l, h) = one.curve.hull_bounds();
+        (0..3).all(|k| l[k] <= high[k] + near && low[k] <= h[k] + near)
+    });
+    let beside: Vec<&Curve> = beside.map(|one| &one.curve).collect();
+    if beside.is_empty() {
+        return Ok(false);
+    }
+    let (a, b) = branch.curve.domain();
+    let mut along = 0;
+    for k in 0..PLACES {
+        let point = branch.curve.point(a + (b - a) * (k as f64 + 0.5) / PLACES as f64)?;
+        for curve in &beside {
+            if curve.closest(point)?.distance <= near {
+                along += 1;
+                break;
+            }
+        }
+    }
+    Ok(2 * along > PLACES)
 }
 
 /// Whether all of a chain is within a hundredth of the surface's size.

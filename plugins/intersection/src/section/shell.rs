@@ -11,7 +11,7 @@ use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector, parallel};
 
 use super::clip::{Gate, Part, ShellCurve, clipped, doubled_area, joined};
-use super::{Section, section};
+use super::{Section, Sides, cut};
 use crate::error::Result;
 use crate::intersections::{Contact, Options, Plane};
 use crate::pair::setting;
@@ -184,7 +184,7 @@ impl Cut<'_> {
             return Ok(Face::Coincident);
         }
         let Section { curves, touching, undecided, .. } =
-            section(&surface, &self.plane, &Options::within(self.tolerance))?;
+            cut(&surface, &self.plane, &Options::within(self.tolerance), Sides::One)?;
         if !undecided.is_empty() {
             return Ok(Face::Undecided);
         }
@@ -286,7 +286,7 @@ impl Cut<'_> {
 
     /// Whether a point is in the face, as the section by a plane through it says.
     fn beyond(&self, face: usize, surface: &Surface, point: Point, way: &Plane) -> Result<Option<bool>> {
-        let cut = section(surface, way, &Options::within(self.tolerance))?;
+        let cut = cut(surface, way, &Options::within(self.tolerance), Sides::One)?;
         let mut nearest: Option<(usize, f64, f64)> = None;
         for (k, branch) in cut.curves.iter().enumerate() {
             let found = branch.curve.closest(point)?;

@@ -6,7 +6,7 @@ use loftsman_kernel::spline::{Surface, Trimmed};
 
 use super::clip::{Gate, clipped, joined};
 use super::shell::ShellSection;
-use super::{Section, section};
+use super::{Section, Sides, cut};
 use crate::error::Result;
 use crate::intersections::{Options, Plane};
 
@@ -22,7 +22,8 @@ const REACH: f64 = 1e3;
 /// When the tolerance is no length, or the surface is too large for numbers.
 pub fn trimmed_section(trimmed: &Trimmed, plane: &Plane, options: &Options) -> Result<ShellSection> {
     let surface = trimmed.surface();
-    let Section { curves, touching, coincident, undecided, tolerance } = section(surface, plane, options)?;
+    let Section { curves, touching, coincident, undecided, tolerance } =
+        cut(surface, plane, options, Sides::One)?;
     let mut all = ShellSection { tolerance, ..ShellSection::default() };
     if !coincident.is_empty() {
         all.coincident.push(0);

@@ -1,0 +1,126 @@
+//! The operation `merge`: further files of a recipe, and what is wrong with them.
+
+use serde_json::json;
+
+use crate::LOFTSMAN;
+
+/// A straight line of some length along x, in a unit.
+fn line(name: &str, unit: &str, length: f64) -> String {
+    let points = json!([[0, 0, 0], [length, 0, 0]]);
+    let curve = json!({ "degree": 1, "periodic": false, "knots": [0, 0, 1, 1], "points": points });
+    json!({ "loftsman": 1, "unit": unit, "objects": [{ "name": name, "curve": curve }] }).to_string()
+}
+
+#[test]
+fn files_join_the_scene_as_it_is_at_their_step() {
+    let bench = LOFTSMAN.bench();
+    bench.write("parts/beam.loft.json", line("beam", "mm", 2000.0));
+    bench.write("parts/points.csv", "0,0,0\n1,2,3\n2,3,5\n");
+    bench.write("deck.loft.json", line("beam", "m", 3.0));
+    // Relative to the recipe, whose folder is not the one that the program runs in.
+    bench.write(
+        "parts/r.toml",
+        "input = '../deck.loft.json'\noutput = '../all.loft.json'\n\
+         [[step]]\nop = 'rename'\nobject = 'beam'\nto = 'deck'\n\
+         [[step]]\nop = 'merge'\nfile = 'beam.loft.json'\n\
+         [[step]]\nop = 'merge'\nfile = ['beam.loft.json', 'points.csv']\nunit = 'mm'\n",
+    );
+    let report = bench.json(&["run", "parts/r.toml"]);
+    let notes = report["steps"][1]["notes"].to_string();
+    assert!(notes.contains("1 object of beam.loft.json (loft)") && !notes.contains("taken"), "{notes}");
+    let notes = report["steps"][2]["notes"].to_string();
+    assert!(
+        notes.contains("the object \\\"beam\\\" is \\\"beam.001\\\" here: its name was taken"),
+        "{notes}"
+    );
+    let info = bench.json(&["info", "all.loft.json"]);
+    let objects = info["objects"].as_array().unwrap();
+    let of = |name: &str, what: &str| objects.iter().find(|o| o["name"] == name).unwrap()[what].clone();
+    assert_eq!((objects.len(), &info["unit"]), (4, &json!("m")), "{info}");
+    assert_eq!((of("deck", "length"), of("beam", "length")), (json!(3.0), json!(2.0)), "{info}");
+    // What has no unit is in the one that the step gives it.
+    let read = loftsman::read_scene(bench.path("all.loft.json")).unwrap();
+    let points = read.object("points").unwrap().geometry().points();
+    assert!((points[2].z - 0.005).abs() < 1e-15, "{points:?}");
+}
+
+#[test]
+fn a_file_that_cannot_join_is_refused_with_its_place() {
+    let bench = LOFTSMAN.bench();
+    bench.write("a.loft.json", line("a", "m", 1.0));
+    bench.write("torn.loft.json", "{ \"loftsman\": 1, ");
+    bench.write("text.zzz", "nothing that is known\n");
+    std::fs::create_dir(bench.path("folder")).unwrap();
+    let recipe = |fields: &str| {
+        format!("input = 'a.loft.json'\noutput = 'o.loft.json'\n[[step]]\nop = 'merge'\n{fields}\n")
+    };
+    for (fields, words) in [
+        ("", &["step[0]", "the field \"file\" is missing"][..]),
+        ("file = 'none.obj'", &["step[0].file", "none.obj: there is no such file"]),
+        ("file = ['a.loft.json', 'none.obj']", &["step[0].file[1]", "none.obj: there is no such file"]),
+        ("file = 'folder'", &["step[0].file", "directory"]),
+        ("file = 'torn.loft.json'", &["step[0].file", "torn.loft.json"]),
+        ("file = 'text.zzz'", &["step[0].file", "text.zzz"]),
+        ("file = []", &["step[0].file", "no file is named"]),
+        ("file = 3", &["step[0].file", "3 where a text is needed"]),
+        ("file = ['a.loft.json', 3]", &["step[0].file[1]", "a file name is needed here"]),
+        ("file = 'a.loft.json'\nunit = 'parsec'", &["step[0].unit", "unknown unit \"parsec\""]),
+        ("file = 'a.loft.json'\nread = { no = 1 }", &["step[0]", "\"no\""]),
+        ("file = 'a.loft.json'\nfiles = 'a.loft.json'", &["step[0]", "unknown field \"files\"", "file"]),
+    ] {
+        bench.write("r.toml", recipe(fields));
+        bench.fails(&["run", "r.toml"], 1, words);
+        assert!(!bench.path("o.loft.json").exists(), "{fields}");
+    }
+    // What is read is not written over.
+    bench.write(
+        "r.toml",
+        "input = 'a.loft.json'\noutput = 'b.loft.json'\n[[step]]\nop = 'merge'\nfile = 'b.loft.json'\n",
+    );
+    bench.write("b.loft.json", line("b", "m", 1.0));
+    bench.fails(&["run", "r.toml"], 1, &["b.loft.json"]);
+    assert!(String::from_utf8(bench.read("b.loft.json")).unwrap().contains("\"b\""));
+}
+
+/// A place that is pointed at wherever a parameter stands, at sizes whose squares are no numbers, too.
+#[test]
+fn places_are_pointed_at_wherever_parameters_stand() {
+    let bench = LOFTSMAN.bench();
+    for size in [1.0, 1e155, 1e-200] {
+        let points: Vec<_> = [[0.0, 0.0], [1.0, 2.0], [2.0, -1.0], [3.0, 2.0], [4.0, 0.0]]
+            .map(|[x, y]| json!([x * size, y * size, 0]))
+            .to_vec();
+        let net: Vec<_> = [[0, 0, 0], [0, 4, 0], [2, 0, 0], [2, 4, 0]]
+            .chunks(2)
+            .map(|row| row.iter().map(|p| json!(p.map(|c| f64::from(c) * size))).collect::<Vec<_>>())
+            .collect();
+        let side = json!({ "degree": 1, "periodic": false, "knots": [0, 0, 1, 1] });
+        let document = json!({ "loftsman": 1, "objects": [
+            { "name": "c", "curve": { "degree": 3, "periodic": false, "knots": [0, 0, 0, 0, 1, 2, 2, 2, 2], "points": points } },
+            { "name": "s", "surface": { "u": side, "v": side, "points": net } },
+        ] });
+        bench.write("a.loft.json", document.to_string());
+        let place = |x: f64, y: f64| json!({ "closest": [x * size, y * size, 0] });
+        let step = json!([
+            { "op": "refine", "object": "c", "knots": [0.25, place(2.0, 0.3)] },
+            { "op": "edit", "object": "c", "within": [0.25, place(4.0, 0.0)],
+              "constraints": [{ "kind": "position", "at": place(2.0, 0.3), "by": [0, 0.1 * size, 0] }] },
+            { "op": "isocurve", "object": "s", "u": [place(0.5, 1.0), 0.75], "v": place(0.5, 1.0) },
+        ]);
+        bench.write(
+            "r.json",
+            json!({ "input": "a.loft.json", "output": "o.loft.json", "step": step }).to_string(),
+        );
+        let report = bench.json(&["run", "r.json"]);
+        let said = report["steps"].to_string();
+        for told in [
+            "knots[1] = 1.0 on",
+            "within[1] = 2.0 on",
+            "constraints[0].at = 1.0 on",
+            "u[0] = 0.25 on",
+            "v = 0.25 on",
+        ] {
+            assert!(said.contains(told), "{size:e}: {told}: {said}");
+        }
+    }
+}
