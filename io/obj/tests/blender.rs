@@ -103,9 +103,9 @@ fn of_the_file(obj: &str, share: f64) -> Point {
     };
     let of = |word: &'static str| text.lines().filter(move |line| line.split(' ').next() == Some(word));
     let vertices: Vec<Vec<f64>> = of("v").map(|line| numbers(line, 1)).collect();
-    let degree = numbers(of("deg").last().unwrap(), 1)[0] as usize;
-    let curve = numbers(of("curv").last().unwrap(), 1);
-    let knots = numbers(of("parm").last().unwrap(), 2);
+    let degree = numbers(of("deg").next_back().unwrap(), 1)[0] as usize;
+    let curve = numbers(of("curv").next_back().unwrap(), 1);
+    let knots = numbers(of("parm").next_back().unwrap(), 2);
     let points: Vec<&Vec<f64>> = curve[2..]
         .iter()
         .map(|k| &vertices[if *k < 0.0 { vertices.len() as f64 + k } else { k - 1.0 } as usize])
