@@ -3,7 +3,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::shape::Shape;
 
-use crate::error::{DynamicsError, Result, check};
+use crate::error::{DynamicsError, Result, check, check_damping, check_mass};
 
 /// What a rope or a sheet is made of. Units are those of the document for lengths, seconds, and any unit of mass: forces are in
 /// mass · length / s².
@@ -43,7 +43,7 @@ impl Default for Material {
 
 impl Material {
     pub(crate) fn check(&self) -> Result<()> {
-        check("the mass", self.mass, false)?;
+        check_mass("the mass", self.mass)?;
         check("the stiffness", self.stiffness, true)?;
         check("the shear stiffness", self.shear, true)?;
         let rest = check("the rest length's factor", self.rest, false)?;
@@ -52,7 +52,7 @@ impl Material {
             return Err(DynamicsError::Number { what: "the rest length's factor", value: rest, needed });
         }
         check("the bending stiffness", self.bending, true)?;
-        check("the damping", self.damping, true)?;
+        check_damping("the damping", self.damping)?;
         check("the viscosity", self.viscosity, true)?;
         Ok(())
     }

@@ -168,8 +168,8 @@ pub enum DynamicsError {
     },
     /// A step so short that the run would not end.
     #[error(
-        "{} sub-steps would be needed for each step of {} s (stable ones are {} s long): the shape is very stiff for its mass; give scheme \
-         \"implicit\", a lower stiffness, or more mass",
+        "{} sub-steps would be needed for each step of {} s (stable ones are {} s long): the shape is very stiff or damped for its mass; give scheme \
+         \"implicit\", a lower stiffness (or damping), or more mass",
         Figure(*.needed), Figure(*.step), Figure(*.stable)
     )]
     TooStiff {
@@ -260,10 +260,40 @@ pub(crate) fn check_vector(what: &'static str, value: &Vector) -> Result<()> {
     }
 }
 
-/// A number that must be finite and positive, or not negative.
+/// Stiffness, bending and viscosity beyond these are mistakes.
+const STRONG: [f64; 2] = [1e-50, 1e50];
+/// Masses a unit of length or area beyond these are mistakes.
+const HEAVY: [f64; 2] = [1e-30, 1e30];
+/// Times in seconds beyond these are mistakes.
+const LONG: [f64; 2] = [1e-12, 1e9];
+/// What dies away faster, in 1/s, does so within what a step rounds.
+const DAMPED: f64 = 1e6;
+
+fn within([low, high]: [f64; 2], what: &'static str, value: f64, needed: &'static str) -> Result<f64> {
+    if (low..=high).contains(&value) { Ok(value) } else { Err(DynamicsError::Number { what, value, needed }) }
+}
+
+/// A strength that must be finite and positive, or not negative, and no mistake.
 pub(crate) fn check(what: &'static str, value: f64, zero: bool) -> Result<f64> {
-    let fine = value <= ABSURD && (value > 0.0 || zero && value == 0.0);
-    let needed =
-        if zero { "give a number of 0 or more, below 1e100" } else { "give a number above 0, below 1e100" };
-    if fine { Ok(value) } else { Err(DynamicsError::Number { what, value, needed }) }
+    match zero {
+        true if value == 0.0 => Ok(value),
+        true => within(STRONG, what, value, "give 0, or a number above 0: between 1e-50 and 1e50"),
+        false => within(STRONG, what, value, "give a number above 0: between 1e-50 and 1e50"),
+    }
+}
+
+/// A mass a unit of length or area.
+pub(crate) fn check_mass(what: &'static str, value: f64) -> Result<f64> {
+    within(HEAVY, what, value, "give a number above 0: between 1e-30 and 1e30")
+}
+
+/// A time in seconds.
+pub(crate) fn check_time(what: &'static str, value: f64) -> Result<f64> {
+    within(LONG, what, value, "give a number above 0: between 1e-12 and 1e9 seconds")
+}
+
+/// A rate in 1/s at which motion dies away.
+pub(crate) fn check_damping(what: &'static str, value: f64) -> Result<f64> {
+    let needed = "give a number of 0 or more, up to 1e6: then motion dies away within a microsecond";
+    within([0.0, DAMPED], what, value, needed)
 }

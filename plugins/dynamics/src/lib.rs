@@ -64,7 +64,7 @@ pub use operation::Simulate;
 pub use path::Path;
 pub use scheme::Scheme;
 pub use setup::Setup;
-pub use simulation::{Audit, Energy, Event, Settled, Simulation, Unrest};
+pub use simulation::{Audit, Corner, Energy, Event, Settled, Simulation, Unrest};
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 

@@ -46,18 +46,29 @@ impl Load {
         check("the stiffness of a pull", stiffness, false)?;
         to.points().iter().try_for_each(|p| check_vector("a coordinate of a pull's target", &p.coords))?;
         let stencil = shapes.get(body)?.stencil(at, Derivative::POSITION)?;
-        let offset = shapes.offset(body);
+        let kind = Kind::Pull { to, stiffness, damping: 0.0, mobility: 0.0 };
+        let mut pull = Self { body, at, offset: shapes.offset(body), stencil, kind, from, until };
+        pull.refit(shapes, space)?;
+        Ok(pull)
+    }
+
+    /// Prepares it for shapes as they are now, which may have other knots; `space` being that of their masses.
+    pub(crate) fn refit(&mut self, shapes: &Shapes<'_>, space: &mut RangeSpace) -> Result<()> {
+        self.stencil = shapes.get(self.body)?.stencil(self.at, Derivative::POSITION)?;
+        self.offset = shapes.offset(self.body);
+        let Self { stencil, offset, kind: Kind::Pull { stiffness, damping, mobility, .. }, .. } = self else {
+            return Ok(());
+        };
         let mut x = vec![0.0; 3 * space.vertices()];
-        stencil.iter().for_each(|(v, c)| x[3 * (offset + v)] += c);
+        stencil.iter().for_each(|(v, c)| x[3 * (*offset + v)] += c);
         space.clear();
         space.float(0, 0.0);
         space.factor();
         space.solve(&mut x, &[], &mut [], &mut []);
-        let mobility: f64 = stencil.iter().map(|(v, c)| c * x[3 * (offset + v)]).sum();
+        *mobility = stencil.iter().map(|(v, c)| c * x[3 * (*offset + v)]).sum();
         // Critically damped, for the mass that is felt there.
-        let damping = if mobility > 0.0 { 2.0 * (stiffness / mobility).sqrt() } else { 0.0 };
-        let kind = Kind::Pull { to, stiffness, damping, mobility };
-        Ok(Self { body, at, offset, stencil, kind, from, until })
+        *damping = if *mobility > 0.0 { 2.0 * (*stiffness / *mobility).sqrt() } else { 0.0 };
+        Ok(())
     }
 
     /// `ω²` of a pull: of its spring on the mass that is felt there.

@@ -13,7 +13,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::Up;
 use loftsman_kernel::scene::{Animation, Scene};
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Shape, cells_of, refine_of};
 use loftsman_kernel::text::{figure, short};
 use loftsman_kernel::{Point, Vector};
 
@@ -23,10 +23,10 @@ use self::marks::Spots;
 use self::report::report;
 use self::seams::Seams;
 use crate::body::{Body, Material};
-use crate::error::{DynamicsError, check};
+use crate::error::{DynamicsError, check, check_damping, check_mass, check_time};
 use crate::scheme::Scheme;
 use crate::setup::Setup;
-use crate::simulation::{Audit, Simulation};
+use crate::simulation::{Audit, Corner, Simulation};
 
 /// The operation `simulate`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -107,9 +107,23 @@ impl Operation for Simulate {
         }
         let steps = simulation.sub_steps();
         let event_seconds = (context.clock.seconds() - started) / steps.max(1) as f64;
+        let mut corners: Vec<Corner> = Vec::new();
         let settled = if run.settle {
             context.observer.proceed("settle", 0, 1)?;
-            let settled = simulation.settle()?;
+            let settled = match run.corners {
+                true => {
+                    let (settled, new) = simulation.settle_with_corners()?;
+                    corners = new;
+                    settled
+                }
+                false => simulation.settle()?,
+            };
+            for (index, frames) in frames.iter_mut().enumerate() {
+                let knots = inserted(&corners, index);
+                if !knots.is_empty() {
+                    refine_frames(run.first[index].as_ref(), &knots, frames)?;
+                }
+            }
             if run.frames > 0 && run.settle_frames {
                 keep(&simulation, &mut frames)?;
             }
@@ -137,6 +151,7 @@ impl Operation for Simulate {
         for (index, (seams, name)) in seams.iter().zip(&run.names).enumerate() {
             report.warnings.extend(seams.lost(name, simulation.shape(index)?));
         }
+        report.notes.extend(told(&corners, &simulation, &run.names)?);
         report.notes.extend(run.notes);
         report.notes.extend(run.seen.note());
         report.marks = spots.marks(&simulation, run.rate, &run.names, &run.seen, &run.first)?;
@@ -155,6 +170,55 @@ impl Operation for Simulate {
         *scene = moved;
         Ok(report)
     }
+}
+
+/// The knots that a body was given, in turn.
+fn inserted(corners: &[Corner], body: usize) -> Vec<f64> {
+    let own = corners.iter().filter(|corner| corner.body == body);
+    own.flat_map(|corner| std::iter::repeat_n(corner.at, corner.knots)).collect()
+}
+
+/// The same frames of a shape that has these knots as well.
+fn refine_frames(
+    shape: &dyn Shape,
+    knots: &[f64],
+    frames: &mut [Vec<Point>],
+) -> Result<(), loftsman_kernel::Error> {
+    let mut coarse = shape.boxed();
+    for frame in frames {
+        coarse.control_vertices_mut().copy_from_slice(frame);
+        *frame = refine_of(coarse.as_ref(), "a frame")?.refined(0, knots)?.control_vertices().to_vec();
+    }
+    Ok(())
+}
+
+/// So many corners have a line each.
+const CORNERS: usize = 20;
+
+/// Which corners there are now, in words.
+fn told(
+    corners: &[Corner],
+    simulation: &Simulation,
+    names: &[String],
+) -> Result<Vec<String>, OperationError> {
+    let mut lines = Vec::new();
+    for Corner { constraint, body, at, knots } in corners.iter().take(CORNERS) {
+        let at = figure(*at);
+        let knots = match knots {
+            0 => format!("at the knot {at}"),
+            1 => format!("at {at}, where a knot was inserted"),
+            _ => format!("at {at}, where {knots} knots were inserted"),
+        };
+        lines.push(format!(
+            "{:?} turns at \"{}\": it has a corner there, {knots}, so that both sides are stretched alike (`corners = false` for none)",
+            names[*body],
+            simulation.name_of(*constraint)?,
+        ));
+    }
+    if let more @ 1.. = corners.len().saturating_sub(CORNERS) {
+        lines.push(format!("… and {more} more corners"));
+    }
+    Ok(lines)
 }
 
 /// The error at the place of the one constraint, force or pull that it is about, where it is about one: `asked` are their
@@ -187,6 +251,7 @@ struct Run {
     frames: usize,
     settle: bool,
     settle_frames: bool,
+    corners: bool,
     notes: Vec<String>,
 }
 
@@ -261,7 +326,8 @@ impl Run {
                     None => (own, true),
                 },
             };
-            let body = Body::new(&shapes[index]).called(name).material(stiffened(made, &shapes[index], fall));
+            let body =
+                Body::new(&shapes[index]).called(name).material(stiffened(made, &shapes[index], fall)?);
             bodies.push(if stays { body.still() } else { body });
             still.push(stays);
         }
@@ -282,6 +348,7 @@ impl Run {
         for pull in pulls {
             setup = setup.pull(pull);
         }
+        check_all(parameters, &TIMES)?;
         if parameters.has("step") {
             setup = setup.step(parameters.number("step")?);
         }
@@ -304,6 +371,11 @@ impl Run {
             );
             return Err(parameters.error("settle_frames", problem).into());
         }
+        if parameters.has("corners") && !settle {
+            let problem = "corners come where rest is looked for: give `settle = true`, or leave it out";
+            return Err(parameters.error("corners", problem).into());
+        }
+        let corners = !parameters.has("corners") || parameters.flag("corners")?;
         Ok(Self {
             asked,
             setup,
@@ -316,6 +388,7 @@ impl Run {
             frames,
             settle,
             settle_frames,
+            corners,
             notes,
         })
     }
@@ -386,15 +459,33 @@ fn gravity(
     Ok((up * -fall, fall))
 }
 
-/// The numbers of a material: their fields, what they are, and whether they may be 0.
-const NUMBERS: [(&str, &str, bool); 6] = [
-    ("stiffness", "the stiffness", false),
-    ("mass", "the mass", false),
-    ("shear", "the shear stiffness", true),
-    ("bending", "the bending stiffness", true),
-    ("damping", "the damping", true),
-    ("viscosity", "the viscosity", true),
+/// The numbers of a material: their fields, and what is asked of each.
+type Checked = (&'static str, fn(f64) -> Result<f64, DynamicsError>);
+const NUMBERS: [Checked; 6] = [
+    ("stiffness", |value| check("the stiffness", value, false)),
+    ("mass", |value| check_mass("the mass", value)),
+    ("shear", |value| check("the shear stiffness", value, true)),
+    ("bending", |value| check("the bending stiffness", value, true)),
+    ("damping", |value| check_damping("the damping", value)),
+    ("viscosity", |value| check("the viscosity", value, true)),
 ];
+/// And of times.
+const TIMES: [Checked; 2] = [
+    ("step", |value| check_time("the step", value)),
+    ("draw", |value| check_time("the time in which constraints are drawn in", value)),
+];
+
+/// Looks at those of the fields that are there.
+fn check_all(parameters: &Parameters, all: &[Checked]) -> Result<(), ParameterError> {
+    for (field, checked) in all {
+        if parameters.has(field)
+            && let Err(error) = checked(parameters.number(field)?)
+        {
+            return Err(parameters.error(field, error.to_string()));
+        }
+    }
+    Ok(())
+}
 
 fn material(parameters: &Parameters, other: Material) -> Result<Material, ParameterError> {
     let number = |name: &str, or: f64| if parameters.has(name) { parameters.number(name) } else { Ok(or) };
@@ -404,13 +495,7 @@ fn material(parameters: &Parameters, other: Material) -> Result<Material, Parame
         return Err(parameters.error("stiffness", problem));
     }
     // At its place in the recipe, and with 0 only where it means something.
-    for (field, what, zero) in NUMBERS {
-        if parameters.has(field)
-            && let Err(error) = check(what, parameters.number(field)?, zero)
-        {
-            return Err(parameters.error(field, error.to_string()));
-        }
-    }
+    check_all(parameters, &NUMBERS)?;
     let shear = if parameters.has("shear") {
         parameters.number("shear")?
     } else if parameters.has("stiffness") {
@@ -430,18 +515,30 @@ fn material(parameters: &Parameters, other: Material) -> Result<Material, Parame
 }
 
 /// What is not said of its stiffness follows from its weight: that of its own length, of a surface of its own size.
-fn stiffened(mut material: Material, shape: &dyn Shape, fall: f64) -> Material {
+fn stiffened(mut material: Material, shape: &dyn Shape, fall: f64) -> Result<Material, OperationError> {
     if material.stiffness.is_nan() {
-        let vertices = shape.control_vertices();
-        let length = if shape.domain().len() == 1 {
-            vertices.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>()
-        } else {
-            crate::body::extent(vertices)
-        };
-        material.stiffness = STIFF * material.mass * fall * length;
+        material.stiffness = STIFF * material.mass * fall * reach(shape)?;
     }
     if material.shear.is_nan() {
         material.shear = 0.5 * material.stiffness;
     }
-    material
+    Ok(material)
+}
+
+/// Gauss points more than its degree in each span.
+const MORE: usize = 8;
+
+/// The arc length of a curve, the largest extent of a surface: of the shape itself, whatever its control vertices.
+fn reach(shape: &dyn Shape) -> Result<f64, OperationError> {
+    if shape.domain().len() != 1 {
+        return Ok(crate::body::extent(shape.control_vertices()));
+    }
+    let mut length = 0.0;
+    for cell in cells_of(shape, "a length")?.checked(shape)? {
+        let degree = cell.sides.first().map_or(0, |side| side.degree);
+        for (at, weight) in cell.gauss_points([degree + MORE, 0]) {
+            length += weight * shape.stencil(at, 1.into())?.apply(shape.control_vertices()).norm();
+        }
+    }
+    Ok(length)
 }

@@ -7,14 +7,14 @@ use loftsman_kernel::solve::{RangeSpace, Weight};
 use crate::body::{Body, extent};
 use crate::constraint::{Force, Hold, Pull};
 use crate::elastic::{Elastic, unbending};
-use crate::error::{DynamicsError, Result, check, check_vector};
+use crate::error::{DynamicsError, Result, check, check_time, check_vector};
 use crate::link::Link;
 use crate::load::Load;
 use crate::mass::Mass;
 use crate::place::{check_constraint, on_shape, slide_of};
 use crate::scheme::Scheme;
-use crate::simulation::{Moving, Simulation};
-use crate::stability::{highest, longest_step};
+use crate::simulation::{Moving, Simulation, stable_step};
+use crate::stability::highest;
 
 /// A simulation to be: bodies, what holds them, what moves them.
 ///
@@ -148,9 +148,9 @@ impl Setup {
         let Self { bodies, gravity, mut constraints, forces, pulls, scheme, epsilon, step, draw } = self;
         check_vector("gravity", &gravity)?;
         check("epsilon", epsilon, false)?;
-        check("the time in which constraints are drawn in", draw, false)?;
+        check_time("the time in which constraints are drawn in", draw)?;
         if let Some(step) = step {
-            check("the step", step, false)?;
+            check_time("the step", step)?;
         }
         constraints
             .iter()
@@ -207,11 +207,6 @@ impl Setup {
             });
         }
         let mut space = RangeSpace::new(weights.iter().cloned());
-        let stable = moving
-            .iter()
-            .filter(|body| body.mass.is_some())
-            .map(|body| longest_step(body.highest, &body.body.material))
-            .fold(f64::INFINITY, f64::min);
         let (links, loads) = {
             let shapes = Shapes::new(moving.iter().map(|body| body.body.shape.as_ref()));
             let links = constraints
@@ -232,10 +227,7 @@ impl Setup {
             }
             (links, loads)
         };
-        // A pull is a spring: its frequencies add to those of the body.
-        let stiffest = loads.iter().map(Load::frequency).fold(0.0, f64::max);
-        let stable =
-            if stiffest > 0.0 { 1.0 / (1.0 / (stable * stable) + 4.0 * stiffest).sqrt() } else { stable };
+        let stable = stable_step(&moving, &loads);
         let mut simulation = Simulation::new(moving, gravity, links, loads, space, scheme, size);
         simulation.limits(step, stable, epsilon * lightest);
         simulation.begin()?;

@@ -7,7 +7,7 @@ mod slides;
 use std::sync::Arc;
 
 use loftsman_kernel::functional::{Functional, Linearity, Shapes};
-use loftsman_kernel::shape::{Splines, cells_of};
+use loftsman_kernel::shape::{Location, Splines, cells_of};
 
 pub(crate) use self::curving::Curving;
 pub(crate) use self::rows::Desk;
@@ -61,6 +61,8 @@ pub(crate) struct Link {
     turns: Vec<(f64, usize)>,
     /// Of a loop of a curve of degree 1 or 2: where its spans end.
     spans: Vec<f64>,
+    /// Which of its parameters stay where they are while rest is looked for.
+    pub(crate) pinned: Vec<bool>,
     /// Its equations in the system of the present step, and their multipliers.
     pub(crate) first: usize,
     pub(crate) equations: usize,
@@ -150,6 +152,7 @@ impl Link {
             rates: vec![0.0; count],
             accelerations: vec![0.0; count],
             turns: vec![(0.0, 0); count],
+            pinned: vec![false; count],
             spans,
             first: 0,
             equations: 0,
@@ -159,6 +162,28 @@ impl Link {
         };
         link.settle_targets(shapes)?;
         Ok(link)
+    }
+
+    /// Whether it may know control vertices by their numbers: then it means others once knots are inserted.
+    pub(crate) fn knows_vertices(&self) -> bool {
+        let all = || self.parts.iter().flat_map(|part| &part.terms);
+        self.places.iter().any(|place| matches!(place.location, Location::Vertex(_)))
+            || all().any(|term| term.order.is_none() && term.functional.location().is_none())
+            || self.places.iter().any(|place| all().any(|term| term.functional.by_number(place.body)))
+    }
+
+    /// One of its places stays where it is.
+    pub(crate) fn pin(&mut self, place: usize) {
+        let before = self.places.iter().take(place).filter(|place| place.floats);
+        let first: usize = before.map(|place| place.location.parameters()).sum();
+        let count = self.places.get(place).map_or(0, |place| place.location.parameters());
+        self.pinned.iter_mut().skip(first).take(count).for_each(|pinned| *pinned = true);
+    }
+
+    /// What it knows of shapes, where these have other knots now.
+    pub(crate) fn refit(&mut self, shapes: &Shapes<'_>) -> Result<()> {
+        self.spans = spans_of_a_loop(&self.places, shapes)?;
+        Ok(())
     }
 
     /// What is kept gets the value that it has; what is given must be as many numbers as there are.

@@ -16,7 +16,7 @@ use crate::path::Path;
 /// What tables are read by.
 pub(super) struct Words<'a> {
     pub(super) registry: &'a Registry,
-    /// When all ends.
+    /// When all ends; 0 where nothing moves, and rest is looked for at once: paths are at their ends then.
     pub(super) seconds: f64,
 }
 
@@ -71,15 +71,23 @@ fn own_kind(
             let other = self::body(table, "other", names)?;
             return Ok(tied(spot("at", "near", body)?, spot("other_at", "other_near", other)?));
         }
-        "sliding-tangent" if table.has("to") => {
-            sliding(table.location("near")?).tangent(table.vector("direction")?)
+        "sliding-tangent" => {
+            let (near, direction) = (table.location("near")?, table.vector("direction")?);
+            if direction == Vector::zeros() {
+                let problem = "the first derivative is to be the zero vector: the curve would stand still there; give a direction, as long as the \
+                               derivative is to be";
+                return Err(table.error("direction", problem).into());
+            }
+            match table.has("to") {
+                true => sliding(near).tangent(direction),
+                false => sliding_tangent(near, direction),
+            }
         }
-        "sliding-tangent" => sliding_tangent(table.location("near")?, table.vector("direction")?),
         _ if table.has("to") => sliding(table.location("near")?).curvature(table.vector("curvature")?),
         _ => sliding_curvature(table.location("near")?, table.vector("curvature")?),
     };
     if table.has("to") {
-        found = found.to(path(table, from, until.min(words.seconds))?);
+        found = found.to(path(table, from, until, words)?);
     }
     if table.has("axis") {
         found = found.axes(axes(table)?);
@@ -129,6 +137,13 @@ fn other_kind(
     };
     // A kind may have a field of its own by the name of one of these: then it is the kind's, as in edits.
     let own = |name: &str| declared.fields.iter().any(|field| field.name == name);
+    if table.has("near") && !own("near") {
+        let problem = format!(
+            "\"{kind}\" holds at a location that stays: give `at`. What slides are points, derivatives (`sliding-tangent`, `sliding-curvature`) and \
+             kinds with a field `near` of their own; how \"{kind}\" changes along the shape is not known"
+        );
+        return Err(table.error("near", problem).into());
+    }
     let rest: Vec<&str> =
         ["from", "until", "name", "to", "keep", "axis"].into_iter().filter(|name| !own(name)).collect();
     let functional = functional_from(words.registry, &table.without(&rest), names)?;
@@ -172,7 +187,8 @@ fn times(table: &Parameters) -> Result<(f64, f64), ParameterError> {
 }
 
 /// A place, or places from one time to another; `arrive` is when the last is reached.
-fn path(table: &Parameters, from: f64, until: f64) -> Result<Path, OperationError> {
+fn path(table: &Parameters, from: f64, until: f64, words: &Words<'_>) -> Result<Path, OperationError> {
+    let until = until.min(words.seconds);
     let several = table.list("to")?.first().is_some_and(|first| !first.is_number());
     let points: Vec<Point> = if several { table.points("to")? } else { vec![table.point("to")?] };
     let arrive = if table.has("arrive") { table.number("arrive")? } else { until };
@@ -182,7 +198,8 @@ fn path(table: &Parameters, from: f64, until: f64) -> Result<Path, OperationErro
     if points.is_empty() {
         return Err(table.error("to", "a path needs at least one point").into());
     }
-    Ok(Path::new(points, from, arrive.max(from))?)
+    let arrive = if words.seconds > 0.0 { arrive.max(from) } else { from };
+    Ok(Path::new(points, from, arrive)?)
 }
 
 pub(super) fn pull(
@@ -192,7 +209,7 @@ pub(super) fn pull(
 ) -> Result<Pull, OperationError> {
     table.check(&PULL)?;
     let (from, until) = times(table)?;
-    let to = path(table, from, until.min(words.seconds))?;
+    let to = path(table, from, until, words)?;
     let stiffness = table.number("stiffness")?;
     let pull = crate::constraint::pull(table.location("at")?, to, stiffness);
     Ok(pull.on(body(table, "object", names)?).during(from, until))

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::plugin::{Declaration, Field, Table};
 
-pub(super) const FIELDS: [Field; 21] = [
+pub(super) const FIELDS: [Field; 22] = [
     Field::optional("object", "text", "the only curve or surface", "what moves"),
     Field::optional("seconds", "number", "this or settle is needed", "how long it moves"),
     Field::optional(
@@ -62,6 +62,12 @@ pub(super) const FIELDS: [Field; 21] = [
         "number (seconds)",
         "0.05",
         "the time in which a constraint draws in what it misses when it comes",
+    ),
+    Field::optional(
+        "corners",
+        "true | false",
+        "true",
+        "with settle: where a curve without bending turns at a place that slides it is given knots for a corner, and both sides rest stretched alike",
     ),
     Field::optional(
         "settle_frames",

@@ -133,7 +133,8 @@ pub(super) fn report(
         let location = Some(places.collect::<Vec<_>>()).filter(|all| !all.is_empty());
         constraints.push(ConstraintReport {
             name: simulation.name_of(index)?.into(),
-            residual: *residual,
+            // Of what holds no more there is none: null in JSON.
+            residual: if simulation.holds(index)? { *residual } else { f64::NAN },
             location: location.filter(|_| simulation.holds(index).unwrap_or(false)),
             multipliers: simulation.force_of(index)?.to_vec(),
             ..ConstraintReport::default()
@@ -225,7 +226,11 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
             }
         }
         let name = simulation.name_of(index)?;
-        let corner = if simulation.on_corners(index)?.contains(&true) { ", on a corner" } else { "" };
+        let corner = match (simulation.on_corners(index)?.contains(&true), simulation.order(index)?) {
+            (false, _) => "",
+            (true, 0) => ", on a corner",
+            (true, _) => ", on a knot, where what it holds is no more than continuous",
+        };
         lines.push(format!("\"{name}\" ends at {}, in [{point}]{corner}", told.join(" and ")));
     }
     if more > 0 {

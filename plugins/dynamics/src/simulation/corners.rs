@@ -116,6 +116,18 @@ impl Simulation {
     }
 }
 
+impl Simulation {
+    /// The highest order of derivative that a constraint holds at a place that slides; 0 of points.
+    ///
+    /// # Errors
+    /// When there are not as many constraints.
+    pub(crate) fn order(&self, constraint: usize) -> Result<usize> {
+        let link = self.link(constraint)?;
+        let floats = (0..link.places.len()).filter(|place| link.places[*place].floats);
+        Ok(floats.map(|place| link.order_at(place)).max().unwrap_or(0))
+    }
+}
+
 impl Corners {
     pub(super) fn new(simulation: &Simulation) -> Result<Self> {
         let mut all = Vec::with_capacity(simulation.links.len());
@@ -167,16 +179,19 @@ impl Simulation {
         let mut tried = false;
         tangent.stays.clear();
         for (link, own) in self.links.iter().zip(&mut corners.all).filter(|(link, _)| link.is_held()) {
-            for ((slide, at), (places, state)) in link.slides.iter().zip(floats(link)).zip(own) {
+            let pinned = link.pinned.iter().copied();
+            for (((slide, at), (places, state)), pinned) in
+                link.slides.iter().zip(floats(link)).zip(own).zip(pinned)
+            {
                 *state = match (*state, is_on(places, slide, at)) {
                     (_, false) => State::Free,
                     (State::Free, true) => State::Stays,
                     (state, true) => {
-                        tried |= state == State::Stays;
+                        tried |= state == State::Stays && !pinned;
                         state
                     }
                 };
-                tangent.stays.push(still || *state == State::Stays);
+                tangent.stays.push(still || pinned || *state == State::Stays);
             }
         }
         if tried && !still && fairly {
@@ -191,10 +206,11 @@ impl Simulation {
         let mut parameter = 0;
         for (link, own) in self.links.iter_mut().zip(&mut corners.all).filter(|(link, _)| link.is_held()) {
             let mut by: SmallVec<[f64; 4]> = SmallVec::new();
-            for (slide, (_, state)) in link.slides.iter().zip(own) {
+            for ((slide, (_, state)), pinned) in link.slides.iter().zip(own).zip(&link.pinned) {
                 let (a, b) = (behind[parameter], ahead[parameter]);
                 // Those that came just now have no forces of theirs yet.
                 let leaves = *state == State::Stays
+                    && !pinned
                     && tangent.tried.get(parameter) == Some(&true)
                     && !(a >= 0.0 && b <= 0.0);
                 if leaves {

@@ -58,6 +58,11 @@ impl Start {
         for (kept, body) in self.vertices.iter().zip(&mut simulation.bodies) {
             body.body.shape.control_vertices_mut().copy_from_slice(kept);
         }
+        self.back_to_places(simulation);
+    }
+
+    /// The same of constraints alone: bodies may have other vertices now.
+    pub(super) fn back_to_places(&self, simulation: &mut Simulation) {
         for ((places, phase, multipliers), link) in self.places.iter().zip(&mut simulation.links) {
             link.put(places);
             link.phase.clone_from(phase);

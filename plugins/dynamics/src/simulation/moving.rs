@@ -9,7 +9,7 @@ use crate::error::{DynamicsError, Result};
 use crate::mass::Mass;
 
 /// A body, and what is prepared of it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Moving {
     pub(crate) body: Body,
     /// A shape whose control vertices are velocities.

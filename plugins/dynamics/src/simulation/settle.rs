@@ -5,6 +5,7 @@ use loftsman_kernel::shape::Location;
 use super::descent::Start;
 use super::equilibrium::{Found, Search};
 use super::implicit::Implicit;
+use super::kinks::Corner;
 use super::{Moving, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::Link;
@@ -71,12 +72,21 @@ impl Simulation {
     /// When nothing holds it, or nothing any more, where its weight or a force draws it; when stiffness drowns the mass; when numbers grow beyond all
     /// bounds. Where rest is not found it ends in the best state that was, and [`Settled`] says how far from rest that is.
     pub fn settle(&mut self) -> Result<Settled> {
+        self.settle_as(None)
+    }
+
+    /// The same, with corners where there is a list for them.
+    pub(super) fn settle_as(&mut self, corners: Option<&mut Vec<Corner>>) -> Result<Settled> {
         let (time, worst, told) = (self.time, self.worst, self.events.len());
         self.come_and_go()?;
         (self.settling, self.held) = (true, None);
         let settled = self.go_to_rest().and_then(|settled| match settled.rests {
             true => self.rest_over_spans(settled),
             false => Ok(settled),
+        });
+        let settled = settled.and_then(|settled| match corners {
+            Some(corners) if settled.rests => self.rest_at_corners(settled, corners),
+            _ => Ok(settled),
         });
         self.rest();
         self.note_events();
@@ -361,7 +371,10 @@ impl Simulation {
             (a, b) if a * b <= 0.0 => a.abs().min(b.abs()).min(own.abs()),
             (a, b) => a.abs().min(b.abs()),
         };
-        Ok(behind.iter().zip(&ahead).zip(&here).map(left).fold(0.0, f64::max))
+        let held = self.links.iter().filter(|link| link.is_held());
+        let pinned = held.flat_map(|link| link.pinned.iter().copied());
+        let moves = behind.iter().zip(&ahead).zip(&here).zip(pinned).filter(|(_, pinned)| !pinned);
+        Ok(moves.map(|(pulls, _)| left(pulls)).fold(0.0, f64::max))
     }
 
     /// The forces along shapes at places that slide, forth of which is positive: close behind them, close ahead of them, and there, by parameters.

@@ -26,31 +26,7 @@ impl Simulation {
             if moving.mass.is_none() {
                 continue;
             }
-            let Some(interval) = moving.body.shape.domain().first().copied() else { continue };
-            let whole = interval.end - interval.start;
-            // Where it is held, as ways from here: of what is closed, round the seam.
-            let held = self.links.iter().filter(|link| link.is_held()).flat_map(|link| &link.places);
-            let loads =
-                self.loads.iter().filter(|load| load.acts(self.time)).map(|load| (load.body, load.at));
-            let others = held.map(|other| (other.body, other.location)).chain(loads);
-            let others = others.filter(|other| other.0 == place.body).filter_map(|other| match other.1 {
-                Location::Curve(u) if u != at => Some(u - at),
-                _ => None,
-            });
-            let (mut behind, mut ahead) = match interval.periodic {
-                true => (whole, whole),
-                false => (at - interval.start, interval.end - at),
-            };
-            for way in others {
-                if interval.periodic {
-                    (behind, ahead) =
-                        (behind.min((-way).rem_euclid(whole)), ahead.min(way.rem_euclid(whole)));
-                } else if way < 0.0 {
-                    behind = behind.min(-way);
-                } else {
-                    ahead = ahead.min(way);
-                }
-            }
+            let [behind, ahead] = self.ways(place.body, at)?;
             all.push([
                 self.stretch_between(place.body, at - behind, at)?,
                 self.stretch_between(place.body, at, at + ahead)?,
@@ -59,8 +35,39 @@ impl Simulation {
         Ok(all)
     }
 
+    /// How far it is along a curve, in parameters, from a place to the next on both sides where a constraint holds it or a force or pull acts, or to its end: behind
+    /// and ahead.
+    pub(super) fn ways(&self, body: usize, at: f64) -> Result<[f64; 2]> {
+        let Some(interval) = self.bodies[body].body.shape.domain().first().copied() else {
+            return Ok([0.0; 2]);
+        };
+        let whole = interval.end - interval.start;
+        // Where it is held, as ways from here: of what is closed, round the seam.
+        let held = self.links.iter().filter(|link| link.is_held()).flat_map(|link| &link.places);
+        let loads = self.loads.iter().filter(|load| load.acts(self.time)).map(|load| (load.body, load.at));
+        let others = held.map(|other| (other.body, other.location)).chain(loads);
+        let others = others.filter(|other| other.0 == body).filter_map(|other| match other.1 {
+            Location::Curve(u) if u != at => Some(u - at),
+            _ => None,
+        });
+        let (mut behind, mut ahead) = match interval.periodic {
+            true => (whole, whole),
+            false => (at - interval.start, interval.end - at),
+        };
+        for way in others {
+            if interval.periodic {
+                (behind, ahead) = (behind.min((-way).rem_euclid(whole)), ahead.min(way.rem_euclid(whole)));
+            } else if way < 0.0 {
+                behind = behind.min(-way);
+            } else {
+                ahead = ahead.min(way);
+            }
+        }
+        Ok([behind, ahead])
+    }
+
     /// The mean stretch of a curve between two parameters, which may be beyond the seam of a closed one by less than its whole domain.
-    fn stretch_between(&self, body: usize, from: f64, to: f64) -> Result<f64> {
+    pub(super) fn stretch_between(&self, body: usize, from: f64, to: f64) -> Result<f64> {
         let moving = &self.bodies[body];
         let shape = moving.body.shape.as_ref();
         let (mut now, mut rest) = (0.0, 0.0);

@@ -108,11 +108,13 @@ impl Simulation {
         self.links[slider.link].put(&places);
         let found = match self.find_rest(Search { rested: None, still: true, most: PATIENCE }) {
             Ok(found) => {
-                *spent += found.steps;
+                *spent += found.steps.max(1);
                 found
             }
-            // There it goes beyond all numbers, or what holds it contradicts itself: not a place to rest.
+            // There it goes beyond all numbers, or what holds it contradicts itself: not a place to rest. How many steps that took is not told: it counts
+            // as all that it might.
             Err(DynamicsError::NoRest | DynamicsError::Torn { .. } | DynamicsError::Conflict { .. }) => {
+                *spent += PATIENCE;
                 start.back(self);
                 return Ok(false);
             }

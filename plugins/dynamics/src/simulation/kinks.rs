@@ -1,0 +1,463 @@
+//! Corners where ropes turn at places that slide.
+//!
+//! A rope that does not bend turns at a ring at a point; a spline turns within its spans, so that a ring in it rests where its sides pull alike along the tangent
+//! within a span, and not where they are stretched alike. A knot of the multiplicity of the degree lets the curve turn at a point, and the place rests on it
+//! for a whole range of differences between its sides: between the pulls of both is zero. Where in that range the rope itself rests is a condition on the knot: that
+//! moving it along the rope changes the energy of rest by nothing, which for what is stretched alone is the same strain on both sides (`dE/dℓ = -k ε - k ε²/2` of a
+//! side of the length `ℓ` at rest). So the knot is moved until they are the same: by Newton's steps, the sides taken for straight ones at first, and
+//! after that by what steps have shown (Broyden 1965), each time inserted into the curve as it was.
+
+use loftsman_kernel::Vector;
+use loftsman_kernel::shape::{Derivative, Location, Shape, Side, cells_of, refine_of};
+use loftsman_kernel::solve::{RangeSpace, Weight};
+use nalgebra::{DMatrix, DVector};
+
+use super::advance::Before;
+use super::descent::Start;
+use super::equilibrium::Search;
+use super::implicit::Implicit;
+use super::settle::Settled;
+use super::{Moving, Simulation, shapes};
+use crate::elastic::Elastic;
+use crate::error::{DynamicsError, Result};
+use crate::mass::Mass;
+use crate::scheme::Scheme;
+use crate::stability::{highest, longest_step};
+
+/// A rope turns at a place that pulls across it by this share of its tension, or more: by 3 degrees.
+const TURNS: f64 = 0.05;
+/// Knots are moved so often at most, and rest is looked for in so many steps each time.
+const ROUNDS: usize = 30;
+const PATIENCE: usize = 200;
+/// Strains are the same on both sides to this; what comes no nearer than the second, as a share of strain, is given up.
+const SAME: f64 = 1e-8;
+const ALIKE: f64 = 2e-3;
+/// A knot goes no farther in a step than this share of a side, and stays this share away from its ends.
+const FAR: f64 = 0.3;
+/// Nearer to a knot than this share of a domain, it is that knot.
+const MEETS: f64 = 1e-9;
+/// More places than this are not looked at together.
+const MOST: usize = 100;
+
+/// A corner that a curve was given where it turns at a place that slides along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// The constraint whose place is there.
+    pub constraint: usize,
+    /// The body that turns there.
+    pub body: usize,
+    /// The knot.
+    pub at: f64,
+    /// How many were inserted there, so that it is as many as the degree.
+    pub knots: usize,
+}
+
+/// A place at which a curve turns.
+struct Kink {
+    link: usize,
+    place: usize,
+    body: usize,
+}
+
+/// What all was before it had corners.
+struct Smooth {
+    bodies: Vec<Moving>,
+    start: Start,
+}
+
+impl Simulation {
+    /// As [`settle`](Self::settle); where a curve without bending turns at a place that slides along it, by 3 degrees or more, it is given a corner there: knots of the multiplicity
+    /// of its degree, so that it has more control vertices afterwards. They are where both sides are stretched alike at the place, to 1e-8; where such a
+    /// rest is not found (as in a loop that is drawn shut), all is as `settle` leaves it. Which corners there are now is returned. Costs as many settlings
+    /// as the knots are moved, some five.
+    ///
+    /// # Errors
+    /// As for [`settle`](Self::settle).
+    pub fn settle_with_corners(&mut self) -> Result<(Settled, Vec<Corner>)> {
+        let mut corners = Vec::new();
+        let settled = self.settle_as(Some(&mut corners))?;
+        Ok((settled, corners))
+    }
+
+    /// Of something at rest: the corners that it is given where it turns at places that slide, and how it rests then.
+    pub(super) fn rest_at_corners(&mut self, settled: Settled, corners: &mut Vec<Corner>) -> Result<Settled> {
+        let kinks = self.kinks()?;
+        if kinks.is_empty() || kinks.len() > MOST {
+            return Ok(settled);
+        }
+        let mut start = Start::default();
+        start.remember(self);
+        let smooth = Smooth { bodies: self.bodies.clone(), start };
+        let found = self.move_corners(&kinks, &smooth);
+        self.links.iter_mut().for_each(|link| link.pinned.fill(false));
+        let again = match found {
+            // Nothing holds it to its corners any more; and there it rests.
+            Ok(Some((knots, steps))) => {
+                self.rest_there(&kinks, &knots).map(|rest| rest.map(|rest| (knots, steps, rest)))
+            }
+            Ok(None) => Ok(None),
+            Err(error) => Err(error),
+        };
+        let (knots, steps, rest) = match again {
+            Ok(Some(found)) => found,
+            other => {
+                self.replace(smooth.bodies)?;
+                smooth.start.back(self);
+                self.recollect()?;
+                return match other {
+                    // There it goes beyond all numbers, or what is held contradicts itself: no rest with corners.
+                    Ok(_)
+                    | Err(
+                        DynamicsError::NoRest
+                        | DynamicsError::Torn { .. }
+                        | DynamicsError::Conflict { .. }
+                        | DynamicsError::Collapsed { .. }
+                        | DynamicsError::Massless { .. },
+                    ) => Ok(settled),
+                    Err(error) => Err(error),
+                };
+            }
+        };
+        corners.extend(kinks.iter().zip(&knots).map(|(kink, (at, knots))| Corner {
+            constraint: kink.link,
+            body: kink.body,
+            at: *at,
+            knots: *knots,
+        }));
+        let steps = settled.steps + steps + rest.steps;
+        Ok(Settled { steps, ..rest })
+    }
+
+    /// Where it rests from here, if each place stays on its corner.
+    fn rest_there(&mut self, kinks: &[Kink], knots: &[(f64, usize)]) -> Result<Option<Settled>> {
+        let found = self.find_rest(Search { rested: None, still: false, most: PATIENCE })?;
+        let stays = kinks.iter().zip(knots).all(|(kink, (at, _))| {
+            let link = &self.links[kink.link];
+            link.is_held() && link.places[kink.place].location == Location::Curve(*at)
+        });
+        let settled = Settled {
+            residual: found.residual,
+            way: found.way,
+            steps: found.steps,
+            rests: found.rests,
+            stable: found.stable,
+            unrest: None,
+        };
+        Ok((stays && found.ends && found.rests).then_some(settled))
+    }
+
+    /// The places at which curves turn that do not bend, and can be given knots.
+    fn kinks(&self) -> Result<Vec<Kink>> {
+        let mut all = Vec::new();
+        for (link, own) in self.links.iter().enumerate().filter(|(_, own)| own.is_held()) {
+            let force = own.multipliers.iter().map(|f| f * f).sum::<f64>().sqrt();
+            for (place, at) in own.places.iter().enumerate().filter(|(_, place)| place.floats) {
+                let (Location::Curve(u), moving) = (at.location, &self.bodies[at.body]) else { continue };
+                let Some(elastic) = &moving.elastic else { continue };
+                let shape = moving.body.shape.as_ref();
+                let known = shape.refine().is_some()
+                    && cells_of(shape, "a corner").is_ok_and(|cells| cells.splines().is_some())
+                    && !self.links.iter().any(|link| link.is_held() && link.knows_vertices())
+                    && self.applied.iter().all(|force| *force == 0.0);
+                let inside = shape
+                    .domain()
+                    .first()
+                    .is_some_and(|side| side.periodic || u > side.start && u < side.end);
+                if elastic.bend.is_some() || own.order_at(place) > 0 || !known || !inside {
+                    continue;
+                }
+                // Of the sides, for where it turns within a span it may be pushed together.
+                let [behind, ahead] = self.ways(at.body, u)?;
+                let strain = self.stretch_between(at.body, u - behind, u)?;
+                let strain = strain.max(self.stretch_between(at.body, u, u + ahead)?);
+                if strain > 0.0 && force > TURNS * strain * elastic.given {
+                    all.push(Kink { link, place, body: at.body });
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// Moves knots until strains on both sides of each are the same: where they are then, how many were inserted, and in how many steps.
+    fn move_corners(
+        &mut self,
+        kinks: &[Kink],
+        smooth: &Smooth,
+    ) -> Result<Option<(Vec<(f64, usize)>, usize)>> {
+        let count = kinks.len();
+        let start = |kink: &Kink| self.links[kink.link].places[kink.place].location.on_curve();
+        let start: Vec<f64> = kinks.iter().map(start).collect::<loftsman_kernel::Result<_>>()?;
+        let mut at = DVector::from_vec(start);
+        let mut steps = 0;
+        // The last that was found: knots, differences of strain, and how these change.
+        let mut last: Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> = None;
+        let mut best: Option<(f64, DVector<f64>)> = None;
+        let mut done = false;
+        for _ in 0..ROUNDS {
+            let Some((knots, taken)) = self.rest_with_knots(kinks, smooth, at.as_slice())? else {
+                // Half as far.
+                let Some((before, ..)) = &last else { return Ok(None) };
+                at = (&at + before) * 0.5;
+                continue;
+            };
+            steps += taken;
+            let strains: Vec<[f64; 2]> = (kinks.iter().zip(at.iter()))
+                .map(|(kink, at)| self.strains_beside(kink.body, *at))
+                .collect::<Result<_>>()?;
+            let apart = DVector::from_iterator(count, strains.iter().map(|[behind, ahead]| ahead - behind));
+            let largest = strains.iter().flatten().fold(0.0_f64, |most, strain| most.max(strain.abs()));
+            let off = apart.amax();
+            if off <= SAME * (1.0 + largest) || done {
+                return Ok((off <= ALIKE * largest).then_some((knots, steps)));
+            }
+            if best.as_ref().is_none_or(|(least, _)| off < *least) {
+                best = Some((off, at.clone()));
+            }
+            let sides = self.sides_of(kinks, at.as_slice())?;
+            let mut changes = match last.take() {
+                None => changes(kinks, &strains, &sides),
+                Some((before, was, mut changes)) => {
+                    // What the step has shown.
+                    let way = &at - before;
+                    let missed = &apart - was - &changes * &way;
+                    let square = way.norm_squared();
+                    if square > 0.0 {
+                        changes += missed * way.transpose() / square;
+                    }
+                    changes
+                }
+            };
+            let solved = changes.clone().lu().solve(&-&apart);
+            let step = solved.filter(|step| step.iter().all(|v| v.is_finite()));
+            // One that leads nowhere, or up, is that of straight sides again.
+            let step = match step {
+                Some(step) => step,
+                None => {
+                    changes = self::changes(kinks, &strains, &sides);
+                    let Some(step) = changes.clone().lu().solve(&-&apart) else { return Ok(None) };
+                    step
+                }
+            };
+            let mut share = 1.0_f64;
+            for (step, side) in step.iter().zip(&sides) {
+                let room = FAR * side.ways[usize::from(*step > 0.0)];
+                if step.abs() > room {
+                    share = share.min(room / step.abs());
+                }
+            }
+            let next = &at + step * share;
+            let next = DVector::from_iterator(
+                count,
+                next.iter().zip(kinks).map(|(at, kink)| self.wrapped(kink.body, *at)),
+            );
+            if (&next - &at).amax() <= f64::EPSILON * at.amax() {
+                // No nearer than rounding.
+                done = true;
+            }
+            last = Some((at, apart, changes));
+            at = next;
+        }
+        // Where it came nearest.
+        let Some((_, at)) = best else { return Ok(None) };
+        let Some((knots, taken)) = self.rest_with_knots(kinks, smooth, at.as_slice())? else {
+            return Ok(None);
+        };
+        let mut alike = true;
+        for (kink, at) in kinks.iter().zip(at.iter()) {
+            let [behind, ahead] = self.strains_beside(kink.body, *at)?;
+            alike &= (ahead - behind).abs() <= ALIKE * ahead.abs().max(behind.abs());
+        }
+        Ok(alike.then_some((knots, steps + taken)))
+    }
+
+    /// A parameter of a body within its domain: round where that is closed.
+    fn wrapped(&self, body: usize, at: f64) -> f64 {
+        match self.bodies[body].body.shape.domain().first() {
+            Some(side) if side.periodic => side.start + (at - side.start).rem_euclid(side.end - side.start),
+            _ => at,
+        }
+    }
+
+    /// All as it was, with knots at these places, which stay on them, at rest: the knots as they are, how many were inserted for each, and in how many steps.
+    fn rest_with_knots(
+        &mut self,
+        kinks: &[Kink],
+        smooth: &Smooth,
+        at: &[f64],
+    ) -> Result<Option<(Vec<(f64, usize)>, usize)>> {
+        let mut bodies = smooth.bodies.clone();
+        let mut knots = Vec::with_capacity(kinks.len());
+        for (kink, &at) in kinks.iter().zip(at) {
+            let moving = &mut bodies[kink.body];
+            let domain = moving.body.shape.domain();
+            let Some(whole) = domain.first().map(|side| side.end - side.start) else { return Ok(None) };
+            let cells = cells_of(moving.body.shape.as_ref(), "a corner")?;
+            let Some(splines) = cells.splines() else { return Ok(None) };
+            let near = splines.u.breakpoints().into_iter().find(|knot| (knot - at).abs() <= MEETS * whole);
+            let at = near.unwrap_or(at);
+            let more = splines.u.degree().saturating_sub(splines.u.multiplicity(at));
+            let inserted = vec![at; more];
+            let refined = |shape: &dyn Shape| refine_of(shape, "a corner")?.refined(0, &inserted);
+            let mut first = moving.body.shape.boxed();
+            first.control_vertices_mut().copy_from_slice(&moving.first);
+            moving.first = refined(first.as_ref())?.control_vertices().to_vec();
+            moving.body.shape = refined(moving.body.shape.as_ref())?;
+            knots.push((at, more));
+        }
+        for (index, moving) in bodies.iter_mut().enumerate() {
+            if kinks.iter().any(|kink| kink.body == index) {
+                moving.prepare_again()?;
+            }
+        }
+        self.replace(bodies)?;
+        smooth.start.back_to_places(self);
+        for (kink, (at, _)) in kinks.iter().zip(&knots) {
+            let link = &mut self.links[kink.link];
+            let mut places: crate::link::Places = link.locations().collect();
+            places[kink.place] = Location::Curve(*at);
+            link.put(&places);
+            link.pin(kink.place);
+        }
+        self.recollect()?;
+        let found = self.find_rest(Search { rested: None, still: false, most: PATIENCE })?;
+        let held = smooth.start.is_as_held(self);
+        Ok((held && found.rests && found.met).then_some((knots, found.steps)))
+    }
+
+    /// Puts these bodies in the place of those that are there, at rest.
+    fn replace(&mut self, mut bodies: Vec<Moving>) -> Result<()> {
+        let mut start = 0;
+        for body in &mut bodies {
+            body.start = start;
+            start += body.count();
+        }
+        self.bodies = bodies;
+        let weights = self.bodies.iter().map(|body| match &body.mass {
+            Some(mass) => (mass.weight.clone(), mass.order.clone()),
+            None => (Weight::Still(body.count()), None),
+        });
+        let mut space = RangeSpace::new(weights.collect::<Vec<_>>());
+        let all = shapes(&self.bodies);
+        for load in &mut self.loads {
+            load.refit(&all, &mut space)?;
+        }
+        for link in &mut self.links {
+            link.refit(&all)?;
+        }
+        let numbers = 3 * start;
+        // Nobody's own forces are where knots come.
+        let whole = self.applied.len() == numbers;
+        for all in [&mut self.half, &mut self.acceleration, &mut self.forces] {
+            all.clear();
+            all.resize(numbers, 0.0);
+        }
+        if !whole {
+            self.applied = vec![0.0; numbers];
+        }
+        (self.last, self.before) = (0.0, Before::default());
+        self.stable = stable_step(&self.bodies, &self.loads);
+        self.space = space;
+        if self.scheme == Scheme::Implicit {
+            let (implicit, space) = Implicit::new(&self.bodies);
+            self.space = space;
+            self.implicit = Some(Box::new(implicit));
+        }
+        Ok(())
+    }
+
+    /// The strains on both sides of a place of a curve, behind and ahead.
+    fn strains_beside(&self, body: usize, at: f64) -> Result<[f64; 2]> {
+        let moving = &self.bodies[body];
+        let shape = moving.body.shape.as_ref();
+        let mut strains = [0.0; 2];
+        for (strain, side) in strains.iter_mut().zip([Side::Left, Side::Right]) {
+            let stencil = shape.stencil_on(Location::Curve(at), Derivative::from(1), side.into())?;
+            let [now, rest]: [Vector; 2] =
+                [shape.control_vertices(), &moving.first].map(|points| stencil.apply(points));
+            let rest = rest.norm() * moving.body.material.rest;
+            *strain = if rest > 0.0 { now.norm() / rest - 1.0 } else { 0.0 };
+        }
+        Ok(strains)
+    }
+
+    /// The sides of all kinks.
+    fn sides_of(&self, kinks: &[Kink], at: &[f64]) -> Result<Vec<Sides>> {
+        let mut all = Vec::with_capacity(kinks.len());
+        for (kink, &own) in kinks.iter().zip(at) {
+            let ways = self.ways(kink.body, own)?;
+            let moving = &self.bodies[kink.body];
+            let mut first = moving.body.shape.boxed();
+            first.control_vertices_mut().copy_from_slice(&moving.first);
+            let speed =
+                first.value(Location::Curve(own), Derivative::from(1))?.norm() * moving.body.material.rest;
+            // Who is at the other end of a side, if it is another kink.
+            let mut neighbours = [None; 2];
+            for (other, (_, &there)) in
+                kinks.iter().zip(at).enumerate().filter(|(_, (other, _))| other.body == kink.body)
+            {
+                for (neighbour, to) in neighbours.iter_mut().zip([own - ways[0], own + ways[1]]) {
+                    let apart = self.wrapped(kink.body, to) - there;
+                    if there != own && apart.abs() <= MEETS * (ways[0] + ways[1]) {
+                        *neighbour = Some(other);
+                    }
+                }
+            }
+            all.push(Sides { ways, speed, neighbours });
+        }
+        Ok(all)
+    }
+}
+
+/// What is on both sides of a kink: how far it goes in parameters, and which kink is there.
+struct Sides {
+    ways: [f64; 2],
+    /// Lengths at rest by parameters.
+    speed: f64,
+    neighbours: [Option<usize>; 2],
+}
+
+/// How differences of strain change with knots, of straight sides: `(1 + ε) / ℓ` on each.
+fn changes(kinks: &[Kink], strains: &[[f64; 2]], sides: &[Sides]) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(kinks.len(), kinks.len());
+    for (row, (strains, side)) in strains.iter().zip(sides).enumerate() {
+        for k in 0..2 {
+            let length = side.ways[k].max(f64::MIN_POSITIVE) * side.speed;
+            let by = (1.0 + strains[k]) / length * side.speed;
+            all[(row, row)] += by;
+            if let Some(other) = side.neighbours[k] {
+                all[(row, other)] -= by;
+            }
+        }
+    }
+    all
+}
+
+/// The longest step that is stable, of bodies and what pulls them.
+pub(crate) fn stable_step(bodies: &[Moving], loads: &[crate::load::Load]) -> f64 {
+    let stable = bodies
+        .iter()
+        .filter(|body| body.mass.is_some())
+        .map(|body| longest_step(body.highest, &body.body.material))
+        .fold(f64::INFINITY, f64::min);
+    // A pull is a spring: its frequencies add to those of the body.
+    let stiffest = loads.iter().map(crate::load::Load::frequency).fold(0.0, f64::max);
+    if stiffest > 0.0 { 1.0 / (1.0 / (stable * stable) + 4.0 * stiffest).sqrt() } else { stable }
+}
+
+impl Moving {
+    /// Prepares anew what follows from its shape at the start.
+    fn prepare_again(&mut self) -> Result<()> {
+        let mut first = self.body.shape.boxed();
+        first.control_vertices_mut().copy_from_slice(&self.first);
+        self.velocity = first.boxed();
+        self.velocity.control_vertices_mut().fill(loftsman_kernel::Point::origin());
+        if self.mass.is_some() {
+            let material = &self.body.material;
+            let elastic = Elastic::new(first.as_ref(), material)?;
+            let mass = Mass::new(first.as_ref(), material)?;
+            self.highest = highest(first.as_ref(), material, &elastic, &mass)?;
+            (self.elastic, self.mass) = (Some(elastic), Some(mass));
+        }
+        Ok(())
+    }
+}
