@@ -13,6 +13,7 @@ use loftsman_kernel::mesh::Polyline;
 use loftsman_kernel::plugin::{Fineness, MovingLine};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Error, Point, Result, Vector};
+use smallvec::SmallVec;
 
 use crate::bezier::{extraction, restrict};
 use crate::fineness::{Frame, Target, over_budget, targets};
@@ -222,6 +223,9 @@ impl State {
     }
 }
 
+/// The Bézier points of a piece or of a part of one: of low degrees without an allocation.
+type Net = SmallVec<[Homogeneous; 8]>;
+
 /// A Bézier piece of the curve between two parameters.
 struct Piece {
     a: f64,
@@ -232,16 +236,17 @@ struct Piece {
 impl Piece {
     /// The point at a fraction of the piece.
     fn at(&self, t: f64) -> Vector {
-        let mut net = self.net.clone();
+        let mut net = Net::from_slice(&self.net);
         restrict(&mut net, self.net.len(), 1, [t, 0.0], [1.0, 1.0]);
         project(&net[0])
     }
 
     /// The control points of what is between two parameters.
-    fn between(&self, from: f64, to: f64, net: &mut Vec<Homogeneous>) {
+    fn between(&self, from: f64, to: f64) -> Net {
         let local = |u: f64| ((u - self.a) / (self.b - self.a)).clamp(0.0, 1.0);
-        net.clone_from(&self.net);
-        restrict(net, self.net.len(), 1, [local(from), 0.0], [local(to), 1.0]);
+        let mut net = Net::from_slice(&self.net);
+        restrict(&mut net, self.net.len(), 1, [local(from), 0.0], [local(to), 1.0]);
+        net
     }
 
     /// About how many chords it needs: from how far its middle is from its chord.
@@ -425,9 +430,9 @@ impl State {
         let pieces = self.part(range);
         let chord = self.chord(pieces, from, to);
         let sample = |k: usize| point(pieces, from + (to - from) * k as f64 / 8.0);
-        let samples: Vec<Vector> = (0..=8).map(sample).collect();
+        let samples: SmallVec<[Vector; 9]> = (0..=8).map(sample).collect();
         let far = samples.iter().map(|p| chord.distance(p)).fold(0.0, f64::max);
-        let legs: Vec<Vector> = samples.windows(2).map(|p| p[1] - p[0]).collect();
+        let legs: SmallVec<[Vector; 8]> = samples.windows(2).map(|p| p[1] - p[0]).collect();
         let turn: f64 = legs.windows(2).map(|legs| legs[0].angle(&legs[1])).sum::<f64>() * 8.0 / 7.0;
         (far / self.target.chord).sqrt().max(turn / self.target.angle).clamp(0.01, 1.0)
     }
@@ -441,24 +446,19 @@ impl State {
     fn holds(&self, range: &Range<usize>, from: f64, to: f64) -> bool {
         let pieces = self.part(range);
         let chord = self.chord(pieces, from, to);
-        let mut net = Vec::new();
         // Ends first: where a chord is far too long it mostly shows there.
-        pieces[index(pieces, from)..].iter().take_while(|piece| piece.a < to).all(|piece| {
-            piece.between(from, to, &mut net);
-            chord.holds(&net)
-        })
+        pieces[index(pieces, from)..]
+            .iter()
+            .take_while(|piece| piece.a < to)
+            .all(|piece| chord.holds(&piece.between(from, to)))
     }
 
     /// The certified distance between a chord that holds and its stretch, in the state's frame, if it is more than `known`.
     fn bound(&self, range: &Range<usize>, from: f64, to: f64, known: f64) -> f64 {
         let pieces = self.part(range);
         let chord = self.chord(pieces, from, to);
-        let mut net = Vec::new();
         let among = pieces[index(pieces, from)..].iter().take_while(|piece| piece.a < to);
-        among.fold(known, |known, piece| {
-            piece.between(from, to, &mut net);
-            chord.bound(&net, known)
-        })
+        among.fold(known, |known, piece| chord.bound(&piece.between(from, to), known))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Whether a chord stands for a stretch of a curve: decided from Bézier points, as sharply as one likes.
 
 use loftsman_kernel::Vector;
+use smallvec::{SmallVec, smallvec};
 
 use crate::bezier::restrict;
 use crate::patch::{Homogeneous, project};
@@ -9,6 +10,9 @@ use crate::patch::{Homogeneous, project};
 const DEPTH: u32 = 12;
 /// Legs shorter than this (in the shape's frame) are rounding and have no direction.
 const LEG: f64 = 1e-13;
+
+/// Angles above this are told by their cosines.
+const SMALL_ANGLE: f64 = 0.01;
 
 /// A chord, and what a curve must keep to.
 #[derive(Debug, Clone, Copy)]
@@ -42,8 +46,8 @@ impl Chord {
             Answer::No => return false,
             Answer::Unknown => {}
         }
-        let mut open = vec![(0_u32, 0.0, 1.0)];
-        let mut part = net.to_vec();
+        let mut open: SmallVec<[(u32, f64, f64); 16]> = smallvec![(0_u32, 0.0, 1.0)];
+        let mut part = SmallVec::<[Homogeneous; 8]>::from_slice(net);
         while let Some((depth, a, b)) = open.pop() {
             let middle = 0.5 * (a + b);
             for (a, b) in [(middle, b), (a, middle)] {
@@ -60,7 +64,11 @@ impl Chord {
     }
 
     fn ask(&self, net: &[Homogeneous]) -> Answer {
-        let turning = (self.to - self.from).norm() > 2.0 * self.reach;
+        let along = self.to - self.from;
+        let length = along.norm();
+        let turning = length > 2.0 * self.reach && self.half < std::f64::consts::PI;
+        // Of angles that are not small their cosines tell as well.
+        let least = if self.half > SMALL_ANGLE { self.half.cos() * length } else { f64::NAN };
         let mut answer = Answer::Yes;
         let last = net.len() - 1;
         let mut before: Option<Vector> = None;
@@ -75,7 +83,14 @@ impl Chord {
             }
             if let Some(before) = before.filter(|_| turning) {
                 // The first and last legs are tangents of the curve.
-                if self.off(&(point - before)) > self.half {
+                let leg = point - before;
+                let off = if least.is_nan() {
+                    self.off(&leg) > self.half
+                } else {
+                    let size = leg.norm();
+                    size > LEG && along.dot(&leg) < least * size
+                };
+                if off {
                     if k == 1 || k == last {
                         return Answer::No;
                     }
@@ -91,8 +106,8 @@ impl Chord {
     /// of the piece is, unless that is less than `known`, of which nothing is gained. `holds` is known of it.
     pub(crate) fn bound(&self, net: &[Homogeneous], known: f64) -> f64 {
         let mut worst = known;
-        let mut open = vec![(0_u32, 0.0, 1.0)];
-        let mut part = net.to_vec();
+        let mut open: SmallVec<[(u32, f64, f64); 16]> = smallvec![(0_u32, 0.0, 1.0)];
+        let mut part = SmallVec::<[Homogeneous; 8]>::from_slice(net);
         while let Some((depth, a, b)) = open.pop() {
             part.copy_from_slice(net);
             restrict(&mut part, net.len(), 1, [a, 0.0], [b, 1.0]);

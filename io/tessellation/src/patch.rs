@@ -91,35 +91,14 @@ impl Patch {
     }
 
     /// Point and first derivatives. `O(p q)`.
-    pub(crate) fn jet(&self, [u, v]: [f64; 2]) -> Jet {
-        self.quotient(&self.homogeneous(u, v))
-    }
-
-    /// Point and first derivatives of the quotient.
-    fn quotient(&self, [a, au, av]: &[Homogeneous; 3]) -> Jet {
-        if !self.rational {
-            return Jet { point: xyz(a), u: xyz(au), v: xyz(av) };
-        }
-        let (point, share) = (project(a), 1.0 / a[3]);
-        Jet { point, u: (xyz(au) - point * au[3]) * share, v: (xyz(av) - point * av[3]) * share }
-    }
-
-    /// `A`, `A_u`, `A_v`. The usual orders have code of their own.
-    fn homogeneous(&self, u: f64, v: f64) -> [Homogeneous; 3] {
-        match (self.rows, self.columns) {
-            (3, 3) => first_order(&self.net, &bernstein::<3>(3, u), &bernstein::<3>(3, v), 3),
-            (4, 4) => first_order(&self.net, &bernstein::<4>(4, u), &bernstein::<4>(4, v), 4),
-            (rows, columns) => {
-                let (u, v) = (bernstein::<MAX_ORDER>(rows, u), bernstein::<MAX_ORDER>(columns, v));
-                first_order(&self.net, &u, &v, columns)
-            }
-        }
+    pub(crate) fn jet(&self, at: [f64; 2]) -> Jet {
+        jet_of(&self.net, [self.rows, self.columns], self.rational, at)
     }
 
     /// `S_uu`, `S_uv`, `S_vv`: by the quotient rule from the second derivatives' nets, after point and first derivatives.
     pub(crate) fn second(&self, at: [f64; 2]) -> (Jet, [Vector; 3]) {
-        let first = self.homogeneous(at[0], at[1]);
-        let (jet, [a, au, av]) = (self.quotient(&first), first);
+        let first = homogeneous(&self.net, [self.rows, self.columns], at);
+        let (jet, [a, au, av]) = (quotient(&first, self.rational), first);
         let (p, q) = (self.rows, self.columns);
         let mut net = SmallVec::<[Homogeneous; 16]>::new();
         self.uu(&mut net);
@@ -264,6 +243,35 @@ fn value(net: &[Homogeneous], rows: usize, columns: usize, [u, v]: [f64; 2]) -> 
 fn zeroth_order(net: &[Homogeneous], u: &[f64], v: &[f64]) -> Homogeneous {
     let shares = u.iter().flat_map(|u| v.iter().map(move |v| u * v));
     net.iter().zip(shares).fold([0.0; 4], |sum, (h, share)| plus(sum, h, share))
+}
+
+/// Point and first derivatives of the patch of a net of `rows × columns`. `O(rows columns)`.
+pub(crate) fn jet_of(net: &[Homogeneous], size: [usize; 2], rational: bool, at: [f64; 2]) -> Jet {
+    quotient(&homogeneous(net, size, at), rational)
+}
+
+/// Point and first derivatives of the quotient.
+fn quotient([a, au, av]: &[Homogeneous; 3], rational: bool) -> Jet {
+    if !rational {
+        return Jet { point: xyz(a), u: xyz(au), v: xyz(av) };
+    }
+    let (point, share) = (project(a), 1.0 / a[3]);
+    Jet { point, u: (xyz(au) - point * au[3]) * share, v: (xyz(av) - point * av[3]) * share }
+}
+
+/// `A`, `A_u`, `A_v`. The usual orders have code of their own.
+fn homogeneous(net: &[Homogeneous], size: [usize; 2], [u, v]: [f64; 2]) -> [Homogeneous; 3] {
+    match size {
+        [3, 3] => first_order(net, &bernstein::<3>(3, u), &bernstein::<3>(3, v), 3),
+        [4, 4] => first_order(net, &bernstein::<4>(4, u), &bernstein::<4>(4, v), 4),
+        [rows @ ..=4, columns @ ..=4] => {
+            first_order(net, &bernstein::<4>(rows, u), &bernstein::<4>(columns, v), columns)
+        }
+        [rows, columns] => {
+            let (u, v) = (bernstein::<MAX_ORDER>(rows, u), bernstein::<MAX_ORDER>(columns, v));
+            first_order(net, &u, &v, columns)
+        }
+    }
 }
 
 /// Value and first derivatives of a net, given the Bernstein polynomials and their derivatives.

@@ -16,9 +16,9 @@ use std::sync::{Arc, OnceLock};
 use loftsman_kernel::Vector;
 use smallvec::SmallVec;
 
-use crate::bezier::restrict;
+use crate::bezier::{less, more, restrict};
 use crate::form::Ranges;
-use crate::patch::{Homogeneous, Patch, project};
+use crate::patch::{Homogeneous, Patch, jet_of, project, xyz};
 
 /// How many cells a direction has at least where the surface bends in it.
 const CELLS: usize = 24;
@@ -43,11 +43,9 @@ struct Span {
 impl Span {
     const ZERO: Self = Self { low: Vector::new(0.0, 0.0, 0.0), high: Vector::new(0.0, 0.0, 0.0) };
 
+    #[inline]
     fn of(points: impl Iterator<Item = Vector>) -> Self {
-        points
-            .map(|p| Self { low: p, high: p })
-            .reduce(|a, b| Self { low: a.low.inf(&b.low), high: a.high.sup(&b.high) })
-            .unwrap_or(Self::ZERO)
+        points.map(|p| Self { low: p, high: p }).reduce(Self::join).unwrap_or(Self::ZERO)
     }
 
     fn minus(self, other: Self) -> Self {
@@ -56,17 +54,32 @@ impl Span {
 
     /// Times what lies between two numbers.
     fn times(self, [a, b]: [f64; 2]) -> Self {
-        let all = [self.low * a, self.low * b, self.high * a, self.high * b];
-        Self::of(all.into_iter())
+        let one = Self { low: self.low * a, high: self.high * a };
+        let other = Self { low: self.low * b, high: self.high * b };
+        let ends =
+            |span: Self| Self { low: lower(&span.low, &span.high), high: upper(&span.low, &span.high) };
+        ends(one).join(ends(other))
     }
 
     fn most(&self) -> f64 {
-        self.low.abs().sup(&self.high.abs()).norm()
+        upper(&self.low.abs(), &self.high.abs()).norm()
     }
 
     fn join(self, other: Self) -> Self {
-        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+        Self { low: lower(&self.low, &other.low), high: upper(&self.high, &other.high) }
     }
+}
+
+/// The lesser of each coordinate.
+#[inline]
+fn lower(a: &Vector, b: &Vector) -> Vector {
+    Vector::new(less(a.x, b.x), less(a.y, b.y), less(a.z, b.z))
+}
+
+/// The larger of each coordinate.
+#[inline]
+fn upper(a: &Vector, b: &Vector) -> Vector {
+    Vector::new(more(a.x, b.x), more(a.y, b.y), more(a.z, b.z))
 }
 
 /// What the derivatives of a surface can be over a cell of parameters.
@@ -248,12 +261,14 @@ impl Spread {
 
 /// The box of a net's points, and the least and the largest of its weights.
 fn hull(net: &[Homogeneous]) -> (Span, [f64; 2]) {
-    let span = Span::of(net.iter().map(|h| Vector::new(h[0], h[1], h[2])));
-    let weight = net.iter().fold(None, |range: Option<[f64; 2]>, h| {
-        let [low, high] = range.unwrap_or([h[3]; 2]);
-        Some([low.min(h[3]), high.max(h[3])])
-    });
-    (span, weight.unwrap_or([0.0; 2]))
+    let Some(&first) = net.first() else { return (Span::ZERO, [0.0; 2]) };
+    let (mut low, mut high) = (first, first);
+    for h in net {
+        for l in 0..4 {
+            (low[l], high[l]) = (less(low[l], h[l]), more(high[l], h[l]));
+        }
+    }
+    (Span { low: xyz(&low), high: xyz(&high) }, [low[3], high[3]])
 }
 
 /// What the second derivatives can be over boxes of patches, from their own Bézier points: `(patch, low, high, sides)` each, as
@@ -265,102 +280,75 @@ pub(crate) fn exactly<'p>(boxes: impl Iterator<Item = (&'p Patch, [f64; 2], [f64
 }
 
 /// The derivatives over a box of a patch whose sides have these lengths as parameters of the surface.
+///
+/// All derivatives are nets of the patch's own degrees, so that they can be added point by point; their boxes are no larger for that.
 fn cell(patch: &Patch, low: [f64; 2], high: [f64; 2], lengths: [f64; 2]) -> Cell {
-    let (p, q) = (patch.rows, patch.columns);
-    let mut net = patch.net.clone();
-    restrict(&mut net, p, q, low, high);
-    let mut part = Patch::new(net, p, q, patch.rational);
-    let point = part.point([0.5, 0.5]);
-    for h in &mut part.net {
-        (0..3).for_each(|l| h[l] -= point[l] * h[3]);
+    let size = [patch.rows, patch.columns];
+    let mut net = Net::from_slice(&patch.net);
+    restrict(&mut net, size[0], size[1], low, high);
+    let middle = jet_of(&net, size, patch.rational, [0.5, 0.5]);
+    for h in &mut net {
+        (0..3).for_each(|l| h[l] -= middle.point[l] * h[3]);
     }
-    let (degree_u, degree_v) = (p as f64 - 1.0, q as f64 - 1.0);
-    let step =
-        |factor: f64, a: &Homogeneous, b: &Homogeneous| [0, 1, 2, 3].map(|l: usize| factor * (b[l] - a[l]));
-    let along_u: Net =
-        part.net.iter().zip(part.net.iter().skip(q)).map(|(a, b)| step(degree_u, a, b)).collect();
-    let along_v: Net = part
-        .net
-        .chunks_exact(q)
-        .flat_map(|row| row.windows(2).map(|h| step(degree_v, &h[0], &h[1])))
-        .collect();
-    let (mut uu, mut uv, mut vv) = (Net::new(), Net::new(), Net::new());
-    part.uu(&mut uu);
-    part.uv(&mut uv);
-    part.vv(&mut vv);
-    let sizes = [[p - 1, q], [p, q - 1], [p.saturating_sub(2), q], [p - 1, q - 1], [p, q.saturating_sub(2)]];
-    let [one, two, three, four, five] = sizes;
-    let nets = [(along_u, one), (along_v, two), (uu, three), (uv, four), (vv, five)];
-    let [(u, wu), (v, wv), (uu, wuu), (uv, wuv), (vv, wvv)]: [(Span, [f64; 2]); 5] =
-        { nets.each_ref().map(|(net, _)| hull(net)) };
-    let (mut first, mut second) = ([u, v], [uu, uv, vv]);
-    if part.rational {
-        let place = Span::of(part.net.iter().map(project));
-        let (_, [light, heavy]) = hull(&part.net);
+    let (along_u, along_v) = (derivative(&net, size, 0), derivative(&net, size, 1));
+    let (uu, uv) = (derivative(&along_u, size, 0), derivative(&along_u, size, 1));
+    let vv = derivative(&along_v, size, 1);
+    let [(u, wu), (v, wv), (fuu, wuu), (fuv, wuv), (fvv, wvv)] =
+        [&along_u, &along_v, &uu, &uv, &vv].map(|net| hull(net));
+    let (mut first, mut second) = ([u, v], [fuu, fuv, fvv]);
+    if patch.rational {
+        let place = Span::of(net.iter().map(project));
+        let (_, [light, heavy]) = hull(&net);
         let share = [1.0 / heavy, 1.0 / light];
         first = [u.minus(place.times(wu)).times(share), v.minus(place.times(wv)).times(share)];
-        // All in the degrees of the patch, so that they can be added point by point.
-        let full = nets.map(|(net, size)| raised(net, size, [p, q]));
-        let jet = part.jet([0.5, 0.5]);
-        let [cu, cv] = [jet.u, jet.v];
-        let off = |net: usize, c: Vector| {
-            let points = full[net].iter().zip(&part.net);
-            Span::of(points.map(|(h, w)| Vector::new(h[0], h[1], h[2]) - c * w[3]))
-        };
-        let eu = off(0, cu).minus(place.times(wu)).times(share);
-        let ev = off(1, cv).minus(place.times(wv)).times(share);
-        let linear = |of: usize, terms: [(usize, Vector); 2]| {
-            Span::of((0..p * q).map(|k| {
-                let lift = |net: usize| Vector::new(full[net][k][0], full[net][k][1], full[net][k][2]);
-                terms.iter().fold(lift(of), |sum, (net, c)| sum - c * full[*net][k][3])
-            }))
-        };
+        let (cu, cv) = (middle.u, middle.v);
+        let off = |along: &Net, c: Vector| Span::of(along.iter().zip(&net).map(|(h, w)| xyz(h) - c * w[3]));
+        let eu = off(&along_u, cu).minus(place.times(wu)).times(share);
+        let ev = off(&along_v, cv).minus(place.times(wv)).times(share);
         let twice = |w: [f64; 2]| w.map(|w| 2.0 * w);
-        let none = Vector::zeros();
+        let bend = |bend: &Net, along: &Net, c: Vector| {
+            Span::of(bend.iter().zip(along).map(|(h, w)| xyz(h) - c * (2.0 * w[3])))
+        };
+        let twist = uv.iter().zip(&along_u).zip(&along_v);
+        let twist = Span::of(twist.map(|((h, u), v)| xyz(h) - cv * u[3] - cu * v[3]));
         second = [
-            linear(2, [(0, cu * 2.0), (0, none)]).minus(eu.times(twice(wu))).minus(place.times(wuu)),
-            linear(3, [(0, cv), (1, cu)]).minus(eu.times(wv)).minus(ev.times(wu)).minus(place.times(wuv)),
-            linear(4, [(1, cv * 2.0), (1, none)]).minus(ev.times(twice(wv))).minus(place.times(wvv)),
+            bend(&uu, &along_u, cu).minus(eu.times(twice(wu))).minus(place.times(wuu)),
+            twist.minus(eu.times(wv)).minus(ev.times(wu)).minus(place.times(wuv)),
+            bend(&vv, &along_v, cv).minus(ev.times(twice(wv))).minus(place.times(wvv)),
         ]
         .map(|span| span.times(share));
     }
     let [u, v] = first;
-    let [uu, uv, vv] = second;
+    let [fuu, fuv, fvv] = second;
     let [h, k] = lengths.map(|length| 1.0 / length);
-    let scaled = |span: Span, by: f64| span.times([by, by]);
+    let scaled = |span: Span, by: f64| Span { low: span.low * by, high: span.high * by };
     Cell {
         first: [u.most() * h, v.most() * k],
-        second: [scaled(uu, h * h), scaled(uv, h * k), scaled(vv, k * k)],
+        second: [scaled(fuu, h * h), scaled(fuv, h * k), scaled(fvv, k * k)],
     }
 }
 
-/// A net of `rows × columns` in other degrees, which are not lower.
-fn raised(mut net: Net, [mut rows, mut columns]: [usize; 2], to: [usize; 2]) -> Net {
-    if net.is_empty() {
-        return Net::from_elem([0.0; 4], to[0] * to[1]);
-    }
-    let mix = |a: &Homogeneous, b: &Homogeneous, share: f64| {
-        [0, 1, 2, 3].map(|l: usize| a[l] * share + b[l] * (1.0 - share))
+/// The derivative of a net of `rows × columns` along `u` or `v`, in the same degrees: of degree `p` it is
+/// `k (A_k - A_{k-1}) + (p - k) (A_{k+1} - A_k)`, which is `p (A_{k+1} - A_k)` raised by one.
+fn derivative(net: &[Homogeneous], [rows, columns]: [usize; 2], direction: usize) -> Net {
+    let (order, step) = if direction == 0 { (rows, columns) } else { (columns, 1) };
+    let place = |index: usize| if direction == 0 { index / columns } else { index % columns };
+    let slope = |index: usize| {
+        let k = place(index);
+        let (before, behind) = (k as f64, (order - 1 - k) as f64);
+        let own = &net[index];
+        let mut sum = [0.0; 4];
+        if k > 0 {
+            let other = &net[index - step];
+            (0..4).for_each(|l| sum[l] = before * (own[l] - other[l]));
+        }
+        if k + 1 < order {
+            let other = &net[index + step];
+            (0..4).for_each(|l| sum[l] += behind * (other[l] - own[l]));
+        }
+        sum
     };
-    while rows < to[0] {
-        let line = |i: usize, j: usize| {
-            let share = i as f64 / rows as f64;
-            let of = |i: usize| &net[i.min(rows - 1) * columns + j];
-            mix(of(i.saturating_sub(1)), of(i), share)
-        };
-        net = (0..=rows).flat_map(|i| (0..columns).map(move |j| (i, j))).map(|(i, j)| line(i, j)).collect();
-        rows += 1;
-    }
-    while columns < to[1] {
-        let line = |i: usize, j: usize| {
-            let share = j as f64 / columns as f64;
-            let of = |j: usize| &net[i * columns + j.min(columns - 1)];
-            mix(of(j.saturating_sub(1)), of(j), share)
-        };
-        net = (0..rows).flat_map(|i| (0..=columns).map(move |j| (i, j))).map(|(i, j)| line(i, j)).collect();
-        columns += 1;
-    }
-    net
+    (0..rows * columns).map(slope).collect()
 }
 
 #[cfg(test)]

@@ -15,6 +15,11 @@ use crate::weights;
 const MOST_PATCHES: usize = 6;
 /// The least part of a patch that derivatives are bounded over.
 const THIN: f64 = 1e-6;
+/// Steps to a foot at most, and those that are too short (in the frame) to be taken: they end in rounding.
+const DESCENTS: usize = 30;
+const STILL: f64 = 1e-15;
+/// A step no longer than this that leads no closer has met rounding.
+const ALMOST_STILL: f64 = 1e-10;
 /// Points of a surface's own edges that are closer than this, in the frame of the whole, are one.
 const ONE_POINT: f64 = 1e-9;
 
@@ -75,6 +80,8 @@ struct Affine {
     along: [Vector; 2],
     /// The vectors that have the product 1 with one of these and 0 with the other.
     dual: [Vector; 2],
+    /// The unit normal.
+    normal: Vector,
     low: [f64; 2],
     high: [f64; 2],
 }
@@ -96,7 +103,8 @@ impl Affine {
             return None;
         }
         let dual = [(along[0] * vv - along[1] * uv) / area, (along[1] * uu - along[0] * uv) / area];
-        Some(Self { origin: a, along, dual, low, high })
+        let normal = normal(patch, [0.5; 2], &patch.jet([0.5; 2]));
+        Some(Self { origin: a, along, dual, normal, low, high })
     }
 
     /// The nearest place, where it lies within the domain or is brought there by rounding alone, and its distance.
@@ -228,6 +236,15 @@ impl Carrier {
         (patch, local, patch.jet(local))
     }
 
+    /// The point and the first derivatives by the surface's own parameters.
+    fn slopes(&self, at: [f64; 2]) -> (Vector, Vector, Vector) {
+        let (k, local) = self.spot(at, at);
+        let jet = self.patches[k].jet(local);
+        let columns = self.breaks[1].len() - 1;
+        let length = |d: usize, k: usize| self.breaks[d][k + 1] - self.breaks[d][k];
+        (jet.point, jet.u / length(0, k / columns), jet.v / length(1, k % columns))
+    }
+
     pub(crate) fn point(&self, at: [f64; 2]) -> Vector {
         let (k, local) = self.spot(at, at);
         self.patches[k].point(local)
@@ -235,6 +252,9 @@ impl Carrier {
 
     /// The unit normal `S_u × S_v`, or its limit from the side of another place; zero where there is none.
     pub(crate) fn normal(&self, at: [f64; 2], toward: [f64; 2]) -> Vector {
+        if let Some(plane) = &self.affine {
+            return plane.normal;
+        }
         let (patch, local, jet) = self.jet(at, toward);
         normal(patch, local, &jet)
     }
@@ -326,6 +346,10 @@ impl Carrier {
         if let Some(found) = self.affine.as_ref().and_then(|plane| plane.foot(&self.framed(point))) {
             return Ok(found);
         }
+        let framed = self.framed(point);
+        if let Some(found) = near.and_then(|near| self.descend(&framed, near, enough)) {
+            return Ok(found);
+        }
         let size = self.frame.size;
         let mut best: Option<([f64; 2], f64)> = None;
         let mut better = |at: (f64, f64), distance: f64| {
@@ -341,7 +365,10 @@ impl Carrier {
                 return Ok(best.unwrap_or_default());
             }
         }
-        for [u, v] in self.bounds.near(&self.framed(point)) {
+        for [u, v] in self.bounds.near(&framed) {
+            if let Some(found) = self.descend(&framed, [u, v], enough) {
+                return Ok(found);
+            }
             let foot = self.surface.foot(*point, (u, v))?;
             if better(foot.at, foot.distance) {
                 return Ok(best.unwrap_or_default());
@@ -350,6 +377,58 @@ impl Carrier {
         let closest = self.surface.closest(*point)?;
         better(closest.at, closest.distance);
         Ok(best.unwrap_or_default())
+    }
+
+    /// Where a point (in the frame) is on the surface, reached from a place nearby by Gauss and Newton's steps, each of which has to come
+    /// closer; `None` where that leads nowhere within `enough`. On the surface the steps are quadratic. It is what
+    /// [`Surface::foot`] does, on Bézier patches, across seams, and without a way out where steps do not come closer.
+    fn descend(&self, point: &Vector, start: [f64; 2], enough: f64) -> Option<([f64; 2], f64)> {
+        let inside = |at: [f64; 2]| {
+            [0, 1].map(|d: usize| {
+                let side = &self.sides[d];
+                if side.closed { side.wrapped(at[d]) } else { at[d].clamp(side.low, side.high) }
+            })
+        };
+        let mut at = inside(start);
+        let (on, mut su, mut sv) = self.slopes(at);
+        let mut away = point - on;
+        for _ in 0..DESCENTS {
+            let (mut a, mut b, mut c) = (su.norm_squared(), su.dot(&sv), sv.norm_squared());
+            let (mut g, mut h) = (su.dot(&away), sv.dot(&away));
+            // A parameter at its limit that would have to leave the domain stays there.
+            let held = [(0, g), (1, h)].map(|(d, g)| {
+                let side = &self.sides[d];
+                !side.closed && (at[d] <= side.low && g < 0.0 || at[d] >= side.high && g > 0.0)
+            });
+            if held[0] {
+                (a, b, g) = (1.0, 0.0, 0.0);
+            }
+            if held[1] {
+                (b, c, h) = (0.0, 1.0, 0.0);
+            }
+            let det = a * c - b * b;
+            if det.is_nan() || det <= 1e-8 * a * c {
+                return None;
+            }
+            let step = [(c * g - b * h) / det, (a * h - b * g) / det];
+            // How far it leads, in the frame.
+            let far = step[0].abs() * su.norm() + step[1].abs() * sv.norm();
+            if far <= STILL {
+                break;
+            }
+            let next = inside([at[0] + step[0], at[1] + step[1]]);
+            let (on, u, v) = self.slopes(next);
+            let further = point - on;
+            if further.norm_squared() < away.norm_squared() {
+                (at, su, sv, away) = (next, u, v, further);
+            } else if far <= ALMOST_STILL {
+                break;
+            } else {
+                return None;
+            }
+        }
+        let distance = away.norm();
+        (distance <= enough).then_some((at, distance))
     }
 
     /// A place moved onto a pole or onto lines that are nearer than a length (in the frame), wrapped into the domain; along the side that
@@ -365,7 +444,12 @@ impl Carrier {
                 }
             }
         }
-        let speeds = self.bounds.speeds(at, at);
+        let speeds = if self.sides.iter().all(|side| side.lines.is_empty()) {
+            [f64::INFINITY; 2]
+        } else {
+            let (_, u, v) = self.slopes(at);
+            [u.norm(), v.norm()]
+        };
         for d in 0..2 {
             let side = &self.sides[d];
             let reach = (snap / speeds[d]).min(1e-3 * side.length());

@@ -120,6 +120,8 @@ impl Chain {
             tolerance,
         };
         let mut parameters = match &chain.path {
+            // A line is its own chord.
+            Path::Space { curve, .. } if curve.points().len() == 2 => Vec::new(),
             Path::Space { curve, .. } => {
                 let fineness =
                     Fineness { chord: Chord::Absolute(SHARE * goal.chord * goal.size), angle: goal.angle };
@@ -406,6 +408,9 @@ impl Chain {
                 return Ok(Some(Flaw::At(middle)));
             }
             self.beside = self.beside.max(whole);
+            if goal.angle >= std::f64::consts::PI {
+                continue;
+            }
             let ends = [&self.points[part], &self.points[part + 1]].map(|p| carrier.framed(p));
             if (ends[1] - ends[0]).norm() > 2.0 * goal.chord && !carrier.flat {
                 let wrap = |at: [f64; 2]| [0, 1].map(|d: usize| carrier.sides[d].wrapped(at[d]));

@@ -199,6 +199,9 @@ fn halved(carrier: &Carrier, low: [f64; 2], high: [f64; 2], goal: &Goal) -> Opti
         let lengths = [speeds[0] * size[0], speeds[1] * size[1]];
         return Some(if mixed > bends[0] + bends[1] { longer(lengths) } else { longer(bends) });
     }
+    if goal.angle >= std::f64::consts::PI {
+        return None;
+    }
     // Normals along the sides.
     let turn = |a: usize, b: usize| {
         let far = (points[a] - points[b]).norm() > 2.0 * goal.chord;
@@ -395,6 +398,9 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
         let to_pole = free().filter(|&k| k == apex || (k + 1) % 3 == apex);
         let longest = to_pole.max_by(|&k, &l| length(k).total_cmp(&length(l)));
         return Judged { error, far: false, wants: longest.map_or(Wants::Nothing, |k| Wants::Edge(pair(k))) };
+    }
+    if goal.angle >= std::f64::consts::PI {
+        return Judged { error, far: false, wants: Wants::Nothing };
     }
     let turn = |k: usize| {
         let l = (k + 1) % 3;

@@ -13,6 +13,9 @@ use super::cut::Goal;
 /// By how much more a step along one direction may be than along the other, in space.
 const SLENDER: f64 = 30.0;
 
+/// See [`Plane::slant`].
+const SLANT: f64 = 1.0 / 1024.0;
+
 /// A vertex: its place, scaled so that a step that the tolerance allows is about 1.
 #[derive(Debug, Clone, Copy)]
 struct Corner(Point2<f64>);
@@ -48,6 +51,9 @@ pub(crate) struct Plane<'c> {
     pub(crate) vertices: Vec<Vertex>,
     origin: [f64; 2],
     scale: [f64; 2],
+    /// How much of one direction is added to the other: rectangles and circles become figures of which no four corners lie on a circle, so that
+    /// predicates are decided without exact arithmetic. None of it where the plane's ends have to stay straight to the last bit.
+    slant: [f64; 2],
     borders: BTreeMap<[u32; 2], Border>,
     seams: Vec<[[u32; 2]; 2]>,
     poles: Vec<[u32; 2]>,
@@ -103,8 +109,16 @@ impl<'c> Plane<'c> {
             return Err(Error::NoExtent("its loops bound no area".into()).into());
         }
         let scale = steps(carrier, low, high, goal).map(|step| 1.0 / step);
+        // Of what closes or ends in a pole the ends are the hull of all nodes.
+        let bare = |d: usize| !carrier.sides[d].closed && carrier.poles[d].iter().all(Option::is_none);
+        let slant = match [bare(0), bare(1)] {
+            [_, true] => [0.0, SLANT],
+            [true, false] => [SLANT, 0.0],
+            _ => [0.0; 2],
+        };
         let mut plane = Self {
             carrier,
+            slant,
             triangles: Triangles::new(),
             vertices: Vec::with_capacity(arranged.nodes.len()),
             origin: [0, 1].map(|d: usize| 0.5 * (low[d] + high[d])),
@@ -182,7 +196,8 @@ impl<'c> Plane<'c> {
     }
 
     fn position(&self, at: [f64; 2]) -> Point2<f64> {
-        let x = [0, 1].map(|d: usize| (at[d] - self.origin[d]) * self.scale[d]);
+        let [x, y] = [0, 1].map(|d: usize| (at[d] - self.origin[d]) * self.scale[d]);
+        let x = [x + self.slant[0] * y, y + self.slant[1] * x];
         // Numbers as small as that are rounding, and not taken.
         let [x, y] = x.map(|x| if x.abs() < 1e-30 { 0.0 } else { x });
         Point2::new(x, y)

@@ -19,6 +19,8 @@ use crate::weld::Welds;
 
 /// How often edges are cut finer because chords are in each other's way.
 const ROUNDS: usize = 12;
+/// How often a relative tolerance is measured.
+const ROUNDS_OF_SIZE: usize = 4;
 /// By how much more than its edges a Brep may extend before a relative tolerance is measured again.
 const BEYOND: f64 = 1.02;
 
@@ -28,27 +30,38 @@ pub(crate) fn mesh(brep: &Brep, fineness: &Fineness, budget: usize) -> Result<Te
         return Err(Error::NoExtent("it has no faces".into()));
     }
     let frame = Frame::of(brep.points())?;
-    let mut samples = samples(brep)?;
-    let mut last: Option<Cut<'_>> = None;
-    for _ in 0..4 {
+    let lines = parallel::map(brep.edge_count(), |number| Line::of(brep, number));
+    let relative = matches!(fineness.chord, Chord::Relative(_));
+    let mut samples = if relative { samples(brep)? } else { Vec::new() };
+    for round in 0..ROUNDS_OF_SIZE {
         let (targets, tolerance) = targets(std::iter::once((&frame, samples.clone())), fineness)?;
         let Some(target) = targets.first() else { break };
         let goal = Goal { chord: target.chord, angle: target.angle, size: target.size, budget };
-        let cut = Cut::new(brep, frame, goal, tolerance);
-        let relative = matches!(fineness.chord, Chord::Relative(_));
-        let size = diagonal(&samples);
-        if relative {
+        let carried = Carried::new(brep, &lines, frame, &goal);
+        let mut cut = Cut::new(brep, &lines, &carried, goal, tolerance);
+        if relative && round + 1 < ROUNDS_OF_SIZE {
+            let size = diagonal(&samples);
             samples.extend(cut.inner_samples());
+            if diagonal(&samples) > BEYOND * size {
+                continue;
+            }
         }
-        let grown = relative && diagonal(&samples) > BEYOND * size;
-        last = Some(cut);
-        if !grown {
-            break;
-        }
+        return cut.finish(&frame, fineness);
     }
-    match last {
-        Some(cut) => cut.finish(fineness),
-        None => Err(Error::Invalid("it has no extent".into())),
+    Err(Error::Invalid("it has no extent".into()))
+}
+
+/// An edge, and its curve between its ends.
+struct Line {
+    edge: Edge,
+    part: Result<Curve>,
+}
+
+impl Line {
+    fn of(brep: &Brep, number: usize) -> Option<Self> {
+        let edge = brep.edge(number)?;
+        let part = edge.curve.between(edge.range.0, edge.range.1);
+        Some(Self { edge, part })
     }
 }
 
@@ -96,98 +109,108 @@ fn samples(brep: &Brep) -> Result<Vec<Point>> {
     Ok(all)
 }
 
-/// A Brep with its edges cut and its faces laid out.
-struct Cut<'b> {
-    brep: &'b Brep,
-    frame: Frame,
-    goal: Goal,
-    tolerance: f64,
+/// The surfaces of the faces, prepared.
+struct Carried {
     carriers: Vec<Option<Carrier>>,
     /// Why faces are left out.
     troubles: BTreeMap<usize, Error>,
-    chains: Vec<Option<Chain>>,
-    /// The vertices that are one, because an edge between them is a point.
-    vertices: Vec<u32>,
 }
 
-impl<'b> Cut<'b> {
-    fn new(brep: &'b Brep, frame: Frame, goal: Goal, tolerance: f64) -> Self {
-        let mut cut = Self {
-            brep,
-            frame,
-            goal,
-            tolerance,
-            carriers: Vec::new(),
-            troubles: BTreeMap::new(),
-            chains: Vec::new(),
-            vertices: Vec::new(),
-        };
-        let edges: Vec<Option<Edge>> = (0..brep.edge_count()).map(|edge| brep.edge(edge)).collect();
-        cut.carry(&edges);
-        let degenerate = cut.weld(&edges);
-        cut.cut_edges(&edges, &degenerate);
-        cut.untangle();
-        cut
-    }
-
-    /// Prepares the surfaces.
-    fn carry(&mut self, edges: &[Option<Edge>]) {
-        let brep = self.brep;
+impl Carried {
+    fn new(brep: &Brep, lines: &[Option<Line>], frame: Frame, goal: &Goal) -> Self {
         let made = parallel::map(brep.face_count(), |face| {
             if brep.loops(face).is_empty() {
                 return None;
             }
             let uses = brep.loops(face).iter().flatten();
-            let tolerances = uses.filter_map(|one| edges.get(one.edge)?.as_ref()).map(|edge| edge.tolerance);
-            let widest = tolerances.fold(0.0, f64::max) / self.goal.size;
-            let one = widest.min(0.1 * self.goal.chord);
+            let tolerances =
+                uses.filter_map(|one| lines.get(one.edge)?.as_ref()).map(|line| line.edge.tolerance);
+            let widest = tolerances.fold(0.0, f64::max) / goal.size;
+            let one = widest.min(0.1 * goal.chord);
             let surface = brep.surface(face)?;
-            Some(Carrier::new(surface, self.frame, self.goal.chord, Some(one)))
+            Some(Carrier::new(surface, frame, goal.chord, Some(one)))
         });
+        let (mut carriers, mut troubles) = (Vec::with_capacity(made.len()), BTreeMap::new());
         for (face, carrier) in made.into_iter().enumerate() {
-            self.carriers.push(match carrier {
+            carriers.push(match carrier {
                 Some(Ok(carrier)) => Some(carrier),
                 Some(Err(error)) => {
-                    self.troubles.insert(face, error);
+                    troubles.insert(face, error);
                     None
                 }
                 None => None,
             });
         }
+        Self { carriers, troubles }
+    }
+}
+
+/// A Brep with its edges cut and its faces laid out.
+struct Cut<'b> {
+    brep: &'b Brep,
+    goal: Goal,
+    tolerance: f64,
+    carriers: &'b [Option<Carrier>],
+    /// Why faces are left out.
+    troubles: BTreeMap<usize, Error>,
+    chains: Vec<Option<Chain>>,
+    /// The vertices that are one, because an edge between them is a point.
+    vertices: Vec<u32>,
+    /// The faces laid out with the edges as they are cut; none of those that are whole or left out.
+    planes: Vec<Option<Result<Plane<'b>, Trouble>>>,
+}
+
+impl<'b> Cut<'b> {
+    fn new(brep: &'b Brep, lines: &[Option<Line>], carried: &'b Carried, goal: Goal, tolerance: f64) -> Self {
+        let mut cut = Self {
+            brep,
+            goal,
+            tolerance,
+            carriers: &carried.carriers,
+            troubles: carried.troubles.clone(),
+            chains: Vec::new(),
+            vertices: Vec::new(),
+            planes: Vec::new(),
+        };
+        let degenerate = cut.weld(lines);
+        cut.cut_edges(lines, &degenerate);
+        cut.untangle();
+        cut
     }
 
     /// Makes vertices one between which an edge is a point; which edges are.
-    fn weld(&mut self, edges: &[Option<Edge>]) -> Vec<bool> {
+    fn weld(&mut self, lines: &[Option<Line>]) -> Vec<bool> {
         let count = self.brep.vertices().len();
         let mut welds = Welds::new(count);
         let least = ONE_PLACE * self.goal.size;
-        let is_point = |edge: &Edge| {
-            let Ok(part) = edge.curve.between(edge.range.0, edge.range.1) else { return false };
+        let is_point = |line: &Line| {
+            let Ok(part) = &line.part else { return false };
             let points = part.points();
             points.iter().all(|p| (p - points[0]).amax() <= least)
         };
-        let degenerate: Vec<bool> = edges.iter().map(|edge| edge.as_ref().is_none_or(is_point)).collect();
-        for edge in
-            edges.iter().zip(&degenerate).filter(|(_, point)| **point).filter_map(|(edge, _)| edge.as_ref())
+        let degenerate: Vec<bool> = lines.iter().map(|line| line.as_ref().is_none_or(is_point)).collect();
+        for line in
+            lines.iter().zip(&degenerate).filter(|(_, point)| **point).filter_map(|(line, _)| line.as_ref())
         {
-            welds.join(edge.ends[0], edge.ends[1]);
+            welds.join(line.edge.ends[0], line.edge.ends[1]);
         }
         self.vertices = (0..count).map(|vertex| welds.root(vertex) as u32).collect();
         degenerate
     }
 
-    fn cut_edges(&mut self, edges: &[Option<Edge>], degenerate: &[bool]) {
+    fn cut_edges(&mut self, lines: &[Option<Line>], degenerate: &[bool]) {
         let brep = self.brep;
         let mut between: BTreeMap<[u32; 2], usize> = BTreeMap::new();
         let ends = |edge: &Edge| {
             let [a, b] = edge.ends.map(|end| self.vertices[end]);
             [a.min(b), a.max(b)]
         };
-        for (edge, _) in edges.iter().zip(degenerate).filter(|(_, point)| !**point) {
-            edge.iter().for_each(|edge| *between.entry(ends(edge)).or_default() += 1);
+        for (line, _) in lines.iter().zip(degenerate).filter(|(_, point)| !**point) {
+            line.iter().for_each(|line| *between.entry(ends(&line.edge)).or_default() += 1);
         }
-        let made = parallel::map(edges.len(), |number| -> Result<Option<Chain>> {
-            let Some(edge) = edges[number].as_ref().filter(|_| !degenerate[number]) else { return Ok(None) };
+        let made = parallel::map(lines.len(), |number| -> Result<Option<Chain>> {
+            let Some(line) = lines[number].as_ref().filter(|_| !degenerate[number]) else { return Ok(None) };
+            let edge = &line.edge;
             let uses = brep.uses(number);
             if uses.is_empty() {
                 return Ok(None);
@@ -202,7 +225,7 @@ impl<'b> Cut<'b> {
                 let guide = guide.map(|g| Guide { curve: g.curve().clone(), range: g.range() });
                 tracks.push(Track { face: place.face, at: Vec::new(), off: Vec::new(), guide });
             }
-            let curve: Curve = edge.curve.between(edge.range.0, edge.range.1)?;
+            let curve = line.part.clone()?;
             let pair = ends(edge);
             let least = if pair[0] == pair[1] {
                 3
@@ -216,7 +239,7 @@ impl<'b> Cut<'b> {
             let tolerance =
                 edge.ends.iter().map(|&end| brep.tolerances()[end]).fold(edge.tolerance, f64::max);
             let tolerance = (tolerance / self.goal.size).min(self.goal.chord);
-            Chain::new(path, tracks, tolerance, least, &self.carriers, &self.goal).map(Some)
+            Chain::new(path, tracks, tolerance, least, self.carriers, &self.goal).map(Some)
         });
         for (number, chain) in made.into_iter().enumerate() {
             let chain = chain.unwrap_or_else(|error| {
@@ -254,7 +277,7 @@ impl<'b> Cut<'b> {
     }
 
     /// Lays out a face and joins its nodes.
-    fn plane(&self, face: usize, points: &[Point], starts: &[u32]) -> Option<Result<Plane<'_>, Trouble>> {
+    fn plane(&self, face: usize, points: &[Point], starts: &[u32]) -> Option<Result<Plane<'b>, Trouble>> {
         let carrier = self.carriers[face].as_ref()?;
         if self.troubles.contains_key(&face) {
             return None;
@@ -311,75 +334,89 @@ impl<'b> Cut<'b> {
         Some(Plane::new(carrier, &arranged, first_own, place, &self.goal))
     }
 
-    /// Cuts edges finer where chords are in each other's way, until none are.
+    /// Lays out the faces, and cuts edges finer where chords are in each other's way, until none are.
     fn untangle(&mut self) {
-        for _ in 0..ROUNDS {
-            let clashes = {
-                let (points, starts) = self.shared();
-                parallel::map(self.brep.face_count(), |face| match self.plane(face, &points, &starts) {
-                    Some(Err(Trouble::Clash(clash))) => Some(clash),
-                    _ => None,
-                })
-            };
-            let mut wanted: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
-            for (edge, part) in clashes.iter().flatten().flatten() {
-                wanted.entry(*edge).or_default().insert(*part);
+        let mut rounds = ROUNDS;
+        loop {
+            let (points, starts) = self.shared();
+            self.planes = parallel::map(self.brep.face_count(), |face| self.plane(face, &points, &starts));
+            if rounds == 0 {
+                return;
             }
-            let mut any = false;
+            rounds -= 1;
+            let mut wanted: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+            for plane in self.planes.iter().flatten() {
+                let Err(Trouble::Clash(clash)) = plane else { continue };
+                for (edge, part) in clash {
+                    wanted.entry(*edge).or_default().insert(*part);
+                }
+            }
+            let mut cut = false;
             for (edge, parts) in wanted {
                 let Some(Some(chain)) = self.chains.get_mut(edge) else { continue };
                 for part in parts.into_iter().rev() {
-                    any |= chain.halve(part, &self.carriers, &self.goal).unwrap_or(false);
+                    cut |= chain.halve(part, self.carriers, &self.goal).unwrap_or(false);
                 }
-                any &= chain.settle(&self.carriers, &self.goal).is_ok();
+                if chain.settle(self.carriers, &self.goal).is_err() {
+                    // It will not get better: what still clashes is left out.
+                    rounds = 0;
+                }
             }
-            if !any {
-                break;
+            if !cut {
+                return;
             }
         }
     }
 
     /// Points inside faces, as far as they are known yet.
-    fn inner_samples(&self) -> Vec<Point> {
-        let (points, starts) = self.shared();
-        let found = parallel::map(self.brep.face_count(), |face| {
-            let Some(Ok(mut plane)) = self.plane(face, &points, &starts) else { return Vec::new() };
-            let carrier = plane.carrier;
-            if carrier.flat {
-                return Vec::new();
-            }
-            let Ok(inside) = plane.labels() else { return Vec::new() };
-            let triangles = plane.triangles(&inside);
-            let centre = |corners: [u32; 3]| -> Vector {
-                let at = corners.map(|k| plane.vertices[k as usize].at);
-                carrier.point([0, 1].map(|d: usize| (at[0][d] + at[1][d] + at[2][d]) / 3.0))
-            };
-            triangles.into_iter().map(|(corners, _)| carrier.unframed(&centre(corners))).collect()
-        });
+    fn inner_samples(&mut self) -> Vec<Point> {
+        let found = parallel::map_mut(
+            &mut self.planes,
+            || (),
+            |(), _, plane| {
+                let Some(Ok(plane)) = plane else { return Vec::new() };
+                let carrier = plane.carrier;
+                if carrier.flat {
+                    return Vec::new();
+                }
+                let Ok(inside) = plane.labels() else { return Vec::new() };
+                let triangles = plane.triangles(&inside);
+                let centre = |corners: [u32; 3]| -> Vector {
+                    let at = corners.map(|k| plane.vertices[k as usize].at);
+                    carrier.point([0, 1].map(|d: usize| (at[0][d] + at[1][d] + at[2][d]) / 3.0))
+                };
+                triangles.into_iter().map(|(corners, _)| carrier.unframed(&centre(corners))).collect()
+            },
+        );
         found.into_iter().flatten().collect()
     }
 
     /// Fills the faces and puts all together.
-    fn finish(mut self, fineness: &Fineness) -> Result<TessellatedBrep> {
+    fn finish(mut self, frame: &Frame, fineness: &Fineness) -> Result<TessellatedBrep> {
         let (points, starts) = self.shared();
         let first_own = points.len() as u32;
-        let made = parallel::map(self.brep.face_count(), |face| -> Option<Result<Piece>> {
-            let reversed = self.brep.is_reversed(face);
-            if self.brep.loops(face).is_empty() {
-                let surface = self.brep.surface(face)?;
-                let fineness = Fineness { chord: Chord::Absolute(self.tolerance), ..*fineness };
-                let whole = surface::mesh(&surface, &fineness, self.goal.budget);
-                return Some(whole.map(|found| {
-                    Piece::whole(&found.mesh, &self.frame, reversed, first_own, found.error / self.goal.size)
-                }));
-            }
-            Some(match self.plane(face, &points, &starts)? {
-                Ok(mut plane) => fill(&mut plane, &self.goal)
-                    .and_then(|filled| Piece::new(&plane, filled, reversed, first_own)),
-                Err(Trouble::Clash(clash)) => Err(self.clash(&clash)),
-                Err(Trouble::Other(error)) => Err(error),
-            })
-        });
+        let mut planes = std::mem::take(&mut self.planes);
+        let made = parallel::map_mut(
+            &mut planes,
+            || (),
+            |(), face, plane| -> Option<Result<Piece>> {
+                let reversed = self.brep.is_reversed(face);
+                if self.brep.loops(face).is_empty() {
+                    let surface = self.brep.surface(face)?;
+                    let fineness = Fineness { chord: Chord::Absolute(self.tolerance), ..*fineness };
+                    let whole = surface::mesh(&surface, &fineness, self.goal.budget);
+                    return Some(whole.map(|found| {
+                        Piece::whole(&found.mesh, frame, reversed, first_own, found.error / self.goal.size)
+                    }));
+                }
+                Some(match plane.take()? {
+                    Ok(mut plane) => fill(&mut plane, &self.goal)
+                        .and_then(|filled| Piece::new(&plane, filled, reversed, first_own)),
+                    Err(Trouble::Clash(clash)) => Err(self.clash(&clash)),
+                    Err(Trouble::Other(error)) => Err(error),
+                })
+            },
+        );
         let mut pieces = Vec::new();
         for (face, piece) in made.into_iter().enumerate() {
             match piece {
@@ -405,7 +442,7 @@ impl<'b> Cut<'b> {
                 self.goal.budget
             )));
         }
-        let whole = assemble(&pieces, &points, &self.frame)?;
+        let whole = assemble(&pieces, &points, frame)?;
         let present: BTreeSet<usize> = pieces.iter().map(|(face, _)| *face).collect();
         let mut error = pieces.iter().map(|(_, piece)| piece.error).fold(0.0, f64::max);
         let mut edges = vec![Vec::new(); self.brep.edge_count()];
