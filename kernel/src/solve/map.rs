@@ -71,10 +71,16 @@ impl Map {
         let (n, m) = (operator.unknowns(), operator.columns());
         let wave =
             |i: usize, k: usize| (1.0 + ((i * 7 + k) % 11) as f64 / 11.0) * (1.0 - 2.0 * (i / k % 2) as f64);
+        let (mut x, mut f) = (vec![0.0; n], vec![0.0; m]);
+        let (mut d, mut g) = (vec![f64::NAN; m], vec![f64::NAN; n]);
         for k in [3, 5] {
-            let x: Vec<f64> = (0..n).map(|i| wave(i, k)).collect();
-            let f: Vec<f64> = (0..m).map(|i| wave(i, k + 1)).collect();
-            let (mut d, mut g) = (vec![f64::NAN; m], vec![f64::NAN; n]);
+            // Waves come again after 22 k numbers: remainders are found once.
+            for (numbers, k) in [(&mut x, k), (&mut f, k + 1)] {
+                let period: SmallVec<[f64; 132]> = (0..22 * k).map(|i| wave(i, k)).collect();
+                numbers.chunks_mut(period.len()).for_each(|part| part.copy_from_slice(&period[..part.len()]));
+            }
+            d.fill(f64::NAN);
+            g.fill(f64::NAN);
             operator.apply(&x, &mut d);
             operator.apply_transposed(&f, &mut g);
             let product = |a: &[f64], b: &[f64]| {

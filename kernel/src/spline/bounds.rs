@@ -136,7 +136,8 @@ fn tight(net: &Controls<'_>, hull: (Point, Point), reach: impl Fn(&Side<'_>) -> 
     }
     let weight = net.weights.map_or(1.0, |w| w.iter().copied().fold(f64::MIN_POSITIVE, f64::max));
     let mut found = hull;
-    for axis in 0..3 {
+    // What is flat in an axis fills its side.
+    for axis in (0..3).filter(|&axis| low[axis] < high[axis]) {
         for (sign, corner) in [(-1.0, &mut found.0), (1.0, &mut found.1)] {
             let origin = if sign > 0.0 { high[axis] } else { low[axis] };
             let side = Side { net, axis, sign, origin, weight, tolerance: RELATIVE * extent };

@@ -256,6 +256,7 @@ impl FineTune {
                 };
                 let found = solve(tuning, alpha, &asked)?;
                 (report.solved, report.change) = (Some(found.report), found.change);
+                report.alpha = found.values;
                 (closed(found.curve, given, &derivative, &found.alpha)?, found.alpha)
             }
             Ends::Free => (free()?, alpha.clone()),
@@ -273,7 +274,9 @@ impl FineTune {
                 (curve, alpha.clone())
             }
         };
-        report.alpha = extremes(&tuned_alpha)?;
+        if self.ends != Ends::Exact {
+            report.alpha = extremes(&tuned_alpha)?;
+        }
         Ok(Tuned { curve, alpha: tuned_alpha, report })
     }
 }

@@ -44,6 +44,8 @@ pub(crate) struct Found {
     pub(crate) report: Report,
     /// `(mean (Δα)²)^½`.
     pub(crate) change: f64,
+    /// The smallest and the largest value of α.
+    pub(crate) values: [f64; 2],
 }
 
 /// The curve that `α` of a space that the map is from gives, with α nearest to the one asked for that makes true what is asked.
@@ -60,16 +62,18 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
         problem = Problem { conditions: all, ..Problem::new(problem.tuning, &near, asked)? };
     }
     let mut done = problem.solve(None).map_err(|error| problem.too_few(error))?;
-    let (first, last) = (extremes(alpha)?, extremes(&done.1)?);
-    if asked.through.is_empty() && asked.constraints.is_empty() && is_one(last) && !is_one(first) {
+    let last = extremes(&done.1)?;
+    if asked.through.is_empty() && asked.constraints.is_empty() && is_one(last) && !is_one(extremes(alpha)?) {
         return Err(problem.no_freedom(done.2.rank));
     }
+    let mut values = last;
     if !asked.any_sign && last[0] <= 0.0 {
-        let bounded = problem.solve(Some(LEAST * first[0].clamp(0.0, 1.0)));
+        let bounded = problem.solve(Some(LEAST * extremes(alpha)?[0].clamp(0.0, 1.0)));
         done = bounded.map_err(|error| match error {
             EditError::Solve(_) => FineTuneError::NoPositive { least: last[0], most: last[1] },
             other => other.into(),
         })?;
+        values = extremes(&done.1)?;
     }
     let (curve, found, mut report) = done;
     let apart = |a: &[f64], b: &[f64]| mean(&problem.gram, a, b, alpha.space().length());
@@ -82,7 +86,7 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
                 .into(),
         );
     }
-    Ok(Found { curve, alpha: found, report, change })
+    Ok(Found { curve, alpha: found, report, change, values })
 }
 
 /// Whether nothing is scaled.

@@ -32,7 +32,7 @@ impl Tuning {
     pub(crate) fn new(derivative: &Function<Vector>, alpha: &Space) -> Result<Self> {
         check_degree(derivative.space(), alpha)?;
         let product = derivative.space().product(alpha)?;
-        let (terms, few) = (product.with_first(derivative), alpha.degree() + 1);
+        let few = alpha.degree() + 1;
         // A periodic integrand is opened, for its integral need not close.
         let own = product.space();
         let opening = if own.is_periodic() && own.degree() > 0 { Some(own.clamping()?) } else { None };
@@ -46,25 +46,32 @@ impl Tuning {
         knots.extend(t.first());
         knots.extend(t);
         knots.extend(t.last());
+        let count = integrand.len() * few;
         let mut all = Self {
             starts: Vec::with_capacity(integrand.len() + 1),
-            unknowns: Vec::with_capacity(terms.len()),
-            terms: Vec::with_capacity(terms.len()),
+            unknowns: Vec::with_capacity(count),
+            terms: Vec::with_capacity(count),
             count: alpha.len(),
             space: Space::open(p + 1, knots)?,
         };
         all.starts.push(0);
+        let share = |i: usize| (t[i + p + 1] - t[i]) / (p + 1) as f64;
+        let Some(opening) = &opening else {
+            product.each_with_first(derivative, |unknown, by| {
+                let row = all.terms.len() / few;
+                all.unknowns.push(unknown as u32);
+                all.terms.push(by * share(row));
+            });
+            all.starts.extend((1..=integrand.len()).map(|row| (row * few) as u32));
+            return Ok(all);
+        };
+        let terms = product.with_first(derivative);
         for i in 0..integrand.len() {
-            let share = (t[i + p + 1] - t[i]) / (p + 1) as f64;
-            let mut add = |from: usize, w: f64| {
+            for (from, w) in opening.row(i) {
                 for (unknown, by) in &terms[from * few..(from + 1) * few] {
                     all.unknowns.push(*unknown as u32);
-                    all.terms.push(by * (w * share));
+                    all.terms.push(by * (w * share(i)));
                 }
-            };
-            match &opening {
-                Some(opening) => opening.row(i).for_each(|(from, w)| add(from, w)),
-                None => add(i, 1.0),
             }
             all.starts.push(all.terms.len() as u32);
         }

@@ -6,7 +6,7 @@
 //! once, in bulk and as rows ([`LimitStencils`]) over the vertices of the cage, of which functionals and constraints are made. A
 //! [`Polygon`] is the same for curves, Chaikin's and cubic ones, and is exactly a spline.
 //!
-//! A [`SubdivisionSurface`] is the limit as a shape, edited like any other. It becomes triangles within a certified tolerance, and bicubic
+//! A [`SubdivisionSurface`] is the limit as a shape, edited like any other; [`doo_sabin::DooSabinSurface`] that of Doo and Sabin's scheme. It becomes triangles within a certified tolerance, and bicubic
 //! splines ([`Patches`]): exact where the cage is regular, within a certified tolerance at extraordinary vertices.
 //!
 //! ```
@@ -52,7 +52,7 @@ pub use topology::{Around, NONE, Topology};
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
-/// The plug-in: registers the operations `subdivide` and `patches`, and the kind of shape `subdivision`.
+/// The plug-in: registers the operations `subdivide` and `patches`, and the kinds of shapes `subdivision` and `doo-sabin`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Subdivision;
 
@@ -61,5 +61,6 @@ impl Plugin for Subdivision {
         registry.operation(Subdivide);
         registry.operation(ToPatches);
         registry.shape::<SubdivisionSurface>();
+        registry.shape::<doo_sabin::DooSabinSurface>();
     }
 }

@@ -13,6 +13,7 @@ use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use crate::carry::Carried;
+use crate::doo_sabin::DooSabinSurface;
 use crate::said::Once;
 use crate::used::used;
 use crate::weld::welded;
@@ -48,7 +49,7 @@ const FIELDS: [Field; 12] = [
         "surface",
         "true | false",
         "false",
-        "make the mesh the control cage of its limit surface, which is then edited like any shape; Catmull-Clark only",
+        "make the mesh the control cage of its limit surface, which is then edited like any shape",
     ),
     Field::optional(
         "creases",
@@ -203,9 +204,7 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
                 .into());
         }
         if !smooth {
-            return Err(parameters
-                .error("scheme", "has no limit surface as a shape: use \"catmull-clark\"")
-                .into());
+            return by_doo_sabin_surface(parameters, mesh, cage, &pairs);
         }
         let surface = SubdivisionSurface::new(cage)?;
         let left = match surface.left_out() {
@@ -257,6 +256,38 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         if limit { ", where the surface comes to" } else { "" }
     );
     Ok((fine.into(), note))
+}
+
+/// The limit of a Doo-Sabin cage as a shape.
+fn by_doo_sabin_surface(
+    parameters: &Parameters,
+    mesh: &Mesh,
+    cage: Cage,
+    pairs: &str,
+) -> Result<(Geometry, String), OperationError> {
+    if parameters.has("alpha") {
+        let problem = "makes a form by knot intervals, of which places between vertices are not known: leave surface out; with limit = true the \
+                       vertices are put where it comes to";
+        return Err(parameters.error("alpha", problem).into());
+    }
+    let surface = DooSabinSurface::new(cage)?;
+    let faces = surface.faces().unwrap_or_default();
+    let regular = (0..faces as u32).map(|face| surface.is_regular(face)).collect::<Result<Vec<_>, _>>()?;
+    let left = match regular.iter().filter(|regular| !**regular).count() {
+        0 => "areas and volumes are exact".to_owned(),
+        count => format!(
+            "areas and volumes leave out {} of the parameters of {}, those of middles that are not regular",
+            short(0.25_f64.powi(surface.depth() as i32)),
+            several(count, "face[|s]")
+        ),
+    };
+    let note = format!(
+        "{} points and {} the cage of a surface now, of {} (one for each corner inside); {left}{pairs}",
+        mesh.points().len(),
+        several(mesh.face_count(), "face[ is|s are]"),
+        several(faces, "face[|s]")
+    );
+    Ok((surface.into(), note))
 }
 
 /// What is to be said of vertices in one place.

@@ -108,7 +108,7 @@ fn cages_are_refined_as_opensubdiv_does() {
                     [0, 1].map(|k| off(&given(&theirs[k], count), &plane)).into_iter().fold(0.0, f64::max)
                 })
                 .fold(f64::MAX, f64::min);
-            assert!(best < 1e-9, "{what}: {best:e}");
+            assert!(best < 1e-12, "{what}: {best:e}");
             planes += 1;
         }
     }

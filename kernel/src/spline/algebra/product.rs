@@ -196,10 +196,16 @@ impl Product {
     /// of the product, one behind the other, each a vertex of the second space and what the coefficient has of it.
     /// `O(n (p+1)(q+1)²)`.
     pub fn with_first<A: Coefficient>(&self, a: &Function<A>) -> Vec<(usize, A)> {
+        let mut all = Vec::with_capacity(self.targets.len() * self.second.order());
+        self.each_with_first(a, |vertex, value| all.push((vertex, value)));
+        all
+    }
+
+    /// The entries of [`with_first`](Self::with_first) one after another, for who stores them otherwise.
+    pub fn each_with_first<A: Coefficient>(&self, a: &Function<A>, mut put: impl FnMut(usize, A)) {
         let first = self.first.coefficients(|i| a.at(i));
         let (m, n) = (self.first.order(), self.second.order());
         let mut by = vec![A::zero(); n];
-        let mut all = Vec::with_capacity(self.targets.len() * n);
         for target in &self.targets {
             let piece = target.piece as usize;
             by.fill(A::zero());
@@ -208,10 +214,8 @@ impl Product {
             }
             for (k, vertex) in self.second.vertices(piece).iter().enumerate() {
                 let own = by.iter().zip(self.second.row(piece, k));
-                let sum = own.fold(A::zero(), |sum, (by, row)| sum + *by * *row);
-                all.push((*vertex as usize, sum));
+                put(*vertex as usize, own.fold(A::zero(), |sum, (by, row)| sum + *by * *row));
             }
         }
-        all
     }
 }

@@ -95,12 +95,15 @@ fn is_uniform(cage: &Cage) -> bool {
 
 /// Whether the scheme is uniform: no intervals, or all the same.
 pub(super) fn check_uniform(cage: &Cage) -> Result<()> {
+    check_same(cage, "a bicubic cage is known where all are equal; leave intervals out")
+}
+
+/// The same, with what there is to say of a cage where it is not.
+pub(super) fn check_same(cage: &Cage, where_not: &str) -> Result<()> {
     let Some(&[first, _]) = cage.end_intervals.first() else { return Ok(()) };
     let Some(edge) = cage.end_intervals.iter().position(|&ends| ends != [first; 2]) else { return Ok(()) };
     let [from, to] = cage.topology.ends(edge).map(|v| v as usize);
     let [a, b] = cage.end_intervals[edge];
-    let problem = format!(
-        "has the intervals {a} and {b}, others {first}: a bicubic cage is known where all are equal; leave intervals out"
-    );
+    let problem = format!("has the intervals {a} and {b}, others {first}: {where_not}");
     Err(SubdivisionError::Edge { from, to, problem })
 }

@@ -6,9 +6,11 @@
 mod elevate;
 mod limit;
 mod refine;
+mod surface;
 mod tune;
 
 pub use elevate::elevated;
 pub use limit::{limit_frames, limit_stencils};
 pub use refine::{refine, refine_times, stencil};
+pub use surface::DooSabinSurface;
 pub use tune::{FineTune, Tuned};

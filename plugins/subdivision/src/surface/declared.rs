@@ -131,7 +131,7 @@ impl DeclaredShape for SubdivisionSurface {
 }
 
 /// A list of indices.
-fn indices(fields: &Parameters, place: &str, value: &Value) -> Result<Vec<usize>, ParameterError> {
+pub(crate) fn indices(fields: &Parameters, place: &str, value: &Value) -> Result<Vec<usize>, ParameterError> {
     let wrong = || fields.error(place, "a list of indices from 0 on is needed");
     let list = value.as_array().ok_or_else(wrong)?;
     let index = |v: &Value| v.as_u64().and_then(|k| usize::try_from(k).ok()).ok_or_else(wrong);

@@ -3,7 +3,7 @@
 mod apart;
 mod cells;
 mod cut;
-mod declared;
+pub(crate) mod declared;
 mod edges;
 mod grids;
 mod last;
@@ -13,7 +13,7 @@ mod left_out;
 mod local;
 mod net;
 mod patches;
-mod pattern;
+pub(crate) mod pattern;
 mod places;
 mod regular;
 mod sampled;
@@ -263,7 +263,7 @@ fn of_limit(
 }
 
 /// What a cage refuses, as what the kernel does.
-fn refused(error: SubdivisionError) -> Error {
+pub(crate) fn refused(error: SubdivisionError) -> Error {
     match error {
         SubdivisionError::Kernel(error) => error,
         other => Error::Invalid(other.to_string()),

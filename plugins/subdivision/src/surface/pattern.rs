@@ -4,40 +4,40 @@ use crate::cage::{Cage, INFINITELY_SHARP};
 
 /// What a corner of a face is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) struct Corner {
+pub(crate) struct Corner {
     /// Levels until nothing is sharp to a finite degree and all faces are quads.
-    pub(super) steps: u8,
+    pub(crate) steps: u8,
     /// Whether the surface is no bicubic spline round it even then.
-    pub(super) extraordinary: bool,
+    pub(crate) extraordinary: bool,
 }
 
 /// What the corners of a face are, and how many levels each edge, from a corner to the next, is sharp to a finite degree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) struct Pattern {
-    pub(super) corners: [Corner; 4],
-    pub(super) edges: [u8; 4],
+pub(crate) struct Pattern {
+    pub(crate) corners: [Corner; 4],
+    pub(crate) edges: [u8; 4],
 }
 
 /// A quadrant: `[i, i + 1] × [j, j + 1]` of `2^-level`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Quadrant {
-    pub(super) level: u32,
-    pub(super) i: u64,
-    pub(super) j: u64,
+pub(crate) struct Quadrant {
+    pub(crate) level: u32,
+    pub(crate) i: u64,
+    pub(crate) j: u64,
 }
 
 impl Quadrant {
-    pub(super) const WHOLE: Self = Self { level: 0, i: 0, j: 0 };
+    pub(crate) const WHOLE: Self = Self { level: 0, i: 0, j: 0 };
 
     /// The quadrant of a level that holds a place: at a border the one to its right.
-    pub(super) fn holding(level: u32, u: f64, v: f64) -> Self {
+    pub(crate) fn holding(level: u32, u: f64, v: f64) -> Self {
         let count = (1u64 << level.min(52)) as f64;
         let index = |x: f64| (x * count).floor().clamp(0.0, count - 1.0) as u64;
         Self { level, i: index(u), j: index(v) }
     }
 
     /// The one that it is a part of, and the number of the corner that it shares with it; `None` for the whole.
-    pub(super) fn parent(self) -> Option<(Self, usize)> {
+    pub(crate) fn parent(self) -> Option<(Self, usize)> {
         let level = self.level.checked_sub(1)?;
         let corner = match (self.i % 2, self.j % 2) {
             (0, 0) => 0,
@@ -49,7 +49,7 @@ impl Quadrant {
     }
 
     /// Its four parts, the corner of each being that of the whole with the same number.
-    pub(super) fn parts(self) -> [Self; 4] {
+    pub(crate) fn parts(self) -> [Self; 4] {
         let level = self.level + 1;
         [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(a, b)| Self { level, i: 2 * self.i + a, j: 2 * self.j + b })
     }
@@ -57,7 +57,7 @@ impl Quadrant {
 
 impl Pattern {
     /// That of a quad of a cage.
-    pub(super) fn of_quad(cage: &Cage, face: usize) -> Self {
+    pub(crate) fn of_quad(cage: &Cage, face: usize) -> Self {
         let mut pattern = Self::default();
         let halves = cage.topology().face_corners(face);
         for ((half, corner), edge) in halves.zip(&mut pattern.corners).zip(&mut pattern.edges) {
@@ -68,7 +68,7 @@ impl Pattern {
     }
 
     /// That of the part of a face, not a quad, at one of its corners, after a refinement.
-    pub(super) fn of_part(cage: &Cage, half: u32) -> Self {
+    pub(crate) fn of_part(cage: &Cage, half: u32) -> Self {
         let topology = cage.topology();
         let edge = |h: u32| levels(cage.sharpness(topology.edge_of(h) as usize)).saturating_sub(1);
         let (next, before) = (edge(half), edge(topology.previous(half)));
@@ -80,7 +80,7 @@ impl Pattern {
     }
 
     /// Whether the surface is bicubic on a quadrant.
-    pub(super) fn is_regular(&self, quadrant: Quadrant) -> bool {
+    pub(crate) fn is_regular(&self, quadrant: Quadrant) -> bool {
         let Quadrant { level, i, j } = quadrant;
         let last = 1u64 << level.min(60);
         [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].into_iter().all(|(a, b)| {
@@ -104,14 +104,14 @@ impl Pattern {
     }
 
     /// The levels until only extraordinary vertices are left.
-    pub(super) fn steps(&self) -> u32 {
+    pub(crate) fn steps(&self) -> u32 {
         let corners = self.corners.iter().map(|c| c.steps);
         u32::from(corners.chain(self.edges).max().unwrap_or(0))
     }
 
     /// The largest quadrants that are bicubic, down to `depth` levels below those that are sharp, and those of the last level that are
     /// not. The parts of one follow each other, so that the way to the next is short.
-    pub(super) fn quadrants(&self, depth: u32) -> (Vec<Quadrant>, Vec<Quadrant>) {
+    pub(crate) fn quadrants(&self, depth: u32) -> (Vec<Quadrant>, Vec<Quadrant>) {
         let last = self.steps() + depth;
         let (mut all, mut left, mut rest) = (Vec::new(), Vec::new(), vec![Quadrant::WHOLE]);
         while let Some(quadrant) = rest.pop() {

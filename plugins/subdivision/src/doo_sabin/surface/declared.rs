@@ -1,0 +1,88 @@
+//! The surface as a kind of shape: its fields in documents, its triangles, its splines.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{
+    Declaration, DeclaredShape, Faceted, Field, Fineness, ParameterError, Parameters, Splines,
+};
+use loftsman_kernel::space::Space;
+use loftsman_kernel::spline::Surface;
+use serde_json::Value;
+
+use super::node::Node;
+use super::{DEPTH, DooSabinSurface, tessellate};
+use crate::cage::Cage;
+use crate::error::SubdivisionError;
+use crate::surface::declared::indices;
+
+/// Documents say cages as they are, every number to the last bit.
+impl DeclaredShape for DooSabinSurface {
+    const DECLARATION: Declaration = Declaration {
+        name: "doo-sabin",
+        help: "the limit surface of a cage under Doo-Sabin subdivision",
+        fields: &[
+            Field::required("points", "[[x, y, z], …]", "the vertices of the cage"),
+            Field::required(
+                "faces",
+                "[[i, j, k, …], …]",
+                "the vertices of each face, counterclockwise from outside",
+            ),
+            Field::optional("holes", "[face, …]", "none", "faces that are refined and not shown"),
+            Field::optional(
+                "depth",
+                "1 to 24",
+                "8",
+                "levels round an extraordinary point that integrals are taken over",
+            ),
+        ],
+    };
+
+    fn fields(&self) -> Parameters {
+        let (cage, topology) = (&self.cage, self.cage.topology());
+        let faces: Vec<Value> = (0..topology.face_count()).map(|f| topology.face(f).into()).collect();
+        let holes: Vec<Value> =
+            (0..topology.face_count()).filter(|&f| cage.is_hole(f)).map(Value::from).collect();
+        let mut fields = Parameters::empty("").with_points("points", cage.points()).with("faces", faces);
+        if !holes.is_empty() {
+            fields = fields.with("holes", holes);
+        }
+        if self.depth != DEPTH {
+            fields = fields.with("depth", self.depth);
+        }
+        fields
+    }
+
+    fn from_parameters(fields: &Parameters) -> Result<Self, ParameterError> {
+        let points: Vec<Point> = fields.points("points")?;
+        let mut faces = Vec::new();
+        for (k, face) in fields.list("faces")?.iter().enumerate() {
+            faces.push(indices(fields, &format!("faces[{k}]"), face)?);
+        }
+        let wrong = |name: &'static str| move |e: SubdivisionError| fields.error(name, e.to_string());
+        let mut cage = Cage::new(points, &faces).map_err(wrong("faces"))?;
+        if let Some(holes) = fields.value("holes") {
+            for hole in indices(fields, "holes", holes)? {
+                cage = cage.with_hole(hole).map_err(wrong("holes"))?;
+            }
+        }
+        let depth = u32::try_from(fields.count_or("depth", DEPTH as usize)?).unwrap_or(u32::MAX);
+        Self::with_depth(cage, depth).map_err(wrong(if depth == DEPTH { "faces" } else { "depth" }))
+    }
+
+    fn tessellate(states: &[&Self], fineness: &Fineness) -> loftsman_kernel::error::Result<Faceted> {
+        tessellate::tessellate(states, fineness)
+    }
+
+    /// One biquadratic spline a face, where every face is regular.
+    fn splines(&self) -> Option<Splines> {
+        if !self.is_all_regular() {
+            return None;
+        }
+        let space = Space::floating_uniform(2, 3).ok()?;
+        let nodes: Vec<Node<_>> = self.nodes().ok()?;
+        let surface = |node: &Node<loftsman_kernel::Vector>| {
+            let points = node.net().map(|p| Point::from(*p)).to_vec();
+            Surface::new(space.clone(), space.clone(), points).ok()
+        };
+        nodes.iter().map(surface).collect::<Option<Vec<_>>>().map(Splines::Surfaces)
+    }
+}

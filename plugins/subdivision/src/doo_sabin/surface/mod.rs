@@ -1,0 +1,451 @@
+//! The limit surface of a cage under Doo-Sabin subdivision as a shape.
+
+mod declared;
+mod edges;
+mod node;
+mod tessellate;
+
+use std::sync::Arc;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::error::Error;
+use loftsman_kernel::shape::{
+    Cell, CellSide, Cells, Derivative, Domain, Edges, Interval, Location, Neighbours, Shape, Stencil,
+};
+use smallvec::SmallVec;
+
+use self::node::{Node, basis};
+use super::limit::check_same;
+use super::refine::stencil;
+use crate::cage::{Cage, present};
+use crate::error::{Result, SubdivisionError};
+use crate::surface::pattern::{Corner, Pattern, Quadrant};
+use crate::surface::refused;
+use crate::topology::NONE;
+
+/// Levels round an extraordinary point down to which there are cells.
+const DEPTH: u32 = 8;
+/// The largest depth of cells that can be asked for.
+const DEEPEST: u32 = 24;
+/// Within 2 to minus this of an extraordinary point a place is the point.
+const LEVELS: u32 = 40;
+/// Vertices round one piece, at most: rows over them are kept densely.
+const MOST: usize = 2048;
+
+/// The limit surface of a cage under Doo-Sabin subdivision, as a [`Shape`]: its control vertices are the points of the cage, and each point
+/// of the surface is a row over them.
+///
+/// *Faces.* Each corner of a face of the cage, whose vertex is inside and whose face is no hole, is one face of the surface, numbered in the order
+/// of the cage's faces and their corners ([`face_of`](Self::face_of), [`cage_corner`](Self::cage_corner)). The domain of each is `[0, 1]²`:
+/// `(0, 0)` is the limit of the middle of the cage's face, `(1, 1)` that of the vertex, `(1, 0)` and `(0, 1)` those of the edge
+/// before the corner and of the edge that follows. Where the cage's face is a quad and the vertex has four edges, it is one biquadratic
+/// piece.
+///
+/// *Boundary.* The surface ends where its last complete pieces do, as a spline with floating ends does: half of a face inside the cage's.
+///
+/// *Locations.* `Location::Face(face, u, v)`: to rounding exact everywhere, with all derivatives, by refining the piece's neighbourhood
+/// until the place is in a biquadratic one (Stam 1998, without eigenvectors). At the middle of a face that is no quad, at the limit of a
+/// vertex that has not four edges, and within 2⁻⁴⁰ of these, it is the limit position; first derivatives there are tangents whose
+/// lengths say nothing, and higher ones do not exist. `Location::Vertex(vertex)` is the limit of a vertex inside the cage.
+///
+/// *Energies.* The neighbourhood of an extraordinary point halves from level to level. So a level adds a quarter of what the one before did
+/// to areas and to the energy of first derivatives; but second derivatives by `u` and `v` grow as fast as it shrinks (the surface is smooth,
+/// the parameters are not), so that to theirs each level adds as much as the one before: it is finite where all is regular, and grows with
+/// the [depth](Self::with_depth) elsewhere.
+///
+/// *Cost.* Making one is linear in the cage; a row costs what is near, and in an irregular face that for each level.
+#[derive(Debug, Clone)]
+pub struct DooSabinSurface {
+    cage: Cage,
+    layout: Arc<Layout>,
+    depth: u32,
+}
+
+/// What of a surface follows from its topology alone.
+#[derive(Debug)]
+struct Layout {
+    /// The corner of the cage of each face.
+    corners: Vec<u32>,
+    /// The face at each corner; [`NONE`] where there is none.
+    faces: Vec<u32>,
+    /// The first cell of each face, and the number of all.
+    cells: Vec<usize>,
+    /// Quadrants of the four kinds of faces: whether the face of the cage is no quad, and whether its vertex has not four edges.
+    quadrants: [Vec<Quadrant>; 4],
+    /// Face and side of each edge of the boundary.
+    edges: Vec<(u32, u8)>,
+}
+
+/// The place of a corner's kind among the four.
+fn kind(cage: &Cage, half: u32) -> usize {
+    let topology = cage.topology();
+    let face = topology.face_corners(topology.face_of(half) as usize).len() != 4;
+    let vertex = topology.around(topology.origin(half) as usize).count() != 4;
+    usize::from(face) + 2 * usize::from(vertex)
+}
+
+impl Layout {
+    fn new(cage: &Cage, depth: u32) -> Result<Self> {
+        let topology = cage.topology();
+        for vertex in 0..topology.vertex_count() {
+            if !topology.is_boundary_vertex(vertex) && topology.around(vertex).nth(2).is_none() {
+                let problem = "has two faces and two edges, and no piece of a Doo-Sabin surface belongs to such a one: refine the cage once \
+                               (levels = 1), then it has four"
+                    .to_owned();
+                return Err(SubdivisionError::Vertex { vertex, problem });
+            }
+        }
+        let shown = |half: u32| {
+            !cage.is_hole(topology.face_of(half) as usize)
+                && !topology.is_boundary_vertex(topology.origin(half) as usize)
+        };
+        let corners: Vec<u32> = (0..topology.corner_count() as u32).filter(|&h| shown(h)).collect();
+        if corners.is_empty() {
+            let problem =
+                "shows no piece of the surface, and no other face does: a piece belongs to a corner whose vertex has faces all round it, and \
+                 whose face is no hole"
+                    .to_owned();
+            return Err(SubdivisionError::Face { face: 0, problem });
+        }
+        let mut faces = vec![NONE; topology.corner_count()];
+        (0..).zip(&corners).for_each(|(k, &h)| faces[h as usize] = k);
+        let quadrants = [0, 1, 2, 3].map(|kind| {
+            let corner = |extraordinary| Corner { steps: 0, extraordinary };
+            let plain = Corner::default();
+            let corners = [corner(kind & 1 == 1), plain, corner(kind & 2 == 2), plain];
+            Pattern { corners, edges: [0; 4] }.quadrants(depth).0
+        });
+        let mut cells = vec![0];
+        let (mut count, mut edges) = (0, Vec::new());
+        for (face, &half) in (0..).zip(&corners) {
+            count += quadrants[kind(cage, half)].len();
+            cells.push(count);
+            for (side, beyond) in (0..).zip(beside(cage, half)) {
+                if beyond.is_none_or(|other| faces[other as usize] == NONE) {
+                    edges.push((face, side));
+                }
+            }
+        }
+        Ok(Self { corners, faces, cells, quadrants, edges })
+    }
+}
+
+/// The corners whose faces lie beyond the four sides of that at a corner: side 0 is `v = 0`, the others follow counterclockwise.
+fn beside(cage: &Cage, half: u32) -> [Option<u32>; 4] {
+    let topology = cage.topology();
+    let some = |h: u32| (h != NONE).then_some(h);
+    let (before, after) = (topology.previous(half), topology.next(half));
+    let over = some(topology.twin(half)).map(|twin| topology.next(twin));
+    [Some(before), some(topology.twin(before)), over, Some(after)]
+}
+
+impl DooSabinSurface {
+    /// The limit surface of a cage. Creases, corners and the rule for the boundary say nothing here; knot intervals that are all equal are left out,
+    /// for they change nothing. Cost: linear.
+    ///
+    /// # Errors
+    /// When end intervals differ, for then only the limits of faces are known ([`limit_stencils`](super::limit_stencils)), not places between;
+    /// when an inner vertex has two edges; when no piece is left.
+    pub fn new(cage: Cage) -> Result<Self> {
+        Self::with_depth(cage, DEPTH)
+    }
+
+    /// The same with cells down to a depth from 1 to 24, 8 for [`new`](Self::new): the number of levels round an extraordinary point that
+    /// integrals are taken over. What is left out has `4^-depth` of the parameters of each face there, and about that share of its area.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); when the depth is another.
+    pub fn with_depth(mut cage: Cage, depth: u32) -> Result<Self> {
+        if !(1..=DEEPEST).contains(&depth) {
+            let (place, value) = ("cells".to_owned(), f64::from(depth));
+            return Err(SubdivisionError::Value { what: "depth", place, value, needed: "from 1 to 24" });
+        }
+        check_same(
+            &cage,
+            "no limit surface as a shape is known there; leave intervals out, or refine the cage instead (levels, with limit = true: a mesh \
+             with its vertices on the surface)",
+        )?;
+        (cage.intervals, cage.end_intervals) = (Vec::new(), Vec::new());
+        (cage.creases, cage.corners) = (Vec::new(), Vec::new());
+        let layout = Arc::new(Layout::new(&cage, depth)?);
+        Ok(Self { cage, layout, depth })
+    }
+
+    /// The cage.
+    pub fn cage(&self) -> &Cage {
+        &self.cage
+    }
+
+    /// The cage, taken out.
+    pub fn into_cage(self) -> Cage {
+        self.cage
+    }
+
+    /// The depth of cells round extraordinary points.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    /// The number of the surface's face at a corner of a face of the cage; `None` where the vertex is on the boundary or the face is a hole.
+    ///
+    /// # Errors
+    /// When there is no such face or corner.
+    pub fn face_of(&self, face: usize, corner: usize) -> Result<Option<u32>> {
+        let topology = self.cage.topology();
+        present("face", face, topology.face_count())?;
+        let corners = topology.face_corners(face);
+        present("corner", corner, corners.len())?;
+        let own = self.layout.faces[corners.start + corner];
+        Ok((own != NONE).then_some(own))
+    }
+
+    /// The face of the cage, and its corner, that a face of the surface belongs to.
+    ///
+    /// # Errors
+    /// When there is no such face.
+    pub fn cage_corner(&self, face: u32) -> Result<(usize, usize)> {
+        present("face of the surface", face as usize, self.layout.corners.len())?;
+        let (topology, half) = (self.cage.topology(), self.layout.corners[face as usize]);
+        let of = topology.face_of(half) as usize;
+        Ok((of, half as usize - topology.face_corners(of).start))
+    }
+
+    /// Whether a face is one biquadratic piece.
+    ///
+    /// # Errors
+    /// When there is no such face.
+    pub fn is_regular(&self, face: u32) -> Result<bool> {
+        present("face of the surface", face as usize, self.layout.corners.len())?;
+        Ok(kind(&self.cage, self.layout.corners[face as usize]) == 0)
+    }
+
+    /// Whether all faces are.
+    fn is_all_regular(&self) -> bool {
+        self.layout.corners.iter().all(|&half| kind(&self.cage, half) == 0)
+    }
+
+    /// The corners of the cage in the rings round a piece: vertices of the cage refined once.
+    fn rings(&self, half: u32) -> [Vec<u32>; 4] {
+        let topology = self.cage.topology();
+        let own = topology.face_corners(topology.face_of(half) as usize);
+        let (first, size) = (own.start, own.len());
+        let at = half as usize - first;
+        let face = (0..size).map(|k| (first + (at + k) % size) as u32).collect();
+        let before = topology.previous(half);
+        let (twin, over) = (topology.twin(before), topology.twin(half));
+        let mut round = vec![half];
+        let mut next = twin;
+        while next != half && next != NONE {
+            round.push(next);
+            next = topology.twin(topology.previous(next));
+        }
+        [
+            face,
+            vec![half, before, topology.next(twin), twin],
+            round,
+            vec![half, topology.next(over), over, topology.next(half)],
+        ]
+    }
+
+    /// The vertices of the cage that a face depends on, ascending, and its neighbourhood as rows over these. Cost: their number times
+    /// that of the corners round.
+    fn rows(&self, face: usize) -> Result<(Vec<usize>, Node<Vec<f64>>)> {
+        let topology = self.cage.topology();
+        let half = self.layout.corners[face];
+        let vertex = topology.origin(half) as usize;
+        let faces = topology.vertex_faces(vertex);
+        let mut base: Vec<usize> =
+            faces.flat_map(|f| topology.face(f as usize).iter().map(|&v| v as usize)).collect();
+        base.sort_unstable();
+        base.dedup();
+        if base.len() > MOST {
+            let problem = format!(
+                "has {} vertices in the faces round it, and at most {MOST} can be looked at: refine the cage, or divide its largest faces \
+                 and fans",
+                base.len()
+            );
+            return Err(SubdivisionError::Vertex { vertex, problem });
+        }
+        let mut rings: [Vec<Vec<f64>>; 4] = Default::default();
+        for (rows, ring) in rings.iter_mut().zip(self.rings(half)) {
+            for corner in ring {
+                let mut row = vec![0.0; base.len()];
+                for (v, c) in stencil(&self.cage, corner as usize)?.iter() {
+                    if let Ok(at) = base.binary_search(&v) {
+                        row[at] += c;
+                    }
+                }
+                rows.push(row);
+            }
+        }
+        Ok((base, Node { rings }))
+    }
+
+    /// Whether a place is an extraordinary point of a face, by the corner that it is at.
+    fn extraordinary(&self, face: usize, u: f64, v: f64) -> Option<usize> {
+        let kind = kind(&self.cage, self.layout.corners[face]);
+        let near = |a: f64, b: f64| f64::max((u - a).abs(), (v - b).abs()) < 0.5_f64.powi(LEVELS as i32);
+        match kind {
+            _ if kind & 1 == 1 && near(0.0, 0.0) => Some(0),
+            _ if kind & 2 == 2 && near(1.0, 1.0) => Some(2),
+            _ => None,
+        }
+    }
+
+    fn on_face(&self, face: u32, u: f64, v: f64, by: Derivative) -> loftsman_kernel::error::Result<Stencil> {
+        let count = self.layout.corners.len();
+        let face = face as usize;
+        if face >= count {
+            let problem = format!("is not there: the surface has {count}, numbered from 0");
+            return Err(Error::Face { face, problem });
+        }
+        for value in [u, v] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(Error::Outside { value, start: 0.0, end: 1.0 });
+            }
+        }
+        let (base, node) = self.rows(face).map_err(refused)?;
+        let back = |row: &[f64]| -> Stencil {
+            base.iter().zip(row).filter(|(_, c)| **c != 0.0).map(|(&v, &c)| (v, c)).collect()
+        };
+        if let Some(corner) = self.extraordinary(face, u, v) {
+            let (position, [along_u, along_v]) = node.corner(corner);
+            let (of, at) = self.cage_corner(face as u32).map_err(refused)?;
+            return match (by.u, by.v) {
+                (0, 0) => Ok(back(&position)),
+                (1, 0) => Ok(back(&along_u)),
+                (0, 1) => Ok(back(&along_v)),
+                (a, b) => Err(Error::Invalid(format!(
+                    "a derivative [{a}, {b}] at the {} of corner {at} of face {of} of the cage: an extraordinary point has a position [0, 0] and \
+                     two tangents [1, 0], [0, 1]; ask for others beside it",
+                    if corner == 0 { "face" } else { "vertex" }
+                ))),
+            };
+        }
+        let Some((piece, (u, v), level)) = node.piece((u, v), LEVELS + 16) else {
+            return Err(Error::Invalid(format!(
+                "[{u}, {v}] of face {face} is too near an extraordinary point"
+            )));
+        };
+        let (along_u, along_v) = (basis(u, by.u), basis(v, by.v));
+        let scale = 2.0_f64.powi(level as i32).powi((by.u + by.v) as i32);
+        let mut row = vec![0.0; base.len()];
+        for (k, part) in piece.net().into_iter().enumerate() {
+            let weight = along_u[k / 3] * along_v[k % 3] * scale;
+            row.iter_mut().zip(part).for_each(|(own, c)| *own += weight * c);
+        }
+        Ok(back(&row))
+    }
+
+    fn on_vertex(&self, vertex: u32, by: Derivative) -> loftsman_kernel::error::Result<Stencil> {
+        let (topology, count) = (self.cage.topology(), self.cage.points().len());
+        if vertex as usize >= count {
+            return Err(Error::NoVertex { index: i64::from(vertex), count });
+        }
+        let face =
+            topology.around(vertex as usize).map(|h| self.layout.faces[h as usize]).find(|&f| f != NONE);
+        match face {
+            Some(face) => self.on_face(face, 1.0, 1.0, by),
+            None => Err(Error::Invalid(format!(
+                "vertex {vertex} is on the boundary of the cage, or has nothing but holes round it, where there is no surface: ask of a vertex inside"
+            ))),
+        }
+    }
+}
+
+impl Shape for DooSabinSurface {
+    fn control_vertices(&self) -> &[Point] {
+        self.cage.points()
+    }
+
+    fn control_vertices_mut(&mut self) -> &mut [Point] {
+        self.cage.points_mut()
+    }
+
+    fn stencil(&self, at: Location, by: Derivative) -> loftsman_kernel::error::Result<Stencil> {
+        let order = by.u.max(by.v);
+        if order > loftsman_kernel::error::MAX_DEGREE {
+            return Err(Error::DerivativeOrder { order });
+        }
+        match at {
+            Location::Face(face, u, v) => self.on_face(face, u, v, by),
+            Location::Vertex(vertex) => self.on_vertex(vertex, by),
+            Location::Curve(_) | Location::Surface(..) => Err(Error::Invalid(format!(
+                "{at} is no place of a subdivision surface, which has many faces: give {{ face = number, uv = [u, v] }} or {{ vertex = number \
+                 }}"
+            ))),
+        }
+    }
+
+    fn domain(&self) -> Domain {
+        [Interval { start: 0.0, end: 1.0, periodic: false }; 2].into_iter().collect()
+    }
+
+    fn faces(&self) -> Option<usize> {
+        Some(self.layout.corners.len())
+    }
+
+    fn boxed(&self) -> Box<dyn Shape> {
+        Box::new(self.clone())
+    }
+
+    fn cells(&self) -> Option<&dyn Cells> {
+        Some(self)
+    }
+
+    fn edges(&self) -> Option<&dyn Edges> {
+        Some(self)
+    }
+
+    fn neighbours(&self) -> Option<&dyn Neighbours> {
+        Some(self)
+    }
+}
+
+/// Vertices with a common edge.
+impl Neighbours for DooSabinSurface {
+    fn around(&self, vertex: usize) -> SmallVec<[usize; 8]> {
+        let topology = self.cage.topology();
+        if vertex >= topology.vertex_count() {
+            return SmallVec::new();
+        }
+        let edges = topology.vertex_edges(vertex);
+        let mut all: SmallVec<[usize; 8]> = edges.map(|edge| topology.other_end(edge, vertex)).collect();
+        all.sort_unstable();
+        all
+    }
+}
+
+/// A regular face is one cell; of another the quadrants down to the surface's depth that are biquadratic.
+impl Cells for DooSabinSurface {
+    fn count(&self) -> usize {
+        self.layout.cells.last().copied().unwrap_or(0)
+    }
+
+    fn cell(&self, index: usize) -> Option<Cell> {
+        if index >= Cells::count(self) {
+            return None;
+        }
+        let face = self.layout.cells.partition_point(|&first| first <= index).checked_sub(1)?;
+        let half = *self.layout.corners.get(face)?;
+        let quadrant = *self.layout.quadrants[kind(&self.cage, half)].get(index - self.layout.cells[face])?;
+        let size = 0.5_f64.powi(quadrant.level as i32);
+        let side = |k: u64| CellSide { start: k as f64 * size, end: (k + 1) as f64 * size, degree: 2 };
+        let middle = |k: u64| (k as f64 + 0.5) * size;
+        // Where a neighbourhood is too large for rows, the cell has no vertices, and whoever asks for rows there is told why.
+        let place = (middle(quadrant.i), middle(quadrant.j));
+        let vertices = match self.rows(face) {
+            Ok((base, node)) => match node.piece(place, quadrant.level) {
+                Some((piece, ..)) => {
+                    let net = piece.net();
+                    let counts = |at: usize| net.iter().any(|row| row[at] != 0.0);
+                    (0..base.len()).filter(|&at| counts(at)).map(|at| base[at]).collect()
+                }
+                None => SmallVec::new(),
+            },
+            Err(_) => SmallVec::new(),
+        };
+        let sides = [side(quadrant.i), side(quadrant.j)].into_iter().collect();
+        Some(Cell { face: Some(face as u32), sides, rational: false, vertices })
+    }
+}

@@ -1,0 +1,330 @@
+//! The limit of Doo and Sabin's scheme as a shape.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "what is missing fails the test")]
+
+mod shapes;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use loftsman_area_volume::{volume, volume_of};
+use loftsman_fairing::{Fair, bend};
+use loftsman_kernel::conformance::{kind_conformance, shape_conformance};
+use loftsman_kernel::edit::{Ask, Edit};
+use loftsman_kernel::functional::{derivative, position};
+use loftsman_kernel::plugin::{Chord, DeclaredShape, Drawn, Fineness, KindOf, ShapeKind, Splines};
+use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of, strips};
+use loftsman_kernel::space::Space;
+use loftsman_kernel::spline::{Direction, Surface};
+use loftsman_kernel::{Point, Vector};
+use loftsman_subdivision::Cage;
+use loftsman_subdivision::doo_sabin::{DooSabinSurface, limit_frames, refine, refine_times};
+
+/// Cages of which there is a surface.
+fn some() -> Vec<(String, Cage)> {
+    let plain = |cage: &Cage| (0..cage.topology().edge_count()).all(|e| cage.crease(e) == 0.0);
+    let all: Vec<(String, Cage)> = shapes::all()
+        .into_iter()
+        .filter(|(_, cage)| plain(cage) && DooSabinSurface::new(cage.clone()).is_ok())
+        .collect();
+    assert!(all.len() > 40, "{}", all.len());
+    all
+}
+
+#[test]
+fn it_is_a_shape_and_a_kind() {
+    let mut edges = 0;
+    for (name, cage) in some().into_iter().step_by(3) {
+        let surface = DooSabinSurface::new(cage).unwrap();
+        // A side that ends at an extraordinary point has no strip.
+        let count = surface.edges().unwrap().count();
+        if let Some(error) = (0..count).find_map(|edge| strips(&surface, edge, 0).err()) {
+            assert!(error.to_string().contains("ends at an extraordinary point"), "{name}: {error}");
+            continue;
+        }
+        edges += count;
+        let verdict = shape_conformance(&surface);
+        assert!(verdict.passed(), "{name}: {}", verdict.to_string().chars().take(2000).collect::<String>());
+    }
+    assert!(edges > 20, "{edges}");
+    let cages = [
+        shapes::cube().with_hole(2).unwrap(),
+        shapes::grid(3, 4, [false, false], 0.2),
+        shapes::fan(5, 4, true, 0.1),
+    ];
+    let samples: Vec<Box<dyn Shape>> = cages
+        .into_iter()
+        .map(|cage| Box::new(DooSabinSurface::with_depth(cage, 7).unwrap()) as Box<dyn Shape>)
+        .collect();
+    let kind: Arc<dyn ShapeKind> = Arc::new(KindOf::<DooSabinSurface>::default());
+    let verdict = kind_conformance(&kind, &samples);
+    assert!(verdict.passed(), "{}", verdict.to_string().chars().take(3000).collect::<String>());
+}
+
+/// Of a grid it is the biquadratic spline, with all derivatives.
+#[test]
+fn of_a_grid_it_is_the_spline() {
+    let (rows, columns) = (5, 6);
+    let cage = shapes::grid(rows, columns, [false, false], 0.4);
+    let [u, v] = [rows, columns].map(|n| Space::floating_uniform(2, n).unwrap());
+    let spline = Surface::new(u, v, cage.points().to_vec()).unwrap();
+    let surface = DooSabinSurface::new(cage).unwrap();
+    assert_eq!(surface.faces(), Some(4 * (rows - 2) * (columns - 2)));
+    let mut seen = 0;
+    for face in 0..surface.faces().unwrap() as u32 {
+        assert!(surface.is_regular(face).unwrap());
+        let (of, corner) = surface.cage_corner(face).unwrap();
+        // The middle of the face, and the ways to the vertex of the corner: u is the way against the edge before it.
+        let (i, j) = (of / (columns - 1), of % (columns - 1));
+        let out: [[f64; 2]; 2] = match corner {
+            0 => [[-1.0, 0.0], [0.0, -1.0]],
+            1 => [[0.0, -1.0], [1.0, 0.0]],
+            2 => [[1.0, 0.0], [0.0, 1.0]],
+            _ => [[0.0, 1.0], [-1.0, 0.0]],
+        };
+        for (s, t) in [(0.0, 0.0), (0.25, 0.75), (1.0, 0.5), (0.1, 1.0), (1.0, 1.0)] {
+            let way = [0, 1].map(|k| 0.5 * (s * out[0][k] + t * out[1][k]));
+            let at = (i as f64 + way[0], j as f64 + way[1]);
+            if !(0.0..=(rows - 2) as f64).contains(&at.0) || !(0.0..=(columns - 2) as f64).contains(&at.1) {
+                continue;
+            }
+            seen += 1;
+            let ours = |u, v| surface.value(Location::Face(face, s, t), Derivative { u, v }).unwrap();
+            let theirs = |u, v| spline.derivative(at.0, at.1, u, v).unwrap();
+            assert!((ours(0, 0) - theirs(0, 0)).norm() < 1e-14, "{face} {s} {t}");
+            let (du, dv) = (theirs(1, 0), theirs(0, 1));
+            let along = |k: usize| (du * out[k][0] + dv * out[k][1]) * 0.5;
+            assert!((ours(1, 0) - along(0)).norm() < 1e-14, "{face} {s} {t}");
+            assert!((ours(0, 1) - along(1)).norm() < 1e-14, "{face} {s} {t}");
+        }
+    }
+    assert!(seen > 200, "{seen}");
+    let Some(Splines::Surfaces(all)) = surface.splines() else { panic!("it is all splines") };
+    for (face, patch) in all.iter().enumerate() {
+        let at = |direction, x: f64| {
+            let (start, end) = patch.space(direction).domain();
+            start + (end - start) * x
+        };
+        let off = patch.point(at(Direction::U, 0.3), at(Direction::V, 0.8)).unwrap().coords
+            - surface.value(Location::Face(face as u32, 0.3, 0.8), Derivative::POSITION).unwrap();
+        assert!(off.norm() < 1e-14);
+    }
+    assert!(DooSabinSurface::new(shapes::cube()).unwrap().splines().is_none());
+}
+
+/// Middles of faces of the refined cages lie on it, where they are said to; in the middle the planes are those of the scheme's limit.
+#[test]
+fn refined_cages_come_to_it() {
+    for (name, cage) in some() {
+        let surface = DooSabinSurface::new(cage.clone()).unwrap();
+        let size = cage.points().iter().fold(1.0_f64, |m, p| m.max(p.coords.amax()));
+        let frames = limit_frames(&cage).unwrap();
+        for face in 0..surface.faces().unwrap() as u32 {
+            let (of, _) = surface.cage_corner(face).unwrap();
+            let at = Location::Face(face, 0.0, 0.0);
+            let off = surface.value(at, Derivative::POSITION).unwrap() - frames[of].point.coords;
+            assert!(off.norm() < 1e-13 * size, "{name}: {off}");
+            let [du, dv] = [Derivative { u: 1, v: 0 }, Derivative { u: 0, v: 1 }]
+                .map(|by| surface.value(at, by).unwrap());
+            let [a, b] = frames[of].tangents;
+            let (ours, theirs) = (du.cross(&dv).normalize(), a.cross(&b).normalize());
+            assert!((ours - theirs).norm() < 1e-10, "{name}: {ours} {theirs}");
+        }
+        // Two levels on, the middle of each face of a face's own is a quarter of the way from its corner.
+        let fine = refine(&cage).unwrap();
+        let limits = limit_frames(&refine(&fine).unwrap()).unwrap();
+        for face in 0..surface.faces().unwrap() as u32 {
+            let (of, corner) = surface.cage_corner(face).unwrap();
+            let half = cage.topology().face_corners(of).start + corner;
+            // Vertex `half` of the refined cage lies in the middle of the face; its own face comes after those of faces and inner edges.
+            let inner = fine.topology();
+            let edges = (0..inner.edge_count()).filter(|&e| !inner.is_boundary_edge(e)).count();
+            let before = (0..half)
+                .filter(|&v| !inner.is_boundary_vertex(v) && inner.around(v).nth(2).is_some())
+                .count();
+            let middle = surface.value(Location::Face(face, 0.5, 0.5), Derivative::POSITION).unwrap();
+            let there = limits[inner.face_count() + edges + before].point.coords;
+            assert!((middle - there).norm() < 1e-13 * size, "{name}, face {face}: {middle} {there}");
+        }
+    }
+}
+
+/// Neighbours meet along their sides, in position and tangent plane, also near extraordinary points.
+#[test]
+fn it_is_smooth_across_sides() {
+    for cage in [
+        shapes::cube(),
+        shapes::tetrahedron(),
+        shapes::double_fan(7, 0.1),
+        refine(&shapes::double_fan(5, 0.1)).unwrap(),
+    ] {
+        let surface = DooSabinSurface::new(cage.clone()).unwrap();
+        let topology = cage.topology();
+        let mut sides = 0;
+        for face in 0..surface.faces().unwrap() as u32 {
+            let (of, corner) = surface.cage_corner(face).unwrap();
+            let size = topology.face(of).len();
+            let Some(other) = surface.face_of(of, (corner + size - 1) % size).unwrap() else { continue };
+            for t in [1e-6, 0.1, 0.37, 0.5, 0.9, 1.0 - 1e-6] {
+                let (one, two) = (Location::Face(face, t, 0.0), Location::Face(other, 0.0, t));
+                let value = |at, u, v| surface.value(at, Derivative { u, v }).unwrap();
+                assert!((value(one, 0, 0) - value(two, 0, 0)).norm() < 1e-13);
+                let normal = |at| value(at, 1, 0).cross(&value(at, 0, 1)).normalize();
+                assert!((normal(one) - normal(two)).norm() < 1e-7, "{} {}", normal(one), normal(two));
+                sides += 1;
+            }
+        }
+        assert!(sides > 30, "{sides}");
+    }
+}
+
+/// A volume kept, a point and a tangent asked for, a fair shape: what constraints and energies do on other shapes.
+#[test]
+fn it_is_edited_and_faired() {
+    let surface = DooSabinSurface::new(shapes::cube()).unwrap();
+    let wanted = Point::new(0.9, 0.85, 0.95);
+    let before = surface.value(Location::Face(3, 0.2, 0.4), Derivative { u: 1, v: 0 }).unwrap();
+    let edited = Edit::new(&surface)
+        .ask(position(Location::Vertex(7)).to(wanted))
+        .ask(derivative(Location::Face(3, 0.2, 0.4), Derivative { u: 1, v: 0 }).keep())
+        .ask(volume().keep())
+        .solve()
+        .unwrap();
+    let there = edited.shape().value(Location::Vertex(7), Derivative::POSITION).unwrap();
+    assert!((there - wanted.coords).norm() < 1e-12);
+    let after = edited.shape().value(Location::Face(3, 0.2, 0.4), Derivative { u: 1, v: 0 }).unwrap();
+    assert!((after - before).norm() < 1e-12);
+    let (was, is) = (volume_of(&surface).unwrap(), volume_of(edited.shape()).unwrap());
+    assert!((was - is).abs() < 1e-12, "{was} {is}");
+    let fair = [7, 0, 3].iter().fold(Fair::new(edited.shape()).energy(bend()), |fair, &v| {
+        fair.ask(position(Location::Vertex(v)).keep())
+    });
+    let report = fair.solve().unwrap();
+    let report = report.report();
+    assert!(report.energy_after < report.energy_before, "{report:?}");
+}
+
+/// At extraordinary points a level adds a quarter of what the one before did to the energy of first derivatives, and as much to that of second
+/// ones, whatever the face: with what half as much is off each level, for the eigenvalue behind the two halves is a quarter.
+#[test]
+fn energies_of_levels_go_on_as_is_said() {
+    for n in [3, 5, 6, 8] {
+        let surface = DooSabinSurface::with_depth(shapes::fan(n, 4, true, 0.1), 8).unwrap();
+        let cells = cells_of(&surface, "energy").unwrap();
+        let mut levels: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
+        for index in 0..cells.count() {
+            let cell = cells.cell(index).unwrap();
+            let side = cell.sides[0];
+            let level = -(side.end - side.start).log2().round() as i32;
+            let own = levels.entry(level as u32).or_default();
+            for (at, weight) in cell.gauss_points([3, 3]) {
+                let square = |u, v| surface.value(at, Derivative { u, v }).unwrap().norm_squared();
+                own[0] += weight * (square(1, 0) + square(0, 1));
+                own[1] += weight * (square(2, 0) + 2.0 * square(1, 1) + square(0, 2));
+            }
+        }
+        let share = |k: usize| 2.0 * levels[&8][k] / levels[&7][k] - levels[&7][k] / levels[&6][k];
+        assert!(
+            (share(0) - 0.25).abs() < 1e-3 && (share(1) - 1.0).abs() < 1e-2,
+            "{n}: {} {}",
+            share(0),
+            share(1)
+        );
+    }
+}
+
+#[test]
+fn triangles_are_near_and_do_not_gape() {
+    for (name, cage) in [
+        ("cube", shapes::cube()),
+        ("fan", shapes::fan(5, 5, true, 0.1)),
+        ("hole", shapes::cube().with_hole(1).unwrap()),
+        ("torus", shapes::grid(5, 6, [true, true], 0.2)),
+    ] {
+        let surface = DooSabinSurface::new(cage).unwrap();
+        for part in [2e-2, 1e-3] {
+            let fine = Fineness { chord: Chord::Relative(part), angle: 1.0 };
+            let faceted = DooSabinSurface::tessellate(&[&surface], &fine).unwrap();
+            assert!(faceted.certified && faceted.error <= faceted.tolerance, "{name}");
+            let Drawn::Mesh(mesh) = &faceted.drawn else { panic!("it is a surface") };
+            for (p, at) in mesh.points().iter().zip(&faceted.places) {
+                assert!(
+                    (p.coords - surface.value(*at, Derivative::POSITION).unwrap()).norm() < 1e-13,
+                    "{name}"
+                );
+            }
+            // Every side of a triangle has another one, or is on the boundary.
+            let mut sides: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+            for f in 0..mesh.face_count() {
+                let c = &mesh.corners()[3 * f..3 * f + 3];
+                for k in 0..3 {
+                    let (a, b) = (c[k], c[(k + 1) % 3]);
+                    *sides.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+                }
+            }
+            let open = sides.values().filter(|s| **s != 0).count();
+            let edges = surface.edges().unwrap().count();
+            let per_side = ((mesh.face_count() / surface.faces().unwrap() / 2) as f64).sqrt() as usize;
+            assert_eq!(open, edges * per_side, "{name}");
+            // Places between points, against the nearest triangle of all.
+            for face in 0..surface.faces().unwrap().min(6) as u32 {
+                for (u, v) in [(0.31, 0.77), (0.05, 0.02), (0.6, 0.61)] {
+                    let p = surface.value(Location::Face(face, u, v), Derivative::POSITION).unwrap();
+                    let near = (0..mesh.face_count())
+                        .map(|f| {
+                            distance(
+                                p,
+                                [0, 1, 2].map(|k| mesh.points()[mesh.corners()[3 * f + k] as usize].coords),
+                            )
+                        })
+                        .fold(f64::INFINITY, f64::min);
+                    assert!(near <= faceted.error + 1e-12, "{name} {near} {}", faceted.error);
+                }
+            }
+        }
+    }
+}
+
+/// Of a point from a triangle, by many places of it.
+fn distance(p: Vector, [a, b, c]: [Vector; 3]) -> f64 {
+    let normal = (b - a).cross(&(c - a));
+    let inside = [(a, b), (b, c), (c, a)].iter().all(|(x, y)| (y - x).cross(&(p - x)).dot(&normal) >= 0.0);
+    if inside {
+        return (p - a).dot(&normal).abs() / normal.norm();
+    }
+    let segment = |x: Vector, y: Vector| {
+        let t = ((p - x).dot(&(y - x)) / (y - x).norm_squared()).clamp(0.0, 1.0);
+        (p - x - (y - x) * t).norm()
+    };
+    segment(a, b).min(segment(b, c)).min(segment(c, a))
+}
+
+#[test]
+fn what_there_is_none_of_says_so() {
+    let refused = |cage: Cage| DooSabinSurface::new(cage).unwrap_err().to_string();
+    assert!(refused(shapes::pillow(5)).contains("vertex 0 has two faces and two edges"));
+    assert!(DooSabinSurface::new(refine_times(&shapes::pillow(5), 1).unwrap()).is_ok());
+    assert!(refused(shapes::one_face(4)).contains("shows no piece"));
+    let uneven = shapes::grid(4, 4, [false, false], 0.1).with_end_interval(5, 6, 2.0).unwrap();
+    let error = refused(uneven);
+    assert!(error.contains("intervals") && error.contains("limit = true"), "{error}");
+    let surface = DooSabinSurface::new(shapes::fan(5, 4, true, 0.1)).unwrap();
+    assert!(
+        surface
+            .value(Location::Vertex(3), Derivative::POSITION)
+            .unwrap_err()
+            .to_string()
+            .contains("boundary")
+    );
+    assert!(
+        surface
+            .value(Location::Vertex(0), Derivative { u: 2, v: 0 })
+            .unwrap_err()
+            .to_string()
+            .contains("extraordinary")
+    );
+    assert!(surface.value(Location::Face(99, 0.0, 0.0), Derivative::POSITION).is_err());
+    assert!(surface.value(Location::Face(0, 1.5, 0.0), Derivative::POSITION).is_err());
+    assert!(surface.value(Location::Face(0, f64::NAN, 0.0), Derivative::POSITION).is_err());
+    assert!(DooSabinSurface::with_depth(shapes::cube(), 0).is_err());
+}
