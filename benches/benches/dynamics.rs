@@ -12,11 +12,15 @@ use loftsman_benches::floor::Banded;
 use loftsman_benches::measure::{self, Case};
 use loftsman_dynamics::{Body, Scheme, Setup, Simulation, fixed, sliding};
 use loftsman_kernel::Point;
+use loftsman_kernel::solve::{EnvelopeCholesky, RangeSpace, Weight};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 
 const ROPES: [(usize, u32); 5] = [(60, 14), (250, 20), (1000, 20), (10_000, 20), (100_000, 20)];
 const FRAMES: [(usize, u32); 2] = [(60, 14), (250, 20)];
 const SHEETS: [usize; 3] = [7, 25, 50];
+/// What is solved alone: ropes, and patches of as many rows as columns.
+const SOLVED: [usize; 3] = [50, 1000, 100_000];
+const PATCHES: [usize; 2] = [50, 200];
 const SCHEMES: [(&str, Scheme); 3] =
     [("epsilon", Scheme::Epsilon), ("exact", Scheme::Exact), ("implicit", Scheme::Implicit)];
 
@@ -93,6 +97,45 @@ fn steps<M: Measurement>(criterion: &mut Criterion<M>) {
     group.finish();
 }
 
+/// The Cholesky factor of the mass matrix of `n` uniform cubics, as it is far from the ends (which costs as much).
+fn mass_of_uniform_cubic(n: usize) -> EnvelopeCholesky {
+    let mass = [2416.0 / 5040.0, 1191.0 / 5040.0, 120.0 / 5040.0, 1.0 / 5040.0];
+    let first = (0..n as u32).map(|i| i.saturating_sub(3)).collect();
+    EnvelopeCholesky::factor(first, 1e-15, |i, j| mass[i - j]).expect("a mass matrix")
+}
+
+/// The solve with the mass matrix that a step makes, alone, for three axes: of a rope the band, of a sheet the product of two of them. Nothing is held.
+fn solves<M: Measurement>(criterion: &mut Criterion<M>) {
+    let mut group = criterion.benchmark_group("W6 solve alone");
+    let ropes = SOLVED.map(|n| (n, Weight::Vertices(mass_of_uniform_cubic(n))));
+    let patches = PATCHES.map(|n| (n * n, Weight::Grid(mass_of_uniform_cubic(n), mass_of_uniform_cubic(n))));
+    for (name, n, weight) in
+        ropes.map(|(n, w)| ("rope", n, w)).into_iter().chain(patches.map(|(n, w)| ("patch", n, w)))
+    {
+        let mut space = RangeSpace::new([(weight, None)]);
+        space.float(0, 0.0);
+        space.factor();
+        group.bench_function(BenchmarkId::new(name, n), |b| {
+            b.iter_batched_ref(
+                || [1.0, 2.0, 3.0].repeat(n),
+                |values| space.solve(black_box(values), &[], &mut [], &mut []),
+                BatchSize::LargeInput,
+            );
+        });
+    }
+    for n in SOLVED {
+        let mut floor = Banded::mass_of_uniform_cubic(n);
+        group.bench_function(BenchmarkId::new("floor", n), |b| {
+            b.iter_batched_ref(
+                || vec![[1.0, 2.0, 3.0]; n],
+                |values| floor.solve(black_box(values)),
+                BatchSize::LargeInput,
+            );
+        });
+    }
+    group.finish();
+}
+
 /// A frame of 1/24 s: explicit ones of hundreds of steps, which are taken again, shorter, where a constraint drifts. Of what has moved for a while.
 fn frames<M: Measurement>(criterion: &mut Criterion<M>) {
     let frame = 1.0 / 24.0;
@@ -123,6 +166,7 @@ fn frames<M: Measurement>(criterion: &mut Criterion<M>) {
 fn main() {
     let mut criterion = measure::criterion();
     steps(&mut criterion);
+    solves(&mut criterion);
     frames(&mut criterion);
     criterion.final_summary();
     let case =
@@ -133,6 +177,10 @@ fn main() {
     let frames: Vec<Case> = FRAMES.into_iter().map(|(n, _)| case(n, n)).collect();
     measure::summary("W6 rope, a frame", &all[..3], "epsilon", &all[..3], &frames);
     measure::summary("W6 sheet, a frame", &all[..3], "epsilon", &all[..3], &[case(7, 49)]);
+    let solved: Vec<Case> = SOLVED.into_iter().map(|n| case(n, n)).collect();
+    measure::summary("W6 solve alone", &["rope", "floor"], "rope", &["rope"], &solved);
+    let patches: Vec<Case> = PATCHES.into_iter().map(|n| case(n * n, n * n)).collect();
+    measure::summary("W6 solve alone", &["patch"], "patch", &["patch"], &patches);
     let sheets: Vec<Case> = SHEETS.into_iter().map(|n| case(n, n * n)).collect();
     measure::summary("W6 sheet, a step", &all[..3], "epsilon", &all[..3], &sheets);
 }

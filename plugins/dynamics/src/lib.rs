@@ -11,7 +11,8 @@
 //! hold ([`Simulation::force_of`]).
 //!
 //! Explicit steps are leapfrogs, of second order and symplectic where nothing slides, with a bound of what is stable that is computed beforehand
-//! ([`Simulation::stable_step`]); [`Scheme::Implicit`] is backward Euler, for what is stiff. [`Simulation::settle`] goes to where everything rests.
+//! ([`Simulation::stable_step`]); [`Scheme::Implicit`] is backward Euler, for what is stiff. [`Simulation::settle`] goes to where everything rests,
+//! [`Simulation::settle_with_corners`] with corners in ropes where they turn at what slides along them.
 //!
 //! ```
 //! use loftsman_dynamics::{Body, Scheme, Setup, fixed, sliding};

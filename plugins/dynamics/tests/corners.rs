@@ -114,7 +114,6 @@ fn ropes_of_every_kind_turn_at_corners() {
             let step = simulation.stable_step().min(1.0 / 24.0);
             (0..100).for_each(|_| simulation.advance(step).unwrap());
             let now = simulation.energy().total();
-            eprintln!("{what}: {before} {now} {}", simulation.worst_error());
             assert!(now < 1.01 * before, "{what}: {before} → {now}");
         }
     }
@@ -147,7 +146,9 @@ fn a_lace_is_stretched_alike_through_all_its_rings() {
         for nail in [false, true] {
             let curve = rope(Space::clamped_uniform(degree, 60).unwrap(), false);
             let end = curve.space().domain().1;
-            let place = |k: usize| [0.7 * k as f64, if k % 2 == 0 { 0.0 } else { 0.8 + 0.1 * k as f64 }, 0.0];
+            let place = |k: usize| {
+                [0.7 * k as f64, if k.is_multiple_of(2) { 0.0 } else { 0.8 + 0.1 * k as f64 }, 0.0]
+            };
             let mut setup = Setup::new(Body::new(&curve).mass(0.2).stiffness(100.0))
                 .hold(fixed(0.0).to(place(0)))
                 .hold(fixed(end).to(place(9)));
@@ -206,9 +207,9 @@ fn with_weight_tensions_meet_at_the_ring() {
         assert!((strains[0] - strains[1]).abs() < 1e-6, "{at} {strains:?}");
     }
     // What nails carry of a side hangs on how much rope there is in it.
-    assert!((coarse.0 - fine.0).abs() < 1e-3, "{} {}", coarse.0, fine.0);
+    assert!((coarse.0 - fine.0).abs() < 1e-6, "{} {}", coarse.0, fine.0);
     for (a, b) in coarse.2.iter().flatten().zip(fine.2.iter().flatten()) {
-        assert!((a - b).abs() < 1e-2 * stiffness * fine.1[0], "{:?} {:?}", coarse.2, fine.2);
+        assert!((a - b).abs() < 1e-6 * stiffness, "{:?} {:?}", coarse.2, fine.2);
     }
 }
 
@@ -235,7 +236,8 @@ fn rings_that_move_along_turn_ropes() {
     let shape = simulation.shape(0).unwrap();
     let speeds =
         [-1e-7, 1e-7].map(|by| shape.value((corners[0].at + by).into(), Derivative::from(1)).unwrap().norm());
-    assert!((speeds[0] / speeds[1] - 1.0).abs() < 1e-6, "{speeds:?}");
+    // At the pull it turns within a span or two.
+    assert!((speeds[0] / speeds[1] - 1.0).abs() < 1e-3, "{speeds:?}");
     // A plain settling gives none.
     let before = simulation.shape(0).unwrap().control_vertices().len();
     assert!(simulation.settle().unwrap().rests);

@@ -88,7 +88,36 @@ fn nothing_changes_where_it_is_refused() {
         (json!({ "settle": true, "settle_frames": true }), "`seconds`"),
         (
             json!({ "seconds": 1, "stiffness": 1e300 }),
-            "stiffness: the stiffness is 1e300: give a number above 0, below 1e100",
+            "stiffness: the stiffness is 1e300: give a number above 0: between 1e-50 and 1e50",
+        ),
+        (json!({ "seconds": 1, "mass": 1e-300 }), "mass: the mass is 1e-300: give a number above 0"),
+        (json!({ "seconds": 1, "mass": 5e-324 }), "mass: the mass is 5e-324: give a number above 0"),
+        (json!({ "seconds": 1, "mass": 1e40 }), "mass: the mass is 1e40: give"),
+        (json!({ "seconds": 1, "stiffness": 1e-300 }), "stiffness: the stiffness is 1e-300: give"),
+        (json!({ "seconds": 1, "bending": 1e-300 }), "bending: the bending stiffness is 1e-300: give 0, or"),
+        (
+            json!({ "seconds": 1, "damping": 1e50 }),
+            "damping: the damping is 1e50: give a number of 0 or more",
+        ),
+        (
+            json!({ "seconds": 1, "damping": 1e50, "scheme": "implicit" }),
+            "damping: the damping is 1e50: give a number of 0 or more",
+        ),
+        (json!({ "seconds": 1, "step": 1e50 }), "step: the step is 1e50: give a number above 0"),
+        (json!({ "seconds": 1, "step": 1e-30 }), "step: the step is 1e-30: give a number above 0"),
+        (json!({ "seconds": 1, "draw": 1e-30 }), "draw: the time in which constraints are drawn in is 1e-30"),
+        (json!({ "seconds": 1, "corners": true }), "corners: corners come where rest is looked for"),
+        (
+            json!({ "seconds": 1, "constraints": [{ "kind": "tangent", "near": 3 }] }),
+            "constraints[0].near: \"tangent\" holds at a location that stays: give `at`",
+        ),
+        (
+            json!({ "seconds": 1, "constraints": [{ "kind": "orthogonal", "near": 3, "to": [1, 0, 0] }] }),
+            "constraints[0].near: \"orthogonal\" holds at a location that stays",
+        ),
+        (
+            json!({ "seconds": 1, "constraints": [{ "kind": "sliding-tangent", "near": 3, "direction": [0, 0, 0] }] }),
+            "constraints[0].direction: the first derivative is to be the zero vector",
         ),
         (json!({ "seconds": 1, "mass": 0 }), "mass: the mass is 0: give a number above 0"),
         (
@@ -265,4 +294,110 @@ fn what_comes_open_or_folds_is_said() {
     assert!(!closed.contains("open") && closed.contains("\"hoop\" has folded at"), "{closed}");
     let smooth = told(true, json!([]));
     assert!(!smooth.contains("open") && !smooth.contains("folded"), "{smooth}");
+}
+
+/// Where a rope turns at a ring it rests with a corner there: all its frames have the same control vertices, and are the same curves as without.
+#[test]
+fn a_corner_goes_into_all_frames() {
+    let held = json!([
+        { "kind": "fixed", "at": 0, "name": "nail" },
+        { "kind": "sliding", "near": 4, "to": [0.8, 0, 0.1], "name": "ring" },
+        { "kind": "fixed", "at": 9, "to": [0.7, 0, 1.6] },
+    ]);
+    for settle_frames in [false, true] {
+        let done = |corners: bool| {
+            let mut scene = scene();
+            let fields = json!({ "seconds": 0.5, "scheme": "implicit", "settle": true, "gravity": [0, 0, 0],
+                "settle_frames": settle_frames, "corners": corners, "constraints": held });
+            let report = run(&mut scene, fields).unwrap();
+            (scene.object("rope").unwrap().clone(), report)
+        };
+        let ((smooth, told), (object, report)) = (done(false), done(true));
+        let corner =
+            |report: &StepReport| report.notes.iter().any(|note| note.contains("it has a corner there"));
+        assert!(corner(&report) && !corner(&told), "{:?} {:?}", report.notes, told.notes);
+        let curve = |object: &Object, points: &[Point]| {
+            let Geometry::Curve(own) = object.geometry() else { unreachable!("a curve") };
+            Curve::new(own.space().clone(), points.to_vec()).unwrap()
+        };
+        let [cornered, plain] = [&object, &smooth].map(|object| &object.animation.as_ref().unwrap().frames);
+        assert_eq!(
+            (cornered.len(), plain.len()),
+            (13 + usize::from(settle_frames), 13 + usize::from(settle_frames))
+        );
+        for (frame, (a, b)) in cornered.iter().zip(plain).take(13).enumerate() {
+            assert_eq!((a.len(), b.len()), (object.geometry().points().len(), 12), "{frame}");
+            let (a, b) = (curve(&object, a), curve(&smooth, b));
+            let off = |k: i32| {
+                (a.point(0.09 * f64::from(k)).unwrap() - b.point(0.09 * f64::from(k)).unwrap()).norm()
+            };
+            assert!((0..=100).all(|k| off(k) < 1e-12), "{frame}");
+        }
+        if settle_frames {
+            assert_eq!(cornered[13], object.geometry().points());
+        }
+        // Both sides are told, alike.
+        let sides =
+            report.notes.iter().find_map(|note| note.strip_prefix("\"ring\": on both sides stretched by "));
+        let numbers: Vec<&str> = sides.unwrap().split(" % and ").map(|n| n.trim_end_matches(" %")).collect();
+        assert_eq!(numbers[0], numbers[1]);
+    }
+}
+
+/// What settles at once is led to the end of its path, whenever it is to arrive.
+#[test]
+fn what_settles_at_once_is_at_the_end_of_its_path() {
+    for arrive in [json!(null), json!(2)] {
+        let mut hand = json!({ "kind": "fixed", "at": 9, "to": [[1, 0, 0], [1.2, 0, 1], [1.5, 0, 1.2]] });
+        if !arrive.is_null() {
+            hand["arrive"] = arrive.clone();
+        }
+        let mut scene = scene();
+        let fields = json!({ "settle": true, "constraints": [{ "kind": "fixed", "at": 0 }, hand] });
+        run(&mut scene, fields).unwrap();
+        let end = *scene.object("rope").unwrap().geometry().points().last().unwrap();
+        assert!((end - Point::new(1.5, 0.0, 1.2)).norm() < 1e-8, "{arrive}: {end}");
+    }
+}
+
+/// Of what holds no more there is no error: `null` in JSON, not 0.
+#[test]
+fn what_let_go_has_no_error() {
+    let held = json!([{ "kind": "fixed", "at": 0, "until": 0.1 }, { "kind": "fixed", "at": 9 }]);
+    let report =
+        run(&mut scene(), json!({ "seconds": 0.5, "scheme": "implicit", "constraints": held })).unwrap();
+    let told = serde_json::to_value(&report).unwrap();
+    assert!(told["constraints"][0]["residual"].is_null(), "{told}");
+    assert!(told["constraints"][1]["residual"].as_f64().unwrap() < 1e-6, "{told}");
+    assert!(told["residual"].as_f64().unwrap() < 1e-6, "{told}");
+}
+
+/// The stiffness that is not said follows from the curve, not from its control vertices: more of them change nothing, and the closing piece of a closed one counts.
+#[test]
+fn the_stiffness_that_is_not_said_is_the_curves() {
+    let elastic = |curve: Curve| {
+        let mut scene = Scene::new();
+        scene.unit = Unit::Metre;
+        scene.add(Object::new("rope", Geometry::Curve(curve))).unwrap();
+        // From what gravity does to it in one short moment.
+        let held = json!([{ "kind": "fixed", "at": 0.0, "to": [0.0, 0.0, 0.02] }]);
+        let fields = json!({ "seconds": 0.05, "gravity": [0, 0, 0], "draw": 0.01, "constraints": held });
+        let report = run(&mut scene, fields).unwrap();
+        let stable = report.notes.iter().find_map(|note| note.split_once("(stable to ")).unwrap().1;
+        stable.split(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    // The longest stable step goes by the root of the stiffness, and by the spans.
+    let line = |points: &[[f64; 3]]| {
+        let points: Vec<Point> = points.iter().copied().map(Point::from).collect();
+        Curve::new(Space::clamped_uniform(1, points.len()).unwrap(), points).unwrap()
+    };
+    let long = elastic(line(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]));
+    let back = elastic(line(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]));
+    assert!((long / back - 1.0).abs() < 1e-3, "{long} {back}");
+    let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]];
+    let closed =
+        Curve::new(Space::periodic_uniform(1, 4).unwrap(), square.map(Point::from).to_vec()).unwrap();
+    let open = line(&[square[0], square[1], square[2], square[3], square[0]]);
+    let (closed, open) = (elastic(closed), elastic(open));
+    assert!((closed / open - 1.0).abs() < 1e-3, "{closed} {open}");
 }

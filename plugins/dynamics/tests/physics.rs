@@ -35,7 +35,8 @@ fn a_pendulum_has_its_period() {
         last = x;
     }
     let found = (crossings[4] - crossings[0]) / 2.0;
-    assert!((found / period - 1.0).abs() < 1e-3, "{found} {period}");
+    // To what a swing of a hundredth and steps of a thousandth of a period are: 6e-6 and 2e-6.
+    assert!((found / period - 1.0).abs() < 1.5e-5, "{found} {period}");
     assert!(simulation.worst_error() < 1e-6, "{}", simulation.worst_error());
 }
 
@@ -106,7 +107,7 @@ fn a_ring_pulls_across_its_rope() {
             let shape = simulation.shape(0).unwrap();
             let tangent = shape.value(at, Derivative::from(1)).unwrap();
             let along = force.dot(&tangent) / (force.norm() * tangent.norm());
-            assert!(along.abs() < 1e-4, "{n} {to:?} {bending} {scheme:?} {waits}: {along} at {at}");
+            assert!(along.abs() < 1e-8, "{n} {to:?} {bending} {scheme:?} {waits}: {along} at {at}");
             // Tension is the same on both sides where the rope does not bend: half way to each end, but for how far spans of a cubic reach that
             // cannot kink.
             if bending < 1.0 {
@@ -114,7 +115,7 @@ fn a_ring_pulls_across_its_rope() {
                 let speed = |u: f64| shape.value(u.into(), Derivative::from(1)).unwrap().norm();
                 let (left, right) = (speed(0.5 * u), speed(0.5 * (u + ends)));
                 assert!(
-                    (left / right - 1.0).abs() < if n == 21 { 0.025 } else { 0.01 },
+                    (left / right - 1.0).abs() < if n == 21 { 0.022 } else { 1e-9 },
                     "{n} {to:?} {bending} {scheme:?} {waits}: {left} {right}"
                 );
             }

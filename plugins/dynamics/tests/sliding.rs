@@ -385,7 +385,19 @@ fn both_sides_of_a_ring_are_stretched_alike() {
                     let Location::Curve(at) = simulation.locations(2).unwrap()[0] else { panic!("{what}") };
                     let half = 0.5 / at + 0.5 / (end - at);
                     assert!(apart <= half, "{what}: {behind} {ahead}, half a span is {half}");
-                    assert!(n < 200 || apart < 0.011, "{what}: {behind} {ahead}");
+                    // What it is, for few vertices, some and many; by 60° and less it is under 1 %, but of polylines, whose ring comes to a vertex.
+                    let most = match degree {
+                        1 => [0.0834, 0.0251, 1e-8],
+                        2 => [0.079, 0.0103, 0.0105],
+                        3 => [0.042, 0.003, 0.0154],
+                        _ => [0.002, 0.017, 0.0095],
+                    }[usize::from(n > 20) + usize::from(n > 60)];
+                    let bound = match turn {
+                        0.0 => 1e-8,
+                        60.0 if degree > 1 => 0.0091,
+                        _ => most,
+                    };
+                    assert!(apart < bound, "{what}: {behind} {ahead}");
                     // The rope of two straight sides: 12 long instead of 10.
                     let energy = simulation.energy().elastic / 20.0;
                     assert!(energy > 1.0 - 1e-9 && (turn > 0.0 || energy < 1.0 + 1e-9), "{what}: {energy}");
@@ -433,7 +445,18 @@ fn both_sides_of_a_ring_pull_alike() {
                     let tensions = pulls.map(|pull| pull.norm());
                     let Location::Curve(u) = place else { panic!("{what}") };
                     let half = 0.5 / u + 0.5 / (end - u);
-                    let bound = if turn == 0.0 { 1e-6 } else { half };
+                    let most = match degree {
+                        2 => [0.122, 0.087, 0.047],
+                        3 => [0.087, 0.059, 0.039],
+                        4 => [0.042, 0.036, 0.031],
+                        5 => [0.027, 0.017, 0.021],
+                        _ => [0.009, 0.0193, 0.013],
+                    }[usize::from(n > 12) + usize::from(n > 20)];
+                    let bound = match turn {
+                        0.0 => 1e-8,
+                        60.0 => 0.017,
+                        _ => half.min(most),
+                    };
                     let apart = ((100.0 + tensions[0]) / (100.0 + tensions[1]) - 1.0).abs();
                     assert!(apart <= bound, "{what}: {tensions:?}, half a span is {half}");
                     turned += usize::from(turn > 0.0);

@@ -4,11 +4,10 @@
 //! within a span, and not where they are stretched alike. A knot of the multiplicity of the degree lets the curve turn at a point, and the place rests on it
 //! for a whole range of differences between its sides: between the pulls of both is zero. Where in that range the rope itself rests is a condition on the knot: that
 //! moving it along the rope changes the energy of rest by nothing, which for what is stretched alone is the same strain on both sides (`dE/dℓ = -k ε - k ε²/2` of a
-//! side of the length `ℓ` at rest). So the knot is moved until they are the same: by Newton's steps, the sides taken for straight ones at first, and
+//! side of the length `ℓ` at rest). Strain at the place is what a whole side says it is, its weight taken off: at a point it varies with what spans can do. So the knot is moved until they are the same: by Newton's steps, the sides taken for straight ones at first, and
 //! after that by what steps have shown (Broyden 1965), each time inserted into the curve as it was.
 
-use loftsman_kernel::Vector;
-use loftsman_kernel::shape::{Derivative, Location, Shape, Side, cells_of, refine_of};
+use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of, refine_of};
 use loftsman_kernel::solve::{RangeSpace, Weight};
 use nalgebra::{DMatrix, DVector};
 
@@ -59,6 +58,9 @@ struct Kink {
     body: usize,
 }
 
+/// Where knots are and how many were inserted for each; and in how many steps rest was found with them.
+type Knotted = (Vec<(f64, usize)>, usize);
+
 /// What all was before it had corners.
 struct Smooth {
     bodies: Vec<Moving>,
@@ -67,7 +69,8 @@ struct Smooth {
 
 impl Simulation {
     /// As [`settle`](Self::settle); where a curve without bending turns at a place that slides along it, by 3 degrees or more, it is given a corner there: knots of the multiplicity
-    /// of its degree, so that it has more control vertices afterwards. They are where both sides are stretched alike at the place, to 1e-8; where such a
+    /// of its degree, so that it has more control vertices afterwards. They are where both sides are stretched alike at the place, to 1e-8, each as all of it says to the next place that is
+    /// held or where something acts; where such a
     /// rest is not found (as in a loop that is drawn shut), all is as `settle` leaves it. Which corners there are now is returned. Costs as many settlings
     /// as the knots are moved, some five.
     ///
@@ -179,11 +182,7 @@ impl Simulation {
     }
 
     /// Moves knots until strains on both sides of each are the same: where they are then, how many were inserted, and in how many steps.
-    fn move_corners(
-        &mut self,
-        kinks: &[Kink],
-        smooth: &Smooth,
-    ) -> Result<Option<(Vec<(f64, usize)>, usize)>> {
+    fn move_corners(&mut self, kinks: &[Kink], smooth: &Smooth) -> Result<Option<Knotted>> {
         let count = kinks.len();
         let start = |kink: &Kink| self.links[kink.link].places[kink.place].location.on_curve();
         let start: Vec<f64> = kinks.iter().map(start).collect::<loftsman_kernel::Result<_>>()?;
@@ -202,7 +201,7 @@ impl Simulation {
             };
             steps += taken;
             let strains: Vec<[f64; 2]> = (kinks.iter().zip(at.iter()))
-                .map(|(kink, at)| self.strains_beside(kink.body, *at))
+                .map(|(kink, at)| self.strains_of_sides(kink.body, *at))
                 .collect::<Result<_>>()?;
             let apart = DVector::from_iterator(count, strains.iter().map(|[behind, ahead]| ahead - behind));
             let largest = strains.iter().flatten().fold(0.0_f64, |most, strain| most.max(strain.abs()));
@@ -264,14 +263,14 @@ impl Simulation {
         };
         let mut alike = true;
         for (kink, at) in kinks.iter().zip(at.iter()) {
-            let [behind, ahead] = self.strains_beside(kink.body, *at)?;
+            let [behind, ahead] = self.strains_of_sides(kink.body, *at)?;
             alike &= (ahead - behind).abs() <= ALIKE * ahead.abs().max(behind.abs());
         }
         Ok(alike.then_some((knots, steps + taken)))
     }
 
     /// A parameter of a body within its domain: round where that is closed.
-    fn wrapped(&self, body: usize, at: f64) -> f64 {
+    pub(super) fn wrapped(&self, body: usize, at: f64) -> f64 {
         match self.bodies[body].body.shape.domain().first() {
             Some(side) if side.periodic => side.start + (at - side.start).rem_euclid(side.end - side.start),
             _ => at,
@@ -279,12 +278,7 @@ impl Simulation {
     }
 
     /// All as it was, with knots at these places, which stay on them, at rest: the knots as they are, how many were inserted for each, and in how many steps.
-    fn rest_with_knots(
-        &mut self,
-        kinks: &[Kink],
-        smooth: &Smooth,
-        at: &[f64],
-    ) -> Result<Option<(Vec<(f64, usize)>, usize)>> {
+    fn rest_with_knots(&mut self, kinks: &[Kink], smooth: &Smooth, at: &[f64]) -> Result<Option<Knotted>> {
         let mut bodies = smooth.bodies.clone();
         let mut knots = Vec::with_capacity(kinks.len());
         for (kink, &at) in kinks.iter().zip(at) {
@@ -365,19 +359,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// The strains on both sides of a place of a curve, behind and ahead.
-    fn strains_beside(&self, body: usize, at: f64) -> Result<[f64; 2]> {
-        let moving = &self.bodies[body];
-        let shape = moving.body.shape.as_ref();
-        let mut strains = [0.0; 2];
-        for (strain, side) in strains.iter_mut().zip([Side::Left, Side::Right]) {
-            let stencil = shape.stencil_on(Location::Curve(at), Derivative::from(1), side.into())?;
-            let [now, rest]: [Vector; 2] =
-                [shape.control_vertices(), &moving.first].map(|points| stencil.apply(points));
-            let rest = rest.norm() * moving.body.material.rest;
-            *strain = if rest > 0.0 { now.norm() / rest - 1.0 } else { 0.0 };
-        }
-        Ok(strains)
+    /// The strains on both sides of a place of a curve, behind and ahead, each as its whole side says.
+    fn strains_of_sides(&self, body: usize, at: f64) -> Result<[f64; 2]> {
+        let [behind, ahead] = self.ways(body, at)?;
+        Ok([self.strain_at_end(body, at, at - behind)?, self.strain_at_end(body, at, at + ahead)?])
     }
 
     /// The sides of all kinks.

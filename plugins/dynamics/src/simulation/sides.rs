@@ -1,6 +1,5 @@
 //! How much a curve is stretched on both sides of a place that slides.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::shape::{Location, cells_of};
 
 use super::Simulation;
@@ -66,11 +65,56 @@ impl Simulation {
         Ok([behind, ahead])
     }
 
+    /// The strain that a side has where it ends, at the first of these parameters: of each place between `at` and `to` what it would be at `at`, taken together by their
+    /// lengths at rest. Along a rope that does not bend and that nothing but its weight acts on tension grows by what height takes, `(1 + ε) dT = -m g·dP` with the mass `m` of a length at
+    /// rest, or `(1 + ε)² k/2 + m g·P` is the same all along,
+    /// so that it does not matter from what place it is seen; where spans are too long to be strained as evenly as a rope is, all of them have their say. Without weight it is
+    /// the mean stretch. `O(n)`.
+    pub(super) fn strain_at_end(&self, body: usize, at: f64, to: f64) -> Result<f64> {
+        let moving = &self.bodies[body];
+        let (shape, material) = (moving.body.shape.as_ref(), &moving.body.material);
+        let here = self.wrapped(body, at);
+        let here = shape.value(Location::Curve(here), order(0, 0))?;
+        let (mut strained, mut whole) = (0.0, 0.0);
+        self.between(body, at.min(to), at.max(to), |place, weight| {
+            let stencil = shape.stencil(place, order(0, 1))?;
+            let [now, first] =
+                [shape.control_vertices(), &moving.first].map(|points| stencil.apply(points).norm());
+            let rest = first * material.rest;
+            let above = -self.gravity.dot(&(here - shape.value(place, order(0, 0))?));
+            let by = 2.0 * above * material.mass / (material.rest * material.stiffness);
+            let ratio = if rest > 0.0 { now / rest } else { 1.0 };
+            strained += weight * rest * ((ratio * ratio + by).max(0.0).sqrt() - 1.0);
+            whole += weight * rest;
+            Ok(())
+        })?;
+        Ok(if whole > 0.0 { strained / whole } else { 0.0 })
+    }
+
     /// The mean stretch of a curve between two parameters, which may be beyond the seam of a closed one by less than its whole domain.
     pub(super) fn stretch_between(&self, body: usize, from: f64, to: f64) -> Result<f64> {
         let moving = &self.bodies[body];
         let shape = moving.body.shape.as_ref();
         let (mut now, mut rest) = (0.0, 0.0);
+        self.between(body, from, to, |at, weight| {
+            let stencil = shape.stencil(at, order(0, 1))?;
+            now += weight * stencil.apply(shape.control_vertices()).norm();
+            rest += weight * stencil.apply(&moving.first).norm();
+            Ok(())
+        })?;
+        let rest = rest * moving.body.material.rest;
+        Ok(if rest > 0.0 { now / rest - 1.0 } else { 0.0 })
+    }
+
+    /// Gauss points, with their weights, of the spans of a curve between two parameters, which may be beyond the seam of a closed one by less than its whole domain.
+    fn between(
+        &self,
+        body: usize,
+        from: f64,
+        to: f64,
+        mut each: impl FnMut(Location, f64) -> Result<()>,
+    ) -> Result<()> {
+        let shape = self.bodies[body].body.shape.as_ref();
         let whole = shape.domain().first().map_or(0.0, |interval| interval.end - interval.start);
         for cell in cells_of(shape, "a stretch")?.checked(shape)? {
             let Some(side) = cell.sides.first().copied() else { continue };
@@ -82,18 +126,10 @@ impl Simulation {
                     continue;
                 }
                 for (at, weight) in part.gauss_points([side.degree + MORE, 0]) {
-                    let stencil = shape.stencil(at, order(0, 1))?;
-                    let mut tangents = [Vector::zeros(); 2];
-                    for (vertex, c) in stencil.iter() {
-                        tangents[0] += shape.control_vertices()[vertex].coords * c;
-                        tangents[1] += moving.first[vertex].coords * c;
-                    }
-                    now += weight * tangents[0].norm();
-                    rest += weight * tangents[1].norm();
+                    each(at, weight)?;
                 }
             }
         }
-        let rest = rest * moving.body.material.rest;
-        Ok(if rest > 0.0 { now / rest - 1.0 } else { 0.0 })
+        Ok(())
     }
 }
