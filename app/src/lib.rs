@@ -57,6 +57,7 @@
 //! | the command line with a registry of one's own | [`program`] |
 //! | what is known by name, and how to add to it | [`registry`](fn@registry), [`BuiltIn`] |
 
+mod built_in;
 pub mod compare;
 pub mod convert;
 pub mod describe;
@@ -73,9 +74,10 @@ pub mod recipe;
 mod recipe_error;
 mod registry;
 
+pub use built_in::{read, read_scene, write};
 pub use convert::convert;
 pub use error::{Error, Result};
-pub use file::{read, read_scene, read_with, write, write_with};
+pub use file::{read_with, write_with};
 pub use loftsman_area_volume as area_volume;
 pub use loftsman_construction as construction;
 pub use loftsman_dynamics as dynamics;

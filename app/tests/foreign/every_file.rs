@@ -154,12 +154,12 @@ fn what_gltf_holds_comes_back() {
     let inputs = files("gltf", false);
     assert!(inputs.len() >= 20, "{}", inputs.len());
     for input in inputs {
-        let first = loftsman::file::read_scene(&input).unwrap();
+        let first = loftsman::read_scene(&input).unwrap();
         let folder = tempfile::tempdir().unwrap();
         for out in ["out.glb", "out.gltf"] {
             let path = folder.path().join(out);
             LOFTSMAN.done(folder.path(), &["convert", &text(&input), out]);
-            same(&input, &first, &loftsman::file::read_scene(path).unwrap(), 0.0, false);
+            same(&input, &first, &loftsman::read_scene(path).unwrap(), 0.0, false);
         }
     }
 }
@@ -169,19 +169,13 @@ fn what_obj_holds_comes_back() {
     let inputs = files("obj", false);
     assert!(inputs.len() >= 25, "{}", inputs.len());
     for input in inputs {
-        let first = loftsman::file::read_scene(&input).unwrap();
+        let first = loftsman::read_scene(&input).unwrap();
         let folder = tempfile::tempdir().unwrap();
         LOFTSMAN.done(
             folder.path(),
             &["convert", &text(&input), "out.obj", "--write", "knots=any", "--write", "surfaces=exact"],
         );
-        same(
-            &input,
-            &first,
-            &loftsman::file::read_scene(folder.path().join("out.obj")).unwrap(),
-            1e-14,
-            true,
-        );
+        same(&input, &first, &loftsman::read_scene(folder.path().join("out.obj")).unwrap(), 1e-14, true);
     }
 }
 

@@ -94,7 +94,7 @@ fn triangles_are_as_near_as_a_ten_thousandth_of_the_diagonal_and_not_much_nearer
         scene.unit = Unit::Metre;
         scene.up = Up::Y;
         scene.add(Object::new("shape", shape.clone().into())).unwrap();
-        loftsman::file::write(&scene, bench.path("shape.loft.json")).unwrap();
+        loftsman::write(&scene, bench.path("shape.loft.json")).unwrap();
         bench.done(&["convert", "shape.loft.json", "shape.glb"]);
         let (points, faces) = triangles(&bench.read("shape.glb"));
         let (low, high) = shape.bounds();
