@@ -204,11 +204,12 @@ fn options_that_nothing_takes_are_refused_and_combs_of_a_surface_said() {
 /// Curves of all degrees with knots of all multiplicities, through every format.
 #[test]
 fn torn_shapes_go_through_every_format() {
-    use loftsman::file::{Outputs, read_scene};
+    use loftsman::file::Outputs;
     use loftsman::kernel::Point;
     use loftsman::kernel::plugin::WriteOptions;
     use loftsman::kernel::scene::{Object, Scene};
     use loftsman::kernel::spline::{Curve, Space, Surface};
+    use loftsman::read_scene;
     let bench = LOFTSMAN.bench();
     let mut seed = 1_u64;
     let mut throw = |sides: usize| {
