@@ -7,6 +7,8 @@
 //! **Reading.** Shown is what no other entity owns, but for definitions, annotations and curves in parameters. Every entity of the
 //! directory is accounted for in the report. What is malformed is left out with its number (`D17`: as others name it) and its line, with what
 //! uses it, and the rest is read; a file is an error where its sections cannot be told or nothing of it is left.
+//! A file without its terminate section is refused as cut off, unless all that its directory names is there. Where no unit is named lengths
+//! are inches, the default of the standard, and the report says so.
 //!
 //! | in the file | becomes |
 //! |---|---|
@@ -34,7 +36,7 @@
 //! **Writing.** Curves and surfaces as B-splines (126, 128), trimmed surfaces (144) with the curves of their loops in parameters, exactly, and
 //! in space (exactly where they run along a parameter, else cubic pieces within 1e-7 of the size), Breps as solids (186) and shells (514) with
 //! lines, circles, planes, cylinders, cones, spheres and tori as what they are, polylines as copious data (106, form 12), clouds as groups of
-//! points. What hangs under another object is in a group with it; what is placed is a subfigure instance (408), and so are
+//! points. What hangs under another object is in a group with it; what is placed is a subfigure instance (408) of its parts, and so are
 //! instances, whose definition is written once; a transform that is no turn, mirror, scale and shift is baked in. Numbers read back to the
 //! same bits. Periodic splines are opened and all are clamped, as other programs take other knots amiss. Units that IGES has not
 //! become millimetres.

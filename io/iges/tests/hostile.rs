@@ -7,7 +7,7 @@ mod common;
 use common::{Entity, entity, file, read};
 use loftsman_iges::Iges;
 use loftsman_kernel::plugin::{Confidence, Format, Memory, Place, ReadOptions, Source, WriteOptions};
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::shape::Shape;
 use proptest::prelude::*;
 
@@ -144,6 +144,55 @@ fn what_is_broken_in_the_text_is_named_with_its_line() {
 }
 
 #[test]
+fn what_was_cut_off_is_refused() {
+    let text = String::from_utf8(data("test_pipe.igs")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let cut = |count: usize| read(&lines[..count].join("\n"));
+    let parameters = lines.iter().position(|line| line.as_bytes()[72] == b'P').unwrap();
+    for count in [parameters - 1, parameters, parameters + 1, lines.len() - 2, (parameters + lines.len()) / 2]
+    {
+        let error = cut(count).unwrap_err();
+        assert!(
+            error.place == Place::Line(count) && error.problem.contains("cut off, get it again"),
+            "{error}"
+        );
+    }
+    // All but the last line is there.
+    let (scene, report) = cut(lines.len() - 1).unwrap();
+    let (whole, _) = cut(lines.len()).unwrap();
+    assert!(scene.objects().len() == whole.objects().len() && scene.objects().len() > 1);
+    assert!(report.notes.iter().any(|note| note.contains("no terminate section")), "{:?}", report.notes);
+}
+
+#[test]
+fn groups_of_which_nothing_is_left_are_nothing() {
+    let error = read(&file(&[entity(0, "100,0.,0.,x,0.,0.,1.,0.;"), entity(7, "402,1,1;")])).unwrap_err();
+    assert!(error.problem.contains("nothing in it can be read: D1 (100)"), "{error}");
+}
+
+#[test]
+fn units_that_are_not_named_are_told() {
+    let good = file(&[entity(0, "110,0.,0.,0.,1.,0.,0.;")]);
+    for (unit, found, says) in [
+        (",,    ", Unit::Inch, "lengths are inches, which is the default"),
+        ("0,,   ", Unit::Unknown, "the flag \"0\" of the unit"),
+        ("3,,   ", Unit::Unknown, "the flag \"3\" of the unit"),
+        ("2,2HMM", Unit::Millimetre, ""),
+    ] {
+        // Blanks before the next number are none of it.
+        let text = good.replacen(
+            "2,2HMM,",
+            &if unit.ends_with(' ') { format!("{unit} ") } else { format!("{unit},") },
+            1,
+        );
+        let (scene, report) = read(&text).unwrap();
+        let told = report.notes.iter().any(|note| note.contains("unit"));
+        assert_eq!((scene.unit, told), (found, !says.is_empty()), "{unit}: {:?}", report.notes);
+        assert!(says.is_empty() || report.notes.iter().any(|n| n.contains(says)), "{:?}", report.notes);
+    }
+}
+
+#[test]
 fn an_entity_at_fault_is_left_out_with_its_number_and_line() {
     let good = "110,0.,0.,0.,1.,0.,0.;";
     for (form, bad, says) in [
@@ -167,12 +216,13 @@ fn an_entity_at_fault_is_left_out_with_its_number_and_line() {
         (0, "128,1,1,1,1,0,0,1,0,0,0.,0.,1.;", "parameters"),
         (0, "128,9,9,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,1.,1.,1.,1.,1.,1.;", "10 × 10"),
         (0, "120,1,1,0.,6.;", ""),
-        (0, "120,1,3,0.,6.;", "is no curve that is read"),
+        (0, "120,1,3,0.,6.;", "parameter 2 names the entity itself"),
         (0, "122,1,0.,0.,0.;", "no length"),
         (0, "108,0.,0.,0.,1.;", "without a normal"),
         (0, "108,0.,0.,1.,1.;", "a plane without ends"),
-        (0, "144,3,1,0,0;", "parameter 4 is 0 where the number"),
+        (0, "144,1,1,0,0;", "parameter 4 is 0 where the number"),
         (0, "144,1,0,0;", "is no surface"),
+        (0, "144,3,0,0;", "parameter 1 names the entity itself"),
         (0, "186,1,1,0;", "type 110 where a shell"),
         (0, "408,1,0.,0.,0.,1.;", "type 110 where a subfigure"),
         (0, "408,7,1.E300,0.,0.,1.E300;", "not in the file"),

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
+mod common;
+
 use std::collections::BTreeMap;
 
 use loftsman_iges::Iges;
@@ -262,4 +264,87 @@ fn what_hangs_too_deep_is_refused() {
     let mut memory = Memory::new("t.igs", Vec::new());
     let error = Iges.write(&scene, &mut memory, &WriteOptions::default()).unwrap_err();
     assert!(error.to_string().contains("60 deep"), "{error}");
+}
+
+/// OpenCASCADE shows a group that is all of a subfigure a second time, where it is not placed.
+#[test]
+fn members_of_placed_groups_are_in_the_subfigure_itself() {
+    let line = |x: f64| Curve::line(Point::new(x, 0.0, 0.0), Point::new(x, 1.0, 0.0)).unwrap();
+    let mut scene = Scene::new();
+    scene.unit = Unit::Millimetre;
+    scene.layers.add(Layer::new("7")).unwrap();
+    let shift = Matrix4::new_translation(&Vector::new(5.0, 0.0, 0.0));
+    let mut group = Object::new("group", Geometry::Group);
+    (group.transform, group.color, group.layer) = (Some(shift), Some([1.0, 0.0, 0.0, 1.0]), Some("7".into()));
+    let mut head = Object::new("head", line(9.0).into());
+    head.transform = Some(shift);
+    let mut lone = Object::new("lone", Geometry::Group);
+    lone.transform = Some(shift);
+    let under = |name: &str, x: f64, parent: &str, map: Option<Matrix4<f64>>| {
+        let mut object = Object::new(name, line(x).into());
+        (object.parent, object.transform) = (Some(parent.to_owned()), map);
+        object
+    };
+    for object in [
+        group,
+        under("a", 0.0, "group", None),
+        under("b", 1.0, "group", Some(shift)),
+        head,
+        under("c", 2.0, "head", None),
+        under("d", 3.0, "head", Some(shift)),
+        lone,
+        under("e", 4.0, "lone", None),
+    ] {
+        scene.add(object).unwrap();
+    }
+    let (bytes, _) = write(&scene);
+    let text = String::from_utf8(bytes.clone()).unwrap();
+    let starts = |what: &str| text.lines().filter(|line| line.starts_with(what)).count();
+    assert_eq!((starts("308,0,,2,"), starts("308,0,,3,"), starts("402,1,")), (1, 1, 1), "{text}");
+    let second = read(&bytes);
+    for object in scene.objects() {
+        let found = second.object(object.name()).unwrap();
+        assert_eq!((&object.parent, object.transform), (&found.parent, found.transform), "{}", object.name());
+        assert!(object.geometry() == found.geometry(), "{}", object.name());
+        assert_eq!((object.color, &object.layer), (found.color, &found.layer), "{}", object.name());
+    }
+}
+
+/// The global section wants a positive real.
+#[test]
+fn files_without_tolerances_have_a_resolution() {
+    for size in [1e-9, 1.0, 1e9] {
+        let mut scene = Scene::new();
+        let line = Curve::line(Point::origin(), Point::new(size, 0.0, 0.0)).unwrap();
+        scene.add(Object::new("line", line.into())).unwrap();
+        let (bytes, _) = write(&scene);
+        let text = String::from_utf8(bytes).unwrap();
+        let global: String =
+            text.lines().filter(|line| &line[72..73] == "G").map(|line| line[..72].trim_end()).collect();
+        let fields: Vec<&str> = global.split(',').collect();
+        // The delimiters hold a comma, the date stands before.
+        let at = fields.iter().position(|field| field.starts_with("15H")).unwrap();
+        let found: f64 = fields[at + 1].replace('D', "e").parse().unwrap();
+        assert!((found / size - 1e-7).abs() < 1e-12, "{size}: {found}");
+    }
+}
+
+/// Lists of vertices and edges have at least one.
+#[test]
+fn spheres_have_no_lists_of_edges() {
+    let (scene, _) = common::read(&common::file(&[
+        common::entity(0, "116,0.,0.,0.;"),
+        common::entity(0, "196,1,2.;"),
+        common::entity(1, "510,3,0,0;"),
+        common::entity(1, "514,1,5,1;"),
+        common::entity(0, "186,7,1,0;"),
+    ]))
+    .unwrap();
+    let (bytes, report) = write(&scene);
+    assert!(report.objects.iter().all(|object| object.fate != Fate::LeftOut), "{report:?}");
+    let text = String::from_utf8(bytes.clone()).unwrap();
+    assert!(text.contains("\n186,"), "{text}");
+    assert!(!text.contains("\n504,") && !text.contains("\n502,"), "{text}");
+    let second = read(&bytes);
+    assert!(breps(&second).values().all(|brep| brep.face_count() == 1 && brep.edge_count() == 0));
 }

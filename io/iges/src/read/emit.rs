@@ -47,6 +47,9 @@ struct Spot<'n> {
     transform: Option<Matrix4<f64>>,
 }
 
+/// The colour and the layer of an object.
+type Looks = (Option<[f64; 4]>, Option<String>);
+
 /// Points without names, by layer and colour: a cloud of each.
 type Loose = BTreeMap<(Option<String>, Option<[u64; 4]>), Vec<Point>>;
 
@@ -286,6 +289,19 @@ impl<'a, 'r, 'f> Emitter<'a, 'r, 'f> {
             self.put(list, Cloud { points: cloud }.into(), name.as_deref(), looks, spot)?;
             return Ok(Ok(()));
         }
+        self.gathered(list, &members, (name.as_deref(), looks), spot, depth, options)
+    }
+
+    /// What is in a group, under one object.
+    fn gathered(
+        &mut self,
+        list: &mut Definition,
+        members: &[usize],
+        (name, looks): (Option<&str>, Looks),
+        spot: &Spot<'_>,
+        depth: usize,
+        options: &ReadOptions<'_>,
+    ) -> Result<Got<()>, FormatError> {
         // In files that were written here the first member without a name is what the others hang under.
         let head = members.first().copied().filter(|&at| self.own && self.name(at).is_none());
         let head = head.filter(|&at| {
@@ -294,17 +310,17 @@ impl<'a, 'r, 'f> Emitter<'a, 'r, 'f> {
         });
         let called = match head {
             Some(at) => {
-                let own = spot.name.map(str::to_owned).or(name);
-                let inner = Spot { name: Some(own.as_deref().unwrap_or(self.stem)), ..*spot };
+                let own = spot.name.or(name).unwrap_or(self.stem);
+                let inner = Spot { name: Some(own), ..*spot };
                 let before = list.objects().len();
                 if let Err(problem) = self.one(list, at, &inner, &mut Loose::new(), depth + 1, options)? {
                     self.fail(at, problem);
                 }
                 list.objects().get(before).map(|object| object.name().to_owned())
             }
-            None => Some(self.put(list, Geometry::Group, name.as_deref(), looks, spot)?),
+            None => Some(self.put(list, Geometry::Group, name, looks, spot)?),
         };
-        let rest = if head.is_some() { &members[1..] } else { &members[..] };
+        let rest = if head.is_some() { &members[1..] } else { members };
         let parent = called.as_deref().or(spot.parent);
         self.list(list, rest, parent, depth + 1, options)?;
         Ok(Ok(()))
@@ -358,9 +374,7 @@ impl<'a, 'r, 'f> Emitter<'a, 'r, 'f> {
             let inner = Spot { name: Some(&called), ..inner };
             return self.one(list, only, &inner, &mut Loose::new(), depth + 1, options);
         }
-        let group = self.put(list, Geometry::Group, Some(&called), looks, &inner)?;
-        self.list(list, &members, Some(&group), depth + 1, options)?;
-        Ok(Ok(()))
+        self.gathered(list, &members, (Some(&called), looks), &inner, depth, options)
     }
 
     /// A solid assembly (184): solids, each with its matrix.
@@ -471,7 +485,7 @@ impl<'a, 'r, 'f> Emitter<'a, 'r, 'f> {
         list: &mut Definition,
         geometry: Geometry,
         name: Option<&str>,
-        (color, layer): (Option<[f64; 4]>, Option<String>),
+        (color, layer): Looks,
         spot: &Spot<'_>,
     ) -> Result<String, FormatError> {
         let wanted = spot.name.or(name).unwrap_or(self.stem);

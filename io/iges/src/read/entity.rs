@@ -193,6 +193,9 @@ impl Entity<'_, '_> {
     /// The place of another entity.
     pub(crate) fn pointer(&self, index: usize) -> Got<usize> {
         match self.pointed(index)? {
+            Some(place) if place == self.place => {
+                Err(Problem::new(self.place, format!("parameter {index} names the entity itself")))
+            }
             Some(place) => Ok(place),
             None => self.other(index, "the number of an entity"),
         }
@@ -211,7 +214,12 @@ impl Entity<'_, '_> {
 
     /// Places of so many entities.
     pub(crate) fn pointers(&self, from: usize, count: usize) -> Got<Vec<usize>> {
-        (from..from.saturating_add(count)).map(|index| self.pointer(index)).collect()
+        let one = |index| match self.pointed(index)? {
+            // What lies in itself is told, or left out, by those that hold many.
+            Some(place) => Ok(place),
+            None => self.pointer(index),
+        };
+        (from..from.saturating_add(count)).map(one).collect()
     }
 
     /// A text; empty where none stands.

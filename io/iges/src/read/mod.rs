@@ -49,6 +49,17 @@ pub(crate) fn read(
     let mut scene = Emitter::new(&reader, &styles, &mut account, stem).scene(options)?;
     scene.unit = match &file.global.length {
         Length::Known(unit) => *unit,
+        Length::Unsaid => {
+            account.note("no unit is named: lengths are inches, which is the default of IGES".to_owned());
+            Unit::Inch
+        }
+        Length::Nameless(flag) => {
+            let flag = loftsman_kernel::text::clip(flag);
+            account.note(format!(
+                "the flag \"{flag}\" of the unit comes without a name and is none of its own: the unit is unknown, numbers are taken as they are"
+            ));
+            Unit::Unknown
+        }
         Length::Other(name) => {
             let name = loftsman_kernel::text::clip(name);
             account.note(format!("the unit \"{name}\" is none that is known: numbers are taken as they are"));

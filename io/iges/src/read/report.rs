@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use loftsman_kernel::plugin::{Fate, FormatError, FormatErrorKind, ReadReport};
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::clip;
 
 use super::entity::Problem;
@@ -101,7 +101,10 @@ impl<'r, 'f> Account<'r, 'f> {
             ));
         }
         report.notes.extend(self.file.notes.iter().cloned());
-        if scene.objects().is_empty() {
+        let defined = scene.definitions().iter().flat_map(|d| d.objects());
+        let empty = scene.objects().iter().chain(defined).all(|o| matches!(o.geometry(), Geometry::Group));
+        // Groups of which nothing is left are nothing.
+        if scene.objects().is_empty() || (empty && !self.at_fault.is_empty()) {
             let first = self.at_fault.iter().next().map(|(place, text)| self.told(*place, text));
             let cut = self.file.notes.first().map(|note| format!(" ({note})")).unwrap_or_default();
             let problem = match first {

@@ -138,8 +138,11 @@ impl<'f> File<'f> {
         let global = Global::parse(global, global_line)?;
         let mut notes = Vec::new();
         if let [(line, _)] = &directory[..] {
-            let text = format!("line {}: an entity of the directory without its second line", line.number);
-            notes.push(text);
+            let text = "an entity of the directory without its second line";
+            if !terminated {
+                return Err(Fault::new(line.number, format!("{text}: the file was cut off, get it again")));
+            }
+            notes.push(format!("line {}: {text}", line.number));
         }
         if !terminated {
             notes.push("the file has no terminate section: it may be cut off".to_owned());
@@ -149,7 +152,18 @@ impl<'f> File<'f> {
         }
         let numbers = Self::numbering(&numbers, &mut notes);
         let left = Cell::new(AGAIN * bytes.len() as u64 + (1 << 20));
-        Ok(Self { bytes, global, entries, parameters, numbers, owners: OnceCell::new(), left, notes })
+        let file = Self { bytes, global, entries, parameters, numbers, owners: OnceCell::new(), left, notes };
+        // Without its end a file is whole only where all of its directory is there.
+        let missing = || (0..file.len()).find(|&place| file.params(place).is_err());
+        if !terminated && let Some(place) = missing() {
+            let (number, kind) = (file.number(place), file.entry(place).kind);
+            let problem = format!(
+                "the file ends before the parameters of D{number} ({kind}) do: it was cut off, get it again"
+            );
+            return Err(Fault::new(last_line, problem));
+        }
+        file.left.set(AGAIN * bytes.len() as u64 + (1 << 20));
+        Ok(file)
     }
 
     /// Numbers as they are written, where these ascend and are not simply 1, 3, 5; wrong ones count for nothing.

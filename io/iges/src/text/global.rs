@@ -13,6 +13,10 @@ const USUAL: [u8; 2] = *b",;";
 pub(crate) enum Length {
     /// A unit.
     Known(Unit),
+    /// None is said: the standard's default, inches.
+    Unsaid,
+    /// A flag that stands for no unit, or for a name that is not there.
+    Nameless(String),
     /// A unit whose name is none that is known.
     Other(String),
 }
@@ -59,7 +63,7 @@ impl Global {
             system: text(5),
             writer: text(6),
             scale: number(13).filter(|&scale| scale > 0.0 && scale != 1.0),
-            length: length(number(14), &text(15)),
+            length: length(at(14), &text(15)),
             resolution: number(19).filter(|&r| r > 0.0).unwrap_or(0.0),
             version: number(23),
         })
@@ -99,7 +103,12 @@ fn delimiters(text: &[u8], line: usize) -> Result<([u8; 2], usize), Fault> {
 }
 
 /// The unit of a flag; where the flag says that the name counts, of a name.
-fn length(flag: Option<f64>, name: &str) -> Length {
+fn length(flag: Value<'_>, name: &str) -> Length {
+    let (flag, said) = match flag {
+        Value::Omitted => (None, String::new()),
+        Value::Number(number) => (Some(number), number.to_string()),
+        Value::Text(raw) | Value::Other(raw) => (None, decode(raw)),
+    };
     let flags = [
         (1.0, Unit::Inch),
         (2.0, Unit::Millimetre),
@@ -137,8 +146,9 @@ fn length(flag: Option<f64>, name: &str) -> Length {
     match names.iter().find(|(known, _)| *known == upper) {
         Some((_, unit)) => Length::Known(*unit),
         // Neither a flag nor a name: the standard's default.
-        None if flag.is_none() && name.is_empty() => Length::Known(Unit::Inch),
-        None if name.is_empty() || upper == "UNKNOWN" => Length::Known(Unit::Unknown),
+        None if said.is_empty() && name.is_empty() => Length::Unsaid,
+        None if name.is_empty() => Length::Nameless(said),
+        None if upper == "UNKNOWN" => Length::Known(Unit::Unknown),
         None => Length::Other(name.to_owned()),
     }
 }
@@ -166,7 +176,7 @@ mod tests {
             assert_eq!((found.system.as_str(), &found.length), ("sys", &Length::Known(Unit::Metre)));
             assert_eq!((found.resolution, found.scale), (1e-3, None));
         }
-        assert_eq!(parse(",,;").unwrap().length, Length::Known(Unit::Inch));
+        assert_eq!(parse(",,;").unwrap().length, Length::Unsaid);
         for bad in ["", "x", "1HA,", "1H,,1H,,", "1H,,1H;,3Hab", ",,1,2", "1H 1H;"] {
             assert!(parse(bad).is_err(), "{bad}");
         }
@@ -174,11 +184,14 @@ mod tests {
 
     #[test]
     fn units_by_flag_and_by_name() {
-        let unit = |flag: &str, name: &str| length(flag.parse().ok(), name);
+        let unit = |flag: &str, name: &str| length(flag.parse().map_or(Value::Omitted, Value::Number), name);
         assert_eq!(unit("2", "IN"), Length::Known(Unit::Millimetre));
         assert_eq!(unit("3", "yd"), Length::Known(Unit::Yard));
-        assert_eq!(unit("3", ""), Length::Known(Unit::Unknown));
-        assert_eq!(unit("", ""), Length::Known(Unit::Inch));
+        assert_eq!(unit("3", ""), Length::Nameless("3".into()));
+        assert_eq!(unit("0", ""), Length::Nameless("0".into()));
+        assert_eq!(length(Value::Other(b"x"), ""), Length::Nameless("x".into()));
+        assert_eq!(unit("3", "UNKNOWN"), Length::Known(Unit::Unknown));
+        assert_eq!(unit("", ""), Length::Unsaid);
         assert_eq!(unit("3", "ELL"), Length::Other("ELL".into()));
         assert_eq!(unit("77", "MM"), Length::Known(Unit::Millimetre));
     }

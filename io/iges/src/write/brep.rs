@@ -34,7 +34,8 @@ impl Printer {
         let mut changes = Vec::new();
         let vertices = brep.vertices();
         let record = Record::new(502).count(vertices.len()).reals(vertices.iter().flat_map(|p| p.iter()));
-        let vertices = self.put(record, Look::PART.form(1));
+        // Lists of nothing are none: a sphere has neither edges nor vertices.
+        let vertices = if brep.vertices().is_empty() { 0 } else { self.put(record, Look::PART.form(1)) };
         let mut curves = Vec::with_capacity(brep.edge_count());
         for number in 0..brep.edge_count() {
             let Some(edge) = brep.edge(number) else {
@@ -46,7 +47,7 @@ impl Printer {
         for (curve, [start, end]) in curves {
             record = record.entities(&[curve, vertices]).count(start + 1).entity(vertices).count(end + 1);
         }
-        let edges = self.put(record, Look::PART.form(1));
+        let edges = if brep.edge_count() == 0 { 0 } else { self.put(record, Look::PART.form(1)) };
         let mut faces = Vec::with_capacity(brep.face_count());
         for face in 0..brep.face_count() {
             faces.push(self.face(brep, face, (vertices, edges), looks)?);

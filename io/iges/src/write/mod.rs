@@ -18,6 +18,8 @@ use style::Styles;
 
 /// How deep objects and definitions may hang under one another: less than what is read again, as each may be two levels there.
 const DEEPEST: usize = 60;
+/// What a file without tolerances is exact to, in parts of its largest coordinate: curves on surfaces are.
+const RESOLUTION: f64 = 1e-7;
 
 /// Writes a scene.
 pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<WriteReport, FormatError> {
@@ -30,6 +32,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         }
         _ => scene,
     };
+    let largest = scene.bounds().map_or(0.0, |(low, high)| low.coords.amax().max(high.coords.amax()));
     let mut printer = Printer::default();
     let styles = Styles::new(&scene);
     styles.layers(&mut printer);
@@ -40,7 +43,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         styles,
         definitions: HashMap::new(),
         report: WriteReport::default(),
-        tolerance: largest_tolerance(&scene),
+        tolerance: resolution(&scene, largest),
     };
     writer.scene()?;
     let Writer { printer, styles, mut report, tolerance, .. } = writer;
@@ -52,7 +55,6 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     report.say(styles.transparent, "colour[|s] [goes|go] out opaque: IGES has no transparency");
     let bare = scene.layers.iter().filter(|layer| layer.color.is_some() || layer.parent.is_some()).count();
     report.say(bare, "layer[|s] [loses its|lose their] colour or the layer above: IGES has names of layers only; objects keep their colours");
-    let largest = scene.bounds().map_or(0.0, |(low, high)| low.coords.amax().max(high.coords.amax()));
     let name = sink.name().rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     for part in printer.file(&name, (flag, unit), tolerance, largest)? {
         sink.main().write_all(&part)?;
@@ -78,11 +80,17 @@ fn unit(unit: Unit) -> (u8, &'static str, bool) {
     (flag, name, true)
 }
 
-/// The largest tolerance of Breps: a file has one.
-fn largest_tolerance(scene: &Scene) -> f64 {
+/// The largest tolerance of Breps, as a file has one; else what curves on surfaces are exact to, a part of the largest coordinate: a
+/// file must have a positive one.
+fn resolution(scene: &Scene, largest: f64) -> f64 {
     let defined = scene.definitions().iter().flat_map(|d| d.objects());
     let all = scene.objects().iter().chain(defined).map(|object| tolerances(object.geometry()).1);
-    all.fold(0.0, f64::max)
+    let tolerance = all.fold(0.0, f64::max);
+    if tolerance > 0.0 {
+        return tolerance;
+    }
+    let size = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
+    (RESOLUTION * size).max(f64::MIN_POSITIVE)
 }
 
 /// The smallest and the largest tolerance of a geometry.
@@ -241,7 +249,7 @@ impl<'s> Writer<'_, 's> {
         for &child in below {
             members.extend(self.object(tree, child, under)?);
         }
-        let whole = if grouped {
+        if grouped {
             if own.is_empty() && members.is_empty() && !matches!(object.geometry(), Geometry::Group) {
                 return Ok(None);
             }
@@ -250,23 +258,19 @@ impl<'s> Writer<'_, 's> {
                 own = vec![self.group(&own, None, object, true)];
             }
             own.extend(members);
-            let name = place.is_none().then(|| object.name());
-            self.group(&own, name, object, spot.owned || place.is_some())
-        } else {
-            match own[..] {
-                [] => return Ok(None),
-                [only] => only,
-                _ => {
-                    let name = place.is_none().then(|| object.name());
-                    self.group(&own, name, object, spot.owned || place.is_some())
-                }
-            }
-        };
-        match place {
-            None => Ok(Some(whole)),
-            Some(_) => {
+        }
+        let alone = own.len() == 1 && !grouped;
+        match (place, &own[..]) {
+            (_, []) if !grouped => Ok(None),
+            (None, &[only]) if alone => Ok(Some(only)),
+            (None, all) => Ok(Some(self.group(all, Some(object.name()), object, spot.owned))),
+            (Some(_), all) => {
+                // Several are in the subfigure as they are: of a group that is all of a subfigure, OpenCASCADE shows a second one,
+                // unplaced. One alone would be the object itself without a group around it.
+                let single = !alone && all.len() < 2;
+                let inside = if single { vec![self.group(all, None, object, true)] } else { all.to_vec() };
                 // Without a name: definitions have one, by which they are told from what is only placed.
-                let figure = self.figure("", &[whole], spot.depth);
+                let figure = self.figure("", &inside, spot.depth);
                 self.place(object, figure, place, spot.owned).map(Some)
             }
         }
@@ -319,8 +323,8 @@ impl<'s> Writer<'_, 's> {
         owned: bool,
     ) -> Result<u32, FormatError> {
         let properties = self.properties(name);
-        let instance = matches!(object.geometry(), Geometry::Instance(_));
-        let color = instance.then(|| self.scene.color_of(object)).flatten();
+        let bare = matches!(object.geometry(), Geometry::Instance(_) | Geometry::Group);
+        let color = bare.then(|| self.scene.color_of(object)).flatten();
         let look = self.styles.look(&mut self.printer, object, color);
         let (shift, scale, turn) = match place {
             Some(Similar { turn, scale }) => {

@@ -5,6 +5,8 @@ use loftsman_kernel::text;
 
 /// Columns of a line of parameters that are data.
 const DATA: usize = 64;
+/// Columns of a line of the global section.
+const GLOBAL: usize = 72;
 /// Numbers of lines have seven digits.
 const MOST: usize = 9_999_999;
 
@@ -132,6 +134,14 @@ pub(crate) fn real(x: f64) -> String {
     }
 }
 
+/// Whether a line of so many columns, of which some are full, ends before a token: one that fits into a line is not cut, and a longer
+/// text not within the count of its characters.
+fn breaks(full: usize, token: &[u8], columns: usize) -> bool {
+    let whole = token.len() + 1;
+    let count = 1 + token.iter().take_while(|b| b.is_ascii_digit()).count();
+    full > 0 && full + if whole > columns { count + 1 } else { whole } > columns
+}
+
 /// What has been written so far.
 #[derive(Debug, Default)]
 pub(crate) struct Printer {
@@ -167,7 +177,7 @@ impl Printer {
         let mut line: Vec<u8> = Vec::with_capacity(DATA);
         for (k, token) in tokens.iter().enumerate() {
             let end = if k + 1 == tokens.len() { b';' } else { b',' };
-            if !line.is_empty() && line.len() + token.len() + 1 > DATA && token.len() < DATA {
+            if breaks(line.len(), token, DATA) {
                 self.line(&mut line, number);
             }
             for &byte in token.iter().chain([&end]) {
@@ -231,23 +241,25 @@ impl Printer {
             .whole(11)
             .whole(0)
             .text(date);
-        let mut all = b"1H,,1H;,".to_vec();
-        let tokens: Vec<Vec<u8>> = global
-            .tokens
-            .into_iter()
-            .skip(1)
-            .map(|token| if token == b"0H" { Vec::new() } else { token })
-            .collect();
-        all.extend_from_slice(&tokens.join(&b','));
-        all.push(b';');
+        let mut lines = vec![b"1H,,1H;,".to_vec()];
+        // Without the type, which entities begin with.
+        for (k, token) in global.tokens.iter().enumerate().skip(1) {
+            let end = if k + 1 == global.tokens.len() { b';' } else { b',' };
+            let mut fresh = lines.last().is_some_and(|line| breaks(line.len(), token, GLOBAL));
+            for &byte in token.iter().chain([&end]) {
+                match lines.last_mut() {
+                    Some(line) if !fresh && line.len() < GLOBAL => line.push(byte),
+                    _ => lines.push(vec![byte]),
+                }
+                fresh = false;
+            }
+        }
+        let count = lines.len();
         let mut head = format!("{:72}S{:7}\n", "", 1).into_bytes();
-        let mut count = 0;
-        for line in all.chunks(72) {
-            count += 1;
-            let mut padded = line.to_vec();
-            padded.resize(72, b' ');
-            head.extend_from_slice(&padded);
-            head.extend_from_slice(format!("G{count:7}\n").as_bytes());
+        for (k, mut line) in lines.into_iter().enumerate() {
+            line.resize(GLOBAL, b' ');
+            head.extend_from_slice(&line);
+            head.extend_from_slice(format!("G{:7}\n", k + 1).as_bytes());
         }
         let last =
             format!("S{:7}G{count:7}D{:7}P{:7}{:40}T{:7}\n", 1, self.entries, self.lines, "", 1).into_bytes();
@@ -265,6 +277,30 @@ mod tests {
             let text = real(x);
             assert!(text.contains('.'), "{text}");
             assert_eq!(text.replace('D', "e").parse::<f64>().unwrap().to_bits(), x.to_bits(), "{text}");
+        }
+    }
+
+    #[test]
+    fn counts_of_texts_are_not_cut() {
+        for length in 1..400 {
+            let mut printer = Printer::default();
+            let text = "x".repeat(length);
+            printer.put(Record::new(406).text(&text).text(&text).text("end"), Look::default().form(15));
+            let parts = printer.file(&text, (2, "MM"), 1e-7, 1.0).unwrap();
+            for (part, columns) in [(&parts[0], GLOBAL), (&parts[2], DATA)] {
+                let lines: Vec<_> = part.split(|&b| b == b'\n').collect();
+                let found = lines.iter().filter(|line| {
+                    let line = String::from_utf8_lossy(line.get(..columns).unwrap_or_default()).into_owned();
+                    line.contains(&format!("{length}Hx"))
+                });
+                let texts = lines.iter().map(|line| String::from_utf8_lossy(line).matches("Hx").count());
+                assert!(found.count() > 0 && texts.sum::<usize>() > 1, "{length}");
+                assert!(!lines.iter().any(|line| line.starts_with(b"Hx")), "{length}");
+                let cut = |line: &&[u8]| line.starts_with(format!("{}Hx", length % 10).as_bytes());
+                assert!(length < 10 || !lines.iter().any(cut), "{length}");
+                let unit = lines.iter().any(|line| line.windows(4).any(|four| four == b"2HMM"));
+                assert!(columns == DATA || unit, "{length}");
+            }
         }
     }
 
