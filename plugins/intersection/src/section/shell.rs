@@ -22,6 +22,8 @@ use crate::plane::curve_plane;
 const SHIFTS: usize = 8;
 /// Shifts in tolerances that are tried where the branches of a closed Brep do not close.
 const FURTHER: [f64; 6] = [0.35, -0.35, 0.65, -0.65, 0.85, -0.85];
+/// The same where the plane runs along edges, in sums of theirs and that of the section.
+const BEYOND: [f64; 4] = [1.5, -1.5, 4.0, -4.0];
 /// How far from a branch, in tolerances, a place of an edge may be that is on it: edges lie on surfaces within a tolerance of their own, and a plane
 /// that meets the surface at a small angle makes more of that.
 const REACH: f64 = 1e3;
@@ -45,7 +47,7 @@ pub struct ShellSection {
     pub coincident: Vec<usize>,
     /// Faces of which it could not be said what is cut.
     pub undecided: Vec<usize>,
-    /// The tolerance that was used.
+    /// The tolerance that was used; it is larger than what was asked for where the plane runs along edges that are known to less only.
     pub tolerance: f64,
 }
 
@@ -81,8 +83,13 @@ pub fn brep_section(brep: &Brep, plane: &Plane, options: &Options) -> Result<She
     };
     let closed = brep.is_closed(&(0..brep.face_count()).collect::<Vec<_>>());
     let mut best: Option<ShellSection> = None;
-    for moved in planes(brep, plane, tolerance)? {
-        let found = at_plane(brep, &edges, [plane, &moved], tolerance)?;
+    for moved in planes(brep, &edges, plane, tolerance)? {
+        let mut found = at_plane(brep, &edges, [plane, &moved], tolerance)?;
+        let off = (moved.point() - plane.point()).norm();
+        if off > tolerance {
+            found.tolerance = off + tolerance;
+            found.curves.iter_mut().for_each(|curve| curve.distance += off);
+        }
         if best.as_ref().is_none_or(|known| lacks(&found) < lacks(known)) {
             best = Some(found);
         }
@@ -158,11 +165,26 @@ fn around(brep: &Brep, edges: &[Option<Curve>]) -> Option<(Point, Point)> {
 
 /// The planes that are tried, one after another until all branches close: moved along the normal by less than a quarter of the tolerance to
 /// where it is furthest from all vertices; then, as it may still run along an edge or touch a face there, by more to either side.
-fn planes(brep: &Brep, plane: &Plane, tolerance: f64) -> Result<Vec<Plane>> {
+/// Where it runs along edges, at last by more than their tolerance.
+fn planes(brep: &Brep, edges: &[Option<Curve>], plane: &Plane, tolerance: f64) -> Result<Vec<Plane>> {
     let moved = |shift: f64| Plane::new(plane.point() + plane.normal() * shift, plane.normal());
     let mut planes = vec![off_vertices(brep, plane, tolerance)?];
     for share in FURTHER {
         planes.push(moved(share * tolerance)?);
+    }
+    // Along edges no plane is nearer than these are known.
+    let mut known = 0.0_f64;
+    for (number, edge) in edges.iter().enumerate() {
+        let (Some(edge), Some(own)) = (edge, brep.edge(number)) else { continue };
+        let near = tolerance + own.tolerance;
+        if own.tolerance > known && edge.points().iter().all(|p| plane.distance(p).abs() <= near) {
+            known = own.tolerance;
+        }
+    }
+    if known > 0.0 {
+        for share in BEYOND {
+            planes.push(moved(share * (known + tolerance))?);
+        }
     }
     Ok(planes)
 }
