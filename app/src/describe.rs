@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::Point;
-use loftsman_kernel::brep::Brep;
+use loftsman_kernel::brep::{Brep, Flaw};
 use loftsman_kernel::plugin::{CustomShape, Fineness};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
@@ -171,6 +171,12 @@ pub struct ObjectFacts {
     /// The first of them, and where they are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub open_at: Vec<OpenEdge>,
+    /// Edges of a brep that are off a face or a vertex of theirs by more than their tolerance and a ten-thousandth of the brep's size: how often.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub off_edges: Option<usize>,
+    /// The furthest of them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub off_at: Vec<OffEdge>,
     /// How many colours the faces of a brep have, where they have colours of their own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub face_colors: Option<usize>,
@@ -206,6 +212,26 @@ pub struct OpenEdge {
     /// Its middle.
     pub at: [f64; 3],
 }
+
+/// An edge of a brep that is not where it should be. Of `face` and `vertex` one is there.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct OffEdge {
+    /// Its number.
+    pub edge: usize,
+    /// The face whose surface it is off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub face: Option<usize>,
+    /// The vertex that its end is off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertex: Option<usize>,
+    /// By how much at most.
+    pub distance: f64,
+    /// What its tolerance says.
+    pub tolerance: f64,
+}
+
+/// Edges that are off by more than this part of the brep's size are told: no rounding comes to that.
+const OFF: f64 = 1e-4;
 
 /// How many open edges are named.
 const OPEN: usize = 8;
@@ -392,11 +418,14 @@ fn brep(brep: &Brep, facts: ObjectFacts) -> ObjectFacts {
     let colors: HashSet<[u64; 4]> =
         all.iter().filter_map(|&face| brep.face_color(face)).map(|color| color.map(f64::to_bits)).collect();
     let (measures, around) = of_brep(brep);
+    let off = off(brep);
     ObjectFacts {
         faces: Some(brep.face_count()),
         edges: Some(brep.edge_count()),
         open_edges: Some(open.len()).filter(|&open| open > 0),
         open_at: open.iter().take(OPEN).filter_map(|&edge| middle(edge)).collect(),
+        off_edges: Some(off.len()).filter(|&off| off > 0),
+        off_at: off.into_iter().take(OPEN).collect(),
         face_colors: Some(colors.len()).filter(|&count| count > 0),
         measures,
         bounds: around.map(corners).or_else(|| bounds(brep.vertices())),
@@ -406,6 +435,24 @@ fn brep(brep: &Brep, facts: ObjectFacts) -> ObjectFacts {
         closed: Some(brep.is_closed(&all)),
         ..facts
     }
+}
+
+/// The edges that are not where they should be, the furthest off first. Where they cannot be evaluated none is told.
+fn off(brep: &Brep) -> Vec<OffEdge> {
+    let size =
+        bounds(brep.vertices()).map_or(0.0, |[low, high]| (Point::from(high) - Point::from(low)).norm());
+    let tolerance = |edge: usize| brep.edge(edge).map_or(0.0, |edge| edge.tolerance);
+    let told = |flaw: Flaw| match flaw {
+        Flaw::End { edge, vertex, distance } => {
+            OffEdge { edge, face: None, vertex: Some(vertex), distance, tolerance: tolerance(edge) }
+        }
+        Flaw::Off { edge, face, distance, .. } => {
+            OffEdge { edge, face: Some(face), vertex: None, distance, tolerance: tolerance(edge) }
+        }
+    };
+    let mut all: Vec<OffEdge> = brep.flaws(OFF * size).unwrap_or_default().into_iter().map(told).collect();
+    all.sort_by(|a, b| b.distance.total_cmp(&a.distance));
+    all
 }
 
 fn bounds(points: &[Point]) -> Option<[[f64; 3]; 2]> {

@@ -171,3 +171,34 @@ fn meshes_and_trimmed_surfaces_go_to_step_and_come_back() {
         assert!(area(&before) > 0.0 && (area(&after) / area(&before) - 1.0).abs() < 1e-9, "{before} {after}");
     }
 }
+
+/// A plane that was moved away from its edges: `info` says by how much, in words and as data.
+#[test]
+fn edges_off_their_faces_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(data("tet.step")).unwrap();
+    assert!(LOFTSMAN.json(folder.path(), &["info", &data("tet.step")])["objects"][0]["off_edges"].is_null());
+    // The place of a plane, not of the whole.
+    let plane = text.split("=PLANE").nth(1).or_else(|| text.split("= PLANE").nth(1)).unwrap();
+    let number = |of: &str| of.split('#').nth(1).unwrap().split([',', ')']).next().unwrap().to_owned();
+    let line = |number: &str| {
+        text.lines()
+            .find(|l| l.starts_with(&format!("#{number} =")) || l.starts_with(&format!("#{number}=")))
+            .unwrap()
+    };
+    let placement = line(&number(plane));
+    let point = line(&number(placement.split_once('=').unwrap().1));
+    let number = point.split(['=', ' ']).next().unwrap();
+    let moved = text.replace(point, &format!("{number}=CARTESIAN_POINT('',(500.,500.,500.));"));
+    std::fs::write(folder.path().join("off.step"), moved).unwrap();
+    let found = LOFTSMAN.json(folder.path(), &["info", "off.step"]);
+    let first = &found["objects"][0];
+    assert!(first["off_edges"].as_u64().unwrap() >= 3, "{first}");
+    let off = &first["off_at"][0];
+    assert!(
+        off["distance"].as_f64().unwrap() > 1.0 && off["face"].is_u64() && off["tolerance"].is_f64(),
+        "{off}"
+    );
+    let told = LOFTSMAN.done(folder.path(), &["info", "off.step"]);
+    assert!(told.contains(" off face ") && told.contains("the file states"), "{told}");
+}

@@ -219,3 +219,47 @@ fn a_curve_that_closes_may_start_anywhere() {
     let length = edge.curve.points().windows(2).map(|p| (p[1] - p[0]).norm()).sum::<f64>();
     assert!((length - 4.0).abs() < 1e-12);
 }
+
+/// A plane face between polygons, and what is said of it.
+fn polygons(loops: &[&[[f64; 3]]]) -> Vec<String> {
+    let (mut bounds, mut data, mut next) = (Vec::new(), String::new(), 200);
+    for (k, points) in loops.iter().enumerate() {
+        let numbers: Vec<String> = (0..points.len()).map(|i| format!("#{}", next + i)).collect();
+        for [x, y, z] in *points {
+            data += &format!("#{next}=CARTESIAN_POINT('',({x:?},{y:?},{z:?}));\n");
+            next += 1;
+        }
+        let kind = if k == 0 { "FACE_OUTER_BOUND" } else { "FACE_BOUND" };
+        data += &format!("#{next}=POLY_LOOP('',({}));\n", numbers.join(","));
+        data += &format!("#{}={kind}('',#{next},.T.);\n", next + 1);
+        bounds.push(format!("#{}", next + 1));
+        next += 2;
+    }
+    let text = format!(
+        "{AXES}#100=SHELL_BASED_SURFACE_MODEL('',(#101));\n#101=OPEN_SHELL('',(#102));\n\
+         #102=FACE_SURFACE('',({}),#103,.T.);\n#103=PLANE('',#10);\n{data}",
+        bounds.join(",")
+    );
+    let (_, report) = read(&file("#100", &text)).unwrap();
+    report.notes.into_iter().filter(|note| note.starts_with("#10")).collect()
+}
+
+#[test]
+fn loops_beside_one_another_and_edges_off_their_surface_are_told() {
+    let square = |x: f64, a: f64| [[x, 0.0, 0.0], [x + a, 0.0, 0.0], [x + a, a, 0.0], [x, a, 0.0]];
+    let hole = [[2.0, 2.0, 0.0], [2.0, 4.0, 0.0], [4.0, 4.0, 0.0], [4.0, 2.0, 0.0]];
+    assert_eq!(polygons(&[&square(0.0, 10.0)]), [""; 0]);
+    assert_eq!(polygons(&[&square(0.0, 10.0), &hole]), [""; 0]);
+    let told = polygons(&[&square(0.0, 10.0), &hole, &square(25.0, 4.0)]);
+    assert!(
+        told.len() == 1 && told[0].starts_with("#102: a loop of it, around an area of 16, lies outside"),
+        "{told:?}"
+    );
+    let told = polygons(&[&[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 50.0], [0.0, 10.0, 0.0]]]);
+    assert!(
+        told.len() == 1
+            && told[0].contains("is up to 50 off the surface of face 0")
+            && told[0].contains("; the file states "),
+        "{told:?}"
+    );
+}

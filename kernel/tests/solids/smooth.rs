@@ -233,3 +233,28 @@ fn what_is_nearly_smooth_stays_so() {
     let (after, _) = pulled(&brep, Moving::new().faces([0, 1]).sharp(), at, by);
     assert!(crease(&after, [0, 1]) > 4.0 * before);
 }
+
+/// At a pole that an edit has left round to the last bit only, the rounding points anywhere: it is no direction of the surface.
+#[test]
+fn rounding_at_a_pole_is_no_crease() {
+    for scale in [1e-6, 1.0, 1e6] {
+        let (u, v, mut points, _) = wavy([3, 3], false, scale).into_parts();
+        for i in 0..u.len() {
+            for j in 0..v.len() {
+                let (x, y) = (u.greville(i), v.greville(j));
+                points[i * v.len() + j] = Point::new(x * y, y, 0.2 * (3.0 * x).sin() * y * y) * scale;
+            }
+        }
+        let whole = Surface::new(u, v, points).unwrap();
+        let halves = [(0.0, 1.0), (1.0, 2.0)].map(|(a, b)| {
+            let half = whole.between(Direction::U, a, b).unwrap();
+            let (u, v, mut points, _) = half.into_parts();
+            for i in 1..u.len() - 1 {
+                points[i * v.len()] += Vector::new(0.1, 0.7, (i as f64).cos()) * (1e-16 * scale);
+            }
+            Surface::new(u, v, points).unwrap()
+        });
+        let opening = strip(halves.to_vec()).openings().unwrap()[0];
+        assert!(opening.angle.unwrap() < 1e-9, "{scale}: {opening:?}");
+    }
+}

@@ -343,3 +343,39 @@ fn real_parts_are_cut_as_their_triangles_are() {
         "{solids} solids, {sections} loops, {areas} areas"
     );
 }
+
+/// Through the middles of parts, where edges lie in the plane and others only touch it: as close beside the plane, or closed at least.
+#[test]
+fn middle_planes_are_cut_in_loops() {
+    let folders = ["../../tests/data/step", "../../../shared/data/step"];
+    let mut count = 0;
+    for (name, object, normal, area) in [
+        ("io1-cm-214.stp", "io1", Vector::z(), 953.6),
+        ("MAINBODY_FRONT.stp", "MAINBODY_FRONT", Vector::y(), 0.6782),
+        // One that is too large to go along.
+        ("boxed_sphere.step", "box", Vector::y(), f64::NAN),
+        ("boxed_sphere.step", "box", Vector::z(), f64::NAN),
+    ] {
+        let root = env!("CARGO_MANIFEST_DIR");
+        let Some(bytes) = folders.iter().find_map(|f| std::fs::read(format!("{root}/{f}/{name}")).ok())
+        else {
+            assert!(area.is_nan(), "{name}");
+            continue;
+        };
+        let (scene, _) = Step.read(&Memory::new(name, bytes), &ReadOptions::default()).unwrap();
+        let Geometry::Brep(brep) = scene.object(object).unwrap().geometry() else { unreachable!() };
+        let found = brep_section(brep, &plane(Point::origin(), normal), &Options::default()).unwrap();
+        assert!(found.undecided.is_empty(), "{name}: {:?}", found.undecided);
+        assert!(!found.curves.is_empty() && found.curves.iter().all(|c| c.closed), "{name} {normal:?}");
+        let whole = found.area.unwrap();
+        if area.is_nan() {
+            let beside = plane(Point::origin() + normal * (100.0 * found.tolerance), normal);
+            let beside = brep_section(brep, &beside, &Options::default()).unwrap().area.unwrap();
+            near(whole, beside, 1e-3);
+        } else {
+            near(whole / area, 1.0, 1e-3);
+        }
+        count += 1;
+    }
+    assert!(count >= 2);
+}

@@ -5,10 +5,11 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use crate::convert::Conversion;
-use crate::describe::{Degree, LayerFacts, ObjectFacts, OpenEdge, SceneFacts, Totals, describe};
+use crate::describe::{Degree, LayerFacts, ObjectFacts, OffEdge, OpenEdge, SceneFacts, Totals, describe};
 use crate::file::{Content, Input};
 use loftsman_kernel::plugin::{Format, ReadReport, Registry, Source, WriteOptions};
 use loftsman_kernel::scene::{Scene, Unit};
+use loftsman_kernel::text::short;
 use serde_json::{Map, Value};
 
 use super::convert::format_of;
@@ -197,6 +198,27 @@ fn open(number: usize, first: &[OpenEdge]) -> String {
     format!("{}: {}{more}", count(number, "open edge"), named.join(", "))
 }
 
+/// How often edges are off what they bound, and the furthest of them.
+fn off(number: usize, first: &[OffEdge]) -> String {
+    let told: Vec<String> = first
+        .iter()
+        .take(1)
+        .map(|off| {
+            let from = match (off.face, off.vertex) {
+                (_, Some(vertex)) => format!("vertex {vertex}"),
+                (face, None) => face.map_or_else(String::new, |face| format!("face {face}")),
+            };
+            let (distance, tolerance) = (figure(off.distance), short(off.tolerance));
+            format!("edge {} is {distance} off {from}, its tolerance {tolerance}", off.edge)
+        })
+        .collect();
+    let more = match number.saturating_sub(told.len()) {
+        0 => String::new(),
+        more => format!(", {more} more off by less"),
+    };
+    format!("{}{more}", told.join(", "))
+}
+
 fn object(object: &ObjectFacts, unit: Unit) -> String {
     let mut facts = Vec::new();
     if object.unknown {
@@ -221,6 +243,7 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     facts.extend(object.faces.map(|n| count(n, "face")));
     facts.extend(object.edges.map(|n| count(n, "edge")));
     facts.extend(object.open_edges.map(|n| open(n, &object.open_at)));
+    facts.extend(object.off_edges.map(|n| off(n, &object.off_at)));
     facts.extend(object.loops.map(|n| count(n, "loop")));
     if object.rational == Some(true) {
         facts.push("rational".to_owned());

@@ -6,6 +6,7 @@ use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Shell, Solid, SurfaceForm, 
 use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
 
+use super::checks;
 use super::entity::{At, Got, Problem, deeper};
 use super::parameters::Origin;
 use super::place::Space;
@@ -215,6 +216,11 @@ impl<'r, 'f> Builder<'r, 'f> {
             self.with_parameters((at, surface), turned, &mut loops);
         }
         let covering = sheet.covering(&points, at)?;
+        if let SurfaceForm::Plane { frame } = &covering.form
+            && let Some(told) = checks::beside(frame, &loops, &self.parts.edges).at(number)?
+        {
+            self.notes.push(format!("#{number}: {told}"));
+        }
         let name = Some(args.name(0)).filter(|name| !name.is_empty());
         Ok(Face {
             name,
@@ -420,8 +426,10 @@ impl<'r, 'f> Builder<'r, 'f> {
         if !self.problems.is_empty() {
             self.parts.drop_unused();
         }
-        let Self { parts, whole, alone, parameters, problems, notes, .. } = self;
+        let tolerance = self.space.units.tolerance;
+        let Self { parts, whole, alone, parameters, problems, mut notes, .. } = self;
         let brep = Brep::new(parts).at(number)?;
+        notes.extend(checks::off(&brep, number, tolerance).at(number)?);
         Ok(Model { brep, whole, alone, parameters, problems, notes })
     }
 }

@@ -1,6 +1,7 @@
 //! The reader: finds the entities, then builds what the products are made of.
 
 mod brep;
+mod checks;
 mod curve;
 mod elementary;
 mod emit;

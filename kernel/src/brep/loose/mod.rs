@@ -466,10 +466,17 @@ impl Brep {
     }
 }
 
+/// Steps over the whole domain that are shorter than this part of those in the other direction are rounding: at a pole an edit leaves
+/// such behind, and they point anywhere.
+const NO_STEP: f64 = 1e-9;
+
+/// The unit vector along `S_u × S_v`; `None` where that vanishes, to rounding.
 fn normal(surface: &Surface, (u, v): (f64, f64)) -> Result<Option<crate::Vector>> {
     let mut d = [crate::Vector::zeros(); 4];
     surface.derivatives_into(u, v, [1, 1], &mut d)?;
-    let (su, sv) = (d[2].try_normalize(0.0), d[1].try_normalize(0.0));
+    let (a, b) = (d[2] * surface.u().length(), d[1] * surface.v().length());
+    let least = NO_STEP * a.norm().max(b.norm());
+    let (su, sv) = (a.try_normalize(least), b.try_normalize(least));
     Ok(su.zip(sv).and_then(|(a, b)| a.cross(&b).try_normalize(1e-6)))
 }
 

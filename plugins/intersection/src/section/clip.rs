@@ -35,6 +35,8 @@ pub(crate) struct Part {
 
 /// How near on a branch, as a part of its length, gates are at one place: seams, and corners.
 const ONE: f64 = 1e-7;
+/// How near on a branch, as a part of its length, a gate is to a knot that is at it.
+const KNOT: f64 = 1e-12;
 
 /// The parts of a branch between gates, and whether each is inside: by the gates' turns where these alternate, else as `inside` says
 /// of their middles. Gates at one place at which it comes in and goes out are none. `None` where it cannot be said.
@@ -94,6 +96,10 @@ pub(crate) fn clipped(
     // Coming in, then going out, all the way round.
     let alternates = is_signed
         && spans.iter().all(|&(.., a, b)| a.is_none() || b.is_none() || turn(a) != turn(b) || count == 1);
+    let mut knots = branch.curve.space().breakpoints();
+    if branch.closed {
+        knots.extend(knots.clone().into_iter().skip(1).map(|t| t + length));
+    }
     let mut parts = Vec::new();
     for (from, to, a, b) in spans {
         if to - from <= ONE * length {
@@ -113,6 +119,7 @@ pub(crate) fn clipped(
         if !is_inside {
             continue;
         }
+        let [from, to] = [from, to].map(|t| on_knot(&knots, t, KNOT * length));
         let curve = branch.curve.between(from, to)?;
         let (space, mut points, weights) = curve.into_parts();
         let rim = points.len() - 1;
@@ -127,6 +134,11 @@ pub(crate) fn clipped(
         parts.push(Part { curve, ends, closed: false, distance: branch.distance, face });
     }
     Ok(Some(parts))
+}
+
+/// A parameter, or the knot that it is beside: what would be between them is shorter than can be told.
+fn on_knot(knots: &[f64], t: f64, near: f64) -> f64 {
+    knots.iter().copied().find(|knot| (knot - t).abs() <= near).unwrap_or(t)
 }
 
 /// A branch of the section of several faces.
@@ -212,8 +224,14 @@ fn one<'a>(curves: impl ExactSizeIterator<Item = &'a Curve>) -> Result<Curve> {
         } else {
             1
         };
-        knots.extend(own.iter().filter(|&&u| u > start && u < end).map(|u| u + shift));
-        knots.extend([end + shift; 3]);
+        // Behind a long curve a short one's knots may round to one: each lies behind the one before, however little.
+        let mut last = (start, knots.last().copied().unwrap_or(start));
+        for &u in own.iter().filter(|&&u| u > start && u < end).chain([&end; 3]) {
+            if u > last.0 {
+                last = (u, (u + shift).max(last.1.next_up()));
+            }
+            knots.push(last.1);
+        }
         points.extend(curve.points().iter().skip(skip));
     }
     knots.extend(knots.last().copied());

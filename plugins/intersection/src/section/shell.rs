@@ -2,7 +2,8 @@
 //!
 //! Where the plane meets an edge is found once, on the edge itself, and is the end of the parts on both of its faces. On a branch that passes
 //! there, what is inside follows from the side on which the face lies of its edge. The plane is moved by less than a quarter of the
-//! tolerance first, so that it passes no vertex.
+//! tolerance first, so that it passes no vertex; where a closed Brep's branches do not close then, as the plane runs along an edge or
+//! touches a face, by up to 0.85 of the tolerance to either side.
 
 use std::collections::BTreeSet;
 
@@ -19,6 +20,10 @@ use crate::plane::curve_plane;
 
 /// Shifts of the plane that are tried, so that it is far from all vertices.
 const SHIFTS: usize = 8;
+/// Shifts in tolerances that are tried where the branches of a closed Brep do not close.
+const FURTHER: [f64; 6] = [0.35, -0.35, 0.65, -0.65, 0.85, -0.85];
+/// The same where the plane runs along edges, in sums of theirs and that of the section.
+const BEYOND: [f64; 4] = [1.5, -1.5, 4.0, -4.0];
 /// How far from a branch, in tolerances, a place of an edge may be that is on it: edges lie on surfaces within a tolerance of their own, and a plane
 /// that meets the surface at a small angle makes more of that.
 const REACH: f64 = 1e3;
@@ -42,7 +47,7 @@ pub struct ShellSection {
     pub coincident: Vec<usize>,
     /// Faces of which it could not be said what is cut.
     pub undecided: Vec<usize>,
-    /// The tolerance that was used.
+    /// The tolerance that was used; it is larger than what was asked for where the plane runs along edges that are known to less only.
     pub tolerance: f64,
 }
 
@@ -76,16 +81,45 @@ pub fn brep_section(brep: &Brep, plane: &Plane, options: &Options) -> Result<She
         Some(_) => setting(&[(low, high)], options)?.1,
         None => 1e-6 * setting(&[(low, high)], options)?.0.size,
     };
-    let original = *plane;
-    let plane = off_vertices(brep, plane, tolerance)?;
+    let closed = brep.is_closed(&(0..brep.face_count()).collect::<Vec<_>>());
+    let mut best: Option<ShellSection> = None;
+    for moved in planes(brep, &edges, plane, tolerance)? {
+        let mut found = at_plane(brep, &edges, [plane, &moved], tolerance)?;
+        let off = (moved.point() - plane.point()).norm();
+        if off > tolerance {
+            found.tolerance = off + tolerance;
+            found.curves.iter_mut().for_each(|curve| curve.distance += off);
+        }
+        if best.as_ref().is_none_or(|known| lacks(&found) < lacks(known)) {
+            best = Some(found);
+        }
+        if best.as_ref().is_some_and(|known| lacks(known) == (0, 0)) || !closed {
+            break;
+        }
+    }
+    Ok(best.unwrap_or_default())
+}
+
+/// How many faces are undecided, and how many branches do not close.
+fn lacks(section: &ShellSection) -> (usize, usize) {
+    (section.undecided.len(), section.curves.iter().filter(|curve| !curve.closed).count())
+}
+
+/// The section by a plane that was moved, `[as given, moved]`.
+fn at_plane(
+    brep: &Brep,
+    edges: &[Option<Curve>],
+    [original, plane]: [&Plane; 2],
+    tolerance: f64,
+) -> Result<ShellSection> {
     let crossings =
-        parallel::map(edges.len(), |k| edges[k].as_ref().map_or(Ok(Vec::new()), |c| crossings(c, &plane)));
+        parallel::map(edges.len(), |k| edges[k].as_ref().map_or(Ok(Vec::new()), |c| crossings(c, plane)));
     let crossings: Vec<Vec<Crossing>> = crossings.into_iter().collect::<Result<_>>()?;
-    let cut = Cut { brep, edges, plane, tolerance, crossings };
+    let cut = Cut { brep, edges, plane: *plane, tolerance, crossings };
     let mut all = ShellSection { tolerance, ..ShellSection::default() };
     let mut parts = Vec::new();
     for (face, found) in
-        parallel::map(brep.face_count(), |face| cut.face(face, &original)).into_iter().enumerate()
+        parallel::map(brep.face_count(), |face| cut.face(face, original)).into_iter().enumerate()
     {
         match found? {
             Face::Coincident => all.coincident.push(face),
@@ -129,6 +163,32 @@ fn around(brep: &Brep, edges: &[Option<Curve>]) -> Option<(Point, Point)> {
     boxes.reduce(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
 }
 
+/// The planes that are tried, one after another until all branches close: moved along the normal by less than a quarter of the tolerance to
+/// where it is furthest from all vertices; then, as it may still run along an edge or touch a face there, by more to either side.
+/// Where it runs along edges, at last by more than their tolerance.
+fn planes(brep: &Brep, edges: &[Option<Curve>], plane: &Plane, tolerance: f64) -> Result<Vec<Plane>> {
+    let moved = |shift: f64| Plane::new(plane.point() + plane.normal() * shift, plane.normal());
+    let mut planes = vec![off_vertices(brep, plane, tolerance)?];
+    for share in FURTHER {
+        planes.push(moved(share * tolerance)?);
+    }
+    // Along edges no plane is nearer than these are known.
+    let mut known = 0.0_f64;
+    for (number, edge) in edges.iter().enumerate() {
+        let (Some(edge), Some(own)) = (edge, brep.edge(number)) else { continue };
+        let near = tolerance + own.tolerance;
+        if own.tolerance > known && edge.points().iter().all(|p| plane.distance(p).abs() <= near) {
+            known = own.tolerance;
+        }
+    }
+    if known > 0.0 {
+        for share in BEYOND {
+            planes.push(moved(share * (known + tolerance))?);
+        }
+    }
+    Ok(planes)
+}
+
 /// The plane, moved along its normal by less than a quarter of the tolerance to where it is furthest from all vertices.
 fn off_vertices(brep: &Brep, plane: &Plane, tolerance: f64) -> Result<Plane> {
     let heights: Vec<f64> =
@@ -166,7 +226,7 @@ enum Face {
 
 struct Cut<'b> {
     brep: &'b Brep,
-    edges: Vec<Option<Curve>>,
+    edges: &'b [Option<Curve>],
     plane: Plane,
     tolerance: f64,
     crossings: Vec<Vec<Crossing>>,

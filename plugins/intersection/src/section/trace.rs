@@ -12,6 +12,8 @@ use crate::net::Frame;
 
 /// Halvings of one cell's part.
 const HALVINGS: usize = 24;
+/// Pieces that are shorter than this part of the whole are none: where the section passes near a corner of its cells.
+const SHORTEST: f64 = 1e-13;
 
 /// A place of the section and its direction.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +68,9 @@ pub(crate) fn trace(
             cubics.push(cubic);
         }
     }
+    // What is shorter than rounding of a knot where it lies would repeat that.
+    let least = SHORTEST * cubics.iter().map(|cubic| cubic.length).sum::<f64>();
+    cubics.retain(|cubic| cubic.length > least);
     let parameters =
         cubics.iter().map(|c| c.start.at).chain(cubics.last().map(|c| c.end.at)).collect::<Vec<_>>();
     let curve = join(&cubics, chain.closed, frame)?;
