@@ -47,7 +47,10 @@ fn what_is_no_file_is_one_error() {
     for (name, says) in [
         ("first_line_82_cols.iges", "line 1: there is no global section"),
         ("first_line_without_80_cols.iges", "its directory section is missing"),
-        ("up_to_line_7_of_DE_section.iges", "nothing in it can be read"),
+        (
+            "up_to_line_7_of_DE_section.iges",
+            "line 12: an entity of the directory without its second line: the file was cut off",
+        ),
     ] {
         let run = LOFTSMAN.run(folder.path(), &["convert", &data(name), "out.loft.json"]);
         assert_eq!(run.code, Some(1), "{}", run.err);

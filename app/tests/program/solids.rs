@@ -202,3 +202,23 @@ fn edges_off_their_faces_are_told() {
     let told = LOFTSMAN.done(folder.path(), &["info", "off.step"]);
     assert!(told.contains(" off face ") && told.contains("the file states"), "{told}");
 }
+
+/// One coordinate that is far too large, a digit mistyped: a face is left out with its reason, and nothing panics.
+#[test]
+fn a_coordinate_far_away_costs_a_face() {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, point, far) in [
+        ("base_interface_AP214.STEP", "#753 = CARTESIAN_POINT ( 'NONE',  ( 8.500000000000000000,", "1.E15,"),
+        ("base_interface_AP203.STEP", "#46 = CARTESIAN_POINT ( 'NONE',  ( 8.624787150402331903,", "-1.E300,"),
+    ] {
+        let text = std::fs::read_to_string(data(file)).unwrap();
+        let (start, _) = point.rsplit_once(' ').unwrap();
+        let moved = text.replacen(point, &format!("{start} {far}"), 1);
+        assert_ne!(moved, text, "{file}");
+        std::fs::write(folder.path().join(file), moved).unwrap();
+        for arguments in [&["info", file][..], &["convert", file, "out.obj"]] {
+            let run = LOFTSMAN.run(folder.path(), arguments);
+            assert!(matches!(run.code, Some(0 | 1)) && !run.err.contains("panicked"), "{file}: {run:?}");
+        }
+    }
+}

@@ -116,6 +116,9 @@ fn first(plane: &Plane<'_>, inside: &[bool], goal: &Goal) -> Result<Vec<([f64; 2
             }
         }
     }
+    if (0..2).any(|d| low[d].total_cmp(&high[d]).is_ge()) {
+        return Err(Error::NoExtent("its loops bound no area".into()));
+    }
     let stops = [0, 1].map(|d: usize| {
         let mut all = vec![low[d]];
         all.extend(carrier.sides[d].lines.iter().copied().filter(|x| *x > low[d] && *x < high[d]));

@@ -109,6 +109,9 @@ impl<'c> Plane<'c> {
             return Err(Error::NoExtent("its loops bound no area".into()).into());
         }
         let scale = steps(carrier, low, high, goal).map(|step| 1.0 / step);
+        if (0..2).any(|d| !(scale[d] * (high[d] - low[d])).is_finite()) {
+            return Err(Error::Invalid("its parameters are no numbers that can be told apart".into()).into());
+        }
         // Of what closes or ends in a pole the ends are the hull of all nodes.
         let bare = |d: usize| !carrier.sides[d].closed && carrier.poles[d].iter().all(Option::is_none);
         let slant = match [bare(0), bare(1)] {
@@ -224,6 +227,9 @@ impl<'c> Plane<'c> {
     /// Adds a place inside the face; nothing where there is a vertex or a constraint.
     pub(crate) fn add(&mut self, at: [f64; 2]) -> bool {
         let position = self.position(at);
+        if position.x.is_nan() || position.y.is_nan() {
+            return false;
+        }
         let hint = self.vertices.len().checked_sub(1).map(FixedVertexHandle::from_index);
         let found = match hint {
             Some(hint) => self.triangles.locate_with_hint(position, hint),
@@ -265,7 +271,11 @@ impl<'c> Plane<'c> {
         let mut kept = Vec::new();
         let mut hint = FixedVertexHandle::from_index(0);
         for (at, step) in places {
-            let face = match self.triangles.locate_with_hint(self.position(*at), hint) {
+            let position = self.position(*at);
+            if position.x.is_nan() || position.y.is_nan() {
+                continue;
+            }
+            let face = match self.triangles.locate_with_hint(position, hint) {
                 PositionInTriangulation::OnFace(face) => face,
                 PositionInTriangulation::OnEdge(edge) if !self.is_fixed(edge) => {
                     match self.triangles.directed_edge(edge).face().as_inner() {
