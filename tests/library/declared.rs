@@ -486,6 +486,12 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     let missing = json!({ "constraints": [{ "kind": "fixed", "at": 1.2, "to": [1, 2, 3] }] });
     add("simulate", "draw", missing, json!(0.02), json!(0.2));
     add("simulate", "settle_frames", json!({ "settle": true }), json!(true), json!(false));
+    let turns = json!({ "settle": true, "stiffness": 100, "gravity": [0, 0, 0], "constraints": [
+        { "kind": "fixed", "at": 0, "to": [0, 0, 0] },
+        { "kind": "sliding", "near": 1.2, "to": [4000, 0, 0] },
+        { "kind": "fixed", "at": 2.5, "to": [1000, 0, 4000] },
+    ] });
+    add("simulate", "corners", turns, json!(true), json!(false));
     add("copy", "object", none(), json!("rational"), json!("cloud"));
     add("copy", "to", none(), json!("once"), json!(["twice", "thrice"]));
     add("merge", "file", none(), json!(merged()), json!([merged(), merged()]));
