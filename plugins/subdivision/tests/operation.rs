@@ -311,6 +311,27 @@ fn apply(scene: &mut Scene, op: &str, fields: Value) -> Result<StepReport, Opera
     operation.apply(scene, &parameters, &Context::quiet(&registry))
 }
 
+/// A mesh becomes the cage of Doo and Sabin's surface, too.
+#[test]
+fn a_doo_sabin_surface_is_a_shape() {
+    let fields = json!({ "object": "cube", "scheme": "doo-sabin", "surface": true });
+    let Geometry::Custom(surface) = done(fields.clone()) else { panic!("it is a shape of the plug-in") };
+    let shape = surface.shape().unwrap();
+    assert_eq!((shape.faces(), shape.control_vertices().len()), (Some(24), 8));
+    let middle = shape.value(Location::Face(0, 0.0, 0.0), Derivative::POSITION).unwrap();
+    assert!((middle - Point::new(0.5, 0.5, 0.0).coords).norm() < 1e-15, "{middle}");
+    let report = run(&mut scene(), fields).unwrap();
+    assert!(
+        report.notes[0].contains("of 24 faces") && report.notes[0].contains("24 faces, those"),
+        "{report:?}"
+    );
+    let refused = |fields| run(&mut scene(), fields).unwrap_err().to_string();
+    let tuned = json!({ "object": "cube", "scheme": "doo-sabin", "surface": true, "alpha": 2.0 });
+    assert!(refused(tuned).contains("alpha"));
+    let levels = json!({ "object": "cube", "scheme": "doo-sabin", "surface": true, "levels": 2 });
+    assert!(refused(levels).contains("levels"));
+}
+
 /// A surface becomes a group of splines that hang under it; where that fails, nothing has changed.
 #[test]
 fn patches_are_objects() {
