@@ -20,8 +20,8 @@ pub use run::{Converted, Converter, convert};
 /// Unit, axes, fineness and formats' options of a conversion, as a person asks for them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Conversion {
-    /// The unit of the numbers: the input's where its format has none (OBJ, points) and
-    /// [`from_unit`](Self::from_unit) is left out, else the output's.
+    /// The unit of the numbers: of those that a recipe without an input gives; the input's where its format has none (OBJ, points) and
+    /// [`from_unit`](Self::from_unit) is left out; else the output's.
     pub unit: Option<Unit>,
     /// The unit of the input's numbers, whatever its file says.
     pub from_unit: Option<Unit>,
@@ -131,8 +131,10 @@ impl Conversion {
         let usual = output.fineness();
         let fineness =
             Fineness { chord: self.chord.unwrap_or(usual.chord), angle: self.angle.unwrap_or(usual.angle) };
-        let has_none = input.is_some_and(|format| format.holds.unit == UnitRule::None);
-        let unit = if has_none && self.from_unit.is_none() { None } else { self.unit };
+        // What names the unit of the numbers as they come in does not ask for them in that unit as they go out.
+        let names_input =
+            input.is_none_or(|format| format.holds.unit == UnitRule::None && self.from_unit.is_none());
+        let unit = if names_input { None } else { self.unit };
         let none = Map::new();
         let own = parameters(self.write.get(name).unwrap_or(&none), format!("write.{name}"));
         WriteOptions { unit, up: self.up, fineness, own, ..WriteOptions::default() }
@@ -206,6 +208,9 @@ mod tests {
         let both = Conversion { from_unit: Some(Unit::Inch), ..mm };
         assert_eq!(both.read_options(obj).unit, Some(Unit::Inch));
         assert_eq!(both.write_options(Some(obj), &loftsman_gltf::Gltf).unit, Some(Unit::Millimetre));
+        // Without an input it is that of the numbers given, which glTF wants in metres.
+        assert_eq!(mm.write_options(None, &loftsman_gltf::Gltf).unit, None);
+        assert_eq!(both.write_options(None, &loftsman_gltf::Gltf).unit, None);
     }
 
     #[test]

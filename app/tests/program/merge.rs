@@ -124,3 +124,35 @@ fn places_are_pointed_at_wherever_parameters_stand() {
         }
     }
 }
+
+/// The unit of a recipe without an input is that of the numbers that it gives, whatever goes out: a format that fixes its unit gets them
+/// converted. Who asks for numbers in another unit gets them, and is told how others take them.
+#[test]
+fn the_unit_of_a_recipe_without_input_is_converted() {
+    let bench = LOFTSMAN.bench();
+    let recipe = json!({ "output": ["c.glb", "c.obj", "c.step", "c.loft.json"], "unit": "mm", "step": [{ "op": "circle", "radius": 30 }] });
+    bench.write("c.json", recipe.to_string());
+    let told = bench.done(&["run", "c.json"]);
+    assert!(!told.contains("other programs take them"), "{told}");
+    // What other programs see: the largest coordinate of the GLB's own numbers.
+    let reach = |file: &str| {
+        let bytes = bench.read(file);
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let root: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+        root["accessors"][0]["max"][0].as_f64().unwrap()
+    };
+    assert!((reach("c.glb") / 0.03 - 1.0).abs() < 1e-6, "{}", reach("c.glb"));
+    // And what comes back is as it was said, in every format.
+    for file in ["c.glb", "c.obj", "c.step", "c.loft.json"] {
+        let info = bench.json(&["info", file]);
+        let length = info["objects"][0]["length"].as_f64().unwrap();
+        assert!((length / (std::f64::consts::TAU * 30.0) - 1.0).abs() < 1e-6, "{file}: {length}");
+        assert_eq!(info["unit"], "mm", "{file}");
+    }
+    let told = bench.done(&["convert", "c.loft.json", "mm.glb", "--unit", "mm"]);
+    assert!((reach("mm.glb") / 30.0 - 1.0).abs() < 1e-6, "{}", reach("mm.glb"));
+    assert!(
+        told.contains("numbers go out in mm, as asked for, and other programs take them for m"),
+        "{told}"
+    );
+}

@@ -189,8 +189,19 @@ impl Holds {
         kinds.into_iter().map(|((kind, fate), count)| format!("{kind} {fate} ({count})")).collect()
     }
 
-    /// What happens to a unit that is not known, or that the file cannot say.
+    /// What happens to a unit that is not known, that the file cannot say, or that is not the format's.
     fn lost_unit(&self, unit: Unit, asked: Option<Unit>) -> Option<String> {
+        if let (Some(asked), UnitRule::Fixed(fixed)) = (asked, self.unit)
+            && asked != fixed
+            && asked != Unit::Unknown
+            && unit != Unit::Unknown
+        {
+            return Some(format!(
+                "numbers go out in {}, as asked for, and other programs take them for {}, as the format has it: leave the unit out to have them converted",
+                asked.name(),
+                fixed.name()
+            ));
+        }
         let target = match (asked, self.unit) {
             (Some(unit), _) => Some((unit, "as asked for")),
             (None, UnitRule::Fixed(unit)) => Some((unit, "as the format has it")),
