@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(mm.write_options(Some(obj), &loftsman_gltf::Gltf).unit, None);
         assert_eq!(mm.read_options(gltf).unit, None);
         assert_eq!(mm.write_options(Some(gltf), &loftsman_obj::Obj).unit, Some(Unit::Millimetre));
-        let both = Conversion { from_unit: Some(Unit::Inch), ..mm };
+        let both = Conversion { from_unit: Some(Unit::Inch), ..mm.clone() };
         assert_eq!(both.read_options(obj).unit, Some(Unit::Inch));
         assert_eq!(both.write_options(Some(obj), &loftsman_gltf::Gltf).unit, Some(Unit::Millimetre));
         // Without an input it is that of the numbers given, which glTF wants in metres.
