@@ -10,12 +10,12 @@ cargo build -q --release --manifest-path ../Cargo.toml --bin loftsman --locked
 mkdir -p target
 names=("$@")
 [ ${#names[@]} -gt 0 ] || names=(evaluation grid threads tessellation solids least_adjustment interpolation area_volume quadratic_program fairing \
-    five_surfaces conversion fine_tuning dynamics)
+    five_surfaces conversion fine_tuning dynamics subdivision)
 results="${CRITERION_HOME:-${CARGO_TARGET_DIR:-target}/criterion}"
 for name in "${names[@]}"; do
     if [ -f "peers/$name.py" ]; then
         # Never numbers of an earlier run beside today's.
-        find "$results" -mindepth 2 -maxdepth 2 \( -name numpy -o -name 'MuJoCo cable' -o -name OpenCASCADE -o -name PyElastica \) -prune -exec rm -r {} + 2>/dev/null || true
+        find "$results" -mindepth 2 -maxdepth 2 \( -name numpy -o -name 'MuJoCo cable' -o -name OpenCASCADE -o -name PyElastica -o -name 'OpenSubdiv*' \) -prune -exec rm -r {} + 2>/dev/null || true
         if "${PYTHON:-python3}" -c 'import numpy, scipy' 2>/dev/null; then
             OPENBLAS_NUM_THREADS=1 "${PYTHON:-python3}" "peers/$name.py" "$results"
         else
