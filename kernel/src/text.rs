@@ -52,12 +52,13 @@ pub fn clip_to(most: usize, text: &str) -> String {
     short
 }
 
-/// A number in about four figures, as people write it: plain from a ten-thousandth to ten million, else with an exponent.
+/// A number in about four figures, as people write it: plain from a ten-thousandth to a thousand million, else with an exponent.
 ///
 /// ```
 /// use loftsman_kernel::text::figure;
 ///
 /// assert_eq!([0.0001976, 0.1, 2.165196, 12345.6, 3e-9].map(figure), ["0.0001976", "0.1", "2.165", "12346", "3e-9"]);
+/// assert_eq!([15_234_567.8, 2.5e12].map(figure), ["15234568", "2.5e12"]);
 /// ```
 pub fn figure(number: f64) -> String {
     figures(number, 4)
@@ -68,17 +69,50 @@ pub fn short(number: f64) -> String {
     figures(number, 2)
 }
 
+/// The same in about six figures, for what is measured and may be copied: places, parameters, lengths.
+///
+/// ```
+/// use loftsman_kernel::text::measured;
+///
+/// assert_eq!([0.3576882987033557, 0.00000357770876, -0.0, 213.628300].map(measured), ["0.357688", "3.57771e-6", "0", "213.628"]);
+/// ```
+pub fn measured(number: f64) -> String {
+    figures(number, 6)
+}
+
+/// Numbers in about six figures, or in so many more that no two that differ look alike.
+///
+/// ```
+/// use loftsman_kernel::text::told_apart;
+///
+/// assert_eq!(told_apart(&[5.0, 1.0 / 3.0]), ["5", "0.333333"]);
+/// assert_eq!(told_apart(&[5.0, 5.00000001, 5.0]), ["5", "5.00000001", "5"]);
+/// ```
+pub fn told_apart(numbers: &[f64]) -> Vec<String> {
+    let mut order: Vec<f64> = numbers.iter().map(|number| number + 0.0).collect();
+    order.sort_by(f64::total_cmp);
+    order.dedup_by(|a, b| a.total_cmp(b).is_eq());
+    let apart = |digits: usize| {
+        // What is rounded alike lies side by side.
+        order.windows(2).all(|pair| figures(pair[0], digits) != figures(pair[1], digits))
+    };
+    match (6..=17).find(|&digits| apart(digits)) {
+        Some(digits) => numbers.iter().map(|&number| figures(number, digits)).collect(),
+        None => numbers.iter().map(f64::to_string).collect(),
+    }
+}
+
 fn figures(number: f64, digits: usize) -> String {
     // No zero is below nothing.
     let number = number + 0.0;
     let size = number.abs();
-    if !(size == 0.0 || (1e-4..1e7).contains(&size)) {
+    if !(size == 0.0 || (1e-4..1e9).contains(&size)) {
         let text = format!("{number:.*e}", digits - 1);
         let Some((digits, exponent)) = text.split_once('e') else { return text };
         return format!("{}e{exponent}", without_zeros(digits));
     }
     let digits = digits as i32 - 1;
-    let decimals = if size == 0.0 { 0 } else { (digits - size.log10().floor() as i32).clamp(0, 8) as usize };
+    let decimals = if size == 0.0 { 0 } else { (digits - size.log10().floor() as i32).clamp(0, 20) as usize };
     without_zeros(&format!("{number:.decimals$}")).to_owned()
 }
 

@@ -131,6 +131,25 @@ impl Unit {
         Cow::Borrowed(named.map_or(Self::UNKNOWN, |(name, _)| name))
     }
 
+    /// A number of this unit's first, second or third power, for people: `2 m²`, `3 × (0.3 m)²`, `2 square units` where it is unknown.
+    ///
+    /// ```
+    /// use loftsman_kernel::scene::Unit;
+    ///
+    /// assert_eq!(Unit::Millimetre.quantity(15_234_567.8, 3), "15234568 mm³");
+    /// assert_eq!(Unit::Unknown.quantity(0.5, 2), "0.5 square units");
+    /// ```
+    pub fn quantity(self, number: f64, power: usize) -> String {
+        let raised = ["", "", "²", "³"].get(power).copied().unwrap_or_default();
+        let words = ["", "units", "square units", "cubic units"].get(power).copied().unwrap_or_default();
+        let figure = text::figure(number);
+        match self {
+            Self::Unknown => format!("{figure} {words}"),
+            Self::Metres(_) => format!("{figure} × {}{raised}", self.one()),
+            named => format!("{figure} {}{raised}", named.name()),
+        }
+    }
+
     /// The unit of a [name](Self::name).
     pub fn from_name(name: &str) -> Option<Self> {
         if name == Self::UNKNOWN {

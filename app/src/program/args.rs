@@ -70,6 +70,9 @@ pub(crate) struct RunArgs {
     /// Use this solver in every step that takes one.
     #[arg(long, value_name = "NAME")]
     pub(crate) solver: Option<String>,
+    /// Say how long steps took, too.
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
     #[command(flatten)]
     pub(crate) json: Json,
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use anstyle::{AnsiColor, Style};
+use loftsman_kernel::text;
 
 /// Names of objects and files.
 pub(crate) const BOLD: Style = Style::new().bold();
@@ -57,16 +58,8 @@ fn printable(text: &str) -> String {
 
 /// A number in about four figures.
 pub(crate) fn figure(number: f64) -> String {
-    let size = number.abs();
-    if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e7).contains(&size) {
-        let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        let text = format!("{number:.decimals$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    } else {
-        format!("{number:.1e}").replace(".0e", "e")
-    }
+    // What is below that is told for its size only.
+    if number.abs() < 1e-4 { text::short(number) } else { text::figure(number) }
 }
 
 /// A number of bytes.

@@ -491,6 +491,6 @@ mod tests {
             assert!(error.contains(words), "{error}");
         }
         let error = resolved(json!({ "at": { "closest": [1, 2, 3] } })).unwrap_err();
-        assert!(error.contains("say which object"), "{error}");
+        assert!(error.contains("say which object it is about"), "{error}");
     }
 }

@@ -3,6 +3,49 @@
 use loftsman_kernel::Vector;
 use nalgebra::{Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion};
 
+/// The numbers of a placement as a file has them. A map does not give them back to the last bit, so that what has not been moved goes
+/// out with these.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Numbers {
+    /// Column by column; instead of the others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) matrix: Option<[f64; 16]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) translation: Option<[f64; 3]>,
+    /// Quaternion `x, y, z, w`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) rotation: Option<[f64; 4]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) scale: Option<[f64; 3]>,
+}
+
+impl Numbers {
+    /// The placement that they say; `None` where they say none that glTF allows.
+    pub(crate) fn placement(&self) -> Option<Placement> {
+        if let Some(matrix) = &self.matrix {
+            if self.translation.is_some() || self.rotation.is_some() || self.scale.is_some() {
+                return None;
+            }
+            let map = Matrix4::from_column_slice(matrix);
+            let linear = map.fixed_view::<3, 3>(0, 0).into_owned();
+            return Placement::of(&map).map(|parts| Placement { linear: Some(linear), ..parts });
+        }
+        Some(Placement {
+            translation: Vector::from(self.translation.unwrap_or([0.0; 3])),
+            rotation: self.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]),
+            scale: Vector::from(self.scale.unwrap_or([1.0; 3])),
+            linear: None,
+        })
+    }
+
+    /// Whether the map that they make gives other numbers back.
+    pub(crate) fn differ(&self, map: &Matrix4<f64>) -> bool {
+        let own = self.placement();
+        own.is_some() && own != Placement::of(map)
+    }
+}
+
 /// A transform without shear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Placement {

@@ -20,6 +20,9 @@ pub(crate) const MATERIAL: &str = "gltf material";
 /// What [`MATERIAL`] says.
 pub(crate) const NONE: &str = "none";
 
+/// The numbers of a node's placement as its file has them, where a matrix does not give them back to the last bit.
+pub(crate) const PLACEMENT: &str = "gltf placement";
+
 /// What other programs noted of the scene that is shown, and its name.
 pub(crate) const SCENE_DATA: &str = "gltf scene extras";
 pub(crate) const SCENE_NAME: &str = "gltf scene name";

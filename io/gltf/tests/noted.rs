@@ -209,3 +209,79 @@ fn notes_that_are_no_json_are_said() {
         (&json!([1]), &json!("not json"))
     );
 }
+
+/// Nodes of a file with a mesh each, by name, with the numbers of their placements; what does nothing is left out.
+fn placements(document: &Value) -> Vec<(String, Value)> {
+    let usual = [
+        ("translation", json!([0.0, 0.0, 0.0])),
+        ("rotation", json!([0.0, 0.0, 0.0, 1.0])),
+        ("scale", json!([1.0, 1.0, 1.0])),
+        ("matrix", Value::Null),
+    ];
+    let real = |value: &Value| -> Value {
+        value.as_array().map_or(Value::Null, |list| list.iter().map(|x| x.as_f64().unwrap()).collect())
+    };
+    let nodes = document["nodes"].as_array().unwrap();
+    let mut all: Vec<_> = nodes
+        .iter()
+        .map(|node| {
+            let said = usual.iter().map(|(key, usual)| (*key, real(&node[*key]), usual));
+            let said = said.filter(|(_, value, usual)| !value.is_null() && value != *usual);
+            let said: serde_json::Map<String, Value> =
+                said.map(|(key, value, _)| (key.to_owned(), value)).collect();
+            (node["name"].as_str().unwrap_or_default().to_owned(), Value::Object(said))
+        })
+        .collect();
+    all.sort_by(|a, b| (&a.0, a.1.to_string()).cmp(&(&b.0, b.1.to_string())));
+    all
+}
+
+/// Rotations, scales and matrices go out in the numbers that they came in, though a matrix in between would round them; what has been moved
+/// since goes out where it is.
+#[test]
+fn placements_keep_their_numbers() {
+    let rotation = [0.1, 0.2, 0.3, 0.86_f64.sqrt()];
+    let (sin, cos) = 0.7_f64.sin_cos();
+    let turned = [cos, sin, 0.0, 0.0, -sin, cos, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.1, 0.2, 0.3, 1.0];
+    let mut document = noted();
+    document["nodes"] = json!([
+        { "name": "a", "mesh": 0, "rotation": rotation, "scale": [0.1, 0.3, 0.7], "translation": [0.1, 0.2, 0.7] },
+        { "name": "b", "mesh": 0, "rotation": [-0.1, 0.0, 0.0, -(0.99_f64.sqrt())], "children": [2] },
+        { "name": "c", "matrix": turned },
+        { "name": "d", "mesh": 0, "scale": [-0.1, 0.1, 0.1], "rotation": [0.0, 0.1, 0.0, 0.99_f64.sqrt()] },
+    ]);
+    document["scenes"][0]["nodes"] = json!([0, 1, 3]);
+    let (scene, _) = read(&Memory::new("h.gltf", document.to_string()));
+    let once = write(&scene);
+    assert_eq!(placements(&json_of(&once)), placements(&document));
+    let (again, _) = read(&once);
+    assert!(write(&again).bytes == once.bytes, "it is the same from then on");
+    let mut moved = scene.clone();
+    let map = moved.object_mut("a").unwrap().transform.as_mut().unwrap();
+    map[(0, 3)] = 5.0;
+    let (back, _) = read(&write(&moved));
+    let (there, wanted) = (back.object("a").unwrap().transform, moved.object("a").unwrap().transform);
+    assert!((there.unwrap() - wanted.unwrap()).amax() < 1e-15, "{there:?}");
+}
+
+#[test]
+fn placements_of_every_file_keep_their_numbers() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/gltf");
+    let mut compared = 0;
+    for entry in std::fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let (path, bytes) = (entry.path(), std::fs::read(entry.path()).unwrap());
+        if path.extension().is_none_or(|extension| extension != "glb") {
+            continue;
+        }
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let document: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+        let (scene, _) = read(&Memory::new("x.glb", bytes));
+        let once = json_of(&write(&scene));
+        let out = placements(&once);
+        for placement in placements(&document).iter().filter(|(_, said)| said != &json!({})) {
+            assert!(out.contains(placement), "{}: {placement:?} in {out:#?}", path.display());
+            compared += 1;
+        }
+    }
+    assert!(compared >= 3, "{compared}");
+}

@@ -64,18 +64,6 @@ impl Ink {
         let at = |i: usize| [0, 1].map(|k| from[k] + (to[k] - from[k]) * i as f64 / steps as f64);
         (0..=steps).filter_map(|i| self.cell(at(i))).map(|cell| f64::from(self.cells[cell])).sum()
     }
-
-    /// The weight of all ink in a rectangle.
-    fn covered(&self, rect: &Rect) -> f64 {
-        let index = |c: f64, low: f64, count: usize| (((c - low) / CELL) as usize).min(count - 1);
-        let columns = index(rect.low[0], self.area.low[0], self.columns)
-            ..=index(rect.high[0], self.area.low[0], self.columns);
-        let rows = index(rect.low[1], self.area.low[1], self.rows)
-            ..=index(rect.high[1], self.area.low[1], self.rows);
-        rows.flat_map(|row| columns.clone().map(move |column| (row, column)))
-            .map(|(row, column)| f64::from(self.cells[row * self.columns + column]))
-            .sum()
-    }
 }
 
 /// Lines of text that belong to a spot.
@@ -95,35 +83,155 @@ impl Label {
     }
 }
 
-/// Places labels one after another, each in the best of some places around its anchor, and draws them: least
-/// ink covered, no other label touched, near the anchor, inside the drawing. Far ones get a leader.
-pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme) -> String {
-    let mut placed: Vec<Rect> = Vec::new();
-    let mut out = String::new();
+/// Places labels one after another and draws them, and gives the words of those that have no room: these have a number in the drawing, from
+/// `first` on, and their words go into the legend.
+///
+/// A label stands where nothing is drawn, no other label is and no leader runs: near its anchor, else further off with a leader, beside
+/// the drawing if need be; only its leader may cross lines. What is dispensable is left out where it would not stand free beside its spot.
+/// `O(cells of the page)` for each label that is moved away.
+pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme, first: usize) -> (String, Vec<String>) {
+    let mut page = Page { ink, free: Free::of(ink), placed: Vec::new(), leaders: Vec::new() };
+    let (mut out, mut apart) = (String::new(), Vec::new());
     for label in labels {
-        let candidates = candidates(label);
-        let cost = |(rect, radius): &(Rect, f64)| {
-            let outside = (0..2)
-                .map(|i| {
-                    (ink.area.low[i] - rect.low[i]).max(0.0) + (rect.high[i] - ink.area.high[i]).max(0.0)
-                })
-                .sum::<f64>();
-            let collisions = placed.iter().filter(|other| other.overlaps(rect)).count() as f64;
-            let covered = ink.covered(rect);
-            let crossed = leader(label, rect, *radius).map_or(0.0, |[start, end]| ink.crossed(start, end));
-            1000.0 * collisions + 100.0 * outside + 2.0 * covered + crossed + 1.5 * radius
-        };
-        let near = candidates.iter().filter(|(_, radius)| !label.dispensable || *radius <= BESIDE);
-        let Some((rect, radius)) = near.min_by(|a, b| cost(a).total_cmp(&cost(b))).copied() else {
-            continue;
-        };
-        if label.dispensable && placed.iter().any(|other| other.overlaps(&rect)) {
+        let found = page.beside(label).or_else(|| if label.dispensable { None } else { page.away(label) });
+        if let Some(spot) = found {
+            out.push_str(&page.take(label, spot, theme));
             continue;
         }
-        placed.push(rect.grown(0.4));
-        out.push_str(&draw(label, &rect, radius, theme));
+        if label.dispensable {
+            continue;
+        }
+        let number = Label { lines: vec![(first + apart.len()).to_string()], ..label.clone() };
+        apart.push(label.lines.join("; "));
+        if let Some(spot) = page.beside(&number).or_else(|| page.away(&number)) {
+            out.push_str(&page.take(&number, spot, theme));
+        }
     }
-    out
+    (out, apart)
+}
+
+/// How far a label's box is from lines at least: glyphs at their ends have a size. In millimetres.
+const CLEAR: f64 = 0.5;
+
+/// Labels further away than this have a number instead, in millimetres.
+const FAR: f64 = 45.0;
+
+/// The page while labels are placed.
+struct Page<'a> {
+    ink: &'a Ink,
+    free: Free,
+    placed: Vec<Rect>,
+    leaders: Vec<[Spot; 2]>,
+}
+
+impl Page<'_> {
+    /// Whether a label may stand here.
+    fn is_free(&self, rect: &Rect) -> bool {
+        let area = &self.ink.area;
+        let inside = (0..2).all(|i| rect.low[i] >= area.low[i] && rect.high[i] <= area.high[i]);
+        inside
+            && self.free.is_free(self.ink, &rect.grown(CLEAR))
+            && !self.placed.iter().any(|other| other.overlaps(rect))
+            && !self.leaders.iter().any(|leader| meets(*leader, rect))
+    }
+
+    /// What a leader would run across.
+    fn crossed(&self, label: &Label, rect: &Rect, radius: f64) -> f64 {
+        let Some([start, end]) = leader(label, rect, radius) else { return 0.0 };
+        let through = self.placed.iter().filter(|other| meets([start, end], other)).count();
+        self.ink.crossed(start, end) + 1000.0 * through as f64
+    }
+
+    /// The best of the places around its anchor.
+    fn beside(&self, label: &Label) -> Option<(Rect, f64)> {
+        let near = candidates(label).into_iter();
+        near.filter(|(rect, radius)| (!label.dispensable || *radius <= BESIDE) && self.is_free(rect))
+            .map(|(rect, radius)| (self.crossed(label, &rect, radius) + 1.5 * radius, (rect, radius)))
+            .filter(|(cost, _)| *cost < 1000.0)
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, place)| place)
+    }
+
+    /// The nearest of all free places of the page whose leader runs across no other label.
+    fn away(&self, label: &Label) -> Option<(Rect, f64)> {
+        let [w, h] = label.size();
+        let area = &self.ink.area;
+        let steps = |i: usize, size: f64| {
+            let room = area.high[i] - area.low[i] - size;
+            let count = if room >= 0.0 { (room / (2.0 * CELL)).floor() as usize + 1 } else { 0 };
+            (0..count).map(move |k| 2.0 * CELL * k as f64)
+        };
+        let mut best: Option<(f64, (Rect, f64))> = None;
+        for y in steps(1, h) {
+            for x in steps(0, w) {
+                let low = [area.low[0] + x, area.low[1] + y];
+                let rect = Rect { low, high: [low[0] + w, low[1] + h] };
+                let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]) - label.anchor[i]);
+                let distance = near[0].hypot(near[1]);
+                let close = best.as_ref().is_none_or(|(cost, _)| 1.5 * distance < *cost);
+                if distance > FAR || !close || !self.is_free(&rect) {
+                    continue;
+                }
+                let cost = 1.5 * distance + 0.25 * self.crossed(label, &rect, distance);
+                if cost < 250.0 && best.as_ref().is_none_or(|(known, _)| cost < *known) {
+                    best = Some((cost, (rect, distance)));
+                }
+            }
+        }
+        best.map(|(_, place)| place)
+    }
+
+    /// Puts a label there.
+    fn take(&mut self, label: &Label, (rect, radius): (Rect, f64), theme: Theme) -> String {
+        self.leaders.extend(leader(label, &rect, radius));
+        self.placed.push(rect.grown(0.4));
+        draw(label, &rect, radius, theme)
+    }
+}
+
+/// How many cells with ink there are above and left of each cell: so that it costs nothing to look whether a box is clean.
+struct Free {
+    sums: Vec<u32>,
+}
+
+impl Free {
+    fn of(ink: &Ink) -> Self {
+        let width = ink.columns + 1;
+        let mut sums = vec![0; width * (ink.rows + 1)];
+        for row in 0..ink.rows {
+            let mut line = 0;
+            for column in 0..ink.columns {
+                line += u32::from(ink.cells[row * ink.columns + column] > 0);
+                sums[(row + 1) * width + column + 1] = sums[row * width + column + 1] + line;
+            }
+        }
+        Self { sums }
+    }
+
+    fn is_free(&self, ink: &Ink, rect: &Rect) -> bool {
+        let index = |c: f64, low: f64, count: usize| (((c - low) / CELL) as usize).min(count - 1);
+        let [left, right] = [rect.low[0], rect.high[0]].map(|c| index(c, ink.area.low[0], ink.columns));
+        let [top, bottom] = [rect.low[1], rect.high[1]].map(|c| index(c, ink.area.low[1], ink.rows));
+        let at = |row: usize, column: usize| self.sums[row * (ink.columns + 1) + column];
+        at(bottom + 1, right + 1) + at(top, left) == at(top, right + 1) + at(bottom + 1, left)
+    }
+}
+
+/// Whether a segment meets a box: the part of it that is within the box in both directions.
+fn meets([from, to]: [Spot; 2], rect: &Rect) -> bool {
+    let (mut start, mut end) = (0.0_f64, 1.0_f64);
+    for i in 0..2 {
+        let d = to[i] - from[i];
+        if d == 0.0 {
+            if from[i] < rect.low[i] || from[i] > rect.high[i] {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = ((rect.low[i] - from[i]) / d, (rect.high[i] - from[i]) / d);
+        (start, end) = (start.max(a.min(b)), end.min(a.max(b)));
+    }
+    start <= end
 }
 
 /// Rectangles for the label in 16 directions and several distances; right and above come first, so that they
@@ -207,7 +315,7 @@ mod tests {
         let row: Vec<Label> = (0..60)
             .map(|k| Label { dispensable: true, ..label([40.0 + 0.1 * f64::from(k), 30.0], "0.25") })
             .collect();
-        let text = place(&row, &ink, Theme::Light);
+        let text = place(&row, &ink, Theme::Light, 1).0;
         let boxes: Vec<Rect> = text.split("<text").skip(1).map(around).collect();
         assert!((2..30).contains(&boxes.len()) && !text.contains("leader"), "{text}");
         for (k, rect) in boxes.iter().enumerate() {
@@ -216,7 +324,7 @@ mod tests {
         let apart: Vec<Label> = (0..10)
             .map(|k| Label { dispensable: true, ..label([5.0 + 9.0 * f64::from(k), 30.0], "0.25") })
             .collect();
-        assert_eq!(place(&apart, &ink, Theme::Light).matches("<text").count(), 10);
+        assert_eq!(place(&apart, &ink, Theme::Light, 1).0.matches("<text").count(), 10);
     }
 
     #[test]
@@ -224,7 +332,7 @@ mod tests {
         let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
         ink.segment([0.0, 30.0], [100.0, 30.0], 4);
         let labels: Vec<Label> = (0..6).map(|_| label([50.0, 30.0], "position at 0.25")).collect();
-        let text = place(&labels, &ink, Theme::Light);
+        let text = place(&labels, &ink, Theme::Light, 1).0;
         let boxes: Vec<Rect> = text.split("<text").skip(1).map(around).collect();
         assert_eq!(boxes.len(), 6, "{text}");
         for (k, rect) in boxes.iter().enumerate() {
@@ -237,7 +345,7 @@ mod tests {
         }
         // Without the others, and without the line, all would stand in the same place.
         let clean = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
-        let alone = around(place(&labels[..1], &clean, Theme::Light).split("<text").nth(1).unwrap());
+        let alone = around(place(&labels[..1], &clean, Theme::Light, 1).0.split("<text").nth(1).unwrap());
         assert!((alone.low[1]..alone.high[1]).contains(&30.0), "{alone:?}");
     }
 
@@ -267,15 +375,36 @@ mod tests {
             ink.segment([0.0, y], [100.0, y], 9);
         });
         ink.segment([0.0, 22.0], [100.0, 22.0], 9);
-        let text = place(&[label([50.0, 30.0], "position")], &ink, Theme::Light);
+        let text = place(&[label([50.0, 30.0], "position")], &ink, Theme::Light, 1).0;
         let y2: f64 = text.split("y2=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
         assert!(y2 > 30.0, "{text}");
+    }
+
+    /// Where no place around is free a label stands beside the drawing; where it would be too far off it has a number, and its words are for
+    /// the legend.
+    #[test]
+    fn labels_never_stand_on_lines() {
+        let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [200.0, 60.0] });
+        (0..=60).for_each(|k| ink.segment([0.0, f64::from(k)], [160.0, f64::from(k)], 1));
+        let (text, apart) = place(&[label([140.0, 30.0], "position at 0.5")], &ink, Theme::Light, 1);
+        let rect = around(text.split("<text").nth(1).unwrap());
+        assert!(rect.low[0] > 160.0 && apart.is_empty() && text.contains("leader"), "{rect:?}");
+        // A slit of no more than a figure.
+        let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [200.0, 60.0] });
+        (0..=60).for_each(|k| {
+            ink.segment([0.0, f64::from(k)], [95.0, f64::from(k)], 1);
+            ink.segment([100.0, f64::from(k)], [200.0, f64::from(k)], 1);
+        });
+        let (text, apart) = place(&[label([90.0, 30.0], "position at 0.5")], &ink, Theme::Light, 7);
+        let rect = around(text.split("<text").nth(1).unwrap());
+        assert!(rect.low[0] > 95.0 && rect.high[0] < 100.0 && text.contains(">7<"), "{rect:?} {text}");
+        assert_eq!(apart, ["position at 0.5"]);
     }
 
     #[test]
     fn a_label_in_the_corner_stays_inside() {
         let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
-        let text = place(&[label([99.0, 1.0], "a long label here")], &ink, Theme::Light);
+        let text = place(&[label([99.0, 1.0], "a long label here")], &ink, Theme::Light, 1).0;
         assert!(text.contains("text-anchor=\"end\""), "{text}");
     }
 }

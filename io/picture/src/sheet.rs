@@ -108,6 +108,12 @@ pub(crate) enum Sample {
     Dot(Color),
     /// A piece of a face.
     Face(Color),
+    /// Zebra stripes.
+    Stripes,
+    /// The colours of a scale.
+    Map,
+    /// The number of a label that has no room in the drawing.
+    Number(usize),
     /// A mark's glyph.
     Mark(loftsman_kernel::plugin::MarkKind),
 }
@@ -126,6 +132,8 @@ pub(crate) struct Caption {
     names: Vec<Names>,
     /// What has a name in the legend.
     entered: HashSet<String>,
+    /// Labels so far whose words are in the legend.
+    pub(crate) numbers: usize,
     /// The objects that have none, since there are too many.
     unnamed: HashSet<String>,
 }
@@ -135,9 +143,30 @@ pub(crate) struct Caption {
 struct Names {
     sample: Sample,
     old: bool,
-    count: usize,
+    /// What they are called, and in how many places each is.
+    called: Vec<(String, usize)>,
     entry: usize,
 }
+
+impl Names {
+    fn words(&self) -> String {
+        let one = |(name, count): &(String, usize)| match count {
+            1 => name.clone(),
+            count => format!("{} in {count} places", last(name)),
+        };
+        let all: Vec<String> = self.called.iter().map(one).collect();
+        format!("{}{}", all.join(", "), if self.old { ", before" } else { "" })
+    }
+}
+
+/// What an object of a definition is called where it is one of many: `nut` of `nut_2/nut`.
+fn last(name: &str) -> &str {
+    name.rsplit('/').next().filter(|last| !last.is_empty()).unwrap_or(name)
+}
+
+/// A line of the legend names so many letters at most, and so many objects.
+const LETTERS: usize = 60;
+const SHARED: usize = 4;
 
 impl Caption {
     /// Adds an entry to the legend unless it is there.
@@ -163,22 +192,53 @@ impl Caption {
         if !self.entered.insert(words.clone()) {
             return;
         }
-        let shared = self.names.iter_mut().find(|n| n.sample == sample && n.old == old && n.count < 4);
+        if self.again(sample, name, old) {
+            return;
+        }
+        let room = |names: &Names| {
+            let long = names.words().chars().count() + name.chars().count();
+            names.called.len() < SHARED && long < LETTERS
+        };
+        let shared = self.names.iter_mut().find(|n| n.sample == sample && n.old == old && room(n));
         if let Some(names) = shared {
-            names.count += 1;
-            if let Some((_, words)) = self.legend.get_mut(names.entry) {
-                words.truncate(words.len() - suffix.len());
-                words.push_str(&format!(", {name}{suffix}"));
+            names.called.push((name.to_owned(), 1));
+            let words = names.words();
+            if let Some(entry) = self.legend.get_mut(names.entry) {
+                entry.1 = words;
             }
             return;
         }
-        self.names.push(Names { sample, old, count: 1, entry: self.legend.len() });
+        self.names.push(Names { sample, old, called: vec![(name.to_owned(), 1)], entry: self.legend.len() });
         self.legend.push((sample, words));
     }
 
-    /// Leaves an object out of the legend, which counts it.
-    pub(crate) fn leave_unnamed(&mut self, name: &str) {
-        if !self.unnamed.contains(name) {
+    /// Counts an object that is another instance of one that has a name in the legend; `false` where it is none.
+    fn again(&mut self, sample: Sample, name: &str, old: bool) -> bool {
+        if !name.contains('/') {
+            return false;
+        }
+        for names in self.names.iter_mut().filter(|n| n.sample == sample && n.old == old) {
+            let same = |(known, _): &&mut (String, usize)| known.contains('/') && last(known) == last(name);
+            if let Some((_, count)) = names.called.iter_mut().find(same) {
+                *count += 1;
+                let words = names.words();
+                if let Some(entry) = self.legend.get_mut(names.entry) {
+                    entry.1 = words;
+                }
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Leaves an object out of the legend, which counts it, unless it is an instance of one that is there.
+    pub(crate) fn leave_unnamed(&mut self, sample: Sample, name: &str) {
+        if self.entered.contains(name) || self.unnamed.contains(name) {
+            return;
+        }
+        if self.again(sample, name, false) {
+            self.entered.insert(name.to_owned());
+        } else {
             self.unnamed.insert(name.to_owned());
         }
     }
@@ -208,20 +268,14 @@ impl Caption {
         }
     }
 
-    /// Notes that `shown` glyphs stand for `all` things of an object (`"squares"`, `"control vertices"`), unless
-    /// what is missing hardly counts: things that cover one another.
-    pub(crate) fn note_thinned(
-        &mut self,
-        object: &str,
-        (shown, glyphs): (usize, &str),
-        (all, things): (usize, &str),
-    ) {
+    /// Notes that `shown` of `all` things of an object (`"control vertices"`) are drawn, unless what is missing hardly counts: things
+    /// that cover one another.
+    pub(crate) fn note_thinned(&mut self, object: &str, shown: usize, (all, things): (usize, &str)) {
         if shown * 4 < all * 3 {
             let name = text::clipped(object, 30);
-            let (glyphs, show) =
-                if shown == 1 { (glyphs.trim_end_matches('s'), "shows") } else { (glyphs, "show") };
+            let are = if shown == 1 { "is" } else { "are" };
             self.note(format!(
-                "{name}: its {all} {things} lie so close together here that {shown} {glyphs} {show} where they are"
+                "{name}: {shown} of its {all} {things} {are} drawn, the others are too close to be told apart"
             ));
         }
     }
@@ -333,14 +387,19 @@ impl Sheet {
 
     /// Everything on all layers, each in a group, and the labels. The groups of a panel have ids that end with its
     /// `suffix`.
-    pub(crate) fn content(&self, suffix: &str) -> String {
+    pub(crate) fn content(&mut self, suffix: &str) -> String {
         let mut out = String::new();
         for (layer, id) in Layer::ALL {
             if let Some((_, content)) = self.layers.iter().find(|(l, _)| *l == layer) {
                 out.push_str(&Element::new("g").attribute("id", &format!("{id}{suffix}")).around(content));
             }
         }
-        let labels = crate::labels::place(&self.labels, &self.ink, self.theme);
+        let (labels, apart) =
+            crate::labels::place(&self.labels, &self.ink, self.theme, self.caption.numbers + 1);
+        for words in apart {
+            self.caption.numbers += 1;
+            self.caption.legend.push((Sample::Number(self.caption.numbers), words));
+        }
         if !labels.is_empty() {
             out.push_str(&Element::new("g").attribute("id", &format!("labels{suffix}")).around(&labels));
         }

@@ -9,6 +9,8 @@ pub(crate) mod scenery;
 pub(crate) mod solid;
 pub(crate) mod trim;
 
+use std::collections::HashSet;
+
 use loftsman_kernel::plugin::Mark;
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
@@ -77,6 +79,8 @@ pub(crate) enum Ghost {
 /// Everything that a picture shows.
 #[derive(Debug)]
 pub(crate) struct Stage<'a> {
+    /// What there was before, by name.
+    pub(crate) before: HashSet<&'a str>,
     /// The state before, where it differs: drawn lighter and first.
     pub(crate) old: Vec<Body<'a>>,
     /// Frames of animations.
@@ -92,6 +96,11 @@ pub(crate) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
+    /// Whether a body was there before.
+    pub(crate) fn had(&self, body: &Body<'_>) -> bool {
+        self.before.contains(body.object.name())
+    }
+
     /// How many surfaces there are, before and after.
     pub(crate) fn surfaces(&self) -> usize {
         self.bodies().filter(|body| matches!(body.form, body::Form::Surface { .. })).count()

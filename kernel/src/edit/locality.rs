@@ -32,7 +32,7 @@ pub(super) fn most_influential(
     let mut all: Vec<(usize, f64)> = stencil.iter().filter(|(_, c)| *c != 0.0).collect();
     if count == 0 || count > stencil.vertices().len() {
         return Err(Error::Invalid(format!(
-            "a locality of {count} is not possible: {} control vertices have influence at {at}",
+            "a locality of {count} is not possible: {} control vertices have influence at {at}; ask for 1 to so many, or leave locality out",
             all.len()
         )));
     }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::declare::{Field, ParameterError, Parameters};
 use crate::shape::Location;
+use crate::text::measured;
 
 /// A location, or one that floats.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,6 +13,16 @@ pub struct At {
     /// Where it starts, if it floats or has floated.
     from: Option<Location>,
     pub(super) floats: bool,
+}
+
+/// A location that was found, for people: in six figures.
+fn told(at: Location) -> String {
+    match at {
+        Location::Curve(u) => measured(u),
+        Location::Surface(u, v) => format!("[{}, {}]", measured(u), measured(v)),
+        Location::Face(face, u, v) => format!("[{}, {}] of face {face}", measured(u), measured(v)),
+        Location::Vertex(_) => at.to_string(),
+    }
 }
 
 /// A location that floats: the functional holds wherever near here the least adjustment meets it. Its parameters are unknowns of
@@ -46,7 +57,7 @@ impl At {
     /// Where it came to rest, for the report.
     pub(super) fn note(&self, name: impl FnOnce() -> String) -> Vec<String> {
         let rests = self.from.filter(|_| !self.floats);
-        rests.map(|_| format!("{}: it holds at {}", name(), self.location)).into_iter().collect()
+        rests.map(|_| format!("{}: it holds at {}", name(), told(self.location))).into_iter().collect()
     }
 
     /// From the fields `at` or `near`.

@@ -57,7 +57,12 @@ impl Functional for DerivativeAt {
     fn describe(&self) -> String {
         let Self { on, at, order } = self;
         match at.location {
-            Location::Curve(_) => format!("derivative {} {at}{on}", order.u),
+            Location::Curve(_) => match order.u {
+                1 => format!("first derivative {at}{on}"),
+                2 => format!("second derivative {at}{on}"),
+                3 => format!("third derivative {at}{on}"),
+                order => format!("derivative of order {order} {at}{on}"),
+            },
             _ => format!("derivative [{}, {}] {at}{on}", order.u, order.v),
         }
     }

@@ -10,6 +10,7 @@ use crate::functional::{ShapeNames, Shapes, equations_of, value_of};
 use crate::scene::{Geometry, Scene};
 use crate::shape::Shape;
 use crate::spline::{Curve, Surface, Trimmed};
+use crate::text::{a, clip};
 
 /// The shapes of a step's problem: the step's own object first, then those that constraints name.
 #[derive(Debug)]
@@ -109,7 +110,7 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
         ))),
         other => Err(Error::Invalid(format!(
             "\"{object}\" is {}, not a curve or surface: fit one to it first",
-            crate::text::a(other.kind())
+            a(other.kind())
         ))),
     }
 }
@@ -120,6 +121,23 @@ pub fn editable(scene: &Scene) -> impl Fn(&Geometry) -> bool + use<> {
     let whole = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Custom(_));
     let none = !scene.objects().iter().any(|object| whole(object.geometry()));
     move |g| whole(g) || none && matches!(g, Geometry::Trimmed(_) | Geometry::Brep(_))
+}
+
+/// How many objects a message names.
+const NAMED: usize = 8;
+
+/// What to say where no object of a scene fits.
+fn none(scene: &Scene, what: &str) -> String {
+    let (objects, mut there) = (scene.objects(), String::new());
+    for (k, object) in objects.iter().take(NAMED).enumerate() {
+        let comma = if k > 0 { ", " } else { "" };
+        there += &format!("{comma}\"{}\" is {}", clip(object.name()), a(object.geometry().kind()));
+    }
+    match objects.len() {
+        0 => format!("the scene has no {what}: it is empty"),
+        count if count > NAMED => format!("the scene has no {what}: {there}, …"),
+        _ => format!("the scene has no {what}: {there}"),
+    }
 }
 
 /// The object that a step is about: the one that its field `object` names, or the only one that `fits`; `what` says
@@ -138,12 +156,17 @@ pub fn object_name(
         scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
         return Ok(name.to_owned());
     }
-    let mut fitting = scene.objects().iter().filter(|o| fits(o.geometry())).map(|o| o.name());
-    match (fitting.next(), fitting.next()) {
-        (Some(only), None) => Ok(only.to_owned()),
-        (None, _) => Err(parameters.error("", format!("the scene has no {what}"))),
-        (Some(a), Some(b)) => {
-            Err(parameters.error("", format!("say which object: \"{a}\", \"{b}\", … are each a {what}")))
+    let fitting: Vec<&str> =
+        scene.objects().iter().filter(|o| fits(o.geometry())).map(|o| o.name()).take(NAMED + 1).collect();
+    match fitting[..] {
+        [only] => Ok(only.to_owned()),
+        [] => Err(parameters.error("", none(scene, what))),
+        _ => {
+            let named: Vec<String> =
+                fitting.iter().take(NAMED).map(|name| format!("\"{}\"", clip(name))).collect();
+            let more = if fitting.len() > NAMED { ", …" } else { "" };
+            let problem = format!("say which object it is about, by object = …: {}{more}", named.join(", "));
+            Err(parameters.error("", problem))
         }
     }
 }

@@ -102,10 +102,10 @@ impl fmt::Display for Smoothness {
             (0, _) => write!(f, "kept together at {edges}")?,
             _ => write!(f, "kept smooth at {knots} and together at {edges}")?,
         }
-        write!(f, " ({} of the equations", self.equations)?;
+        write!(f, " ({}", counted(self.equations, "equation"))?;
         match self.redundant {
             0 => f.write_str(")"),
-            redundant => write!(f, ", {redundant} of them redundant, dropped)"),
+            redundant => write!(f, ", {redundant} of which follow from the others)"),
         }
     }
 }

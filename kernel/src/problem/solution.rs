@@ -144,7 +144,11 @@ pub(crate) fn redundant(
         }
         let rows = assembly.slots(k).len() / sides;
         let name = bound[k].constraint.describe();
-        names.push(if lost < rows { format!("{name} ({lost} of its {rows} equations)") } else { name });
+        names.push(if lost < rows {
+            format!("{name} ({lost} of the {rows} numbers that it fixes)")
+        } else {
+            name
+        });
     }
     (names, smooth)
 }

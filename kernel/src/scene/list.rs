@@ -157,6 +157,7 @@ impl Objects {
         let hint = match crate::declare::nearest(name, names) {
             Some(near) => format!("; did you mean \"{near}\"?"),
             None if self.items.is_empty() => "; the scene is empty".to_owned(),
+            None if self.items.len() == 1 => format!("; the only one is \"{}\"", self.items[0].name),
             None => {
                 let some: Vec<_> = self.items.iter().take(8).map(|o| format!("\"{}\"", o.name)).collect();
                 let more = if self.items.len() > 8 { ", …" } else { "" };

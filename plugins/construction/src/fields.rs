@@ -5,14 +5,11 @@ use std::f64::consts::TAU;
 use loftsman_kernel::error::{Error, Figure};
 use loftsman_kernel::plugin::{Field, OperationError, ParameterError, Parameters, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::text::measured;
 use loftsman_kernel::{Point, Vector};
 
 pub(crate) const NAME: Field =
     Field::optional("name", "text", "after what it is", "the name of what is made");
-
-/// The accuracy of lengths in reports.
-pub(crate) const LENGTHS: f64 = 1e-10;
 
 /// A vector that has a direction, or a default.
 pub(crate) fn direction(p: &Parameters, field: &str, default: Vector) -> Result<Vector, ParameterError> {
@@ -87,15 +84,9 @@ pub(crate) fn made(op: &str, name: String, notes: Vec<String>) -> StepReport {
     StepReport { op: op.into(), object: Some(name), notes, ..StepReport::default() }
 }
 
-/// `length 3.2`, for reports.
-pub(crate) fn length_note(curve: &Curve) -> Result<String, Error> {
-    Ok(format!("length {}", figure(curve.length(LENGTHS)?.value)))
-}
-
-/// A measured number for people: nine digits, no more than there are, and no zero below nothing.
+/// A measured number for people.
 pub(crate) fn figure(value: f64) -> String {
-    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
-    Figure(rounded + 0.0).to_string()
+    measured(value)
 }
 
 /// An error that speaks of an object.

@@ -11,7 +11,7 @@ use loftsman_kernel::spline::Direction;
 use loftsman_kernel::text::a;
 use loftsman_kernel::topology::EdgeCurve;
 
-use crate::fields::{NAME, figure, free_name, length_note, like, made, named};
+use crate::fields::{NAME, figure, free_name, like, made, named};
 
 /// The operation `isocurve`: [`Surface::isocurve`](loftsman_kernel::spline::Surface::isocurve).
 #[derive(Debug, Clone, Copy, Default)]
@@ -59,7 +59,6 @@ impl Operation for Isocurve {
         let source = object_name(scene, p, |g| matches!(g, Geometry::Surface(_)), "surface")?;
         let surface = scene.surface(&source).map_err(|e| p.error("object", e.to_string()))?.clone();
         let mut changed = scene.clone();
-        let mut notes = Vec::new();
         let mut first = None;
         let through = through(p)?;
         let wanted = [("u", Direction::U, places(p, "u")?), ("v", Direction::V, places(p, "v")?)];
@@ -77,14 +76,13 @@ impl Operation for Isocurve {
                     true if count > 1 => changed.unique_name(p.text("name")?),
                     _ => free_name(&changed, p, &wanted)?,
                 };
-                notes.push(format!("\"{name}\": {}", length_note(&curve)?));
                 let object = like(scene, &source, &name, curve.into());
                 changed.add(object)?;
                 first.get_or_insert(name);
             }
         }
         *scene = changed;
-        Ok(made("isocurve", first.unwrap_or_default(), notes))
+        Ok(made("isocurve", first.unwrap_or_default(), Vec::new()))
     }
 }
 
@@ -159,9 +157,8 @@ impl Operation for EdgeOf {
         let index = edge.number_on(shape).map_err(|problem| p.error("edge", problem.to_string()))?;
         let curve = EdgeCurve::of(shape, index, "edge").map_err(named(&source))?.curve;
         let name = free_name(scene, p, &format!("{source} {edge}"))?;
-        let notes = vec![length_note(&curve)?];
         let object = like(scene, &source, &name, curve.into());
         scene.add(object)?;
-        Ok(made("edge", name, notes))
+        Ok(made("edge", name, Vec::new()))
     }
 }

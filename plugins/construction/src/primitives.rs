@@ -9,7 +9,7 @@ use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use crate::fields::{NAME, direction, free_name, length, length_note, made, point_or_origin, turn};
+use crate::fields::{NAME, direction, free_name, length, made, point_or_origin, turn};
 
 const PERIODIC: Field = Field::optional(
     "periodic",
@@ -18,7 +18,7 @@ const PERIODIC: Field = Field::optional(
     "without ends: of the same points, closed as smoothly as its parameters are",
 );
 
-/// Adds a curve to the scene, and reports its length.
+/// Adds a curve to the scene.
 fn add(
     op: &'static str,
     scene: &mut Scene,
@@ -26,9 +26,8 @@ fn add(
     curve: Curve,
 ) -> Result<StepReport, OperationError> {
     let name = free_name(scene, p, op)?;
-    let notes = vec![length_note(&curve)?];
     scene.add(Object::new(&name, curve.into()))?;
-    Ok(made(op, name, notes))
+    Ok(made(op, name, Vec::new()))
 }
 
 /// The operation `line`: [`Curve::line`].
@@ -99,7 +98,7 @@ impl Operation for PolylineOf {
         let as_curve = p.flag("curve")?;
         let curve = curve_through(&line).map_err(|e| p.error("points", e.to_string()))?;
         let name = free_name(scene, p, "polyline")?;
-        let notes = vec![format!("{} points", line.points.len()), length_note(&curve)?];
+        let notes = vec![format!("{} points", line.points.len())];
         let geometry = if as_curve { curve.into() } else { line.into() };
         scene.add(Object::new(&name, geometry))?;
         Ok(made("polyline", name, notes))

@@ -9,7 +9,7 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, text::a};
 
-use crate::fields::{NAME, figure, free_name, length, like, made, named};
+use crate::fields::{NAME, free_name, length, like, made, named};
 use crate::primitives::curve_through;
 
 /// The accuracy of the lengths between points, relative to the whole.
@@ -158,9 +158,14 @@ impl Operation for Sample {
         let name = free_name(scene, p, &format!("{source} points"))?;
         let Sampled { points, closed, spacing, .. } = sampled;
         let steps = if closed { points.len() } else { points.len() - 1 };
+        let unit = scene.unit;
         let notes = vec![
-            format!("length {}", figure(spacing * steps as f64)),
-            format!("{} points, {} from each to the next along the curve", points.len(), figure(spacing)),
+            format!("the curve is {} long", unit.quantity(spacing * steps as f64, 1)),
+            format!(
+                "{} points, {} from each to the next along the curve",
+                points.len(),
+                unit.quantity(spacing, 1)
+            ),
         ];
         let geometry: Geometry =
             if as_cloud { Cloud { points }.into() } else { Polyline { points, closed }.into() };

@@ -429,9 +429,9 @@ fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
     )];
     match fitted.tolerance {
         Some(tolerance) if !fitted.met => {
-            notes.push(format!("best effort: the tolerance {tolerance} is not met"));
+            notes.push(format!("best effort: the tolerance {} is not met", figure(tolerance)));
         }
-        Some(tolerance) => notes.push(format!("the tolerance {tolerance} is met")),
+        Some(tolerance) => notes.push(format!("the tolerance {} is met", figure(tolerance))),
         None => {}
     }
     notes.push(format!(

@@ -250,7 +250,9 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
     };
     let fine = used(fine)?;
     let note = format!(
-        "{points} points and {faces} faces → {} and {}{}{strain}{pairs}",
+        "{} and {} → {} and {}{}{strain}{pairs}",
+        several(points, "point[|s]"),
+        several(faces, "face[|s]"),
         fine.points().len(),
         fine.face_count(),
         if limit { ", where the surface comes to" } else { "" }

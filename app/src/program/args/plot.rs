@@ -53,7 +53,11 @@ pub(crate) struct PlotArgs {
     /// Light on dark.
     #[arg(long)]
     pub(crate) dark: bool,
-    /// A tooth of a curvature comb is this times the curvature long [default: as fits].
+    /// Draw curvature combs, of surfaces on some lines of equal parameter, where there are faces too; in a scene of curves alone they
+    /// are drawn anyway.
+    #[arg(long, conflicts_with = "no_combs")]
+    pub(crate) combs: bool,
+    /// The same, a tooth this times the curvature long [default: as fits].
     #[arg(long, value_name = "SCALE", value_parser = positive, conflicts_with = "no_combs")]
     pub(crate) comb_scale: Option<f64>,
     /// Leave out the curvature combs.
@@ -65,6 +69,9 @@ pub(crate) struct PlotArgs {
     /// Leave out the beads at the knots.
     #[arg(long)]
     pub(crate) no_knots: bool,
+    /// Draw control polygons and nets, however many control vertices there are, and of trimmed surfaces.
+    #[arg(long, conflicts_with = "no_polygons")]
+    pub(crate) polygons: bool,
     /// Leave out the control polygons and nets.
     #[arg(long)]
     pub(crate) no_polygons: bool,

@@ -41,8 +41,12 @@ fn text(comparison: &Comparison) -> String {
         }
         for step in trial.steps.iter().filter(|s| s.solver.is_some()) {
             let object = step.object.as_ref().map(|o| format!(" \"{o}\"")).unwrap_or_default();
-            let _ =
-                writeln!(text, "  {}{object}  {}", step.op, styled(DIM, &report::facts(step).join(" · ")));
+            let _ = writeln!(
+                text,
+                "  {}{object}  {}",
+                step.op,
+                styled(DIM, &report::facts(step, true).join(" · "))
+            );
         }
     }
     let _ = writeln!(text, "{}", agreed(comparison));

@@ -63,7 +63,7 @@ pub(crate) fn run(args: &FitArgs, registry: &Registry) -> anyhow::Result<ExitCod
         }
         console::print_json(&whole)?;
     } else {
-        console::print(&report::run(&whole))?;
+        console::print(&report::run(&whole, false))?;
     }
     Ok(ExitCode::SUCCESS)
 }

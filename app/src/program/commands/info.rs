@@ -231,6 +231,21 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
         Some(Degree::Surface([p, q])) => facts.push(format!("degree {p}×{q}")),
         None => {}
     }
+    if object.rational == Some(true) {
+        facts.push("rational".to_owned());
+    }
+    if object.periodic.contains(&true) {
+        facts.push("periodic".to_owned());
+    } else if object.closed == Some(true) {
+        facts.push("closed".to_owned());
+    }
+    // How large it is comes before of how many parts it is made.
+    facts.extend(measures::all(&object.measures, unit));
+    if let Some([low, high]) = object.bounds {
+        let size: Vec<String> = (0..3).map(|i| figure(high[i] - low[i])).collect();
+        let unit = if unit == Unit::Unknown { String::new() } else { format!(" {}", unit.one()) };
+        facts.push(format!("size {}{unit}", size.join(" × ")));
+    }
     match (object.net, object.vertices) {
         (Some([u, v]), _) => facts.push(format!("{u}×{v} vertices")),
         (None, Some(n)) if !object.domain.is_empty() => facts.push(count(n, "vertex")),
@@ -245,21 +260,8 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     facts.extend(object.open_edges.map(|n| open(n, &object.open_at)));
     facts.extend(object.off_edges.map(|n| off(n, &object.off_at)));
     facts.extend(object.loops.map(|n| count(n, "loop")));
-    if object.rational == Some(true) {
-        facts.push("rational".to_owned());
-    }
-    if object.periodic.contains(&true) {
-        facts.push("periodic".to_owned());
-    } else if object.closed == Some(true) {
-        facts.push("closed".to_owned());
-    }
-    facts.extend(object.domain.iter().map(|[a, b]| format!("domain {} to {}", figure(*a), figure(*b))));
     facts.extend(object.lines.map(|n| count(n, "line")));
-    facts.extend(measures::all(&object.measures, unit));
-    if let Some([low, high]) = object.bounds {
-        let size: Vec<String> = (0..3).map(|i| figure(high[i] - low[i])).collect();
-        facts.push(format!("size {}", size.join(" × ")));
-    }
+    facts.extend(object.domain.iter().map(|[a, b]| format!("domain {} to {}", figure(*a), figure(*b))));
     facts.extend(object.frames.map(|n| count(n, "frame")));
     facts.extend(object.layer.as_ref().map(|l| format!("layer {l}")));
     facts.extend(object.color.map(|color| format!("colour {}", color.map(figure).join(" "))));

@@ -83,14 +83,9 @@ fn leaks(leaks: &Leaks) -> String {
     format!("not watertight: {}, near ({})", kinds.join(", "), leaks.at.map(figure).join(" "))
 }
 
-/// A number of a unit's first, second or third power: `2 m²`, `2` where the unit is unknown.
+/// A number of a unit's first, second or third power: `2 m²`, `2 square units` where the unit is unknown.
 fn quantity(number: f64, unit: Unit, power: usize) -> String {
-    let raised = ["", "", "²", "³"].get(power).copied().unwrap_or_default();
-    match unit {
-        Unit::Unknown => figure(number),
-        Unit::Metres(_) => format!("{} × {}{raised}", figure(number), unit.one()),
-        named => format!("{} {}{raised}", figure(number), named.name()),
-    }
+    unit.quantity(number, power)
 }
 
 #[cfg(test)]
@@ -103,11 +98,11 @@ mod tests {
             |before, after| ObjectChange { area: Measured { before, after }, ..ObjectChange::default() };
         let told = |before, after, unit| change(&area(before, after), unit);
         assert_eq!(told(Some(0.0822), Some(0.09042), Unit::Metre), "area 0.0822 → 0.09042 m² (× 1.1)");
-        assert_eq!(told(Some(2.0), Some(2.0 + 1e-13), Unit::Unknown), "area 2 as before");
+        assert_eq!(told(Some(2.0), Some(2.0 + 1e-13), Unit::Unknown), "area 2 square units as before");
         assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² as before");
         assert_eq!(told(None, Some(3.0), Unit::Millimetre), "area 3 mm²");
         assert_eq!(told(Some(3.0), None, Unit::Inch), "area 3 in² before");
-        assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1");
+        assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1 square units");
         assert_eq!(told(None, None, Unit::Metre), "");
         let odd = Unit::of_metres(0.3).unwrap();
         assert_eq!(told(None, Some(3.0), odd), "area 3 × (0.3 m)²");

@@ -8,6 +8,8 @@ use crate::convert::Conversion;
 use crate::file::{Content, Input, Outputs, Produced};
 use crate::picture::{self, Beads, Combs, Faces, Frames, Look, Panel, View};
 use loftsman_kernel::plugin::{ReadReport, Registry, Source};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::text::clip;
 
 use super::report;
 use crate::program::Usage;
@@ -43,7 +45,6 @@ pub(crate) fn run(args: &PlotArgs, registry: &Registry) -> anyhow::Result<ExitCo
             "--faces deviation shows how far things are from the state before: give it with --before FILE";
         return Err(Usage(text.to_owned()).into());
     }
-    let look = look(args);
     let mut outputs = Outputs::new();
     let progress = Progress::start();
     let (name, Content { scene, report: read, format }) =
@@ -54,7 +55,12 @@ pub(crate) fn run(args: &PlotArgs, registry: &Registry) -> anyhow::Result<ExitCo
         Some(sequence) => outputs.claim(sequence.file(0))?,
         None => outputs.claim(&args.out)?,
     }
-    let before = before.as_ref().map(|(_, before)| &before.scene);
+    let before = match before {
+        Some((file, before)) => Some(paired(before.scene, &scene, (&file, &name), args.faces)?),
+        None => None,
+    };
+    let before = before.as_ref();
+    let look = look(args, &scene);
     let undrawn = if let Some(sequence) = &sequence {
         let frames = sequence.each(&scene, &progress, |file, moment| {
             let (image, undrawn) =
@@ -74,7 +80,7 @@ pub(crate) fn run(args: &PlotArgs, registry: &Registry) -> anyhow::Result<ExitCo
     undrawn.iter().for_each(|note| console::warning(note));
     // What is drawn without being asked for need not be missed.
     let asked = Look {
-        combs: if args.comb_scale.is_some() { look.combs } else { Combs::Off },
+        combs: if args.combs || args.comb_scale.is_some() { look.combs } else { Combs::Off },
         beads: if args.beads.is_some() { look.beads } else { Beads::Off },
         ..look
     };
@@ -94,6 +100,44 @@ pub(crate) fn run(args: &PlotArgs, registry: &Registry) -> anyhow::Result<ExitCo
     Ok(ExitCode::SUCCESS)
 }
 
+/// The state before, of which a single object is that of a single one, whatever it is called.
+///
+/// # Errors
+/// When distances from before are asked for and nothing is called alike.
+fn paired(
+    mut before: Scene,
+    scene: &Scene,
+    (old_file, new_file): (&str, &str),
+    faces: Option<Faces>,
+) -> anyhow::Result<Scene> {
+    let shapes = |scene: &Scene| -> Vec<String> {
+        let all = scene.objects().iter().filter(|o| !matches!(o.geometry(), Geometry::Group));
+        all.map(|o| o.name().to_owned()).collect()
+    };
+    let (old, new) = (shapes(&before), shapes(scene));
+    if old.iter().any(|name| scene.get(name).is_some()) {
+        return Ok(before);
+    }
+    if let ([one], [other]) = (&old[..], &new[..]) {
+        if before.get(other).is_none() {
+            before.rename(one, other)?;
+        }
+        return Ok(before);
+    }
+    if faces != Some(Faces::Deviation) {
+        return Ok(before);
+    }
+    let some = |names: &[String]| {
+        let first: Vec<String> = names.iter().take(4).map(|name| format!("\"{}\"", clip(name))).collect();
+        format!("{}{}", first.join(", "), if names.len() > 4 { ", …" } else { "" })
+    };
+    anyhow::bail!(
+        "no object of {new_file} ({}) is called as one of {old_file} ({}), so that nothing can be compared: rename them alike",
+        some(&new),
+        some(&old)
+    )
+}
+
 /// Reads a file, which must not be written over; its name.
 fn open(
     file: &Path,
@@ -107,8 +151,34 @@ fn open(
     Ok((name, Conversion::default().read(&input, progress, registry)?))
 }
 
-/// How the picture is to look.
-fn look(args: &PlotArgs) -> Look {
+/// More control vertices than these are not drawn unless they are asked for: they would hide the shapes.
+const VERTICES: usize = 400;
+
+/// Whether a scene has curves and no faces.
+fn only_curves(scene: &Scene) -> bool {
+    scene.objects().iter().all(|object| {
+        matches!(
+            object.geometry(),
+            Geometry::Curve(_) | Geometry::Polyline(_) | Geometry::Cloud(_) | Geometry::Group
+        )
+    })
+}
+
+/// Whether control polygons and nets are few enough to be read, and of shapes that end where these do.
+fn few_vertices(scene: &Scene) -> bool {
+    let all = scene.objects().iter().map(|object| match object.geometry() {
+        Geometry::Curve(curve) => curve.points().len(),
+        Geometry::Surface(surface) => surface.points().len(),
+        // What is cut away has control vertices, too.
+        Geometry::Trimmed(_) => VERTICES + 1,
+        _ => 0,
+    });
+    all.fold(0, usize::saturating_add) <= VERTICES
+}
+
+/// How the picture is to look: what is not said is as it can be read. Combs and knots are for curves; over faces they would hide them.
+fn look(args: &PlotArgs, scene: &Scene) -> Look {
+    let bare = only_curves(scene);
     let views: Vec<(&str, View)> = args.view.iter().flat_map(|seen| seen.views()).collect();
     let objects = (!args.objects.is_empty()).then(|| args.objects.clone());
     let only = |panel: Panel| match &objects {
@@ -139,15 +209,15 @@ fn look(args: &PlotArgs) -> Look {
         },
         combs: match args.comb_scale {
             Some(scale) => Combs::Scale(scale),
-            None if args.no_combs => Combs::Off,
-            None => Combs::Automatic,
+            None if args.combs || bare && !args.no_combs => Combs::Automatic,
+            None => Combs::Off,
         },
         beads: match args.beads {
             Some(count) => Beads::Uniform(usize::from(count)),
-            None if args.no_knots => Beads::Off,
-            None => Beads::Knots,
+            None if bare && !args.no_knots => Beads::Knots,
+            None => Beads::Off,
         },
-        polygons: !args.no_polygons,
+        polygons: args.polygons || !args.no_polygons && few_vertices(scene),
         movements: args.movements,
         segments: args.segments,
         faces: args.faces.unwrap_or_default(),

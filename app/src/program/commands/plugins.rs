@@ -78,6 +78,44 @@ impl Known {
         found.next().map(|(operation, table)| (operation, table.field))
     }
 
+    /// What to say of a name that is none of these: the field that takes it or is called so, the nearest name, or where to look.
+    fn unknown(&self, name: &str) -> String {
+        let fields = |whose: String, list: &[Field]| -> Option<String> {
+            let field = list.iter().find(|field| {
+                field.name == name || field.takes.split('|').any(|word| word.trim().trim_matches('"') == name)
+            })?;
+            Some(if field.name == name {
+                format!("nothing is called {name}, but a field of {whose} is: see loftsman plugins {whose}")
+            } else {
+                format!(
+                    "nothing is called {name}, but {} = \"{name}\" is for {whose}: see loftsman plugins {whose}",
+                    field.name
+                )
+            })
+        };
+        let own = [("picture", &self.picture), ("recipe", &self.recipe), ("document", &self.document)];
+        let operations =
+            self.operations.iter().map(|o| (o.declaration.name.to_owned(), o.declaration.fields.to_vec()));
+        let constraints = self.constraints.iter().map(|c| (c.name.to_owned(), c.fields.to_vec()));
+        let mut all = own
+            .into_iter()
+            .map(|(whose, list)| (whose.to_owned(), list.clone()))
+            .chain(operations)
+            .chain(constraints);
+        let names =
+            self.formats.iter().map(|f| f.name).chain(self.operations.iter().map(|o| o.declaration.name));
+        let names = names.chain(self.constraints.iter().map(|c| c.name));
+        let names = names.chain(self.shapes.iter().map(|k| k.name)).chain(SORTS);
+        let near = nearest(name, names.chain(self.solvers.iter().map(String::as_str)));
+        all.find_map(|(whose, list)| fields(whose, &list)).unwrap_or_else(|| match near {
+            Some(near) => format!("nothing is called {name}; did you mean {near}?"),
+            None => format!(
+                "nothing is called {name}; give the name of a format, an operation, a constraint or a solver, or one of {}",
+                SORTS.join(", ")
+            ),
+        })
+    }
+
     /// The entries of one name, a constraint with what every constraint takes.
     fn entry(mut self, name: &str) -> Option<Self> {
         self.formats.retain(|f| f.name == name);
@@ -113,16 +151,7 @@ pub(crate) fn run(args: &PluginsArgs, registry: &Registry) -> anyhow::Result<Exi
                     );
                     return Err(Usage(told).into());
                 }
-                let names = all
-                    .formats
-                    .iter()
-                    .map(|f| f.name)
-                    .chain(all.operations.iter().map(|o| o.declaration.name));
-                let names = names.chain(all.constraints.iter().map(|c| c.name));
-                let names = names.chain(all.shapes.iter().map(|k| k.name)).chain(SORTS);
-                let near = nearest(name, names.chain(all.solvers.iter().map(String::as_str)));
-                let hint = near.map(|n| format!("; did you mean {n}?")).unwrap_or_default();
-                return Err(Usage(format!("nothing is called {name}{hint}")).into());
+                return Err(Usage(all.unknown(name)).into());
             }
         },
     };

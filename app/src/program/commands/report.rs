@@ -4,20 +4,20 @@ use std::fmt::Write;
 
 use crate::file::input::left_out;
 use crate::recipe::{InputReport, OutputReport, RunReport};
-use loftsman_kernel::plugin::{ChangeKind, Fate, ReadReport, StepReport, Written};
+use loftsman_kernel::plugin::{ChangeKind, Fate, ObjectChange, ReadReport, StepReport, Written};
 use loftsman_kernel::scene::Unit;
 
 use super::measures;
 use crate::program::console::{self, BOLD, DIM, bytes, count, figure, seconds, styled};
 
-/// A whole run.
-pub(crate) fn run(report: &RunReport) -> String {
+/// A whole run; `timed` with the times that its steps took.
+pub(crate) fn run(report: &RunReport, timed: bool) -> String {
     let mut text = String::new();
     for input in report.input.iter().chain(&report.more_inputs) {
         text += &self::input(input);
     }
     for step in &report.steps {
-        text += &self::step(step, report.unit);
+        text += &self::step(step, report.unit, timed);
     }
     for output in &report.outputs {
         text += &self::output(output);
@@ -65,24 +65,17 @@ const REDUNDANT: usize = 5;
 const OBJECTS: usize = 8;
 
 /// One step: what it changed, in the user's quantities, then how it was solved.
-fn step(step: &StepReport, unit: Unit) -> String {
+fn step(step: &StepReport, unit: Unit, timed: bool) -> String {
     let object = step.object.as_ref().map(|o| format!(" \"{o}\"")).unwrap_or_default();
     let mut text = styled(BOLD, &format!("{}{object}", step.op));
     // The object that the step names needs no second name.
-    let (own, others): (Vec<_>, Vec<_>) = step.objects.iter().partition(|change| {
-        step.object.as_ref() == Some(&change.name) && change.change == ChangeKind::Changed
-    });
-    let told = own.first().map(|change| measures::change(change, unit)).unwrap_or_default();
+    let (own, others): (Vec<_>, Vec<_>) =
+        step.objects.iter().partition(|change| step.object.as_ref() == Some(&change.name));
+    let told = own.first().map(|change| changed(change, unit)).unwrap_or_default();
     text += &if told.is_empty() { "\n".to_owned() } else { format!("  {told}\n") };
     for change in others.iter().take(OBJECTS) {
-        let told = measures::change(change, unit);
-        let what = match change.change {
-            ChangeKind::Changed => String::new(),
-            ChangeKind::New => "new".to_owned(),
-            ChangeKind::Gone => "gone".to_owned(),
-        };
-        let all: Vec<String> = [what, told].into_iter().filter(|part| !part.is_empty()).collect();
-        let _ = writeln!(text, "  {}  {}", styled(BOLD, &format!("\"{}\"", change.name)), all.join(" · "));
+        let name = styled(BOLD, &format!("\"{}\"", change.name));
+        let _ = writeln!(text, "  {name}  {}", changed(change, unit));
     }
     if others.len() > OBJECTS {
         let _ = writeln!(text, "  … and {} more", others.len() - OBJECTS);
@@ -93,12 +86,12 @@ fn step(step: &StepReport, unit: Unit) -> String {
     if !step.active.is_empty() {
         let _ = writeln!(text, "  bounds touched: {}", step.active.join(", "));
     }
-    let facts = facts(step).join(" · ");
+    let facts = facts(step, timed).join(" · ");
     if !facts.is_empty() {
         let _ = writeln!(text, "  {}", styled(DIM, &facts));
     }
     for name in step.redundant.iter().take(REDUNDANT) {
-        let _ = writeln!(text, "  follows from the others: {name}");
+        let _ = writeln!(text, "  follows from the other constraints: {name}");
     }
     if step.redundant.len() > REDUNDANT {
         let _ = writeln!(text, "  … and {} more", step.redundant.len() - REDUNDANT);
@@ -112,8 +105,19 @@ fn step(step: &StepReport, unit: Unit) -> String {
     text
 }
 
-/// The figures of a step that was solved.
-pub(crate) fn facts(step: &StepReport) -> Vec<String> {
+/// What became of an object, in the user's quantities.
+fn changed(change: &ObjectChange, unit: Unit) -> String {
+    let told = measures::change(change, unit);
+    let what = match change.change {
+        ChangeKind::Changed => "",
+        ChangeKind::New => "new",
+        ChangeKind::Gone => "gone",
+    };
+    [what, &told].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" · ")
+}
+
+/// The figures of a step that was solved; `timed` with the times that it took.
+pub(crate) fn facts(step: &StepReport, timed: bool) -> Vec<String> {
     // What moves takes steps, each of which solves its equations; how many there are is in its notes.
     let moves = step.steps.is_some();
     let rank = match (step.rank, step.equations) {
@@ -133,11 +137,11 @@ pub(crate) fn facts(step: &StepReport) -> Vec<String> {
         rank,
         step.residual.map(|r| format!("{} {}", if moves { "missed by" } else { "residual" }, figure(r))),
         step.condition.map(|c| format!("condition {}", figure(c))),
-        step.adjustment.map(|d| format!("‖d‖ {}", figure(d))),
+        step.adjustment.map(|d| format!("adjustment {}", figure(d))),
         step.iterations.filter(|&n| n > 1 && !moves).map(|n| count(n, "iteration")),
-        step.prepare_seconds.filter(|&t| t > 0.0).map(|t| format!("prepared in {}", seconds(t))),
+        step.prepare_seconds.filter(|&t| timed && t > 0.0).map(|t| format!("prepared in {}", seconds(t))),
         step.event_seconds
-            .filter(|&t| t > 0.0)
+            .filter(|&t| timed && t > 0.0)
             .map(|t| format!("{} {}", seconds(t), if moves { "a step" } else { "an event" })),
     ];
     all.into_iter().flatten().collect()
@@ -186,19 +190,42 @@ mod tests {
     fn a_step_ends_where_its_words_end_and_names_a_few_of_many() {
         let plain =
             StepReport { op: "simplify".into(), object: Some("arch".into()), ..StepReport::default() };
-        let text = step(&plain, Unit::Metre);
+        let text = step(&plain, Unit::Metre, false);
         assert!(text.lines().all(|line| line == line.trim_end()), "{text:?}");
         let redundant =
             |count: usize| StepReport { redundant: vec!["C0 join".into(); count], ..plain.clone() };
         let lines = |count: usize| {
-            step(&redundant(count), Unit::Metre).lines().filter(|line| line.contains("follows")).count()
+            step(&redundant(count), Unit::Metre, false)
+                .lines()
+                .filter(|line| line.contains("follows"))
+                .count()
         };
         assert_eq!([lines(0), lines(1), lines(5), lines(400)], [0, 1, 5, 5]);
         assert!(
-            step(&redundant(400), Unit::Metre).ends_with("\n  … and 395 more\n"),
+            step(&redundant(400), Unit::Metre, false).ends_with("\n  … and 395 more\n"),
             "{}",
-            step(&redundant(400), Unit::Metre)
+            step(&redundant(400), Unit::Metre, false)
         );
-        assert!(!step(&redundant(5), Unit::Metre).contains("more"));
+        assert!(!step(&redundant(5), Unit::Metre, false).contains("more"));
+    }
+
+    /// How long a step took is nothing that it did: it is told where it is asked for. What a step makes has its name once.
+    #[test]
+    fn times_are_told_where_they_are_asked_for_and_names_once() {
+        let made = ObjectChange { name: "rim".into(), change: ChangeKind::New, ..ObjectChange::default() };
+        let report = StepReport {
+            op: "offset".into(),
+            object: Some("rim".into()),
+            objects: vec![made],
+            residual: Some(0.0),
+            prepare_seconds: Some(72e-6),
+            event_seconds: Some(9e-6),
+            ..StepReport::default()
+        };
+        let [plain, timed] = [false, true].map(|timed| step(&report, Unit::Metre, timed));
+        assert!(!plain.contains("prepared") && !plain.contains("event"), "{plain}");
+        assert!(timed.contains("prepared in 72 µs · 9.0 µs an event"), "{timed}");
+        assert_eq!(plain.matches("rim").count(), 1, "{plain}");
+        assert!(plain.contains("new"), "{plain}");
     }
 }

@@ -43,7 +43,7 @@ pub(crate) fn run(args: &RunArgs, registry: &Registry) -> anyhow::Result<ExitCod
         }
         console::print_json(&report)?;
     } else {
-        console::print(&report::run(&report))?;
+        console::print(&report::run(&report, args.verbose))?;
     }
     for step in &report.steps {
         step.warnings.iter().for_each(|warning| console::warning(&format!("{}: {warning}", step.op)));

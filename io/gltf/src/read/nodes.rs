@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::material::Material;
 use loftsman_kernel::named::Named;
 use loftsman_kernel::placement::Change;
@@ -19,8 +18,8 @@ use super::schema;
 use super::shared::Meshes;
 use super::tree::Tree;
 use crate::extras::{ExtrasFields, matrix};
-use crate::place::Placement;
-use crate::words::{DATA, EXTRAS, MATERIAL, MESH_NAME, NONE, UNNAMED};
+use crate::place::Numbers;
+use crate::words::{DATA, EXTRAS, MATERIAL, MESH_NAME, NONE, PLACEMENT, UNNAMED};
 
 /// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
 /// programs pass transforms on.
@@ -92,6 +91,12 @@ pub(super) fn read(
         object.label = Some(part.name).filter(|label| *label != name);
         object.animation = part.animation;
         object.statements = part.statements;
+        if let Some(numbers) = part.numbers
+            && object.transform.unwrap_or_else(Matrix4::identity) == part.map
+        {
+            let text = serde_json::to_string(&numbers).map_err(|e| file.fail(path(), e.to_string()))?;
+            object.statements.push((PLACEMENT.to_owned(), text));
+        }
         let is_unnamed = object.statement(UNNAMED).is_some();
         if let Some(mesh) = part.mesh_name.filter(|mesh| is_unnamed || mesh != object.label()) {
             object.statements.push((MESH_NAME.to_owned(), mesh));
@@ -174,6 +179,8 @@ struct Part {
     /// Its loose points and their slots.
     points: Option<(Arc<Geometry>, Vec<Option<usize>>)>,
     map: Matrix4<f64>,
+    /// The numbers of the map, where they do not follow from it.
+    numbers: Option<Numbers>,
     own: Option<ExtrasFields>,
     exact: Option<Exact>,
 }
@@ -205,6 +212,7 @@ impl Reader<'_, '_> {
             return Err(file.fail(path, "it refers to a camera or skin that does not exist"));
         }
         let map = local(file, &path, &raw)?;
+        let numbers = Some(numbers(&raw)).filter(|numbers| numbers.differ(&map));
         let own = raw.extras.and_then(|extras| own(&path, extras.get(), report));
         let is_unnamed = raw.name.as_ref().is_none_or(|name| name.is_empty());
         let mut part = Part {
@@ -217,6 +225,7 @@ impl Reader<'_, '_> {
             mesh_name: None,
             points: None,
             map,
+            numbers,
             own,
             exact: None,
         };
@@ -384,6 +393,11 @@ impl Reader<'_, '_> {
     }
 }
 
+/// The numbers of the node's own map.
+fn numbers(raw: &schema::Node<'_>) -> Numbers {
+    Numbers { matrix: raw.matrix, translation: raw.translation, rotation: raw.rotation, scale: raw.scale }
+}
+
 /// The node's own map.
 fn local(file: &File<'_>, path: &str, raw: &schema::Node<'_>) -> Result<Matrix4<f64>, FormatError> {
     let map = if let Some(matrix) = raw.matrix {
@@ -406,13 +420,8 @@ fn local(file: &File<'_>, path: &str, raw: &schema::Node<'_>) -> Result<Matrix4<
             let problem = format!("{rotation:?} is not of length 1: a rotation is a unit quaternion");
             return Err(file.fail(format!("{path}.rotation"), problem));
         }
-        Placement {
-            translation: Vector::from(raw.translation.unwrap_or([0.0; 3])),
-            rotation,
-            scale: Vector::from(raw.scale.unwrap_or([1.0; 3])),
-            linear: None,
-        }
-        .matrix()
+        let numbers = numbers(raw);
+        numbers.placement().map_or_else(Matrix4::identity, |placement| placement.matrix())
     };
     if map.iter().all(|x| x.is_finite()) {
         Ok(map)

@@ -28,10 +28,10 @@ use self::material::Materials;
 use self::schema::{Asset, Mesh, Node, Root, Scene as SceneNodes};
 use self::shared::{Drawn, Shared};
 use crate::extras::{ExtrasFields, LayerFields, rows};
-use crate::place::Placement;
+use crate::place::{Numbers, Placement};
 use crate::words::{
-    ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MATERIAL, MESH_DATA, MESH_NAME, PREFIX, SCENE_DATA, SCENE_NAME,
-    UNNAMED,
+    ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MATERIAL, MESH_DATA, MESH_NAME, PLACEMENT, PREFIX, SCENE_DATA,
+    SCENE_NAME, UNNAMED,
 };
 
 /// Writes a scene.
@@ -110,6 +110,7 @@ fn with(extras: &mut Option<Value>, key: &str, value: Value) -> bool {
 /// Whether a statement of the whole or of an object is one that our reader makes.
 fn is_ours(key: &str, text: &str) -> bool {
     match key {
+        PLACEMENT => serde_json::from_str::<Numbers>(text).is_ok(),
         DATA | MESH_DATA | SCENE_DATA | ASSET_DATA => serde_json::from_str::<Value>(text).is_ok(),
         MESH_NAME | SCENE_NAME | COPYRIGHT | UNNAMED | MATERIAL => true,
         _ => false,
@@ -198,7 +199,7 @@ impl<'a> Writer<'a, '_> {
         let identity = Matrix4::identity();
         let own = object.transform.map_or(above.rest, |own| above.rest * self.change.of_transform(&own));
         // A transform with shear, which glTF forbids, is baked into the points.
-        let (mut placement, rest) = match Placement::of(&own) {
+        let (mut placement, rest) = match self.as_read(object, &above.rest).or_else(|| Placement::of(&own)) {
             Some(placement) => (placement, identity),
             None => (Placement::none(), own),
         };
@@ -253,6 +254,17 @@ impl<'a> Writer<'a, '_> {
             }
         }
         Ok((node, Above { rest: place, stretch }, report))
+    }
+
+    /// The placement in the numbers of the file that the object comes from, where it has not been moved since.
+    fn as_read(&self, object: &Object, above: &Matrix4<f64>) -> Option<Placement> {
+        let numbers: Numbers = serde_json::from_str(object.statement(PLACEMENT)?).ok()?;
+        let placement = numbers.placement()?;
+        let is_here = |map: Matrix4<f64>| {
+            map.iter().all(|x| (*x as f32).is_finite())
+                && self.back.of_transform(&map) == object.transform.unwrap_or_else(Matrix4::identity)
+        };
+        (*above == Matrix4::identity() && is_here(placement.matrix())).then_some(placement)
     }
 
     /// What the reader cannot see from the node itself.

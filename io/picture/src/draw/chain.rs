@@ -27,7 +27,10 @@ impl Turns {
                 *self.sides.entry(side).or_insert_with(|| {
                     let (a, b) = side;
                     let t = facing[a] / (facing[a] - facing[b]);
-                    self.places.push(places[a] + (places[b] - places[a]) * t);
+                    let mut place = places[a] + (places[b] - places[a]) * t;
+                    // The facet stands for a piece that bends away here: nothing of itself hides its outline.
+                    place.z = places[a].z.max(places[b].z);
+                    self.places.push(place);
                     self.places.len() - 1
                 })
             });

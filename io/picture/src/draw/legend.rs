@@ -4,7 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::text::figure;
 
-use crate::draw::paint::mapped;
+use crate::draw::paint::{self, mapped};
 use crate::draw::{dots, mark};
 use crate::sheet::{Caption, Sample, Stroke};
 use crate::stage::Projection;
@@ -71,7 +71,7 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     }
     let mut bottom = y + 1.5;
     let more = caption.notes.len().saturating_sub(NOTES);
-    let more = (more > 0).then(|| format!("and {more} more notes of this kind"));
+    let more = (more > 0).then(|| format!("and {more} more of the like"));
     for note in caption.others().iter().chain(caption.notes.iter().take(NOTES)).chain(&more) {
         for line in text::wrapped(note, SIZE, end - start) {
             bottom += ROW * 0.85;
@@ -176,6 +176,32 @@ fn draw_sample(theme: Theme, sample: Sample, x: f64, y: f64) -> String {
             .attribute("stroke", &color.mixed(theme.ink(), 0.25).hex())
             .length("stroke-width", 0.2)
             .empty(),
+        Sample::Stripes => {
+            let frame = Element::new("rect").length("x", x).length("y", y - 1.5).length("width", SAMPLE);
+            let frame = frame.length("height", 3.0).attribute("fill", &paint::LIGHT.hex());
+            let frame = frame.attribute("stroke", &theme.faint().hex()).length("stroke-width", 0.2).empty();
+            let stripe = |k: u8| {
+                let piece = Element::new("rect").length("x", x + (2.0 * f64::from(k) + 0.5) * SAMPLE / 8.0);
+                let piece = piece.length("y", y - 1.5).length("width", SAMPLE / 8.0).length("height", 3.0);
+                piece.attribute("fill", &paint::DARK.hex()).empty()
+            };
+            frame + &(0..4).map(stripe).collect::<String>()
+        }
+        Sample::Map => (0..16_u8)
+            .map(|k| {
+                let wide = SAMPLE / 16.0;
+                let piece = Element::new("rect").length("x", x + f64::from(k) * wide);
+                let piece = piece.length("y", y - 1.5).length("width", wide + 0.05).length("height", 3.0);
+                piece.attribute("fill", &mapped((f64::from(k) - 7.5) / 7.5).hex()).empty()
+            })
+            .collect(),
+        Sample::Number(number) => Element::new("text")
+            .length("x", x + SAMPLE)
+            .length("y", y + 0.35 * SIZE)
+            .length("font-size", SIZE)
+            .attribute("text-anchor", "end")
+            .attribute("fill", &theme.ink().hex())
+            .text(&format!("{number}:")),
         Sample::Mark(kind) => {
             use loftsman_kernel::plugin::MarkKind;
             let (beside, end) = ([x + SAMPLE - 1.5, y], [x + SAMPLE - 0.5, y]);

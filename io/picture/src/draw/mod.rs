@@ -112,11 +112,11 @@ pub(crate) fn draw(
     // First, so that it is known what the faces hide of the rest.
     face::draw(sheet, stage, painting)?;
     painting.explain(&mut sheet.caption, unit);
-    for body in &stage.new {
-        object(sheet, body, (false, lens), surfaces, choices.alternate);
+    for (index, body) in stage.new.iter().enumerate() {
+        object(sheet, body, (false, lens), surfaces, choices.alternate, painting.sample(index));
     }
     for body in stage.old.iter().filter(|_| choices.old) {
-        object(sheet, body, (true, lens), surfaces, false);
+        object(sheet, body, (true, lens), surfaces, false, None);
     }
     for (body, ghost) in &stage.frames {
         frame(sheet, body, *ghost, lens);
@@ -155,8 +155,15 @@ pub(crate) fn color(sheet: &Sheet, body: &Body<'_>, old: bool) -> Color {
     if old { sheet.theme.old(color) } else { color }
 }
 
-/// Draws the lines and dots of an object and enters it in the legend.
-fn object(sheet: &mut Sheet, body: &Body<'_>, (old, lens): (bool, Lens), surfaces: usize, alternate: bool) {
+/// Draws the lines and dots of an object and enters it in the legend; `painted`, what its faces show instead of its colour.
+fn object(
+    sheet: &mut Sheet,
+    body: &Body<'_>,
+    (old, lens): (bool, Lens),
+    surfaces: usize,
+    alternate: bool,
+    painted: Option<Sample>,
+) {
     let color = color(sheet, body, old);
     let layer = if old { Layer::Old } else { Layer::Curves };
     let stroke = Stroke::plain(color, if old { 0.4 } else { 0.5 });
@@ -213,7 +220,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, (old, lens): (bool, Lens), surface
             let seen: Vec<Vector> = points.iter().filter(|p| !sheet.hides(p)).copied().collect();
             let kept = spread(seen.iter().map(|p| sheet.layout.spot(p)), 0.25, 20_000);
             kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
-            sheet.caption.note_thinned(body.object.name(), (kept.len(), "dots"), (seen.len(), "points"));
+            sheet.caption.note_thinned(body.object.name(), kept.len(), (seen.len(), "points"));
             let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
             if !old {
                 named(sheet, body, old, Sample::Dot(color));
@@ -233,11 +240,7 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, (old, lens): (bool, Lens), surface
                 Some(data) => (thin.path("mesh", data), Sample::Line(thin)),
                 None => {
                     let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 20_000);
-                    sheet.caption.note_thinned(
-                        body.object.name(),
-                        (kept.len(), "dots"),
-                        (points.len(), "points"),
-                    );
+                    sheet.caption.note_thinned(body.object.name(), kept.len(), (points.len(), "points"));
                     (Stroke::plain(color, 0.3).path("mesh", dots(&kept)), Sample::Dot(color))
                 }
             }
@@ -249,7 +252,8 @@ fn object(sheet: &mut Sheet, body: &Body<'_>, (old, lens): (bool, Lens), surface
         }
         // The faces of all objects hide one another, so they are drawn together.
         Form::Surface { .. } | Form::Mesh { .. } | Form::Solid { .. } => {
-            named(sheet, body, old, Sample::Face(color));
+            // Where they are painted their own colour is not seen.
+            named(sheet, body, old, painted.unwrap_or(Sample::Face(color)));
             return;
         }
     };
@@ -338,7 +342,7 @@ pub(crate) fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sampl
     if body.index < NAMED {
         sheet.caption.name(sample, &text::clipped(body.object.name(), 40), old);
     } else if !old {
-        sheet.caption.leave_unnamed(body.object.name());
+        sheet.caption.leave_unnamed(sample, &text::clipped(body.object.name(), 40));
     }
 }
 

@@ -71,7 +71,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
         sheet.ink.segment(spot, spot, 4);
     }
     let shown = kept.len() + through.len();
-    sheet.caption.note_thinned(body.object.name(), (shown, "squares"), (all, "control vertices"));
+    sheet.caption.note_thinned(body.object.name(), shown, (all, "control vertices"));
     if !old {
         let what = match body.form {
             _ if !body.edges.is_empty() => "control cage",

@@ -3,15 +3,20 @@
 use loftsman_kernel::mesh::color::{diverging, map_end};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Surface;
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
 
 use crate::choices::Faces;
 use crate::draw::surface::{Samples, samples};
-use crate::sheet::Caption;
+use crate::sheet::{Caption, Sample};
 use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
 use crate::theme::{Color, Theme};
 use crate::view::Lens;
+
+/// The colours of its stripes.
+pub(crate) const DARK: Color = Color([38; 3]);
+pub(crate) const LIGHT: Color = Color([240; 3]);
 
 /// Stripes of a zebra from one side of the world to the other.
 const STRIPES: f64 = 24.0;
@@ -19,6 +24,9 @@ const STRIPES: f64 = 24.0;
 const SOFT: f64 = 0.12;
 /// The cells of faces that are painted are finer, so that stripes and colours change smoothly.
 const FINER: usize = 3;
+
+/// Why a body without a state before is shaded.
+const NEW: &str = "has no state before: nothing of its name was there";
 
 /// The colours of all bodies of a stage.
 #[derive(Debug, Default)]
@@ -81,8 +89,8 @@ impl Painting {
                                 filled(&grid, |_, _, p| deviation(old, p).map(|d| d * size))
                             }
                             Some(_) => self.without(body, "was something else before"),
-                            // It is as it was.
-                            None => vec![0.0; grid.points.len()],
+                            None if stage.had(body) => vec![0.0; grid.points.len()],
+                            None => self.without(body, NEW),
                         };
                     }
                 }
@@ -98,7 +106,8 @@ impl Painting {
                             Some(Form::Mesh { points: old, .. }) if old.len() == points.len() => {
                                 points.iter().zip(old).map(|(p, q)| (p - q).norm() * size).collect()
                             }
-                            None => vec![0.0; points.len()],
+                            None if stage.had(body) => vec![0.0; points.len()],
+                            None => self.without(body, NEW),
                             Some(_) => self.without(body, "had other points before"),
                         }
                     }
@@ -112,7 +121,8 @@ impl Painting {
                     Faces::Deviation => {
                         let old = stage.old.iter().find(|old| old.object.name() == body.object.name());
                         match old.map(|old| &old.form) {
-                            None => vec![0.0; points.len()],
+                            None if stage.had(body) => vec![0.0; points.len()],
+                            None => self.without(body, NEW),
                             Some(_) => self.without(body, "is a brep, whose faces are not compared"),
                         }
                     }
@@ -150,18 +160,26 @@ impl Painting {
         for note in &self.notes {
             caption.note(note.clone());
         }
-        let unit = unit.one();
-        let title = match self.faces {
+        let one = unit.one();
+        let (title, of) = match self.faces {
             Faces::Shaded | Faces::Zebra => return,
             Faces::Curvature(which) => match which.power() {
-                2 => format!("{}, 1/{unit}²", which.name()),
-                _ => format!("{}, 1/{unit}", which.name()),
+                2 => (which.name(), format!("1/{one}²")),
+                _ => (which.name(), format!("1/{one}")),
             },
-            Faces::Deviation => format!("from before, {unit}; + along normals"),
+            Faces::Deviation => ("distance from before", one.into_owned()),
         };
-        if self.bodies.iter().all(|body| body.values.is_empty()) {
+        let values = || self.bodies.iter().flat_map(|body| &body.values).copied();
+        let Some(range) = values().map(|v| (v, v)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
             return;
-        }
+        };
+        // What differs by less is rounding.
+        let even = range.1 - range.0 <= 1e-6 * range.0.abs().max(range.1.abs());
+        let title = match (even, self.faces) {
+            (true, _) => format!("{title}: {} {of} everywhere", figure(0.5 * (range.0 + range.1))),
+            (_, Faces::Deviation) => format!("{title} in {of}; + along normals"),
+            _ => format!("{title} in {of}"),
+        };
         let beyond = self.bodies.iter().flat_map(|b| &b.values).any(|v| v.abs() > self.end * (1.0 + 1e-6));
         caption.scale(title, self.end, beyond);
     }
@@ -171,14 +189,23 @@ impl Painting {
         mapped(if self.end > 0.0 { value / self.end } else { 0.0 })
     }
 
+    /// What the legend shows for a body whose faces are painted.
+    pub(crate) fn sample(&self, index: usize) -> Option<Sample> {
+        let body = self.bodies.get(index)?;
+        match self.faces {
+            Faces::Zebra => Some(Sample::Stripes),
+            _ if body.values.is_empty() => None,
+            _ => Some(Sample::Map),
+        }
+    }
+
     /// How the faces of a body are painted where they do not show what they are lit by; None where they do.
     pub(crate) fn brush<'a>(&'a self, index: usize, theme: Theme) -> Option<Brush<'a>> {
         let body = self.bodies.get(index)?;
         match self.faces {
             Faces::Zebra => {
                 // Without the objects' colours, so that stripes are seen to go on where objects meet.
-                let (dark, light) = (Color([38; 3]), Color([240; 3]));
-                Some(Brush::Zebra { normals: &body.normals, dark, light })
+                Some(Brush::Zebra { normals: &body.normals, dark: DARK, light: LIGHT })
             }
             _ if body.values.is_empty() => None,
             _ => Some(Brush::Values { painting: self, values: &body.values, theme }),

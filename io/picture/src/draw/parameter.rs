@@ -5,6 +5,7 @@ use loftsman_kernel::scene::Geometry;
 
 use crate::draw::{color, dots};
 use crate::labels::Label;
+use crate::path::Spot;
 use crate::sheet::{Layer, Sheet, Stroke};
 use crate::stage::body::{Body, Form};
 use crate::text;
@@ -13,9 +14,12 @@ use crate::text;
 const ON_CURVE: usize = 10;
 const ON_EDGE: usize = 5;
 
+/// Places nearer than this on the page are one, in millimetres.
+const ONE: f64 = 0.6;
+
 /// Writes the parameters of a curve or surface.
 pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
-    let mut all: Vec<(Vector, String)> = Vec::new();
+    let mut all: Vec<(Vector, &str, String)> = Vec::new();
     match (&body.form, body.object.geometry()) {
         (Form::Curve { pieces, .. }, Geometry::Curve(curve)) => {
             let breaks = curve.space().breakpoints();
@@ -26,29 +30,52 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
                     continue;
                 };
                 let share = ((u - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
-                all.push((piece.point(share), text::number(u)));
+                all.push((piece.point(share), "", text::number(u)));
             }
         }
         (Form::Surface { surface, .. }, _) => {
             let (us, vs) = (surface.u().domain(), surface.v().domain());
             let at = |u: f64, v: f64| surface.point(u, v).ok().map(|p| p.coords);
-            all.extend(
-                even(us, ON_EDGE).filter_map(|u| Some((at(u, vs.0)?, format!("u {}", text::number(u))))),
-            );
-            all.extend(
-                even(vs, ON_EDGE).filter_map(|v| Some((at(us.0, v)?, format!("v {}", text::number(v))))),
-            );
+            all.extend(even(us, ON_EDGE).filter_map(|u| Some((at(u, vs.0)?, "u ", text::number(u)))));
+            all.extend(even(vs, ON_EDGE).filter_map(|v| Some((at(us.0, v)?, "v ", text::number(v)))));
         }
         _ => return,
     }
-    all.retain(|(place, _)| !sheet.hides(place));
+    all.retain(|(place, ..)| !sheet.hides(place));
     let ink = color(sheet, body, false).mixed(sheet.theme.ink(), 0.5);
-    let spots: Vec<_> = all.iter().map(|(place, _)| sheet.spot(place)).collect();
+    let spots: Vec<_> = all.iter().map(|(place, ..)| sheet.spot(place)).collect();
     sheet.put(Layer::Beads, &Stroke::plain(ink, 0.9).path("parameters", dots(&spots)).empty());
-    for (spot, (_, line)) in spots.into_iter().zip(all) {
+    // Where a shape is closed or comes to a point several places are one, which has one label.
+    let mut places: Vec<(Spot, Vec<(&str, String)>)> = Vec::new();
+    for (spot, (_, name, number)) in spots.into_iter().zip(all) {
         sheet.ink.segment(spot, spot, 6);
-        sheet.labels.push(Label { anchor: spot, lines: vec![line], color: ink, dispensable: true });
+        let same = |(at, _): &&mut (Spot, _)| (at[0] - spot[0]).hypot(at[1] - spot[1]) < ONE;
+        match places.iter_mut().find(same) {
+            Some((_, said)) => said.push((name, number)),
+            None => places.push((spot, vec![(name, number)])),
+        }
     }
+    for (anchor, said) in places {
+        let lines = vec![words(&said)];
+        sheet.labels.push(Label { anchor, lines, color: ink, dispensable: true });
+    }
+}
+
+/// The parameters of one place: `0.4`, `u 0 and 6.28`, `u 0 to 6.28, v 1`.
+fn words(said: &[(&str, String)]) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    for name in ["", "u ", "v "] {
+        let mut numbers: Vec<&str> =
+            said.iter().filter(|(n, _)| *n == name).map(|(_, number)| number.as_str()).collect();
+        numbers.dedup();
+        match numbers[..] {
+            [] => {}
+            [one] => parts.push(format!("{name}{one}")),
+            [one, other] => parts.push(format!("{name}{one} and {other}")),
+            [first, .., last] => parts.push(format!("{name}{first} to {last}")),
+        }
+    }
+    parts.join(", ")
 }
 
 /// Round numbers in an interval, about so many, and its two ends.
@@ -67,6 +94,16 @@ fn even((start, end): (f64, f64), count: usize) -> impl Iterator<Item = f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_place_has_one_label() {
+        let said = |list: &[(&'static str, &str)]| {
+            words(&list.iter().map(|(name, number)| (*name, (*number).to_owned())).collect::<Vec<_>>())
+        };
+        assert_eq!(said(&[("", "0.4")]), "0.4");
+        assert_eq!(said(&[("u ", "0"), ("v ", "0"), ("u ", "6.28")]), "u 0 and 6.28, v 0");
+        assert_eq!(said(&[("v ", "0"), ("u ", "0"), ("u ", "2"), ("u ", "4")]), "u 0 to 4, v 0");
+    }
 
     #[test]
     fn places_are_round_and_hold_both_ends() {

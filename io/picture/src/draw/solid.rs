@@ -74,11 +74,12 @@ fn outlines(
     let place = |i: &u32| places[*i as usize];
     for edge in &solid.edges {
         let weight = match edge.kind {
-            Kind::Sharp => Weight::Outline,
-            Kind::Smooth => Weight::Inner,
-            Kind::Open => Weight::Border,
+            Kind::Sharp => Some(Weight::Outline),
+            Kind::Smooth => Some(Weight::Inner),
+            Kind::Open => Some(Weight::Border),
+            Kind::Within => None,
         };
-        all.push((weight, edge.points.iter().map(place).collect()));
+        all.extend(weight.map(|weight| (weight, edge.points.iter().map(place).collect())));
         // A smooth edge may be the outline itself, to rounding.
         for (segment, [one, other]) in edge.points.windows(2).zip(&edge.beside) {
             if is_front(*one) != is_front(*other) {

@@ -154,6 +154,7 @@ impl<'a> Scenery<'a> {
         let new = bodies(&self.new)?;
         let mut old = bodies(&self.old)?;
         let now: HashMap<&str, &Body<'_>> = new.iter().map(|body| (body.object.name(), body)).collect();
+        let before = old.iter().map(|body| body.object.name()).collect();
         old.retain(|body| !now.get(body.object.name()).is_some_and(|now| now.form.alike(&body.form)));
         let frames = self.frames.iter().filter(|(p, ..)| shown(p.object.name()));
         let frames = frames
@@ -169,7 +170,7 @@ impl<'a> Scenery<'a> {
         let marks = marks
             .map(|(mark, place)| spotlight(mark, place, &projection))
             .collect::<Result<_, PictureError>>()?;
-        Ok(Stage { old, frames, moments, new, marks, projection })
+        Ok(Stage { before, old, frames, moments, new, marks, projection })
     }
 
     /// The points that an automatic view looks at, near 1; none for other views.

@@ -26,6 +26,8 @@ pub(crate) enum Kind {
     Smooth,
     /// Less or more than two faces meet.
     Open,
+    /// A seam, or where one surface goes on as another face: nothing to be seen, but where it turns away.
+    Within,
 }
 
 /// An edge as a chain of points.
@@ -106,10 +108,21 @@ fn edges(brep: &Brep, cut: &TessellatedBrep) -> Vec<Edge> {
         let uses = brep.uses(number);
         let is_seam = matches!(uses, [one, other] if one.face == other.face);
         let is_within = matches!(uses, [one, other] if is_one(&brep.surface_form(one.face), &brep.surface_form(other.face)));
-        if chain.len() < 2 || is_seam || is_within {
+        if chain.len() < 2 {
             continue;
         }
         let beside: Vec<_> = chain.windows(2).map(|s| sides.get(&pair(s[0], s[1]))).collect();
+        if is_seam || is_within {
+            // No edge of the shape, and yet it may turn away from the viewer just there.
+            let both = |list: &Option<&Vec<Side>>| match list.map(Vec::as_slice) {
+                Some(&[(one, _), (other, _)]) => Some([one, other]),
+                _ => None,
+            };
+            if let Some(beside) = beside.iter().map(both).collect() {
+                drawn.push(Edge { kind: Kind::Within, points: chain.clone(), beside });
+            }
+            continue;
+        }
         let two = |list: &Option<&Vec<Side>>| match list.map(Vec::as_slice) {
             Some(&[(one, normals), (other, others)]) if faces[one as usize] != faces[other as usize] => {
                 Some(([one, other], along(normals[0], others[0]) && along(normals[1], others[1])))

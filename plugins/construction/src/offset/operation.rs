@@ -4,10 +4,10 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::{self, a};
+use loftsman_kernel::text::a;
 
 use super::{Corners, OffsetOptions, offset};
-use crate::fields::{NAME, direction, free_name, length, length_note, like, made, named};
+use crate::fields::{NAME, direction, free_name, length, like, made, named};
 use crate::primitives::curve_through;
 
 /// The operation `offset`: [`offset`](fn@super::offset).
@@ -83,10 +83,11 @@ impl Operation for OffsetOf {
         };
         let made_of = offset(&curve, distance, &options).map_err(named(&source))?;
         let mut changed = scene.clone();
+        let unit = scene.unit;
         let mut notes = vec![format!(
             "{} from where it should be at most, measured both ways; {} were allowed",
-            text::figure(made_of.deviation),
-            text::figure(made_of.tolerance)
+            unit.quantity(made_of.deviation, 1),
+            unit.quantity(made_of.tolerance, 1)
         )];
         if made_of.cut > 0 {
             let parts = if made_of.cut == 1 { "part was" } else { "parts were" };
@@ -104,12 +105,9 @@ impl Operation for OffsetOf {
                 true if many => changed.unique_name(p.text("name")?),
                 _ => free_name(&changed, p, &wanted)?,
             };
-            notes.push(format!(
-                "\"{name}\": degree {}, {} control vertices, {}",
-                curve.degree(),
-                curve.points().len(),
-                length_note(&curve)?
-            ));
+            let whose = if many { format!("\"{name}\": ") } else { String::new() };
+            let (degree, vertices) = (curve.degree(), curve.points().len());
+            notes.push(format!("{whose}degree {degree}, {vertices} control vertices"));
             changed.add(like(scene, &source, &name, curve.into()))?;
             first.get_or_insert(name);
         }

@@ -3,7 +3,7 @@
 use loftsman_kernel::Error;
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Location;
@@ -19,7 +19,12 @@ pub struct Intersect;
 impl Operation for Intersect {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
-            Field::required("object", "text", "a curve, or a surface where the other is a curve"),
+            Field::optional(
+                "object",
+                "text",
+                "the only curve",
+                "a curve, or a surface where the other is a curve",
+            ),
             Field::optional(
                 "with",
                 "text",
@@ -48,7 +53,7 @@ impl Operation for Intersect {
         _context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let object = parameters.text("object")?;
+        let object = &object_name(scene, parameters, |g| matches!(g, Geometry::Curve(_)), "curve")?;
         let with = parameters.text_or("with", object)?;
         let name = base_name(parameters, object, "meetings")?;
         let options = Options { tolerance: tolerance(parameters)? };

@@ -4,21 +4,15 @@ mod intersect;
 mod section;
 
 use loftsman_kernel::Point;
-use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::{Field, OperationError, Parameters};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::text::measured as told;
 
 pub use intersect::Intersect;
 pub use section::CutBy;
 
 const NAME: Field =
     Field::optional("name", "text", "after the object", "what the names of the results begin with");
-
-/// A number for people: nine digits, no more than there are, and no zero below nothing.
-fn told(value: f64) -> String {
-    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
-    Figure(rounded + 0.0).to_string()
-}
 
 /// A point for people; what is nothing beside its largest coordinate is 0.
 fn place(point: &Point) -> String {

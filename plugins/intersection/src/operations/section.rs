@@ -2,10 +2,10 @@
 
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::{a, figure};
+use loftsman_kernel::text::{a, told_apart};
 use loftsman_kernel::{Error, Point, Vector};
 
 use super::{NAME, add_beside, base_name, place, told, tolerance};
@@ -30,7 +30,12 @@ const PLANE: &[Field] = &[
 impl Operation for CutBy {
     fn declaration(&self) -> Declaration {
         const FIELDS: &[Field] = &[
-            Field::required("object", "text", "a brep, a surface, trimmed or not, a mesh or a curve"),
+            Field::optional(
+                "object",
+                "text",
+                "the only one that can be cut",
+                "a brep, a surface, trimmed or not, a mesh or a curve",
+            ),
             Field::optional(
                 "plane",
                 "{ point, normal }",
@@ -72,7 +77,17 @@ impl Operation for CutBy {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let object = parameters.text("object")?;
+        let fits = |g: &Geometry| {
+            matches!(
+                g,
+                Geometry::Brep(_)
+                    | Geometry::Surface(_)
+                    | Geometry::Trimmed(_)
+                    | Geometry::Mesh(_)
+                    | Geometry::Curve(_)
+            )
+        };
+        let object = &object_name(scene, parameters, fits, "brep, surface, mesh or curve")?;
         let name = base_name(parameters, object, "section")?;
         let options = Options { tolerance: tolerance(parameters)? };
         let geometry =
@@ -81,10 +96,14 @@ impl Operation for CutBy {
         let mut geometries: Vec<Geometry> = Vec::new();
         let mut notes = Vec::new();
         let mut residual = None;
+        // Planes that differ are named apart.
+        let of_axis =
+            |k: usize| told_apart(&planes.iter().map(|plane| plane.point()[k]).collect::<Vec<f64>>());
+        let [xs, ys, zs] = [of_axis(0), of_axis(1), of_axis(2)];
+        let one = scene.unit;
         for (k, plane) in planes.iter().enumerate() {
             context.observer.proceed("sections", k as u64, planes.len() as u64)?;
-            let p = plane.point();
-            let at = format!("({}, {}, {})", figure(p.x), figure(p.y), figure(p.z));
+            let at = format!("({}, {}, {})", xs[k], ys[k], zs[k]);
             let (before, known) = (geometries.len(), notes.len());
             match geometry {
                 Geometry::Surface(surface) => {
@@ -118,7 +137,10 @@ impl Operation for CutBy {
                 Geometry::Mesh(mesh) => {
                     let lines = mesh_section(mesh, plane);
                     if let Some(area) = mesh_section_area(&lines, plane) {
-                        notes.push(format!("the plane through {at} cuts an area of {}", figure(area)));
+                        notes.push(format!(
+                            "the plane through {at} cuts an area of {}",
+                            one.quantity(area, 2)
+                        ));
                     }
                     geometries.extend(lines.into_iter().map(Geometry::from));
                 }
@@ -168,7 +190,10 @@ impl Operation for CutBy {
                         ));
                     }
                     if let Some(area) = cut.area {
-                        notes.push(format!("the plane through {at} cuts an area of {}", figure(area)));
+                        notes.push(format!(
+                            "the plane through {at} cuts an area of {}",
+                            one.quantity(area, 2)
+                        ));
                     }
                     for branch in cut.curves {
                         residual = Some(branch.distance.max(residual.unwrap_or(0.0)));
