@@ -7,6 +7,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::{a, figure};
 use loftsman_kernel::{Error, Point, Vector};
+use serde_json::json;
 
 use super::{NAME, add_beside, base_name, place, told, tolerance};
 use crate::section::bounds;
@@ -81,11 +82,14 @@ impl Operation for CutBy {
         let mut geometries: Vec<Geometry> = Vec::new();
         let mut notes = Vec::new();
         let mut residual = None;
+        // For each plane what is told of it in numbers.
+        let mut told_planes = Vec::new();
         for (k, plane) in planes.iter().enumerate() {
             context.observer.proceed("sections", k as u64, planes.len() as u64)?;
             let p = plane.point();
             let at = format!("({}, {}, {})", figure(p.x), figure(p.y), figure(p.z));
             let (before, known) = (geometries.len(), notes.len());
+            let (mut touching, mut area): (Vec<Point>, Option<f64>) = (Vec::new(), None);
             match geometry {
                 Geometry::Surface(surface) => {
                     let cut = section(surface, plane, &options)?;
@@ -95,6 +99,7 @@ impl Operation for CutBy {
                     }
                     for q in cut.touching {
                         notes.push(format!("the plane through {at} touches it at {}", place(&q)));
+                        touching.push(q);
                     }
                     for [u, v] in cut.coincident {
                         notes.push(format!(
@@ -117,7 +122,8 @@ impl Operation for CutBy {
                 }
                 Geometry::Mesh(mesh) => {
                     let lines = mesh_section(mesh, plane);
-                    if let Some(area) = mesh_section_area(&lines, plane) {
+                    area = mesh_section_area(&lines, plane);
+                    if let Some(area) = area {
                         notes.push(format!("the plane through {at} cuts an area of {}", figure(area)));
                     }
                     geometries.extend(lines.into_iter().map(Geometry::from));
@@ -167,7 +173,9 @@ impl Operation for CutBy {
                             faces(&cut.undecided, "is", "are")
                         ));
                     }
-                    if let Some(area) = cut.area {
+                    touching.extend(&cut.touching);
+                    area = cut.area;
+                    if let Some(area) = area {
                         notes.push(format!("the plane through {at} cuts an area of {}", figure(area)));
                     }
                     for branch in cut.curves {
@@ -183,6 +191,12 @@ impl Operation for CutBy {
                     return Err(Error::Invalid(problem).into());
                 }
             }
+            told_planes.push(json!({
+                "point": [p.x, p.y, p.z],
+                "pieces": geometries.len() - before,
+                "area": area,
+                "touching": touching.iter().map(|q| [q.x, q.y, q.z]).collect::<Vec<_>>(),
+            }));
             match geometries.len() - before {
                 0 if notes.len() == known => notes.push(format!("the plane through {at} does not meet it")),
                 0 => {}
@@ -196,6 +210,7 @@ impl Operation for CutBy {
             op: "section".into(),
             object: Some(object.to_owned()),
             residual,
+            numbers: [("planes".to_owned(), told_planes.into())].into_iter().collect(),
             notes,
             ..StepReport::default()
         })
