@@ -184,6 +184,9 @@ pub struct StepReport {
     /// The volume that it bounds, in document units cubed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub volume: Option<f64>,
+    /// Numbers that only this operation has, by name: those that its notes tell in words, unrounded.
+    #[serde(skip_serializing_if = "serde_json::Map::is_empty")]
+    pub numbers: serde_json::Map<String, serde_json::Value>,
     /// Anything else worth saying.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,

@@ -171,7 +171,10 @@ impl Operation for Sample {
             if as_cloud { Cloud { points }.into() } else { Polyline { points, closed }.into() };
         let object = like(scene, &source, &name, geometry);
         scene.add(object)?;
-        Ok(made("sample", name, notes))
+        let mut report = made("sample", name, notes);
+        report.numbers.insert("length".into(), (spacing * steps as f64).into());
+        report.numbers.insert("spacing".into(), spacing.into());
+        Ok(report)
     }
 }
 

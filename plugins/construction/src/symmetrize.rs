@@ -67,7 +67,7 @@ impl Mirror {
 }
 
 /// A curve made symmetric about a plane: with `Half::Both` the mean of the curve and its mirror image run backwards, else one half and its
-/// mirror image. A closed curve is begun where it crosses the plane first; with both halves, at the crossing from which it changes least.
+/// mirror image; a curve that begins or ends in the plane is a half by itself. A closed curve is begun where it crosses the plane first; with both halves, at the crossing from which it changes least.
 ///
 /// The mean of vertices `P` with weights `w` and mirrored ones `Q` with `ω`, both over knots that are symmetric, is
 /// `(w P + ω Q) / (w + ω)` with weights `(w + ω) / 2`. `O(n p)`.
@@ -84,7 +84,8 @@ impl Mirror {
 /// ```
 ///
 /// # Errors
-/// When half of the curve is asked for and it does not cross the plane once (closed: twice); when a closed curve does not cross it at all.
+/// When half of the curve is asked for and it does not cross the plane once (closed: twice; open: not at all where it begins or ends in
+/// it, and all of it is on that side); when a closed curve does not cross it at all.
 pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetric<Curve>> {
     let (start, end) = curve.domain();
     let size = curve.points().iter().map(|p| long(&(p - curve.points()[0]))).fold(0.0, f64::max);
@@ -106,7 +107,18 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
         });
     }
     let side = if half == Half::Front { 1.0 } else { -1.0 };
-    let cuts = crossings(curve, mirror)?;
+    let mut cuts = crossings(curve, mirror)?;
+    if !closed {
+        // An end in the plane is a half's own end, and no place where it crosses.
+        let near = IN_PLANE * size;
+        let is_in = |at: f64| -> Result<bool> { Ok(mirror.height(&curve.point(at)?).abs() <= near) };
+        let slack = IN_PLANE * (end - start);
+        let ends = [is_in(start)?, is_in(end)?];
+        cuts.retain(|at| !(ends[0] && at - start <= slack || ends[1] && end - at <= slack));
+        if cuts.is_empty() && ends.contains(&true) {
+            return from_plane(curve, mirror, side, ends);
+        }
+    }
     let wanted = if closed { 2 } else { 1 };
     if cuts.len() != wanted {
         let kind = if closed { "twice" } else { "once" };
@@ -151,6 +163,43 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
         shape = shape.to_periodic(1e-14 * size)?.shape;
     }
     Ok(Symmetric { shape, moved: None })
+}
+
+/// An open curve on one side of the plane that begins or ends in it, or both, and its mirror image.
+fn from_plane(curve: &Curve, mirror: &Mirror, side: f64, ends: [bool; 2]) -> Result<Symmetric<Curve>> {
+    let open = curve.to_clamped()?;
+    let mut furthest = 0.0_f64;
+    for span in open.space().breakpoints().windows(2) {
+        for k in 0..=SAMPLES {
+            let at = (span[0] + (span[1] - span[0]) * k as f64 / SAMPLES as f64).min(span[1]);
+            let height = mirror.height(&open.point(at)?);
+            furthest = if height.abs() > furthest.abs() { height } else { furthest };
+        }
+    }
+    let reach = open.points().iter().map(|p| long(&(p - open.points()[0]))).fold(0.0, f64::max);
+    if furthest.abs() <= IN_PLANE * reach {
+        return Err(Error::Invalid("the curve lies in the plane, and is its own mirror image".into()));
+    }
+    if furthest * side <= 0.0 {
+        let (here, other) = if side > 0.0 { ("in front of", "back") } else { ("behind", "front") };
+        return Err(Error::Invalid(format!(
+            "nothing of the curve is {here} the plane: keep the other half (half = \"{other}\")"
+        )));
+    }
+    let (space, mut points, weights) = open.into_parts();
+    let n = points.len();
+    for (is_in, k) in [(ends[0], 0), (ends[1], n - 1)] {
+        if is_in {
+            let height = mirror.height(&points[k]);
+            points[k] -= mirror.normal * height;
+        }
+    }
+    let largest = points.iter().map(|p| long(&(p - points[0])).max(p.coords.amax())).fold(0.0, f64::max);
+    let kept = Curve::build(space, points, weights)?;
+    let image = mirrored(&kept, mirror)?;
+    // What begins and ends in the plane is closed then.
+    let (first, second) = if ends[0] { (&image, &kept) } else { (&kept, &image) };
+    Ok(Symmetric { shape: first.join(second, 1e-12 * largest)?.shape, moved: None })
 }
 
 /// A surface made symmetric about a plane, run backwards in a direction in the mirror: with `Half::Both` the mean of itself and its

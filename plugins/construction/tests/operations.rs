@@ -107,7 +107,11 @@ fn wrong_fields_are_told() {
         ("offset", json!({ "object": "torus", "distance": 1 }), "name a curve or a polyline"),
         ("offset", json!({ "object": "ring", "distance": 1, "corners": "mitre" }), "corners: "),
         ("offset", json!({ "object": "dot", "distance": 1 }), "\"dot\": the curve is a point"),
-        ("sweep", json!({ "object": "ring", "path": "bent" }), "\"ring\": the path has a corner at 1"),
+        (
+            "sweep",
+            json!({ "object": "ring", "path": "bent" }),
+            "\"ring\": between the corners around 0.5 of the path",
+        ),
         ("sweep", json!({ "object": "ring", "path": "torn" }), "\"ring\": the path is torn at 1"),
         ("sweep", json!({ "object": "ring", "path": "dots" }), "path: "),
         ("sweep", json!({ "object": "torus", "path": "line" }), "object: "),
@@ -126,7 +130,7 @@ fn wrong_fields_are_told() {
         (
             "symmetrize",
             json!({ "object": "line", "half": "front" }),
-            "\"line\": the curve crosses the plane nowhere",
+            "\"line\": the curve lies in the plane, and is its own mirror image",
         ),
         ("symmetrize", json!({ "object": "line", "direction": "v" }), "direction: is of a surface"),
         (

@@ -148,7 +148,20 @@ fn what_cannot_be_swept_is_told_why() {
         vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(1.0, 1.0, 0.0)],
     )
     .unwrap();
-    assert!(said(&corner, Turning::Least, None).contains("the path has a corner at 1"));
+    assert!(
+        said(&corner, Turning::Least, None)
+            .contains("the profile reaches too far to their inner side, so that the surface would fold")
+    );
+    let fan =
+        Curve::bezier(vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(2.0, 1.0, 0.0)]).unwrap();
+    let fan = fan
+        .join(&Curve::line(Point::new(2.0, 1.0, 0.0), Point::new(9.0, 1.0, 0.0)).unwrap(), 1e-9)
+        .unwrap()
+        .shape;
+    assert!(
+        said(&fan, Turning::Least, None)
+            .contains("between pieces that are not straight, which cannot be mitred")
+    );
     assert!(sweep(&ring, &corner, Turning::Parallel, None).is_ok());
     let line = Curve::line(Point::origin(), Point::new(0.0, 0.0, 2.0)).unwrap();
     assert!(
@@ -168,4 +181,99 @@ fn what_cannot_be_swept_is_told_why() {
     let bend = Curve::arc(Point::new(0.5, 0.0, 0.0), Point::origin(), Vector::y(), PI).unwrap();
     let folded = sweep(&ring, &bend, Turning::Least, None).unwrap();
     assert!(folded.folds.is_some() && folded.deviation <= folded.tolerance);
+}
+
+/// Pipes round corners, by closed forms: what a mitred pipe of a profile with area `A` and centroid on the path holds is `A` times the path's length,
+/// and its sides are those of prisms cut off askew.
+#[test]
+fn a_square_pipe_round_corners_is_mitred() {
+    let line = |points: &[[f64; 3]]| {
+        let space = Space::clamped_uniform(1, points.len()).unwrap();
+        Curve::new(space, points.iter().map(|p| Point::from(*p)).collect()).unwrap()
+    };
+    let square = |size: f64| {
+        line(
+            &[[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0], [-0.5, -0.5, 0.0]]
+                .map(|p| p.map(|c| c * size)),
+        )
+    };
+    let triangles = |s: &loftsman_kernel::spline::Surface| -> (f64, f64) {
+        let breaks = |space: &Space| {
+            let b = space.breakpoints();
+            let mut all: Vec<f64> = b
+                .windows(2)
+                .flat_map(|w| (0..6).map(move |k| w[0] + (w[1] - w[0]) * f64::from(k) / 6.0))
+                .collect();
+            all.push(*b.last().unwrap());
+            all
+        };
+        let (us, vs) = (breaks(s.u()), breaks(s.v()));
+        let (mut area, mut volume) = (0.0, 0.0);
+        for u in us.windows(2) {
+            for v in vs.windows(2) {
+                let p = |u: f64, v: f64| s.point(u, v).unwrap().coords;
+                let [a, b, c, d] = [p(u[0], v[0]), p(u[1], v[0]), p(u[1], v[1]), p(u[0], v[1])];
+                for (x, y, z) in [(a, b, c), (a, c, d)] {
+                    area += 0.5 * (y - x).cross(&(z - x)).norm();
+                    volume += x.dot(&y.cross(&z)) / 6.0;
+                }
+            }
+        }
+        (area, volume)
+    };
+    for size in [1e-9, 1.0, 1e9] {
+        let scaled =
+            |points: &[[f64; 3]]| line(&points.iter().map(|p| p.map(|c| c * size)).collect::<Vec<_>>());
+        // An L: up and to the side. The walls are 4 (3 + 4) whatever the corner cuts, inner and outer side together.
+        let ell = scaled(&[[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [4.0, 0.0, 3.0]]);
+        for turning in [Turning::Least, Turning::Upright(Vector::y())] {
+            let swept = sweep(&square(size), &ell, turning, None).unwrap();
+            assert!(swept.folds.is_none() && swept.deviation <= 1e-12 * size, "{:e}", swept.deviation);
+            let (area, volume) = triangles(&swept.surface);
+            assert!((area / size / size - 28.0).abs() < 1e-9, "{size}: {area}");
+            // The ends are open: the one is in z = 0, seen from the origin at no angle; the other's pyramid is 1 · 4 / 3.
+            let volume = volume.abs() / size / size / size;
+            assert!(
+                (volume + 4.0 / 3.0 - 7.0).abs() < 1e-9 || (volume - 4.0 / 3.0 - 7.0).abs() < 1e-9,
+                "{volume}"
+            );
+            // The corner is a square cut askew: all its points are in the plane between both sides.
+            let middle = swept.surface.u().domain().1 * 0.5;
+            for k in 0..=20 {
+                let v = swept.surface.v().domain().1 * f64::from(k) / 20.0;
+                let p = swept.surface.point(middle, v).unwrap() / size;
+                assert!((p.x + (p.z - 3.0)).abs() < 1e-12 && p.x.abs() <= 0.5 + 1e-12, "{p}");
+            }
+        }
+        // A frame: closed, with a corner at the seam. Its volume is the length of the path, 4 · 4; its walls 4 times that.
+        let frame =
+            scaled(&[[0.0, 0.0, 0.0], [0.0, 0.0, 4.0], [4.0, 0.0, 4.0], [4.0, 0.0, 0.0], [0.0, 0.0, 0.0]]);
+        let swept = sweep(&square(size), &frame, Turning::Least, None).unwrap();
+        let (area, volume) = triangles(&swept.surface);
+        assert!((area / size / size - 64.0).abs() < 1e-8 && swept.twist.abs() < 1e-12, "{area}");
+        assert!((volume.abs() / size / size / size - 16.0).abs() < 1e-8, "{volume}");
+        let (s, v) = (&swept.surface, 0.37 * swept.surface.v().domain().1);
+        let (a, b) = s.u().domain();
+        assert!((s.point(a, v).unwrap() - s.point(b, v).unwrap()).norm() == 0.0);
+        // Out of the plane, closed: turned about the path, and still closed, each wall in one piece.
+        let bent =
+            scaled(&[[0.0, 0.0, 0.0], [0.0, 0.0, 4.0], [4.0, 0.0, 4.0], [4.0, 4.0, 1.0], [0.0, 0.0, 0.0]]);
+        let swept = sweep(&square(size), &bent, Turning::Least, Some(1e-5 * size)).unwrap();
+        assert!(swept.twist.abs() > 0.1 && swept.deviation <= 1e-5 * size, "{swept:?}");
+        // With an arc between straight pieces, a corner only where there is one.
+        let refused = |path: &Curve, turning: Turning| {
+            sweep(&square(size), path, turning, None).unwrap_err().to_string()
+        };
+        let short = scaled(&[[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [0.7, 0.0, 3.0], [0.7, 0.0, 0.0]]);
+        assert!(
+            refused(&short, Turning::Least).contains("would fold"),
+            "{}",
+            refused(&short, Turning::Least)
+        );
+        let back = scaled(&[[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [0.0, 0.0, 1.0]]);
+        assert!(refused(&back, Turning::Least).contains("turns straight back"));
+        let leaves = scaled(&[[0.0, 0.0, 0.0], [1.0, 0.0, 3.0], [4.0, 2.0, 3.0]]);
+        let words = refused(&leaves, Turning::Upright(Vector::new(0.3, 1.0, 0.2)));
+        assert!(words.contains("leaves the plane across the upright direction"), "{words}");
+    }
 }

@@ -257,3 +257,54 @@ fn half_of_a_surface_is_mirrored_where_the_plane_is_a_line_of_it() {
         }
     }
 }
+
+/// A half profile that begins in the plane, as people draw it, is a half as it stands; one that ends there, too; one that does both is closed.
+#[test]
+fn a_half_that_begins_in_the_plane_is_kept_as_it_is() {
+    let (plane, image) = mirror();
+    let (across, along) = (Vector::new(1.0, 0.5, -0.2).normalize(), Vector::new(0.5, -1.0, 0.0).normalize());
+    for size in [1e-6, 1.0, 1e6] {
+        let plane = if size == 1.0 { plane } else { Mirror::new(Point::origin(), across).unwrap() };
+        let origin = if size == 1.0 { Point::new(0.3, -0.2, 0.1) } else { Point::origin() };
+        let image =
+            |p: Point| if size == 1.0 { image(p) } else { p - across * (2.0 * p.coords.dot(&across)) };
+        for degree in [1, 2, 3, 5] {
+            // Heights above the plane, from one end to the other.
+            for heights in [
+                [0.0, 2.0, 1.0, 3.0, 2.5, 3.0],
+                [3.0, 1.0, 2.0, 0.5, 1.0, 0.0],
+                [0.0, 1.0, 2.0, 2.0, 1.0, 0.0],
+            ] {
+                for side in [1.0, -1.0] {
+                    let at = |(k, h): (usize, &f64)| {
+                        origin + (across * (h * side) + along * (k as f64 - 1.3)) * size
+                    };
+                    let points = heights.iter().enumerate().map(at).collect();
+                    let space = Space::clamped_uniform(degree, heights.len()).unwrap();
+                    let curve = Curve::new(space, points).unwrap();
+                    let (half, other) =
+                        if side > 0.0 { (Half::Front, Half::Back) } else { (Half::Back, Half::Front) };
+                    let whole = symmetrize(&curve, &plane, half).unwrap().shape;
+                    let (a, b) = whole.domain();
+                    for k in 0..=40 {
+                        let x = f64::from(k) / 40.0;
+                        let p = whole.point((a + (b - a) * x).min(b)).unwrap();
+                        let q = whole.point((b - (b - a) * x).max(a)).unwrap();
+                        assert!((image(p) - q).norm() < 1e-11 * size, "{size} {degree} {heights:?}");
+                    }
+                    let (c, d) = curve.domain();
+                    for k in 0..=20 {
+                        let p = curve.point((c + (d - c) * f64::from(k) / 20.0).min(d)).unwrap();
+                        assert!(whole.closest(p).unwrap().distance < 1e-11 * size);
+                    }
+                    let length = whole.length(1e-9 * size).unwrap().value;
+                    assert!((length - 2.0 * curve.length(1e-9 * size).unwrap().value).abs() < 1e-7 * size);
+                    let closes = (whole.point(a).unwrap() - whole.point(b).unwrap()).norm() < 1e-11 * size;
+                    assert_eq!(closes, heights[0] == 0.0 && heights[5] == 0.0);
+                    let refused = symmetrize(&curve, &plane, other).unwrap_err().to_string();
+                    assert!(refused.contains("keep the other half"), "{refused}");
+                }
+            }
+        }
+    }
+}

@@ -47,10 +47,12 @@ pub(crate) fn known(pair: &Pair<'_>, tolerance: f64) -> Known {
         let mut off = 0.0;
         let mut spread = 0.0;
         let mut diagonal = 0.0;
+        let mut rounding = 0.0;
         for (c, column) in ranges[..n].iter().enumerate() {
             let mut entry = Range { low: 0.0, high: 0.0 };
             for k in 0..3 {
                 entry = entry.plus(column[k].scaled(row[k] / weights));
+                rounding += 16.0 * f64::EPSILON * column[k].magnitude() * row[k].abs() / weights;
             }
             if i == c {
                 diagonal = entry.low;
@@ -60,7 +62,8 @@ pub(crate) fn known(pair: &Pair<'_>, tolerance: f64) -> Known {
                 spread += entry.magnitude();
             }
         }
-        dominant &= diagonal > off * (1.0 + 1e-12);
+        // Where directions become one at an end of the box, what is left of the diagonal is rounding.
+        dominant &= diagonal > off * (1.0 + 1e-12) + rounding;
         let reach = 0.5 * spread + row.norm() * tolerance * product;
         if (row.dot(&difference)).abs() > 0.5 + reach + 1e-12 {
             return Known::Apart;

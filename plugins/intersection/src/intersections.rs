@@ -20,9 +20,11 @@ impl Options {
 /// How two shapes meet at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contact {
-    /// Their directions differ: shown to be the only meeting around, by the ranges of the derivatives.
+    /// They pass through one another: their directions differ on both sides of the place, which at a knot may be other ones. Where one of them ends
+    /// on the other, they differ.
     Crossing,
-    /// They run along one another there, as far as the tolerance tells: a touching, or crossings too near to tell apart.
+    /// They run along one another there, as far as the tolerance tells (a touching, or crossings too near to tell apart), or one has a
+    /// corner there that stays on one side of the other.
     Touching,
 }
 

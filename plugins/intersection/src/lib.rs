@@ -16,6 +16,7 @@
 
 mod bernstein;
 mod certificate;
+mod contact;
 mod error;
 mod intersections;
 mod itself;

@@ -1,15 +1,20 @@
 //! Curves with curves and surfaces: the search, and what is made of what it found.
 
 use loftsman_kernel::Point;
-use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 
+use crate::contact::{Judge, Met};
 use crate::error::{IntersectionError, Result};
 use crate::intersections::{Contact, Intersections, Meeting, Options, Overlap, Undecided};
 use crate::net::Frame;
 use crate::pieces::Pieces;
 use crate::search::{Found, Search};
 use crate::together::Run;
+
+/// Crossings that are further apart than this part of the size are not too near to tell apart: between them the shapes would be as straight as
+/// lines that cross once.
+const LENS: f64 = 1e-2;
 
 /// Where two curves meet, in space or in a plane: all points no further apart than the tolerance, and the parts that run
 /// together.
@@ -75,7 +80,7 @@ pub(crate) struct Answer<'a, B> {
     pub(crate) both: fn(f64) -> Location,
 }
 
-impl<B: Shape> Answer<'_, B> {
+impl<B: Met> Answer<'_, B> {
     fn location(&self, at: &[f64; 3]) -> Location {
         match (self.both)(at[1]) {
             Location::Surface(u, _) => Location::Surface(u, at[2]),
@@ -92,7 +97,7 @@ impl<B: Shape> Answer<'_, B> {
 
     /// Whether all between two places is as near as places are: they are one then, as far as the tolerance tells.
     fn one(&self, x: &[f64; 3], y: &[f64; 3], reach: f64) -> Result<bool> {
-        let mut y = *y;
+        let (y_own, mut y) = (*y, *y);
         for k in 0..3 {
             // The shorter way around: where a direction is not closed, the points on it are not near.
             let Some(space) = self.spaces[k] else { continue };
@@ -105,6 +110,7 @@ impl<B: Shape> Answer<'_, B> {
                 return Ok(false);
             }
         }
+        let pole = self.b.stands(self.location(x))? || self.b.stands(self.location(&y_own))?;
         for step in [0.0, 0.25, 0.5, 0.75, 1.0] {
             let mut at = [0.0; 3];
             for k in 0..3 {
@@ -119,11 +125,27 @@ impl<B: Shape> Answer<'_, B> {
                     at[k] = at[k].clamp(low, high);
                 }
             }
-            if self.measure(&at)?.1 > reach {
+            // Through a pole its parameters lead another way than the curve.
+            if self.measure(&at)?.1 > reach && !(pole && self.b.off(&self.a.point(at[0])?)? <= reach) {
                 return Ok(false);
             }
         }
         Ok(true)
+    }
+
+    /// The touching that two crossings are which are too near to tell apart: halfway.
+    fn between(&self, x: &Found, y: &Found) -> Result<Found> {
+        let mut found = Found { simple: false, own: false, ..*x };
+        let wraps = (0..3)
+            .any(|k| self.spaces[k].is_some_and(|space| (x.at[k] - y.at[k]).abs() > 0.5 * space.length()));
+        if !wraps {
+            let at = [0, 1, 2].map(|k| 0.5 * x.at[k] + 0.5 * y.at[k]);
+            let distance = self.measure(&at)?.1;
+            if distance <= self.tolerance {
+                found = Found { at, distance: distance / self.frame.size, ..found };
+            }
+        }
+        Ok(found)
     }
 
     pub(crate) fn of(&self, search: Search) -> Result<Intersections> {
@@ -149,9 +171,19 @@ impl<B: Shape> Answer<'_, B> {
                     }
                 }
             }
-            for other in &kept {
-                let apart = self.same(&place.at, &other.at);
-                if apart || !(place.own && other.own) && self.one(&place.at, &other.at, near)? {
+            for other in &mut kept {
+                if self.same(&place.at, &other.at) {
+                    continue 'next;
+                }
+                let both = place.own && other.own;
+                // Two that were shown to be there are one where all between them is as near; looked at where that can be.
+                let looked = !both || (place.point - other.point).norm() <= LENS;
+                if looked && self.one(&place.at, &other.at, near)? {
+                    // What is one with another place is not the only one around.
+                    other.own = false;
+                    if place.simple && other.simple {
+                        *other = self.between(other, &place)?;
+                    }
                     continue 'next;
                 }
             }
@@ -168,9 +200,14 @@ impl<B: Shape> Answer<'_, B> {
                 point = self.frame.center + place.point * self.frame.size;
                 distance = place.distance * self.frame.size;
             }
-            let contact = if place.simple { Contact::Crossing } else { Contact::Touching };
-            let with = Some(self.location(&place.at));
-            answer.meetings.push(Meeting { at: place.at[0], with, point, distance, contact });
+            let location = self.location(&place.at);
+            // What was shown to be the only one around, away from the ends of pieces, crosses.
+            let contact = if place.own {
+                Contact::Crossing
+            } else {
+                self.b.contact(&Judge::new(self.tolerance, place.simple), self.a, place.at[0], location)?
+            };
+            answer.meetings.push(Meeting { at: place.at[0], with: Some(location), point, distance, contact });
         }
         for run in runs {
             let (from, to) = (self.measure(&run.from)?.0, self.measure(&run.to)?.0);

@@ -4,6 +4,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::spline::Curve;
 
 use crate::bernstein::{Polynomial, root};
+use crate::contact::Judge;
 use crate::error::Result;
 use crate::intersections::{Contact, Intersections, Meeting, Options, Overlap, Plane};
 use crate::pair::setting;
@@ -78,6 +79,10 @@ pub fn curve_plane(curve: &Curve, plane: &Plane, options: &Options) -> Result<In
         }
     }
     merge(curve, plane, &mut answer)?;
+    for meeting in &mut answer.meetings {
+        let judge = Judge::new(tolerance, meeting.contact == Contact::Crossing);
+        meeting.contact = judge.plane(curve, meeting.at, plane)?;
+    }
     Ok(answer)
 }
 

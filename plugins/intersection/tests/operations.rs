@@ -198,7 +198,7 @@ fn wrong_fields_are_told() {
         (
             "intersect",
             json!({ "object": "ring", "with": "dots" }),
-            "a curve is intersected with a curve or a surface",
+            "a curve or polyline is intersected with another, or with a surface",
         ),
         ("intersect", json!({ "object": "pipe" }), "is "),
         ("intersect", json!({ "object": "ring", "with": "nobody" }), "nobody"),
@@ -305,4 +305,45 @@ fn sections_of_breps_and_trimmed_surfaces_are_curves_beside_them() {
     let report = run(&mut scene, "section", json!({ "object": "window", "axis": "x", "count": 2 })).unwrap();
     assert!(report.notes.iter().all(|note| note.contains("piece")), "{report:?}");
     assert!(report.residual.is_some());
+}
+
+/// Polylines are curves of degree 1, the closed ones with their last side; what is found is told in numbers, too.
+#[test]
+fn polylines_are_intersected_as_curves_of_degree_one() {
+    use loftsman_kernel::mesh::Polyline;
+    let at = |points: &[[f64; 2]]| points.iter().map(|[x, y]| Point::new(*x, *y, 0.0)).collect::<Vec<_>>();
+    let square = Polyline { points: at(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]), closed: true };
+    let cross = Polyline { points: at(&[[-1.0, 0.5], [3.0, 1.5]]), closed: false };
+    let bow = Polyline { points: at(&[[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0]]), closed: false };
+    let one = Polyline { points: at(&[[0.0, 0.0]]), closed: false };
+    let mut scene = scene();
+    for (name, line) in [("square", square), ("cross", cross), ("bow", bow), ("one", one)] {
+        scene.add(Object::new(name, line.into())).unwrap();
+    }
+    let ring = Curve::circle(Point::new(1.0, 1.0, 0.0), Vector::z(), 1.0).unwrap();
+    scene.add(Object::new("inside", ring.into())).unwrap();
+    let meetings = |object: &str, with: &str| {
+        let report = run(&mut scene.clone(), "intersect", json!({ "object": object, "with": with })).unwrap();
+        report.numbers["meetings"].as_array().unwrap().clone()
+    };
+    let found = meetings("square", "cross");
+    let points: Vec<[f64; 3]> =
+        found.iter().map(|m| serde_json::from_value(m["point"].clone()).unwrap()).collect();
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!((points[0][0] - 2.0).abs() < 1e-14 && (points[0][1] - 1.25).abs() < 1e-14, "{points:?}");
+    assert!(points[1][0].abs() < 1e-14 && (points[1][1] - 0.75).abs() < 1e-14, "{points:?}");
+    // On the last side, which runs back to the first point, the parameter goes on from 3 to 4.
+    assert!((found[1]["at"].as_f64().unwrap() - 3.625).abs() < 1e-12, "{found:?}");
+    assert!((found[1]["with"].as_f64().unwrap() - 0.25).abs() < 1e-12 && found[1]["kind"] == "cross");
+    let touched = meetings("square", "inside");
+    assert_eq!(touched.len(), 4, "{touched:?}");
+    assert!(touched.iter().all(|m| m["kind"] == "touch"), "{touched:?}");
+    let own = meetings("bow", "bow");
+    assert!(own.len() == 1 && own[0]["kind"] == "cross" && own[0]["distance"].as_f64().unwrap() < 1e-14);
+    let refused =
+        run(&mut scene.clone(), "intersect", json!({ "object": "one", "with": "ring" })).unwrap_err();
+    assert!(
+        refused.to_string().contains("\"one\": a polyline has 2 points at least, here are 1"),
+        "{refused}"
+    );
 }

@@ -1,6 +1,6 @@
 //! Sections of surfaces, and curves with planes.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
-use loftsman_intersection::{Options, Plane, curve_plane, section};
+use loftsman_intersection::{Options, Plane, Section, curve_plane, section};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use std::f64::consts::{PI, TAU};
@@ -112,6 +112,84 @@ fn level_patches_are_cut_along_their_sides() {
             assert_eq!(cut.curves.len(), 1);
             let found = cut.curves[0].curve.length(1e-9).unwrap().value;
             assert!((found - length).abs() < 1e-9 && cut.curves[0].distance < 1e-5, "{k}: {found} {length}");
+        }
+    }
+}
+
+/// A plane that touches a ball or a ring leaves no sliver, and the place is told to rounding, wherever it is: in the middle of patches, on their edges, at
+/// a pole. A little further in a circle is cut, a little further out nothing.
+#[test]
+fn tangent_planes_touch_at_their_place_and_cut_nothing() {
+    let half = |r: f64| Curve::arc(Point::new(0.0, 0.0, -r), Point::origin(), Vector::y(), PI).unwrap();
+    let turned = |profile: &Curve| Surface::revolution(profile, Point::origin(), Vector::z(), TAU).unwrap();
+    let mut normals: Vec<Vector> = [
+        [4.0, 4.0, 7.0],
+        [8.0, 1.0, 4.0],
+        [-2.0, 1.0, 2.0],
+        [1.0, -8.0, -4.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, 0.0, -1.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+        [0.0, -1.0, 1.0],
+        [-0.43242071356141254, 0.13080281362349352, -0.8921339307700479],
+        [4.111856, 2.670254, 0.980581],
+        [1e-3, 0.0, 1.0],
+    ]
+    .map(Vector::from)
+    .to_vec();
+    for k in 0..60 {
+        let (a, z) = (2.399963 * f64::from(k), (f64::from(k) - 29.5) / 30.0);
+        let r = (1.0 - z * z).sqrt();
+        normals.push(Vector::new(r * a.cos(), r * a.sin(), z));
+    }
+    for size in [5.0, 9.0, 1e-6, 1e6] {
+        let ball = turned(&half(size));
+        for normal in &normals {
+            let normal = normal.normalize();
+            for options in [Options::default(), Options::within(1e-4 * size)] {
+                for way in [1.0, -1.0] {
+                    let foot = Point::from(normal * size);
+                    let plane = Plane::new(foot, normal * way).unwrap();
+                    let cut = section(&ball, &plane, &options).unwrap();
+                    assert!(cut.curves.is_empty() && cut.undecided.is_empty(), "{size} {normal}: {cut:?}");
+                    assert_eq!(cut.touching.len(), 1, "{size} {normal}: {:?}", cut.touching);
+                    let off = (cut.touching[0] - foot).norm();
+                    assert!(off <= 1e-9 * size, "{size} {normal}: {off:e}");
+                }
+            }
+            let at = |x: f64| Plane::new(Point::from(normal * (size * x)), normal).unwrap();
+            let cut = section(&ball, &at(1.0 - 1e-6), &Options::default()).unwrap();
+            assert!(
+                cut.touching.is_empty() && cut.curves.len() == 1 && cut.curves[0].closed,
+                "{normal}: {cut:?}"
+            );
+            assert!(
+                section(&ball, &at(1.0 + 1e-6), &Options::default()).unwrap()
+                    == Section { tolerance: cut.tolerance, ..Section::default() }
+            );
+        }
+    }
+    // A ring lies on its top circle all along, and is touched outside at one place.
+    let tube = Curve::circle(Point::new(10.0, 0.0, 0.0), Vector::y(), 3.0).unwrap();
+    let ring = turned(&tube);
+    for way in [1.0, -1.0] {
+        for z in [3.0, -3.0] {
+            let plane = Plane::new(Point::new(0.0, 0.0, z), Vector::z() * way).unwrap();
+            let cut = section(&ring, &plane, &Options::default()).unwrap();
+            assert!(cut.curves.is_empty() && cut.touching.len() == 1, "{cut:?}");
+            let p = cut.touching[0];
+            assert!((p.x.hypot(p.y) - 10.0).abs() < 1e-8 && (p.z - z).abs() < 1e-12, "{p}");
+        }
+        for degrees in [0.0, 45.0, 90.0, 133.0, 180.0, 301.0] {
+            let (s, c) = f64::to_radians(degrees).sin_cos();
+            let normal = Vector::new(c, s, 0.0);
+            let plane = Plane::new(Point::from(normal * 13.0), normal * way).unwrap();
+            let cut = section(&ring, &plane, &Options::default()).unwrap();
+            assert!(cut.curves.is_empty() && cut.touching.len() == 1, "{degrees}: {cut:?}");
+            assert!((cut.touching[0].coords - normal * 13.0).norm() < 1e-8, "{degrees}: {:?}", cut.touching);
         }
     }
 }

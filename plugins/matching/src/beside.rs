@@ -15,6 +15,8 @@ const COMPARED: usize = 17;
 const STARTS: usize = 64;
 /// Where edge and curve are not to be equal, so many times as many places show how far they are apart.
 const FINER: usize = 16;
+/// So near to a knot, as a part of the domain, a place is that shows what is on one side of it.
+const WITHIN: f64 = 1e-9;
 
 /// An edge of a surface of the problem, and the curve that runs beside it, both over the edge's parameters.
 #[derive(Debug)]
@@ -219,6 +221,20 @@ impl Beside {
         let inner = breaks.windows(2).flat_map(nodes).map(|t| t.clamp(a, b));
         let ends = [a, b].map(|end| (!exact).then_some(end));
         ends[0].into_iter().chain(inner).chain(ends[1]).collect()
+    }
+
+    /// Places at which it is told how the two surfaces meet: many of each piece, its ends from within (where tangent planes may differ from those of the
+    /// next), and the ends of all.
+    pub(crate) fn told(&self) -> Vec<f64> {
+        let mut all = self.between(false);
+        let (a, b) = self.edge.curve.domain();
+        let mut breaks = self.edge.curve.space().breakpoints();
+        breaks.extend(self.curve.space().breakpoints());
+        let inside = |at: f64| [at - WITHIN * (b - a), at + WITHIN * (b - a)];
+        all.extend(breaks.into_iter().flat_map(inside).filter(|t| *t > a && *t < b));
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
     }
 
     /// The place of the edge at `t`.

@@ -2,7 +2,14 @@
 
 use std::fmt;
 
+use loftsman_kernel::error::Result;
 use loftsman_kernel::text::figure;
+
+/// So many of the largest places of a profile are looked at between their neighbours, and those only that are nearly the largest.
+const PEAKS: usize = 4;
+const PEAK: f64 = 0.9;
+/// Golden sections: what is left is a 1e-5 of the way, and a maximum is known to 1e-10 of its curvature there.
+const SECTIONS: usize = 24;
 
 /// Parts of two curvatures that differ by less than this factor are told as one.
 const ALIKE: f64 = 1.1;
@@ -27,7 +34,8 @@ impl Default for Limits {
     }
 }
 
-/// How far two surfaces are from one another along an edge: the largest of each at places all along it. Angles and curvatures are
+/// How far two surfaces are from one another along an edge: the largest of each, looked for at places all along it, its ends and both sides of its knots among
+/// them, and between these where it is largest. Angles and curvatures are
 /// compared with the other surface both beside the place, by the parameters, and where its edge is nearest to it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
@@ -67,6 +75,16 @@ impl Deviation {
     pub(crate) fn excess(&self, continuity: usize, distance: f64, limits: &Limits) -> f64 {
         let all = [self.distance / distance, self.angle / limits.angle, self.part / limits.curvature];
         all[..=continuity].iter().fold(0.0, |m, x| f64::max(m, *x))
+    }
+
+    /// All of it by name, the angle in degrees; what is not finite is null.
+    pub(crate) fn numbers(&self) -> serde_json::Value {
+        serde_json::json!({
+            "position": self.distance,
+            "angle": self.angle.to_degrees(),
+            "curvature": self.curvature,
+            "part": self.part,
+        })
     }
 
     /// The worst of all these.
@@ -114,6 +132,45 @@ impl Deviation {
         ];
         all[..=continuity.min(2)].join(", ")
     }
+}
+
+/// Where between the places of a profile a measure may be larger than at them: places around which it is largest, to rounding (golden sections of the
+/// way between both neighbours). `O(n)`, and some 300 more places.
+pub(crate) fn peaks(
+    profile: &[(f64, Deviation)],
+    at: &dyn Fn(f64) -> Result<Option<Deviation>>,
+) -> Result<Vec<(f64, Deviation)>> {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let measures: [fn(&Deviation) -> f64; 3] = [|d| d.distance, |d| d.angle, |d| d.curvature];
+    let mut found = Vec::new();
+    for measure in measures {
+        let value = |k: usize| profile.get(k).map_or(f64::NEG_INFINITY, |(_, one)| measure(one));
+        let largest = (0..profile.len()).map(value).fold(0.0, f64::max);
+        let is_peak = |k: usize| value(k) >= value(k.wrapping_sub(1)) && value(k) >= value(k + 1);
+        let mut tops: Vec<usize> =
+            (0..profile.len()).filter(|k| value(*k) > PEAK * largest && is_peak(*k)).collect();
+        tops.sort_by(|x, y| value(*y).total_cmp(&value(*x)).then(x.cmp(y)));
+        for k in tops.into_iter().take(PEAKS) {
+            let last = profile.len() - 1;
+            let (mut low, mut high) = (profile[k.saturating_sub(1)].0, profile[(k + 1).min(last)].0);
+            let mut inner = [high - golden * (high - low), low + golden * (high - low)];
+            let mut values = [at(inner[0])?, at(inner[1])?];
+            for _ in 0..SECTIONS {
+                let [Some(x), Some(y)] = values else { break };
+                if measure(&x) >= measure(&y) {
+                    high = inner[1];
+                    inner = [high - golden * (high - low), inner[0]];
+                    values = [at(inner[0])?, Some(x)];
+                } else {
+                    low = inner[0];
+                    inner = [inner[1], low + golden * (high - low)];
+                    values = [Some(y), at(inner[1])?];
+                }
+            }
+            found.extend(inner.into_iter().zip(values).filter_map(|(t, one)| Some((t, one?))));
+        }
+    }
+    Ok(found)
 }
 
 impl fmt::Display for Deviation {

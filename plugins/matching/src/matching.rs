@@ -103,29 +103,63 @@ impl Matching {
         Ok(Self { bound: Some(bound), ..self.clone() })
     }
 
-    /// The deviation at each of these places, by the edge's parameter.
+    /// The deviation at many places all along the edge, its ends among them, and where between these each of its measures is largest; by the edge's
+    /// parameter.
     pub(crate) fn profile(&self, shapes: &Shapes<'_>) -> Result<Vec<(f64, Deviation)>> {
-        self.deviations(shapes, &*self.fixed(shapes)?)
+        let bound = self.fixed(shapes)?;
+        let other = shapes.get(self.other.shape)?;
+        let there = edge_of(shapes, &self.other, self.other_edge, &self.describe())?;
+        let edge = edge_of(shapes, &self.on, self.edge, &self.describe())?;
+        let beside = Beside::new(edge, &there.curve)?;
+        let near = self.near(shapes, &bound)?;
+        let step = self.step(shapes)?;
+        let at = |t: f64| -> Result<Option<Deviation>> {
+            let u = beside.there(t);
+            let frame = match Frame::new(other, &there.edge, u) {
+                Ok(frame) => frame,
+                // Of position alone, a pole somewhere matters not.
+                Err(_) if self.continuity == 0 => return Ok(None),
+                Err(error) => return Err(error),
+            };
+            let (at, by) = (beside.at(t), Partials::new(&beside.edge.edge));
+            let contact = Contact { at, by, at_end: beside.edge.edge.at_end, step, frame };
+            let place = Place { t, point: there.curve.point(u)?, u, contact };
+            Ok(Some(self.deviation_at(shapes, &bound, &near, &place)?))
+        };
+        let mut profile = Vec::new();
+        for t in beside.told() {
+            profile.extend(at(t)?.map(|found| (t, found)));
+        }
+        let peaks = crate::deviation::peaks(&profile, &at)?;
+        profile.extend(peaks);
+        profile.sort_by(|x, y| x.0.total_cmp(&y.0));
+        Ok(profile)
     }
 
     fn deviations(&self, shapes: &Shapes<'_>, bound: &Bound) -> Result<Vec<(f64, Deviation)>> {
-        let shape = shapes.get(self.on.shape)?;
         let near = self.near(shapes, bound)?;
-        let each = bound.between.iter().map(|place| {
-            let at = shape.value(place.contact.at, Derivative::POSITION)?;
-            let found = near.measure(shapes, place, &Point::from(at))?;
-            let curvature = found.curvature.abs();
-            let deviation = Deviation {
-                distance: (at - place.point.coords).norm(),
-                angle: found.angle,
-                curvature,
-                part: curvature / bound.curvature,
-                square: if curvature > 0.0 { curvature / bound.square } else { 0.0 },
-                flat: bound.flat,
-            };
-            Ok((place.t, deviation))
-        });
-        each.collect()
+        let each = bound.between.iter();
+        each.map(|place| Ok((place.t, self.deviation_at(shapes, bound, &near, place)?))).collect()
+    }
+
+    fn deviation_at(
+        &self,
+        shapes: &Shapes<'_>,
+        bound: &Bound,
+        near: &Near<'_>,
+        place: &Place,
+    ) -> Result<Deviation> {
+        let at = shapes.get(self.on.shape)?.value(place.contact.at, Derivative::POSITION)?;
+        let found = near.measure(shapes, place, &Point::from(at))?;
+        let curvature = found.curvature.abs();
+        Ok(Deviation {
+            distance: (at - place.point.coords).norm(),
+            angle: found.angle,
+            curvature,
+            part: curvature / bound.curvature,
+            square: if curvature > 0.0 { curvature / bound.square } else { 0.0 },
+            flat: bound.flat,
+        })
     }
 
     /// What finds the place of the other edge that is nearest to one of this.

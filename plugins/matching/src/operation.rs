@@ -477,6 +477,10 @@ impl Made {
             iterations: Some(report.iterations),
             convergence: report.convergence,
             constraints: report.constraints.clone(),
+            numbers: [("before", &self.before), ("after", &self.after)]
+                .into_iter()
+                .map(|(when, found)| (when.to_owned(), found.numbers()))
+                .collect(),
             smooth: Some(report.smooth.clone()).filter(|smooth| !smooth.is_empty()),
             notes,
             ..StepReport::default()

@@ -440,3 +440,71 @@ fn what_is_largest_at_an_end_is_told() {
         assert!((told.angle.to_degrees() - 20.0).abs() < 1e-9, "{end}: {told}");
     }
 }
+
+/// What is told of position, angle and curvature bounds what is found at 10,000 places, both ends and both sides of knots among them, and is no
+/// more than that by a thousandth.
+#[test]
+fn what_is_told_is_the_largest_all_along_the_edge() {
+    let number = |note: &str, what: &str| -> f64 {
+        let rest = note.split(what).nth(1).unwrap();
+        rest.split(['°', ' ', ',']).next().unwrap().parse().unwrap()
+    };
+    let mut at_ends = 0;
+    for case in 0..8_u32 {
+        let turn = f64::from(case);
+        let sheet = |far: f64, p: usize, seed: f64| {
+            let (u, v) = (Space::clamped_uniform(2, 4).unwrap(), Space::clamped_uniform(p, p + 2).unwrap());
+            let columns = v.len();
+            let at = |k: usize| {
+                let (i, j) = ((k / columns) as f64, (k % columns) as f64);
+                let wave = (1.7 * i + 2.3 * j * seed + turn).sin();
+                Point::new(
+                    far + i + 0.3 * wave,
+                    2.0 * j + 0.4 * (wave * 5.0).cos(),
+                    0.8 * (3.0 * wave + i).sin(),
+                )
+            };
+            Surface::new(u, v, (0..4 * columns).map(at).collect()).unwrap()
+        };
+        // Degree 1 along the edge has corners at its knots.
+        let p = [1, 2, 3, 4][case as usize % 4];
+        let (a, b) = (sheet(0.0, p, 1.0), sheet(3.5, p, 1.3));
+        let mut both = Scene::new();
+        both.add(Object::new("a", a.clone().into())).unwrap();
+        both.add(Object::new("b", b.into())).unwrap();
+        let fields =
+            json!({ "object": "b", "edge": "u0", "with": { "object": "a", "edge": "u1" }, "continuity": 0 });
+        let notes = run(&mut both, fields).unwrap();
+        let note = notes.iter().find(|note| note.contains("now: ")).unwrap();
+        let b = both.surface("b").unwrap();
+        let (low, high) = b.v().domain();
+        let angle = |v: f64| {
+            let of = |s: &Surface, u: f64| {
+                let d = |i: usize, j: usize| s.derivative(u, v, i, j).unwrap();
+                (d(1, 0), d(0, 1), d(1, 0).cross(&d(0, 1)).normalize())
+            };
+            let ((out, along, n), (inwards, _, m)) = (of(&a, a.u().domain().1), of(b, b.u().domain().0));
+            let between = n.cross(&m).norm().atan2(n.dot(&m).abs());
+            let square = |d: Vector| d - along * (d.dot(&along) / along.norm_squared());
+            let folded = square(out).dot(&inwards) < 0.0;
+            if folded { 180.0 - between.to_degrees() } else { between.to_degrees() }
+        };
+        let mut places: Vec<f64> =
+            (0..=10_000).map(|k| low + (high - low) * f64::from(k) / 10_000.0).collect();
+        for knot in b.v().breakpoints() {
+            places.extend([knot - 1e-10, knot + 1e-10].iter().map(|v| v.clamp(low, high)));
+        }
+        let (mut largest, mut place) = (0.0_f64, low);
+        for v in places {
+            let found = angle(v.clamp(low, high));
+            (largest, place) = if found > largest { (found, v) } else { (largest, place) };
+        }
+        let told = number(note, "angle ");
+        assert!(
+            (told - largest).abs() <= 1e-3 * largest,
+            "{case}: told {told}, largest {largest} at {place}"
+        );
+        at_ends += usize::from(place == low || place == high);
+    }
+    assert!(at_ends >= 2, "{at_ends} are largest at an end");
+}

@@ -144,9 +144,9 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }
     Err(Error::Invalid(match missed {
         Missed::Nothing => format!(
-            "nothing of the curve is {} away on that side: something is up to about {}, but for what is shorter than the tolerance of {}",
+            "nothing of the curve is {} away on that side: something is at less than about {}, but for what is shorter than the tolerance of {}",
             Figure(distance.abs()),
-            crate::fields::figure(0.999 * keep::reach(&job, &elements)?),
+            crate::fields::figure(keep::reach(&job, &elements)?),
             crate::fields::figure(tolerance)
         ),
         Missed::Parts => format!(

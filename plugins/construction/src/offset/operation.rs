@@ -100,6 +100,8 @@ impl Operation for OffsetOf {
         let wanted = format!("{source} offset");
         let many = made_of.curves.len() > 1;
         let mut first = None;
+        let (deviation, tolerance) = (made_of.deviation, made_of.tolerance);
+        let (cut, blunted) = (made_of.cut, made_of.blunted);
         for curve in made_of.curves {
             let name = match p.has("name") {
                 true if many => changed.unique_name(p.text("name")?),
@@ -112,6 +114,11 @@ impl Operation for OffsetOf {
             first.get_or_insert(name);
         }
         *scene = changed;
-        Ok(made("offset", first.unwrap_or_default(), notes))
+        let mut report = made("offset", first.unwrap_or_default(), notes);
+        report.numbers.insert("deviation".into(), deviation.into());
+        report.numbers.insert("tolerance".into(), tolerance.into());
+        report.numbers.insert("cut".into(), cut.into());
+        report.numbers.insert("blunted".into(), blunted.into());
+        Ok(report)
     }
 }

@@ -25,6 +25,8 @@ const UPRIGHT: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     pub(super) at: f64,
+    /// The piece of the path, of which it has the derivatives.
+    piece: usize,
     pub(super) point: Point,
     pub(super) speed: Vector,
     pub(super) tangent: Vector,
@@ -52,6 +54,10 @@ pub(super) struct Walk<'a> {
     closed: bool,
     twist: f64,
     length: f64,
+    /// The length of the path up to the end of each piece.
+    lengths: Vec<f64>,
+    /// For each piece across which plane it is cut off at its start and at its end, where the path has a corner.
+    mitres: Vec<[Option<Vector>; 2]>,
     rule: [(f64, f64); 5],
 }
 
@@ -74,19 +80,27 @@ impl<'a> Walk<'a> {
         };
         let pieces = path.bezier_segments()?;
         let rule = gauss();
-        let mut walk = Self { pieces, path, turning, closed, twist: 0.0, length: 0.0, rule };
+        let (lengths, mitres) = (vec![0.0; pieces.len()], vec![[None; 2]; pieces.len()]);
+        let mut walk = Self { pieces, path, turning, closed, twist: 0.0, length: 0.0, lengths, mitres, rule };
         walk.check(size)?;
         let mut last: Option<Frame> = None;
+        let mut lengths = vec![0.0; walk.pieces.len()];
         walk.each(true, |_, end, _| {
+            lengths[end.piece] = end.length;
             last = Some(end.clone());
             Ok(true)
         })?;
+        walk.lengths = lengths;
         if let Some(end) = last {
             walk.length = end.length;
             if walk.closed && walk.turning == Turning::Least {
                 let start = walk.first()?;
-                // From the first side to the last, about the tangent.
-                let (s, e) = (start.side, end.side);
+                // From the first side to the last, about the tangent; round the corner where there is one.
+                let (s, mut e) = (start.side, end.side);
+                if walk.is_mitred_at_start() {
+                    let (to, from) = (start.tangent, end.tangent);
+                    e -= (from + to) * (to.dot(&e) / (1.0 + from.dot(&to)));
+                }
                 walk.twist = -start.tangent.dot(&s.cross(&e)).atan2(s.dot(&e));
             }
         }
@@ -102,19 +116,67 @@ impl<'a> Walk<'a> {
             let (end, start) = (self.place(k, at)?, self.place(j, self.pieces[j].domain().0)?);
             let torn = (end.point - start.point).norm() > 1e-11 * size;
             let corner = (end.tangent - start.tangent).norm() > CORNER;
-            if j == 0 {
-                // A closed path with a corner at its seam is one with ends.
-                self.closed &= !corner;
-            } else if torn {
+            let across = end.tangent + start.tangent;
+            // Both sides are cut off in the plane between them, as far as straight ways lead there.
+            let mitred = across.norm() > CORNER && straight(&self.pieces[k]) && straight(&self.pieces[j]);
+            if j == 0 && (!self.closed || corner && !mitred) {
+                // A closed path with a corner at its seam that is not straight on both sides is one with ends.
+                self.closed = false;
+            } else if torn && j > 0 {
                 return Err(Error::Invalid(format!("the path is torn at {}: split it there", Figure(at))));
+            } else if corner && mitred {
+                self.mitres[k][1] = Some(across);
+                self.mitres[j][0] = Some(across);
             } else if corner {
-                return Err(Error::Invalid(format!(
-                    "the path has a corner at {}, where the surface would tear: round it, or split the path there",
-                    Figure(at)
-                )));
+                let (at, why) = (
+                    Figure(at),
+                    if across.norm() > CORNER {
+                        "between pieces that are not straight, which cannot be mitred: round it, split the path there, or give it a \
+                     straight piece on both sides"
+                    } else {
+                        "and turns straight back, so that the surface would fold: split the path there"
+                    },
+                );
+                return Err(Error::Invalid(format!("the path has a corner at {at} {why}")));
             }
         }
         Ok(())
+    }
+
+    /// How far a place of the profile goes on beyond (or stays behind) the frame, along the tangent, so that at corners it arrives in the plane
+    /// between both sides; and the derivative of that. From one end of a straight piece to the other it changes evenly.
+    pub(super) fn ahead(&self, frame: &Frame, arm: &Vector) -> (f64, f64) {
+        let Some(mitre) = self.mitres.get(frame.piece).filter(|ends| ends.iter().any(Option::is_some)) else {
+            return (0.0, 0.0);
+        };
+        let end = self.lengths[frame.piece];
+        let start = if frame.piece > 0 { self.lengths[frame.piece - 1] } else { 0.0 };
+        let share = if self.length > 0.0 { self.twist / self.length } else { 0.0 };
+        let (tangent, here) = (frame.tangent, frame.turn * arm);
+        let [first, last] = [(mitre[0], start), (mitre[1], end)].map(|(across, length)| {
+            let Some(across) = across else { return 0.0 };
+            // There the frame has turned about the path by its share of the twist.
+            let (sine, cosine) = (share * (length - frame.length)).sin_cos();
+            let along = tangent * tangent.dot(&here);
+            let there = along + (here - along) * cosine + tangent.cross(&here) * sine;
+            -there.dot(&across) / tangent.dot(&across)
+        });
+        let whole = end - start;
+        if whole <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let part = ((frame.length - start) / whole).clamp(0.0, 1.0);
+        (first + (last - first) * part, (last - first) * frame.speed.norm() / whole)
+    }
+
+    /// Whether it has corners, at which the profile is cut off in the plane between both sides.
+    pub(super) fn is_mitred(&self) -> bool {
+        self.mitres.iter().flatten().any(Option::is_some)
+    }
+
+    /// Whether the first or last piece is cut off where the path starts and ends.
+    pub(super) fn is_mitred_at_start(&self) -> bool {
+        self.mitres.first().is_some_and(|ends| ends[0].is_some())
     }
 
     pub(super) fn closed(&self) -> bool {
@@ -160,7 +222,7 @@ impl<'a> Walk<'a> {
                 (axis - place.tangent * place.tangent.dot(&axis)).normalize()
             }
         };
-        self.frame(at, &place, side, 0.0, &Basis(place.tangent, side))
+        self.frame(0, at, &place, side, 0.0, &Basis(place.tangent, side))
     }
 
     /// The direction across both upright and path, and its derivative.
@@ -178,7 +240,15 @@ impl<'a> Walk<'a> {
         Ok((side, change - side * side.dot(&change)))
     }
 
-    fn frame(&self, at: f64, place: &Place, side: Vector, length: f64, start: &Basis) -> Result<Frame> {
+    fn frame(
+        &self,
+        piece: usize,
+        at: f64,
+        place: &Place,
+        side: Vector,
+        length: f64,
+        start: &Basis,
+    ) -> Result<Frame> {
         let (tangent, bend) = (place.tangent, place.bend);
         let (first, change) = match self.turning {
             Turning::Upright(up) => self.beside(&up, place, at)?,
@@ -197,6 +267,7 @@ impl<'a> Walk<'a> {
         let back = start.matrix().transpose();
         Ok(Frame {
             at,
+            piece,
             point: place.point,
             speed: place.speed,
             tangent,
@@ -229,7 +300,7 @@ impl<'a> Walk<'a> {
         let (sine, cosine) = angle.sin_cos();
         let side = side * cosine + place.tangent.cross(&side) * sine;
         let side = (side - place.tangent * place.tangent.dot(&side)).normalize();
-        self.frame(to, &place, side, length, start).map(Some)
+        self.frame(piece, to, &place, side, length, start).map(Some)
     }
 
     /// Goes along the path in steps: `take` says of each, by its ends and some frames between, whether it is short enough. `fine` steps
@@ -249,7 +320,7 @@ impl<'a> Walk<'a> {
                 let both = last.tangent + place.tangent;
                 let side = last.side
                     - both * (place.tangent.dot(&last.side) / (1.0 + last.tangent.dot(&place.tangent)));
-                last = self.frame(a, &place, side.normalize(), last.length, &start)?;
+                last = self.frame(k, a, &place, side.normalize(), last.length, &start)?;
             }
             let steps = if fine { STEPS } else { 1 };
             let mut open: Vec<(f64, usize)> = (1..=steps)
@@ -308,6 +379,19 @@ impl<'a> Walk<'a> {
         })?;
         failed.map(|()| found)
     }
+}
+
+/// Whether a piece is a straight way that never turns back.
+fn straight(piece: &Curve) -> bool {
+    let points = piece.points();
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return false };
+    let way = last - first;
+    let length = way.norm();
+    let legs = points.windows(2).map(|w| w[1] - w[0]);
+    length > 0.0
+        && legs
+            .into_iter()
+            .all(|leg| leg.cross(&way).norm() <= 1e-12 * length * length && leg.dot(&way) >= 0.0)
 }
 
 /// Gauß' rule of five points over `[-1, 1]`.

@@ -17,6 +17,9 @@ pub use operation::Sweep;
 /// Derivatives that differ by more than this part of them have their knot three times.
 const SMOOTH: f64 = 1e-9;
 
+/// Places on both sides of a corner that are one differ by rounding, of their size.
+const CORNERED: f64 = 1e-9;
+
 /// How the profile turns on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Turning {
@@ -48,6 +51,9 @@ pub struct Swept {
 /// The surface that a profile goes through when moved along a path, from where it is: `S(a, v) = P(v)` at the path's start `a`.
 /// `tolerance` is the largest deviation, a length; `None`: 1e-6 of the size of both.
 ///
+/// At a corner between straight pieces of the path the surface is mitred: both sides go on, or stop earlier, until they meet in the plane between them. A
+/// closed path is mitred where it starts, too; the profile is then cut there, and not where it is.
+///
 /// Along `u` the path's parameter, along `v` the profile's. Parallel sweeps are exact, of degree `p × q`:
 /// `S_ij = C_i + P_j - C(a)` with weights `w_i ω_j`. All else are cubic along `u` and exact along `v` at the knots.
 ///
@@ -63,7 +69,8 @@ pub struct Swept {
 /// ```
 ///
 /// # Errors
-/// When the tolerance is no length; or, but for a parallel sweep, the path has a corner or stops, or runs along the upright direction.
+/// When the tolerance is no length; or, but for a parallel sweep, the path has a corner that is not straight on both sides, or that folds, stops, or runs along
+/// the upright direction.
 pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<f64>) -> Result<Swept> {
     let size = [profile, path]
         .iter()
@@ -116,8 +123,10 @@ fn parallel(profile: &Curve, path: &Curve) -> Result<Surface> {
 }
 
 /// Where a vertex is when the frame is there, and its derivative.
-fn carried(frame: &Frame, arm: &Vector) -> (Point, Vector) {
-    (frame.point + frame.turn * arm, frame.speed + frame.turning * arm)
+fn carried(walk: &Walk<'_>, frame: &Frame, arm: &Vector) -> (Point, Vector) {
+    let (ahead, faster) = walk.ahead(frame, arm);
+    let point = frame.point + frame.turn * arm + frame.tangent * ahead;
+    (point, frame.speed + frame.turning * arm + frame.tangent * faster)
 }
 
 /// All vertices of the profile followed by cubics within a tolerance.
@@ -131,7 +140,16 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
         let third = (end.at - begin.at) / 3.0;
         let mut cubic = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
         for arm in &arms {
-            let ((p, dp), (q, dq)) = (carried(begin, arm), carried(end, arm));
+            // Between corners that are too near to one another, or too sharp, what is on their inner side would run back.
+            let ahead = walk.ahead(begin, arm).1;
+            if ahead != 0.0 && begin.speed.norm() + ahead <= 0.0 {
+                return Err(Error::Invalid(format!(
+                    "between the corners around {} of the path the profile reaches too far to their inner side, so that the surface would fold: make \
+                     the path longer there, the corners blunter, or the profile smaller",
+                    Figure(0.5 * (begin.at + end.at))
+                )));
+            }
+            let ((p, dp), (q, dq)) = (carried(walk, begin, arm), carried(walk, end, arm));
             for (row, point) in cubic.iter_mut().zip([p, p + dp * third, q - dq * third, q]) {
                 row.push(point);
             }
@@ -142,7 +160,7 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
             let factors = [y * y * y, 3.0 * y * y * x, 3.0 * y * x * x, x * x * x];
             for (j, arm) in arms.iter().enumerate() {
                 let there: Vector = (0..4).map(|k| cubic[k][j].coords * factors[k]).sum();
-                if (carried(frame, arm).0.coords - there).norm() > tolerance {
+                if (carried(walk, frame, arm).0.coords - there).norm() > tolerance {
                     return Ok(false);
                 }
             }
@@ -153,9 +171,19 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
                 rows.push(cubic[0].clone());
             }
             Some(before) => {
+                // Both sides of a corner meet where the frame goes round it by the least turn.
+                let apart = |arm: &Vector| (carried(walk, before, arm).0 - carried(walk, begin, arm).0).norm();
+                let reach = arms.iter().map(|arm| arm.norm()).fold(0.0, f64::max);
+                if walk.is_mitred() && arms.iter().any(|arm| apart(arm) > CORNERED * (reach + begin.point.coords.norm())) {
+                    return Err(Error::Invalid(format!(
+                        "the path has a corner at {} that leaves the plane across the upright direction, where both sides of the surface would \
+                         not meet: take frame = \"least\", or another direction",
+                        Figure(begin.at)
+                    )));
+                }
                 knots.extend([begin.at; 2]);
                 let smooth = arms.iter().all(|arm| {
-                    let (a, b) = (carried(before, arm).1, carried(begin, arm).1);
+                    let (a, b) = (carried(walk, before, arm).1, carried(walk, begin, arm).1);
                     (a - b).norm() <= SMOOTH * (a.norm() + b.norm())
                 });
                 if !smooth {
@@ -173,9 +201,11 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
         return Err(Error::NoExtent("the path is a point: there is no way to go".into()));
     };
     knots.extend([end.at; 4]);
-    rows.push(arms.iter().map(|arm| carried(&end, arm).0).collect());
+    rows.push(arms.iter().map(|arm| carried(walk, &end, arm).0).collect());
     // What is where it was, to the last bit.
-    rows[0] = profile.points().to_vec();
+    if !walk.is_mitred_at_start() {
+        rows[0] = profile.points().to_vec();
+    }
     if walk.closed() {
         let last = rows.len() - 1;
         rows[last] = rows[0].clone();
@@ -208,7 +238,7 @@ fn measured(surface: &Surface, profile: &Curve, walk: &Walk<'_>) -> Result<(f64,
     }
     for frame in walk.frames_at(&at)? {
         for (v, arm) in &places {
-            let (point, speed) = carried(&frame, arm);
+            let (point, speed) = carried(walk, &frame, arm);
             largest = largest.max((surface.point(frame.at, *v)? - point).norm());
             if speed.dot(&frame.tangent) < 0.0 && folds.is_none() {
                 folds = Some(frame.at);

@@ -1,6 +1,7 @@
 //! `intersect`: where a curve meets a curve, a surface or itself.
 
 use loftsman_kernel::Error;
+use loftsman_kernel::Point;
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
@@ -8,8 +9,9 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::text::a;
+use serde_json::{Map, Value, json};
 
-use super::{NAME, add_beside, base_name, place, told, tolerance};
+use super::{NAME, add_beside, as_curve, base_name, place, told, tolerance};
 use crate::{Contact, Intersections, Options, curve_surface, curves, self_intersections};
 
 /// The operation `intersect`.
@@ -22,14 +24,14 @@ impl Operation for Intersect {
             Field::optional(
                 "object",
                 "text",
-                "the only curve",
-                "a curve, or a surface where the other is a curve",
+                "the only curve or polyline",
+                "a curve or polyline, or a surface where the other is one of these",
             ),
             Field::optional(
                 "with",
                 "text",
                 "itself",
-                "the other: a curve or a surface, placed as the object is",
+                "the other: a curve, a polyline or a surface, placed as the object is",
             ),
             Field::optional(
                 "tolerance",
@@ -41,7 +43,7 @@ impl Operation for Intersect {
         ];
         Declaration {
             name: "intersect",
-            help: "where a curve meets a curve, a surface or itself: the points become a cloud, what runs together a curve",
+            help: "where a curve or polyline meets another, a surface or itself: the points become a cloud, what runs together a curve",
             fields: FIELDS,
         }
     }
@@ -53,7 +55,12 @@ impl Operation for Intersect {
         _context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let object = &object_name(scene, parameters, |g| matches!(g, Geometry::Curve(_)), "curve")?;
+        let object = &object_name(
+            scene,
+            parameters,
+            |g| matches!(g, Geometry::Curve(_) | Geometry::Polyline(_)),
+            "curve or polyline",
+        )?;
         let with = parameters.text_or("with", object)?;
         let name = base_name(parameters, object, "meetings")?;
         let options = Options { tolerance: tolerance(parameters)? };
@@ -65,21 +72,23 @@ impl Operation for Intersect {
                 .error("with", format!("\"{with}\" is placed otherwise than \"{object}\": give both the same parent and transform"))
                 .into());
         }
-        let (found, curve) = match (first.geometry(), second.geometry()) {
-            (Geometry::Curve(a), _) if object == with => (self_intersections(a, &options)?, a),
-            (Geometry::Curve(a), Geometry::Curve(b)) => (curves(a, b, &options)?, a),
-            (Geometry::Curve(a), Geometry::Surface(b)) | (Geometry::Surface(b), Geometry::Curve(a)) => {
+        let fits =
+            |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Polyline(_) | Geometry::Surface(_));
+        for (name, geometry) in [(object, first.geometry()), (with, second.geometry())] {
+            if !fits(geometry) {
+                return Err(cannot(name, geometry));
+            }
+        }
+        let of =
+            |name: &str, geometry| as_curve(geometry).map_err(|e| Error::Invalid(format!("\"{name}\": {e}")));
+        let pair = [of(object, first.geometry())?, of(with, second.geometry())?];
+        let (found, curve) = match (&pair[0], &pair[1], first.geometry(), second.geometry()) {
+            (Some(a), _, ..) if object == with => (self_intersections(a, &options)?, a),
+            (Some(a), Some(b), ..) => (curves(a, b, &options)?, a),
+            (Some(a), None, _, Geometry::Surface(b)) | (None, Some(a), Geometry::Surface(b), _) => {
                 (curve_surface(a, b, &options)?, a)
             }
-            (Geometry::Curve(_) | Geometry::Surface(_), other) | (other, _) => {
-                let name = if std::ptr::eq(other, second.geometry()) { with } else { object };
-                let problem = format!(
-                    "\"{name}\" is {}: a curve is intersected with a curve or a surface (a trimmed surface: untrim it first; \
-                     a mesh or a surface by a plane: section)",
-                    a(other.kind())
-                );
-                return Err(Error::Invalid(problem).into());
-            }
+            (.., other) => return Err(cannot(with, other)),
         };
         let mut geometries: Vec<Geometry> = Vec::new();
         if !found.meetings.is_empty() {
@@ -95,10 +104,58 @@ impl Operation for Intersect {
             op: "intersect".into(),
             object: Some(object.to_owned()),
             residual: Some(found.distance()),
+            numbers: numbers(&found),
             notes,
             ..StepReport::default()
         })
     }
+}
+
+/// What is refused, and what does it.
+fn cannot(name: &str, geometry: &Geometry) -> OperationError {
+    Error::Invalid(format!(
+        "\"{name}\" is {}: a curve or polyline is intersected with another, or with a surface (a trimmed surface: untrim it first; \
+         a mesh or a surface by a plane: section)",
+        a(geometry.kind())
+    ))
+    .into()
+}
+
+/// All that was found, unrounded.
+fn numbers(found: &Intersections) -> Map<String, Value> {
+    let with = |with: Option<Location>| match with {
+        Some(Location::Curve(s)) => json!(s),
+        Some(Location::Surface(u, v)) => json!([u, v]),
+        _ => Value::Null,
+    };
+    let point = |p: &Point| json!([p.x, p.y, p.z]);
+    let kind = |contact| if contact == Contact::Crossing { "cross" } else { "touch" };
+    let meetings = found.meetings.iter().map(|m| {
+        json!({
+            "kind": kind(m.contact),
+            "point": point(&m.point),
+            "at": m.at,
+            "with": with(m.with),
+            "distance": m.distance,
+        })
+    });
+    let overlaps = found.overlaps.iter().map(|o| {
+        json!({
+            "from": o.range.0,
+            "to": o.range.1,
+            "with": o.with.map(|ends| ends.map(|end| with(Some(end)))),
+            "points": o.points.map(|p| point(&p)),
+            "distance": o.distance,
+        })
+    });
+    let undecided =
+        found.undecided.iter().map(|u| json!({ "from": u.range.0, "to": u.range.1, "near": point(&u.near) }));
+    let mut numbers = Map::new();
+    numbers.insert("meetings".into(), meetings.collect());
+    numbers.insert("overlaps".into(), overlaps.collect());
+    numbers.insert("undecided".into(), undecided.collect());
+    numbers.insert("tolerance".into(), found.tolerance.into());
+    numbers
 }
 
 fn notes(found: &Intersections, who: &str) -> Vec<String> {

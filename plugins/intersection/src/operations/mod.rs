@@ -3,16 +3,43 @@
 mod intersect;
 mod section;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::plugin::{Field, OperationError, Parameters};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::text::measured as told;
+use loftsman_kernel::{Error, Point};
 
 pub use intersect::Intersect;
 pub use section::CutBy;
 
 const NAME: Field =
     Field::optional("name", "text", "after the object", "what the names of the results begin with");
+
+/// The curve that a geometry is: a polyline is one of degree 1, whose parameter at a point is that one's number. `None` where it is none.
+fn as_curve(geometry: &Geometry) -> Result<Option<Curve>, Error> {
+    let line = match geometry {
+        Geometry::Curve(curve) => return Ok(Some(curve.clone())),
+        Geometry::Polyline(line) => line,
+        _ => return Ok(None),
+    };
+    let (count, needed) = (line.points.len(), if line.closed { 3 } else { 2 });
+    if count < needed {
+        let closed = if line.closed { " closed" } else { "" };
+        return Err(Error::Invalid(format!(
+            "a{closed} polyline has {needed} points at least, here are {count}"
+        )));
+    }
+    let knots = |last: usize| (0..=last).map(|k| k as f64).collect::<Vec<f64>>();
+    let mut points = line.points.clone();
+    let space = if line.closed {
+        // Vertex `i` of a periodic curve of degree 1 is at knot `i + 1`.
+        points.rotate_left(1);
+        Space::periodic(1, knots(count))?
+    } else {
+        Space::clamped(1, &knots(count - 1))?
+    };
+    Ok(Some(Curve::new(space, points)?))
+}
 
 /// A point for people; what is nothing beside its largest coordinate is 0.
 fn place(point: &Point) -> String {

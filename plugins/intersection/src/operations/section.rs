@@ -7,6 +7,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::{a, told_apart};
 use loftsman_kernel::{Error, Point, Vector};
+use serde_json::json;
 
 use super::{NAME, add_beside, base_name, place, told, tolerance};
 use crate::section::bounds;
@@ -101,10 +102,13 @@ impl Operation for CutBy {
             |k: usize| told_apart(&planes.iter().map(|plane| plane.point()[k]).collect::<Vec<f64>>());
         let [xs, ys, zs] = [of_axis(0), of_axis(1), of_axis(2)];
         let one = scene.unit;
+        // For each plane what is told of it in numbers.
+        let mut told_planes = Vec::new();
         for (k, plane) in planes.iter().enumerate() {
             context.observer.proceed("sections", k as u64, planes.len() as u64)?;
             let at = format!("({}, {}, {})", xs[k], ys[k], zs[k]);
             let (before, known) = (geometries.len(), notes.len());
+            let (mut touching, mut area): (Vec<Point>, Option<f64>) = (Vec::new(), None);
             match geometry {
                 Geometry::Surface(surface) => {
                     let cut = section(surface, plane, &options)?;
@@ -114,6 +118,7 @@ impl Operation for CutBy {
                     }
                     for q in cut.touching {
                         notes.push(format!("the plane through {at} touches it at {}", place(&q)));
+                        touching.push(q);
                     }
                     for [u, v] in cut.coincident {
                         notes.push(format!(
@@ -136,7 +141,8 @@ impl Operation for CutBy {
                 }
                 Geometry::Mesh(mesh) => {
                     let lines = mesh_section(mesh, plane);
-                    if let Some(area) = mesh_section_area(&lines, plane) {
+                    area = mesh_section_area(&lines, plane);
+                    if let Some(area) = area {
                         notes.push(format!(
                             "the plane through {at} cuts an area of {}",
                             one.quantity(area, 2)
@@ -189,7 +195,9 @@ impl Operation for CutBy {
                             faces(&cut.undecided, "is", "are")
                         ));
                     }
-                    if let Some(area) = cut.area {
+                    touching.extend(&cut.touching);
+                    area = cut.area;
+                    if let Some(area) = area {
                         notes.push(format!(
                             "the plane through {at} cuts an area of {}",
                             one.quantity(area, 2)
@@ -208,6 +216,12 @@ impl Operation for CutBy {
                     return Err(Error::Invalid(problem).into());
                 }
             }
+            told_planes.push(json!({
+                "point": [p.x, p.y, p.z],
+                "pieces": geometries.len() - before,
+                "area": area,
+                "touching": touching.iter().map(|q| [q.x, q.y, q.z]).collect::<Vec<_>>(),
+            }));
             match geometries.len() - before {
                 0 if notes.len() == known => notes.push(format!("the plane through {at} does not meet it")),
                 0 => {}
@@ -221,6 +235,7 @@ impl Operation for CutBy {
             op: "section".into(),
             object: Some(object.to_owned()),
             residual,
+            numbers: [("planes".to_owned(), told_planes.into())].into_iter().collect(),
             notes,
             ..StepReport::default()
         })

@@ -13,6 +13,7 @@ mod cell;
 mod chain;
 mod clip;
 mod shell;
+mod touch;
 mod trace;
 mod trimmed;
 
@@ -38,6 +39,8 @@ const CELLS: usize = 400_000;
 const ALONG: f64 = 4.0;
 /// What only touches the plane is met in a strip no wider than this part of the surface's size.
 const STRIP: f64 = 1e-2;
+/// A branch no larger than this part of the surface's size may be one that is there only because the plane was moved.
+const SMALL: f64 = 1e-2;
 /// Places of a branch that are looked at for that.
 const PLACES: usize = 16;
 
@@ -113,19 +116,27 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
     let inner = tolerance / frame.size;
     let shift = (0.125 * tolerance).min(least) / frame.size;
     let mut result = Section { tolerance, ..Section::default() };
+    let height = touch::Height::new(surface, plane, frame.size)?;
     for (sign, main) in [(1.0, true), (-1.0, false)] {
         let mut cells = Cells::new(&pieces, plane.normal(), distance, sign * shift);
         cells.search(CELLS);
         for chain in chain::chains(&cells, surface) {
             // Of faces the other side is asked for peaks and pits only.
-            let small = chain.closed && is_small(&cells, &chain);
+            let small = extent(&cells, &chain) <= SMALL;
             if !(main || small || sides == Sides::Both) {
                 continue;
             }
+            if small && let Some(point) = touches(&height, &cells, &chain, &frame, shift * frame.size)? {
+                if result.touching.iter().all(|q| (q - point).norm() > ALONG * tolerance) {
+                    result.touching.push(point);
+                }
+                continue;
+            }
+            if !main && sides == Sides::One {
+                continue;
+            }
             let traced = trace::trace(&cells, &chain, &frame, plane, inner)?;
-            if traced.closed && is_touching(&traced, &cells, plane, &frame, shift) {
-                result.touching.push(middle(&traced.curve));
-            } else if main && sides == Sides::One
+            if main && sides == Sides::One
                 || sides == Sides::Both && !is_there(&result.curves, &traced, tolerance)?
             {
                 result.curves.push(traced);
@@ -137,8 +148,8 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
         }
     }
     if sides == Sides::Both {
-        let strip =
-            Strip { surface, plane, tolerance, width: STRIP * frame.size, off: 4.0 * shift * frame.size };
+        let off = 4.0 * shift * frame.size;
+        let strip = Strip { surface, plane, height: &height, tolerance, width: STRIP * frame.size, off };
         touched(&mut result, &strip)?;
     }
     Ok(result)
@@ -148,6 +159,7 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
 struct Strip<'a> {
     surface: &'a Surface,
     plane: &'a Plane,
+    height: &'a touch::Height<'a>,
     tolerance: f64,
     /// How wide it may be.
     width: f64,
@@ -195,12 +207,15 @@ impl Strip<'_> {
             if foot.distance <= ALONG * self.tolerance || foot.distance > self.width {
                 return Ok(None);
             }
-            let between = self.surface.closest(halfway)?.point;
+            let found = self.surface.closest(halfway)?;
+            let between = found.point;
             if self.plane.distance(&between).abs() > self.off {
                 return Ok(None);
             }
             if k == PLACES / 2 {
-                middle = Some(between);
+                // Halfway between two lines that are only near is only near to the place.
+                let level = self.height.level(found.at.into(), between, [self.width, self.off])?;
+                middle = Some(level.unwrap_or(between));
             }
         }
         Ok(middle)
@@ -233,8 +248,8 @@ fn is_there(known: &[SectionCurve], branch: &SectionCurve, tolerance: f64) -> Re
     Ok(2 * along > PLACES)
 }
 
-/// Whether all of a chain is within a hundredth of the surface's size.
-fn is_small(cells: &Cells<'_>, chain: &chain::Chain) -> bool {
+/// The extent of a chain, as a part of the surface's size.
+fn extent(cells: &Cells<'_>, chain: &chain::Chain) -> f64 {
     let mut ranges = [Range::EMPTY; 3];
     for &(index, _) in &chain.parts {
         let part = &cells.parts[index];
@@ -243,34 +258,20 @@ fn is_small(cells: &Cells<'_>, chain: &chain::Chain) -> bool {
             (0..3).for_each(|k| ranges[k].add(point[k]));
         }
     }
-    ranges.iter().all(|r| r.high - r.low <= 1e-2)
+    ranges.iter().map(|r| r.high - r.low).fold(0.0, f64::max)
 }
 
-fn middle(curve: &Curve) -> Point {
-    let (low, high) = curve.hull_bounds();
-    Point::from(low.coords * 0.5 + high.coords * 0.5)
-}
-
-/// Whether a loop is there only because the plane was moved.
-fn is_touching(
-    loop_: &SectionCurve,
+/// Where the surface touches the plane, if a small chain is there only because the plane was moved: an extreme of the distance near to it that is no larger
+/// than twice that shift.
+fn touches(
+    height: &touch::Height<'_>,
     cells: &Cells<'_>,
-    plane: &Plane,
+    chain: &chain::Chain,
     frame: &crate::net::Frame,
     shift: f64,
-) -> bool {
-    let mut range = [Range::EMPTY; 2];
-    for p in &loop_.parameters {
-        range[0].add(p[0]);
-        range[1].add(p[1]);
-    }
-    let (low, high) = loop_.curve.hull_bounds();
-    if (high - low).amax() > 1e-2 * frame.size {
-        return false;
-    }
-    // At the middle the distance is largest, nearly: it is the shift, if nothing else is there.
-    let at = range.map(|r| 0.5 * r.low + 0.5 * r.high);
-    cells.point(at).is_some_and(|point| {
-        plane.distance(&(frame.center + point * frame.size)).abs() <= 2.0 * shift * frame.size
-    })
+) -> Result<Option<Point>> {
+    let Some(part) = chain.parts.first().map(|&(index, _)| &cells.parts[index]) else { return Ok(None) };
+    let start = part.ends[0].at;
+    let Some(from) = cells.point(start) else { return Ok(None) };
+    height.level(start, frame.center + from * frame.size, [2.0 * SMALL * frame.size, 2.0 * shift])
 }

@@ -1,0 +1,262 @@
+//! How two shapes meet at a place: by their derivatives on both sides of it, which differ at knots.
+//!
+//! From a place a curve goes out in two rays, forwards and backwards; at its ends in one. Two shapes touch where a ray runs along the
+//! other shape, and where both rays leave it to the same side, as at a corner; else they cross.
+
+use loftsman_kernel::shape::{Derivative, Location, Shape, Side, Sides};
+use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+
+use crate::error::Result;
+use crate::intersections::{Contact, Plane};
+
+/// What is left of a direction of parameters beside a pole, as a part of the size.
+const POLE: f64 = 1e-3;
+/// Angles that are rounding of derivatives.
+const LEVEL: f64 = 1e-9;
+/// How far directions may be out of a plane that are in it.
+const FLAT: f64 = 1e-7;
+
+/// The way in which a curve leaves a place, of length 1, and how it bends there (by arc length).
+#[derive(Debug, Clone, Copy)]
+struct Ray {
+    way: Vector,
+    bend: Vector,
+}
+
+/// What a curve meets.
+pub(crate) trait Met: Shape {
+    /// Whether it nearly stands still in a direction of its parameters, as beside a pole.
+    fn stands(&self, place: Location) -> Result<bool>;
+
+    /// How far a point is from all of it.
+    fn off(&self, point: &Point) -> Result<f64>;
+
+    /// How a curve meets it, at the curve's parameter and a place of its own.
+    fn contact(&self, judge: &Judge, curve: &Curve, at: f64, place: Location) -> Result<Contact>;
+}
+
+impl Met for Curve {
+    fn stands(&self, _: Location) -> Result<bool> {
+        Ok(false)
+    }
+
+    fn off(&self, point: &Point) -> Result<f64> {
+        Ok(self.closest(*point)?.distance)
+    }
+
+    fn contact(&self, judge: &Judge, curve: &Curve, at: f64, place: Location) -> Result<Contact> {
+        judge.curves(curve, at, self, place.on_curve()?)
+    }
+}
+
+impl Met for Surface {
+    fn stands(&self, place: Location) -> Result<bool> {
+        let (u, v) = place.on_surface()?;
+        let (low, high) = self.hull_bounds();
+        let least = POLE * (high - low).amax();
+        let along = self.derivative(u, v, 1, 0)?.norm() * self.u().length();
+        Ok(along <= least || self.derivative(u, v, 0, 1)?.norm() * self.v().length() <= least)
+    }
+
+    fn off(&self, point: &Point) -> Result<f64> {
+        Ok(self.closest(*point)?.distance)
+    }
+
+    fn contact(&self, judge: &Judge, curve: &Curve, at: f64, place: Location) -> Result<Contact> {
+        judge.surface(curve, at, self, place.on_surface()?)
+    }
+}
+
+/// What tells a touching from crossings.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judge {
+    /// The tolerance of the search.
+    tolerance: f64,
+    /// How far shapes may come apart between two crossings that are one touching, in tolerances.
+    gap: f64,
+}
+
+impl Judge {
+    /// For a place that was shown to be the only one around, or only found by the tolerance: places closer together than some
+    /// tolerances were taken for one then.
+    pub(crate) fn new(tolerance: f64, simple: bool) -> Self {
+        Self { tolerance, gap: if simple { 1.0 } else { 8.0 } }
+    }
+
+    /// Whether something that leaves at an angle with this sine, and bends back, is along: where it comes back (`s = 2 sin / bend`), it was
+    /// away by `sin² / (2 bend)`.
+    fn along(&self, sine: f64, bend: f64) -> bool {
+        sine.abs() <= LEVEL || sine * sine <= 2.0 * bend.abs() * self.gap * self.tolerance
+    }
+
+    /// How two curves meet.
+    fn curves(&self, a: &Curve, s: f64, b: &Curve, t: f64) -> Result<Contact> {
+        let (a, b) = (self.rays(a, s)?, self.rays(b, t)?);
+        for p in &a {
+            for q in &b {
+                let bend = p.bend - q.bend;
+                let across = bend - p.way * bend.dot(&p.way);
+                if p.way.dot(&q.way) > 0.0 && self.along(p.way.cross(&q.way).norm(), across.norm()) {
+                    return Ok(Contact::Touching);
+                }
+            }
+        }
+        let ([p, q], [x, y]) = (&a[..], &b[..]) else { return Ok(Contact::Crossing) };
+        // The plane of all four, if there is one.
+        let all = [p.way, q.way, x.way, y.way];
+        let pairs = (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j)));
+        let products = pairs.map(|(i, j)| all[i].cross(&all[j]));
+        let normal = products.fold(Vector::zeros(), |m, n| if n.norm() > m.norm() { n } else { m });
+        let length = normal.norm();
+        if length <= LEVEL || all.iter().any(|way| way.dot(&normal).abs() > FLAT * length) {
+            return Ok(Contact::Crossing);
+        }
+        let normal = normal / length;
+        let turn = |way: &Vector| {
+            let angle = p.way.cross(way).dot(&normal).atan2(p.way.dot(way));
+            if angle < 0.0 { angle + std::f64::consts::TAU } else { angle }
+        };
+        let end = turn(&q.way);
+        Ok(if (turn(&x.way) < end) == (turn(&y.way) < end) { Contact::Touching } else { Contact::Crossing })
+    }
+
+    /// How a curve meets a plane.
+    pub(crate) fn plane(&self, curve: &Curve, at: f64, plane: &Plane) -> Result<Contact> {
+        let rays = self.rays(curve, at)?;
+        let normal = plane.normal();
+        let sides = rays.iter().map(|ray| (ray.way.dot(&normal), ray.bend.dot(&normal)));
+        Ok(self.sides(sides))
+    }
+
+    /// How a curve meets a surface.
+    fn surface(&self, curve: &Curve, at: f64, surface: &Surface, place: (f64, f64)) -> Result<Contact> {
+        let off = |u: f64, v: f64| Ok((surface.point(u, v)? - surface.point(place.0, place.1)?).norm());
+        let u = self.knot(surface.u(), place.0, |u| off(u, place.1))?;
+        let v = self.knot(surface.v(), place.1, |v| off(place.0, v))?;
+        let place = (u, v);
+        let mut sides = Vec::with_capacity(2);
+        for ray in self.rays(curve, at)? {
+            let Some(side) = beside(surface, place, &ray)? else { return Ok(Contact::Touching) };
+            sides.push(side);
+        }
+        Ok(self.sides(sides.into_iter()))
+    }
+
+    /// From the heights at which rays leave, and how they bend away.
+    fn sides(&self, mut sides: impl Iterator<Item = (f64, f64)> + Clone) -> Contact {
+        if sides.clone().any(|(sine, bend)| self.along(sine, bend)) {
+            return Contact::Touching;
+        }
+        let (first, second) = (sides.next(), sides.next());
+        let same = first.zip(second).is_some_and(|(a, b)| (a.0 > 0.0) == (b.0 > 0.0));
+        if same || first.is_none() { Contact::Touching } else { Contact::Crossing }
+    }
+
+    /// The knot that a parameter is at, as far as the tolerance tells, or the parameter.
+    fn knot(&self, space: &Space, at: f64, off: impl Fn(f64) -> Result<f64>) -> Result<f64> {
+        let knots = space.knots();
+        let next = knots.partition_point(|knot| *knot < at);
+        let (low, high) = space.domain();
+        let mut best = (self.tolerance, at);
+        for knot in [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|k| knots.get(k)) {
+            // What is far away may be at the same point, but is another place.
+            if *knot >= low && *knot <= high && (knot - at).abs() <= 1e-3 * space.length() {
+                let found = off(*knot)?;
+                if found <= best.0 {
+                    best = (found, *knot);
+                }
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// The ways out of a place of a curve: backwards and forwards, at ends one of them. A closed curve has both where it starts.
+    fn rays(&self, curve: &Curve, at: f64) -> Result<Vec<Ray>> {
+        let (start, end) = curve.domain();
+        let at = self.knot(curve.space(), at, |knot| Ok((curve.point(knot)? - curve.point(at)?).norm()))?;
+        let mut places = vec![(at, Side::Left), (at, Side::Right)];
+        if !curve.is_periodic() && (at <= start || at >= end) {
+            let closed = (curve.point(start)? - curve.point(end)?).norm() <= self.tolerance;
+            places = match (closed, at <= start) {
+                (true, _) => vec![(end, Side::Left), (start, Side::Right)],
+                (false, true) => vec![(start, Side::Right)],
+                (false, false) => vec![(end, Side::Left)],
+            };
+        }
+        let mut rays = Vec::with_capacity(2);
+        for (at, side) in places {
+            rays.extend(ray(curve, at, side)?);
+        }
+        Ok(rays)
+    }
+}
+
+/// The way out on a side: that of the first derivative that is none.
+fn ray(curve: &Curve, at: f64, side: Side) -> Result<Option<Ray>> {
+    let by = |order: usize| -> Result<Vector> {
+        let row = curve.stencil_on(Location::Curve(at), Derivative::from(order), side.into())?;
+        Ok(row.apply(curve.points()))
+    };
+    let sign = if side == Side::Left { -1.0 } else { 1.0_f64 };
+    let length = curve.space().length();
+    let (low, high) = curve.hull_bounds();
+    let least = 1e-10 * (high - low).norm();
+    let first = by(1)?;
+    if first.norm() * length > least {
+        let speed = first.norm();
+        let way = first / speed;
+        let second = by(2)? / (speed * speed);
+        return Ok(Some(Ray { way: way * sign, bend: second - way * second.dot(&way) }));
+    }
+    let mut power = length;
+    for order in 2..=curve.degree() {
+        power *= length;
+        let d = by(order)?;
+        if d.norm() * power > least {
+            let way = d.normalize() * if order % 2 == 0 { 1.0 } else { sign };
+            return Ok(Some(Ray { way, bend: Vector::zeros() }));
+        }
+    }
+    Ok(None)
+}
+
+/// The height at which a ray leaves the tangent plane of the part of a surface that it leaves over, and how much it bends away from the surface.
+/// `None` where the surface has no normal.
+fn beside(surface: &Surface, (u, v): (f64, f64), ray: &Ray) -> Result<Option<(f64, f64)>> {
+    let mut best: Option<(f64, (f64, f64))> = None;
+    for (one, su) in [(Side::Left, -1.0), (Side::Right, 1.0)] {
+        for (other, sv) in [(Side::Left, -1.0), (Side::Right, 1.0)] {
+            let by = |a: usize, b: usize| -> Result<Vector> {
+                let sides = Sides { u: one, v: other };
+                let row = surface.stencil_on(Location::Surface(u, v), Derivative { u: a, v: b }, sides)?;
+                Ok(row.apply(surface.points()))
+            };
+            let (du, dv) = (by(1, 0)?, by(0, 1)?);
+            let normal = du.cross(&dv);
+            let square = normal.norm_squared();
+            if square.is_nan() || square <= 1e-20 * du.norm_squared() * dv.norm_squared() {
+                continue;
+            }
+            // The way in the tangent plane, in the parameters.
+            let (x, y) = (ray.way.cross(&dv).dot(&normal) / square, du.cross(&ray.way).dot(&normal) / square);
+            let (x, y) = (x * du.norm(), y * dv.norm());
+            // How far this quarter is from having the way in it.
+            let outside = (-x * su).max(0.0).max((-y * sv).max(0.0));
+            if best.as_ref().is_some_and(|(known, _)| *known <= outside) {
+                continue;
+            }
+            let unit = normal / square.sqrt();
+            let (x, y) = (x / du.norm(), y / dv.norm());
+            let second = by(2, 0)? * (x * x) + by(1, 1)? * (2.0 * x * y) + by(0, 2)? * (y * y);
+            best = Some((outside, (ray.way.dot(&unit), (ray.bend - second).dot(&unit))));
+        }
+    }
+    if let Some((_, side)) = best {
+        return Ok(Some(side));
+    }
+    // A pole: its normal is a limit, and what bends there is as large as the surface at least.
+    let (low, high) = surface.hull_bounds();
+    let bend = ray.bend.norm() + 4.0 / (high - low).norm();
+    Ok(surface.normal(u, v)?.vector().map(|unit| (ray.way.dot(&unit), bend)))
+}
