@@ -379,3 +379,50 @@ fn middle_planes_are_cut_in_loops() {
     }
     assert!(count >= 2);
 }
+
+/// A block with a cavity that is one face, bounded by nothing but its seams: a plane through the cavity's axis cuts two circles, and one that
+/// meets no seam a loop all the same.
+#[test]
+fn a_cavity_bounded_by_its_seams_alone_is_cut() {
+    let mut parts = Brep::block(p(-4.0, -4.0, -2.0), p(4.0, 4.0, 2.0)).unwrap().parts();
+    let frame = Frame::new(Point::origin(), Vector::z(), Vector::x()).unwrap();
+    let form = SurfaceForm::Torus { frame, major: 2.0, minor: 0.5 };
+    let surface = form.covering(&[]).unwrap();
+    let (vertex, first) = (parts.vertices.len(), parts.edges.len());
+    let start = surface.point(surface.u().domain().0, surface.v().domain().0).unwrap();
+    parts.vertices.push(Vertex { point: start, tolerance: 0.0 });
+    for (direction, at) in [(Direction::V, surface.v().domain().0), (Direction::U, surface.u().domain().0)] {
+        let curve = surface.isocurve(direction, at).unwrap();
+        let range = curve.domain();
+        let form = CurveForm::Spline;
+        parts.edges.push(Edge { curve, range, ends: [vertex; 2], tolerance: 0.0, form });
+    }
+    let one = |k: usize, reversed: bool| Use { edge: first + k, reversed, parameters: None };
+    // The cavity's face looks into the torus: its loop runs the other way round.
+    let seams = vec![one(1, false), one(0, false), one(1, true), one(0, true)];
+    let face = Face {
+        name: None,
+        color: None,
+        surface,
+        form,
+        reversed: true,
+        loops: vec![seams],
+        points: Vec::new(),
+    };
+    parts.faces.push(face);
+    parts.shells.push(Shell { faces: vec![6] });
+    parts.solids[0].voids.push(1);
+    let brep = Brep::new(parts).unwrap();
+    for degrees in [17.0_f64, 40.0, 111.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let found = cut(&brep, &plane(Point::origin(), Vector::new(sin, -cos, 0.0)));
+        assert_eq!((found.curves.len(), found.curves.iter().all(|c| c.closed)), (3, true), "{degrees}");
+        let across = 8.0 / sin.abs().max(cos.abs());
+        near(found.area.unwrap(), 4.0 * across - 0.5 * PI, 1e-6);
+    }
+    let beside = cut(&brep, &plane(p(-2.1, 0.0, 0.0), Vector::x()));
+    assert_eq!((beside.curves.len(), beside.curves.iter().all(|c| c.closed)), (2, true));
+    let flat = cut(&brep, &plane(p(0.0, 0.0, 0.3), Vector::z()));
+    // A ring between two circles of 2 ± 0.4.
+    near(flat.area.unwrap(), 64.0 - PI * (2.4_f64.powi(2) - 1.6_f64.powi(2)), 1e-6);
+}

@@ -189,11 +189,13 @@ impl Operation for CutBy {
                             faces(&cut.coincident, "lies", "lie")
                         ));
                     }
+                    // What is left would be a section with a loop less, and a wrong area.
                     if !cut.undecided.is_empty() {
-                        notes.push(format!(
-                            "{} undecided in the plane through {at}",
+                        return Err(Error::Invalid(format!(
+                            "{} undecided in the plane through {at}: which part of the surface is inside the loops cannot be told there; move the plane or turn it a little",
                             faces(&cut.undecided, "is", "are")
-                        ));
+                        ))
+                        .into());
                     }
                     touching.extend(&cut.touching);
                     area = cut.area;

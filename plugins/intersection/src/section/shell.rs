@@ -5,7 +5,7 @@
 //! tolerance first, so that it passes no vertex; where a closed Brep's branches do not close then, as the plane runs along an edge or
 //! touches a face, by up to 0.85 of the tolerance to either side.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::spline::{Curve, Surface};
@@ -307,11 +307,26 @@ impl Cut<'_> {
         Ok(Some(gates))
     }
 
+    /// Whether a face is all of its surface: it has no edges but seams, which it runs along both ways, and those that are points, as at poles.
+    fn is_whole(&self, face: usize) -> bool {
+        let mut ways: BTreeMap<usize, i32> = BTreeMap::new();
+        for one in self.brep.loops(face).iter().flatten() {
+            *ways.entry(one.edge).or_default() += if one.reversed { -1 } else { 1 };
+        }
+        let is_point = |edge: usize| {
+            let Some(Some(curve)) = self.edges.get(edge) else { return false };
+            let first = curve.points()[0];
+            let size = first.coords.amax();
+            curve.points().iter().all(|p| (p - first).amax() <= 1e-14 * size)
+        };
+        ways.into_iter().all(|(edge, way)| way == 0 || is_point(edge))
+    }
+
     /// Whether a point of the surface is in the face: on the way from it to an edge, the first edge that is met says it. `None` where
     /// no way meets one.
     fn inside(&self, face: usize, surface: &Surface, point: Point) -> Result<Option<bool>> {
         let loops = self.brep.loops(face);
-        if loops.is_empty() {
+        if self.is_whole(face) {
             return Ok(Some(true));
         }
         let own: BTreeSet<usize> = loops.iter().flatten().map(|one| one.edge).collect();
