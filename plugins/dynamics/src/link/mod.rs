@@ -11,7 +11,7 @@ use loftsman_kernel::shape::{Location, Splines, cells_of};
 
 pub(crate) use self::curving::Curving;
 pub(crate) use self::rows::Desk;
-pub(crate) use self::slides::Places;
+pub(crate) use self::slides::{BESIDE, Places, sharp_knots};
 use crate::constraint::{Hold, Looks, Place, Target};
 use crate::error::{DynamicsError, Result};
 use crate::place::Slide;
@@ -63,6 +63,10 @@ pub(crate) struct Link {
     spans: Vec<f64>,
     /// Which of its parameters stay where they are while rest is looked for.
     pub(crate) pinned: Vec<bool>,
+    /// Of each of its parameters, the knots where what it holds has corners, ascending; and whether it stands on one while things move, as a parameter that does
+    /// not float.
+    corners: Vec<Vec<f64>>,
+    pub(crate) stands: Vec<bool>,
     /// Its equations in the system of the present step, and their multipliers.
     pub(crate) first: usize,
     pub(crate) equations: usize,
@@ -154,6 +158,8 @@ impl Link {
             turns: vec![(0.0, 0); count],
             pinned: vec![false; count],
             spans,
+            corners: Vec::new(),
+            stands: Vec::new(),
             first: 0,
             equations: 0,
             multipliers: Vec::new(),
@@ -161,6 +167,7 @@ impl Link {
             error: 0.0,
         };
         link.settle_targets(shapes)?;
+        link.look_for_corners(shapes)?;
         Ok(link)
     }
 
@@ -183,7 +190,12 @@ impl Link {
     /// What it knows of shapes, where these have other knots now.
     pub(crate) fn refit(&mut self, shapes: &Shapes<'_>) -> Result<()> {
         self.spans = spans_of_a_loop(&self.places, shapes)?;
-        Ok(())
+        self.look_for_corners(shapes)
+    }
+
+    /// Whether its shapes have corners where it slides.
+    pub(crate) fn has_corners(&self) -> bool {
+        self.corners.iter().any(|corners| !corners.is_empty())
     }
 
     /// What is kept gets the value that it has; what is given must be as many numbers as there are.

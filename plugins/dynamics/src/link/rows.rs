@@ -134,6 +134,9 @@ impl Link {
                     if turns > 0 {
                         desk.damped.push((first_parameter + own + axis, 2.0_f64.powi(turns) - 1.0));
                     }
+                    if self.stands[own + axis] {
+                        continue;
+                    }
                     let pace = self.slides[own + axis].pace;
                     let speed = self.rates[own + axis] * pace;
                     let (u, v) = if axis == 0 { (1, 0) } else { (0, 1) };
@@ -149,7 +152,7 @@ impl Link {
                     for (equation, k) in (start..).zip((0..count).filter(|&k| asked(k))) {
                         desk.curving[equation] += term.sign * 2.0 * speed * desk.along[k];
                     }
-                    for other in 0..directions {
+                    for other in (0..directions).filter(|other| !self.stands[own + other]) {
                         let product = speed * self.rates[own + other] * self.slides[own + other].pace;
                         let (u2, v2) = if other == 0 { (u + 1, v) } else { (u, v + 1) };
                         look(shapes, u2, v2, &mut desk.along)?;

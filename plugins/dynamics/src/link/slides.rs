@@ -3,12 +3,30 @@
 use std::sync::Arc;
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::shape::Location;
+use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of};
 use nalgebra::Matrix3;
 use smallvec::SmallVec;
 
 use super::{LEFT, Link, Phase};
 use crate::constraint::Place;
+use crate::error::Result;
+
+/// What goes on from a corner starts so far beside it, as a share of its shape's parameters.
+pub(crate) const BESIDE: f64 = 1e-10;
+
+/// The knots of a shape along a parameter where the derivative of this order is no more than continuous, if that (the point itself is of order 0), ascending. None
+/// where its splines are not known.
+pub(crate) fn sharp_knots(shape: &dyn Shape, axis: usize, order: usize) -> Vec<f64> {
+    let splines = cells_of(shape, "a place that slides").ok().and_then(|cells| cells.splines());
+    let Some(space) = splines.and_then(|splines| if axis == 0 { Some(splines.u) } else { splines.v }) else {
+        return Vec::new();
+    };
+    let (start, end) = space.domain();
+    let inside = |u: f64| u < end && (space.is_periodic() || u > start);
+    let all = space.breakpoints().into_iter();
+    all.filter(|u| inside(*u) && space.multiplicity(*u) + order >= space.degree()).collect()
+}
 
 /// Locations of a constraint's places.
 pub(crate) type Places = SmallVec<[Location; 2]>;
@@ -136,5 +154,115 @@ impl Link {
     /// Where it is.
     pub(crate) fn locations(&self) -> impl Iterator<Item = Location> + '_ {
         self.places.iter().map(|place| place.location)
+    }
+
+    /// What it knows of the corners along which its places slide.
+    pub(super) fn look_for_corners(&mut self, shapes: &Shapes<'_>) -> Result<()> {
+        let mut all = Vec::with_capacity(self.slides.len());
+        for (index, place) in self.places.iter().enumerate().filter(|(_, place)| place.floats) {
+            let shape = shapes.get(place.body)?;
+            let axes = 0..place.location.parameters();
+            all.extend(axes.map(|axis| sharp_knots(shape, axis, self.order_at(index))));
+        }
+        self.corners = all;
+        self.stands.clear();
+        self.stands.resize(self.slides.len(), false);
+        Ok(())
+    }
+
+    /// Of each of its parameters that floats, in turn, where it is.
+    pub(crate) fn parameters(&self) -> SmallVec<[f64; 4]> {
+        let floats = self.places.iter().filter(|place| place.floats);
+        floats
+            .flat_map(|place| match place.location {
+                Location::Curve(u) => SmallVec::<[f64; 2]>::from_slice(&[u]),
+                Location::Surface(u, v) | Location::Face(_, u, v) => SmallVec::from_slice(&[u, v]),
+                Location::Vertex(_) => SmallVec::new(),
+            })
+            .collect()
+    }
+
+    /// The next corner of one of its parameters that is not here, forwards or backwards: where it is, and the way there in lengths. `O(log n)` for `n` corners.
+    pub(crate) fn next_corner(&self, own: usize, at: f64, forward: bool) -> Option<(f64, f64)> {
+        let (corners, slide) = (self.corners.get(own)?, self.slides.get(own)?);
+        let whole = slide.interval.end - slide.interval.start;
+        let (next, round) = if forward {
+            (corners.get(corners.partition_point(|corner| *corner <= at)), corners.first())
+        } else {
+            (corners[..corners.partition_point(|corner| *corner < at)].last(), corners.last())
+        };
+        let way = |corner: f64| if forward { corner - at } else { at - corner };
+        match next {
+            Some(corner) => Some((*corner, way(*corner) / slide.pace)),
+            // Round the seam.
+            None if slide.interval.periodic => {
+                round.map(|corner| (*corner, (way(*corner) + whole) / slide.pace))
+            }
+            None => None,
+        }
+    }
+
+    /// Whether one of its parameters is exactly on a corner.
+    pub(crate) fn is_on_corner(&self, own: usize, at: f64) -> bool {
+        self.corners.get(own).is_some_and(|corners| corners.binary_search_by(|c| c.total_cmp(&at)).is_ok())
+    }
+
+    /// Puts one of its parameters on a corner, or close beside it: ahead of it (1.0) or behind (-1.0).
+    pub(crate) fn put_at(&mut self, own: usize, corner: f64, side: f64) {
+        let Some(interval) = self.slides.get(own).map(|slide| slide.interval) else { return };
+        let whole = interval.end - interval.start;
+        let to = corner + side * BESIDE * whole;
+        let to = if interval.periodic && !(interval.start..interval.end).contains(&to) {
+            interval.start + (to - interval.start).rem_euclid(whole)
+        } else {
+            to
+        };
+        let mut all = self.parameters();
+        if let Some(at) = all.get_mut(own) {
+            *at = to;
+        }
+        let mut all = all.into_iter();
+        let mut next = |at: f64| all.next().unwrap_or(at);
+        let places: Places = self
+            .places
+            .iter()
+            .map(|place| match place.location {
+                location if !place.floats => location,
+                Location::Curve(u) => Location::Curve(next(u)),
+                Location::Surface(u, v) => Location::Surface(next(u), next(v)),
+                Location::Face(face, u, v) => Location::Face(face, next(u), next(v)),
+                Location::Vertex(vertex) => Location::Vertex(vertex),
+            })
+            .collect();
+        self.put(&places);
+    }
+
+    /// The force that its multipliers make along one of its parameters where it is: `L_sᵀλ`, forth of which is positive.
+    pub(crate) fn pull_along(&self, shapes: &Shapes<'_>, own: usize, along: &mut Vec<f64>) -> Result<f64> {
+        let (mut first, mut pull) = (0, 0.0);
+        for (index, place) in self.places.iter().enumerate().filter(|(_, place)| place.floats) {
+            let count = place.location.parameters();
+            if !(first..first + count).contains(&own) {
+                first += count;
+                continue;
+            }
+            let order = if own == first { Derivative { u: 1, v: 0 } } else { Derivative { u: 0, v: 1 } };
+            let mut multipliers = self.multipliers.iter();
+            for part in &self.parts {
+                let count = part.value.len();
+                let asked = |k: &usize| count != 3 || self.axes[*k];
+                let own: SmallVec<[f64; 6]> =
+                    multipliers.by_ref().take((0..count).filter(asked).count()).copied().collect();
+                for term in part.terms.iter().filter(|term| term.place == Some(index)) {
+                    along.clear();
+                    along.resize(count, 0.0);
+                    term.functional.along(shapes, order, along)?;
+                    let asked = (0..count).filter(asked);
+                    pull += term.sign * asked.zip(&own).map(|(k, force)| along[k] * force).sum::<f64>();
+                }
+            }
+            return Ok(pull);
+        }
+        Ok(pull)
     }
 }

@@ -37,13 +37,15 @@ pub(crate) struct Before {
     /// Rates, accelerations and multipliers of links, one after another.
     numbers: Vec<f64>,
     phases: Vec<Phase>,
+    /// Of each parameter, whether it stands on a corner.
+    stands: Vec<bool>,
     /// How much constraints drifted where steps were made shorter in vain; nothing where they were not.
     in_vain: Option<f64>,
 }
 
 impl Before {
     fn remember(&mut self, simulation: &Simulation) {
-        let Self { vertices, half, acceleration, places, numbers, phases, .. } = self;
+        let Self { vertices, half, acceleration, places, numbers, phases, stands, .. } = self;
         vertices.clear();
         for body in &simulation.bodies {
             vertices.extend_from_slice(body.body.shape.control_vertices());
@@ -52,6 +54,7 @@ impl Before {
         acceleration.clone_from(&simulation.acceleration);
         places.clear();
         numbers.clear();
+        stands.clear();
         phases.clear();
         for link in &simulation.links {
             places.extend(link.locations());
@@ -59,6 +62,7 @@ impl Before {
                 numbers.extend_from_slice(all);
             }
             phases.push(link.phase.clone());
+            stands.extend_from_slice(&link.stands);
         }
         (self.last, self.time, self.sub_steps) = (simulation.last, simulation.time, simulation.sub_steps);
     }
@@ -77,7 +81,7 @@ impl Before {
         }
         simulation.half.clone_from(&self.half);
         simulation.acceleration.clone_from(&self.acceleration);
-        let (mut places, mut numbers) = (&self.places[..], &self.numbers[..]);
+        let (mut places, mut numbers, mut stands) = (&self.places[..], &self.numbers[..], &self.stands[..]);
         for link in &mut simulation.links {
             let (own, others) = places.split_at(link.places.len());
             link.put(own);
@@ -87,6 +91,9 @@ impl Before {
                 all.copy_from_slice(own);
                 numbers = others;
             }
+            let (own, others) = stands.split_at(link.stands.len());
+            link.stands.copy_from_slice(own);
+            stands = others;
         }
         (simulation.last, simulation.time, simulation.sub_steps) = (self.last, self.time, self.sub_steps);
     }
@@ -94,8 +101,8 @@ impl Before {
 
 impl Simulation {
     /// Goes on by so many seconds: in one step, or as many as are stable and keep constraints within 1e-6 of the size; a step ends where a constraint, force or
-    /// pull comes or goes. Explicit steps that let a constraint drift farther are taken again, shorter, down to 0.003 of what is stable; where that is of no use, as where a place slides over a
-    /// corner, they stay as they were, and [`worst_error`](Self::worst_error) tells.
+    /// pull comes or goes. Within a step it stops where a place slides over a corner of its shape, and what velocities there have against the new tangent is taken out by an impulse. Explicit steps that let a constraint drift farther are taken again, shorter, down to 0.003 of what is stable; where that is of no use they stay as they
+    /// were, and [`worst_error`](Self::worst_error) tells.
     ///
     /// # Errors
     /// When it blows up, constraints that come contradict others, or very many steps would be needed.
@@ -165,8 +172,8 @@ impl Simulation {
             }
             // Of second order, cautiously: drift is of fourth.
             let shorter = (0.5 * KEPT * self.size / drift).sqrt().clamp(SHORTER[0], SHORTER[1]);
-            // Where shorter steps are of no use, as where a place slides over a corner, they are as long as they were, or as those that were of some.
-            let in_vain = time >= TIMES || useless == USELESS || !self.shorten(shorter * self.last);
+            // Where shorter steps are of no use they are as long as they were, or as those that were of some.
+            let in_vain = time >= TIMES || useless == USELESS || !self.shorten(shorter * self.length);
             before.in_vain = None;
             if in_vain {
                 let (drift, (fineness, patience)) =
@@ -176,6 +183,9 @@ impl Simulation {
             tried = (self.fineness, self.patience);
             before.back(self);
             self.worst = 0.0;
+            // Velocities half a long step behind are of no use to short ones.
+            self.catch_up()?;
+            self.keep_to_rates()?;
             done = self.go_on(seconds).and_then(|()| self.drifted());
         }
         if before.is_as_held(self) {
@@ -223,7 +233,7 @@ impl Simulation {
         // Sums of steps are rounded; their end is not.
         self.time = end;
         self.agree()?;
-        self.bounded(self.last, true)
+        self.bounded(self.length, true)
     }
 
     /// The longest step that is taken now.

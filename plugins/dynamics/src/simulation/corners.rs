@@ -5,21 +5,17 @@
 //! time. A derivative that is held has its corners where it is no more than continuous: the second one of a cubic at every knot. So a place stops at a corner that it comes to, stays for a step while all else goes on, and goes on to the side that then pulls it, if
 //! one does.
 
-use loftsman_kernel::shape::cells_of;
-use loftsman_kernel::spline::Space;
 use smallvec::SmallVec;
 
 use super::Simulation;
 use super::tangent::Tangent;
 use crate::error::Result;
-use crate::link::Link;
+use crate::link::{BESIDE, sharp_knots};
 use crate::place::Slide;
 use loftsman_kernel::shape::Location;
 
 /// A place is on a corner within this share of its shape's parameters.
 const ON: f64 = 1e-9;
-/// What goes on from a corner starts so far beside it.
-const BESIDE: f64 = 1e-10;
 /// Nearer than this share of the shape a place is put on the corner that it would cross.
 const NEAR: f64 = 1e-4;
 
@@ -38,27 +34,6 @@ enum State {
 #[derive(Debug, Default)]
 pub(super) struct Corners {
     all: Vec<Vec<(Vec<f64>, State)>>,
-}
-
-/// The parameters of a constraint that float, in turn.
-pub(super) fn floats(link: &Link) -> SmallVec<[f64; 4]> {
-    link.places
-        .iter()
-        .filter(|place| place.floats)
-        .flat_map(|place| match place.location {
-            Location::Curve(u) => SmallVec::<[f64; 2]>::from_slice(&[u]),
-            Location::Surface(u, v) | Location::Face(_, u, v) => SmallVec::from_slice(&[u, v]),
-            Location::Vertex(_) => SmallVec::new(),
-        })
-        .collect()
-}
-
-/// The knots where the derivative of this order of a spline is no more than continuous, if that: the point itself is of order 0.
-fn sharp(space: &Space, order: usize) -> Vec<f64> {
-    let (start, end) = space.domain();
-    let inside = |u: f64| u < end && (space.is_periodic() || u > start);
-    let all = space.breakpoints().into_iter();
-    all.filter(|u| inside(*u) && space.multiplicity(*u) + order >= space.degree()).collect()
 }
 
 /// How far it is to the next corner that is not here, in lengths.
@@ -92,7 +67,6 @@ impl Simulation {
         let mut all = Vec::new();
         for (index, place) in link.places.iter().enumerate().filter(|(_, place)| place.floats) {
             let (order, shape) = (link.order_at(index), self.shape(place.body)?);
-            let splines = cells_of(shape, "a place that slides").ok().and_then(|cells| cells.splines());
             let (place, domain) = (place.location, shape.domain());
             let values: SmallVec<[f64; 2]> = match place {
                 Location::Curve(u) => SmallVec::from_slice(&[u]),
@@ -100,15 +74,12 @@ impl Simulation {
                 Location::Vertex(_) => SmallVec::new(),
             };
             let mut on = values.iter().zip(&domain).enumerate().map(|(axis, (value, interval))| {
-                let space = splines.and_then(|splines| if axis == 0 { Some(splines.u) } else { splines.v });
                 let whole = interval.end - interval.start;
                 let way = |corner: f64| {
                     let way = (corner - value).abs();
                     if interval.periodic { way.min((whole - way).abs()) } else { way }
                 };
-                space.is_some_and(|space| {
-                    sharp(space, order).into_iter().any(|corner| way(corner) <= ON * whole)
-                })
+                sharp_knots(shape, axis, order).into_iter().any(|corner| way(corner) <= ON * whole)
             });
             all.push(on.any(|on| on));
         }
@@ -136,12 +107,8 @@ impl Corners {
             for (index, place) in link.places.iter().enumerate().filter(|(_, place)| place.floats) {
                 let order = link.order_at(index);
                 let shape = simulation.shape(place.body)?;
-                let splines = cells_of(shape, "a place that slides").ok().and_then(|cells| cells.splines());
-                for axis in 0..place.location.parameters() {
-                    let space =
-                        splines.and_then(|splines| if axis == 0 { Some(splines.u) } else { splines.v });
-                    own.push((space.map(|space| sharp(space, order)).unwrap_or_default(), State::Free));
-                }
+                let axes = 0..place.location.parameters();
+                own.extend(axes.map(|axis| (sharp_knots(shape, axis, order), State::Free)));
             }
             all.push(own);
         }
@@ -181,7 +148,7 @@ impl Simulation {
         for (link, own) in self.links.iter().zip(&mut corners.all).filter(|(link, _)| link.is_held()) {
             let pinned = link.pinned.iter().copied();
             for (((slide, at), (places, state)), pinned) in
-                link.slides.iter().zip(floats(link)).zip(own).zip(pinned)
+                link.slides.iter().zip(link.parameters()).zip(own).zip(pinned)
             {
                 *state = match (*state, is_on(places, slide, at)) {
                     (_, false) => State::Free,
@@ -241,7 +208,7 @@ impl Simulation {
         let mut parameter = by.len() - self.desk.parameters;
         let mut any = false;
         for (index, link) in self.links.iter_mut().enumerate().filter(|(_, link)| link.is_held()) {
-            let ways: SmallVec<[f64; 4]> = (link.slides.iter().zip(floats(link)).enumerate())
+            let ways: SmallVec<[f64; 4]> = (link.slides.iter().zip(link.parameters()).enumerate())
                 .map(|(own, (slide, at))| {
                     let way = by[parameter + own];
                     let stop = tangent.corners.stop(index, own, slide, at, way);

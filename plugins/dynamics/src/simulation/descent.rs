@@ -3,7 +3,6 @@
 use loftsman_kernel::Point;
 
 use super::Simulation;
-use super::corners::floats;
 use super::tangent::{Tangent, dot};
 use crate::error::Result;
 use crate::link::{Phase, Places};
@@ -105,7 +104,7 @@ impl Simulation {
         let time = self.time;
         for (index, link) in self.links.iter_mut().enumerate().filter(|(_, link)| link.is_held()) {
             let mut leaves = false;
-            let ats = floats(link);
+            let ats = link.parameters();
             for (own, (slide, at)) in link.slides.iter().zip(ats).enumerate() {
                 let way = by[parameter];
                 let (room, length) = (slide.room(at, way > 0.0), slide.length());
@@ -219,7 +218,7 @@ impl Simulation {
         for (index, link) in self.links.iter_mut().enumerate().filter(|(_, link)| link.is_held()) {
             let own = &by[parameter..parameter + link.slides.len()];
             parameter += own.len();
-            let ats = floats(link);
+            let ats = link.parameters();
             let stop = |k: usize| tangent.corners.stop(index, k, &link.slides[k], ats[k], alpha * own[k]);
             let (places, _) = link.moved(stop);
             link.put(&places);

@@ -12,24 +12,47 @@ const FINEST: f64 = 3e-3;
 const PATIENCE: usize = 20;
 
 impl Simulation {
-    /// A leapfrog step: forces where things are, velocities between.
+    /// A leapfrog step: forces where things are, velocities between. It stops where a place comes to a corner of its shape, and goes on from there.
     pub(super) fn step_explicitly(&mut self, step: f64) -> Result<()> {
-        self.accelerate(step)?;
-        let kick = 0.5 * (self.last + step);
+        self.stand_on_corners();
+        let (start, mut left) = (self.time, step);
+        for stops in 0.. {
+            self.accelerate(step)?;
+            let stays = Self::too_many(stops);
+            if !stays && self.leave_corners_in_motion()? {
+                self.accelerate(step)?;
+            }
+            let Some(way) = self.next_stop(left) else { break };
+            let kick = 0.5 * (self.last + way);
+            self.kick(kick);
+            self.drift(way, kick);
+            (self.last, self.time) = (way, self.time + way);
+            self.put_on_stops();
+            // By the tangent on which it came.
+            self.catch_up_in(step)?;
+            self.strike(stays)?;
+            left -= way;
+        }
+        let kick = 0.5 * (self.last + left);
         self.kick(kick);
-        self.drift(step, kick);
-        self.last = step;
+        self.drift(left, kick);
+        (self.last, self.time) = (left, start);
         Ok(())
     }
 
     /// Brings velocities, which are half a step behind, to where things are, by the forces that have acted until now: before others do.
     pub(super) fn catch_up(&mut self) -> Result<()> {
+        self.catch_up_in(self.last)
+    }
+
+    /// The same, constraints stabilised as in steps of this length.
+    fn catch_up_in(&mut self, step: f64) -> Result<()> {
         if self.last == 0.0 {
             return Ok(());
         }
         let kick = 0.5 * self.last;
         self.late = kick;
-        let done = self.accelerate(self.last);
+        let done = self.accelerate(step);
         self.late = 0.0;
         done?;
         self.kick(kick);
@@ -63,7 +86,8 @@ impl Simulation {
         self.gap_rates.clear();
         self.gap_rates.resize(self.space.equations(), 0.0);
         self.space.apply(&self.half, &self.rates, &mut self.gap_rates);
-        self.ask(step);
+        // What velocities miss half a long step behind is not for a short one to put right at once.
+        self.ask(step.max(0.5 * (self.last + step)));
         self.rank = self.space.factor();
         let equations = self.space.equations();
         self.multipliers.resize(equations, 0.0);

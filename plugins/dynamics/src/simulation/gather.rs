@@ -57,8 +57,7 @@ impl Simulation {
                 return Err(DynamicsError::Along { name, time, degrees: sine.asin().to_degrees() });
             }
         }
-        let weight = if self.scheme == Scheme::Epsilon { self.parameter_mass } else { 0.0 };
-        self.space.float(desk.parameters, weight);
+        self.space.float(desk.parameters, self.weight_of_parameters());
         for &(equation, parameter, by) in &desk.changes {
             self.space.change(equation, parameter, by);
         }
@@ -78,6 +77,11 @@ impl Simulation {
             self.held = Some(held);
         }
         Ok(())
+    }
+
+    /// The mass of what slides.
+    pub(crate) fn weight_of_parameters(&self) -> f64 {
+        if self.scheme == Scheme::Epsilon { self.parameter_mass } else { 0.0 }
     }
 
     /// Velocities that are half a step behind, ahead by the last acceleration: into the shapes of velocities.

@@ -17,6 +17,7 @@ mod settle;
 mod sides;
 mod spans;
 mod steer;
+mod stops;
 mod tangent;
 mod told;
 mod unheld;
@@ -35,6 +36,7 @@ pub use self::kinks::Corner;
 pub(crate) use self::kinks::stable_step;
 pub(crate) use self::moving::Moving;
 pub use self::settle::{Settled, Unrest};
+use self::stops::Stops;
 pub use self::told::Energy;
 use crate::error::{DynamicsError, Result};
 use crate::link::{self, Desk, Link, Phase};
@@ -84,6 +86,8 @@ pub struct Simulation {
     pub(crate) acceleration: Vec<f64>,
     /// The length of the last explicit step; 0 where there was none.
     pub(crate) last: f64,
+    /// The length of the last step as a whole, wherever it stopped.
+    length: f64,
     pub(crate) forces: Vec<f64>,
     applied: Vec<f64>,
     pub(crate) right: Vec<f64>,
@@ -113,6 +117,8 @@ pub struct Simulation {
     held: Option<usize>,
     /// Where the last advance started.
     before: Before,
+    /// What stops at corners.
+    stops: Stops,
 }
 
 impl Simulation {
@@ -146,6 +152,7 @@ impl Simulation {
             half,
             acceleration: vec![0.0; numbers],
             last: 0.0,
+            length: 0.0,
             forces: vec![0.0; numbers],
             applied: vec![0.0; numbers],
             right: Vec::new(),
@@ -168,6 +175,7 @@ impl Simulation {
             settling: false,
             held: None,
             before: Before::default(),
+            stops: Stops::default(),
         }
     }
 
@@ -181,6 +189,8 @@ impl Simulation {
             self.space = space;
             self.implicit = Some(Box::new(implicit));
         }
+        let parameters = self.links.iter().map(|link| link.slides.len()).sum();
+        self.stops.prepare(self.half.len(), parameters);
         self.come_and_go()?;
         contradictions(self, &mut Desk::default())
     }
@@ -339,6 +349,7 @@ impl Simulation {
             Scheme::Epsilon | Scheme::Exact => self.step_explicitly(step)?,
         }
         self.time += step;
+        self.length = step;
         self.sub_steps += 1;
         self.look_after(step)
     }

@@ -79,6 +79,8 @@ impl Simulation {
     pub(super) fn settle_as(&mut self, corners: Option<&mut Vec<Corner>>) -> Result<Settled> {
         let (time, worst, told) = (self.time, self.worst, self.events.len());
         self.come_and_go()?;
+        // Who looks for rest knows corners by himself.
+        self.links.iter_mut().for_each(|link| link.stands.fill(false));
         (self.settling, self.held) = (true, None);
         let settled = self.go_to_rest().and_then(|settled| match settled.rests {
             true => self.rest_over_spans(settled),

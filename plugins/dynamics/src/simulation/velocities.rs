@@ -11,29 +11,48 @@ impl Simulation {
         for link in &mut self.links {
             link.at_time(self.time);
         }
+        // The small mass of scheme epsilon would hold rates back.
+        self.links.iter_mut().for_each(|link| link.rates.fill(0.0));
+        self.keep_to_rates_with(0.0)
+    }
+
+    /// Changes velocities, and rates of what slides, by as little as there is in the metric of their masses, so that what is held keeps to what it asks where things are. To be
+    /// asked while velocities are not behind.
+    pub(super) fn keep_to_rates(&mut self) -> Result<()> {
+        self.keep_to_rates_with(self.weight_of_parameters())
+    }
+
+    fn keep_to_rates_with(&mut self, weight: f64) -> Result<()> {
         let mut desk = std::mem::take(&mut self.desk);
         let collected = self.collect(&mut desk);
         self.desk = desk;
         collected?;
-        // The small mass of scheme epsilon would hold rates back.
-        self.space.float(self.desk.parameters, 0.0);
+        self.space.float(self.desk.parameters, weight);
         for &(equation, parameter, by) in &self.desk.changes {
             self.space.change(equation, parameter, by);
         }
         let equations = self.space.equations();
-        self.rates.fill(0.0);
         self.right.clear();
         self.right.resize(equations, 0.0);
         self.space.apply(&self.half, &self.rates, &mut self.right);
-        self.right.iter_mut().zip(&self.desk.target_rate).for_each(|(now, target)| *now = target - *now);
+        for link in self.links.iter().filter(|link| link.is_held()) {
+            for equation in link.first..link.first + link.equations {
+                let [_, let_go, _] = link.offset(equation - link.first, self.time);
+                self.right[equation] = self.desk.target_rate[equation] + let_go - self.right[equation];
+            }
+        }
         self.space.factor();
-        let mut change = vec![0.0; self.half.len()];
-        let mut multipliers = vec![0.0; equations];
-        self.space.solve(&mut change, &self.right, &mut multipliers, &mut self.rates);
-        self.half.iter_mut().zip(&change).for_each(|(v, change)| *v += change);
+        self.multipliers.clear();
+        self.multipliers.resize(equations, 0.0);
+        // Nothing is ahead or behind: accelerations are not needed until they are known anew.
+        self.acceleration.fill(0.0);
+        self.space.solve(&mut self.acceleration, &self.right, &mut self.multipliers, &mut self.rates);
+        self.half.iter_mut().zip(&self.acceleration).for_each(|(v, change)| *v += change);
+        self.acceleration.fill(0.0);
         let mut rates = self.rates.iter();
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
-            link.rates.iter_mut().zip(&mut rates).for_each(|(own, rate)| *own = *rate);
+            link.rates.iter_mut().zip(&mut rates).for_each(|(own, rate)| *own += *rate);
+            link.accelerations.fill(0.0);
         }
         Ok(())
     }
