@@ -74,7 +74,7 @@ impl Operation for Intersect {
         }
         let fits =
             |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Polyline(_) | Geometry::Surface(_));
-        for (name, geometry) in [(object, first.geometry()), (with, second.geometry())] {
+        for (name, geometry) in [(object.as_str(), first.geometry()), (with, second.geometry())] {
             if !fits(geometry) {
                 return Err(cannot(name, geometry));
             }

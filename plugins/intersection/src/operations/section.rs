@@ -219,7 +219,7 @@ impl Operation for CutBy {
                 }
             }
             told_planes.push(json!({
-                "point": [p.x, p.y, p.z],
+                "point": [plane.point().x, plane.point().y, plane.point().z],
                 "pieces": geometries.len() - before,
                 "area": area,
                 "touching": touching.iter().map(|q| [q.x, q.y, q.z]).collect::<Vec<_>>(),
