@@ -19,7 +19,7 @@ pub struct Measures {
     /// The length of a curve or polyline, or of the loose lines of a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// The area of a surface or mesh; of a curve that is closed and planar, the area inside it.
+    /// The area of a surface or mesh; of a curve or polyline that is closed and planar, the area inside it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
     /// The volume inside a closed surface, a watertight mesh or the solids of a Brep; negative where it is inside out.
@@ -71,7 +71,9 @@ impl Measures {
             Geometry::Brep(brep) => of_brep(brep).0,
             Geometry::Custom(custom) => custom.shape().map_or_else(|_| Self::default(), of_shape),
             Geometry::Mesh(mesh) => of_mesh(mesh),
-            Geometry::Polyline(line) => Self { length: of_polyline(line), ..Self::default() },
+            Geometry::Polyline(line) => {
+                Self { length: of_polyline(line), area: inside_of_polyline(line), ..Self::default() }
+            }
             _ => Self::default(),
         }
     }
@@ -203,6 +205,28 @@ fn of_polyline(line: &Polyline) -> Option<f64> {
         _ => 0.0,
     };
     finite(Some(open + back))
+}
+
+/// How far from a plane a closed polyline may be, as a part of its size, and still have an area inside.
+const PLANAR: f64 = 1e-9;
+
+/// The area inside a polyline that is closed and planar, positive; parts that it goes around the other way are taken away.
+fn inside_of_polyline(line: &Polyline) -> Option<f64> {
+    let first = line.points.first()?;
+    if !line.closed && line.points.last() != Some(first) {
+        return None;
+    }
+    // By its size, so that squares are numbers; relative to a point of its own: far from the origin nothing cancels.
+    let size = line.points.iter().map(|p| (p - first).amax()).fold(0.0, f64::max);
+    let at = |p: &Point| (p - first) / size;
+    let mut normal = Vector::zeros();
+    for pair in line.points.windows(2) {
+        normal += at(&pair[0]).cross(&at(&pair[1]));
+    }
+    let doubled = normal.norm();
+    let flat = line.points.iter().all(|p| at(p).dot(&normal).abs() <= PLANAR * doubled);
+    let encloses = doubled > 1e-12 && flat;
+    finite(encloses.then_some(0.5 * doubled * size * size))
 }
 
 fn of_mesh(mesh: &Mesh) -> Measures {
@@ -436,5 +460,36 @@ mod tests {
         let flat = Measures::of(&square(0.0));
         assert!((flat.area.unwrap() - 6.0).abs() < 1e-13 && (flat.length.unwrap() - 10.0).abs() < 1e-9);
         assert_eq!(Measures::of(&square(1.0)).area, None);
+    }
+
+    /// Closed planar polylines by closed forms: whichever way round, wherever and however large; what is open, bent or goes nowhere has no area.
+    #[test]
+    fn a_closed_planar_polyline_has_an_area() {
+        let ell = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+        let tilted = |size: f64, away: f64, lift: f64| -> Vec<Point> {
+            let at = |(k, [x, y]): (usize, &[f64; 2])| {
+                let up = if k == 2 { lift } else { 0.0 };
+                Point::new(0.6 * x - 0.8 * up, *y, 0.8 * x + 0.6 * up) * size + Vector::repeat(away)
+            };
+            ell.iter().enumerate().map(at).collect()
+        };
+        let area = |points: Vec<Point>, closed: bool| Measures::of(&Polyline { points, closed }.into()).area;
+        for size in [1e-100, 1e-9, 1.0, 1e9, 1e100] {
+            let points = tilted(size, 0.0, 0.0);
+            for points in [points.clone(), points.iter().rev().copied().collect()] {
+                let found = area(points, true).unwrap();
+                assert!((found / size / size - 6.0).abs() < 1e-12, "{size}: {found}");
+            }
+        }
+        assert!((area(tilted(1.0, 1e4, 0.0), true).unwrap() - 6.0).abs() < 1e-10);
+        let mut repeated = tilted(1.0, 0.0, 0.0);
+        repeated.push(repeated[0]);
+        assert!((area(repeated, false).unwrap() - 6.0).abs() < 1e-12);
+        assert_eq!(area(tilted(1.0, 0.0, 0.0), false), None);
+        assert_eq!(area(tilted(1.0, 0.0, 1e-3), true), None);
+        let line = (0..4).map(|k| Point::new(f64::from(k), 0.0, 0.0)).collect();
+        assert_eq!(area(line, true), None);
+        assert_eq!(area(vec![Point::origin(); 3], true), None);
+        assert_eq!(area(Vec::new(), true), None);
     }
 }

@@ -12,6 +12,9 @@ use crate::intersections::{Contact, Plane};
 
 /// What is left of a direction of parameters beside a pole, as a part of the size.
 const POLE: f64 = 1e-3;
+/// Steps to the place where shapes are level, and how far it may be, as a part of the size, from where it was looked for.
+const STEPS: usize = 8;
+const NEAR: f64 = 1e-3;
 /// Angles that are rounding of derivatives.
 const LEVEL: f64 = 1e-9;
 /// How far directions may be out of a plane that are in it.
@@ -29,6 +32,10 @@ pub(crate) trait Met: Shape {
     /// Whether it nearly stands still in a direction of its parameters, as beside a pole.
     fn stands(&self, place: Location) -> Result<bool>;
 
+    /// Where a curve that touches it about there runs along it most nearly: the place to rounding, where the search knows it to the root of the tolerance only.
+    /// `None` where that is not to be found.
+    fn level(&self, curve: &Curve, at: f64, place: Location) -> Result<Option<(f64, Location)>>;
+
     /// How far a point is from all of it.
     fn off(&self, point: &Point) -> Result<f64>;
 
@@ -43,6 +50,28 @@ impl Met for Curve {
 
     fn off(&self, point: &Point) -> Result<f64> {
         Ok(self.closest(*point)?.distance)
+    }
+
+    fn level(&self, curve: &Curve, at: f64, place: Location) -> Result<Option<(f64, Location)>> {
+        // A curve is nearest to itself everywhere.
+        if std::ptr::eq(self, curve) {
+            return Ok(None);
+        }
+        let gap = |s: f64| -> Result<Option<(f64, f64)>> {
+            let t = self.closest(curve.point(s)?)?.at;
+            let (Some(p), Some(q)) = (ray(curve, s, Side::Right)?, ray(self, t, Side::Right)?) else {
+                return Ok(None);
+            };
+            let bend = p.bend - q.bend;
+            let across = bend - p.way * bend.dot(&p.way);
+            let other = if p.way.dot(&q.way) < 0.0 { -q.way } else { q.way };
+            let length = across.norm();
+            Ok((length > 0.0).then(|| ((p.way - other).dot(&across) / length, length)))
+        };
+        let Some(s) = level(curve, at, &gap)? else { return Ok(None) };
+        let t = self.closest(curve.point(s)?)?.at;
+        let near = is_near(t - place.on_curve()?, self.space());
+        Ok(near.then_some((s, Location::Curve(t))))
     }
 
     fn contact(&self, judge: &Judge, curve: &Curve, at: f64, place: Location) -> Result<Contact> {
@@ -61,6 +90,18 @@ impl Met for Surface {
 
     fn off(&self, point: &Point) -> Result<f64> {
         Ok(self.closest(*point)?.distance)
+    }
+
+    fn level(&self, curve: &Curve, at: f64, place: Location) -> Result<Option<(f64, Location)>> {
+        let gap = |s: f64| -> Result<Option<(f64, f64)>> {
+            let place = self.closest(curve.point(s)?)?.at;
+            ray(curve, s, Side::Right)?.map_or(Ok(None), |ray| beside(self, place, &ray))
+        };
+        let Some(s) = level(curve, at, &gap)? else { return Ok(None) };
+        let (u, v) = self.closest(curve.point(s)?)?.at;
+        let old = place.on_surface()?;
+        let near = is_near(u - old.0, self.u()) && is_near(v - old.1, self.v());
+        Ok(near.then_some((s, Location::Surface(u, v))))
     }
 
     fn contact(&self, judge: &Judge, curve: &Curve, at: f64, place: Location) -> Result<Contact> {
@@ -190,6 +231,45 @@ impl Judge {
         }
         Ok(rays)
     }
+}
+
+/// Whether two places of something closed or not, which are known to be at one point, are near by their difference: across a seam, too.
+fn is_near(difference: f64, space: &Space) -> bool {
+    let part = difference.abs() / space.length();
+    part <= NEAR || part >= 1.0 - NEAR
+}
+
+/// Where a curve about a parameter is level to something that it touches, whose `gap` says the sine of the angle between the two and how much one bends
+/// away from the other: by Newton's method, whose steps are `-sine / bend` of its length.
+fn level(curve: &Curve, at: f64, gap: &dyn Fn(f64) -> Result<Option<(f64, f64)>>) -> Result<Option<f64>> {
+    let (low, high) = curve.hull_bounds();
+    let size = (high - low).norm();
+    let (start, end) = curve.domain();
+    let Some(mut here) = gap(at)? else { return Ok(None) };
+    let (first, mut s) = (here.0.abs(), at);
+    for _ in 0..STEPS {
+        let step = -here.0 / here.1;
+        if !(here.1.abs() * size >= FLAT && step.abs() <= NEAR * size) {
+            return Ok(None);
+        }
+        if step.abs() <= f64::EPSILON * size {
+            break;
+        }
+        let next = s + step / curve.derivative(s, 1)?.norm();
+        if !next.is_finite() {
+            return Ok(None);
+        }
+        // At an end it is level there, or nowhere.
+        let next = next.clamp(start, end);
+        if next == s {
+            break;
+        }
+        s = next;
+        let Some(found) = gap(s)? else { return Ok(None) };
+        here = found;
+    }
+    let far = (curve.point(s)? - curve.point(at)?).norm();
+    Ok((here.0.abs() <= first && far <= NEAR * size).then_some(s))
 }
 
 /// The way out on a side: that of the first derivative that is none.

@@ -207,7 +207,17 @@ impl<B: Met> Answer<'_, B> {
             } else {
                 self.b.contact(&Judge::new(self.tolerance, place.simple), self.a, place.at[0], location)?
             };
-            answer.meetings.push(Meeting { at: place.at[0], with: Some(location), point, distance, contact });
+            let mut meeting = Meeting { at: place.at[0], with: Some(location), point, distance, contact };
+            if contact == Contact::Touching
+                && let Some((at, with)) = self.b.level(self.a, place.at[0], location)?
+            {
+                let (point, other) = (self.a.point(at)?, self.b.value(with, Derivative::POSITION)?);
+                let distance = (point.coords - other).norm();
+                if distance <= self.tolerance {
+                    meeting = Meeting { at, with: Some(with), point, distance, ..meeting };
+                }
+            }
+            answer.meetings.push(meeting);
         }
         for run in runs {
             let (from, to) = (self.measure(&run.from)?.0, self.measure(&run.to)?.0);

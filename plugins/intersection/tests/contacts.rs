@@ -41,8 +41,12 @@ fn a_tangent_of_a_circle_touches_it_wherever_that_is() {
             for (from, to) in [(-1.8, 1.8), (-1.3, 0.7), (2.0, -1.0)] {
                 let found = curves(&tangent(from, to, 0.0), &ring, &options).unwrap();
                 assert_eq!(only(&found), Contact::Touching, "{size} {degrees}");
+                let off = (found.meetings[0].point.coords - foot).norm();
+                assert!(off <= 1e-13 * size, "{size} {degrees}: {off:e}");
                 let found = curve_surface(&tangent(from, to, 1.5), &pipe, &options).unwrap();
                 assert_eq!(only(&found), Contact::Touching, "{size} {degrees}");
+                let off = (found.meetings[0].point.coords - foot - Vector::z() * 1.5 * size).norm();
+                assert!(off <= 1e-13 * size, "{size} {degrees}: {off:e}");
             }
             let plane = Plane::new(Point::from(foot), foot).unwrap();
             let found = curve_plane(&ring, &plane, &options).unwrap();

@@ -27,25 +27,33 @@ fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<Stri
     let one = |number: f64| format!("{name} {}", quantity(number, unit, power));
     Some(match (measured.before, measured.after) {
         (None, None) => return None,
-        (None, Some(after)) => one(after),
-        (Some(before), None) => format!("{} before", one(before)),
+        (None, Some(after)) => one(after) + inside_out(name, after),
+        (Some(before), None) => format!("{}{} before", one(before), inside_out(name, before)),
         (Some(before), Some(after)) if (after - before).abs() <= KEPT * before.abs().max(after.abs()) => {
-            format!("{} as before", one(after))
+            format!("{}{} as before", one(after), inside_out(name, after))
         }
         (Some(before), Some(after)) => {
             let ratio = after / before;
             // Less than what is shown: no change to speak of.
             if figure(before) == figure(after) {
-                return Some(format!("{} as before", one(after)));
+                return Some(format!("{}{} as before", one(after), inside_out(name, after)));
             }
             let told = if ratio.is_finite() && ratio > 0.0 && figure(ratio) != "1" {
                 format!(" (× {})", figure(ratio))
             } else {
                 String::new()
             };
-            format!("{name} {} → {}{told}", figure(before), quantity(after, unit, power))
+            // Of two that are inside out it is said once.
+            let [then, now] = [before, after].map(|number| inside_out(name, number));
+            let then = if now.is_empty() { then } else { "" };
+            format!("{name} {}{then} → {}{told}{now}", figure(before), quantity(after, unit, power))
         }
     })
+}
+
+/// What is to be said of a volume below 0: its faces look inwards.
+fn inside_out(name: &str, number: f64) -> &'static str {
+    if name == "volume" && number < 0.0 { ", inside out" } else { "" }
 }
 
 /// What is known of an object: `area 6 m² · volume 1 m³ · watertight`.
@@ -54,10 +62,8 @@ pub(super) fn all(measures: &Measures, unit: Unit) -> Vec<String> {
     // Of triangles they are near to what they are of the shape.
     let near = if measures.within.is_some_and(|within| within > 0.0) { "≈ " } else { "" };
     let area = measures.area.map(|a| format!("area {near}{}", quantity(a, unit, 2)));
-    let volume = measures.volume.map(|v| {
-        let inside = if v < 0.0 { ", inside out" } else { "" };
-        format!("volume {near}{}{inside}", quantity(v, unit, 3))
-    });
+    let volume =
+        measures.volume.map(|v| format!("volume {near}{}{}", quantity(v, unit, 3), inside_out("volume", v)));
     let tight = match (measures.watertight, &measures.leaks) {
         (Some(true), _) => Some("watertight".to_owned()),
         (_, Some(leaks)) => Some(self::leaks(leaks)),
@@ -106,5 +112,19 @@ mod tests {
         assert_eq!(told(None, None, Unit::Metre), "");
         let odd = Unit::of_metres(0.3).unwrap();
         assert_eq!(told(None, Some(3.0), odd), "area 3 × (0.3 m)²");
+    }
+
+    #[test]
+    fn a_volume_below_nothing_is_inside_out() {
+        let told = |before, after| {
+            let volume = Measured { before, after };
+            change(&ObjectChange { volume, ..ObjectChange::default() }, Unit::Millimetre)
+        };
+        assert_eq!(told(None, Some(-1777.0)), "volume -1777 mm³, inside out");
+        assert_eq!(told(None, Some(1777.0)), "volume 1777 mm³");
+        assert_eq!(told(Some(-2.0), None), "volume -2 mm³, inside out before");
+        assert_eq!(told(Some(-2.0), Some(-2.0)), "volume -2 mm³, inside out as before");
+        assert_eq!(told(Some(-2.0), Some(-3.0)), "volume -2 → -3 mm³ (× 1.5), inside out");
+        assert_eq!(told(Some(-2.0), Some(3.0)), "volume -2, inside out → 3 mm³");
     }
 }

@@ -1,4 +1,4 @@
-//! `intersect`: where a curve meets a curve, a surface or itself.
+//! `intersect`: where a curve or polyline meets another, a surface or itself.
 
 use loftsman_kernel::Error;
 use loftsman_kernel::Point;
