@@ -185,7 +185,7 @@ impl Resolving<'_> {
             };
             note += &format!(
                 "; {}{more} are as near: give the parameter if one of them is meant",
-                value_of(*other)
+                text_of(&value_of(*other))
             );
         }
         self.notes.push(note);
@@ -349,10 +349,18 @@ fn valleys(shape: &dyn Shape, cell: &Cell, point: Point, all: &mut Vec<Candidate
     Ok(())
 }
 
-/// A location in the words of a recipe.
+/// A location in the words of a recipe: 0 and not 0.0.
 fn text_of(value: &Value) -> String {
-    let Some(face) = value.get("face") else { return value.to_string() };
-    format!("{{ face = {face}, uv = {} }}", value.get("uv").unwrap_or(&Value::Null))
+    let number =
+        |value: &Value| value.as_f64().map_or_else(|| value.to_string(), |u| Figure(u + 0.0).to_string());
+    match value {
+        Value::Array(list) => format!("[{}]", list.iter().map(number).collect::<Vec<_>>().join(", ")),
+        Value::Object(table) => {
+            let told = |(key, value): (&String, &Value)| format!("{key} = {}", text_of(value));
+            format!("{{ {} }}", table.iter().map(told).collect::<Vec<_>>().join(", "))
+        }
+        other => number(other),
+    }
 }
 
 /// A location as a recipe's value.
@@ -419,7 +427,7 @@ mod tests {
         assert_eq!((&constraints[1]["at"], &constraints[1]["with"]["at"]), (&json!(0.25), &json!(0.0)));
         assert_eq!(constraints[2]["near"], json!([1.0, 0.5]));
         assert_eq!(notes.len(), 3, "{notes:?}");
-        assert!(notes[1].contains("constraints[1].with.at = 0.0 on \"low\""), "{notes:?}");
+        assert!(notes[1].contains("constraints[1].with.at = 0 on \"low\""), "{notes:?}");
         assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
     }
 

@@ -26,6 +26,8 @@ impl Figure {
         let text = |path: std::path::PathBuf| {
             std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
         };
+        let faults = super::labels::faults(&text(out.path().join("figure.svg")));
+        assert!(faults.is_empty(), "{recipe_name}: {faults:#?}");
         same_picture(&text(out.path().join("figure.svg")), &text(own.join("figure.svg")), &recipe_name);
         let input = text(recipe.clone());
         let input = input.lines().find_map(|line| line.strip_prefix("input = \"../")).unwrap();

@@ -14,6 +14,7 @@ mod golden;
 mod hostile;
 #[cfg(feature = "iges")]
 mod iges;
+mod labels;
 mod manual;
 mod measures;
 mod merge;

@@ -85,7 +85,7 @@ fn closed_sections_of_meshes_have_an_area() {
     assert_eq!(area(&open, &level), None);
     assert_eq!(area(&cube, &plane([0.0, 0.0, 2.0], [0.0, 0.0, 1.0])), None);
     let report = run(&mut scene(), "section", json!({ "object": "cube", "axis": "z", "at": 0.5 })).unwrap();
-    assert!(report.notes.iter().any(|note| note.ends_with("cuts an area of 1")), "{report:?}");
+    assert!(report.notes.iter().any(|note| note.ends_with("cuts an area of 1 m²")), "{report:?}");
 }
 
 /// An edge in the plane belongs to the section, and of a line along which a surface touches it a point is told, whichever way the plane
@@ -290,7 +290,7 @@ fn sections_of_breps_and_trimmed_surfaces_are_curves_beside_them() {
     let mut scene = Scene::new();
     scene.add(Object::new("block", block.into())).unwrap();
     let report = run(&mut scene, "section", json!({ "object": "block", "axis": "z", "count": 3 })).unwrap();
-    let areas = report.notes.iter().filter(|note| note.ends_with("cuts an area of 6")).count();
+    let areas = report.notes.iter().filter(|note| note.ends_with("cuts an area of 6 m²")).count();
     assert_eq!((areas, scene.objects().len()), (3, 4), "{report:?}");
     let report = run(
         &mut scene,
@@ -346,4 +346,22 @@ fn polylines_are_intersected_as_curves_of_degree_one() {
         refused.to_string().contains("\"one\": a polyline has 2 points at least, here are 1"),
         "{refused}"
     );
+}
+
+/// The only object that fits need not be named; planes that differ by little are told apart.
+#[test]
+fn the_only_object_is_meant_and_planes_are_told_apart() {
+    let mut scene = Scene::new();
+    let line = Curve::line(Point::origin(), Point::new(10.0, 0.0, 0.0)).unwrap();
+    scene.add(Object::new("line", line.into())).unwrap();
+    let report = run(&mut scene, "section", json!({ "axis": "x", "at": [5, 5.00000001] })).unwrap();
+    let places: Vec<&str> = report.notes.iter().filter_map(|note| note.split('(').nth(1)).collect();
+    assert!(places.len() == 2 && places[0] != places[1], "{:?}", report.notes);
+    // What is wrong with another field is said, and not that the object is missing.
+    let problem = run(&mut scene, "intersect", json!({ "with": "lien" })).unwrap_err();
+    assert!(problem.contains("lien") && problem.contains("line"), "{problem}");
+    let other = Curve::line(Point::origin(), Point::new(0.0, 1.0, 0.0)).unwrap();
+    scene.add(Object::new("other", other.into())).unwrap();
+    let problem = run(&mut scene, "intersect", json!({})).unwrap_err();
+    assert!(problem.contains("\"line\", \"other\""), "{problem}");
 }

@@ -88,7 +88,7 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
     match light.mark.kind {
         MarkKind::Moved => {
             let from = sheet.spot(&light.before);
-            sheet.ink.segment(from, spot, 6);
+            ink_arrow(sheet, from, spot, 6);
             out.push_str(&arrow(from, spot, theme.accent().hex(), 0.45));
         }
         MarkKind::Direction => {
@@ -96,7 +96,7 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
             {
                 let length = within(sheet, spot, direction);
                 let to = [0, 1].map(|i| spot[i] + direction[i] * length);
-                sheet.ink.segment(spot, to, 5);
+                ink_arrow(sheet, spot, to, 5);
                 out.push_str(&arrow(spot, to, theme.ink().hex(), 0.3));
             }
         }
@@ -109,6 +109,22 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
         sheet.ink.segment([spot[0] - x, spot[1] - y], [spot[0] + x, spot[1] + y], 8);
     }
     out
+}
+
+/// Leaves the ink of an arrow, its head included.
+fn ink_arrow(sheet: &mut Sheet, from: Spot, to: Spot, weight: u16) {
+    sheet.ink.segment(from, to, weight);
+    let distance = (to[0] - from[0]).hypot(to[1] - from[1]);
+    if let Some([x, y]) = unit([to[0] - from[0], to[1] - from[1]]) {
+        let head = HEAD.min(0.6 * distance);
+        let back = [to[0] - 1.12 * x * head, to[1] - 1.12 * y * head];
+        let wing = [0.36 * head * -y, 0.36 * head * x];
+        sheet.ink.segment(
+            [back[0] - wing[0], back[1] - wing[1]],
+            [back[0] + wing[0], back[1] + wing[1]],
+            weight,
+        );
+    }
 }
 
 /// How long an arrow is that ends on the sheet; half as long as others at least, so that it is seen to be one.
@@ -227,7 +243,7 @@ fn osculating(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>) -> St
         let (s, c) = (half * f64::from(i) / 24.0).sin_cos();
         let spot = sheet.spot(&(centre + (tangent * s - normal * c) * radius));
         if let Some(from) = last {
-            sheet.ink.segment(from, spot, 6);
+            ink_arrow(sheet, from, spot, 6);
         }
         last = Some(spot);
         path.line_to(spot);

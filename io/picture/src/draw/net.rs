@@ -68,7 +68,13 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     sheet.put(layer, &stroke.path("control-polygon", seen).empty());
     sheet.put(layer, &squares(&kept, Some(theme.paper()), tone, if old { 0.16 } else { 0.22 }));
     for &spot in &kept {
-        sheet.ink.segment(spot, spot, 4);
+        for side in [-0.5 * SIDE, 0.5 * SIDE] {
+            sheet.ink.segment(
+                [spot[0] - 0.5 * SIDE, spot[1] + side],
+                [spot[0] + 0.5 * SIDE, spot[1] + side],
+                4,
+            );
+        }
     }
     let shown = kept.len() + through.len();
     sheet.caption.note_thinned(body.object.name(), shown, (all, "control vertices"));

@@ -176,7 +176,12 @@ impl Painting {
         // What differs by less is rounding.
         let even = range.1 - range.0 <= 1e-6 * range.0.abs().max(range.1.abs());
         let title = match (even, self.faces) {
-            (true, _) => format!("{title}: {} {of} everywhere", figure(0.5 * (range.0 + range.1))),
+            (true, _) => {
+                let value = figure(0.5 * (range.0 + range.1));
+                // `0.5/mm` and not `0.5 1/mm`.
+                let unit = of.strip_prefix('1').map_or_else(|| format!(" {of}"), str::to_owned);
+                format!("{title}: {value}{unit} everywhere")
+            }
             (_, Faces::Deviation) => format!("{title} in {of}; + along normals"),
             _ => format!("{title} in {of}"),
         };
