@@ -35,6 +35,8 @@ pub(crate) struct Painting {
     bodies: Vec<Painted>,
     /// The values at the ends of the map, from minus this to this, in the scene's units.
     end: f64,
+    /// Whether other drawings have the same map: then it speaks of all of them.
+    shared: bool,
     /// What cannot be painted.
     notes: Vec<String>,
 }
@@ -151,8 +153,8 @@ impl Painting {
     }
 
     /// The same with another end of the map.
-    pub(crate) fn ending(self, end: f64) -> Self {
-        Self { end, ..self }
+    pub(crate) fn ending(self, end: f64, shared: bool) -> Self {
+        Self { end, shared, ..self }
     }
 
     /// Says in the legend what the colours are.
@@ -174,7 +176,7 @@ impl Painting {
             return;
         };
         // What differs by less is rounding.
-        let even = range.1 - range.0 <= 1e-4 * range.0.abs().max(range.1.abs());
+        let even = !self.shared && range.1 - range.0 <= 1e-4 * range.0.abs().max(range.1.abs());
         let title = match (even, self.faces) {
             (true, _) => {
                 let value = figure(0.5 * (range.0 + range.1));
