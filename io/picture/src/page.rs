@@ -236,8 +236,9 @@ fn measure(parts: &mut [Part<'_>], choices: &Choices) {
     for part in parts {
         if let Content::Drawing { combs, bounds, painting } = &mut part.content {
             let (faces, _) = painting.end();
-            let alike = ends.iter().filter(|(other, _)| *other == faces);
-            *painting = std::mem::take(painting).ending(alike.map(|(_, end)| *end).fold(0.0, f64::max));
+            let alike = || ends.iter().filter(|(other, _)| *other == faces);
+            let end = alike().map(|(_, end)| *end).fold(0.0, f64::max);
+            *painting = std::mem::take(painting).ending(end, alike().count() > 1);
             *combs = std::mem::take(combs).measured(measure);
             *bounds = draw::bounds(&part.stage, combs, choices);
         }

@@ -35,6 +35,8 @@ pub(crate) struct Painting {
     bodies: Vec<Painted>,
     /// The values at the ends of the map, from minus this to this, in the scene's units.
     end: f64,
+    /// Whether other drawings have the same map: then it speaks of all of them.
+    shared: bool,
     /// What cannot be painted.
     notes: Vec<String>,
 }
@@ -151,8 +153,8 @@ impl Painting {
     }
 
     /// The same with another end of the map.
-    pub(crate) fn ending(self, end: f64) -> Self {
-        Self { end, ..self }
+    pub(crate) fn ending(self, end: f64, shared: bool) -> Self {
+        Self { end, shared, ..self }
     }
 
     /// Says in the legend what the colours are.
@@ -174,7 +176,7 @@ impl Painting {
             return;
         };
         // What differs by less is rounding.
-        let even = range.1 - range.0 <= 1e-6 * range.0.abs().max(range.1.abs());
+        let even = !self.shared && range.1 - range.0 <= 1e-4 * range.0.abs().max(range.1.abs());
         let title = match (even, self.faces) {
             (true, _) => {
                 let value = figure(0.5 * (range.0 + range.1));
@@ -267,18 +269,17 @@ fn stripe(normal: &Vector, toward: &Vector) -> Option<f64> {
     Some(if is_light { 0.5 + 0.5 * edge } else { 0.5 - 0.5 * edge })
 }
 
-/// Values at the points of a grid; where there is none that of the point before.
+/// Values at the points of a grid; where there is none that of the point before, at its start the first that there is.
 fn filled(grid: &Samples, value: impl Fn(f64, f64, &Vector) -> Option<f64>) -> Vec<f64> {
     let columns = grid.v.len();
-    let mut last = 0.0;
-    grid.points
-        .iter()
-        .enumerate()
-        .map(|(i, p)| {
-            last = value(grid.u[i / columns], grid.v[i % columns], p).unwrap_or(last);
-            last
-        })
-        .collect()
+    let at = |(i, p): (usize, &Vector)| value(grid.u[i / columns], grid.v[i % columns], p);
+    let found: Vec<Option<f64>> = grid.points.iter().enumerate().map(at).collect();
+    let mut last = found.iter().copied().flatten().next().unwrap_or(0.0);
+    let carried = found.into_iter().map(|value| {
+        last = value.unwrap_or(last);
+        last
+    });
+    carried.collect()
 }
 
 /// The unit normals at the points of a grid; zero where there are none.
