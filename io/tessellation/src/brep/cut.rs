@@ -23,6 +23,9 @@ const SNAP: f64 = 0.02;
 pub(crate) const ONE_PLACE: f64 = 1e-9;
 /// The largest part of a closed direction that a chord takes.
 const TURN: f64 = 0.2;
+/// An edge that is further from a face than this, in the frame, is on another surface: what would be made of the face bounds nothing, and could take
+/// any number of chords.
+const FAR: f64 = 0.25;
 /// Steps to where an edge crosses a line.
 const STEPS: usize = 60;
 
@@ -46,6 +49,8 @@ pub(crate) struct Track {
     pub(crate) off: Vec<f64>,
     /// The same places as the file has them, to start searches from.
     pub(crate) guide: Option<Guide>,
+    /// How far it was found from the face, in the frame, where that is too far: it is on none of its places then.
+    pub(crate) lost: Option<f64>,
 }
 
 /// An edge in the parameters of a face, over its own parameters.
@@ -198,7 +203,8 @@ impl Chain {
         let (start, end) = self.domain();
         let mut sample = Sample { point, at: Vec::new(), off: Vec::new() };
         for (k, track) in self.tracks.iter().enumerate() {
-            let Some(carrier) = carriers.get(track.face).and_then(Option::as_ref) else {
+            let carrier = carriers.get(track.face).and_then(Option::as_ref);
+            let Some(carrier) = carrier.filter(|_| track.lost.is_none()) else {
                 sample.at.push([f64::NAN; 2]);
                 sample.off.push(0.0);
                 continue;
@@ -252,6 +258,11 @@ impl Chain {
         for (track, (at, off)) in self.tracks.iter_mut().zip(sample.at.into_iter().zip(sample.off)) {
             track.at.insert(index, at);
             track.off.insert(index, off);
+            if off > FAR {
+                track.lost = Some(off);
+                track.at.fill([f64::NAN; 2]);
+                continue;
+            }
             self.off = self.off.max(off);
         }
     }
@@ -264,7 +275,10 @@ impl Chain {
         let [Some(&a), Some(&b)] = [part, part + 1].map(|k| self.parameters.get(k)) else { return Ok(false) };
         let middle = 0.5 * (a + b);
         let length = nalgebra::distance(&self.points[part], &self.points[part + 1]) / goal.size;
-        if middle <= a || middle >= b || length <= 4.0 * ONE_PLACE {
+        // What is off its face by more than a chord is long is in the way of something because of that: shorter chords are, too.
+        let offs = self.tracks.iter().flat_map(|track| [track.off[part], track.off[part + 1]]);
+        let least = offs.fold(4.0 * ONE_PLACE, f64::max);
+        if middle <= a || middle >= b || length <= least {
             return Ok(false);
         }
         let sample = self.sample(middle, Some(&self.places(part)), carriers, goal)?;
@@ -348,6 +362,11 @@ impl Chain {
                 halfway = Some(self.sample(middle, Some(&self.places(part)), carriers, goal)?);
             }
             let Some(half) = &halfway else { continue };
+            if half.off[k] > FAR {
+                self.tracks[k].lost = Some(half.off[k]);
+                self.tracks[k].at.fill([f64::NAN; 2]);
+                continue;
+            }
             self.off = self.off.max(half.off[k]);
             let mut m = half.at[k];
             for d in 0..2 {
