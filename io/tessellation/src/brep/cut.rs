@@ -26,6 +26,8 @@ const TURN: f64 = 0.2;
 /// An edge that is further from a face than this, in the frame, is on another surface: what would be made of the face bounds nothing, and could take
 /// any number of chords.
 const FAR: f64 = 0.25;
+/// The most chords of an edge: a ten-billionth of its bends is less than is ever asked for.
+const MOST: usize = 1 << 17;
 /// Steps to where an edge crosses a line.
 const STEPS: usize = 60;
 
@@ -296,14 +298,32 @@ impl Chain {
     /// # Errors
     /// As for [`new`](Self::new).
     pub(crate) fn settle(&mut self, carriers: &[Option<Carrier>], goal: &Goal) -> Result<()> {
+        // What is behind the chord that is looked at waits, the nearest last: nothing is moved along for a chord that is cut.
+        let mut waiting = Vec::new();
+        while self.parameters.len() > 2 {
+            waiting.extend(self.pop());
+        }
+        let settled = self.settle_before(&mut waiting, carriers, goal);
+        while let Some((t, sample)) = waiting.pop() {
+            self.insert(self.points.len(), t, sample);
+        }
+        settled
+    }
+
+    fn settle_before(
+        &mut self,
+        waiting: &mut Vec<(f64, Sample)>,
+        carriers: &[Option<Carrier>],
+        goal: &Goal,
+    ) -> Result<()> {
         let (start, end) = self.domain();
         let least = 1e-12 * (end - start);
+        let most = goal.budget.min(MOST);
         let mut part = 0;
         while part + 1 < self.parameters.len() {
-            if self.parameters.len() > goal.budget {
+            if self.parameters.len() + waiting.len() > most {
                 return Err(Error::Invalid(format!(
-                    "an edge needs more than {} chords: choose a coarser tolerance or angle",
-                    goal.budget
+                    "an edge needs more than {most} chords: choose a coarser tolerance or angle"
                 )));
             }
             let (a, b) = (self.parameters[part], self.parameters[part + 1]);
@@ -321,12 +341,29 @@ impl Chain {
                             place[1 - d] = self.tracks[track].at[part][1 - d];
                         }
                     }
+                    waiting.extend(self.pop());
                     self.insert(part + 1, t, sample);
                 }
-                _ => part += 1,
+                _ => {
+                    part += 1;
+                    if let Some((t, sample)) = waiting.pop() {
+                        self.insert(part + 1, t, sample);
+                    }
+                }
             }
         }
         Ok(())
+    }
+
+    /// Takes the last point off.
+    fn pop(&mut self) -> Option<(f64, Sample)> {
+        let (t, point) = (self.parameters.pop()?, self.points.pop()?);
+        let (at, off) = self
+            .tracks
+            .iter_mut()
+            .map(|track| (track.at.pop().unwrap_or([f64::NAN; 2]), track.off.pop().unwrap_or(0.0)))
+            .unzip();
+        Some((t, Sample { point, at, off }))
     }
 
     /// The two ends of a chord on a face, the second as near to the first as it can be; none where all of it is a pole.

@@ -252,15 +252,6 @@ impl<'b> Cut<'b> {
                 }
                 None
             });
-            for track in chain.iter().flat_map(|chain| &chain.tracks) {
-                if let Some(off) = track.lost {
-                    let off = loftsman_kernel::text::short(off * self.goal.size);
-                    let of = Error::Invalid(format!(
-                        "its edge {number} is {off} off its surface: it lies on another one, or one of the two is wrong"
-                    ));
-                    self.troubles.entry(track.face).or_insert(of);
-                }
-            }
             self.chains.push(chain);
         }
     }
@@ -298,6 +289,12 @@ impl<'b> Cut<'b> {
         for one in self.brep.loops(face).iter().flatten() {
             let Some(Some(chain)) = self.chains.get(one.edge) else { continue };
             let Some(track) = chain.tracks.iter().find(|track| track.face == face) else { continue };
+            if let Some(off) = track.lost {
+                let (number, off) = (one.edge, loftsman_kernel::text::short(off * self.goal.size));
+                return Some(Err(Trouble::Other(Error::Invalid(format!(
+                    "its edge {number} is {off} off its surface: it lies on another one, or one of the two is wrong"
+                )))));
+            }
             let numbers = self.numbers(one.edge, starts);
             let of = |part: usize| {
                 let (a, b) = (part, part + 1);
