@@ -260,16 +260,20 @@ impl<'r, 'f> Builder<'r, 'f> {
                 loops.push(chain);
             }
         }
-        let points = || self.points_of(&loops, &lone);
         let (sheet, at, same) = if kind == b"FACE" {
             (self.plane_of(number, loops.first())?, number, true)
         } else {
             let at = args.reference(2)?;
             (self.space.sheet(at, 0)?, at, args.flag(3)?)
         };
-        let points = if matches!(sheet, Sheet::Spline(_)) { Vec::new() } else { points().at(number)? };
-        if let Sheet::Spline(surface) = &sheet
-            && is_one(&self.space.entity(at)?, &SURFACES)
+        self.notes.extend(sheet.told(at));
+        let ends = matches!(sheet, Sheet::Spline(_) | Sheet::Near(..));
+        let points = if ends { Vec::new() } else { self.points_of(&loops, &lone).at(number)? };
+        // Parameters are those of the file.
+        let of = self.space.entity(at).ok();
+        let own = of.is_some_and(|of| is_one(&of, &SURFACES) || of.only() == b"OFFSET_SURFACE");
+        if let Sheet::Spline(surface) | Sheet::Near(surface, _) = &sheet
+            && own
         {
             self.with_parameters((at, surface), turned, &mut loops);
         }
