@@ -80,7 +80,7 @@ fn files_of_others_are_written_and_read_to_the_last_bit() {
             assert_eq!(before.edge_count(), after.edge_count(), "{name}");
             for face in 0..before.face_count() {
                 assert_eq!(before.is_reversed(face), after.is_reversed(face), "{name} face {face}");
-                if before.surface_form(face) == loftsman_kernel::brep::SurfaceForm::Spline {
+                if before.surface_form(face) == SurfaceForm::Spline {
                     assert_eq!(before.surface(face), after.surface(face), "{name}");
                 }
             }

@@ -211,11 +211,11 @@ fn a_bound_that_runs_against_all_neighbours_is_turned_and_told() {
     let read = |text: String| {
         let (scene, report) =
             Step.read(&Memory::new("tet.step", text.into_bytes()), &ReadOptions::default()).unwrap();
-        let breps = scene.objects().iter().filter_map(|object| match object.geometry() {
+        let mut breps = scene.objects().iter().filter_map(|object| match object.geometry() {
             Geometry::Brep(brep) => Some(brep.clone()),
             _ => None,
         });
-        (breps.last().unwrap(), report.notes.join("\n"))
+        (breps.next_back().unwrap(), report.notes.join("\n"))
     };
     let (right, notes) = read(text.clone());
     assert!(!notes.contains("turned round"), "{notes}");
