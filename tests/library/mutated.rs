@@ -9,7 +9,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use loftsman::kernel::plugin::{Fate, Format, Memory, ReadOptions, WriteOptions};
+use loftsman::kernel::plugin::{Chord, Fate, Fineness, Format, Memory, ReadOptions, WriteOptions};
+use loftsman::kernel::scene::Geometry;
 
 /// Changes of each format where no time is given.
 const CHANGES: u64 = 150;
@@ -185,4 +186,43 @@ fn changed_step_files_are_read_or_refused() {
 #[test]
 fn changed_iges_files_are_read_or_refused() {
     mutated("iges", &["igs", "iges"]);
+}
+
+/// Files of which one number was changed so that faces are nowhere near their edges: what cannot be cut is left out with the reason, after a search that
+/// ends. Each took minutes and more.
+#[test]
+fn solids_whose_edges_are_far_from_their_faces_are_cut_soon() {
+    let damaged = [
+        ("step", "base_interface_AP203.STEP", 375, "#360 = DIRECTION ( 'NONE',  ( 0.0, 1.0, -1.0 ) ) ;"),
+        ("step", "base_interface_AP203.STEP", 375, "#360 = DIRECTION ( 'NONE',  ( 0.0, 1.E308, -1.0 ) ) ;"),
+        ("step", "io1-cm-214.stp", 326, "#3150=DIRECTION('',(1.,-1.E300,0.));"),
+        (
+            "iges",
+            "test_pipe.igs",
+            203,
+            "120,47,41,4.71238898,6.283185307;                                0000037P0000020",
+        ),
+    ];
+    let registry = loftsman::registry();
+    let fineness = Fineness { chord: Chord::Relative(1e-3), angle: 0.3 };
+    for (name, file, line, text) in damaged {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name).join(file);
+        let original = std::fs::read_to_string(path).unwrap();
+        let lines = original.lines().enumerate().map(|(k, own)| if k + 1 == line { text } else { own });
+        let bytes = lines.collect::<Vec<_>>().join("\n").into_bytes();
+        let format = registry.formats().iter().find(|f| f.declaration().name == name).unwrap();
+        let begun = Instant::now();
+        let (scene, _) = format.read(&Memory::new(file, bytes), &ReadOptions::default()).unwrap();
+        let mut faces = 0;
+        for object in scene.objects() {
+            if let Geometry::Brep(brep) = object.geometry() {
+                faces += brep.face_count();
+                if let Ok(found) = registry.tessellator().unwrap().measured_brep(brep, &fineness) {
+                    faces -= found.left_out.len();
+                }
+            }
+        }
+        assert!(begun.elapsed() < LONGEST, "{file}: {:?}", begun.elapsed());
+        assert!(faces > 0, "{file}: nothing of it is cut");
+    }
 }

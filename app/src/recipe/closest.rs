@@ -244,11 +244,15 @@ fn shortened(shape: &dyn Shape, at: Location) -> Location {
         _ => shape.domain(),
     };
     let short = |u: f64, side: usize| {
-        let (start, end) = domain.get(side).map_or((0.0, 1.0), |side| (side.start, side.end));
+        let side = domain.get(side);
+        let (start, end) = side.map_or((0.0, 1.0), |side| (side.start, side.end));
+        // Beyond its domain only what is periodic goes on.
+        let (low, high) =
+            if side.is_some_and(|side| side.periodic) { (start.min(u), end.max(u)) } else { (start, end) };
         let decimals = 9 - (end - start).log10().floor().clamp(-300.0, 300.0) as i32;
         let rounded =
             usize::try_from(decimals).ok().and_then(|decimals| format!("{u:.decimals$}").parse().ok());
-        rounded.unwrap_or(u).clamp(start.min(u), end.max(u))
+        rounded.unwrap_or(u).clamp(low, high)
     };
     match at {
         Location::Curve(u) => Location::Curve(short(u, 0)),

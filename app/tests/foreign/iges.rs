@@ -75,3 +75,29 @@ fn opencascade_finds_the_same_solids_in_what_was_step() {
         same(name, &before, &after);
     }
 }
+
+/// A sphere that is a spline and has no edges, alone and as a cavity: with the edges along which it closes OpenCASCADE reads what it is.
+#[cfg(feature = "step")]
+#[test]
+fn opencascade_finds_balls_without_edges() {
+    let files = ["spline_sphere.step", "spline_cavity.step"];
+    let folder = "../../app/tests/foreign/files";
+    for (name, (before, after)) in files.iter().zip(both(folder, &files).into_iter().flatten()) {
+        same(name, &before, &after);
+    }
+}
+
+/// Instances beside solids in groups that are placed: the reader of plain shapes and the one of assemblies find each solid once, where it is.
+#[cfg(feature = "step")]
+#[test]
+fn opencascade_finds_the_solids_of_assemblies_once() {
+    let work = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/step/as1-oc-214.stp");
+    let out = work.path().join("as1.igs");
+    LOFTSMAN.done(work.path(), &["convert", &data.to_string_lossy(), &out.to_string_lossy()]);
+    let again = work.path().join("again.igs");
+    LOFTSMAN.done(work.path(), &["convert", &out.to_string_lossy(), &again.to_string_lossy()]);
+    for found in Oracle::OpenCascade.ask(&[out, again], &["--assembled"]).into_iter().flatten() {
+        assert_eq!((at(&found, "counts/solid"), at(&found, "assembled")), (&18.into(), &18.into()));
+    }
+}

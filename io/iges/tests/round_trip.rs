@@ -7,7 +7,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use loftsman_iges::Iges;
-use loftsman_kernel::brep::Brep;
+use loftsman_kernel::brep::{Brep, Face, Frame, Parts, Shell, Solid, SurfaceForm};
 use loftsman_kernel::conformance::{format_conformance, sample_assembly, sample_scene};
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{Fate, Format, Memory, ReadOptions, WriteOptions, WriteReport};
@@ -80,7 +80,7 @@ fn files_of_others_are_written_and_read_to_the_last_bit() {
             assert_eq!(before.edge_count(), after.edge_count(), "{name}");
             for face in 0..before.face_count() {
                 assert_eq!(before.is_reversed(face), after.is_reversed(face), "{name} face {face}");
-                if before.surface_form(face) == loftsman_kernel::brep::SurfaceForm::Spline {
+                if before.surface_form(face) == SurfaceForm::Spline {
                     assert_eq!(before.surface(face), after.surface(face), "{name}");
                 }
             }
@@ -347,4 +347,41 @@ fn spheres_have_no_lists_of_edges() {
     assert!(!text.contains("\n504,") && !text.contains("\n502,"), "{text}");
     let second = read(&bytes);
     assert!(breps(&second).values().all(|brep| brep.face_count() == 1 && brep.edge_count() == 0));
+}
+
+/// A face that is all of a closed spline surface has no edges here; in the file it has those along which the surface closes, and its poles.
+#[test]
+fn faces_without_edges_get_the_seams_of_their_splines() {
+    let frame = Frame::new(Point::new(1.0, 2.0, 3.0), Vector::z(), Vector::x()).unwrap();
+    for (form, edges, vertices) in [
+        (SurfaceForm::Sphere { frame, radius: 2.0 }, 1, 2),
+        (SurfaceForm::Torus { frame, major: 3.0, minor: 1.0 }, 2, 1),
+    ] {
+        let surface = form.covering(&[]).unwrap();
+        let face = Face {
+            name: None,
+            color: None,
+            surface: surface.clone(),
+            form: SurfaceForm::Spline,
+            reversed: false,
+            loops: Vec::new(),
+            points: Vec::new(),
+        };
+        let brep = Brep::new(Parts {
+            vertices: Vec::new(),
+            edges: Vec::new(),
+            faces: vec![face],
+            shells: vec![Shell { faces: vec![0] }],
+            solids: vec![Solid { name: None, outer: 0, voids: Vec::new() }],
+        })
+        .unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("closed", brep.into())).unwrap();
+        let (bytes, _) = write(&scene);
+        let second = read(&bytes);
+        let found = breps(&second).into_values().next().unwrap();
+        assert_eq!((found.edge_count(), found.vertices().len(), found.solids().len()), (edges, vertices, 1));
+        assert!(found.is_closed(&[0]) && found.flaws(1e-9).unwrap().is_empty());
+        assert_eq!(found.surface(0).unwrap().points(), surface.clamped().unwrap().points());
+    }
 }

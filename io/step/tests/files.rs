@@ -202,3 +202,63 @@ fn a_whole_sphere_is_one_face_around_its_pole() {
     assert_eq!((brep.solids().len(), brep.lone_vertices(0)), (1, &[0][..]));
     assert!(matches!(brep.surface_form(0), SurfaceForm::Sphere { radius: 5.0, .. }));
 }
+
+/// Of the faces of a tetrahedron one has its bound the wrong way round, as OpenCASCADE writes some of its tori: all others say how it runs.
+#[test]
+fn a_bound_that_runs_against_all_neighbours_is_turned_and_told() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/step/tet.step");
+    let text = std::fs::read_to_string(path).unwrap();
+    let read = |text: String| {
+        let (scene, report) =
+            Step.read(&Memory::new("tet.step", text.into_bytes()), &ReadOptions::default()).unwrap();
+        let mut breps = scene.objects().iter().filter_map(|object| match object.geometry() {
+            Geometry::Brep(brep) => Some(brep.clone()),
+            _ => None,
+        });
+        (breps.next_back().unwrap(), report.notes.join("\n"))
+    };
+    let (right, notes) = read(text.clone());
+    assert!(!notes.contains("turned round"), "{notes}");
+    for bound in ["#18=FACE_OUTER_BOUND('',#22,", "#20=FACE_OUTER_BOUND('',#24,"] {
+        let wrong = text.replace(&format!("{bound}.T.)"), &format!("{bound}.F.)"));
+        assert_ne!(wrong, text);
+        let (brep, notes) = read(wrong);
+        assert_eq!((brep.solids().len(), brep.is_closed(&[0, 1, 2, 3])), (1, true), "{notes}");
+        assert!(notes.contains("run against those of all faces beside it: they are turned round"), "{notes}");
+        // A loop starts elsewhere, or runs through the same edges the same way.
+        let uses = |brep: &Brep| -> BTreeSet<(usize, usize, bool)> {
+            (0..4)
+                .flat_map(|face| {
+                    brep.loops(face).iter().flatten().map(move |one| (face, one.edge, one.reversed))
+                })
+                .collect()
+        };
+        assert_eq!(uses(&brep), uses(&right));
+    }
+    // Of two faces side by side nobody can say which is wrong.
+    let both = text
+        .replace("#18=FACE_OUTER_BOUND('',#22,.T.)", "#18=FACE_OUTER_BOUND('',#22,.F.)")
+        .replace("#19=FACE_OUTER_BOUND('',#23,.T.)", "#19=FACE_OUTER_BOUND('',#23,.F.)");
+    let (brep, notes) = read(both);
+    assert!(brep.solids().is_empty() && !notes.contains("turned round"), "{notes}");
+}
+
+/// The length of a direction says nothing, and its square need not be a number.
+#[test]
+fn directions_may_be_of_any_length() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/step/tet.step");
+    let text = std::fs::read_to_string(path).unwrap();
+    let read = |text: String| Step.read(&Memory::new("tet.step", text.into_bytes()), &ReadOptions::default());
+    let (scene, _) = read(text.clone()).unwrap();
+    for length in ["1.E308", "1.E-300", "7."] {
+        let long = text.replace("DIRECTION('',(0.,0.,1.))", &format!("DIRECTION('',(0.,0.,{length}))"));
+        let long = long.replace("DIRECTION('',(1.,0.,0.))", &format!("DIRECTION('',({length},0.,0.))"));
+        assert_ne!(long, text);
+        let (found, _) = read(long).unwrap();
+        let points = |scene: &Scene| -> Vec<loftsman_kernel::Point> {
+            scene.objects().iter().flat_map(|o| o.geometry().points().to_vec()).collect()
+        };
+        let (a, b) = (points(&scene), points(&found));
+        assert!(a.len() == b.len() && a.iter().zip(&b).all(|(p, q)| (p - q).norm() <= 1e-12), "{length}");
+    }
+}

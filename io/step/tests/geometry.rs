@@ -263,3 +263,49 @@ fn loops_beside_one_another_and_edges_off_their_surface_are_told() {
         "{told:?}"
     );
 }
+
+/// A free-form surface moved along its normal is no spline: what is read is near to it, at the same parameters, and says how near.
+#[test]
+fn offsets_of_free_form_surfaces_are_approximated_and_told() {
+    // A bump, degree 3 by 2, of several pieces.
+    let mut points = Vec::new();
+    let mut rows = Vec::new();
+    for i in 0..5 {
+        let mut row = Vec::new();
+        for j in 0..4 {
+            let number = 200 + 10 * i + j;
+            let (x, y) = (f64::from(i), f64::from(j));
+            let z = (0.9 * x).sin() * (0.7 * y + 0.3).cos();
+            points.push(format!("#{number}=CARTESIAN_POINT('',({x:?},{y:?},{z:?}));"));
+            row.push(format!("#{number}"));
+        }
+        rows.push(format!("({})", row.join(",")));
+    }
+    let basis = format!(
+        "#102=B_SPLINE_SURFACE_WITH_KNOTS('',3,2,({}),.UNSPECIFIED.,.F.,.F.,.F.,(4,1,4),(3,1,3),(0.,1.,2.),(0.,0.4,1.),.UNSPECIFIED.);{}",
+        rows.join(","),
+        points.join("")
+    );
+    let base = surface(&basis.replace("#102=", "#101="));
+    for distance in [0.2, -0.2] {
+        let found = surface(&format!("#101=OFFSET_SURFACE('',#102,{distance:?},.F.);{basis}"));
+        assert_eq!((found.u().domain(), found.v().domain()), ((0.0, 2.0), (0.0, 1.0)));
+        for k in 0..=50 * 50 {
+            let (u, v) = (2.0 * f64::from(k / 51) / 50.0, f64::from(k % 51) / 50.0);
+            let [du, dv] = [(1, 0), (0, 1)].map(|(a, b)| base.derivative(u, v, a, b).unwrap());
+            let wanted = base.point(u, v).unwrap() + du.cross(&dv).normalize() * distance;
+            let off = (found.point(u, v).unwrap() - wanted).norm();
+            assert!(off < 1e-6, "{distance}: {off} at {u} {v}");
+        }
+    }
+    let text = format!("{AXES}#100=GEOMETRIC_SET('',(#101));#101=OFFSET_SURFACE('',#102,0.2,.F.);{basis}");
+    let (_, report) = read(&file("#100", &text)).unwrap();
+    assert!(report.notes.iter().any(|n| n.contains("approximated by a B-spline: up to")), "{report:?}");
+    // By more than it bends it would fold.
+    let text = format!("{AXES}#100=GEOMETRIC_SET('',(#101));#101=OFFSET_SURFACE('',#102,9.,.F.);{basis}");
+    let told = match read(&file("#100", &text)) {
+        Ok((_, report)) => format!("{report:?}"),
+        Err(error) => error.to_string(),
+    };
+    assert!(told.contains("folds"), "{told}");
+}

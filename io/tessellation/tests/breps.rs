@@ -201,7 +201,7 @@ fn relative_tolerances_measure_the_whole() {
 
 #[test]
 fn a_face_that_fails_is_left_out() {
-    // Two corners of the top change places: the loops of three faces cross, or bound nothing.
+    // Two corners of the top change places: the loops of three faces cross, bound nothing, or are far from their surfaces.
     let mut points = cube().points().to_vec();
     let first = points.len() - 8;
     points.swap(first + 4, first + 5);
@@ -210,7 +210,7 @@ fn a_face_that_fails_is_left_out() {
     assert!(!found.left_out.is_empty());
     for (_, reason) in &found.left_out {
         let reason = reason.to_string();
-        assert!(reason.contains("cross") || reason.contains("area"), "{reason}");
+        assert!(["cross", "area", "off its surface"].iter().any(|why| reason.contains(why)), "{reason}");
     }
     assert!(found.faces.iter().all(|face| found.left_out.iter().all(|(out, _)| out != face)));
 }

@@ -5,6 +5,9 @@ use crate::error::Result;
 use crate::spline::{Curve, Surface};
 use crate::{Point, parallel};
 
+/// The part of a distance that is more than a tolerance by which it may be told too large.
+const OFF: f64 = 1e-3;
+
 /// Something that is further from its place than its tolerance says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Flaw {
@@ -96,7 +99,7 @@ impl Brep {
                 };
                 // Downhill it may have come to a border that the edge crosses, or to another sheet.
                 if foot.1 > enough {
-                    let closest = surface.closest(*point)?;
+                    let closest = surface.nearly_closest(*point, 0.01 * enough, OFF)?;
                     foot = (closest.at, closest.distance);
                 }
                 last = Some(foot.0);

@@ -24,6 +24,19 @@ const RELATIVE: f64 = 1e-10;
 const ABSOLUTE: f64 = 1e-13;
 /// Pieces looked at before the search stops with what it has.
 const PIECES: usize = 200_000;
+/// As many where only a part of the surface counts, which costs more to ask.
+const KEPT_PIECES: usize = 20_000;
+/// The part of a surface's sides below which pieces that count in part are no longer halved: within them nothing is nearer than the border that
+/// they hold by more than the square of it.
+const FINE: f64 = 1.0 / 2048.0;
+
+/// The part of a surface that counts.
+pub(crate) trait Kept {
+    /// Whether a place does.
+    fn has(&self, at: [f64; 2]) -> bool;
+    /// Whether all places of a box do, or none; `None` where its border runs through the box.
+    fn share(&self, sides: [(f64, f64); 2]) -> Option<bool>;
+}
 
 /// The closest point that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -197,12 +210,46 @@ impl Surface {
     /// # Errors
     /// When `point` is not finite, or the distance is no number.
     pub fn closest(&self, point: Point) -> Result<Closest<(f64, f64)>> {
+        self.nearly_closest(point, 0.0, 0.0)
+    }
+
+    /// A point of the surface that no other one is nearer than by more than `absolute` and the part `relative` of its distance: what is enough
+    /// where it matters how far off a point is, but not which of many places that are about as near is the nearest. On a surface that is a
+    /// circle around the point, but for a little, [`closest`](Self::closest) tells some hundred thousand pieces apart; this takes one of them.
+    ///
+    /// # Errors
+    /// As for [`closest`](Self::closest).
+    pub fn nearly_closest(&self, point: Point, absolute: f64, relative: f64) -> Result<Closest<(f64, f64)>> {
+        self.search(point, (absolute, relative), None)
+    }
+
+    /// The closest point of the part of the surface that counts, to be better than a `start` (the nearest of the part's border): pieces that count
+    /// in part are halved until they are a 2000th of the surface wide, where what is inside is no nearer, but for rounding, than the border.
+    ///
+    /// # Errors
+    /// As for [`closest`](Self::closest).
+    pub(crate) fn closest_kept(
+        &self,
+        point: Point,
+        kept: &dyn Kept,
+        start: (f64, f64),
+    ) -> Result<Closest<(f64, f64)>> {
+        self.search(point, (0.0, 0.0), Some((kept, start)))
+    }
+
+    fn search(
+        &self,
+        point: Point,
+        slack: (f64, f64),
+        kept: Option<(&dyn Kept, (f64, f64))>,
+    ) -> Result<Closest<(f64, f64)>> {
         check(point)?;
         if let Some(factor) = factor_for_squares(self.points(), point) {
             let weights = self.weights().map(<[f64]>::to_vec);
             let points = times(self.points(), factor);
             let scaled = Self::build(self.u().clone(), self.v().clone(), points, weights)?;
-            return scaled.closest(point * factor)?.scaled_back(factor, |(u, v)| self.point(u, v));
+            let found = scaled.search(point * factor, (slack.0 * factor, slack.1), kept)?;
+            return found.scaled_back(factor, |(u, v)| self.point(u, v));
         }
         let (su, sv) = (self.u(), self.v());
         let (p, q) = (su.degree(), sv.degree());
@@ -220,15 +267,28 @@ impl Surface {
         }
         let first = pieces.len();
         let mut best = Best::new((su.domain().0, sv.domain().0), size);
+        best.slack = slack;
         let evaluate = |at: (f64, f64)| self.point(at.0, at.1).map(|c| (c, (c - point).norm()));
+        if let Some((_, start)) = kept {
+            best.offer(start, evaluate(start)?);
+        }
+        let kept = kept.map(|(kept, _)| kept);
+        let counts = |at: (f64, f64)| kept.is_none_or(|kept| kept.has([at.0, at.1]));
+        let most = if kept.is_some() { KEPT_PIECES } else { PIECES };
+        let fine = [su, sv].map(|space| FINE * (space.domain().1 - space.domain().0));
         let mut heap = BinaryHeap::from(pieces);
         let mut count = 0;
         while let Some(mut piece) = heap.pop() {
-            if piece.bound >= best.enough() || count >= PIECES {
+            if piece.bound >= best.enough() || count >= most {
                 best.open = piece.bound;
                 break;
             }
             count += 1;
+            let share = kept.map_or(Some(true), |kept| kept.share([piece.u, piece.v]));
+            if share == Some(false) {
+                continue;
+            }
+            let inside = |at: (f64, f64)| share == Some(true) || counts(at);
             if piece.net.is_empty() {
                 let (i, j) = piece.spans;
                 let net: Vec<_> = (i - p..=i)
@@ -252,15 +312,24 @@ impl Surface {
                 ((piece.u.1, piece.v.0), last - 2 * q),
                 ((piece.u.1, piece.v.1), last),
             ] {
-                if (squares[corner] / weights[corner]).sqrt() < best.distance {
+                if (squares[corner] / weights[corner]).sqrt() < best.distance && inside(at) {
                     best.offer(at, evaluate(at)?);
                 }
             }
             let middle = (0.5 * piece.u.0 + 0.5 * piece.u.1, 0.5 * piece.v.0 + 0.5 * piece.v.1);
-            best.offer(middle, evaluate(middle)?);
-            if best.distance >= evaluate(middle)?.1 {
+            let there = evaluate(middle)?;
+            if best.distance >= there.1 {
+                if inside(middle) {
+                    best.offer(middle, there);
+                }
                 let at = self.approach(point, middle)?;
-                best.offer(at, evaluate(at)?);
+                if counts(at) {
+                    best.offer(at, evaluate(at)?);
+                }
+            }
+            let [wide, high] = [piece.u, piece.v].map(|side| side.1 - side.0);
+            if share.is_none() && wide <= fine[0] && high <= fine[1] {
+                continue;
             }
             if nothing_closer(&squares, &weights, best.enough()) {
                 continue;
@@ -346,11 +415,20 @@ struct Best<L> {
     size: f64,
     /// What was left open: nothing below this bound was missed.
     open: f64,
+    /// By how much less, and by what part, would not be worth finding, if that is more than rounding.
+    slack: (f64, f64),
 }
 
 impl<L: Copy> Best<L> {
     fn new(at: L, size: f64) -> Self {
-        Self { at, point: Point::origin(), distance: f64::INFINITY, size, open: f64::INFINITY }
+        Self {
+            at,
+            point: Point::origin(),
+            distance: f64::INFINITY,
+            size,
+            open: f64::INFINITY,
+            slack: (0.0, 0.0),
+        }
     }
 
     fn offer(&mut self, at: L, (point, distance): (Point, f64)) {
@@ -361,7 +439,9 @@ impl<L: Copy> Best<L> {
 
     /// The distance below which a point would be worth finding.
     fn enough(&self) -> f64 {
-        (self.distance * (1.0 - RELATIVE) - ABSOLUTE * self.size).max(0.0)
+        let (absolute, relative) = self.slack;
+        let relative = relative.max(RELATIVE);
+        (self.distance * (1.0 - relative) - absolute.max(ABSOLUTE * self.size)).max(0.0)
     }
 
     fn answer(self) -> Closest<L> {

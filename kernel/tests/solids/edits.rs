@@ -9,6 +9,8 @@ use loftsman_kernel::solve::Automatic;
 
 use super::family::{block, cylinder};
 use super::{gaps, size};
+use loftsman_kernel::brep::{CurveForm, Edge, Face, Parts, Shell, Use, Vertex};
+use loftsman_kernel::spline::{Direction, Space, Surface};
 
 /// A place in the middle of a face's box of parameters.
 fn middle(brep: &Brep, face: u32) -> Location {
@@ -155,4 +157,72 @@ fn the_nearest_place_of_a_solid_is_on_a_face() {
         (found.point - corner).norm() < 1e-9 && (found.distance - 3.0_f64.sqrt()).abs() < 1e-9,
         "{found:?}"
     );
+}
+
+/// Of a surface with many bumps a face is a window: the nearest place is that of the window, however near the rest of the surface comes, and not
+/// one of the places that are only nearer than those around them.
+#[test]
+fn the_nearest_place_of_a_face_is_inside_its_loops_and_the_nearest_of_all() {
+    let count = 30;
+    let net = (0..count * count).map(|k| {
+        let (x, y) = ((k / count) as f64, (k % count) as f64);
+        loftsman_kernel::Point::new(x, y, 2.5 * (1.3 * x).sin() * (1.1 * y + 0.4).cos() + 0.02 * x)
+    });
+    let space = || Space::clamped_uniform(3, count).unwrap();
+    let surface = Surface::new(space(), space(), net.collect()).unwrap();
+    let (low, high) = ([0.22, 0.31], [0.71, 0.64]);
+    let corners = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]];
+    let vertices = corners
+        .iter()
+        .map(|at| Vertex { point: surface.point(at[0], at[1]).unwrap(), tolerance: 1e-9 })
+        .collect();
+    let edges = [
+        (Direction::V, low[1], [low[0], high[0]], [0, 1]),
+        (Direction::U, high[0], [low[1], high[1]], [1, 2]),
+        (Direction::V, high[1], [low[0], high[0]], [3, 2]),
+        (Direction::U, low[0], [low[1], high[1]], [0, 3]),
+    ]
+    .map(|(direction, at, range, ends)| Edge {
+        curve: surface.isocurve(direction, at).unwrap(),
+        range: (range[0], range[1]),
+        ends,
+        tolerance: 1e-9,
+        form: CurveForm::Spline,
+    })
+    .to_vec();
+    let uses = (0..4).map(|edge| Use { edge, reversed: edge > 1, parameters: None }).collect();
+    let face = Face {
+        name: None,
+        color: None,
+        surface: surface.clone(),
+        form: SurfaceForm::Spline,
+        reversed: false,
+        loops: vec![uses],
+        points: Vec::new(),
+    };
+    let shells = vec![Shell { faces: vec![0] }];
+    let brep = Brep::new(Parts { vertices, edges, faces: vec![face], shells, solids: Vec::new() }).unwrap();
+    let grid = 300;
+    let samples: Vec<_> = (0..=grid * grid + 2 * grid)
+        .map(|k| [k / (grid + 1), k % (grid + 1)])
+        .map(|k| [0, 1].map(|d: usize| low[d] + (high[d] - low[d]) * (k[d] as f64 / grid as f64)))
+        .map(|at| surface.point(at[0], at[1]).unwrap())
+        .collect();
+    let mut outside = 0;
+    for k in 0..60 {
+        let x = f64::from(k);
+        let point = loftsman_kernel::Point::new(
+            29.0 * (0.618_034 * x).fract(),
+            29.0 * (0.414_214 * x).fract(),
+            8.0 * (0.732_051 * x).fract() - 4.0,
+        );
+        let found = brep.closest(point).unwrap();
+        let least = samples.iter().map(|p| (p - point).norm()).fold(f64::INFINITY, f64::min);
+        assert!(found.distance <= least + 1e-7, "{k}: {} where {least} is known", found.distance);
+        for d in 0..2 {
+            assert!(found.at[d] >= low[d] - 1e-6 && found.at[d] <= high[d] + 1e-6, "{k}: {:?}", found.at);
+        }
+        outside += usize::from(surface.closest(point).unwrap().distance < found.distance - 0.01);
+    }
+    assert!(outside > 20, "of {outside} points all of the surface is nearer");
 }

@@ -9,7 +9,7 @@ use nalgebra::Matrix4;
 
 use super::entity::{At, Entity, Got, Problem, Reader, deeper};
 use super::pace::Pace;
-use super::place::{finite, moved_curve, moved_frame, transform_point};
+use super::place::{finite, moved_curve, moved_frame, transform_point, unit};
 
 /// A curve of a file.
 #[derive(Debug, Clone)]
@@ -142,14 +142,14 @@ impl Reader<'_, '_> {
             return Err(Problem::new(place, "an offset whose distance varies is not read"));
         }
         let (distance, normal) = (entity.real(6)?, Vector::from(entity.triple(10)?));
-        let Some(normal) = normal.try_normalize(0.0) else {
+        let Some(normal) = unit(&normal) else {
             return Err(Problem::new(place, "the normal of its plane has no length"));
         };
         let (space, points, weights) = base.curve.into_parts();
         let moved: Vec<Point> = match base.form {
             CurveForm::Line => {
                 let along = points.last().zip(points.first()).map(|(b, a)| b - a);
-                let Some(along) = along.and_then(|along| along.try_normalize(0.0)) else {
+                let Some(along) = along.and_then(|along| unit(&along)) else {
                     return Err(Problem::new(place, "an offset of a line without length"));
                 };
                 let by = normal.cross(&along) * distance;

@@ -1,9 +1,14 @@
 //! Breps: solids (186), shells (514) and what they are made of.
 
 use loftsman_kernel::brep::{Brep, Use};
-use loftsman_kernel::{Error, Result};
+use loftsman_kernel::spline::{Curve, Direction, Space};
+use loftsman_kernel::{Error, Point, Result};
 
 use super::print::{Look, Printer, Purpose, Record};
+use super::shape::is_elementary;
+
+/// Points of a surface's sides that are nearer than this part of its size are one.
+const SAME: f64 = 1e-9;
 
 /// What was written of a Brep.
 pub(crate) struct Written {
@@ -22,6 +27,96 @@ pub(crate) trait Looks {
     fn name(&mut self, printer: &mut Printer, name: &str) -> u32;
 }
 
+/// The sides of a surface around a face that has no edges, and that no elementary surface of the file is. A loop of a single vertex is
+/// read as a face of nothing by OpenCASCADE, no loop at all as an open one.
+struct Rim {
+    /// The curves of its edges, and the vertices that these run between.
+    edges: Vec<(Curve, [usize; 2])>,
+    /// The number of its first edge in the file.
+    first: usize,
+    /// Around the domain, counterclockwise: what each side is, and the side itself in parameters.
+    sides: Vec<(RimSide, Curve)>,
+}
+
+/// A side of a rim.
+enum RimSide {
+    /// An edge of it, and whether the side runs along it.
+    Edge {
+        number: usize,
+        with: bool,
+    },
+    Pole {
+        vertex: usize,
+    },
+}
+
+impl Rim {
+    /// That of a face; its vertices are added to the points. `None` where the face has edges, or its surface goes out as what it is.
+    fn of(brep: &Brep, number: usize, points: &mut Vec<Point>) -> Result<Option<Self>> {
+        let Some(face) = brep.face(number).filter(|face| face.loops.is_empty()) else { return Ok(None) };
+        if is_elementary(&face.surface, &face.form)? {
+            return Ok(None);
+        }
+        let surface = face.surface.clamped()?;
+        let net = surface.points();
+        let size = net.iter().map(|p| (p - net[0]).amax()).fold(0.0, f64::max);
+        let [u, v] = surface.parameter_sides(SAME * size)?;
+        // A surface that bounds nothing by itself is a sheet with its four sides.
+        // Its vertices: those that the face has already, as at poles, and new ones.
+        let mut own = face.points.clone();
+        let mut vertex = |at: [f64; 2]| -> Result<usize> {
+            let place = surface.point(at[0], at[1])?;
+            if let Some(&known) = own.iter().find(|&&known| (points[known] - place).amax() <= SAME * size) {
+                return Ok(known);
+            }
+            points.push(place);
+            own.push(points.len() - 1);
+            Ok(points.len() - 1)
+        };
+        let corners = [[u.low, v.low], [u.high, v.low], [u.high, v.high], [u.low, v.high]];
+        let numbers = [vertex(corners[0])?, vertex(corners[1])?, vertex(corners[2])?, vertex(corners[3])?];
+        let mut rim = Self { edges: Vec::new(), first: 0, sides: Vec::new() };
+        let mut known: [Option<usize>; 4] = [None; 4];
+        for side in 0..4 {
+            let next = (side + 1) % 4;
+            // Along u at the bottom and the top, along v at the right and the left; the last two against them.
+            let along_u = side % 2 == 0;
+            let with = side < 2;
+            let is_pole = match side {
+                0 => v.poles[0],
+                1 => u.poles[1],
+                2 => v.poles[1],
+                _ => u.poles[0],
+            };
+            let line = [corners[side], corners[next]].map(|at| Point::new(at[0], at[1], 0.0)).to_vec();
+            let flat = Curve::new(Space::clamped(1, &[0.0, 1.0])?, line)?;
+            if is_pole {
+                rim.sides.push((RimSide::Pole { vertex: numbers[side] }, flat));
+                continue;
+            }
+            let closed = if along_u { v.closed } else { u.closed };
+            let number = match known[side].filter(|_| closed) {
+                Some(number) => number,
+                None => {
+                    let (direction, at) = if along_u {
+                        (Direction::V, corners[side][1])
+                    } else {
+                        (Direction::U, corners[side][0])
+                    };
+                    let ends =
+                        if with { [numbers[side], numbers[next]] } else { [numbers[next], numbers[side]] };
+                    rim.edges.push((surface.isocurve(direction, at)?.clamped()?.into_owned(), ends));
+                    rim.edges.len() - 1
+                }
+            };
+            // Where it closes, the side across is the same edge.
+            known[(side + 2) % 4] = Some(number);
+            rim.sides.push((RimSide::Edge { number, with }, flat));
+        }
+        Ok(Some(rim))
+    }
+}
+
 impl Printer {
     /// All of a Brep; `look` and `properties` are those of its only item, or of each.
     pub(crate) fn brep(
@@ -32,10 +127,14 @@ impl Printer {
         properties: &[u32],
     ) -> Result<Written> {
         let mut changes = Vec::new();
-        let vertices = brep.vertices();
-        let record = Record::new(502).count(vertices.len()).reals(vertices.iter().flat_map(|p| p.iter()));
+        let mut points = brep.vertices().to_vec();
+        let mut rims = Vec::new();
+        for face in 0..brep.face_count() {
+            rims.push(Rim::of(brep, face, &mut points)?);
+        }
+        let record = Record::new(502).count(points.len()).reals(points.iter().flat_map(|p| p.iter()));
         // Lists of nothing are none: a sphere has neither edges nor vertices.
-        let vertices = if brep.vertices().is_empty() { 0 } else { self.put(record, Look::PART.form(1)) };
+        let vertices = if points.is_empty() { 0 } else { self.put(record, Look::PART.form(1)) };
         let mut curves = Vec::with_capacity(brep.edge_count());
         for number in 0..brep.edge_count() {
             let Some(edge) = brep.edge(number) else {
@@ -43,14 +142,25 @@ impl Printer {
             };
             curves.push((self.edge_curve(&edge)?, edge.ends));
         }
+        // Those of the rims follow behind the Brep's own.
+        for rim in rims.iter_mut().flatten() {
+            rim.first = curves.len();
+            for (curve, ends) in &rim.edges {
+                curves.push((self.curve(curve, Look::PART, &[]), *ends));
+            }
+        }
+        if rims.iter().any(Option::is_some) {
+            changes.push("faces without edges get those along which their surfaces close");
+        }
+        let has_edges = !curves.is_empty();
         let mut record = Record::new(504).count(curves.len());
         for (curve, [start, end]) in curves {
             record = record.entities(&[curve, vertices]).count(start + 1).entity(vertices).count(end + 1);
         }
-        let edges = if brep.edge_count() == 0 { 0 } else { self.put(record, Look::PART.form(1)) };
+        let edges = if has_edges { self.put(record, Look::PART.form(1)) } else { 0 };
         let mut faces = Vec::with_capacity(brep.face_count());
         for face in 0..brep.face_count() {
-            faces.push(self.face(brep, face, (vertices, edges), looks)?);
+            faces.push(self.face(brep, face, (vertices, edges), rims[face].as_ref(), looks)?);
         }
         let mut items = Vec::new();
         let mut in_solid = vec![false; brep.shells().len()];
@@ -105,6 +215,7 @@ impl Printer {
         brep: &Brep,
         number: usize,
         (vertices, edges): (u32, u32),
+        rim: Option<&Rim>,
         looks: &mut dyn Looks,
     ) -> Result<(u32, bool)> {
         let Some(face) = brep.face(number) else {
@@ -123,7 +234,23 @@ impl Printer {
             });
             loops.push(self.put(record, Look::PART.form(1)));
         }
-        for &vertex in &face.points {
+        if let Some(rim) = rim {
+            let mut record = Record::new(508).count(rim.sides.len());
+            for (side, line) in &rim.sides {
+                let flat = self.curve(line, Look::PART.purpose(Purpose::Parametric), &[]);
+                record = match *side {
+                    RimSide::Edge { number, with } => {
+                        record.whole(0).entity(edges).count(rim.first + number + 1).whole(i64::from(with))
+                    }
+                    RimSide::Pole { vertex } => record.whole(1).entity(vertices).count(vertex + 1).whole(1),
+                };
+                record = record.whole(1).whole(0).entity(flat);
+            }
+            loops.push(self.put(record, Look::PART.form(1)));
+        }
+        // In a rim the poles are already.
+        let points = if rim.is_some() { &[][..] } else { &face.points[..] };
+        for &vertex in points {
             let record =
                 Record::new(508).whole(1).whole(1).entity(vertices).count(vertex + 1).whole(1).whole(0);
             loops.push(self.put(record, Look::PART.form(1)));

@@ -6,7 +6,7 @@ mod shape;
 mod style;
 mod trim;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
@@ -42,6 +42,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         printer,
         styles,
         definitions: HashMap::new(),
+        instances: HashSet::new(),
         report: WriteReport::default(),
         tolerance: resolution(&scene, largest),
     };
@@ -111,6 +112,8 @@ struct Writer<'w, 's> {
     styles: Styles,
     /// The subfigures of definitions.
     definitions: HashMap<&'s str, u32>,
+    /// The instances that were written.
+    instances: HashSet<u32>,
     report: WriteReport,
     tolerance: f64,
 }
@@ -151,6 +154,8 @@ struct Spot<'m> {
     baked: Option<&'m Matrix4<f64>>,
     /// Whether another entity has it.
     owned: bool,
+    /// Whether that is a subfigure.
+    figured: bool,
     depth: usize,
 }
 
@@ -162,7 +167,7 @@ impl<'s> Writer<'_, 's> {
         let tree = Tree::new(objects, true);
         for (done, &place) in tree.top.iter().enumerate() {
             self.outgoing.proceed(done, tree.top.len())?;
-            self.object(&tree, place, Spot { baked: None, owned: false, depth: 0 })?;
+            self.object(&tree, place, Spot { baked: None, owned: false, figured: false, depth: 0 })?;
         }
         Ok(())
     }
@@ -193,7 +198,11 @@ impl<'s> Writer<'_, 's> {
             _ => None,
         };
         let grouped = !below.is_empty() || matches!(object.geometry(), Geometry::Group);
-        let under = Spot { baked: inner.as_ref(), owned: true, depth: spot.depth + 1 };
+        // In a subfigure a group is one, too, that stays where it is: of groups in subfigures OpenCASCADE shows second ones, unplaced.
+        let still = Similar { turn: Matrix4::identity(), scale: 1.0 };
+        let place = place.or((spot.figured && grouped).then_some(still));
+        let figured = place.is_some();
+        let under = Spot { baked: inner.as_ref(), owned: true, figured, depth: spot.depth + 1 };
         // Its name stands with what is the whole of it.
         let named = place.is_none() && !grouped;
         let owned = spot.owned || grouped || place.is_some();
@@ -247,8 +256,15 @@ impl<'s> Writer<'_, 's> {
         }
         let mut members = Vec::new();
         for &child in below {
-            members.extend(self.object(tree, child, under)?);
+            let found = self.object(tree, child, under)?;
+            members.extend(found.map(|found| (found, tree.objects[child].name())));
         }
+        // What is first and has no name is what the others hang under: that stays as it is.
+        let members = if place.is_some() && own.is_empty() {
+            self.evened(members, spot.depth)
+        } else {
+            members.into_iter().map(|(member, _)| member).collect()
+        };
         if grouped {
             if own.is_empty() && members.is_empty() && !matches!(object.geometry(), Geometry::Group) {
                 return Ok(None);
@@ -303,6 +319,25 @@ impl<'s> Writer<'_, 's> {
         self.printer.put(record, Look::default().purpose(Purpose::Definition))
     }
 
+    /// The members of a subfigure, with their names: where some are instances and others are not, these become instances, too, that stay where
+    /// they are. OpenCASCADE's reader of assemblies shows a subfigure of both a second time, unplaced.
+    fn evened(&mut self, members: Vec<(u32, &str)>, depth: usize) -> Vec<u32> {
+        let placed: Vec<bool> = members.iter().map(|(member, _)| self.instances.contains(member)).collect();
+        let mixed = placed.contains(&true) && placed.contains(&false);
+        let mut all = Vec::with_capacity(members.len());
+        for ((member, name), placed) in members.into_iter().zip(placed) {
+            if placed || !mixed {
+                all.push(member);
+                continue;
+            }
+            let figure = self.figure("", &[member], depth);
+            let properties = self.properties(Some(name));
+            let record = Record::new(408).entity(figure).reals(&[0.0; 3]).real(1.0).properties(&properties);
+            all.push(self.printer.put(record, Look { owned: true, ..Look::default() }));
+        }
+        all
+    }
+
     /// An instance (408) of a subfigure under the name of the object.
     fn place(
         &mut self,
@@ -337,7 +372,9 @@ impl<'s> Writer<'_, 's> {
         };
         let matrix = turn.map(|turn| self.printer.matrix(&turn));
         let record = Record::new(408).entity(figure).reals(shift.iter()).real(scale).properties(&properties);
-        Ok(self.printer.put(record, Look { matrix, owned, ..look }))
+        let number = self.printer.put(record, Look { matrix, owned, ..look });
+        self.instances.insert(number);
+        Ok(number)
     }
 
     /// The subfigure of a definition, written once.
@@ -348,9 +385,11 @@ impl<'s> Writer<'_, 's> {
         let tree = Tree::new(self.scene.definition(name)?.objects(), false);
         let mut members = Vec::new();
         for &top in &tree.top {
-            let inner = Spot { baked: None, owned: true, depth: spot.depth + 1 };
-            members.extend(self.object(&tree, top, inner)?);
+            let inner = Spot { baked: None, owned: true, figured: true, depth: spot.depth + 1 };
+            let found = self.object(&tree, top, inner)?;
+            members.extend(found.map(|found| (found, tree.objects[top].name())));
         }
+        let members = self.evened(members, spot.depth);
         let figure = self.figure(name, &members, spot.depth);
         self.definitions.insert(name, figure);
         Ok(figure)

@@ -128,42 +128,51 @@ impl Printer {
 
     /// A surface as what it is, and whether its normal in the file is that of the spline.
     pub(crate) fn sheet(&mut self, surface: &Surface, form: &SurfaceForm) -> Result<(u32, bool)> {
-        if let Some(same) = same_side(surface, form)? {
-            let frame = match *form {
-                SurfaceForm::Plane { frame }
-                | SurfaceForm::Cylinder { frame, .. }
-                | SurfaceForm::Cone { frame, .. }
-                | SurfaceForm::Sphere { frame, .. } => Some(frame),
-                SurfaceForm::Torus { frame, major, minor } if major > minor => Some(frame),
-                _ => None,
+        if let Some(same) = same_side(surface, form)?
+            && let Some(frame) = frame_of(form)
+        {
+            let position = Look::PART.purpose(Purpose::Definition);
+            let origin = self.point(&frame.origin, position, &[]);
+            let (axis, toward) = (self.direction(&frame.z), self.direction(&frame.x));
+            let record = match *form {
+                SurfaceForm::Cylinder { radius, .. } => {
+                    Record::new(192).entities(&[origin, axis]).real(radius).entity(toward)
+                }
+                SurfaceForm::Cone { radius, angle, .. } => Record::new(194)
+                    .entities(&[origin, axis])
+                    .real(radius)
+                    .real(angle.to_degrees())
+                    .entity(toward),
+                SurfaceForm::Sphere { radius, .. } => {
+                    Record::new(196).entity(origin).real(radius).entities(&[axis, toward])
+                }
+                SurfaceForm::Torus { major, minor, .. } => {
+                    Record::new(198).entities(&[origin, axis]).real(major).real(minor).entity(toward)
+                }
+                _ => Record::new(190).entities(&[origin, axis, toward]),
             };
-            if let Some(frame) = frame {
-                let position = Look::PART.purpose(Purpose::Definition);
-                let origin = self.point(&frame.origin, position, &[]);
-                let (axis, toward) = (self.direction(&frame.z), self.direction(&frame.x));
-                let record = match *form {
-                    SurfaceForm::Cylinder { radius, .. } => {
-                        Record::new(192).entities(&[origin, axis]).real(radius).entity(toward)
-                    }
-                    SurfaceForm::Cone { radius, angle, .. } => Record::new(194)
-                        .entities(&[origin, axis])
-                        .real(radius)
-                        .real(angle.to_degrees())
-                        .entity(toward),
-                    SurfaceForm::Sphere { radius, .. } => {
-                        Record::new(196).entity(origin).real(radius).entities(&[axis, toward])
-                    }
-                    SurfaceForm::Torus { major, minor, .. } => {
-                        Record::new(198).entities(&[origin, axis]).real(major).real(minor).entity(toward)
-                    }
-                    _ => Record::new(190).entities(&[origin, axis, toward]),
-                };
-                return Ok((self.put(record, Look::PART.form(1)), same));
-            }
+            return Ok((self.put(record, Look::PART.form(1)), same));
         }
         let plain = surface.clamped()?;
         Ok((self.surface(&plain, Look::PART, &[]), true))
     }
+}
+
+/// The frame of a form that the file has.
+fn frame_of(form: &SurfaceForm) -> Option<Frame> {
+    match *form {
+        SurfaceForm::Plane { frame }
+        | SurfaceForm::Cylinder { frame, .. }
+        | SurfaceForm::Cone { frame, .. }
+        | SurfaceForm::Sphere { frame, .. } => Some(frame),
+        SurfaceForm::Torus { frame, major, minor } if major > minor => Some(frame),
+        _ => None,
+    }
+}
+
+/// Whether a surface goes out as what it is, and not as a spline.
+pub(crate) fn is_elementary(surface: &Surface, form: &SurfaceForm) -> Result<bool> {
+    Ok(frame_of(form).is_some() && same_side(surface, form)?.is_some())
 }
 
 /// Whether the normal of a spline points as that of its form does; `None` where the spline is of no form, or has no normal anywhere

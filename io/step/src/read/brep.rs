@@ -134,6 +134,61 @@ impl<'r, 'f> Builder<'r, 'f> {
         turns.values().all(|turns| *turns == [1, 1])
     }
 
+    /// Turns the loops of faces round that run against what all faces beside them say, where the shell closes then and not without; says so.
+    /// Programs write some of their bounds with the wrong flag, and read them the right way round.
+    fn turn_loops(&mut self, shell: &Shell, numbers: &[u64]) {
+        if self.closes(shell) {
+            return;
+        }
+        let mut uses: HashMap<usize, Vec<(usize, bool)>> = HashMap::new();
+        for (k, &face) in shell.faces.iter().enumerate() {
+            for one in self.parts.faces[face].loops.iter().flatten() {
+                uses.entry(one.edge).or_default().push((k, one.reversed));
+            }
+        }
+        let mut beside: Vec<Vec<(usize, bool)>> = vec![Vec::new(); shell.faces.len()];
+        for list in uses.values() {
+            let [(a, one), (b, other)] = list[..] else { return };
+            if a != b {
+                beside[a].push((b, one != other));
+                beside[b].push((a, one != other));
+            }
+        }
+        let mut turned = vec![false; shell.faces.len()];
+        // Who runs against how many neighbours, and along none of them; of two side by side the one that does against more.
+        let mut bad: Vec<usize> =
+            beside.iter().map(|list| list.iter().filter(|(_, fits)| !fits).count()).collect();
+        let mut order: Vec<usize> =
+            (0..bad.len()).filter(|&k| bad[k] > 0 && bad[k] == beside[k].len()).collect();
+        order.sort_by(|&a, &b| bad[b].cmp(&bad[a]).then(a.cmp(&b)));
+        for k in order {
+            let against = |k: usize| if bad[k] == beside[k].len() { bad[k] } else { 0 };
+            if against(k) == 0 || beside[k].iter().any(|&(other, _)| against(other) >= bad[k]) {
+                continue;
+            }
+            turned[k] = true;
+            bad[k] = 0;
+            beside[k].iter().for_each(|&(other, _)| bad[other] -= 1);
+        }
+        if bad.iter().any(|bad| *bad > 0) {
+            return;
+        }
+        for (k, &face) in shell.faces.iter().enumerate().filter(|(k, _)| turned[*k]) {
+            for chain in &mut self.parts.faces[face].loops {
+                chain.reverse();
+                for one in chain {
+                    one.reversed = !one.reversed;
+                    // Of a seam each side has its own: they are found anew.
+                    one.parameters = None;
+                }
+            }
+            self.notes.push(format!(
+                "#{}: its bounds run against those of all faces beside it: they are turned round",
+                numbers[k]
+            ));
+        }
+    }
+
     fn shell(&mut self, number: u64, turned: bool, depth: usize) -> Got<()> {
         let depth = deeper(number, depth)?;
         let entity = self.space.entity(number)?;
@@ -146,10 +201,12 @@ impl<'r, 'f> Builder<'r, 'f> {
             }
             b"CLOSED_SHELL" | b"OPEN_SHELL" | b"CONNECTED_FACE_SET" => {
                 let mut shell = Shell::default();
+                let mut numbers = Vec::new();
                 for number in args.references(1)? {
                     match self.face(number, turned, 0) {
                         Ok(face) => {
                             shell.faces.push(self.parts.faces.len());
+                            numbers.push(number);
                             self.parts.faces.push(face);
                             self.whole.push(number);
                         }
@@ -163,6 +220,7 @@ impl<'r, 'f> Builder<'r, 'f> {
                     }
                 }
                 if !shell.faces.is_empty() {
+                    self.turn_loops(&shell, &numbers);
                     self.parts.shells.push(shell);
                 }
                 Ok(())
@@ -202,16 +260,20 @@ impl<'r, 'f> Builder<'r, 'f> {
                 loops.push(chain);
             }
         }
-        let points = || self.points_of(&loops, &lone);
         let (sheet, at, same) = if kind == b"FACE" {
             (self.plane_of(number, loops.first())?, number, true)
         } else {
             let at = args.reference(2)?;
             (self.space.sheet(at, 0)?, at, args.flag(3)?)
         };
-        let points = if matches!(sheet, Sheet::Spline(_)) { Vec::new() } else { points().at(number)? };
-        if let Sheet::Spline(surface) = &sheet
-            && is_one(&self.space.entity(at)?, &SURFACES)
+        self.notes.extend(sheet.told(at));
+        let ends = matches!(sheet, Sheet::Spline(_) | Sheet::Near(..));
+        let points = if ends { Vec::new() } else { self.points_of(&loops, &lone).at(number)? };
+        // Parameters are those of the file.
+        let of = self.space.entity(at).ok();
+        let own = of.is_some_and(|of| is_one(&of, &SURFACES) || of.only() == b"OFFSET_SURFACE");
+        if let Sheet::Spline(surface) | Sheet::Near(surface, _) = &sheet
+            && own
         {
             self.with_parameters((at, surface), turned, &mut loops);
         }

@@ -134,7 +134,9 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
     }
 
     fn surface(&mut self, number: u64, set: Option<u64>) -> Got<()> {
-        let surface = self.space.sheet(number, 0)?.whole(number)?;
+        let sheet = self.space.sheet(number, 0)?;
+        let surface = sheet.whole(number)?;
+        sheet.told(number).into_iter().for_each(|note| self.account.note(note));
         self.add(number, set, surface.into());
         self.account.keep_whole(&[number]);
         Ok(())

@@ -8,6 +8,7 @@ mod emit;
 mod entity;
 mod facets;
 mod items;
+mod offset;
 mod parameters;
 mod place;
 mod product;

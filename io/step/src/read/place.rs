@@ -6,6 +6,9 @@ use loftsman_kernel::{Point, Vector};
 use super::entity::{Got, Problem, entity, real};
 use crate::part21::{Entity, File};
 
+/// Sizes whose squares are numbers.
+const SQUARES: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
+
 /// How the numbers of a representation are meant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Units {
@@ -73,9 +76,12 @@ impl<'f> Space<'_, 'f> {
         numbers.iter().map(|&number| self.point(number)).collect()
     }
 
-    /// A direction, of any length.
+    /// A direction, of any length whose square is a number.
     pub(crate) fn direction(&self, number: u64) -> Got<Vector> {
-        Ok(Vector::from(self.coordinates::<3>(number, "DIRECTION")?))
+        let given = Vector::from(self.coordinates::<3>(number, "DIRECTION")?);
+        let largest = given.amax();
+        // Its length says nothing; squares of it must neither overflow nor vanish.
+        Ok(if largest > 0.0 && !SQUARES.contains(&largest) { given / largest } else { given })
     }
 
     /// A vector: a direction of unit length times a length.

@@ -18,6 +18,8 @@ pub(crate) enum Sheet {
     Elementary(SurfaceForm, bool),
     /// A spline.
     Spline(Surface),
+    /// A spline near to what the file has, which is none, and how far it was found to be off.
+    Near(Surface, f64),
     /// A curve along a vector, without end.
     Extrusion { curve: Curve, along: Vector },
     /// A straight line about an axis, without end.
@@ -74,7 +76,13 @@ impl Space<'_, '_> {
                             }
                         }
                     }
-                    _ => Err(Problem::new(number, "an offset of a free-form surface, which is no spline")),
+                    Sheet::Spline(surface) => {
+                        let (surface, error) = super::offset::offset(&surface, distance).at(number)?;
+                        Ok(Sheet::Near(surface, error))
+                    }
+                    _ => {
+                        Err(Problem::new(number, "an offset of a surface that is no spline and has no ends"))
+                    }
                 }
             }
             b"RECTANGULAR_TRIMMED_SURFACE" => {
@@ -148,7 +156,7 @@ impl Space<'_, '_> {
         let ordered = |(a, b): (f64, f64), sense: bool| if sense { [a, b] } else { [b, a] };
         let ([a, b], [c, d]) = (ordered(u, u_sense), ordered(v, v_sense));
         let surface = match basis {
-            Sheet::Spline(surface) => surface
+            Sheet::Spline(surface) | Sheet::Near(surface, _) => surface
                 .between(Direction::U, a, b)
                 .and_then(|part| part.between(Direction::V, c, d))
                 .at(number)?,
@@ -183,7 +191,11 @@ impl Space<'_, '_> {
         let turn = |surface: Surface, direction, sense: bool| {
             if sense { Ok(surface) } else { surface.reverse(direction).at(number) }
         };
-        Ok(Sheet::Spline(turn(turn(surface, Direction::U, u_sense)?, Direction::V, v_sense)?))
+        let surface = turn(turn(surface, Direction::U, u_sense)?, Direction::V, v_sense)?;
+        Ok(match basis {
+            Sheet::Near(_, error) => Sheet::Near(surface, *error),
+            _ => Sheet::Spline(surface),
+        })
     }
 }
 
@@ -203,7 +215,7 @@ impl Sheet {
                 let surface = form.covering(points).at(number)?;
                 Ok(Covering { surface, form: *form, reversed: *reversed })
             }
-            Self::Spline(surface) => Ok(spline(surface.clone())),
+            Self::Spline(surface) | Self::Near(surface, _) => Ok(spline(surface.clone())),
             Self::Extrusion { curve, along } => {
                 let unit = along / along.norm_squared();
                 let range = |points: &[Point]| {
@@ -228,10 +240,19 @@ impl Sheet {
         }
     }
 
+    /// What is said of a surface that is not what the file has, but near to it.
+    pub(crate) fn told(&self, number: u64) -> Option<String> {
+        let Self::Near(_, error) = self else { return None };
+        let error = loftsman_kernel::text::short(*error);
+        Some(format!(
+            "#{number}: an offset of a free-form surface, approximated by a B-spline: up to {error} off"
+        ))
+    }
+
     /// The surface where no face says how large it is.
     pub(crate) fn whole(&self, number: u64) -> Got<Surface> {
         match self {
-            Self::Spline(surface) => Ok(surface.clone()),
+            Self::Spline(surface) | Self::Near(surface, _) => Ok(surface.clone()),
             Self::Elementary(form, _) => rectangle(form, [None, None]).at(number),
             _ => Err(Problem::new(number, "a surface without ends")),
         }

@@ -20,6 +20,8 @@ const DESCENTS: usize = 30;
 const STILL: f64 = 1e-15;
 /// A step no longer than this that leads no closer has met rounding.
 const ALMOST_STILL: f64 = 1e-10;
+/// Of a point that is not on the surface, the part of its distance by which another place of the surface may be nearer than the one found.
+const OFF: f64 = 1e-3;
 /// Points of a surface's own edges that are closer than this, in the frame of the whole, are one.
 const ONE_POINT: f64 = 1e-9;
 
@@ -374,7 +376,8 @@ impl Carrier {
                 return Ok(best.unwrap_or_default());
             }
         }
-        let closest = self.surface.closest(*point)?;
+        // It is further off than it should be: which of the places that are about as near it gets matters no more.
+        let closest = self.surface.nearly_closest(*point, 0.25 * enough * size, OFF)?;
         better(closest.at, closest.distance);
         Ok(best.unwrap_or_default())
     }

@@ -23,6 +23,11 @@ const SNAP: f64 = 0.02;
 pub(crate) const ONE_PLACE: f64 = 1e-9;
 /// The largest part of a closed direction that a chord takes.
 const TURN: f64 = 0.2;
+/// An edge that is further from a face than this, in the frame, is on another surface: what would be made of the face bounds nothing, and could take
+/// any number of chords.
+const FAR: f64 = 0.25;
+/// The most chords of an edge: a ten-billionth of its bends is less than is ever asked for.
+const MOST: usize = 1 << 17;
 /// Steps to where an edge crosses a line.
 const STEPS: usize = 60;
 
@@ -46,6 +51,8 @@ pub(crate) struct Track {
     pub(crate) off: Vec<f64>,
     /// The same places as the file has them, to start searches from.
     pub(crate) guide: Option<Guide>,
+    /// How far it was found from the face, in the frame, where that is too far: it is on none of its places then.
+    pub(crate) lost: Option<f64>,
 }
 
 /// An edge in the parameters of a face, over its own parameters.
@@ -198,7 +205,8 @@ impl Chain {
         let (start, end) = self.domain();
         let mut sample = Sample { point, at: Vec::new(), off: Vec::new() };
         for (k, track) in self.tracks.iter().enumerate() {
-            let Some(carrier) = carriers.get(track.face).and_then(Option::as_ref) else {
+            let carrier = carriers.get(track.face).and_then(Option::as_ref);
+            let Some(carrier) = carrier.filter(|_| track.lost.is_none()) else {
                 sample.at.push([f64::NAN; 2]);
                 sample.off.push(0.0);
                 continue;
@@ -252,6 +260,11 @@ impl Chain {
         for (track, (at, off)) in self.tracks.iter_mut().zip(sample.at.into_iter().zip(sample.off)) {
             track.at.insert(index, at);
             track.off.insert(index, off);
+            if off > FAR {
+                track.lost = Some(off);
+                track.at.fill([f64::NAN; 2]);
+                continue;
+            }
             self.off = self.off.max(off);
         }
     }
@@ -264,7 +277,10 @@ impl Chain {
         let [Some(&a), Some(&b)] = [part, part + 1].map(|k| self.parameters.get(k)) else { return Ok(false) };
         let middle = 0.5 * (a + b);
         let length = nalgebra::distance(&self.points[part], &self.points[part + 1]) / goal.size;
-        if middle <= a || middle >= b || length <= 4.0 * ONE_PLACE {
+        // What is off its face by more than a chord is long is in the way of something because of that: shorter chords are, too.
+        let offs = self.tracks.iter().flat_map(|track| [track.off[part], track.off[part + 1]]);
+        let least = offs.fold(4.0 * ONE_PLACE, f64::max);
+        if middle <= a || middle >= b || length <= least {
             return Ok(false);
         }
         let sample = self.sample(middle, Some(&self.places(part)), carriers, goal)?;
@@ -282,14 +298,32 @@ impl Chain {
     /// # Errors
     /// As for [`new`](Self::new).
     pub(crate) fn settle(&mut self, carriers: &[Option<Carrier>], goal: &Goal) -> Result<()> {
+        // What is behind the chord that is looked at waits, the nearest last: nothing is moved along for a chord that is cut.
+        let mut waiting = Vec::new();
+        while self.parameters.len() > 2 {
+            waiting.extend(self.pop());
+        }
+        let settled = self.settle_before(&mut waiting, carriers, goal);
+        while let Some((t, sample)) = waiting.pop() {
+            self.insert(self.points.len(), t, sample);
+        }
+        settled
+    }
+
+    fn settle_before(
+        &mut self,
+        waiting: &mut Vec<(f64, Sample)>,
+        carriers: &[Option<Carrier>],
+        goal: &Goal,
+    ) -> Result<()> {
         let (start, end) = self.domain();
         let least = 1e-12 * (end - start);
+        let most = goal.budget.min(MOST);
         let mut part = 0;
         while part + 1 < self.parameters.len() {
-            if self.parameters.len() > goal.budget {
+            if self.parameters.len() + waiting.len() > most {
                 return Err(Error::Invalid(format!(
-                    "an edge needs more than {} chords: choose a coarser tolerance or angle",
-                    goal.budget
+                    "an edge needs more than {most} chords: choose a coarser tolerance or angle"
                 )));
             }
             let (a, b) = (self.parameters[part], self.parameters[part + 1]);
@@ -307,12 +341,29 @@ impl Chain {
                             place[1 - d] = self.tracks[track].at[part][1 - d];
                         }
                     }
+                    waiting.extend(self.pop());
                     self.insert(part + 1, t, sample);
                 }
-                _ => part += 1,
+                _ => {
+                    part += 1;
+                    if let Some((t, sample)) = waiting.pop() {
+                        self.insert(part + 1, t, sample);
+                    }
+                }
             }
         }
         Ok(())
+    }
+
+    /// Takes the last point off.
+    fn pop(&mut self) -> Option<(f64, Sample)> {
+        let (t, point) = (self.parameters.pop()?, self.points.pop()?);
+        let (at, off) = self
+            .tracks
+            .iter_mut()
+            .map(|track| (track.at.pop().unwrap_or([f64::NAN; 2]), track.off.pop().unwrap_or(0.0)))
+            .unzip();
+        Some((t, Sample { point, at, off }))
     }
 
     /// The two ends of a chord on a face, the second as near to the first as it can be; none where all of it is a pole.
@@ -348,6 +399,11 @@ impl Chain {
                 halfway = Some(self.sample(middle, Some(&self.places(part)), carriers, goal)?);
             }
             let Some(half) = &halfway else { continue };
+            if half.off[k] > FAR {
+                self.tracks[k].lost = Some(half.off[k]);
+                self.tracks[k].at.fill([f64::NAN; 2]);
+                continue;
+            }
             self.off = self.off.max(half.off[k]);
             let mut m = half.at[k];
             for d in 0..2 {

@@ -19,6 +19,9 @@ use crate::weld::Welds;
 
 /// How often edges are cut finer because chords are in each other's way.
 const ROUNDS: usize = 12;
+/// No more than so many times the points that edges have, and so many beside, are put on them for that: loops that cross stay crossed.
+const FINER: usize = 4;
+const CHORDS: usize = 20_000;
 /// How often a relative tolerance is measured.
 const ROUNDS_OF_SIZE: usize = 4;
 /// By how much more than its edges a Brep may extend before a relative tolerance is measured again.
@@ -223,7 +226,7 @@ impl<'b> Cut<'b> {
                 let one = &brep.loops(place.face)[place.chain][place.number];
                 let guide = one.parameters.as_ref();
                 let guide = guide.map(|g| Guide { curve: g.curve().clone(), range: g.range() });
-                tracks.push(Track { face: place.face, at: Vec::new(), off: Vec::new(), guide });
+                tracks.push(Track { face: place.face, at: Vec::new(), off: Vec::new(), guide, lost: None });
             }
             let curve = line.part.clone()?;
             let pair = ends(edge);
@@ -286,6 +289,12 @@ impl<'b> Cut<'b> {
         for one in self.brep.loops(face).iter().flatten() {
             let Some(Some(chain)) = self.chains.get(one.edge) else { continue };
             let Some(track) = chain.tracks.iter().find(|track| track.face == face) else { continue };
+            if let Some(off) = track.lost {
+                let (number, off) = (one.edge, loftsman_kernel::text::short(off * self.goal.size));
+                return Some(Err(Trouble::Other(Error::Invalid(format!(
+                    "its edge {number} is {off} off its surface: it lies on another one, or one of the two is wrong"
+                )))));
+            }
             let numbers = self.numbers(one.edge, starts);
             let of = |part: usize| {
                 let (a, b) = (part, part + 1);
@@ -337,10 +346,13 @@ impl<'b> Cut<'b> {
     /// Lays out the faces, and cuts edges finer where chords are in each other's way, until none are.
     fn untangle(&mut self) {
         let mut rounds = ROUNDS;
+        let count =
+            |chains: &[Option<Chain>]| chains.iter().flatten().map(|chain| chain.points.len()).sum::<usize>();
+        let most = FINER * count(&self.chains) + CHORDS;
         loop {
             let (points, starts) = self.shared();
             self.planes = parallel::map(self.brep.face_count(), |face| self.plane(face, &points, &starts));
-            if rounds == 0 {
+            if rounds == 0 || points.len() > most {
                 return;
             }
             rounds -= 1;
