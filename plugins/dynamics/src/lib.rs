@@ -12,7 +12,7 @@
 //!
 //! Explicit steps are leapfrogs, of second order and symplectic where nothing slides, with a bound of what is stable that is computed beforehand
 //! ([`Simulation::stable_step`]); [`Scheme::Implicit`] is backward Euler, for what is stiff. [`Simulation::settle`] goes to where everything rests,
-//! [`Simulation::settle_with_corners`] with corners in ropes where they turn at what slides along them.
+//! with corners in ropes that do not bend where they turn at what slides along them ([`Simulation::settle_without_corners`] with their knots as they are).
 //!
 //! ```
 //! use loftsman_dynamics::{Body, Scheme, Setup, fixed, sliding};

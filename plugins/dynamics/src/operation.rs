@@ -107,19 +107,13 @@ impl Operation for Simulate {
         }
         let steps = simulation.sub_steps();
         let event_seconds = (context.clock.seconds() - started) / steps.max(1) as f64;
-        let mut corners: Vec<Corner> = Vec::new();
         let settled = if run.settle {
             context.observer.proceed("settle", 0, 1)?;
-            let settled = match run.corners {
-                true => {
-                    let (settled, new) = simulation.settle_with_corners()?;
-                    corners = new;
-                    settled
-                }
-                false => simulation.settle()?,
-            };
+            let settled =
+                if run.corners { simulation.settle()? } else { simulation.settle_without_corners()? };
+            let corners = simulation.corners();
             for (index, frames) in frames.iter_mut().enumerate() {
-                let knots = inserted(&corners, index);
+                let knots = inserted(corners, index);
                 if !knots.is_empty() {
                     refine_frames(run.first[index].as_ref(), &knots, frames)?;
                 }
@@ -138,7 +132,7 @@ impl Operation for Simulate {
             }
         }
         let mut report =
-            report(&object, &mut simulation, settled, (before, stretch), &run.scheme, &run.seen)?;
+            report(&object, &mut simulation, settled, (before, stretch, stable), &run.scheme, &run.seen)?;
         report.prepare_seconds = Some(prepare_seconds);
         report.event_seconds = (steps > 0).then_some(event_seconds);
         if let Some(audit) = audit {
@@ -149,9 +143,13 @@ impl Operation for Simulate {
             ));
         }
         for (index, (seams, name)) in seams.iter().zip(&run.names).enumerate() {
-            report.warnings.extend(seams.lost(name, simulation.shape(index)?));
+            report.warnings.extend(seams.lost(
+                name,
+                simulation.shape(index)?,
+                &made(simulation.corners(), index),
+            ));
         }
-        report.notes.extend(told(&corners, &simulation, &run.names)?);
+        report.notes.extend(told(simulation.corners(), &simulation, &run.names)?);
         report.notes.extend(run.notes);
         report.notes.extend(run.seen.note());
         report.marks = spots.marks(&simulation, run.rate, &run.names, &run.seen, &run.first)?;
@@ -176,6 +174,11 @@ impl Operation for Simulate {
 fn inserted(corners: &[Corner], body: usize) -> Vec<f64> {
     let own = corners.iter().filter(|corner| corner.body == body);
     own.flat_map(|corner| std::iter::repeat_n(corner.at, corner.knots)).collect()
+}
+
+/// Where a body was given corners.
+fn made(corners: &[Corner], body: usize) -> Vec<f64> {
+    corners.iter().filter(|corner| corner.body == body).map(|corner| corner.at).collect()
 }
 
 /// The same frames of a shape that has these knots as well.

@@ -401,3 +401,30 @@ fn the_stiffness_that_is_not_said_is_the_curves() {
     let (closed, open) = (elastic(closed), elastic(open));
     assert!((closed / open - 1.0).abs() < 1e-3, "{closed} {open}");
 }
+
+/// A second derivative that slides along a cubic is no more than continuous at each knot: where it rests on one the report says so, in words of knots and not of corners.
+#[test]
+fn a_curvature_that_rests_on_a_knot_is_told() {
+    let mut on_knots = 0;
+    for near in [2.2, 3.6, 4.5, 5.3, 6.7] {
+        for by in [-0.6, 0.3, 0.8] {
+            let mut scene = scene();
+            let constraints = json!([
+                { "kind": "fixed", "at": 0 },
+                { "kind": "fixed", "at": 9 },
+                { "kind": "sliding-curvature", "near": near, "curvature": [0, 0, by], "name": "bow" },
+            ]);
+            let fields = json!({ "settle": true, "mass": 0.2, "bending": 0.1, "constraints": constraints });
+            let Ok(report) = run(&mut scene, fields) else { continue };
+            let Some(note) = report.notes.iter().find(|note| note.starts_with("\"bow\" ends at ")) else {
+                continue;
+            };
+            assert!(!note.contains("corner"), "{note}");
+            let at: f64 = note["\"bow\" ends at ".len()..].split(',').next().unwrap().parse().unwrap();
+            let told = note.ends_with(", on a knot, where what it holds is no more than continuous");
+            assert_eq!(told, at.fract() == 0.0, "{note}");
+            on_knots += usize::from(told);
+        }
+    }
+    assert!(on_knots > 0, "none rested on a knot");
+}

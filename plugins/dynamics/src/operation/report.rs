@@ -18,7 +18,7 @@ pub(super) fn report(
     object: &str,
     simulation: &mut Simulation,
     settled: Option<Settled>,
-    (before, stretch): (f64, f64),
+    (before, stretch, stable): (f64, f64, f64),
     scheme: &str,
     seen: &Frames,
 ) -> Result<StepReport, OperationError> {
@@ -27,7 +27,6 @@ pub(super) fn report(
     let after = simulation.energy();
     let (mut notes, mut warnings) = (Vec::new(), Vec::new());
     if simulation.sub_steps() > 0 {
-        let stable = simulation.stable_step();
         let length = simulation.time() / simulation.sub_steps() as f64;
         notes.push(match scheme {
             "implicit" => format!(
@@ -121,6 +120,7 @@ pub(super) fn report(
     notes.extend(ends(simulation, seen)?);
     if settled.is_some() {
         notes.extend(sides(simulation)?);
+        notes.extend(settled.and_then(|settled| without_corners(settled.turns)));
     }
     let mut constraints = Vec::with_capacity(errors.len());
     for (index, residual) in errors.iter().enumerate() {
@@ -243,10 +243,16 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
 fn sides(simulation: &Simulation) -> Result<Vec<String>, OperationError> {
     let mut lines = Vec::new();
     let weighs = simulation.gravity.norm() > 0.0;
-    let by_weight = if weighs { " on average, the higher one more by its weight" } else { "" };
     for index in 0..simulation.constraints() {
         for [behind, ahead] in simulation.side_stretches(index)? {
             let name = simulation.name_of(index)?;
+            // On a vertex of a polyline, or where it turns within a span, weight is not all that there is.
+            let made = simulation.corners().iter().any(|corner| corner.constraint == index);
+            let by_weight = match (weighs, made || !simulation.on_corners(index)?.contains(&true)) {
+                (true, true) => " on average, the higher one more by its weight",
+                (true, false) => " on average",
+                (false, _) => "",
+            };
             let [behind, ahead] = [behind, ahead].map(|stretch| 100.0 * stretch);
             lines.push(format!(
                 "\"{name}\": on both sides stretched by {behind:.2} % and {ahead:.2} %{by_weight}"
@@ -255,6 +261,18 @@ fn sides(simulation: &Simulation) -> Result<Vec<String>, OperationError> {
     }
     lines.truncate(ENDS);
     Ok(lines)
+}
+
+/// That a rope turns without corners, in words.
+fn without_corners(turns: usize) -> Option<String> {
+    let places = match turns {
+        0 => return None,
+        1 => "1 place that slides".to_owned(),
+        _ => format!("{turns} places that slide"),
+    };
+    Some(format!(
+        "at {places} a rope turns within its spans: no rest with corners was found that is as low, so that both sides are stretched alike only to what half a span is of them, and on a          vertex of a polyline by what that holds; more control vertices (`refine`), or a start that is nearer, may help"
+    ))
 }
 
 /// A coordinate or parameter to a millionth of what is there to be told apart.
@@ -287,10 +305,23 @@ mod tests {
         let rope = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
         for rests in [true, false] {
             let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
-            let settled =
-                Settled { residual: 2.5e-3, way: 0.1, steps: 2000, rests, stable: Some(rests), unrest: None };
-            let report =
-                report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
+            let settled = Settled {
+                residual: 2.5e-3,
+                way: 0.1,
+                steps: 2000,
+                rests,
+                stable: Some(rests),
+                unrest: None,
+                turns: 0,
+            };
+            let report = report(
+                "rope",
+                &mut simulation,
+                Some(settled),
+                (0.0, 0.0, 1.0),
+                "implicit",
+                &Frames::default(),
+            );
             let StepReport { notes, warnings, iterations, steps, .. } = report.unwrap();
             assert_eq!((steps, iterations), (Some(0), Some(2000)));
             let noted = notes.iter().any(|note| note.contains("it rests: 0.0025"));
@@ -311,9 +342,16 @@ mod tests {
         let rope = Curve::new(Space::clamped_uniform(3, 5).unwrap(), points).unwrap();
         for (stable, wanted) in [(Some(true), ""), (Some(false), "unstable"), (None, "does not show")] {
             let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
-            let settled = Settled { residual: 1e-12, way: 0.0, steps: 9, rests: true, stable, unrest: None };
-            let report =
-                report("rope", &mut simulation, Some(settled), (0.0, 0.0), "implicit", &Frames::default());
+            let settled =
+                Settled { residual: 1e-12, way: 0.0, steps: 9, rests: true, stable, unrest: None, turns: 0 };
+            let report = report(
+                "rope",
+                &mut simulation,
+                Some(settled),
+                (0.0, 0.0, 1.0),
+                "implicit",
+                &Frames::default(),
+            );
             let notes = report.unwrap().notes;
             let told: Vec<&String> = notes.iter().filter(|note| note.contains("balance")).collect();
             assert_eq!(told.len(), usize::from(stable != Some(true)), "{notes:?}");

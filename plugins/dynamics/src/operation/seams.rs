@@ -60,8 +60,8 @@ impl Seams {
         }
     }
 
-    /// What of it is no more, in words.
-    pub(super) fn lost(&self, name: &str, shape: &dyn Shape) -> Option<String> {
+    /// What of it is no more, in words; corners that were `made` are no loss.
+    pub(super) fn lost(&self, name: &str, shape: &dyn Shape, made: &[f64]) -> Option<String> {
         let size = extent(shape.control_vertices());
         if let Some(gap) = gap(shape).filter(|gap| self.meets && *gap > APART * size) {
             return Some(format!(
@@ -70,7 +70,7 @@ impl Seams {
                 figure(gap)
             ));
         }
-        let folded = |u: &&f64| turn(shape, **u).is_some_and(|cosine| cosine < FOLDED);
+        let folded = |u: &&f64| !made.contains(u) && turn(shape, **u).is_some_and(|cosine| cosine < FOLDED);
         let count = self.knots.iter().filter(folded).count();
         let first = self.knots.iter().find(folded)?;
         let more = if count > 1 { format!(" and at {} more knots", count - 1) } else { String::new() };

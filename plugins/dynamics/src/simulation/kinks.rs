@@ -9,6 +9,7 @@
 
 use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of, refine_of};
 use loftsman_kernel::solve::{RangeSpace, Weight};
+use loftsman_kernel::spline::Space;
 use nalgebra::{DMatrix, DVector};
 
 use super::advance::Before;
@@ -33,8 +34,18 @@ const SAME: f64 = 1e-8;
 const ALIKE: f64 = 2e-3;
 /// A knot goes no farther in a step than this share of a side, and stays this share away from its ends.
 const FAR: f64 = 0.3;
-/// Nearer to a knot than this share of a domain, it is that knot.
-const MEETS: f64 = 1e-9;
+/// Nearer to a knot than this share of a span it is that knot: a span so short would be strained by rounding, and let no step be stable that is not as short.
+const MEETS: f64 = 1e-5;
+/// Or than this share of the largest parameter: of a short domain far from 0 they are rounded coarsely.
+const ROUNDED: f64 = 1e-10;
+/// The same place is what differs by this share of two sides.
+const SAME_PLACE: f64 = 1e-9;
+/// A rest with corners is no higher than that without, by this share of what energies are made of.
+const HIGHER: f64 = 1e-9;
+/// Ways of knots that change strains by less than this share of what others do are not gone.
+const ALONG: f64 = 1e-3;
+/// Sweeps of a singular value decomposition, which takes far fewer.
+const SWEEPS: usize = 1000;
 /// More places than this are not looked at together.
 const MOST: usize = 100;
 
@@ -68,26 +79,19 @@ struct Smooth {
 }
 
 impl Simulation {
-    /// As [`settle`](Self::settle); where a curve without bending turns at a place that slides along it, by 3 degrees or more, it is given a corner there: knots of the multiplicity
-    /// of its degree, so that it has more control vertices afterwards. They are where both sides are stretched alike at the place, to 1e-8, each as all of it says to the next place that is
-    /// held or where something acts; where such a
-    /// rest is not found (as in a loop that is drawn shut), all is as `settle` leaves it. Which corners there are now is returned. Costs as many settlings
-    /// as the knots are moved, some five.
-    ///
-    /// # Errors
-    /// As for [`settle`](Self::settle).
-    pub fn settle_with_corners(&mut self) -> Result<(Settled, Vec<Corner>)> {
-        let mut corners = Vec::new();
-        let settled = self.settle_as(Some(&mut corners))?;
-        Ok((settled, corners))
+    /// All corners that curves were given where they turn at places that slide, as [`settle`](Self::settle) gives them.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
     }
 
     /// Of something at rest: the corners that it is given where it turns at places that slide, and how it rests then.
-    pub(super) fn rest_at_corners(&mut self, settled: Settled, corners: &mut Vec<Corner>) -> Result<Settled> {
+    pub(super) fn rest_at_corners(&mut self, settled: Settled) -> Result<Settled> {
         let kinks = self.kinks()?;
+        let settled = Settled { turns: kinks.len(), ..settled };
         if kinks.is_empty() || kinks.len() > MOST {
             return Ok(settled);
         }
+        let (before, sizes) = self.whole_potential()?;
         let mut start = Start::default();
         start.remember(self);
         let smooth = Smooth { bodies: self.bodies.clone(), start };
@@ -95,9 +99,12 @@ impl Simulation {
         self.links.iter_mut().for_each(|link| link.pinned.fill(false));
         let again = match found {
             // Nothing holds it to its corners any more; and there it rests.
-            Ok(Some((knots, steps))) => {
-                self.rest_there(&kinks, &knots).map(|rest| rest.map(|rest| (knots, steps, rest)))
-            }
+            Ok(Some((knots, steps))) => self.rest_there(&kinks, &knots).and_then(|rest| {
+                // What turns within its spans has more energy than it would have at a corner: a rest that has more is another one, higher up.
+                let lower = self.whole_potential()?.0 <= before + HIGHER * sizes;
+                let as_stable = |rest: &Settled| rest.stable == settled.stable || rest.stable == Some(true);
+                Ok(rest.filter(|rest| lower && as_stable(rest)).map(|rest| (knots, steps, rest)))
+            }),
             Ok(None) => Ok(None),
             Err(error) => Err(error),
         };
@@ -108,27 +115,28 @@ impl Simulation {
                 smooth.start.back(self);
                 self.recollect()?;
                 return match other {
-                    // There it goes beyond all numbers, or what is held contradicts itself: no rest with corners.
+                    // There it goes beyond all numbers, what is held contradicts itself, or spans are too short to be told apart: no rest with corners.
                     Ok(_)
                     | Err(
                         DynamicsError::NoRest
                         | DynamicsError::Torn { .. }
                         | DynamicsError::Conflict { .. }
                         | DynamicsError::Collapsed { .. }
-                        | DynamicsError::Massless { .. },
+                        | DynamicsError::Massless { .. }
+                        | DynamicsError::Geometry(_),
                     ) => Ok(settled),
                     Err(error) => Err(error),
                 };
             }
         };
-        corners.extend(kinks.iter().zip(&knots).map(|(kink, (at, knots))| Corner {
+        self.corners.extend(kinks.iter().zip(&knots).map(|(kink, (at, knots))| Corner {
             constraint: kink.link,
             body: kink.body,
             at: *at,
             knots: *knots,
         }));
         let steps = settled.steps + steps + rest.steps;
-        Ok(Settled { steps, ..rest })
+        Ok(Settled { steps, turns: 0, ..rest })
     }
 
     /// Where it rests from here, if each place stays on its corner.
@@ -140,11 +148,13 @@ impl Simulation {
         });
         let settled = Settled {
             residual: found.residual,
-            way: found.way,
+            // Where it rested already it went nowhere.
+            way: if found.steps == 0 { 0.0 } else { found.way },
             steps: found.steps,
             rests: found.rests,
             stable: found.stable,
             unrest: None,
+            turns: 0,
         };
         Ok((stays && found.ends && found.rests).then_some(settled))
     }
@@ -200,8 +210,9 @@ impl Simulation {
                 continue;
             };
             steps += taken;
-            let strains: Vec<[f64; 2]> = (kinks.iter().zip(at.iter()))
-                .map(|(kink, at)| self.strains_of_sides(kink.body, *at))
+            // Where knots are: on those that they meet.
+            let strains: Vec<[f64; 2]> = (kinks.iter().zip(&knots))
+                .map(|(kink, (at, _))| self.strains_of_sides(kink.body, *at))
                 .collect::<Result<_>>()?;
             let apart = DVector::from_iterator(count, strains.iter().map(|[behind, ahead]| ahead - behind));
             let largest = strains.iter().flatten().fold(0.0_f64, |most, strain| most.max(strain.abs()));
@@ -226,14 +237,15 @@ impl Simulation {
                     changes
                 }
             };
-            let solved = changes.clone().lu().solve(&-&apart);
-            let step = solved.filter(|step| step.iter().all(|v| v.is_finite()));
-            // One that leads nowhere, or up, is that of straight sides again.
-            let step = match step {
+            let solved = least(changes.clone(), &apart);
+            // What is apart is the slope of the energy of rest, times the stiffness: downhill only, or it comes to a place where a side that is longer pulls harder, as of a chain
+            // over two pulleys that hangs evenly. One that leads nowhere, or up, is that of straight sides again, whose energy is convex.
+            let downhill = |step: &DVector<f64>| step.iter().all(|v| v.is_finite()) && step.dot(&apart) < 0.0;
+            let step = match solved.filter(downhill) {
                 Some(step) => step,
                 None => {
                     changes = self::changes(kinks, &strains, &sides);
-                    let Some(step) = changes.clone().lu().solve(&-&apart) else { return Ok(None) };
+                    let Some(step) = least(changes.clone(), &apart).filter(downhill) else { return Ok(None) };
                     step
                 }
             };
@@ -249,10 +261,12 @@ impl Simulation {
                 count,
                 next.iter().zip(kinks).map(|(at, kink)| self.wrapped(kink.body, *at)),
             );
-            if (&next - &at).amax() <= f64::EPSILON * at.amax() {
-                // No nearer than rounding.
-                done = true;
-            }
+            // No nearer than rounding, or at knots that it meets.
+            let same = |(kink, (a, b)): (&Kink, (&f64, &f64))| {
+                self.snapped(kink.body, *a) == self.snapped(kink.body, *b)
+            };
+            done = (&next - &at).amax() <= f64::EPSILON * at.amax()
+                || kinks.iter().zip(next.iter().zip(at.iter())).all(same);
             last = Some((at, apart, changes));
             at = next;
         }
@@ -262,11 +276,27 @@ impl Simulation {
             return Ok(None);
         };
         let mut alike = true;
-        for (kink, at) in kinks.iter().zip(at.iter()) {
+        for (kink, (at, _)) in kinks.iter().zip(&knots) {
             let [behind, ahead] = self.strains_of_sides(kink.body, *at)?;
             alike &= (ahead - behind).abs() <= ALIKE * ahead.abs().max(behind.abs());
         }
         Ok(alike.then_some((knots, steps + taken)))
+    }
+
+    /// A parameter of a body, or the knot that it meets.
+    fn snapped(&self, body: usize, at: f64) -> f64 {
+        let shape = self.bodies[body].body.shape.as_ref();
+        match cells_of(shape, "a corner").ok().and_then(|cells| cells.splines()) {
+            Some(splines) => nearest_knot(splines.u, at),
+            None => at,
+        }
+    }
+
+    /// The potential of all forces, with what steps do not see of stretching; and the sum of its parts' amounts.
+    fn whole_potential(&self) -> Result<(f64, f64)> {
+        let (energy, sizes) = self.potential();
+        let unseen = self.unseen_energy()?;
+        Ok((energy + unseen, sizes + unseen.abs()))
     }
 
     /// A parameter of a body within its domain: round where that is closed.
@@ -283,12 +313,9 @@ impl Simulation {
         let mut knots = Vec::with_capacity(kinks.len());
         for (kink, &at) in kinks.iter().zip(at) {
             let moving = &mut bodies[kink.body];
-            let domain = moving.body.shape.domain();
-            let Some(whole) = domain.first().map(|side| side.end - side.start) else { return Ok(None) };
             let cells = cells_of(moving.body.shape.as_ref(), "a corner")?;
             let Some(splines) = cells.splines() else { return Ok(None) };
-            let near = splines.u.breakpoints().into_iter().find(|knot| (knot - at).abs() <= MEETS * whole);
-            let at = near.unwrap_or(at);
+            let at = nearest_knot(splines.u, at);
             let more = splines.u.degree().saturating_sub(splines.u.multiplicity(at));
             let inserted = vec![at; more];
             let refined = |shape: &dyn Shape| refine_of(shape, "a corner")?.refined(0, &inserted);
@@ -382,7 +409,7 @@ impl Simulation {
             {
                 for (neighbour, to) in neighbours.iter_mut().zip([own - ways[0], own + ways[1]]) {
                     let apart = self.wrapped(kink.body, to) - there;
-                    if there != own && apart.abs() <= MEETS * (ways[0] + ways[1]) {
+                    if there != own && apart.abs() <= SAME_PLACE * (ways[0] + ways[1]) {
                         *neighbour = Some(other);
                     }
                 }
@@ -393,12 +420,39 @@ impl Simulation {
     }
 }
 
+/// A parameter, or the knot that is close to it: within a small share of the spans beside that knot.
+fn nearest_knot(space: &Space, at: f64) -> f64 {
+    let (knots, (start, end)) = (space.breakpoints(), space.domain());
+    let after = knots.partition_point(|knot| *knot <= at).clamp(1, knots.len().saturating_sub(1).max(1));
+    let (Some(&low), Some(&high)) = (knots.get(after - 1), knots.get(after)) else { return at };
+    let near = (MEETS * (high - low)).max(ROUNDED * start.abs().max(end.abs()));
+    let knot = if (at - low).abs() <= near {
+        low
+    } else if (high - at).abs() <= near {
+        high
+    } else {
+        at
+    };
+    // The end of what is closed is its start.
+    if space.is_periodic() && knot == end { start } else { knot }
+}
+
 /// What is on both sides of a kink: how far it goes in parameters, and which kink is there.
 struct Sides {
     ways: [f64; 2],
     /// Lengths at rest by parameters.
     speed: f64,
     neighbours: [Option<usize>; 2],
+}
+
+/// The least step that takes away what is apart: where all knots of a closed rope go on alike, sides stay as long as they are.
+fn least(changes: DMatrix<f64>, apart: &DVector<f64>) -> Option<DVector<f64>> {
+    if !changes.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let svd = changes.try_svd(true, true, f64::EPSILON, SWEEPS)?;
+    let largest = svd.singular_values.amax();
+    svd.solve(&-apart, ALONG * largest).ok()
 }
 
 /// How differences of strain change with knots, of straight sides: `(1 + ε) / ℓ` on each.

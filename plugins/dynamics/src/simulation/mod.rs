@@ -119,6 +119,8 @@ pub struct Simulation {
     before: Before,
     /// What stops at corners.
     stops: Stops,
+    /// Those that were made.
+    corners: Vec<Corner>,
 }
 
 impl Simulation {
@@ -176,6 +178,7 @@ impl Simulation {
             held: None,
             before: Before::default(),
             stops: Stops::default(),
+            corners: Vec::new(),
         }
     }
 

@@ -5,7 +5,6 @@ use loftsman_kernel::shape::Location;
 use super::descent::Start;
 use super::equilibrium::{Found, Search};
 use super::implicit::Implicit;
-use super::kinks::Corner;
 use super::{Moving, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::Link;
@@ -30,6 +29,8 @@ pub struct Settled {
     pub stable: Option<bool>,
     /// What is farthest from rest, where it does not.
     pub unrest: Option<Unrest>,
+    /// At how many places that slide a curve without bending turns within its spans, for no rest with corners there was found that is as low; 0 where corners were not looked for.
+    pub turns: usize,
 }
 
 /// What does not rest.
@@ -68,15 +69,29 @@ impl Simulation {
     /// a corner of its shape where it is pulled there from both sides; one that slides along a curve that moves, in the span where the energy is lowest of those
     /// beside. Time stands still; how far from rest it ends is said. A step costs a Cholesky factor within the envelope of the stiffness.
     ///
+    /// Where a curve without bending turns at a place that slides along it, by 3 degrees or more, it is given a corner there: knots of the multiplicity
+    /// of its degree, so that it has more control vertices afterwards ([`corners`](Self::corners) tells). They are where both sides are stretched alike at the place, to 1e-8 (within 1e-5 of a span
+    /// of a knot, on that knot), each as all of it says to the next place that is held or where something acts. A rope that bends turns along a length, `√(EI/T)` at a tension
+    /// `T`, and has no corner, at which its energy would be infinite. Where no rest with corners is found that is as low (as in a loop that is drawn shut, or where somebody knows control vertices by number), all is as
+    /// [`settle_without_corners`](Self::settle_without_corners) leaves it, and [`Settled::turns`] counts the places. Costs as many settlings more as the knots are moved, some five.
+    ///
     /// # Errors
     /// When nothing holds it, or nothing any more, where its weight or a force draws it; when stiffness drowns the mass; when numbers grow beyond all
     /// bounds. Where rest is not found it ends in the best state that was, and [`Settled`] says how far from rest that is.
     pub fn settle(&mut self) -> Result<Settled> {
-        self.settle_as(None)
+        self.settle_as(true)
     }
 
-    /// The same, with corners where there is a list for them.
-    pub(super) fn settle_as(&mut self, corners: Option<&mut Vec<Corner>>) -> Result<Settled> {
+    /// As [`settle`](Self::settle), with all shapes' knots as they are: a place in a curve that turns there rests where its sides pull alike along the tangent within a
+    /// span, and lengths on both sides differ by what half a span is of them.
+    ///
+    /// # Errors
+    /// As for [`settle`](Self::settle).
+    pub fn settle_without_corners(&mut self) -> Result<Settled> {
+        self.settle_as(false)
+    }
+
+    fn settle_as(&mut self, corners: bool) -> Result<Settled> {
         let (time, worst, told) = (self.time, self.worst, self.events.len());
         self.come_and_go()?;
         // Who looks for rest knows corners by himself.
@@ -86,9 +101,9 @@ impl Simulation {
             true => self.rest_over_spans(settled),
             false => Ok(settled),
         });
-        let settled = settled.and_then(|settled| match corners {
-            Some(corners) if settled.rests => self.rest_at_corners(settled, corners),
-            _ => Ok(settled),
+        let settled = settled.and_then(|settled| match corners && settled.rests {
+            true => self.rest_at_corners(settled),
+            false => Ok(settled),
         });
         self.rest();
         self.note_events();
@@ -177,10 +192,10 @@ impl Simulation {
             if found.ends {
                 let Found { residual, way, rests, stable, .. } = found;
                 let way = rested.filter(|_| found.steps == 0).map_or(way, |(settled, _)| settled.way);
-                return Ok(Settled { residual, way, steps, rests, stable, unrest: None });
+                return Ok(Settled { residual, way, steps, rests, stable, unrest: None, turns: 0 });
             }
             let Found { residual, way, met, .. } = found;
-            let newton = Settled { residual, way, steps, rests: false, stable: None, unrest: None };
+            let newton = Settled { residual, way, steps, rests: false, stable: None, unrest: None, turns: 0 };
             let mut there = Start::default();
             there.remember(self);
             let (energy, sizes) = self.potential();
@@ -244,6 +259,7 @@ impl Simulation {
             rests: false,
             stable: None,
             unrest: None,
+            turns: 0,
         };
         let time = self.time;
         while settled.steps < before + MOST && !settled.rests {

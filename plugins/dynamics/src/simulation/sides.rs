@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::points::order;
 
 /// Gauss points more than its degree in each span: a span that turns sharply is no polynomial of low degree in its length.
-const MORE: usize = 12;
+const MORE: usize = 24;
 
 impl Simulation {
     /// Of each place of a constraint that slides along a curve that moves: the mean stretch of its two sides, behind and ahead (to smaller parameters and to

@@ -17,6 +17,8 @@ const SWEEPS: usize = 4;
 const MOST: usize = 1000;
 /// A span farther rest is found within so many steps, or not looked for.
 const PATIENCE: usize = 60;
+/// A place is on a knot within this share of a span.
+const ON: f64 = 1e-9;
 /// Lower is what falls by this share of what energies are made of.
 const LOWER: f64 = 1e-9;
 
@@ -30,12 +32,20 @@ struct Slider {
 }
 
 impl Slider {
-    /// The same share of the span that is so many farther, where there is one.
+    /// The same share of the span that is so many farther, where there is one; from a knot, which may hold it though it rests lower beside, the middles of the spans.
     fn target(&self, at: f64, by: isize) -> Option<f64> {
         let spans = self.spans.len().checked_sub(1).filter(|spans| *spans > 0)?;
         let own = self.spans.partition_point(|end| *end <= at).clamp(1, spans) - 1;
         let share = (at - self.spans[own]) / (self.spans[own + 1] - self.spans[own]);
-        let to = own as isize + by;
+        // The spans beside a knot are the first ones on both sides.
+        let on_knot = share <= ON || share >= 1.0 - ON;
+        let (first, share) = match (on_knot, by > 0, share > 0.5) {
+            (false, ..) => (own as isize, share),
+            (true, true, false) => (own as isize - 1, 0.5),
+            (true, false, true) => (own as isize + 1, 0.5),
+            (true, ..) => (own as isize, 0.5),
+        };
+        let to = first + by;
         let to = if self.periodic { to.rem_euclid(spans as isize) } else { to };
         let to = usize::try_from(to).ok().filter(|to| *to < spans)?;
         Some(self.spans[to] + share * (self.spans[to + 1] - self.spans[to]))

@@ -221,7 +221,7 @@ mod tests {
         ] {
             let found = first_time(way, rate, acceleration);
             let same = match (found, wanted) {
-                (Some(a), Some(b)) => (a - b as f64).abs() < 1e-12,
+                (Some(a), Some(b)) => (a - b).abs() < 1e-12,
                 (a, b) => a.is_none() && b.is_none(),
             };
             assert!(same, "{way} {rate} {acceleration}: {found:?} {wanted:?}");
