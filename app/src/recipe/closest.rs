@@ -11,6 +11,8 @@ use serde_json::{Map, Value, json};
 
 /// The field of the table.
 const CLOSEST: &str = "closest";
+/// Fields that say where something that slides starts.
+const STARTS: [&str; 2] = ["near", "other_near"];
 /// The fields that hold locations or lists of them, of the object that the second field names. In a step itself those of them
 /// do whose declaration says so: where `section` puts planes on an axis, `at` is a coordinate.
 const FIELDS: [(&str, &str); 9] = [
@@ -177,6 +179,22 @@ impl Resolving<'_> {
         } else {
             format!("{} away", figure(distance))
         };
+        // What slides or floats starts near: where that is farther than all of the shape is large, the point was meant for something else.
+        let points = geometry.points();
+        let extent = (0..3).map(|k| {
+            let along = || points.iter().map(|p| p[k]);
+            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+        });
+        let extent = extent.fold(0.0, f64::max);
+        let field = path.rsplit('.').next().unwrap_or(path).split('[').next().unwrap_or(path);
+        if STARTS.contains(&field) && distance > extent {
+            let problem = format!(
+                "the nearest place of \"{name}\" is {} away from ({x} {y} {z}), farther than all of it is large ({}): give a point near to it, or a parameter",
+                figure(distance),
+                figure(extent)
+            );
+            return Err(table.error(CLOSEST, problem));
+        }
         if let Some(other) = others.first() {
             let more = if others.len() > 1 {
                 format!(" and {} more places", others.len() - 1)
@@ -433,6 +451,27 @@ mod tests {
         assert_eq!(notes.len(), 3, "{notes:?}");
         assert!(notes[1].contains("constraints[1].with.at = 0 on \"low\""), "{notes:?}");
         assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
+    }
+
+    /// What slides starts near its shape: a point farther off than that is large is a mistake, told with the distance; of other places the nearest is meant wherever the point is.
+    #[test]
+    fn what_starts_near_is_not_far_off() {
+        for (x, y, far) in [(0.0, 2.9, false), (50.0, 1.0, true), (1e9, 0.0, true)] {
+            for field in ["near", "other_near", "at"] {
+                let mut constraint = json!({ "kind": "tied" });
+                constraint[field] = json!({ "closest": [x, y, 0] });
+                let found = resolved(json!({ "object": "arch", "constraints": [constraint] }));
+                assert_eq!(found.is_err(), far && field != "at", "{field} {x}: {found:?}");
+                if let Err(message) = found {
+                    let told = [
+                        if x < 100.0 { "49" } else { "1e9" },
+                        " away from (",
+                        "farther than all of it is large (2)",
+                    ];
+                    assert!(told.iter().all(|told| message.contains(told)), "{message}");
+                }
+            }
+        }
     }
 
     /// Where the operation's declaration takes a coordinate or something else, what is pointed at is left for it to refuse.

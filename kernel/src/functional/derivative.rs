@@ -139,7 +139,7 @@ impl DeclaredFunctional for DerivativeAt {
             Field::optional(
                 "order",
                 "whole number, or [i, j] on a surface",
-                "1",
+                "1, needed on a surface",
                 "how often by u (and by v)",
             ),
             OBJECT,
@@ -163,7 +163,7 @@ impl DeclaredFunctional for DerivativeAt {
             }
             _ => {
                 return Err(
-                    parameters.error("order", "on a surface the order is [i, j]: how often by u and by v")
+                    parameters.error("order", "on a surface the order is [i, j]: how often by u and by v, as [1, 0] for the derivative by u")
                 );
             }
         };

@@ -83,6 +83,8 @@ pub enum MarkKind {
     Moved,
     /// A point that was kept.
     Kept,
+    /// A place that slides along its shape.
+    Slides,
     /// A derivative or direction.
     Direction,
     /// A curvature.

@@ -52,9 +52,11 @@ struct Joint {
 const INSTEAD: &str = "ask for its volume, or its surface-area";
 
 impl Contour {
+    /// `advice` says what to do where it is open.
+    ///
     /// # Errors
     /// When a member is not a curve, is torn, or its ends meet no others.
-    pub(crate) fn find(shapes: &Shapes<'_>, members: &[On], what: &str) -> Result<Self> {
+    pub(crate) fn find(shapes: &Shapes<'_>, members: &[On], what: &str, advice: &str) -> Result<Self> {
         let (_, size) = extent(shapes, members)?;
         let Chain { senses, loops, joints } = Self::chain(shapes, members, what)?;
         let mut ties = Vec::with_capacity(joints.len());
@@ -64,7 +66,7 @@ impl Contour {
                     (name_of(&members[joint.from.member]), name_of(&members[joint.to.member]));
                 let end = |last: bool| if last { "end" } else { "start" };
                 return Err(Error::Invalid(format!(
-                    "{what}: the boundary is open: the {} of {name} is {} away from the {} of {other}; close it, or \
+                    "{what}: the boundary is open: the {} of {name} is {} away from the {} of {other}; {advice}, or \
                      name all of its pieces in \"objects\"",
                     end(joint.from.last),
                     figure(joint.distance),

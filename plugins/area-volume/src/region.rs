@@ -14,6 +14,9 @@ use crate::plane::Plane;
 use crate::sparse_form::Form;
 use crate::ties::Closed;
 
+/// What to do with an open boundary.
+const CLOSE: &str = "close it";
+
 /// Curves that bound a region together, holes in it, and the side from which it is looked at.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Region {
@@ -62,10 +65,10 @@ impl Region {
     pub(crate) fn outline(&self, shapes: &Shapes<'_>, what: &str) -> Result<Outline> {
         let everyone = self.everyone();
         let (origin, size) = extent(shapes, &everyone)?;
-        let mut groups = vec![(&self.members, Contour::find(shapes, &self.members.0, what)?)];
+        let mut groups = vec![(&self.members, Contour::find(shapes, &self.members.0, what, CLOSE)?)];
         // Each hole is a boundary of its own.
         if let Some(holes) = &self.holes {
-            groups.push((holes, Contour::find(shapes, &holes.0, what)?));
+            groups.push((holes, Contour::find(shapes, &holes.0, what, CLOSE)?));
         }
         let mut pieces = Vec::new();
         let mut vectors = Vec::new();

@@ -27,6 +27,9 @@ pub struct Closed {
     ties: Option<Arc<Vec<Tie>>>,
 }
 
+/// What to do where ends are apart that are to be held.
+const MEET: &str = "this kind holds ends that meet already: close it first (while it moves `tied` draws two points together)";
+
 /// The boundary that the first shape of the problem is.
 pub fn closed() -> Closed {
     Closed::of_members(Members::default())
@@ -61,7 +64,7 @@ impl Closed {
             let found = Shell::find(&shell_members(shapes, &rest, &what)?, &what)?.ties;
             found.into_iter().map(|tie| Tie { first: of(tie.first), second: of(tie.second) }).collect()
         } else {
-            Contour::find(shapes, &self.members.0, &what)?.ties
+            Contour::find(shapes, &self.members.0, &what, MEET)?.ties
         };
         Ok(Arc::new(ties))
     }

@@ -3,6 +3,7 @@
 use loftsman_kernel::Vector;
 use loftsman_kernel::error::{Error, Figure};
 use loftsman_kernel::plugin::OperationError;
+use loftsman_kernel::text::{figure, short};
 
 /// The result of what a simulation does.
 pub(crate) type Result<T, E = DynamicsError> = std::result::Result<T, E>;
@@ -125,7 +126,7 @@ pub enum DynamicsError {
     /// The numbers left all bounds.
     #[error(
         "the simulation blows up after {} s, in a step of {} s: {}",
-        Figure(*.time), Figure(*.step), what_to_do(*.step, *.stable, *.implicit)
+        figure(*.time), figure(*.step), what_to_do(*.step, *.stable, *.implicit)
     )]
     BlowsUp {
         /// When.
@@ -137,6 +138,22 @@ pub enum DynamicsError {
         /// Whether the step was implicit.
         implicit: bool,
     },
+    /// Energy came from nowhere.
+    #[error(
+        "the simulation blows up after {} s, in a step of {} s: nothing was put in, and energy rose by {} % of what moved and was stretched; steps up to {} s are stable, but what holds it drifts in them \
+         and is drawn back; give a smaller step or scheme \"implicit\", or hold it elsewhere: where it does not turn so sharply, and farther from an end",
+        figure(*.time), figure(*.step), short(100.0 * *.rise), figure(*.stable)
+    )]
+    Rises {
+        /// When.
+        time: f64,
+        /// The last step.
+        step: f64,
+        /// What is known to be stable of explicit steps.
+        stable: f64,
+        /// By which share of what moved and was stretched.
+        rise: f64,
+    },
     /// On the way to rest numbers grew beyond all bounds.
     #[error(
         "rest was not found: on the way to it the shape went beyond all numbers; give smaller forces, pulls and stiffness, and targets that are nearer"
@@ -144,15 +161,19 @@ pub enum DynamicsError {
     NoRest,
     /// Stretched beyond all sense.
     #[error(
-        "{body:?} is stretched to {} times its length at rest: what pulls it is too strong for its stiffness; give smaller forces, pulls or weight, or \
-         more stiffness",
-        Figure(1.0 + .stretch)
+        "{body:?} is stretched to {} times its length at rest after {} s (explicit steps are stable up to {} s): what pulls it is too strong for its stiffness; \
+         give smaller forces, pulls or weight, or more stiffness",
+        figure(1.0 + .stretch), figure(*.time), figure(*.stable)
     )]
     Torn {
         /// What it is called.
         body: String,
         /// The largest stretch, `|P'|/ℓ - 1`.
         stretch: f64,
+        /// When.
+        time: f64,
+        /// What is known to be stable of explicit steps.
+        stable: f64,
     },
     /// Stiffness so large beside mass that the sum of both is the stiffness alone.
     #[error(
@@ -170,7 +191,7 @@ pub enum DynamicsError {
     #[error(
         "{} sub-steps would be needed for each step of {} s (stable ones are {} s long): the shape is very stiff or damped for its mass; give scheme \
          \"implicit\", a lower stiffness (or damping), or more mass",
-        Figure(*.needed), Figure(*.step), Figure(*.stable)
+        figure(*.needed), figure(*.step), figure(*.stable)
     )]
     TooStiff {
         /// Sub-steps.
@@ -180,6 +201,20 @@ pub enum DynamicsError {
         /// The stable step.
         stable: f64,
     },
+    /// A step that was asked for, so short that the run would not end.
+    #[error(
+        "the step of {} s is too short: of so short ones more than a million would be needed for {} s; give a `step` of {} s or more, or leave it out for the \
+         longest that is stable",
+        figure(*.step), figure(*.whole), figure(*.least)
+    )]
+    TooShort {
+        /// The step asked for.
+        step: f64,
+        /// What is to be gone on by.
+        whole: f64,
+        /// The shortest that would do.
+        least: f64,
+    },
     /// What the kernel says.
     #[error(transparent)]
     Geometry(#[from] Error),
@@ -187,7 +222,7 @@ pub enum DynamicsError {
 
 fn what_to_do(step: f64, stable: f64, implicit: bool) -> String {
     if implicit {
-        let explicit = Figure(stable);
+        let explicit = figure(stable);
         return format!(
             "what is asked moves too much at once; give a smaller step (explicit ones are stable up to {explicit} s), more damping, or targets \
              that come more slowly"
@@ -195,9 +230,9 @@ fn what_to_do(step: f64, stable: f64, implicit: bool) -> String {
     }
     let advice = "give a smaller step, or scheme \"implicit\"";
     if step > stable {
-        format!("steps up to {} s are stable; {advice}", Figure(stable))
+        format!("steps up to {} s are stable; {advice}", figure(stable))
     } else {
-        let stable = Figure(stable);
+        let stable = figure(stable);
         format!(
             "steps up to {stable} s would be stable, but what is asked moves too much at once, or forces and pulls are too large; {advice}"
         )

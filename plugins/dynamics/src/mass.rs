@@ -26,7 +26,7 @@ impl Mass {
     /// Of a curve the band of its basis functions, weighted by its speed; of a tensor-product surface the Kronecker product of two bands, its area
     /// element taken as the product of its means along each direction (exact where it is one: of every parallelogram, cylinder and
     /// cone; the whole mass always); of other shapes as it is, in an order that keeps neighbours together. Exact to rounding where the speed is
-    /// constant or a low polynomial, else by Gauss points with three (one in each direction) more than that takes.
+    /// constant or a low polynomial, else by Gauss points with three (one in each direction) more than that takes, of curves by twice as many again until these see no other length.
     pub(crate) fn new(shape: &dyn Shape, material: &Material) -> Result<Self> {
         let cells = cells_of(shape, "a simulation")?;
         let splines = cells.splines().filter(|splines| splines.weights.is_none());
@@ -36,9 +36,8 @@ impl Mass {
         }
         let mut entries = Vec::new();
         for cell in cells.checked(shape)? {
-            let points = gauss(&cell);
+            let (points, measures) = seen_whole(shape, &cell)?;
             let rows = rows_at(shape, &cell, &points, Derivative::POSITION)?;
-            let measures = measures(shape, &cell, &points)?;
             let width = cell.vertices.len();
             for (((_, weight), row), measure) in points.iter().zip(rows.chunks_exact(width)).zip(measures) {
                 let mass = material.mass * weight * measure;
@@ -124,6 +123,61 @@ fn gauss(cell: &Cell) -> Vec<(Location, f64)> {
         degree + 1 + more(cell.sides.len(), cell.rational)
     };
     cell.gauss_points([count(0), count(1)])
+}
+
+/// Where twice as many points see another length by this share of it, these are taken, up to so many.
+const SEEN: f64 = 1e-9;
+const MOST: usize = 128;
+
+/// The points of a cell with the measures there: of a curve so many that more see the same length, for the speed of what turns sharply is no polynomial.
+fn seen_whole(shape: &dyn Shape, cell: &Cell) -> Result<(Vec<(Location, f64)>, Vec<f64>)> {
+    let mut points = gauss(cell);
+    let mut found = measures(shape, cell, &points)?;
+    if cell.sides.len() != 1 {
+        return Ok((points, found));
+    }
+    let whole = |points: &[(Location, f64)], found: &[f64]| -> f64 {
+        points.iter().zip(found).map(|((_, weight), measure)| weight * measure).sum()
+    };
+    let mut length = whole(&points, &found);
+    while 2 * points.len() <= MOST {
+        let more = cell.gauss_points([2 * points.len(), 0]);
+        let there = measures(shape, cell, &more)?;
+        let now = whole(&more, &there);
+        if (now - length).abs() <= SEEN * now {
+            break;
+        }
+        (points, found, length) = (more, there, now);
+    }
+    Ok((points, found))
+}
+
+/// How far the centre of a surface's mass is from that of its area: what the product of two directions misses. 0 of curves.
+pub(crate) fn off_centre(shape: &dyn Shape, mass: &Mass) -> Result<f64> {
+    if shape.domain().len() != 2 {
+        return Ok(0.0);
+    }
+    // From one of its own points, for sums to be as good as the shape is large.
+    let Some(from) = shape.control_vertices().first().copied() else { return Ok(0.0) };
+    let (mut area, mut sum) = (0.0, Vector::zeros());
+    for cell in cells_of(shape, "a centre")?.checked(shape)? {
+        let points = gauss(&cell);
+        let rows = rows_at(shape, &cell, &points, Derivative::POSITION)?;
+        let measures = measures(shape, &cell, &points)?;
+        let width = cell.vertices.len();
+        for (((_, weight), row), measure) in points.iter().zip(rows.chunks_exact(width)).zip(measures) {
+            let arm = row
+                .iter()
+                .zip(&cell.vertices)
+                .fold(Vector::zeros(), |sum, (c, &v)| sum + (shape.control_vertices()[v] - from) * *c);
+            area += weight * measure;
+            sum += arm * (weight * measure);
+        }
+    }
+    let whole: f64 = mass.lumped.iter().sum();
+    let own = shape.control_vertices().iter().zip(&mass.lumped);
+    let own = own.fold(Vector::zeros(), |sum, (p, m)| sum + (p - from) * *m) / whole;
+    Ok((own - sum / area).norm())
 }
 
 /// `|P'|`, or `|P_u × P_v|`, at points of a cell.

@@ -2,6 +2,7 @@
 
 mod constraints;
 mod declared;
+mod folds;
 mod marks;
 mod report;
 mod seams;
@@ -101,6 +102,9 @@ impl Operation for Simulate {
                 stretch = wider(stretch, simulation.stretch(0)?);
                 if let Some(audit) = &mut audit {
                     audit.look(&mut simulation);
+                    if audit.is_broken() {
+                        return Err(simulation.risen(audit.rise()).into());
+                    }
                 }
                 context.observer.proceed("simulate", frame as u64 + 1, run.frames as u64)?;
             }
@@ -128,7 +132,13 @@ impl Operation for Simulate {
         for (index, name) in run.names.iter().enumerate() {
             let stretch = simulation.largest_stretch(index)?;
             if stretch > TORN {
-                return Err(DynamicsError::Torn { body: name.clone(), stretch }.into());
+                return Err(DynamicsError::Torn {
+                    body: name.clone(),
+                    stretch,
+                    time: simulation.time(),
+                    stable,
+                }
+                .into());
             }
         }
         let mut report =
@@ -137,10 +147,14 @@ impl Operation for Simulate {
         report.event_seconds = (steps > 0).then_some(event_seconds);
         if let Some(audit) = audit {
             let rise = 100.0 * audit.rise();
-            report.notes.push(format!(
-                "nothing was put in, and energy rose by {} % of what moved and was stretched at most",
-                short(rise)
-            ));
+            report.notes.push(if audit.is_noise() {
+                "nothing was put in, and nothing moves or is stretched but by rounding".into()
+            } else {
+                format!(
+                    "nothing was put in, and energy rose by {} % of what moved and was stretched at most",
+                    short(rise)
+                )
+            });
         }
         for (index, (seams, name)) in seams.iter().zip(&run.names).enumerate() {
             report.warnings.extend(seams.lost(
@@ -148,6 +162,11 @@ impl Operation for Simulate {
                 simulation.shape(index)?,
                 &made(simulation.corners(), index),
             ));
+        }
+        for (index, name) in run.names.iter().enumerate().filter(|(index, _)| !run.still[*index]) {
+            report.warnings.extend(folds::folded(name, &simulation, index)?);
+            report.warnings.extend(folds::shrunk(name, &simulation, index)?);
+            report.notes.extend(folds::off_centre(name, &simulation, index)?);
         }
         report.notes.extend(told(simulation.corners(), &simulation, &run.names)?);
         report.notes.extend(run.notes);
@@ -432,7 +451,9 @@ fn timing(
     let whole = frames / rate;
     if (whole - seconds).abs() > 1e-9 * seconds {
         let plural = if frames == 1.0 { "" } else { "s" };
-        notes.push(format!("it moves for {} s: {frames} whole frame{plural}", figure(whole)));
+        let short =
+            if whole < seconds { ", and no path that arrives later is walked to its end" } else { "" };
+        notes.push(format!("it moves for {} s: {frames} whole frame{plural}{short}", figure(whole)));
     }
     Ok((rate, frames as usize, whole))
 }
@@ -532,7 +553,7 @@ fn stiffened(mut material: Material, shape: &dyn Shape, fall: f64) -> Result<Mat
 const MORE: usize = 8;
 
 /// The arc length of a curve, the largest extent of a surface: of the shape itself, whatever its control vertices.
-fn reach(shape: &dyn Shape) -> Result<f64, OperationError> {
+pub(super) fn reach(shape: &dyn Shape) -> Result<f64, OperationError> {
     if shape.domain().len() != 1 {
         return Ok(crate::body::extent(shape.control_vertices()));
     }

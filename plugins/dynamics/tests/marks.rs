@@ -4,7 +4,7 @@
 
 use loftsman_dynamics::Dynamics;
 use loftsman_kernel::Point;
-use loftsman_kernel::plugin::{Context, Mark, Parameters, Registry};
+use loftsman_kernel::plugin::{Context, Mark, MarkKind, Parameters, Registry};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::spline::{Curve, Space};
 
@@ -61,6 +61,10 @@ fn a_ring_is_marked_where_it_is() {
         ] });
         let (scene, marks) = simulated(vec![("rope", rope)], fields);
         let mark = marks.iter().find(|mark| mark.label == "ring").unwrap();
+        // The legend of pictures: what slides is no kept point.
+        assert!(
+            marks.iter().all(|m| m.kind == if m.label == "ring" { MarkKind::Slides } else { MarkKind::Kept })
+        );
         let mut farthest = 0.0_f64;
         for frame in 0..=12 {
             let [Some(place)] = positions(&scene, &marks, "ring", frame)[..] else { panic!("one mark") };

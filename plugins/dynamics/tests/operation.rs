@@ -2,11 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
+use std::cell::RefCell;
+
 use loftsman_dynamics::Dynamics;
 use loftsman_kernel::Point;
-use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::plugin::{Context, Observer, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 
 use serde_json::{Value, json};
 
@@ -211,8 +213,118 @@ fn what_is_torn_is_refused() {
     let force = json!([{ "at": 9, "force": [0, 0, -1e12] }]);
     let fields = json!({ "settle": true, "stiffness": 100, "constraints": held, "forces": force });
     let message = run(&mut scene, fields).unwrap_err().to_string();
-    assert!(message.contains("times its length at rest") && message.contains("smaller forces"), "{message}");
+    assert!(
+        message.contains("times its length at rest after 0 s") && message.contains("smaller forces"),
+        "{message}"
+    );
+    assert!(message.contains("explicit steps are stable up to"), "{message}");
     assert_eq!(scene.object("rope").unwrap().geometry().points(), before);
+}
+
+/// What blows up says when, and which steps are stable; a step that is too short which one would do. Nothing is changed.
+#[test]
+fn what_cannot_go_on_says_when_and_which_step() {
+    let mut scene = scene();
+    let before = scene.object("rope").unwrap().geometry().points().to_vec();
+    let held = json!([{ "kind": "fixed", "at": 0 }]);
+    let kick = json!([{ "at": 9, "force": [0, 1e9, 0] }]);
+    let fields =
+        json!({ "seconds": 1, "scheme": "exact", "stiffness": 100, "constraints": held, "forces": kick });
+    let message = run(&mut scene, fields).unwrap_err().to_string();
+    assert!(message.contains("blows up after ") && message.contains(" s, in a step of "), "{message}");
+    assert!(message.contains("would be stable"), "{message}");
+    // No number is told to more than a few figures.
+    let longest = message.split(|c: char| !c.is_ascii_digit()).map(str::len).max().unwrap();
+    assert!(longest <= 8, "{message}");
+    let fields = json!({ "seconds": 1, "step": 1e-12, "scheme": "exact", "constraints": held });
+    let message = run(&mut scene, fields).unwrap_err().to_string();
+    assert!(message.contains("give a `step` of ") && message.contains("or leave it out"), "{message}");
+    assert_eq!(scene.object("rope").unwrap().geometry().points(), before);
+}
+
+/// What a model does that a rope or a sheet would not is said: bending that shrinks, a fold within a span, mass beside the area.
+#[test]
+fn what_is_not_as_in_nature_is_told() {
+    let held = json!([{ "kind": "fixed", "at": 0 }]);
+    let arc = |degree: usize, n: usize| {
+        let at = |i: usize| std::f64::consts::PI * i as f64 / (n - 1) as f64;
+        let points = (0..n).map(|i| Point::new(-0.5 * at(i).cos(), 0.0, 0.5 * at(i).sin())).collect();
+        let mut scene = Scene::new();
+        scene.unit = Unit::Metre;
+        let curve = Curve::new(Space::clamped_uniform(degree, n).unwrap(), points).unwrap();
+        scene.add(Object::new("arc", Geometry::Curve(curve))).unwrap();
+        scene
+    };
+    for (bending, shrinks) in [(1.0, false), (1e3, true)] {
+        let fields = json!({ "settle": true, "stiffness": 100, "bending": bending, "gravity": [0, 0, 0], "constraints": held });
+        let warnings = run(&mut arc(3, 9), fields).unwrap().warnings;
+        let told =
+            warnings.iter().any(|w| w.contains("% shorter than at rest") && w.contains("more stiffness"));
+        assert_eq!(told, shrinks, "{bending}: {warnings:?}");
+    }
+    // Drawn through a point to where it came from, without a vertex to turn at.
+    let held = json!([
+        { "kind": "fixed", "at": 0, "to": [0, 0, 0] },
+        { "kind": "sliding", "near": 3.5, "to": [1, 0, 0] },
+        { "kind": "fixed", "at": 7, "to": [0, 0, 0] },
+    ]);
+    for (to, folds) in [([0.0, 0.0, 0.0], true), ([0.0, 1.0, 0.0], false)] {
+        let mut held = held.clone();
+        held[2]["to"] = json!(to);
+        let fields = json!({ "settle": true, "corners": false, "stiffness": 100, "bending": 1e-3, "gravity": [0, 0, 0], "constraints": held });
+        let warnings = run(&mut arc(2, 9), fields).unwrap().warnings;
+        let told = warnings.iter().any(|w| w.contains("turns back at 3.5, within a span"));
+        assert_eq!(told, folds, "{to:?}: {warnings:?}");
+    }
+    for (corner, off) in [([2.0, 2.0, 0.0], false), ([3.0, 3.0, 0.0], true)] {
+        let corners = [[0.0; 3], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], corner];
+        let line = || Space::clamped_uniform(1, 2).unwrap();
+        let sheet = Surface::new(line(), line(), corners.map(Point::from).to_vec()).unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("kite", Geometry::Surface(sheet))).unwrap();
+        let fields =
+            json!({ "settle": true, "stiffness": 1e4, "constraints": [{ "kind": "fixed", "at": [0, 0] }] });
+        let notes = run(&mut scene, fields).unwrap().notes;
+        let told = notes.iter().find(|note| note.contains("its centre lies"));
+        assert_eq!(told.is_some(), off, "{notes:?}");
+    }
+}
+
+/// How far a motion is is told frame by frame, and who has seen enough stops it: nothing has changed then.
+#[test]
+fn a_motion_tells_how_far_it_is() {
+    #[derive(Default)]
+    struct Watch {
+        seen: RefCell<Vec<(String, u64, u64)>>,
+        enough: Option<u64>,
+    }
+    impl Observer for Watch {
+        fn progress(&self, work: &str, done: u64, total: u64) {
+            self.seen.borrow_mut().push((work.to_owned(), done, total));
+        }
+        fn cancelled(&self) -> bool {
+            let last = self.seen.borrow().last().map(|(_, done, _)| *done);
+            self.enough.is_some_and(|enough| last >= Some(enough))
+        }
+    }
+    for enough in [None, Some(5)] {
+        let mut registry = Registry::new();
+        registry.add(&Dynamics);
+        let operation = registry.find_operation("simulate", "step[0]").unwrap();
+        let fields = json!({ "seconds": 0.5, "settle": true, "constraints": [{ "kind": "fixed", "at": 0 }] });
+        let watch = Watch { enough, ..Watch::default() };
+        let context = Context { observer: &watch, ..Context::quiet(&registry) };
+        let mut scene = scene();
+        let before = scene.object("rope").unwrap().geometry().points().to_vec();
+        let done = operation.apply(&mut scene, &Parameters::new(fields, "step[0]").unwrap(), &context);
+        let seen = watch.seen.into_inner();
+        let last = enough.unwrap_or(12);
+        let frames: Vec<u64> = seen.iter().filter(|s| s.0 == "simulate" && s.2 == 12).map(|s| s.1).collect();
+        assert_eq!(frames, (1..=last).collect::<Vec<_>>(), "{seen:?}");
+        assert_eq!(seen.iter().any(|s| s.0 == "settle"), enough.is_none(), "{seen:?}");
+        assert_eq!(done.is_ok(), enough.is_none());
+        assert_eq!(scene.object("rope").unwrap().geometry().points() == before, enough.is_some());
+    }
 }
 
 /// An end that passes its ring is warned of, where others still hold the rope; times that are no whole frames are told.
@@ -227,6 +339,8 @@ fn an_end_that_has_passed_is_warned_of() {
     let [warning] = &report.warnings[..] else { unreachable!("one: {:?}", report.warnings) };
     assert!(warning.contains("has passed \"ring\" (") && !warning.contains("hand"), "{warning}");
     assert!(report.notes.iter().any(|note| note.ends_with(": 24 whole frames")), "{:?}", report.notes);
+    let cut = run(&mut scene(), json!({ "seconds": 0.05 })).unwrap();
+    assert!(cut.notes.iter().any(|note| note.contains(": 1 whole frame, and no path")), "{:?}", cut.notes);
     let short = run(&mut scene(), json!({ "seconds": 0.03 })).unwrap();
     assert!(short.notes.iter().any(|note| note.ends_with(": 1 whole frame")), "{:?}", short.notes);
 }

@@ -64,6 +64,7 @@ fn class(kind: MarkKind) -> &'static str {
     match kind {
         MarkKind::Moved => "moved",
         MarkKind::Kept => "kept",
+        MarkKind::Slides => "slides",
         MarkKind::Direction => "direction",
         MarkKind::Curvature => "curvature",
         MarkKind::Locked => "locked",
@@ -75,6 +76,7 @@ fn label(kind: MarkKind) -> &'static str {
     match kind {
         MarkKind::Moved => "moved point",
         MarkKind::Kept => "kept point",
+        MarkKind::Slides => "place that slides",
         MarkKind::Direction => "derivative or direction",
         MarkKind::Curvature => "curvature (osculating circle)",
         MarkKind::Locked => "locked vertex",
@@ -157,6 +159,9 @@ pub(crate) fn point(theme: Theme, kind: MarkKind, [x, y]: Spot) -> String {
     match kind {
         MarkKind::Moved => {
             circle(0.95).attribute("fill", &accent).attribute("stroke", &paper).length("stroke-width", 0.2)
+        }
+        MarkKind::Slides => {
+            circle(0.75).attribute("fill", &paper).attribute("stroke", &ink).length("stroke-width", 0.35)
         }
         MarkKind::Kept => {
             circle(0.85).attribute("fill", &ink).attribute("stroke", &paper).length("stroke-width", 0.2)

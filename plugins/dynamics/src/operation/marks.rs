@@ -40,7 +40,7 @@ impl Spots {
         let mut kept = self.0.into_iter();
         for index in 0..simulation.constraints() {
             let stays = simulation.holds(index)?;
-            for (body, at) in simulation.places(index)? {
+            for (place, (body, at)) in simulation.places(index)?.into_iter().enumerate() {
                 let spots = kept.next().unwrap_or_default();
                 let Some(at) =
                     (if stays { Some(Spot::At(at)) } else { spots.iter().rev().copied().find_map(|s| s) })
@@ -54,7 +54,7 @@ impl Spots {
                 let point = |shape: &dyn Shape| shape.value(location, Derivative::POSITION).map(Point::from);
                 all.push(Mark {
                     object: names[body].clone(),
-                    kind: MarkKind::Kept,
+                    kind: if simulation.slides_at(index, place)? { MarkKind::Slides } else { MarkKind::Kept },
                     position: point(shape.as_ref())?,
                     before: point(before.as_ref())?,
                     vector: None,

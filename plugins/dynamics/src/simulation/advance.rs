@@ -3,7 +3,9 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::shape::Location;
 
+use super::audit::{BOUND, Stock};
 use super::conflict::contradictions;
+use super::explicit::FINEST;
 use super::{MOST, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::Phase;
@@ -14,6 +16,11 @@ const KEPT: f64 = 5e-7;
 /// Steps are made shorter by this at least and at most where one does, so often at most.
 const SHORTER: [f64; 2] = [0.1, 0.7];
 const TIMES: usize = 10;
+/// Where energy rises by more than this share of what there is in such a while, for constraints drift and are drawn back or let go, steps are made shorter for that alone.
+const RISES: f64 = 0.5 * BOUND;
+/// Each time by this, down to that share of what is stable.
+const EACH: f64 = 0.3;
+const LEAST: f64 = 0.02;
 
 /// What sums of steps may miss of their time.
 const ROUNDED: f64 = 1e-9;
@@ -142,6 +149,9 @@ impl Simulation {
             return self.go_on(seconds);
         }
         self.reach = self.stable.min(seconds);
+        // Of no more steps than are taken, with some to spare.
+        self.finest = FINEST.max(2.0 * seconds / (MOST * self.reach)).min(1.0);
+        self.fineness = self.fineness.max(self.finest);
         // What comes comes before.
         if self.come_and_go()? {
             let mut desk = std::mem::take(&mut self.desk);
@@ -151,6 +161,8 @@ impl Simulation {
         }
         let mut before = std::mem::take(&mut self.before);
         before.remember(self);
+        // Without constraints energy is bounded by what is stable.
+        let stock = (!self.links.is_empty() && !self.is_fed()).then(|| self.stock());
         let worst = std::mem::take(&mut self.worst);
         let given = (self.fineness, self.patience);
         let (mut first, mut best, mut useless) = (None, (f64::INFINITY, given), 0);
@@ -178,7 +190,12 @@ impl Simulation {
             if in_vain {
                 let (drift, (fineness, patience)) =
                     if AGAIN * best.0 < first { best } else { (first, given) };
-                (before.in_vain, self.fineness, self.patience) = (Some(drift), fineness, patience);
+                before.in_vain = Some(drift);
+                if tried == (fineness, patience) {
+                    // So it was done.
+                    break;
+                }
+                (self.fineness, self.patience) = (fineness, patience);
             }
             tried = (self.fineness, self.patience);
             before.back(self);
@@ -188,11 +205,42 @@ impl Simulation {
             self.keep_to_rates()?;
             done = self.go_on(seconds).and_then(|()| self.drifted());
         }
+        if let (Ok(()), Some(stock)) = (&done, stock) {
+            done = self.without_rise(seconds, stock, &before);
+        }
         if before.is_as_held(self) {
             self.worst = self.worst.max(worst);
         }
         self.before = before;
         done
+    }
+
+    /// Takes steps again, shorter, where energy has risen by much though nothing was put in: where constraints drifted in vain, or let go.
+    fn without_rise(&mut self, seconds: f64, stock: Stock, before: &Before) -> Result<()> {
+        if self.worst <= KEPT * self.size && before.is_as_held(self) {
+            return Ok(());
+        }
+        let noise = self.rounding_of_energy();
+        let mut longest = self.last;
+        loop {
+            let now = self.stock();
+            let rise = stock.rise_to(now, noise);
+            if rise <= RISES {
+                return Ok(());
+            }
+            longest *= EACH;
+            if longest < LEAST * self.reach || !self.shorten(longest) {
+                return if rise <= BOUND { Ok(()) } else { Err(self.risen(rise)) };
+            }
+            before.back(self);
+            self.worst = 0.0;
+            self.go_on(seconds).and_then(|()| self.drifted())?;
+        }
+    }
+
+    /// The error of energy that comes from nowhere.
+    pub(crate) fn risen(&self, rise: f64) -> DynamicsError {
+        DynamicsError::Rises { time: self.time, step: self.last, stable: self.stable, rise }
     }
 
     /// How much constraints miss at the end of steps, which only the next would see.
@@ -222,8 +270,7 @@ impl Simulation {
             let limit = self.limit();
             let needed = (left / limit * (1.0 - 1e-9)).ceil().max(1.0);
             if needed > MOST && self.step == Some(limit) {
-                let needed = "give a longer one: a million would not be enough";
-                return Err(DynamicsError::Number { what: "the step", value: limit, needed });
+                return Err(DynamicsError::TooShort { step: limit, whole: seconds, least: seconds / MOST });
             }
             if needed > MOST {
                 return Err(DynamicsError::TooStiff { needed, step: seconds, stable: limit });

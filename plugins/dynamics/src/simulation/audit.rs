@@ -13,17 +13,36 @@ pub struct Audit {
     lowest: Option<f64>,
     rise: f64,
     most: f64,
+    /// Energies of less than this are what rounding makes.
+    noise: f64,
 }
+
+/// Without input energy rises by no more than this share of what moves and is stretched.
+pub(crate) const BOUND: f64 = 1.0 / 3.0;
+/// Sums of energies are rounded by this share of their parts.
+const ROUNDED: f64 = 1e-13;
 
 impl Audit {
     /// Looks at the energy now. `O(n)`.
     pub fn look(&mut self, simulation: &mut Simulation) {
         let energy = simulation.energy();
-        let now = energy.kinetic + simulation.potential().0;
+        let (potential, parts) = simulation.potential();
+        let now = energy.kinetic + potential;
         let lowest = self.lowest.get_or_insert(now);
         *lowest = lowest.min(now);
         self.rise = self.rise.max(now - *lowest);
         self.most = self.most.max(energy.kinetic + energy.elastic + energy.pulls);
+        self.noise = self.noise.max(ROUNDED * (energy.kinetic + parts)).max(simulation.rounding_of_energy());
+    }
+
+    /// Whether nothing has moved or been stretched by more than what rounding makes, so that there is nothing to say of how energy rose.
+    pub fn is_noise(&self) -> bool {
+        self.most <= self.noise
+    }
+
+    /// Whether energy rose by more than the bound that is stated: then what moved is worth nothing.
+    pub fn is_broken(&self) -> bool {
+        !self.is_noise() && self.rise > BOUND * self.most + self.noise
     }
 
     /// The most that was in motion, stretch and pulls together.
@@ -37,7 +56,43 @@ impl Audit {
     }
 }
 
+/// How much energy there is at some moment of a step, and what of it is in motion, stretch and pulls.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Stock {
+    all: f64,
+    moved: f64,
+}
+
+impl Stock {
+    /// How much more there is in `later`, as a share of what moves and is stretched.
+    pub(crate) fn rise_to(self, later: Self, noise: f64) -> f64 {
+        let most = self.moved.max(later.moved);
+        if most > noise { (later.all - self.all) / most } else { 0.0 }
+    }
+}
+
 impl Simulation {
+    /// How much energy there is now. `O(n)`, and it allocates nothing.
+    pub(crate) fn stock(&mut self) -> Stock {
+        let energy = self.energy();
+        Stock {
+            all: energy.kinetic + self.potential().0,
+            moved: energy.kinetic + energy.elastic + energy.pulls,
+        }
+    }
+
+    /// By how much elastic energy may differ for the rounding of vertices and sums, at most: what forces may, along the whole size. `O(n)`, and it allocates.
+    pub(crate) fn rounding_of_energy(&self) -> f64 {
+        let mut all = 0.0;
+        for body in &self.bodies {
+            let Some(elastic) = &body.elastic else { continue };
+            let mut rounding = vec![0.0; body.count()];
+            elastic.add_rounding(body.body.shape.control_vertices(), &mut rounding);
+            all += rounding.iter().sum::<f64>() * self.size;
+        }
+        all
+    }
+
     /// Whether energy is put in or taken out from outside, now or later: targets that move, constraints and loads that come or go, what constraints still draw in.
     pub fn is_fed(&self) -> bool {
         self.links.iter().any(|link| link.feeds(self.time)) || self.loads.iter().any(crate::load::Load::feeds)

@@ -7,7 +7,7 @@ use crate::error::Result;
 const STEADY: f64 = 2.0;
 /// Constraints may drift by this share of the size before steps are made shorter, down to that share of what is stable, or of the whole way where that is shorter.
 const DRIFT: f64 = 3e-7;
-const FINEST: f64 = 3e-3;
+pub(super) const FINEST: f64 = 3e-3;
 /// Steps between changes of their length.
 const PATIENCE: usize = 20;
 
@@ -138,7 +138,7 @@ impl Simulation {
         // Drift is of fourth order in the step: a little shorter is a lot less.
         // What there is dies away first.
         self.patience = self.patience.saturating_sub(1);
-        if self.patience == 0 && drift > DRIFT * self.size && self.fineness > FINEST {
+        if self.patience == 0 && drift > DRIFT * self.size && self.fineness > self.finest {
             (self.fineness, self.patience) = (0.7 * self.fineness, PATIENCE);
         } else if self.patience == 0 && drift < 0.03 * DRIFT * self.size && self.fineness < 1.0 {
             (self.fineness, self.patience) = ((1.2 * self.fineness).min(1.0), PATIENCE);
@@ -147,7 +147,7 @@ impl Simulation {
 
     /// Steps are no longer than this for some time; whether they become shorter by that.
     pub(super) fn shorten(&mut self, to: f64) -> bool {
-        let fineness = (to / self.reach).max(FINEST);
+        let fineness = (to / self.reach).max(self.finest);
         let shorter = fineness < self.fineness;
         if shorter {
             (self.fineness, self.patience) = (fineness, PATIENCE);

@@ -38,6 +38,7 @@ pub(crate) use self::moving::Moving;
 pub use self::settle::{Settled, Unrest};
 use self::stops::Stops;
 pub use self::told::Energy;
+use crate::body::Material;
 use crate::error::{DynamicsError, Result};
 use crate::link::{self, Desk, Link, Phase};
 use crate::load::Load;
@@ -110,6 +111,8 @@ pub struct Simulation {
     /// The stable step, or all of the way that it goes on where that is shorter; and which share of it keeps constraints where they are.
     reach: f64,
     fineness: f64,
+    /// The least share that is tried.
+    finest: f64,
     patience: usize,
     /// Whether it looks for rest, and time stands still.
     pub(crate) settling: bool,
@@ -173,6 +176,7 @@ impl Simulation {
             rank: 0,
             reach: f64::INFINITY,
             fineness: 1.0,
+            finest: 0.0,
             patience: 0,
             settling: false,
             held: None,
@@ -213,6 +217,19 @@ impl Simulation {
     /// When there are not as many.
     pub fn shape(&self, body: usize) -> Result<&dyn Shape> {
         Ok(self.body(body)?.body.shape.as_ref())
+    }
+
+    /// A body as it was at the start, by the knots that it has now.
+    pub(crate) fn start_of(&self, body: usize) -> Result<Box<dyn Shape>> {
+        let Moving { body, first, .. } = self.body(body)?;
+        let mut start = body.shape.boxed();
+        start.control_vertices_mut().copy_from_slice(first);
+        Ok(start)
+    }
+
+    /// What a body is made of.
+    pub(crate) fn material(&self, body: usize) -> Result<Material> {
+        Ok(self.body(body)?.body.material)
     }
 
     /// The velocities of a body's control vertices.
@@ -275,6 +292,14 @@ impl Simulation {
     /// When there are not as many constraints.
     pub fn slides(&self, constraint: usize) -> Result<bool> {
         Ok(self.link(constraint)?.places.iter().any(|place| place.floats))
+    }
+
+    /// Whether one of the places of a constraint floats along its shape, by its number among them.
+    ///
+    /// # Errors
+    /// When there are not as many constraints.
+    pub fn slides_at(&self, constraint: usize, place: usize) -> Result<bool> {
+        Ok(self.link(constraint)?.places.get(place).is_some_and(|place| place.floats))
     }
 
     /// The forces with which a constraint holds: one number for each of its equations, `λ` of the last step. Of a point they are what is needed

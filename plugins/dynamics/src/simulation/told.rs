@@ -91,6 +91,19 @@ impl Simulation {
         }
     }
 
+    /// How far the centre of a surface's mass is from that of its area, as it was at the start: of a tensor product mass is spread as the product of what there is in
+    /// both directions, all of it but not quite where it is; 0 where the area element is such a product (parallelograms, cylinders, cones), and of curves.
+    ///
+    /// # Errors
+    /// When there are not as many bodies, or a shape cannot be evaluated.
+    pub fn off_centre(&self, body: usize) -> Result<f64> {
+        let start = self.start_of(body)?;
+        match &self.body(body)?.mass {
+            Some(mass) => crate::mass::off_centre(start.as_ref(), mass),
+            None => Ok(0.0),
+        }
+    }
+
     /// How far each constraint that holds is from what it asks, measured where things are now; what it is still let miss counts.
     ///
     /// # Errors
