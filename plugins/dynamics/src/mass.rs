@@ -125,12 +125,15 @@ fn gauss(cell: &Cell) -> Vec<(Location, f64)> {
     cell.gauss_points([count(0), count(1)])
 }
 
+/// Gauss points with their weights.
+type Weighed = Vec<(Location, f64)>;
+
 /// Where twice as many points see another length by this share of it, these are taken, up to so many.
 const SEEN: f64 = 1e-9;
 const MOST: usize = 128;
 
 /// The points of a cell with the measures there: of a curve so many that more see the same length, for the speed of what turns sharply is no polynomial.
-fn seen_whole(shape: &dyn Shape, cell: &Cell) -> Result<(Vec<(Location, f64)>, Vec<f64>)> {
+fn seen_whole(shape: &dyn Shape, cell: &Cell) -> Result<(Weighed, Vec<f64>)> {
     let mut points = gauss(cell);
     let mut found = measures(shape, cell, &points)?;
     if cell.sides.len() != 1 {
