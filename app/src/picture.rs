@@ -362,6 +362,17 @@ mod tests {
     }
 
     #[test]
+    fn the_fields_of_a_panel_are_declared() {
+        let takes = FIELDS.iter().find(|field| field.name == "panel").unwrap().takes;
+        let inner = takes.strip_prefix("[{ ").and_then(|takes| takes.strip_suffix(" }, …]")).unwrap();
+        let mut told: Vec<&str> = inner.split(", ").collect();
+        let mut taken: Vec<&str> = PANEL.iter().map(|field| field.name).collect();
+        told.sort_unstable();
+        taken.sort_unstable();
+        assert_eq!(told, taken);
+    }
+
+    #[test]
     fn tables_say_how_a_picture_looks() {
         assert_eq!(look(json!({})), Ok(Look::default()));
         let found = look(json!({

@@ -154,7 +154,7 @@ enum Problem {
 fn read_file(path: &Path) -> std::result::Result<Vec<u8>, Problem> {
     let kind = fs::metadata(path).map_err(Problem::System)?.file_type();
     if kind.is_dir() {
-        return Err(Problem::NotAFile("this is a directory; name a file in it"));
+        return Err(Problem::NotAFile("this is a folder; name a file in it"));
     }
     // A pipe (as of a shell's process substitution) ends; a device such as /dev/zero may not.
     if !kind.is_file() && !is_pipe(kind) {

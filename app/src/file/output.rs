@@ -265,7 +265,7 @@ impl Outputs {
             })?;
             let facts = if facts.is_symlink() { fs::metadata(&real).ok() } else { Some(facts) };
             if facts.as_ref().is_some_and(fs::Metadata::is_dir) {
-                return Err(Error::file(shown(), "this is a directory; name a file in it"));
+                return Err(Error::file(shown(), "this is a folder; name a file in it"));
             }
             if facts.is_some_and(|f| f.is_file() && f.permissions().readonly()) {
                 return Err(Error::file(shown(), "this file is read-only; allow writing or name another"));

@@ -24,7 +24,7 @@ pub const FIELDS: &[Field] = &[
     Field::optional("objects", "[name, …]", "all", "what is shown, in every panel that does not say itself"),
     Field::optional(
         "panel",
-        "[{ caption, view, profile, objects }, …]",
+        "[{ caption, view, profile, faces, objects }, …]",
         "one view",
         "parts of the picture; `profile` (\"arc-length\" or \"parameter\") makes one a chart of curvature",
     ),

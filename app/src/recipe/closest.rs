@@ -464,7 +464,7 @@ mod tests {
                 assert_eq!(found.is_err(), far && field != "at", "{field} {x}: {found:?}");
                 if let Err(message) = found {
                     let told = [
-                        if x < 100.0 { "49" } else { "1e9" },
+                        if x < 100.0 { "49" } else { "999999999" },
                         " away from (",
                         "farther than all of it is large (2)",
                     ];

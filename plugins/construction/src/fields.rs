@@ -46,8 +46,10 @@ pub(crate) fn length(p: &Parameters, field: &str) -> Result<f64, ParameterError>
 pub(crate) fn turn(p: &Parameters, field: &str) -> Result<f64, ParameterError> {
     let degrees = p.number_or(field, 360.0)?;
     if degrees == 0.0 || degrees.abs() > 360.0 {
-        let problem =
-            format!("{} degrees are no turn: give an angle that is not 0, from -360 to 360", Figure(degrees));
+        let problem = format!(
+            "{} degrees cannot be turned: give an angle that is not 0, from -360 to 360",
+            Figure(degrees)
+        );
         return Err(p.error(field, problem));
     }
     // A full turn closes to the last bit.

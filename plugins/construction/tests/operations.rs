@@ -53,8 +53,8 @@ fn wrong_fields_are_told() {
         ("polyline", json!({ "points": [[0, 0, 0], [1, 0, 0]], "closed": true }), "has 3 points at least"),
         ("circle", json!({ "radius": 0 }), "0 is no length: give a number above 0"),
         ("circle", json!({ "radius": 1, "normal": [0, 0, 0] }), "normal: [0, 0, 0] has no direction"),
-        ("arc", json!({ "from": [1, 0, 0], "degrees": 400 }), "400 degrees are no turn"),
-        ("arc", json!({ "from": [1, 0, 0], "degrees": 0 }), "0 degrees are no turn"),
+        ("arc", json!({ "from": [1, 0, 0], "degrees": 400 }), "400 degrees cannot be turned"),
+        ("arc", json!({ "from": [1, 0, 0], "degrees": 0 }), "0 degrees cannot be turned"),
         ("arc", json!({ "from": [0, 0, 1] }), "from: "),
         ("arc", json!({ "from": [0, 0, 0], "through": [1, 0, 0], "to": [2, 0, 0] }), "lie on a line"),
         (

@@ -41,6 +41,8 @@ fn balls_are_cut_in_circles_of_the_right_length() {
                         let p = c.curve.point((a + (b - a) * f64::from(k) / 1000.0).min(b)).unwrap();
                         let off = (p - Point::new(away, 0.0, 0.0)).norm() - 2.0 * scale;
                         assert!(off.abs() <= 1.1e-7 * scale + 1e-11 * away, "{off:e}");
+                        let most = 1.002 * c.distance + 1e-15 * scale + 1e-15 * away;
+                        assert!(off.abs() <= most, "{off:e} where at most {:e} is told", c.distance);
                         assert!(plane.distance(&p).abs() <= 1e-7 * scale);
                     }
                 }

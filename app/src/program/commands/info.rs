@@ -242,7 +242,12 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     // How large it is comes before of how many parts it is made.
     facts.extend(measures::all(&object.measures, unit));
     if let Some([low, high]) = object.bounds {
-        let size: Vec<String> = (0..3).map(|i| figure(high[i] - low[i])).collect();
+        // What is rounding of the coordinates is no thickness.
+        let rounding = |i: usize| 8.0 * f64::EPSILON * high[i].abs().max(low[i].abs());
+        let long: Vec<f64> = (0..3).map(|i| high[i] - low[i]).collect();
+        let least = 1e-12 * long.iter().copied().fold(0.0, f64::max);
+        let size: Vec<String> =
+            (0..3).map(|i| figure(if long[i] <= least.max(rounding(i)) { 0.0 } else { long[i] })).collect();
         let unit = if unit == Unit::Unknown { String::new() } else { format!(" {}", unit.one()) };
         facts.push(format!("size {}{unit}", size.join(" × ")));
     }

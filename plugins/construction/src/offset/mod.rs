@@ -144,10 +144,10 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }
     Err(Error::Invalid(match missed {
         Missed::Nothing => format!(
-            "nothing of the curve is {} away on that side: something is at less than about {}, but for what is shorter than the tolerance of {}",
+            "nothing is left of the curve at {} on that side: the largest distance at which something longer than the tolerance of {} is left is about {}",
             Figure(distance.abs()),
-            crate::fields::figure(keep::reach(&job, &elements)?),
-            crate::fields::figure(tolerance)
+            crate::fields::figure(tolerance),
+            crate::fields::figure(keep::reach(&job, &elements)?)
         ),
         Missed::Parts => format!(
             "what is left at {} is in parts too short to be followed: give a smaller tolerance, or another distance",

@@ -12,6 +12,8 @@ use crate::net::Frame;
 
 /// Halvings of one cell's part.
 const HALVINGS: usize = 24;
+/// Into so many parts a piece is cut to say how far it is from the section.
+const SAMPLES: usize = 16;
 /// Pieces that are shorter than this part of the whole are none: where the section passes near a corner of its cells.
 const SHORTEST: f64 = 1e-13;
 
@@ -64,7 +66,7 @@ pub(crate) fn trace(
                 open.push((start, middle, depth + 1));
                 continue;
             }
-            distance = distance.max(off);
+            distance = distance.max(off).max(line.largest(&cubic));
             cubics.push(cubic);
         }
     }
@@ -104,38 +106,54 @@ impl Line<'_> {
         Place { at, point: jet.point, tangent }
     }
 
-    /// The largest distance from the section among a few points between the ends.
+    /// The largest distance from the section among a few points between the ends: enough to say whether the piece is halved.
     fn measure(&self, cubic: &Cubic) -> f64 {
+        [0.2, 0.4, 0.6, 0.8].iter().map(|x| self.off(cubic, *x)).fold(0.0, f64::max)
+    }
+
+    /// The largest distance from the section: the peak of the parabola through the largest of many and those beside it.
+    fn largest(&self, cubic: &Cubic) -> f64 {
+        let mut off = [0.0; SAMPLES + 1];
+        for (k, off) in off.iter_mut().enumerate().take(SAMPLES).skip(1) {
+            *off = self.off(cubic, k as f64 / SAMPLES as f64);
+        }
+        off.windows(3).fold(0.0, |largest, beside| {
+            let [before, here, after] = [beside[0], beside[1], beside[2]];
+            let (slope, bend) = (0.5 * (after - before), before + after - 2.0 * here);
+            let peak =
+                if here >= before && here >= after && bend < 0.0 { -0.5 * slope * slope / bend } else { 0.0 };
+            largest.max(here + peak)
+        })
+    }
+
+    /// The distance of the cubic's point at `x` of the whole from the section.
+    fn off(&self, cubic: &Cubic, x: f64) -> f64 {
         let d = self.cell.along;
         let (from, to) = (cubic.start.at[d], cubic.end.at[d]);
-        let mut largest = 0.0_f64;
-        for x in [0.2, 0.4, 0.6, 0.8] {
-            let y: f64 = 1.0 - x;
-            let [a, b, c, e] = cubic.vertices;
-            let point = a * (y * y * y) + b * (3.0 * y * y * x) + c * (3.0 * y * x * x) + e * (x * x * x);
-            // The section's point beside it: that to which the way is across the section.
-            let (mut low, mut high) = (0.0, 1.0);
-            let mut best = f64::INFINITY;
-            let mut s: f64 = x;
-            for _ in 0..24 {
-                let place = self.place(self.at(from + (to - from) * s));
-                let away = point - place.point;
-                best = best.min(away.norm());
-                let ahead = away.dot(&place.tangent);
-                if ahead.abs() <= 0.01 * away.norm() {
-                    break;
-                }
-                if ahead > 0.0 {
-                    low = s;
-                } else {
-                    high = s;
-                }
-                let newton = s + ahead / cubic.length;
-                s = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let y: f64 = 1.0 - x;
+        let [a, b, c, e] = cubic.vertices;
+        let point = a * (y * y * y) + b * (3.0 * y * y * x) + c * (3.0 * y * x * x) + e * (x * x * x);
+        // The section's point beside it: that to which the way is across the section.
+        let (mut low, mut high) = (0.0, 1.0);
+        let mut best = f64::INFINITY;
+        let mut s: f64 = x;
+        for _ in 0..24 {
+            let place = self.place(self.at(from + (to - from) * s));
+            let away = point - place.point;
+            best = best.min(away.norm());
+            let ahead = away.dot(&place.tangent);
+            if ahead.abs() <= 0.01 * away.norm() {
+                break;
             }
-            largest = largest.max(best);
+            if ahead > 0.0 {
+                low = s;
+            } else {
+                high = s;
+            }
+            let newton = s + ahead / cubic.length;
+            s = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
-        largest
+        best
     }
 }
 
