@@ -114,9 +114,9 @@ fn places_are_pointed_at_wherever_parameters_stand() {
         let report = bench.json(&["run", "r.json"]);
         let said = report["steps"].to_string();
         for told in [
-            "knots[1] = 1.0 on",
-            "within[1] = 2.0 on",
-            "constraints[0].at = 1.0 on",
+            "knots[1] = 1 on",
+            "within[1] = 2 on",
+            "constraints[0].at = 1 on",
             "u[0] = 0.25 on",
             "v = 0.25 on",
         ] {

@@ -226,7 +226,7 @@ fn a_derivative_above_the_degree_says_what_to_do() {
              kind = \"derivative\", at = 2.5, order = 4, {wish} }}]\n"
         )
     };
-    let told = "derivative 4 at 2.5: derivative 4 of degree 3 is always 0; elevate first";
+    let told = "derivative of order 4 at 2.5: derivative 4 of degree 3 is always 0; elevate first";
     // Whatever is asked of it, and whatever is locked.
     for wish in ["by = [0, 1, 0]", "to = [0, 0, 0]", "scale = 2", "keep = true", "at_least = 1, axis = \"x\""]
     {
