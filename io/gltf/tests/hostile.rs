@@ -92,6 +92,8 @@ fn documents_that_are_none_say_so() {
     says(&bytes(""), &["no JSON"]);
     says(&bytes("hello"), &["neither a GLB"]);
     says(&bytes("{\"asset\":"), &["ends in the middle", "cut off"]);
+    let cut = bytes("{\"asset\":{\"version\":\"2.0\"},\n");
+    assert!(cut.contains("line") && !cut.contains('?'), "{cut}");
     says(&bytes(&"{\"a\":".repeat(100_000)), &["cut off"]);
     says(&bytes(&"[".repeat(200_000)), &["neither a GLB"]);
     says(&bytes(&format!("{{\"nodes\":{}", "[".repeat(200_000))), &["h.gltf"]);

@@ -111,7 +111,7 @@ impl Deviation {
     }
 
     /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`, as much of it as belongs to a continuity; where the other surface
-    /// bends less square to the edge than along it, `curvature 0.4 (1.2 %, 7 % of that square to the edge)`; where there is nothing
+    /// bends less square to the edge than along it, `curvature 0.4 (1.2 % of the largest, 7 % of the largest across the edge)`; where there is nothing
     /// to be a part of, `curvature 0.4 (the other surface is flat)`.
     pub(crate) fn up_to(&self, continuity: usize) -> String {
         let [distance, angle, curvature, part] =
@@ -119,9 +119,12 @@ impl Deviation {
         let of = if self.flat {
             "the other surface is flat".to_owned()
         } else if !self.square.is_finite() {
-            format!("{part} %; the other surface does not bend square to the edge")
+            format!("{part} % of the largest; the other surface does not bend across the edge")
         } else if self.square > ALIKE * self.part {
-            format!("{part} %, {} % of that square to the edge", figure(100.0 * self.square))
+            format!(
+                "{part} % of the largest, {} % of the largest across the edge",
+                figure(100.0 * self.square)
+            )
         } else {
             format!("{part} %")
         };

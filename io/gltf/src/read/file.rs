@@ -95,7 +95,8 @@ pub(super) fn parse<'a, T: Deserialize<'a>>(above: &str, text: &'a str) -> Resul
         Err(error) => (error.path().to_string(), error.into_inner()),
     };
     let (below, error) = error;
-    let below = if below == "." { "" } else { below.as_str() };
+    // A path ends with "?" where the parser did not come to know where it was.
+    let below = below.trim_end_matches('?').trim_end_matches('.');
     let dot = if above.is_empty() || below.is_empty() || below.starts_with('[') { "" } else { "." };
     let problem = plain(json_problem(text, &error));
     let (problem, place) = if above.is_empty() {
