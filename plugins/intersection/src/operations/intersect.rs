@@ -83,7 +83,7 @@ impl Operation for Intersect {
             |name: &str, geometry| as_curve(geometry).map_err(|e| Error::Invalid(format!("\"{name}\": {e}")));
         let pair = [of(object, first.geometry())?, of(with, second.geometry())?];
         let (found, curve) = match (&pair[0], &pair[1], first.geometry(), second.geometry()) {
-            (Some(a), _, ..) if object == with => (self_intersections(a, &options)?, a),
+            (Some(a), ..) if object == with => (self_intersections(a, &options)?, a),
             (Some(a), Some(b), ..) => (curves(a, b, &options)?, a),
             (Some(a), None, _, Geometry::Surface(b)) | (None, Some(a), Geometry::Surface(b), _) => {
                 (curve_surface(a, b, &options)?, a)
