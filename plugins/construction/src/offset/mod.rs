@@ -144,7 +144,7 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }
     Err(Error::Invalid(match missed {
         Missed::Nothing => format!(
-            "nothing is left of the curve at {} on that side: the largest distance at which something longer than the tolerance of {} is left is about {}",
+            "nothing of the curve is {} away on that side: what is longer than the tolerance of {} ends at a distance of about {}",
             Figure(distance.abs()),
             crate::fields::figure(tolerance),
             crate::fields::figure(keep::reach(&job, &elements)?)
