@@ -249,7 +249,7 @@ mod tests {
     #[test]
     fn directories_and_missing_files_are_named() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(Input::open(folder.path()).unwrap_err().to_string().contains("directory"));
+        assert!(Input::open(folder.path()).unwrap_err().to_string().contains("folder"));
         assert!(Input::open(folder.path().join("no")).unwrap_err().to_string().contains("no such file"));
     }
 }

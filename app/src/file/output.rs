@@ -275,7 +275,7 @@ impl Outputs {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
         match folder.canonicalize() {
             Ok(real) if real.is_dir() => Ok(real.join(name)),
-            Ok(_) => Err(Error::file(shown(), format!("{} is not a directory", folder.display()))),
+            Ok(_) => Err(Error::file(shown(), format!("{} is not a folder", folder.display()))),
             Err(_) if self.create_folders => Ok(folder.join(name)),
             Err(_) => {
                 let problem = format!("the folder {} does not exist; create it first", folder.display());
@@ -422,9 +422,9 @@ mod tests {
         );
         assert!(problem(&mut outputs, at("input.obj")).contains("input itself"));
         assert!(problem(&mut outputs, at("locked.obj")).contains("read-only"));
-        assert!(problem(&mut outputs, folder.path().into()).contains("directory"));
+        assert!(problem(&mut outputs, folder.path().into()).contains("folder"));
         assert!(problem(&mut outputs, at("no/a.obj")).contains("does not exist"));
-        assert!(problem(&mut outputs, at("input.obj/a.obj")).contains("not a directory") || cfg!(windows));
+        assert!(problem(&mut outputs, at("input.obj/a.obj")).contains("not a folder") || cfg!(windows));
     }
 
     #[test]

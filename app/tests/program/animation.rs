@@ -61,7 +61,7 @@ fn a_sequence_is_there_whole_or_not_at_all() {
     let bench = bench_with_rope(5);
     bench.write("out_00.obj", "old");
     fs::create_dir(bench.path("out_03.obj")).unwrap();
-    bench.fails(&["convert", "rope.loft.json", "out_##.obj"], 1, &["out_03.obj", "directory"]);
+    bench.fails(&["convert", "rope.loft.json", "out_##.obj"], 1, &["out_03.obj", "is a folder"]);
     assert_eq!(bench.read("out_00.obj"), b"old");
     assert!(!bench.path("out_01.obj").exists());
     for (out, code, words) in

@@ -12,14 +12,14 @@ fn what_stands_in_the_way_is_said() {
     std::fs::set_permissions(bench.path("locked.obj"), permissions).unwrap();
     let to = |out: &'static str| ["convert", "wave.loft.json", out];
     bench.fails(&to("missing/a.obj"), 1, &["missing", "create it"]);
-    bench.fails(&to("folder/inner.obj/a.obj"), 1, &["not a directory"]);
+    bench.fails(&to("folder/inner.obj/a.obj"), 1, &["not a folder"]);
     bench.fails(&to("locked.obj"), 1, &["read-only"]);
     bench.fails(&to("wave.loft.json"), 1, &["input itself"]);
     bench.fails(&to("./wave.loft.json"), 1, &["input itself"]);
     bench.fails(&["convert", "none.obj", "a.loft.json"], 1, &["none.obj", "no such file"]);
-    bench.fails(&["convert", "folder", "a.loft.json"], 1, &["folder", "directory"]);
+    bench.fails(&["convert", "folder", "a.loft.json"], 1, &["folder: this is a folder"]);
     std::fs::create_dir(bench.path("taken.obj")).unwrap();
-    bench.fails(&to("taken.obj"), 1, &["directory"]);
+    bench.fails(&to("taken.obj"), 1, &["is a folder"]);
 }
 
 #[test]

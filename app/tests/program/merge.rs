@@ -58,7 +58,7 @@ fn a_file_that_cannot_join_is_refused_with_its_place() {
         ("", &["step[0]", "the field \"file\" is missing"][..]),
         ("file = 'none.obj'", &["step[0].file", "none.obj: there is no such file"]),
         ("file = ['a.loft.json', 'none.obj']", &["step[0].file[1]", "none.obj: there is no such file"]),
-        ("file = 'folder'", &["step[0].file", "directory"]),
+        ("file = 'folder'", &["step[0].file", "is a folder"]),
         ("file = 'torn.loft.json'", &["step[0].file", "torn.loft.json"]),
         ("file = 'text.zzz'", &["step[0].file", "text.zzz"]),
         ("file = []", &["step[0].file", "no file is named"]),
